@@ -1,0 +1,333 @@
+//! One error for the library: what was expected, what was found, where, and what to try.
+
+use std::fmt;
+
+/// Where in the input something went wrong; every part is optional.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Place {
+    /// File name, `-` for standard input.
+    pub file: Option<String>,
+    /// Line, counted from 1.
+    pub line: Option<u64>,
+    /// Column (field of a table), counted from 1.
+    pub column: Option<u64>,
+    /// Byte offset, counted from 0.
+    pub byte: Option<u64>,
+    /// Channel name.
+    pub channel: Option<String>,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut wrote = false;
+        if let Some(file) = &self.file {
+            write!(f, "{file}")?;
+            wrote = true;
+        }
+        if let Some(line) = self.line {
+            write!(f, "{}{line}", if wrote { ":" } else { "line " })?;
+            wrote = true;
+        }
+        for (word, number) in [("column", self.column), ("byte", self.byte)] {
+            if let Some(number) = number {
+                write!(f, "{}{word} {number}", if wrote { ", " } else { "" })?;
+                wrote = true;
+            }
+        }
+        if let Some(channel) = &self.channel {
+            write!(f, "{}channel {channel}", if wrote { ", " } else { "" })?;
+        }
+        Ok(())
+    }
+}
+
+impl Place {
+    /// Names a file.
+    #[must_use]
+    pub fn file(name: impl Into<String>) -> Self {
+        Self {
+            file: Some(name.into()),
+            ..Self::default()
+        }
+    }
+
+    /// Adds a line, counted from 1.
+    #[must_use]
+    pub fn line(mut self, line: u64) -> Self {
+        self.line = Some(line);
+        self
+    }
+
+    /// Adds a column, counted from 1.
+    #[must_use]
+    pub fn column(mut self, column: u64) -> Self {
+        self.column = Some(column);
+        self
+    }
+
+    /// Adds a byte offset, counted from 0.
+    #[must_use]
+    pub fn byte(mut self, byte: u64) -> Self {
+        self.byte = Some(byte);
+        self
+    }
+
+    /// Adds a channel name.
+    #[must_use]
+    pub fn channel(mut self, channel: impl Into<String>) -> Self {
+        self.channel = Some(channel.into());
+        self
+    }
+
+    fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// What went wrong. Each message states what was expected, what was found and what to try.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// A quantity that must be finite and positive is not.
+    #[error("{what} must be finite and positive, found {found}")]
+    NotPositive {
+        /// The quantity with its unit.
+        what: &'static str,
+        /// The value found.
+        found: f64,
+    },
+    /// A value lies outside its permitted range.
+    #[error("{what} must be {expected}, found {found}")]
+    OutOfRange {
+        /// The quantity with its unit.
+        what: String,
+        /// The permitted range in words.
+        expected: String,
+        /// The value found.
+        found: String,
+    },
+    /// A key or name that is not known.
+    #[error("unknown {what} `{found}`; {}", match nearest { Some(name) => format!("did you mean `{name}`?"), None => format!("known: {known}") })]
+    UnknownName {
+        /// What kind of name it is, for example "key".
+        what: &'static str,
+        /// The name found.
+        found: String,
+        /// The nearest known name, if one is near.
+        nearest: Option<String>,
+        /// The known names in one line.
+        known: String,
+    },
+    /// The operating system refused to read or write.
+    #[error("cannot {action}: {reason}")]
+    Io {
+        /// What was tried, for example "open the file".
+        action: &'static str,
+        /// The system's reason.
+        reason: String,
+    },
+    /// The input holds nothing, or nothing but a header.
+    #[error("{found}; expected {expected}")]
+    Empty {
+        /// What was found, for example "the file is empty".
+        found: String,
+        /// What was expected.
+        expected: String,
+    },
+    /// A known file format that latchgate does not read.
+    #[error("this is {format}, which latchgate does not read; {way_out}")]
+    RefusedFormat {
+        /// The format's name.
+        format: &'static str,
+        /// How to get a readable file from it.
+        way_out: &'static str,
+    },
+    /// A file whose format was not recognised.
+    #[error(
+        "the format is not recognised ({found}); expected {expected}; name it with --input-format"
+    )]
+    UnknownFormat {
+        /// What the first bytes look like.
+        found: String,
+        /// The formats that are read.
+        expected: String,
+    },
+    /// The content contradicts its format.
+    #[error("expected {expected}, found {found}; {hint}")]
+    Malformed {
+        /// What was expected.
+        expected: String,
+        /// What was found.
+        found: String,
+        /// What to try.
+        hint: String,
+    },
+    /// A sample or time stamp that is not a finite number.
+    #[error("expected a finite number, found `{found}`; remove the row or mark the gap in time")]
+    NonFinite {
+        /// The text or value found.
+        found: String,
+    },
+    /// A row with another number of cells than the rows before it.
+    #[error(
+        "expected {expected} cells as in the rows before, found {found}; a row is ragged, mend the export"
+    )]
+    RaggedRow {
+        /// The number of cells of the first data row.
+        expected: usize,
+        /// The number of cells found.
+        found: usize,
+    },
+    /// Time that stands still or goes back.
+    #[error(
+        "expected a time after {previous} s, found {found} s; time must increase, sort or cut the recording"
+    )]
+    TimeNotIncreasing {
+        /// The stamp before [s].
+        previous: f64,
+        /// The stamp found [s].
+        found: f64,
+    },
+    /// Nothing states the unit of acceleration.
+    #[error(
+        "no unit of acceleration in header, units row or card; state it with --unit g|m/s2|mm/s2|mm/ms2|ft/s2"
+    )]
+    MissingUnit,
+    /// Nothing states the time of the samples.
+    #[error(
+        "no time column and no sample rate; name one with --time-column NAME or state --rate-hz HZ"
+    )]
+    MissingTime,
+    /// A channel that was asked for does not exist.
+    #[error("no channel `{wanted}`; the recording holds: {known}")]
+    NoSuchChannel {
+        /// The name asked for.
+        wanted: String,
+        /// The names there are.
+        known: String,
+    },
+    /// Several channels could be meant.
+    #[error(
+        "several channels could be the lateral acceleration: {candidates}; choose one with --channel NAME"
+    )]
+    AmbiguousChannel {
+        /// The names of the candidates.
+        candidates: String,
+    },
+    /// No channel carries an acceleration.
+    #[error(
+        "no channel carries a lateral acceleration; the recording holds: {known}; choose one with --channel NAME"
+    )]
+    NoChannel {
+        /// The names there are.
+        known: String,
+    },
+    /// Too few samples for what was asked.
+    #[error("{what} needs at least {needed} samples, found {found}")]
+    TooShort {
+        /// What needs them.
+        what: &'static str,
+        /// The least number.
+        needed: usize,
+        /// The number found.
+        found: usize,
+    },
+    /// The file ends, or contradicts itself, before its own end.
+    #[error(
+        "the file is cut or contradicts itself: expected {expected}, found {found}; copy or record it again"
+    )]
+    Truncated {
+        /// What should stand there.
+        expected: String,
+        /// What does.
+        found: String,
+    },
+    /// A limit on input was crossed.
+    #[error("limit {limit} of {value} crossed: found {found}; cut the input to what is needed")]
+    LimitExceeded {
+        /// The limit's name.
+        limit: &'static str,
+        /// Its value.
+        value: u64,
+        /// What was found.
+        found: String,
+    },
+    /// The sample rate does not carry the channel frequency class.
+    #[error(
+        "CFC {class} needs a sample rate of at least {needed_hz} Hz (ten times the class), found {found_hz} Hz; choose a lower class or --filter none"
+    )]
+    RateTooLow {
+        /// The channel frequency class.
+        class: u32,
+        /// The least rate [Hz].
+        needed_hz: f64,
+        /// The rate found [Hz].
+        found_hz: f64,
+    },
+}
+
+/// The library's error: a kind and the place where it arose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Error {
+    kind: ErrorKind,
+    place: Place,
+}
+
+impl Error {
+    /// Returns what went wrong.
+    #[must_use]
+    pub fn kind(&self) -> &ErrorKind {
+        &self.kind
+    }
+
+    /// Returns where it went wrong.
+    #[must_use]
+    pub fn place(&self) -> &Place {
+        &self.place
+    }
+
+    /// Puts the error at `place`, keeping the parts that are already known.
+    #[must_use]
+    pub fn at(mut self, place: Place) -> Self {
+        self.place = Place {
+            file: self.place.file.or(place.file),
+            line: self.place.line.or(place.line),
+            column: self.place.column.or(place.column),
+            byte: self.place.byte.or(place.byte),
+            channel: self.place.channel.or(place.channel),
+        };
+        self
+    }
+}
+
+impl From<ErrorKind> for Error {
+    fn from(kind: ErrorKind) -> Self {
+        Self {
+            kind,
+            place: Place::default(),
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.place.is_empty() {
+            write!(f, "{}", self.kind)
+        } else {
+            write!(f, "{}: {}", self.place, self.kind)
+        }
+    }
+}
+
+impl std::error::Error for Error {}
+
+/// Returns the name in `known` nearest to `found`, if one is near enough to be a slip.
+#[must_use]
+pub fn nearest_name(found: &str, known: &[&str]) -> Option<String> {
+    known
+        .iter()
+        .map(|name| (strsim::damerau_levenshtein(found, name), *name))
+        .filter(|(distance, name)| *distance <= 2.max(name.len() / 3))
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, name)| name.to_string())
+}

@@ -1,0 +1,7 @@
+//! The latch lever, its stop and its excitation.
+
+pub mod design;
+pub mod lever;
+pub mod stop;
+
+pub use design::Design;

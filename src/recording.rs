@@ -1,0 +1,257 @@
+//! Recordings: what a file holds, channel by channel, with what was found odd in it.
+//!
+//! A reader turns bytes into [`Channel`]s in the file's own unit on a uniform time base.
+//! One table, [`FORMATS`], lists the readers; a new format is one file in `recording/`
+//! and one line there. Readers never guess in silence: what they assume or mend they
+//! return as a [`Finding`] beside the channel.
+
+pub mod card;
+pub mod csv;
+pub mod finding;
+pub mod limits;
+pub mod mcap;
+pub mod source;
+pub mod time_base;
+
+pub use card::Card;
+pub use finding::{Finding, Severity};
+pub use limits::Limits;
+pub use source::Source;
+
+use crate::error::{Error, ErrorKind, Place};
+use crate::units::{AccelerationUnit, SampleRate, TimeUnit};
+
+/// What the user says about a recording, from options and card (option before card).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ReadOptions {
+    /// Column name or 1-based number, or MCAP `topic:field.path`.
+    pub channel: Option<String>,
+    /// Name or 1-based number of the column that holds the time.
+    pub time_column: Option<String>,
+    /// Unit of the time column.
+    pub time_unit: Option<TimeUnit>,
+    /// Sample rate where there is no time column [Hz].
+    pub rate_hz: Option<f64>,
+    /// The instant of first contact on the file's clock [s]; becomes time 0.
+    pub time_zero_s: Option<f64>,
+    /// Unit of acceleration.
+    pub unit: Option<AccelerationUnit>,
+    /// Format name of [`FORMATS`]; detected if absent.
+    pub input_format: Option<String>,
+}
+
+/// Which channels a reader shall deliver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Selection {
+    /// The one that `ReadOptions::channel` names, or the one lateral acceleration.
+    Lateral,
+    /// Every channel that carries numbers, for `inspect`. Here a channel without a unit is
+    /// no error, and one without a known time is left out with a finding.
+    Every,
+}
+
+/// One measured channel on a uniform time base, in the file's own unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channel {
+    /// Column name, or MCAP `topic:field.path`.
+    pub name: String,
+    /// Unit of the values; `None` only under [`Selection::Every`].
+    pub unit: Option<AccelerationUnit>,
+    /// What states the unit: `option`, `card`, `header`, `units row`, `format`.
+    pub unit_source: &'static str,
+    /// Time of the first sample, after `time_zero_s` was subtracted [s].
+    pub start_s: f64,
+    /// Sample rate of the uniform time base.
+    pub rate: SampleRate,
+    /// The samples, in `unit`.
+    pub values: Vec<f64>,
+    /// What was found odd while reading.
+    pub findings: Vec<Finding>,
+}
+
+impl Channel {
+    /// Returns the time of sample `index` [s].
+    #[must_use]
+    pub fn time_s(&self, index: usize) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
+        let steps = index as f64;
+        self.start_s + steps / self.rate.hertz()
+    }
+}
+
+/// A file that was read: its identity and its channels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// File name without folders; `-` for standard input.
+    pub file: String,
+    /// SHA-256 of the file's bytes, lower-case hexadecimal.
+    pub sha256: String,
+    /// Format name of [`FORMATS`].
+    pub format: &'static str,
+    /// The channels delivered: exactly one under [`Selection::Lateral`].
+    pub channels: Vec<Channel>,
+    /// What was found odd in the file as a whole.
+    pub findings: Vec<Finding>,
+}
+
+/// A reader: how its files are recognised and how they are read.
+#[derive(Debug)]
+pub struct Format {
+    /// Name for `--input-format` and verdicts.
+    pub name: &'static str,
+    /// Tells from the first bytes (up to 4096) and the file name whether the file is of this format.
+    pub recognises: fn(head: &[u8], file_name: &str) -> bool,
+    /// Reads the channels; streams from `source`, within `limits`.
+    pub read: fn(
+        source: &mut source::Reader,
+        options: &ReadOptions,
+        selection: Selection,
+        limits: &Limits,
+    ) -> Result<ReadOutcome, Error>,
+}
+
+/// What a reader delivers: channels and findings on the file as a whole.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ReadOutcome {
+    /// The channels.
+    pub channels: Vec<Channel>,
+    /// Findings on the file as a whole.
+    pub findings: Vec<Finding>,
+}
+
+/// Every format that is read, the most easily recognised first.
+pub const FORMATS: &[Format] = &[
+    Format {
+        name: "mcap",
+        recognises: mcap::recognises,
+        read: mcap::read,
+    },
+    Format {
+        name: "csv",
+        recognises: csv::recognises,
+        read: csv::read,
+    },
+];
+
+/// Reads a recording.
+///
+/// # Errors
+///
+/// Any [`ErrorKind`] of the readers, each at the place in the file where it arose.
+pub fn read(
+    source: &Source,
+    options: &ReadOptions,
+    selection: Selection,
+    limits: &Limits,
+) -> Result<Recording, Error> {
+    let place = Place::file(source.name());
+    let mut reader = source.open().map_err(|error| error.at(place.clone()))?;
+    let head = reader.head().map_err(|error| error.at(place.clone()))?;
+    let format = find_format(&head, &source.name(), options.input_format.as_deref())
+        .map_err(|error| error.at(place.clone()))?;
+    let outcome = (format.read)(&mut reader, options, selection, limits)
+        .map_err(|error| error.at(place.clone()))?;
+    let sha256 = reader.finish().map_err(|error| error.at(place))?;
+    tracing::info!(file = %source.name(), format = format.name, channels = outcome.channels.len(), "recording read");
+    Ok(Recording {
+        file: source.name(),
+        sha256,
+        format: format.name,
+        channels: outcome.channels,
+        findings: outcome.findings,
+    })
+}
+
+/// Formats that are known but not read: first bytes, name, way out.
+const REFUSED: &[(&[u8], &str, &str)] = &[
+    (
+        b"MDF     ",
+        "ASAM MDF4",
+        "export the channel as CSV, for example with asammdf or the logger's converter",
+    ),
+    (
+        b"UnFinMF ",
+        "unfinalised ASAM MDF4",
+        "finalise it, then export the channel as CSV, for example with asammdf",
+    ),
+    (
+        b"TDSm",
+        "NI TDMS",
+        "export the channel as CSV from DIAdem or with the npTDMS package",
+    ),
+    (
+        b"\xD0\xCF\x11\xE0",
+        "legacy Excel (.xls)",
+        "save the sheet as CSV",
+    ),
+    (
+        b"PK\x03\x04",
+        "a zip container (.xlsx or an archive)",
+        "save the sheet, or unpack the file, as CSV",
+    ),
+    (
+        b"\x89HDF\r\n\x1A\n",
+        "HDF5",
+        "export the channel as CSV, for example with h5py",
+    ),
+    (
+        b"MATLAB 5.0 MAT-file",
+        "a MATLAB .mat file",
+        "write the channel as CSV with writematrix",
+    ),
+    (b"\x1F\x8B", "a gzip file", "unpack it first"),
+    (b"\x28\xB5\x2F\xFD", "a zstd file", "unpack it first"),
+];
+
+fn find_format(
+    head: &[u8],
+    file_name: &str,
+    named: Option<&str>,
+) -> Result<&'static Format, Error> {
+    let known: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
+    if let Some(name) = named {
+        return FORMATS
+            .iter()
+            .find(|format| format.name == name)
+            .ok_or_else(|| {
+                ErrorKind::UnknownName {
+                    what: "input format",
+                    found: name.to_string(),
+                    nearest: crate::error::nearest_name(name, &known),
+                    known: known.join(", "),
+                }
+                .into()
+            });
+    }
+    if head.is_empty() {
+        return Err(ErrorKind::Empty {
+            found: "the file is empty".into(),
+            expected: "a recording".into(),
+        }
+        .into());
+    }
+    if let Some((_, format, way_out)) = REFUSED.iter().find(|(magic, _, _)| head.starts_with(magic))
+    {
+        return Err(ErrorKind::RefusedFormat { format, way_out }.into());
+    }
+    FORMATS
+        .iter()
+        .find(|format| (format.recognises)(head, file_name))
+        .ok_or_else(|| {
+            ErrorKind::UnknownFormat {
+                found: describe_head(head),
+                expected: known.join(", "),
+            }
+            .into()
+        })
+}
+
+fn describe_head(head: &[u8]) -> String {
+    let shown: String = head
+        .iter()
+        .take(8)
+        .map(|byte| format!("{byte:02x}"))
+        .collect::<Vec<_>>()
+        .join(" ");
+    format!("first bytes {shown}")
+}

@@ -1,0 +1,64 @@
+//! Findings: something odd in usable data, with what it means for a verdict.
+
+use serde::Serialize;
+
+/// What a finding does to a verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// Worth knowing; changes nothing.
+    Info,
+    /// Worth a look before the verdict is used; changes nothing.
+    Warning,
+    /// The data cannot carry a pass: the verdict is unusable unless the lever was lost before `at_s`.
+    Blocking,
+}
+
+/// Something odd in a recording, its conditioning or its replay.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    /// Stable name, listed in `docs/findings.md`.
+    pub code: &'static str,
+    /// What it does to a verdict.
+    pub severity: Severity,
+    /// One or two sentences: what was seen, what it means.
+    pub text: String,
+    /// The instant from which it holds, on the recording's clock [s]; `None` for the whole record.
+    pub at_s: Option<f64>,
+}
+
+impl Finding {
+    /// Builds a finding that changes nothing.
+    #[must_use]
+    pub fn info(code: &'static str, text: impl Into<String>) -> Self {
+        Self::new(code, Severity::Info, text.into())
+    }
+
+    /// Builds a finding that asks for a look.
+    #[must_use]
+    pub fn warning(code: &'static str, text: impl Into<String>) -> Self {
+        Self::new(code, Severity::Warning, text.into())
+    }
+
+    /// Builds a finding that forbids a pass.
+    #[must_use]
+    pub fn blocking(code: &'static str, text: impl Into<String>) -> Self {
+        Self::new(code, Severity::Blocking, text.into())
+    }
+
+    /// Adds the instant from which it holds [s].
+    #[must_use]
+    pub fn at(mut self, at_s: f64) -> Self {
+        self.at_s = Some(at_s);
+        self
+    }
+
+    fn new(code: &'static str, severity: Severity, text: String) -> Self {
+        Self {
+            code,
+            severity,
+            text,
+            at_s: None,
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! Limits on input: what a reader refuses to take in, so that memory stays bounded.
+
+/// Limits on input; crossing one is an error that names it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Limits {
+    /// Bytes of a text recording, which is held in memory.
+    pub text_bytes: u64,
+    /// Bytes of a card or design file.
+    pub settings_bytes: u64,
+    /// Samples kept per channel.
+    pub samples: u64,
+    /// Columns of a table.
+    pub columns: u64,
+    /// Bytes of one line of text.
+    pub line_bytes: u64,
+    /// Bytes of one MCAP record, a chunk included.
+    pub mcap_record_bytes: u64,
+    /// Bytes of one MCAP chunk after decompression.
+    pub mcap_chunk_bytes: u64,
+    /// Topics of an MCAP file.
+    pub mcap_channels: u64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            text_bytes: 256 << 20,
+            settings_bytes: 1 << 20,
+            samples: 8_000_000,
+            columns: 4096,
+            line_bytes: 1 << 20,
+            mcap_record_bytes: 64 << 20,
+            mcap_chunk_bytes: 64 << 20,
+            mcap_channels: 4096,
+        }
+    }
+}

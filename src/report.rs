@@ -1,0 +1,1 @@
+//! What people and scripts read: verdict.json, report.html and plots. Computes nothing.

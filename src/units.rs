@@ -1,0 +1,284 @@
+//! Units as types at every boundary; plain SI `f64` only inside hot loops.
+
+use crate::error::{Error, ErrorKind};
+use serde::{Deserialize, Serialize};
+
+/// Standard gravity [m/s²], exact by definition (3rd CGPM, 1901; ISO 80000-3).
+///
+/// Every `g` in a recording is this value, never a gram and never 9.81.
+pub const STANDARD_GRAVITY: f64 = 9.806_65;
+
+/// Time from one sample to the next [s].
+///
+/// Its reciprocal is a [`SampleRate`]; neither turns into the other silently.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+pub struct SampleInterval(f64);
+
+impl SampleInterval {
+    /// Wraps a finite, positive interval in seconds.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::NotPositive`] if `seconds` is zero, negative, infinite or NaN.
+    pub fn from_seconds(seconds: f64) -> Result<Self, Error> {
+        positive("sample interval [s]", seconds).map(Self)
+    }
+
+    /// Returns the interval [s].
+    #[must_use]
+    pub fn seconds(self) -> f64 {
+        self.0
+    }
+
+    /// Returns the rate whose interval this is.
+    #[must_use]
+    pub fn rate(self) -> SampleRate {
+        SampleRate(1.0 / self.0)
+    }
+}
+
+/// Samples per second [Hz].
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+pub struct SampleRate(f64);
+
+impl SampleRate {
+    /// Wraps a finite, positive rate in hertz.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::NotPositive`] if `hertz` is zero, negative, infinite or NaN.
+    pub fn from_hertz(hertz: f64) -> Result<Self, Error> {
+        positive("sample rate [Hz]", hertz).map(Self)
+    }
+
+    /// Returns the rate [Hz].
+    #[must_use]
+    pub fn hertz(self) -> f64 {
+        self.0
+    }
+
+    /// Returns the interval whose rate this is.
+    #[must_use]
+    pub fn interval(self) -> SampleInterval {
+        SampleInterval(1.0 / self.0)
+    }
+
+    /// Returns the rate rounded to 1e-4 Hz, the form in which rates are compared with
+    /// the demands of a filter class.
+    #[must_use]
+    pub fn rounded(self) -> f64 {
+        (self.0 * 1e4).round() / 1e4
+    }
+}
+
+/// Newton's coefficient of restitution R [-]: speed after an impact over speed before it.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+pub struct Restitution(f64);
+
+impl Restitution {
+    /// Wraps a ratio from 0 (no rebound) to 1 (no loss).
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::OutOfRange`] outside 0 ≤ R ≤ 1 or for NaN.
+    pub fn from_ratio(ratio: f64) -> Result<Self, Error> {
+        if (0.0..=1.0).contains(&ratio) {
+            Ok(Self(ratio))
+        } else {
+            Err(ErrorKind::OutOfRange {
+                what: "restitution [-]".into(),
+                expected: "0 to 1".into(),
+                found: format!("{ratio}"),
+            }
+            .into())
+        }
+    }
+
+    /// Returns the ratio [-].
+    #[must_use]
+    pub fn ratio(self) -> f64 {
+        self.0
+    }
+}
+
+/// The unit in which a recording states acceleration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum AccelerationUnit {
+    /// Standard gravity, 9.806 65 m/s².
+    #[serde(rename = "g")]
+    StandardGravity,
+    /// Metre per second squared.
+    #[serde(rename = "m/s2")]
+    MetrePerSecondSquared,
+    /// Millimetre per second squared, 1e-3 m/s².
+    #[serde(rename = "mm/s2")]
+    MillimetrePerSecondSquared,
+    /// Millimetre per millisecond squared, 1000 m/s² (finite-element codes).
+    #[serde(rename = "mm/ms2")]
+    MillimetrePerMillisecondSquared,
+    /// Foot per second squared, 0.3048 m/s².
+    #[serde(rename = "ft/s2")]
+    FootPerSecondSquared,
+}
+
+impl AccelerationUnit {
+    /// Lists every unit with the name that options, cards and reports use.
+    pub const ALL: [(Self, &'static str); 5] = [
+        (Self::StandardGravity, "g"),
+        (Self::MetrePerSecondSquared, "m/s2"),
+        (Self::MillimetrePerSecondSquared, "mm/s2"),
+        (Self::MillimetrePerMillisecondSquared, "mm/ms2"),
+        (Self::FootPerSecondSquared, "ft/s2"),
+    ];
+
+    /// Returns the name that options, cards and reports use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        Self::ALL
+            .iter()
+            .find(|(unit, _)| *unit == self)
+            .map_or("", |(_, name)| name)
+    }
+
+    /// Returns the factor that turns a value in this unit into m/s².
+    #[must_use]
+    pub fn metres_per_second_squared(self) -> f64 {
+        match self {
+            Self::StandardGravity => STANDARD_GRAVITY,
+            Self::MetrePerSecondSquared => 1.0,
+            Self::MillimetrePerSecondSquared => 1e-3,
+            Self::MillimetrePerMillisecondSquared => 1e3,
+            Self::FootPerSecondSquared => 0.3048,
+        }
+    }
+
+    /// Reads one of the spellings found in files: `g`, `G'S`, `m/s^2`, `m/s²`, `m/(s*s)`,
+    /// `m s-2`, `mm/ms^2`, `ft/s2` and their like; `None` for anything else.
+    #[must_use]
+    pub fn from_spelling(text: &str) -> Option<Self> {
+        let plain: String = text
+            .trim()
+            .chars()
+            .filter(|c| {
+                !c.is_whitespace() && !matches!(c, '^' | '*' | '(' | ')' | '\'' | '·' | '.')
+            })
+            .map(|c| match c {
+                '²' => '2',
+                '⁻' => '-',
+                other => other.to_ascii_lowercase(),
+            })
+            .collect();
+        match plain.as_str() {
+            "g" | "gs" | "gn" | "g0" => Some(Self::StandardGravity),
+            "m/s2" | "m/ss" | "m/s/s" | "ms-2" | "m/sec2" | "m/sec/sec" | "meters/sec2"
+            | "metre/s2" => Some(Self::MetrePerSecondSquared),
+            "mm/s2" | "mm/ss" | "mm/s/s" | "mms-2" | "mm/sec2" => {
+                Some(Self::MillimetrePerSecondSquared)
+            }
+            "mm/ms2" | "mm/msms" | "mm/ms/ms" | "mmms-2" => {
+                Some(Self::MillimetrePerMillisecondSquared)
+            }
+            "ft/s2" | "ft/ss" | "ft/s/s" | "fts-2" | "ft/sec2" => Some(Self::FootPerSecondSquared),
+            _ => None,
+        }
+    }
+}
+
+/// The unit in which a recording states time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum TimeUnit {
+    /// Second.
+    #[serde(rename = "s")]
+    Second,
+    /// Millisecond.
+    #[serde(rename = "ms")]
+    Millisecond,
+    /// Microsecond.
+    #[serde(rename = "us")]
+    Microsecond,
+}
+
+impl TimeUnit {
+    /// Returns the factor by which a value in this unit is divided to give seconds.
+    ///
+    /// A division by 1000 keeps the decimal digits of a printed stamp exact where a
+    /// product with 1e-3 would not.
+    #[must_use]
+    pub fn per_second(self) -> f64 {
+        match self {
+            Self::Second => 1.0,
+            Self::Millisecond => 1e3,
+            Self::Microsecond => 1e6,
+        }
+    }
+
+    /// Returns the name that options and cards use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Second => "s",
+            Self::Millisecond => "ms",
+            Self::Microsecond => "us",
+        }
+    }
+
+    /// Reads one of the spellings found in files: `s`, `sec`, `ms`, `msec`, `us`, `µs`.
+    #[must_use]
+    pub fn from_spelling(text: &str) -> Option<Self> {
+        match text.trim().to_lowercase().as_str() {
+            "s" | "sec" | "second" | "seconds" | "sec." => Some(Self::Second),
+            "ms" | "msec" | "millisecond" | "milliseconds" => Some(Self::Millisecond),
+            "us" | "usec" | "µs" | "μs" | "microsecond" | "microseconds" => {
+                Some(Self::Microsecond)
+            }
+            _ => None,
+        }
+    }
+}
+
+/// The sign of the recorded acceleration that swings the lever open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OpensWhen {
+    /// A negative recorded acceleration opens; the recording enters the model as it is.
+    Negative,
+    /// A positive recorded acceleration opens; the recording enters with its sign changed.
+    Positive,
+}
+
+impl OpensWhen {
+    /// Returns the factor, +1 or −1, that turns the recorded acceleration into the model's.
+    #[must_use]
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Negative => 1.0,
+            Self::Positive => -1.0,
+        }
+    }
+
+    /// Returns the other polarity.
+    #[must_use]
+    pub fn reversed(self) -> Self {
+        match self {
+            Self::Negative => Self::Positive,
+            Self::Positive => Self::Negative,
+        }
+    }
+
+    /// Returns the word that options, cards and verdicts use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Negative => "negative",
+            Self::Positive => "positive",
+        }
+    }
+}
+
+fn positive(what: &'static str, value: f64) -> Result<f64, Error> {
+    if value.is_finite() && value > 0.0 {
+        Ok(value)
+    } else {
+        Err(ErrorKind::NotPositive { what, found: value }.into())
+    }
+}
