@@ -8,3 +8,4 @@
     clippy::print_stderr,
     reason = "tests may"
 )]
+mod reference;
