@@ -169,13 +169,18 @@ pub fn run(signal: &Signal, design: &Design, options: &RunOptions) -> Result<Out
     }
     check_initial(options)?;
     if let Some(bad) = signal.samples.iter().find(|a| !a.is_finite()) {
-        return Err(ErrorKind::NonFinite { found: bad.to_string() }.into());
+        return Err(ErrorKind::NonFinite {
+            found: bad.to_string(),
+        }
+        .into());
     }
     let (first, last) = options.window.unwrap_or((0, count - 1));
     let (first, last) = (first.min(count - 1), last.min(count - 1));
     let outcome = match options.method {
         Method::EventDriven => event_driven(signal, design, options, first, last),
-        Method::Rk4 { steps_per_period } => fixed_step(signal, design, options, steps_per_period, last)?,
+        Method::Rk4 { steps_per_period } => {
+            fixed_step(signal, design, options, steps_per_period, last)?
+        }
     };
     tracing::debug!(
         model = outcome.run.model.name(),
@@ -191,11 +196,21 @@ fn check_initial(options: &RunOptions) -> Result<(), Error> {
     let Some((angle, velocity)) = options.initial else {
         return Ok(());
     };
-    let least = if options.stop == StopModel::Rigid { 0.0 } else { -ANGLE_LIMIT };
-    if !(least..=ANGLE_LIMIT).contains(&angle) || !velocity.is_finite() || velocity.abs() > VELOCITY_LIMIT {
+    let least = if options.stop == StopModel::Rigid {
+        0.0
+    } else {
+        -ANGLE_LIMIT
+    };
+    if !(least..=ANGLE_LIMIT).contains(&angle)
+        || !velocity.is_finite()
+        || velocity.abs() > VELOCITY_LIMIT
+    {
         return Err(ErrorKind::OutOfRange {
             what: "initial state (phi0 [rad], omega0 [rad/s])".into(),
-            expected: format!("{least} to {ANGLE_LIMIT} rad on a {} stop and at most {VELOCITY_LIMIT} rad/s", options.stop.name()),
+            expected: format!(
+                "{least} to {ANGLE_LIMIT} rad on a {} stop and at most {VELOCITY_LIMIT} rad/s",
+                options.stop.name()
+            ),
             found: format!("({angle}, {velocity})"),
         }
         .into());
@@ -209,9 +224,21 @@ const ANGLE_LIMIT: f64 = 100.0;
 /// Largest initial angular velocity taken [rad/s].
 const VELOCITY_LIMIT: f64 = 1e5;
 
-fn event_driven(signal: &Signal, design: &Design, options: &RunOptions, first: usize, last: usize) -> Outcome {
+fn event_driven(
+    signal: &Signal,
+    design: &Design,
+    options: &RunOptions,
+    first: usize,
+    last: usize,
+) -> Outcome {
     let tally = Tally::new(design.criterion.threshold_rad, options.trace);
-    let mut kernel = Kernel::new(design, options.stop, options.initial, options.tolerance_rad, tally);
+    let mut kernel = Kernel::new(
+        design,
+        options.stop,
+        options.initial,
+        options.tolerance_rad,
+        tally,
+    );
     let (sign, interval) = (options.opens_when.sign(), signal.rate.interval().seconds());
     let lift_off = kernel.lift_off_acceleration();
     let (angle, velocity) = kernel.state();
@@ -222,9 +249,14 @@ fn event_driven(signal: &Signal, design: &Design, options: &RunOptions, first: u
     for index in 0..last {
         if index == first {
             let error = kernel.sensitivity.angle_error();
-            kernel.tally.open_window(kernel.state().0, signal.time_s(index), error);
+            kernel
+                .tally
+                .open_window(kernel.state().0, signal.time_s(index), error);
         }
-        let (from, to) = (sign * signal.samples[index], sign * signal.samples[index + 1]);
+        let (from, to) = (
+            sign * signal.samples[index],
+            sign * signal.samples[index + 1],
+        );
         if kernel.dwells() && from > lift_off && to > lift_off {
             // Pressed onto the rigid stop all through the sample: nothing moves.
             continue;
@@ -236,7 +268,9 @@ fn event_driven(signal: &Signal, design: &Design, options: &RunOptions, first: u
     }
     if first >= last {
         let error = kernel.sensitivity.angle_error();
-        kernel.tally.open_window(kernel.state().0, signal.time_s(last), error);
+        kernel
+            .tally
+            .open_window(kernel.state().0, signal.time_s(last), error);
     }
     let end = signal.time_s(last);
     kernel.tally.close_window(end);
@@ -246,8 +280,15 @@ fn event_driven(signal: &Signal, design: &Design, options: &RunOptions, first: u
     let stuck = kernel.stuck;
     let (peak, work, trace) = (kernel.tally.peak, kernel.work, kernel.tally.trace.take());
     let finished = kernel.tally.clone();
-    let coast = if moving && !stuck { kernel.coast(end) } else { None };
-    let broke_down = stuck || (moving && coast.is_none()) || !peak.angle.is_finite() || !peak.bound().is_finite();
+    let coast = if moving && !stuck {
+        kernel.coast(end)
+    } else {
+        None
+    };
+    let broke_down = stuck
+        || (moving && coast.is_none())
+        || !peak.angle.is_finite()
+        || !peak.bound().is_finite();
     Outcome {
         run: Run {
             model: options.stop,
@@ -264,7 +305,11 @@ fn event_driven(signal: &Signal, design: &Design, options: &RunOptions, first: u
             final_velocity_rad_s: velocity,
             moving_at_end: moving,
             coast_peak_angle_rad: coast.map(|peak| peak.angle),
-            numerical_error_rad: if peak.bound().is_finite() { peak.bound() } else { f64::MAX },
+            numerical_error_rad: if peak.bound().is_finite() {
+                peak.bound()
+            } else {
+                f64::MAX
+            },
             work,
         },
         trace: trace.unwrap_or_default(),
@@ -294,7 +339,13 @@ pub fn energy_j(design: &Design, stop: StopModel, angle_rad: f64, velocity_rad_s
         + 0.5 * stiffness * angle_rad * angle_rad
 }
 
-fn fixed_step(signal: &Signal, design: &Design, options: &RunOptions, steps_per_period: u32, last: usize) -> Result<Outcome, Error> {
+fn fixed_step(
+    signal: &Signal,
+    design: &Design,
+    options: &RunOptions,
+    steps_per_period: u32,
+    last: usize,
+) -> Result<Outcome, Error> {
     let step = rk4::step_seconds(design, steps_per_period);
     let steps = (signal.time_s(last) - signal.start_s) / step;
     if !(2.0 * steps <= FIXED_STEPS_MAX) {
@@ -305,7 +356,14 @@ fn fixed_step(signal: &Signal, design: &Design, options: &RunOptions, steps_per_
         }
         .into());
     }
-    let coarse = rk4::run(signal, design, options.stop, options, steps_per_period, last);
+    let coarse = rk4::run(
+        signal,
+        design,
+        options.stop,
+        options,
+        steps_per_period,
+        last,
+    );
     let fine = rk4::run(
         signal,
         design,

@@ -128,7 +128,10 @@ fn isolate(
         return false;
     }
     if left[n] == 0.0 && left[..n].iter().any(|b| *b != 0.0) && crosses(&left[..=n], &right[..=n]) {
-        let rises = right[1..=n].iter().find(|b| **b != 0.0).is_some_and(|b| *b > 0.0);
+        let rises = right[1..=n]
+            .iter()
+            .find(|b| **b != 0.0)
+            .is_some_and(|b| *b > 0.0);
         if !visit(middle, rises) {
             return false;
         }
@@ -155,7 +158,11 @@ fn refine(coefficients: &[f64], low: f64, high: f64, rises: bool) -> f64 {
             low = x;
         }
         let newton = x - value / derivative;
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        let next = if newton > low && newton < high {
+            newton
+        } else {
+            0.5 * (low + high)
+        };
         let moved = (next - x).abs();
         x = next;
         if moved <= 2.0 * f64::EPSILON * x.abs() || high - low <= f64::EPSILON * high.abs() {

@@ -9,7 +9,7 @@
 use super::Work;
 use super::sensitivity::{Map, Sensitivity};
 use super::tally::{COUNTED_SPEED, Peak, Tally};
-use super::taylor::{Branch, Series, Start};
+use super::taylor::{Branch, Curved, Series, Start};
 use crate::model::design::Design;
 use crate::model::stop::StopModel;
 use crate::numerics::polynomial;
@@ -100,8 +100,14 @@ impl Kernel {
         let pressing = design.lever.preload_torque_nm / inertia;
         let (phase, angle, velocity) = match (stop, initial) {
             (StopModel::Rigid, None) => (Phase::Dwell, 0.0, 0.0),
-            (StopModel::Soft, None) => (Phase::Contact, design.stop.rest_angle_rad(&design.lever), 0.0),
-            (StopModel::Soft, Some((angle, velocity))) if angle < 0.0 => (Phase::Contact, angle, velocity),
+            (StopModel::Soft, None) => (
+                Phase::Contact,
+                design.stop.rest_angle_rad(&design.lever),
+                0.0,
+            ),
+            (StopModel::Soft, Some((angle, velocity))) if angle < 0.0 => {
+                (Phase::Contact, angle, velocity)
+            }
             (_, Some((angle, velocity))) => (Phase::Flight, angle, velocity),
         };
         let mut kernel = Self {
@@ -130,7 +136,9 @@ impl Kernel {
         };
         if stop == StopModel::Soft {
             // A static equilibrium computed in double precision is off by its rounding.
-            kernel.sensitivity.event(&Map([[1.0, 0.0], [0.0, 1.0]]), angle);
+            kernel
+                .sensitivity
+                .event(&Map([[1.0, 0.0], [0.0, 1.0]]), angle);
         }
         kernel
     }
@@ -243,16 +251,23 @@ impl Kernel {
         let series = Series::<FLIGHT_ORDER>::new(&self.free, &start, step);
         self.lifting = false;
         let reach = series.valid_part(self.truncation.max(self.angle.abs() * self.truncation));
-        let hit = self.hit(&series, reach, 1.0);
+        let curved = series.curved();
+        let hit = hit(&series, &curved, reach, 1.0);
         let part = hit.unwrap_or(reach);
         self.work.steps += 1;
         self.work.rhs += FLIGHT_ORDER as u64 - 1;
-        self.tally
-            .stretch(&series, part, stretch.time + local, step, &self.sensitivity);
+        self.tally.stretch(
+            &series,
+            &curved,
+            part,
+            stretch.time + local,
+            step,
+            &self.sensitivity,
+        );
         let (angle, slope) = series.at(part);
         let velocity = slope / step;
         let elapsed = part * step;
-        self.near_graze(&series, part, step, hit.is_some());
+        self.near_graze(&series, &curved, part, step, hit.is_some());
         let middle = stretch.excitation_at(local + 0.5 * elapsed);
         let flow = Map::oscillator(
             self.free.stiffness - middle * series.sine,
@@ -265,9 +280,9 @@ impl Kernel {
             middle * series.cosine,
             self.free.pressing,
             self.free.stiffness * self.angle.abs().max(angle.abs()),
-            angle,
-            velocity,
-            series.tail() * libm::pow(part, (FLIGHT_ORDER - 2) as f64),
+            series.x[0].abs() + series.x[1].abs() + curved.angle,
+            (series.x[1].abs() + curved.slope) / step,
+            series.tail_at(part),
         );
         let reached = if hit.is_none() && part >= 1.0 && step >= stretch.length - local {
             stretch.length
@@ -306,7 +321,10 @@ impl Kernel {
         let pressed = self.free.pressing + stretch.excitation_at(local);
         match self.stop {
             StopModel::Soft => {
-                self.pass_stop(self.free.damping - self.contact.damping, before * stretch.length);
+                self.pass_stop(
+                    self.free.damping - self.contact.damping,
+                    before * stretch.length,
+                );
                 self.phase = Phase::Contact;
             }
             StopModel::Rigid => {
@@ -316,7 +334,8 @@ impl Kernel {
                 } else {
                     let before_acceleration = -pressed - self.free.damping * before;
                     let after_acceleration = -pressed - self.free.damping * after;
-                    let shear = (self.restitution * before_acceleration + after_acceleration) / before;
+                    let shear =
+                        (self.restitution * before_acceleration + after_acceleration) / before;
                     self.sensitivity.event(
                         &Map([[-self.restitution, 0.0], [shear, -self.restitution]]),
                         before * stretch.length,
@@ -358,11 +377,16 @@ impl Kernel {
         }
         let loss = 1.0 - self.restitution;
         // β = −m L a'/I0 in the paper's sign of a; the excitation presses with +b here.
-        let term = speed / loss * (2.0 * -stretch.slope / (3.0 * pressed * pressed) - self.free.damping / (3.0 * pressed));
+        let term = speed / loss
+            * (2.0 * -stretch.slope / (3.0 * pressed * pressed)
+                - self.free.damping / (3.0 * pressed));
         let first = 2.0 * speed / (pressed * loss);
         let spring = self.free.stiffness * speed * speed / (pressed * pressed);
         let time = first * (1.0 + term);
-        if term.abs() > CHATTER_TERM_MAX || spring > CHATTER_TERM_MAX * CHATTER_TERM_MAX || local + time > stretch.length {
+        if term.abs() > CHATTER_TERM_MAX
+            || spring > CHATTER_TERM_MAX * CHATTER_TERM_MAX
+            || local + time > stretch.length
+        {
             return None;
         }
         if self.tally.judging {
@@ -382,7 +406,8 @@ impl Kernel {
     /// Carries the error's map through φ = 0 of the soft stop, where the damping changes by
     /// `drop` [1/s]; `place` is the size of the terms that placed the event [rad].
     fn pass_stop(&mut self, drop: f64, place: f64) {
-        self.sensitivity.event(&Map([[1.0, 0.0], [drop, 1.0]]), place);
+        self.sensitivity
+            .event(&Map([[1.0, 0.0], [drop, 1.0]]), place);
     }
 
     /// Contact to the end of the sample, the end of the series' reach, or lift-off.
@@ -402,12 +427,19 @@ impl Kernel {
         };
         let series = Series::<CONTACT_ORDER>::new(&self.contact, &start, step);
         let reach = series.valid_part(self.truncation);
-        let hit = self.hit(&series, reach, -1.0);
+        let curved = series.curved();
+        let hit = hit(&series, &curved, reach, -1.0);
         let part = hit.unwrap_or(reach);
         self.work.steps += 1;
         self.work.rhs += CONTACT_ORDER as u64 - 1;
-        self.tally
-            .stretch(&series, part, stretch.time + local, step, &self.sensitivity);
+        self.tally.stretch(
+            &series,
+            &curved,
+            part,
+            stretch.time + local,
+            step,
+            &self.sensitivity,
+        );
         let (angle, slope) = series.at(part);
         let velocity = slope / step;
         let elapsed = part * step;
@@ -419,9 +451,9 @@ impl Kernel {
             middle,
             self.contact.pressing,
             self.contact.stiffness * self.angle.abs().max(angle.abs()),
-            angle,
-            velocity,
-            series.tail() * libm::pow(part, (CONTACT_ORDER - 2) as f64),
+            series.x[0].abs() + series.x[1].abs() + curved.angle,
+            (series.x[1].abs() + curved.slope) / step,
+            series.tail_at(part),
         );
         let reached = if hit.is_none() && part >= 1.0 {
             stretch.length
@@ -439,35 +471,22 @@ impl Kernel {
             self.tally.release(stretch.time + reached);
         }
         if reached < stretch.length {
-            self.tally.point(stretch.time + reached, self.angle, self.velocity);
+            self.tally
+                .point(stretch.time + reached, self.angle, self.velocity);
         }
         reached
     }
 
-    /// Returns the part of the step at which the angle reaches zero; `side` is +1 in flight
-    /// and −1 in contact.
-    #[inline]
-    fn hit<const N: usize>(&self, series: &Series<N>, reach: f64, side: f64) -> Option<f64> {
-        let x = &series.x;
-        let (curved, _) = series.curved_part();
-        if side * x[0] + (side * x[1]).min(0.0) - curved > 0.0 {
-            return None;
-        }
-        let mut signed = [0.0; N];
-        for (to, from) in signed.iter_mut().zip(x) {
-            *to = side * from;
-        }
-        // A step that begins on the stop has a known root there; it is divided out.
-        let skip = signed.iter().position(|c| *c != 0.0).unwrap_or(N);
-        if skip == 0 && signed[0] < 0.0 {
-            return None;
-        }
-        polynomial::first_fall(&signed[skip..], reach)
-    }
-
     /// Widens the error after a pass so close to the stop that an impact could have been
     /// missed, or made, within the error of the angle.
-    fn near_graze<const N: usize>(&mut self, series: &Series<N>, part: f64, step: f64, hit: bool) {
+    fn near_graze<const N: usize>(
+        &mut self,
+        series: &Series<N>,
+        curved: &Curved,
+        part: f64,
+        step: f64,
+        hit: bool,
+    ) {
         if hit || self.stop != StopModel::Rigid || series.x[1] >= 0.0 {
             return;
         }
@@ -475,9 +494,11 @@ impl Kernel {
         if slope <= 0.0 {
             return;
         }
-        let error = self.sensitivity.angle_error().max(1e-15 * series.x[1].abs());
-        let (curved, _) = series.curved_part();
-        if series.x[0] + series.x[1] - curved > error {
+        let error = self
+            .sensitivity
+            .angle_error()
+            .max(1e-15 * series.x[1].abs());
+        if series.x[0] + series.x[1] - curved.angle > error {
             return;
         }
         let mut lowest = series.x[0];
@@ -505,7 +526,8 @@ impl Kernel {
         /// has passed its highest point long before.
         const STRETCHES_MAX: u32 = 200_000;
         self.tally.trace = None;
-        self.tally.open_window(self.angle, time, self.sensitivity.angle_error());
+        self.tally
+            .open_window(self.angle, time, self.sensitivity.angle_error());
         let mut now = time;
         for _ in 0..STRETCHES_MAX {
             if self.phase == Phase::Dwell || self.cannot_rise_above(self.tally.peak.angle) {
@@ -531,6 +553,27 @@ impl Kernel {
             self.free.pressing * u + 0.5 * stiffness * u * u
         };
         let left = 0.5 * self.velocity * self.velocity + potential(self.angle);
-        left <= potential(angle) * (1.0 + 1e-12) || (self.stop == StopModel::Soft && left <= 0.0 && angle <= 0.0)
+        left <= potential(angle) * (1.0 + 1e-12)
+            || (self.stop == StopModel::Soft && left <= 0.0 && angle <= 0.0)
     }
+}
+
+/// Returns the part of the step at which the angle reaches zero; `side` is +1 in flight
+/// and −1 in contact.
+#[inline]
+fn hit<const N: usize>(series: &Series<N>, curved: &Curved, reach: f64, side: f64) -> Option<f64> {
+    let x = &series.x;
+    if side * x[0] + (side * x[1]).min(0.0) - curved.angle > 0.0 {
+        return None;
+    }
+    let mut signed = [0.0; N];
+    for (to, from) in signed.iter_mut().zip(x) {
+        *to = side * from;
+    }
+    // A step that begins on the stop has a known root there; it is divided out.
+    let skip = signed.iter().position(|c| *c != 0.0).unwrap_or(N);
+    if skip == 0 && signed[0] < 0.0 {
+        return None;
+    }
+    polynomial::first_fall(&signed[skip..], reach)
 }

@@ -55,13 +55,18 @@ impl LeverMotion<'_> {
 impl Motion for LeverMotion<'_> {
     fn acceleration(&self, t: f64, q: f64, v: f64) -> f64 {
         let (damping, stiffness) = if q < 0.0 { self.contact } else { self.free };
-        -self.pressing - damping * v - stiffness * q - self.gain * self.sign * self.excitation(t) * libm::cos(q)
+        -self.pressing
+            - damping * v
+            - stiffness * q
+            - self.gain * self.sign * self.excitation(t) * libm::cos(q)
     }
 }
 
 /// Returns the step [s]: natural period 2π/ω0 over the steps per period.
 pub(super) fn step_seconds(design: &Design, steps_per_period: u32) -> f64 {
-    std::f64::consts::TAU / design.lever.angular_frequency_rad_s() / f64::from(steps_per_period.max(1))
+    std::f64::consts::TAU
+        / design.lever.angular_frequency_rad_s()
+        / f64::from(steps_per_period.max(1))
 }
 
 /// Runs with `steps_per_period` steps in a natural period.
@@ -97,7 +102,9 @@ pub(super) fn run(
         StopModel::Soft => (design.stop.rest_angle_rad(&design.lever), 0.0),
     });
     let (start, end) = (signal.start_s, signal.time_s(last));
-    let judged_from = options.window.map_or(start, |(from, _)| signal.time_s(from));
+    let judged_from = options
+        .window
+        .map_or(start, |(from, _)| signal.time_s(from));
     let step = step_seconds(design, steps_per_period);
     let threshold = design.criterion.threshold_rad;
     let mut result = FixedStepRun {
@@ -111,7 +118,12 @@ pub(super) fn run(
         work: Work::default(),
         trace: vec![],
     };
-    #[expect(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded by MAX_STEPS")]
+    #[expect(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "bounded by MAX_STEPS"
+    )]
     let steps = ((end - start) / step).ceil() as u64;
     let keep_every = (steps / 20_000).max(1);
     for k in 0..steps {
@@ -148,7 +160,11 @@ pub(super) fn run(
             }
         }
         if options.trace && k % keep_every == 0 {
-            result.trace.push(TracePoint { time_s: now, angle_rad: q, velocity_rad_s: v });
+            result.trace.push(TracePoint {
+                time_s: now,
+                angle_rad: q,
+                velocity_rad_s: v,
+            });
         }
         if !q.is_finite() || !v.is_finite() {
             break;

@@ -42,15 +42,20 @@ impl Sensitivity {
     /// Returns a bound on the error of the angle [rad].
     #[inline]
     pub(super) fn angle_error(&self) -> f64 {
-        COVERAGE * (self.variance_angle.sqrt() + ROUNDING * (self.excitation[0].abs() + self.preload[0].abs()))
+        COVERAGE
+            * (self.variance_angle.sqrt()
+                + ROUNDING * (self.excitation[0].abs() + self.preload[0].abs()))
     }
 
     /// Carries the error along a smooth stretch of `time` [s] by the map `flow`; `push` is
     /// the excitation term b cos u, `pressing` the preload term and `spring` the size of the
-    /// spring's term [rad/s²], `angle` and `velocity` the state reached, `truncation` [rad]
-    /// what the step neglects.
+    /// spring's term [rad/s²], `angle` and `velocity` the sizes of what is added up to the
+    /// state reached, `truncation` [rad] what the step neglects.
     #[inline]
-    #[expect(clippy::too_many_arguments, reason = "one flat call per step, no struct to fill")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "one flat call per step, no struct to fill"
+    )]
     pub(super) fn flow(
         &mut self,
         flow: &Map,
@@ -64,13 +69,13 @@ impl Sensitivity {
     ) {
         self.map(flow);
         let half = 0.5 * time;
-        self.excitation[0] += push * time * half;
-        self.excitation[1] += push * time;
-        self.preload[0] += pressing * time * half;
-        self.preload[1] += pressing * time;
+        self.excitation[0] -= push * time * half;
+        self.excitation[1] -= push * time;
+        self.preload[0] -= pressing * time * half;
+        self.preload[1] -= pressing * time;
         let kick = ROUNDING * (push.abs() + pressing + spring) * time;
-        let angle_noise = ROUNDING * (angle.abs() + (velocity * time).abs()) + truncation;
-        let velocity_noise = ROUNDING * velocity.abs() + kick;
+        let angle_noise = ROUNDING * angle + truncation;
+        let velocity_noise = ROUNDING * velocity + kick;
         self.variance_angle += angle_noise * angle_noise;
         self.variance_velocity += velocity_noise * velocity_noise;
     }
@@ -107,36 +112,32 @@ impl Map {
     /// Returns the flow over `time` [s] of δ'' = −damping δ' − stiffness δ, both constant.
     #[inline]
     pub(super) fn oscillator(stiffness: f64, damping: f64, time: f64) -> Self {
-        // Halve until the Taylor polynomial is good to a few per cent, which is all that a
-        // bound needs, then square back.
-        let size = (stiffness.abs().sqrt() + damping.abs()) * time;
-        let halvings = if size <= 0.5 { 0 } else { libm::log2(size * 2.0).ceil().min(30.0) as u32 };
-        let t = time / f64::from(1u32 << halvings);
-        let (kt2, ct) = (stiffness * t * t, damping * t);
-        // exp of [[0, 1], [−k, −c]] t to fourth order in t.
-        let a = 1.0 - 0.5 * kt2 + ct * kt2 / 6.0 + kt2 * kt2 / 24.0;
-        let b = t * (1.0 - 0.5 * ct + (ct * ct - kt2) / 6.0);
-        let c = -stiffness * b;
-        let d = a - damping * b;
-        let mut map = Self([[a, b], [c, d]]);
-        for _ in 0..halvings {
-            map = map.times(&map);
+        if stiffness.abs() * time * time + damping * time < SHORT {
+            let (kt2, ct) = (stiffness * time * time, damping * time);
+            let a = 1.0 - 0.5 * kt2;
+            let b = time * (1.0 - 0.5 * ct);
+            return Self([[a, b], [-stiffness * b, a - damping * b]]);
         }
-        map
-    }
-
-    #[inline]
-    fn times(&self, other: &Self) -> Self {
-        let (l, r) = (&self.0, &other.0);
+        // exp(−γ/2 t) (cos ωt, sin ωt/ω), or its hyperbolic twin beyond critical damping.
+        let half = 0.5 * damping;
+        let square = stiffness - half * half;
+        let decay = libm::exp(-half * time);
+        let (even, odd) = if square > 0.0 {
+            let omega = square.sqrt();
+            (libm::cos(omega * time), libm::sin(omega * time) / omega)
+        } else if square < 0.0 {
+            let rate = (-square).sqrt();
+            (libm::cosh(rate * time), libm::sinh(rate * time) / rate)
+        } else {
+            (1.0, time)
+        };
+        let (even, odd) = (decay * even, decay * odd);
         Self([
-            [
-                l[0][0] * r[0][0] + l[0][1] * r[1][0],
-                l[0][0] * r[0][1] + l[0][1] * r[1][1],
-            ],
-            [
-                l[1][0] * r[0][0] + l[1][1] * r[1][0],
-                l[1][0] * r[0][1] + l[1][1] * r[1][1],
-            ],
+            [even + half * odd, odd],
+            [-stiffness * odd, even - half * odd],
         ])
     }
 }
+
+/// Below this size of (ωt)² + γt two terms of the flow's series are good to 1e-4.
+const SHORT: f64 = 1e-2;

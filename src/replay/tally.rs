@@ -2,7 +2,7 @@
 
 use super::TracePoint;
 use super::sensitivity::Sensitivity;
-use super::taylor::Series;
+use super::taylor::{Curved, Series};
 use crate::numerics::polynomial;
 
 /// Impacts slower than this are not counted [rad/s].
@@ -108,6 +108,7 @@ impl Tally {
     pub(super) fn stretch<const N: usize>(
         &mut self,
         series: &Series<N>,
+        curved: &Curved,
         part: f64,
         time: f64,
         step: f64,
@@ -117,13 +118,12 @@ impl Tally {
             return;
         }
         let (start, slope) = (series.x[0], series.x[1]);
-        let (curved, curved_slope) = series.curved_part();
-        let highest = start + slope.max(0.0) + curved;
+        let highest = start + slope.max(0.0) + curved.angle;
         let error = sensitivity.angle_error();
         if highest + error > self.peak.upper {
-            self.offer_maxima(series, part, time, step, error, slope, curved_slope);
+            self.offer_maxima(series, part, time, step, error, slope.abs() < curved.slope);
         }
-        let lowest = start + slope.min(0.0) - curved;
+        let lowest = start + slope.min(0.0) - curved.angle;
         if lowest <= self.threshold && (highest > self.threshold || self.above_since.is_some()) {
             self.cross_threshold(series, part, time, step);
         }
@@ -131,7 +131,13 @@ impl Tally {
 
     #[cold]
     #[inline(never)]
-    fn cross_threshold<const N: usize>(&mut self, series: &Series<N>, part: f64, time: f64, step: f64) {
+    fn cross_threshold<const N: usize>(
+        &mut self,
+        series: &Series<N>,
+        part: f64,
+        time: f64,
+        step: f64,
+    ) {
         let mut shifted = series.x;
         shifted[0] -= self.threshold;
         polynomial::sign_changes(&shifted, part, &mut |x, rises| {
@@ -159,7 +165,10 @@ impl Tally {
         }
     }
 
-    #[expect(clippy::too_many_arguments, reason = "one caller, which has them at hand")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "one caller, which has them at hand"
+    )]
     fn offer_maxima<const N: usize>(
         &mut self,
         series: &Series<N>,
@@ -167,11 +176,10 @@ impl Tally {
         time: f64,
         step: f64,
         error: f64,
-        slope: f64,
-        curved_slope: f64,
+        turns: bool,
     ) {
         // Rising all along: only the end counts; falling all along: the start, known already.
-        if slope.abs() < curved_slope {
+        if turns {
             let derivative = series.derivative();
             polynomial::sign_changes(&derivative[..N - 1], part, &mut |x, rises| {
                 if !rises {
@@ -180,7 +188,8 @@ impl Tally {
                 true
             });
         }
-        self.peak.offer(series.at(part).0, time + part * step, error);
+        self.peak
+            .offer(series.at(part).0, time + part * step, error);
     }
 
     /// Takes in an impact or contact entry with `velocity` before it.

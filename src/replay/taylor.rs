@@ -44,6 +44,15 @@ pub(super) struct Series<const N: usize> {
     pub(super) cosine: f64,
 }
 
+/// Bounds on what bends a step, over the whole of it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Curved {
+    /// Σ_{n≥2} |x_n| [rad].
+    pub(super) angle: f64,
+    /// Σ_{n≥2} n |x_n|, of the derivative by σ [rad].
+    pub(super) slope: f64,
+}
+
 impl<const N: usize> Series<N> {
     /// Computes the coefficients for a step of `step` [s].
     #[inline]
@@ -111,25 +120,37 @@ impl<const N: usize> Series<N> {
         self.x[N - 1].abs() + self.x[N - 2].abs()
     }
 
+    /// Returns the size of the last two terms at `part` of the step [rad].
+    #[inline]
+    pub(super) fn tail_at(&self, part: f64) -> f64 {
+        if part >= 1.0 {
+            return self.tail();
+        }
+        #[expect(clippy::cast_precision_loss, reason = "N is a small order")]
+        let power = libm::pow(part, (N - 2) as f64);
+        self.tail() * power
+    }
+
     /// Returns the angle and its derivative by σ at `part` of the step.
     #[inline]
     pub(super) fn at(&self, part: f64) -> (f64, f64) {
         crate::numerics::polynomial::evaluate_with_derivative(&self.x, part)
     }
 
-    /// Returns Σ_{n≥2} |x_n| and Σ_{n≥2} n |x_n|: bounds on the curved part of the angle and
-    /// of its derivative by σ over the whole step.
+    /// Returns bounds on the curved part of the step.
     #[inline]
-    pub(super) fn curved_part(&self) -> (f64, f64) {
-        let mut angle = 0.0;
-        let mut derivative = 0.0;
+    pub(super) fn curved(&self) -> Curved {
+        let mut curved = Curved {
+            angle: 0.0,
+            slope: 0.0,
+        };
         let mut n = 2.0;
         for x in &self.x[2..] {
-            angle += x.abs();
-            derivative += n * x.abs();
+            curved.angle += x.abs();
+            curved.slope += n * x.abs();
             n += 1.0;
         }
-        (angle, derivative)
+        curved
     }
 
     /// Returns the coefficients of the derivative by σ.
