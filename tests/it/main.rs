@@ -9,4 +9,5 @@
     reason = "tests may"
 )]
 
+mod pictures;
 mod signals;
