@@ -203,7 +203,7 @@ fn burst() -> Recording {
     let samples = grid.sample(burst_g, 0.05, 11);
     Recording {
         name: "burst.csv",
-        channel: "acceleration y",
+        channel: "acceleration y (g)",
         unit: "g",
         rate_hz: grid.rate_hz,
         range_g: 2000,
@@ -225,7 +225,7 @@ fn half_sine() -> Recording {
     let samples = grid.sample(|t| half_sine_g(t, -30.0, 0.011), 0.03, 12);
     Recording {
         name: "half_sine_30g_11ms.csv",
-        channel: "acceleration y",
+        channel: "acceleration y (g)",
         unit: "g",
         rate_hz: grid.rate_hz,
         range_g: 200,
@@ -261,7 +261,7 @@ fn sled() -> Recording {
     let samples = grid.sample(sled_g, 0.03, 13);
     Recording {
         name: "sled_30g_30ms.csv",
-        channel: "acceleration y",
+        channel: "acceleration y (g)",
         unit: "g",
         rate_hz: grid.rate_hz,
         range_g: 200,
@@ -291,7 +291,7 @@ fn surviving() -> Recording {
     let samples = grid.sample(surviving_g, 0.02, 14);
     Recording {
         name: "surviving.csv",
-        channel: "acceleration y",
+        channel: "acceleration y (g)",
         unit: "g",
         rate_hz: grid.rate_hz,
         range_g: 50,

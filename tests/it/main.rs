@@ -11,3 +11,4 @@
 
 mod pictures;
 mod signals;
+mod tidy;

@@ -83,7 +83,7 @@ fn check_card(name: &str, channel: &str, rate_hz: f64, synthetic: bool) {
 
 #[test]
 fn tidy_cards_of_the_signals_say_all_that_a_card_can_say() {
-    let lateral = "acceleration y";
+    let lateral = "acceleration y (g)";
     check_card("burst.csv", lateral, 20_000.0, true);
     check_card("half_sine_30g_11ms.csv", lateral, 10_000.0, true);
     check_card("sled_30g_30ms.csv", lateral, 10_000.0, true);
