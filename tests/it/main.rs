@@ -8,4 +8,8 @@
     clippy::print_stderr,
     reason = "tests may"
 )]
+
+mod pictures;
 mod reference;
+mod signals;
+mod tidy;
