@@ -264,6 +264,22 @@ fn conditioned(channel: &Channel, options: &ConditioningOptions) -> Result<Condi
     })
 }
 
+/// Returns the signal as it would be used without a filter: bias removed and resampled alike.
+///
+/// # Errors
+///
+/// As [`condition`] for the resampling.
+pub fn without_filter(conditioned: &Conditioned) -> Result<Signal, Error> {
+    let mut signal = conditioned.raw.clone();
+    for sample in &mut signal.samples {
+        *sample -= conditioned.bias_m_s2;
+    }
+    match conditioned.resample_hz {
+        Some(hertz) => resample::resample(&signal, SampleRate::from_hertz(hertz)?),
+        None => Ok(signal),
+    }
+}
+
 /// Returns the value of largest magnitude and its time [s]; the first of equals.
 #[must_use]
 pub fn peak(signal: &Signal) -> Option<(f64, f64)> {
