@@ -8,3 +8,6 @@
     clippy::print_stderr,
     reason = "tests may"
 )]
+
+mod bad_files_mcap;
+mod mcap;
