@@ -9,7 +9,9 @@
     reason = "tests may"
 )]
 
+mod bad_files_mcap;
 mod csv;
+mod mcap;
 mod pictures;
 mod reference;
 mod signals;

@@ -347,6 +347,11 @@ impl Series {
         if let Some(error) = self.error.take() {
             return Err(error);
         }
+        if let [column] = &mut self.columns[..]
+            && let Some(error) = column.error.take()
+        {
+            return Err(error);
+        }
         let first = self.name();
         let place = Place::default().channel(&first);
         let mut findings = Vec::new();
