@@ -8,3 +8,10 @@
     clippy::print_stderr,
     reason = "tests may"
 )]
+
+mod conditioning;
+mod conditioning_cfc;
+mod conditioning_quality;
+mod conditioning_resample;
+mod conditioning_spectrum;
+mod conditioning_support;
