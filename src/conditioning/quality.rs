@@ -131,6 +131,15 @@ impl<'a> Facts<'a> {
         }
     }
 
+    /// Noise of single samples, as far as it can make neighbours equal by chance [quanta];
+    /// one where no samples before the event tell.
+    fn noise_quanta(&self) -> f64 {
+        if self.pre_event == 0 || self.quantum <= 0.0 {
+            return 1.0;
+        }
+        (self.pre_deviation / self.quantum).min(3.0)
+    }
+
     /// Runs of at least `least` equal samples: first index and length.
     fn runs(&self, least: usize) -> Vec<(usize, usize)> {
         let mut runs = Vec::new();
@@ -271,32 +280,36 @@ fn flat_top(facts: &Facts<'_>, extreme: f64, range_g: Option<f64>) -> Option<Fin
 /// Near its top a smooth signal is a parabola. If r of its samples share one quantum q, it has
 /// fallen by at most q (1 + 2s/(r−1))² after s samples beyond the run, plus one quantum of
 /// rounding. A signal that has fallen further was cut: at s = 1, where nothing but the next
-/// sample counts, or both at half and at the whole length of the run.
+/// sample counts, or both at half and at the whole length of the run. Noise of a few quanta
+/// lets three or four samples of a sharper top share a value by chance; q grows for them.
 fn is_cut(facts: &Facts<'_>, first: usize, length: usize) -> bool {
     let end = first + length - 1;
     let level = facts.samples[first];
-    let fallen = |index: Option<usize>| -> Option<f64> {
-        let value = facts.samples.get(index?)?;
-        Some((level - value).abs() / facts.quantum)
-    };
     let reaches = |steps: usize| {
-        #[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
-        let ratio = 2.0 * steps as f64 / (length - 1) as f64;
+        let ratio = 2.0 * as_f64(steps) / as_f64(length - 1);
         (1.0 + ratio) * (1.0 + ratio)
     };
-    let half = (length / 2).max(1);
+    let chance = match length {
+        ..=4 => 1.0 + 3.0 * facts.noise_quanta(),
+        5..=6 => 1.0 + 1.5 * facts.noise_quanta(),
+        _ => 1.0,
+    };
     [true, false].into_iter().any(|before| {
-        let beyond = |steps: usize| {
-            fallen(if before {
-                first.checked_sub(steps)
-            } else {
-                end.checked_add(steps)
-            })
+        let available = if before {
+            first
+        } else {
+            facts.samples.len() - 1 - end
         };
         let exceeds = |steps: usize, spare: f64| {
-            beyond(steps).is_some_and(|fall| fall > spare * reaches(steps) + 1.5)
+            let steps = steps.min(available);
+            if steps == 0 {
+                return false;
+            }
+            let beyond = if before { first - steps } else { end + steps };
+            let fallen = (level - facts.samples[beyond]).abs() / facts.quantum;
+            fallen > spare * chance * reaches(steps) + 1.5
         };
-        exceeds(1, 1.0) || (exceeds(half, 1.25) && exceeds(length, 1.25))
+        exceeds(1, 1.0) || (exceeds(length / 2, 1.25) && exceeds(length, 1.25))
     })
 }
 
@@ -345,7 +358,8 @@ fn converter_limit(facts: &Facts<'_>) -> Option<Finding> {
 }
 
 /// Equal samples for longer than a moving body can stand still, away from zero; or at any level,
-/// if they begin inside the event and the channel's own noise vanishes with them.
+/// if they begin inside the event and the channel's own noise vanishes with them. A slow
+/// signal on a coarse grid may stand still at its top; it comes and goes gently.
 fn frozen(facts: &Facts<'_>) -> Option<Finding> {
     #[expect(
         clippy::cast_possible_truncation,
@@ -353,7 +367,7 @@ fn frozen(facts: &Facts<'_>) -> Option<Finding> {
         reason = "positive; a float cast saturates"
     )]
     let least = ((FROZEN_S * facts.raw.rate.hertz()).floor() as usize + 2).max(FROZEN_RUN);
-    let noisy = facts.pre_deviation >= facts.quantum && facts.pre_deviation > 0.0;
+    let noisy = facts.pre_deviation >= 0.5 * facts.quantum && facts.pre_deviation > 0.0;
     let quiet_before = facts
         .runs(FROZEN_RUN)
         .iter()
@@ -362,7 +376,8 @@ fn frozen(facts: &Facts<'_>) -> Option<Finding> {
         let level = facts.samples[first];
         let away = (level.abs() > QUIET_QUANTA * facts.quantum
             && (level - facts.pre_mean).abs() > 5.0 * facts.pre_deviation)
-            && level.abs() > 0.01 * facts.peak;
+            && level.abs() > 0.01 * facts.peak
+            && is_cut(facts, first, length);
         let lost = noisy && !quiet_before && inside_event(facts, first, least);
         (away || lost).then(|| {
             let at_s = facts.raw.time_s(first);
@@ -488,20 +503,35 @@ fn pre_event_not_quiet(facts: &Facts<'_>) -> Option<Finding> {
     })
 }
 
-/// The bias moves while it is measured.
+/// The bias moves while it is measured: a line through the pre-event samples rises by more than
+/// what is left beside the line can explain.
 fn drift(facts: &Facts<'_>) -> Option<Finding> {
-    let (early, late) = facts.samples[..facts.pre_event].split_at(facts.pre_event / 2);
-    if early.len() < 2 {
+    let samples = &facts.samples[..facts.pre_event];
+    if samples.len() < 4 {
         return None;
     }
-    let change = mean(late) - mean(early);
-    let error = bias::standard_error_of_mean(early).hypot(bias::standard_error_of_mean(late));
-    (change.abs() > (6.0 * error).max(0.1 * STANDARD_GRAVITY)).then(|| {
+    let middle = 0.5 * as_f64(samples.len() - 1);
+    let (mut rise, mut run) = (0.0, 0.0);
+    for (index, value) in samples.iter().enumerate() {
+        let step = as_f64(index) - middle;
+        rise += step * (value - facts.pre_mean);
+        run += step * step;
+    }
+    let slope = rise / run;
+    let beside: Vec<f64> = samples
+        .iter()
+        .enumerate()
+        .map(|(index, value)| value - slope * (as_f64(index) - middle))
+        .collect();
+    let change = slope * 2.0 * middle;
+    // The rise of a fitted line over its length has √12 times the error of the mean.
+    let error = 12.0_f64.sqrt() * bias::standard_error_of_mean(&beside);
+    (change.abs() > (5.0 * error).max(0.1 * STANDARD_GRAVITY)).then(|| {
         Finding::warning(
             "drift",
             format!(
-                "the mean moves by {} from the first to the second half of the pre-event samples: \
-                 the bias that is removed may not hold for the event",
+                "the samples before the event drift by {} while the bias is taken: it may not hold \
+                 for the event",
                 in_g(change)
             ),
         )
@@ -537,9 +567,13 @@ fn zero_shift(facts: &Facts<'_>) -> Option<Finding> {
     })
 }
 
-#[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
 fn mean(samples: &[f64]) -> f64 {
-    samples.iter().sum::<f64>() / samples.len().max(1) as f64
+    samples.iter().sum::<f64>() / as_f64(samples.len().max(1))
+}
+
+#[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
+fn as_f64(index: usize) -> f64 {
+    index as f64
 }
 
 /// Tells whether two samples are the same number; +0 and −0 are.

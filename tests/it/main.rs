@@ -10,6 +10,12 @@
 )]
 
 mod bad_files_mcap;
+mod conditioning;
+mod conditioning_cfc;
+mod conditioning_quality;
+mod conditioning_resample;
+mod conditioning_spectrum;
+mod conditioning_support;
 mod csv;
 mod mcap;
 mod pictures;
