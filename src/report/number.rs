@@ -16,6 +16,22 @@ pub fn significant(value: f64, digits: usize) -> String {
     typeset(&plain(value, digits))
 }
 
+/// As [`significant`] without zeros at the end of its decimals: `6.4`, `2083.3`, `1000`.
+#[must_use]
+pub fn trimmed(value: f64, digits: usize) -> String {
+    let ascii = plain(value, digits);
+    let (mantissa, exponent) = match ascii.split_once('e') {
+        Some((mantissa, exponent)) => (mantissa, format!("e{exponent}")),
+        None => (&*ascii, String::new()),
+    };
+    let mantissa = if mantissa.contains('.') {
+        mantissa.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        mantissa
+    };
+    typeset(&format!("{mantissa}{exponent}"))
+}
+
 /// Returns `value` with all its digits and no more, for example `0.1` or `8.888 × 10⁻⁴`; an en
 /// dash if it is not finite.
 #[must_use]

@@ -6,7 +6,7 @@ use super::words::{self, DIGITS};
 use super::{REPORT_FILE, escape};
 use crate::recording::Severity;
 use crate::replay::Run;
-use crate::verdict::Document;
+use crate::verdict::{Answer, Document};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -51,6 +51,13 @@ fn line(out: &mut String, name: &str, text: &str) {
 }
 
 fn nominal(out: &mut String, document: &Document, run: &Run, limit: &str) {
+    if document.verdict == Answer::Unusable {
+        line(
+            out,
+            "caution",
+            "the recording carries no answer; the figures below are no evidence of a pass",
+        );
+    }
     line(
         out,
         "peak",

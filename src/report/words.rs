@@ -1,7 +1,7 @@
 //! Words that the terminal and the page share.
 
 use crate::model::stop::StopModel;
-use crate::report::number::{exact, milliseconds, significant};
+use crate::report::number::{exact, milliseconds, significant, trimmed};
 use crate::units::OpensWhen;
 use crate::verdict::{Answer, Document, ErrorBudget};
 
@@ -34,6 +34,15 @@ pub(super) fn time(seconds: f64) -> String {
         format!("{}\u{00A0}ms", milliseconds(seconds, DIGITS))
     } else {
         format!("{}\u{00A0}s", significant(seconds, 7))
+    }
+}
+
+/// As [`time`] without zeros at the end: for instants that were given or sampled.
+pub(super) fn instant(seconds: f64) -> String {
+    if seconds.abs() < 10.0 {
+        format!("{}\u{00A0}ms", trimmed(seconds * 1e3, 6))
+    } else {
+        format!("{}\u{00A0}s", trimmed(seconds, 8))
     }
 }
 

@@ -43,6 +43,7 @@ pub(super) fn verdict(page: &mut Page, document: &Document) {
     key_figures(page, document);
     if let Some(run) = &document.nominal {
         gauge(page, document, run);
+        coast(page, run);
     }
     page.raw("<ul class=\"why\">\n");
     for reason in &document.why {
@@ -57,6 +58,14 @@ pub(super) fn verdict(page: &mut Page, document: &Document) {
 }
 
 fn key_figures(page: &mut Page, document: &Document) {
+    if document.verdict == Answer::Unusable && document.nominal.is_some() {
+        page.raw("<p class=\"caution\">");
+        page.text(
+            "The figures below describe the replay of a recording that carries no answer. They \
+             are no evidence that the door stays shut.",
+        );
+        page.raw("</p>\n");
+    }
     let Some(run) = &document.nominal else {
         page.raw("<dl class=\"key\">\n");
         item(page, "Peak angle", "not judged", "nothing was replayed");
@@ -102,6 +111,9 @@ fn key_figures(page: &mut Page, document: &Document) {
         None => item(page, "First crossing", "none", "in the judged window"),
     }
     page.raw("</dl>\n");
+}
+
+fn coast(page: &mut Page, run: &Run) {
     if let Some(coast) = run.coast_peak_angle_rad {
         let compared = if coast > run.peak_angle_rad {
             "more than the peak above"
@@ -109,15 +121,9 @@ fn key_figures(page: &mut Page, document: &Document) {
             "no more than the peak above"
         };
         page.note(&format!(
-            "After the end of the window the lever coasts on to {} at most, {compared}.",
+            "After the window’s end the lever coasts on to {} at most, {compared}.",
             angle(coast)
         ));
-    }
-    if document.verdict == Answer::Unusable {
-        page.note(
-            "These figures describe the replay of a recording that carries no answer; they are \
-             no evidence that the door stays shut.",
-        );
     }
 }
 

@@ -4,7 +4,7 @@ use super::markup::Page;
 use crate::recording::{Finding, Severity};
 use crate::replay::Run;
 use crate::report::number::{ABSENT, count, milliseconds, significant};
-use crate::report::words::{self, DIGITS, margin, time};
+use crate::report::words::{self, DIGITS, instant, margin};
 use crate::verdict::Document;
 
 /// Rows of the impacts table that are always shown.
@@ -346,7 +346,7 @@ pub(super) fn findings(page: &mut Page, document: &Document) {
         page.element(
             "td",
             "number",
-            &finding.at_s.map_or_else(|| "whole record".into(), time),
+            &finding.at_s.map_or_else(|| "whole record".into(), instant),
         );
         page.raw("</tr>\n");
     }

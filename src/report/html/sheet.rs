@@ -31,7 +31,7 @@ header .id{text-align:right;flex:none;max-width:45%}
 h2{font-size:18px;line-height:1.3;margin:38px 0 10px;padding-bottom:6px;border-bottom:1px solid var(--rule)}
 h3{font-size:15px;margin:20px 0 6px}
 p{margin:8px 0;max-width:76ch}
-.note,figcaption{color:var(--muted);font-size:14px}
+.note,figcaption{color:var(--muted);font-size:14px;max-width:none}
 a{color:var(--first)}
 code,pre{font-family:ui-monospace,SFMono-Regular,Menlo,Consolas,'DejaVu Sans Mono',monospace;font-size:13.5px}
 code{overflow-wrap:anywhere}
@@ -61,7 +61,9 @@ figcaption{margin:4px 2px 0}
 .gauge .limit{stroke:var(--ink);stroke-width:2.5}
 .why{margin:14px 0 0;padding:0;list-style:none}
 .why li{padding:6px 0;border-top:1px solid var(--rule)}
-.why code{color:var(--muted);margin-left:8px;font-size:12.5px}
+.why code{color:var(--muted);margin-left:8px;font-size:12.5px;white-space:nowrap}
+.caution{margin:16px 0 -4px;font-weight:650;color:var(--tone);max-width:none}
+.unusable .key dd.value{color:var(--muted)}
 .sum{margin:12px 0 0;font-size:14px;color:var(--muted);max-width:none}
 table{border-collapse:collapse;width:100%;margin:10px 0;font-size:14.5px}
 th,td{text-align:left;vertical-align:top;padding:5px 12px 5px 0;border-bottom:1px solid var(--rule)}
@@ -113,8 +115,25 @@ th,td{padding-top:2.5pt;padding-bottom:2.5pt}
 figure{margin:8pt 0 12pt}
 figure,.card,tr,pre,.statement,.sign,.tight{break-inside:avoid}
 thead{display:table-header-group}
-.answer strong{font-size:30pt}
+table{break-inside:avoid}
+.findings,.impacts{break-inside:auto}
+section>p{break-after:avoid}
+header{margin-bottom:9pt}
+header p,.key dt,.key dd,.sum,.answer .exit{font-size:8.4pt}
+.card{padding:10pt 14pt 8pt}
+.answer{gap:12pt}
+.answer svg{width:42pt;height:42pt}
+.answer strong{font-size:28pt}
+.answer span{font-size:10pt}
+.key{margin:9pt 0 2pt;gap:8pt 14pt}
 .key dd.value{font-size:13pt}
+.gauge{height:auto;margin-top:4pt}
+.why{margin-top:6pt;font-size:9.4pt}
+.why li{padding:2.5pt 0}
+.why code{font-size:7.8pt}
+.sum{margin-top:5pt}
+.sign{margin-top:34pt}
+.end{margin-top:18pt}
 details,summary{display:none}
 a{color:inherit;text-decoration:none}
 }

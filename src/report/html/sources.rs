@@ -1,8 +1,8 @@
 //! What the verdict rests on: recording, conditioning, design, provenance, limits.
 
 use super::markup::Page;
-use crate::report::number::{ABSENT, count, exact, significant};
-use crate::report::words::{DIGITS, time};
+use crate::report::number::{ABSENT, count, exact, significant, trimmed};
+use crate::report::words::{DIGITS, instant};
 use crate::units::STANDARD_GRAVITY;
 use crate::verdict::Document;
 
@@ -34,7 +34,7 @@ pub(super) fn recording(page: &mut Page, document: &Document) {
     page.fact(
         "First and last sample",
         &match (recording.start_s, recording.end_s) {
-            (Some(start), Some(end)) => format!("{} to {}", time(start), time(end)),
+            (Some(start), Some(end)) => format!("{} to {}", instant(start), instant(end)),
             _ => ABSENT.into(),
         },
     );
@@ -42,7 +42,7 @@ pub(super) fn recording(page: &mut Page, document: &Document) {
         "Largest magnitude as recorded",
         &match (recording.peak_g, recording.peak_time_s) {
             (Some(peak), Some(at)) => {
-                format!("{}\u{00A0}g at {}", significant(peak, DIGITS), time(at))
+                format!("{}\u{00A0}g at {}", significant(peak, DIGITS), instant(at))
             }
             (Some(peak), None) => format!("{}\u{00A0}g", significant(peak, DIGITS)),
             _ => ABSENT.into(),
@@ -80,8 +80,8 @@ pub(super) fn conditioning(page: &mut Page, document: &Document) {
                 "Bias window",
                 &format!(
                     "{} to {}, {} samples",
-                    time(from),
-                    time(to),
+                    instant(from),
+                    instant(to),
                     count(block.bias_samples as u64)
                 ),
             );
@@ -118,7 +118,7 @@ pub(super) fn conditioning(page: &mut Page, document: &Document) {
             "Design frequency fd",
             &block.filter_design_frequency_hz.map_or_else(
                 || ABSENT.into(),
-                |design| format!("{}\u{00A0}Hz", exact(design)),
+                |design| format!("{}\u{00A0}Hz", trimmed(design, 7)),
             ),
         );
         page.fact(
@@ -287,7 +287,7 @@ pub(super) fn provenance(page: &mut Page, document: &Document) {
         "Judged window",
         &request.window_s.map_or_else(
             || "the whole record".into(),
-            |(start, end)| format!("{} to {}", time(start), time(end)),
+            |(start, end)| format!("{} to {}", instant(start), instant(end)),
         ),
     );
     page.fact(

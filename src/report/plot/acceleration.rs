@@ -6,7 +6,7 @@ use super::{Context, Figure, thin};
 use crate::conditioning::Signal;
 use crate::recording::Severity;
 use crate::report::number::significant;
-use crate::report::words::{DIGITS, time};
+use crate::report::words::{DIGITS, instant};
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
 
 pub(super) const NAME: &str = "acceleration";
@@ -93,7 +93,7 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
         (Some(peak), Some(at)) => format!(
             " The largest recorded magnitude is {} g at {}.",
             significant(peak, DIGITS),
-            time(at)
+            instant(at)
         ),
         _ => String::new(),
     };
@@ -106,8 +106,8 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
         ),
         description: format!(
             "Acceleration in g and m/s² over time, as recorded and as used, from {} to {}.{peak}",
-            time(context.span_s.0),
-            time(context.span_s.1)
+            instant(context.span_s.0),
+            instant(context.span_s.1)
         ),
         height,
         body: canvas.into_string(),

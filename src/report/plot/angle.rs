@@ -173,7 +173,7 @@ impl Drawing<'_> {
         panel.clip(canvas, clip);
         canvas.begin_clipped(clip);
         let scale = self.context.time_scale;
-        for (trace, class) in self.traces.iter().zip(TRACES).rev() {
+        for (trace, class) in self.traces.iter().zip(TRACES) {
             let points = thin::columns(
                 trace
                     .points

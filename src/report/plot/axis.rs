@@ -110,6 +110,9 @@ impl Axis {
         let first = libm::log10(self.low).floor() as i32;
         let last = libm::log10(self.high).ceil() as i32;
         let every = if last - first > 9 { 2 } else { 1 };
+        let wide = (self.to - self.from).abs() / f64::from((last - first).max(1)) > 150.0;
+        // All labels of an axis in one shape: 0.01, 0.1, 1 or powers of ten.
+        let short = first >= -3 && last <= 5;
         let mut ticks = Vec::new();
         for decade in first..=last {
             let power = libm::pow(10.0, f64::from(decade));
@@ -117,7 +120,9 @@ impl Axis {
                 let value = power * f64::from(times);
                 if self.contains(value) {
                     let label = if times == 1 && (decade - first) % every == 0 {
-                        decade_label(decade)
+                        decade_label(decade, short)
+                    } else if wide && short && matches!(times, 2 | 5) {
+                        exact(value)
                     } else {
                         String::new()
                     };
@@ -129,8 +134,8 @@ impl Axis {
     }
 }
 
-fn decade_label(decade: i32) -> String {
-    if (-3..=4).contains(&decade) {
+fn decade_label(decade: i32, short: bool) -> String {
+    if short {
         return exact(libm::pow(10.0, f64::from(decade)));
     }
     let mut label = String::from("10");

@@ -6,7 +6,7 @@ use super::{Context, WIDTH};
 
 /// Left and right edge of every panel, so that time axes of all plots stand under one another.
 pub(super) const LEFT: f64 = 78.0;
-pub(super) const RIGHT: f64 = WIDTH - 78.0;
+pub(super) const RIGHT: f64 = WIDTH - 92.0;
 
 /// Width that a letter is taken to need [units]; a wide font's, so that labels keep apart.
 pub(super) const LETTER: f64 = 8.6;
@@ -99,7 +99,7 @@ impl Panel {
             self.bottom,
             self.top,
         );
-        for tick in axis.ticks(46.0, 0.0) {
+        for tick in axis.ticks(56.0, 0.0) {
             let y = axis.place(tick.value);
             canvas.line("tick", (RIGHT, y), (RIGHT + 5.0, y));
             canvas.text("muted", (RIGHT + 9.0, y + 5.0), Anchor::Start, &tick.label);
@@ -164,7 +164,7 @@ pub(super) fn header(canvas: &mut Canvas, title: &str, entries: &[Entry]) -> f64
     let (mut x, mut y) = (LEFT, 46.0);
     for entry in entries {
         #[expect(clippy::cast_precision_loss, reason = "a few dozen letters")]
-        let width = 34.0 + entry.text.chars().count() as f64 * (LETTER - 0.4) + 18.0;
+        let width = 34.0 + entry.text.chars().count() as f64 * (LETTER - 1.2) + 16.0;
         if x > LEFT && x + width > WIDTH - 4.0 {
             x = LEFT;
             y += 21.0;

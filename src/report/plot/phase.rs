@@ -49,7 +49,7 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
     canvas.line("zero", (zero_x, top), (zero_x, bottom));
     panel.clip(&mut canvas, "phase-plane-clip");
     canvas.begin_clipped("phase-plane-clip");
-    for (trace, class) in traces.iter().zip(TRACES).rev() {
+    for (trace, class) in traces.iter().zip(TRACES) {
         let points: Vec<(f64, f64)> = trace
             .points
             .iter()

@@ -6,7 +6,7 @@ use super::canvas::{Anchor, Canvas};
 use super::panel::{self, Entry, LEFT, Mark, Panel, RIGHT};
 use super::{Context, Figure, thin};
 use crate::conditioning::spectrum::AmplitudeSpectrum;
-use crate::report::number::significant;
+use crate::report::number::trimmed;
 use crate::units::STANDARD_GRAVITY;
 
 pub(super) const NAME: &str = "amplitude-spectra";
@@ -76,25 +76,22 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
         canvas.polyline(class, points.into_iter());
     }
     canvas.end_group();
-    let marks = [
-        (class, "class frequency", bottom - 28.0),
-        (design_hz, "fd", bottom - 9.0),
-    ];
-    for (frequency, name, y) in marks {
+    // One label to the left of its line and one to the right, so that they keep apart.
+    let marks = [(class, "class", false), (design_hz, "fd", true)];
+    for (frequency, name, right) in marks {
         let Some(frequency) = frequency.filter(|frequency| panel.x.contains(*frequency)) else {
             continue;
         };
         let x = panel.x.place(frequency);
         canvas.line("edge", (x, top), (x, bottom));
-        canvas.text(
-            "halo",
-            (x - 7.0, y),
-            Anchor::End,
-            &format!(
-                "{name} {} Hz",
-                significant(frequency, 5).trim_end_matches(".0")
-            ),
-        );
+        let text = format!("{name} {} Hz", trimmed(frequency, 5));
+        let room = RIGHT - x > 108.0;
+        let (at, anchor) = match (right, room) {
+            (true, true) => ((x + 7.0, top + 18.0), Anchor::Start),
+            (true, false) => ((x - 7.0, top + 38.0), Anchor::End),
+            (false, _) => ((x - 7.0, top + 18.0), Anchor::End),
+        };
+        canvas.text("halo", at, anchor, &text);
     }
     panel.frame(&mut canvas);
     panel::footer(&mut canvas, context, height);
@@ -103,7 +100,7 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
         (Some(class), Some(design)) => format!(
             " The filter passes what lies below its class frequency, {class} Hz, and falls off \
              beyond; each of its two passes is designed at fd = {} Hz.",
-            significant(design, 6)
+            trimmed(design, 6)
         ),
         _ => " No filter was applied.".to_string(),
     };
@@ -116,9 +113,9 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
         description: format!(
             "Amplitude in g against frequency from {} to {} Hz, as recorded and as used; the \
              largest is {} g.{filter}",
-            significant(low_hz, 4),
-            significant(high_hz, 4),
-            significant(largest, 4)
+            trimmed(low_hz, 4),
+            trimmed(high_hz, 4),
+            trimmed(largest, 4)
         ),
         height,
         body: canvas.into_string(),

@@ -6,8 +6,8 @@ use super::colour::viridis;
 use super::panel::{self, Panel, RIGHT};
 use super::{Context, Figure};
 use crate::conditioning::spectrum::Spectrogram;
-use crate::report::number::significant;
-use crate::report::words::time;
+use crate::report::number::trimmed;
+use crate::report::words::instant;
 use crate::units::STANDARD_GRAVITY;
 use base64::Engine as _;
 
@@ -67,24 +67,28 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
     panel::footer(&mut canvas, context, height);
 
     let resolution = format!(
-        "windows of {}, {} Hz apart in frequency",
-        time(data.window_s),
-        significant(frequency_step, 4)
+        "windows of {}, lines {} Hz apart",
+        instant(data.window_s),
+        trimmed(frequency_step, 4)
     );
+    let above = if shown < bins {
+        format!(
+            " Above the frequencies shown nothing exceeds {} dB.",
+            trimmed(low_db, 3)
+        )
+    } else {
+        String::new()
+    };
     Some(Figure {
         name: NAME,
         title: title.into(),
-        caption: format!(
-            "Amplitude in decibels, 0 dB being 1 g ({resolution}). Above the frequencies shown \
-             nothing exceeds {} dB.",
-            significant(low_db, 3)
-        ),
+        caption: format!("Amplitude in decibels, 0 dB being 1 g ({resolution}).{above}"),
         description: format!(
             "Short-time amplitude of the acceleration as used over time and frequency up to {} \
              kHz; {resolution}; colours from {} to {} dB re 1 g.",
-            significant(top_hz / 1e3, 4),
-            significant(low_db, 3),
-            significant(high_db, 3)
+            trimmed(top_hz / 1e3, 4),
+            trimmed(low_db, 3),
+            trimmed(high_db, 3)
         ),
         height,
         body: canvas.into_string(),
@@ -180,7 +184,7 @@ fn colour_bar(canvas: &mut Canvas, panel: &Panel, low_db: f64, high_db: f64) -> 
     }
     canvas.text(
         "",
-        (RIGHT + 74.0, panel.top - 12.0),
+        (RIGHT + 80.0, panel.top - 12.0),
         Anchor::End,
         "dB re 1 g",
     );

@@ -23,7 +23,7 @@ const COLOURS: [Colour; 19] = [
     colour("grid", "#e4e8ec", "#262d35"),
     colour("rule", "#d3d9df", "#323b45"),
     colour("band", "#dfe9f5", "#1d2c3d"),
-    colour("raw", "#a4aeb8", "#5d6975"),
+    colour("raw", "#8d98a3", "#788694"),
     colour("first", "#0a58a8", "#6db3f5"),
     colour("second", "#c2540a", "#f0975a"),
     colour("third", "#2b8a70", "#5cc4a4"),
@@ -59,10 +59,10 @@ pub const RULES: &str = "\
 .plot .impact{stroke:var(--ink);stroke-width:1}
 .plot .raw{fill:none;stroke:var(--raw);stroke-width:1;stroke-linejoin:round}
 .plot .used{fill:none;stroke:var(--first);stroke-width:1.35;stroke-linejoin:round}
-.plot .trace-0{fill:none;stroke:var(--first);stroke-width:1.9;stroke-linejoin:round}
-.plot .trace-1{fill:none;stroke:var(--second);stroke-width:1.15;stroke-linejoin:round}
-.plot .trace-2{fill:none;stroke:var(--third);stroke-width:1.15;stroke-linejoin:round}
-.plot .trace-3{fill:none;stroke:var(--fourth);stroke-width:1.15;stroke-linejoin:round}
+.plot .trace-0{fill:none;stroke:var(--first);stroke-width:2.4;stroke-linejoin:round}
+.plot .trace-1{fill:none;stroke:var(--second);stroke-width:1.4;stroke-dasharray:7 4;stroke-linejoin:round}
+.plot .trace-2{fill:none;stroke:var(--third);stroke-width:1.4;stroke-dasharray:2 3;stroke-linejoin:round}
+.plot .trace-3{fill:none;stroke:var(--fourth);stroke-width:1.4;stroke-dasharray:9 3 2 3;stroke-linejoin:round}
 .plot .mark{fill:var(--paper);stroke:var(--ink);stroke-width:1.75}
 .plot .cross{fill:var(--fail);stroke:var(--paper);stroke-width:1}
 .plot image{image-rendering:auto}

@@ -31,7 +31,12 @@ pub fn failing() -> Case {
         let inside = (0.0..0.035).contains(&t);
         let noise = (t * 91_000.0).sin() * (t * 17_300.0).cos();
         let burst = 700.0 * (2.0 * PI * 420.0 * t).sin() + 240.0 * (2.0 * PI * 1330.0 * t).cos();
-        if inside { envelope * (burst - 45.0) } else { 0.0 } + 0.6 * noise
+        let pulse = if inside {
+            envelope * (burst - 14.0)
+        } else {
+            0.0
+        };
+        pulse + 0.6 * noise
     });
     let mut case = case("burst.csv", &samples, &[OpensWhen::Negative], Answer::Fail);
     case.document.findings = vec![
@@ -45,13 +50,32 @@ pub fn failing() -> Case {
 pub fn passing() -> Case {
     let samples = samples(0.12, |t| {
         let inside = (0.0..0.012).contains(&t);
-        if inside { -5.5 * (PI * t / 0.012).sin() } else { 0.0 } + 0.05 * (t * 91_000.0).sin()
+        let pulse = if inside {
+            -5.5 * (PI * t / 0.012).sin()
+        } else {
+            0.0
+        };
+        pulse + 0.05 * (t * 91_000.0).sin()
     });
-    let mut case = case("soft_pulse.csv", &samples, &[OpensWhen::Negative], Answer::Pass);
+    let mut case = case(
+        "soft_pulse.csv",
+        &samples,
+        &[OpensWhen::Negative],
+        Answer::Pass,
+    );
     case.document.why = vec![
-        reason("below-threshold", "Peak and coast peak plus their numerical and interpolation error stay below the limit of 0.1 rad on both stops."),
-        reason("stops-agree", "The rigid and the soft stop give the same answer."),
-        reason("nominal-only", "Only the nominal run was judged; tolerances and input uncertainty are not part of this verdict."),
+        reason(
+            "below-threshold",
+            "Peak and coast peak plus their numerical and interpolation error stay below the limit of 0.1 rad on both stops.",
+        ),
+        reason(
+            "stops-agree",
+            "The rigid and the soft stop give the same answer.",
+        ),
+        reason(
+            "nominal-only",
+            "Only the nominal run was judged; tolerances and input uncertainty are not part of this verdict.",
+        ),
     ];
     case
 }
@@ -60,10 +84,22 @@ pub fn passing() -> Case {
 pub fn unusable() -> Case {
     let samples = samples(0.12, |t| {
         let inside = (0.0..0.012).contains(&t);
-        if inside { (-5.5 * (PI * t / 0.012).sin()).max(-4.0) } else { 0.0 }
+        if inside {
+            (-5.5 * (PI * t / 0.012).sin()).max(-4.0)
+        } else {
+            0.0
+        }
     });
-    let mut case = case("clipped.csv", &samples, &[OpensWhen::Negative], Answer::Unusable);
-    case.document.why = vec![reason("blocking-findings", "The sensor clipped from 3.1 ms on, before the lever could be judged, so the recording cannot carry an answer.")];
+    let mut case = case(
+        "clipped.csv",
+        &samples,
+        &[OpensWhen::Negative],
+        Answer::Unusable,
+    );
+    case.document.why = vec![reason(
+        "blocking-findings",
+        "The sensor clipped from 3.1 ms on, before the lever could be judged, so the recording cannot carry an answer.",
+    )];
     case.document.findings = vec![
         Finding::info("synthetic", "The card says that the signal was made by a formula."),
         Finding::blocking("clipped", "58 samples in a row stand at the full scale of 4 g; the true acceleration was larger by an unknown amount.").at(0.0031),
@@ -86,8 +122,14 @@ pub fn unread() -> Case {
         format: Some("mcap"),
         ..RecordingBlock::default()
     };
-    case.document.findings = vec![Finding::blocking("rate-too-low", "The rate is 10.02 Hz; a crash is over in a tenth of a second and needs at least 250 Hz.")];
-    case.document.why = vec![reason("blocking-findings", "At 10.02 Hz this is no crash recording.")];
+    case.document.findings = vec![Finding::blocking(
+        "rate-too-low",
+        "The rate is 10.02 Hz; a crash is over in a tenth of a second and needs at least 250 Hz.",
+    )];
+    case.document.why = vec![reason(
+        "blocking-findings",
+        "At 10.02 Hz this is no crash recording.",
+    )];
     case.evidence.traces.clear();
     case
 }
@@ -97,7 +139,12 @@ pub fn undecided() -> Case {
     let samples = samples(0.2, |t| {
         let inside = (0.0..0.03).contains(&t);
         let noise = (t * 91_000.0).sin() * (t * 17_300.0).cos();
-        if inside { 22.0 * (PI * t / 0.03).sin() } else { 0.0 } + 0.4 * noise
+        let pulse = if inside {
+            22.0 * (PI * t / 0.03).sin()
+        } else {
+            0.0
+        };
+        pulse + 0.4 * noise
     });
     let mut case = case(
         "sled_0042.csv",
@@ -106,10 +153,16 @@ pub fn undecided() -> Case {
         Answer::Undecided,
     );
     case.document.why = vec![
-        reason("polarities-differ", "A positive recorded acceleration opening gives fail, a negative one gives pass, and nothing declares which holds; state it with --opens-when."),
+        reason(
+            "polarities-differ",
+            "A positive recorded acceleration opening gives fail, a negative one gives pass, and nothing declares which holds; state it with --opens-when.",
+        ),
         reason("nominal-only", "Only the nominal run was judged."),
     ];
-    case.document.findings = vec![Finding::warning("polarity-undeclared", "Neither an option nor a card says which sign opens the lever.")];
+    case.document.findings = vec![Finding::warning(
+        "polarity-undeclared",
+        "Neither an option nor a card says which sign opens the lever.",
+    )];
     case
 }
 
@@ -147,7 +200,12 @@ fn signal(samples: Vec<f64>) -> Signal {
 }
 
 fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) -> Case {
-    let raw = signal(samples.iter().map(|a| a + 0.46 * STANDARD_GRAVITY).collect());
+    let raw = signal(
+        samples
+            .iter()
+            .map(|a| a + 0.46 * STANDARD_GRAVITY)
+            .collect(),
+    );
     let smooth = (0..samples.len())
         .map(|i| {
             let near = &samples[i.saturating_sub(2)..(i + 3).min(samples.len())];
@@ -183,9 +241,21 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         schema: "latchgate.verdict/1",
         verdict,
         why: vec![
-            reason("crossed", &format!("The lever exceeds the limit of 0.1 rad on both stops; the nominal peak is {:.4} rad, far beyond its error.", nominal.peak_angle_rad)),
-            reason("stops-agree", "The rigid and the soft stop give the same answer."),
-            reason("nominal-only", "Only the nominal run was judged; tolerances and input uncertainty are not part of this verdict."),
+            reason(
+                "crossed",
+                &format!(
+                    "The lever exceeds the limit of 0.1 rad on both stops; the nominal peak is {:.4} rad, far beyond its error.",
+                    nominal.peak_angle_rad
+                ),
+            ),
+            reason(
+                "stops-agree",
+                "The rigid and the soft stop give the same answer.",
+            ),
+            reason(
+                "nominal-only",
+                "Only the nominal run was judged; tolerances and input uncertainty are not part of this verdict.",
+            ),
         ],
         threshold_rad: 0.1,
         models,
@@ -237,7 +307,11 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         decision_rule: "Nominal run only. Pass if the peak angle and the coast peak, each plus numerical and interpolation error, are at most the limit; fail if the peak less that error exceeds it; undecided otherwise, or where two stops or two undeclared signs answer differently.",
         request: Request {
             command: format!("latchgate replay {file} --design 'lever & co.toml'"),
-            opens_when_source: if polarities.len() > 1 { "undeclared" } else { "card" },
+            opens_when_source: if polarities.len() > 1 {
+                "undeclared"
+            } else {
+                "card"
+            },
             model: "auto",
             window_s: None,
             phi0_rad: None,
@@ -288,7 +362,11 @@ fn run(
             angle += velocity * h;
             if angle < 0.0 {
                 if velocity.abs() > 0.02 {
-                    points.push(TracePoint { time_s: t, angle_rad: 0.0, velocity_rad_s: velocity });
+                    points.push(TracePoint {
+                        time_s: t,
+                        angle_rad: 0.0,
+                        velocity_rad_s: velocity,
+                    });
                     impacts.push([t, velocity]);
                     velocity *= -restitution;
                 } else {
@@ -307,7 +385,11 @@ fn run(
                 crossing = crossing.or(Some(t));
             }
         }
-        points.push(TracePoint { time_s: used.time_s(index), angle_rad: angle, velocity_rad_s: velocity });
+        points.push(TracePoint {
+            time_s: used.time_s(index),
+            angle_rad: angle,
+            velocity_rad_s: velocity,
+        });
     }
     let count = impacts.len() as u64;
     impacts.truncate(200);
@@ -327,17 +409,34 @@ fn run(
         moving_at_end: angle > 0.0,
         coast_peak_angle_rad: (angle > 0.0).then_some(angle * 1.02),
         numerical_error_rad: 3.1e-13,
-        work: Work { steps: 12_345, rhs: 98_760, events: 2 * count + 1 },
+        work: Work {
+            steps: 12_345,
+            rhs: 98_760,
+            events: 2 * count + 1,
+        },
     };
-    (run, Trace { model, opens_when, points })
+    (
+        run,
+        Trace {
+            model,
+            opens_when,
+            points,
+        },
+    )
 }
 
 fn amplitudes(signal: &Signal) -> AmplitudeSpectrum {
     let count = signal.samples.len();
     let bins: Vec<usize> = (0..=count / 2).step_by(3).collect();
     AmplitudeSpectrum {
-        frequency_hz: bins.iter().map(|&bin| bin as f64 * RATE_HZ / count as f64).collect(),
-        amplitude_m_s2: bins.iter().map(|&bin| tone(&signal.samples, bin as f64 / count as f64)).collect(),
+        frequency_hz: bins
+            .iter()
+            .map(|&bin| bin as f64 * RATE_HZ / count as f64)
+            .collect(),
+        amplitude_m_s2: bins
+            .iter()
+            .map(|&bin| tone(&signal.samples, bin as f64 / count as f64))
+            .collect(),
     }
 }
 
@@ -345,7 +444,9 @@ fn windows(signal: &Signal) -> Spectrogram {
     let length = 64;
     let mut out = Spectrogram {
         window_s: length as f64 / RATE_HZ,
-        frequency_hz: (0..=length / 2).map(|bin| bin as f64 * RATE_HZ / length as f64).collect(),
+        frequency_hz: (0..=length / 2)
+            .map(|bin| bin as f64 * RATE_HZ / length as f64)
+            .collect(),
         ..Spectrogram::default()
     };
     for (index, window) in signal.samples.windows(length).enumerate().step_by(8) {
@@ -355,16 +456,26 @@ fn windows(signal: &Signal) -> Spectrogram {
             .map(|(i, a)| a * 2.0 * (PI * i as f64 / length as f64).sin().powi(2))
             .collect();
         out.time_s.push(signal.time_s(index + length / 2));
-        out.amplitude_m_s2.push((0..=length / 2).map(|bin| tone(&shaped, bin as f64 / length as f64)).collect());
+        out.amplitude_m_s2.push(
+            (0..=length / 2)
+                .map(|bin| tone(&shaped, bin as f64 / length as f64))
+                .collect(),
+        );
     }
     out
 }
 
 fn tone(samples: &[f64], cycles_per_sample: f64) -> f64 {
-    let (turn_re, turn_im) = ((2.0 * PI * cycles_per_sample).cos(), (2.0 * PI * cycles_per_sample).sin());
+    let (turn_re, turn_im) = (
+        (2.0 * PI * cycles_per_sample).cos(),
+        (2.0 * PI * cycles_per_sample).sin(),
+    );
     let (mut re, mut im) = (0.0, 0.0);
     for sample in samples.iter().rev() {
-        (re, im) = (re * turn_re - im * turn_im + sample, re * turn_im + im * turn_re);
+        (re, im) = (
+            re * turn_re - im * turn_im + sample,
+            re * turn_im + im * turn_re,
+        );
     }
     re.hypot(im) * 2.0 / samples.len() as f64
 }
