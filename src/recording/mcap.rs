@@ -1,24 +1,702 @@
-//! MCAP logs.
+//! MCAP logs: ROS 2 messages (CDR) and JSON.
+//!
+//! The file is read once, from the first byte to the last, record by record. Memory is
+//! bounded by one record (`mcap_record_bytes`), one chunk unpacked (`mcap_chunk_bytes`; the
+//! zstd decoder may hold as much again), the schemas (together at most `mcap_record_bytes`)
+//! and the samples kept: per topic at most `samples`, in all at most four times as many
+//! values, times included.
+//!
+//! A log that was cut, damaged or put together from two must not pass for a whole one, so
+//! everything the file says of itself is held against what it holds: the checksums of
+//! chunks, data and summary, the numbers of messages in the statistics, the chunk index, the
+//! start of the summary, and that nothing follows the first footer and end magic. A file
+//! that says nothing of itself is read with a warning.
+//!
+//! # Source
+//!
+//! The MCAP specification, <https://mcap.dev/spec>; REP 103 for units and axes.
 
-use super::{Limits, ReadOptions, ReadOutcome, Selection, source::Reader};
-use crate::error::Error;
+mod cdr;
+mod decompress;
+mod json;
+mod records;
+mod schema;
+mod series;
+
+use super::{Finding, Limits, ReadOptions, ReadOutcome, Selection, source::Reader};
+use crate::error::{Error, ErrorKind, Place};
+use ::mcap::McapError;
+use ::mcap::records::op;
+use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use records::{
+    ChannelRecord, ChunkRecord, Inside, MessageRecord, PREFIX_BYTES, SchemaRecord, StatisticsRecord,
+};
+use series::{Schema, Series, Wanted};
+use std::collections::BTreeMap;
+use std::io::Read;
+
+/// Bytes asked of the source at a time.
+const READ_BYTES: usize = 64 << 10;
 
 /// Tells whether the head carries MCAP's magic bytes.
 #[must_use]
 pub fn recognises(head: &[u8], _file_name: &str) -> bool {
-    head.starts_with(b"\x89MCAP0\r\n")
+    head.starts_with(::mcap::MAGIC)
 }
 
 /// Reads an MCAP log.
 ///
+/// Without a name the one topic of type `sensor_msgs/msg/Imu` or
+/// `geometry_msgs/msg/AccelStamped` (or of JSON messages with such a field) is taken, and of
+/// it the y axis. Times are those of `header.stamp`, or of logging where there is none.
+///
 /// # Errors
 ///
-/// Any kind of the reader.
+/// - [`ErrorKind::Truncated`] and [`ErrorKind::Malformed`] for a file that is cut, damaged or
+///   contradicts itself, at the byte where it shows,
+/// - [`ErrorKind::LimitExceeded`] beyond a limit,
+/// - [`ErrorKind::NoChannel`], [`ErrorKind::AmbiguousChannel`], [`ErrorKind::NoSuchChannel`]
+///   where the channel is not clear, [`ErrorKind::RefusedFormat`] for encodings not read,
+/// - [`ErrorKind::NonFinite`], [`ErrorKind::TimeNotIncreasing`] and
+///   [`ErrorKind::MissingUnit`] for the channel itself.
 pub fn read(
-    _source: &mut Reader,
-    _options: &ReadOptions,
-    _selection: Selection,
-    _limits: &Limits,
+    source: &mut Reader,
+    options: &ReadOptions,
+    selection: Selection,
+    limits: &Limits,
 ) -> Result<ReadOutcome, Error> {
-    Ok(ReadOutcome::default())
+    let mut log = Log {
+        options,
+        selection,
+        limits,
+        schemas: BTreeMap::new(),
+        schema_bytes: 0,
+        topics: BTreeMap::new(),
+        kept: 0,
+        messages: 0,
+        account: Account::default(),
+    };
+    stream(source, &mut log)?;
+    let mut outcome = ReadOutcome::default();
+    if log.messages > 0 && !log.account.vouched {
+        outcome.findings.push(Finding::warning(
+            "mcap-unverified",
+            "the file has neither statistics nor a checksum of its data; messages that were \
+             lost would not show",
+        ));
+    }
+    log.finish(&mut outcome)?;
+    Ok(outcome)
+}
+
+/// Returns a channel's name.
+fn name_of(topic: &str, path: &str) -> String {
+    if path.is_empty() {
+        topic.to_string()
+    } else {
+        format!("{topic}:{path}")
+    }
+}
+
+/// Feeds the file's records to `log`.
+fn stream(source: &mut Reader, log: &mut Log<'_>) -> Result<(), Error> {
+    let record_bytes = usize::try_from(log.limits.mcap_record_bytes).unwrap_or(usize::MAX);
+    let mut reader = LinearReader::new_with_options(
+        LinearReaderOptions::default()
+            .with_emit_chunks(true)
+            .with_check_finishes_after_end_magic(true)
+            .with_validate_data_section_crc(true)
+            .with_validate_summary_section_crc(true)
+            .with_record_length_limit(record_bytes),
+    );
+    let mut byte = ::mcap::MAGIC.len() as u64;
+    while let Some(event) = reader.next_event() {
+        match event {
+            Ok(LinearReadEvent::ReadRequest(wanted)) => {
+                let wanted = wanted.clamp(1, READ_BYTES);
+                let count = read_some(source, reader.insert(wanted))?;
+                reader.notify_read(count);
+            }
+            Ok(LinearReadEvent::Record { data, opcode }) => {
+                let place = Place::default().byte(byte);
+                log.record(opcode, data, byte)
+                    .map_err(|error| error.at(place))?;
+                byte += (PREFIX_BYTES + data.len()) as u64;
+            }
+            Err(error) => {
+                let place = Place::default().byte(byte);
+                return Err(framing(&error, log).at(place));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn read_some(source: &mut Reader, buffer: &mut [u8]) -> Result<usize, Error> {
+    loop {
+        match source.read(buffer) {
+            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(error) => {
+                return Err(ErrorKind::Io {
+                    action: "read the file",
+                    reason: error.to_string(),
+                }
+                .into());
+            }
+            Ok(count) => return Ok(count),
+        }
+    }
+}
+
+/// Says in our words what the framing of the file has wrong.
+fn framing(error: &McapError, log: &Log<'_>) -> Error {
+    let account = &log.account;
+    let after = format!("after {} messages", log.messages);
+    match error {
+        McapError::UnexpectedEof if account.footer => {
+            truncated("the end magic after the footer", "the end of the file")
+        }
+        McapError::UnexpectedEof if account.data_end => truncated(
+            "the rest of the summary, a footer and the end magic",
+            "the end of the file",
+        ),
+        McapError::UnexpectedEof => truncated(
+            "a whole record, and more up to the footer and the end magic",
+            &format!("the end of the file {after}"),
+        ),
+        McapError::BadMagic if account.footer => {
+            truncated("the end magic after the footer", "other bytes")
+        }
+        McapError::BadMagic => damaged("MCAP's magic at the start of the file", "other bytes"),
+        McapError::BytesAfterEndMagic => truncated(
+            "the end of the file after the first footer and end magic",
+            "more bytes, as when a log is written over an older, longer one",
+        ),
+        McapError::RecordTooLarge { len: u64::MAX, .. } => truncated(
+            "a record with its length",
+            &format!(
+                "a length field of all ones {after}: the writer ended before it closed the record"
+            ),
+        ),
+        McapError::RecordTooLarge { opcode, len } => {
+            too_large(&format!("a record {opcode:#04x} of {len} bytes"), log)
+        }
+        McapError::ChunkTooLarge(len) => too_large(&format!("a chunk of {len} bytes"), log),
+        McapError::BadDataCrc { saved, calculated } => damaged(
+            format!("checksum {saved:08x} of the data"),
+            format!("{calculated:08x}"),
+        ),
+        McapError::BadSummaryCrc { saved, calculated } => damaged(
+            format!("checksum {saved:08x} of the summary"),
+            format!("{calculated:08x}"),
+        ),
+        other => damaged(format!("whole records {after}"), format!("{other}")),
+    }
+}
+
+fn too_large(found: &str, log: &Log<'_>) -> Error {
+    ErrorKind::LimitExceeded {
+        limit: "mcap_record_bytes",
+        value: log.limits.mcap_record_bytes,
+        found: format!("{found}, as its length field says"),
+    }
+    .into()
+}
+
+fn damaged(expected: impl Into<String>, found: impl Into<String>) -> Error {
+    ErrorKind::Malformed {
+        expected: expected.into(),
+        found: found.into(),
+        hint: "the file is damaged; copy or record it again".into(),
+    }
+    .into()
+}
+
+fn truncated(expected: &str, found: &str) -> Error {
+    ErrorKind::Truncated {
+        expected: expected.to_string(),
+        found: found.to_string(),
+    }
+    .into()
+}
+
+/// What the file has said of itself and what was seen.
+#[derive(Debug, Default)]
+struct Account {
+    header: bool,
+    data_end: bool,
+    footer: bool,
+    /// Byte after the data section, where the summary starts if there is one.
+    summary: u64,
+    /// Whether a summary has begun.
+    summarised: bool,
+    /// Chunks seen, and the sum of their starts.
+    chunks: (u64, u64),
+    /// Chunks indexed, and the sum of their starts.
+    indexed: (u64, u64),
+    /// Whether statistics or a checksum of the data vouch for the number of messages.
+    vouched: bool,
+}
+
+/// A topic of the file.
+#[derive(Debug)]
+struct Topic {
+    name: String,
+    encoding: String,
+    schema_id: u16,
+    messages: u64,
+    series: Option<Series>,
+}
+
+/// The state of reading one file.
+#[derive(Debug)]
+struct Log<'a> {
+    options: &'a ReadOptions,
+    selection: Selection,
+    limits: &'a Limits,
+    schemas: BTreeMap<u16, Schema>,
+    schema_bytes: u64,
+    topics: BTreeMap<u16, Topic>,
+    /// Values kept in all.
+    kept: u64,
+    messages: u64,
+    account: Account,
+}
+
+impl Log<'_> {
+    /// Takes in one record of the file, which starts at `byte`.
+    fn record(&mut self, opcode: u8, data: &[u8], byte: u64) -> Result<(), Error> {
+        let account = &mut self.account;
+        if !account.header && opcode != op::HEADER {
+            return Err(damaged(
+                "the header as the first record",
+                format!("a record {opcode:#04x}"),
+            ));
+        }
+        if account.data_end && opcode != op::FOOTER {
+            account.summarised = true;
+        }
+        match opcode {
+            op::HEADER => {
+                if std::mem::replace(&mut account.header, true) {
+                    return Err(damaged("one header", "a second"));
+                }
+            }
+            op::CHUNK => {
+                self.data_section("a chunk")?;
+                self.chunk(data, byte)?;
+            }
+            op::SCHEMA | op::CHANNEL => self.definition(opcode, data)?,
+            op::MESSAGE => {
+                self.data_section("a message")?;
+                self.message(data, byte)?;
+            }
+            op::STATISTICS => {
+                // Statistics count the whole file, so they stand after the data.
+                if !account.data_end {
+                    return Err(damaged("statistics after the end of the data", "before it"));
+                }
+                self.statistics(data)?;
+            }
+            op::CHUNK_INDEX => {
+                let start = records::indexed_chunk_start(data)?;
+                let (count, sum) = account.indexed;
+                account.indexed = (count + 1, sum.wrapping_add(start));
+            }
+            op::DATA_END => {
+                if std::mem::replace(&mut account.data_end, true) {
+                    return Err(damaged("one end of the data", "a second"));
+                }
+                account.summary = byte + (PREFIX_BYTES + data.len()) as u64;
+                // The checksum itself was verified while the bytes passed.
+                account.vouched |= data.iter().take(4).any(|byte| *byte != 0);
+            }
+            op::FOOTER => self.footer(data)?,
+            // Attachments, metadata, indexes and what later versions may add carry no samples.
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Refuses data after the end of the data.
+    fn data_section(&self, what: &str) -> Result<(), Error> {
+        if self.account.data_end {
+            return Err(damaged("only a summary after the end of the data", what));
+        }
+        Ok(())
+    }
+
+    fn chunk(&mut self, data: &[u8], byte: u64) -> Result<(), Error> {
+        let (count, sum) = self.account.chunks;
+        self.account.chunks = (count + 1, sum.wrapping_add(byte));
+        let chunk = ChunkRecord::read(data)?;
+        let records = decompress::records(&chunk, self.limits)?;
+        let mut inside = Inside::new(&records);
+        while let Some((opcode, data)) = inside.next()? {
+            match opcode {
+                op::SCHEMA | op::CHANNEL => self.definition(opcode, data)?,
+                op::MESSAGE => self.message(data, byte)?,
+                0x01..=0x0F => {
+                    return Err(damaged(
+                        "only schemas, channels and messages in a chunk",
+                        format!("a record {opcode:#04x}"),
+                    ));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn definition(&mut self, opcode: u8, data: &[u8]) -> Result<(), Error> {
+        if opcode == op::SCHEMA {
+            self.schema(&SchemaRecord::read(data)?)
+        } else {
+            self.channel(&ChannelRecord::read(data)?)
+        }
+    }
+
+    fn schema(&mut self, record: &SchemaRecord<'_>) -> Result<(), Error> {
+        if record.id == 0 {
+            return Err(damaged("a schema id from 1", "0"));
+        }
+        if let Some(known) = self.schemas.get(&record.id) {
+            if known.name == record.name
+                && known.encoding == record.encoding
+                && known.data == record.data
+            {
+                return Ok(());
+            }
+            return Err(damaged(
+                format!("schema {} ({}) as before", record.id, known.name),
+                format!("another definition ({})", record.name),
+            ));
+        }
+        self.schema_bytes += (record.name.len() + record.encoding.len() + record.data.len()) as u64;
+        if self.schema_bytes > self.limits.mcap_record_bytes {
+            return Err(ErrorKind::LimitExceeded {
+                limit: "mcap_record_bytes",
+                value: self.limits.mcap_record_bytes,
+                found: "schemas of more bytes together".into(),
+            }
+            .into());
+        }
+        self.schemas.insert(
+            record.id,
+            Schema {
+                name: record.name.to_string(),
+                encoding: record.encoding.to_string(),
+                data: record.data.to_vec(),
+            },
+        );
+        Ok(())
+    }
+
+    fn channel(&mut self, record: &ChannelRecord<'_>) -> Result<(), Error> {
+        if let Some(known) = self.topics.get(&record.id) {
+            if known.name == record.topic
+                && known.encoding == record.encoding
+                && known.schema_id == record.schema_id
+            {
+                return Ok(());
+            }
+            return Err(damaged(
+                format!("channel {} (topic {}) as before", record.id, known.name),
+                format!("another definition (topic {})", record.topic),
+            ));
+        }
+        let schema = self.schemas.get(&record.schema_id);
+        if record.schema_id != 0 && schema.is_none() {
+            return Err(damaged(
+                format!("schema {} before topic {}", record.schema_id, record.topic),
+                "none",
+            ));
+        }
+        if self.topics.len() as u64 >= self.limits.mcap_channels {
+            return Err(ErrorKind::LimitExceeded {
+                limit: "mcap_channels",
+                value: self.limits.mcap_channels,
+                found: "more topics".into(),
+            }
+            .into());
+        }
+        let series = self
+            .wanted(record, schema)
+            .map(|wanted| Series::new(record.topic, record.encoding, schema, wanted));
+        self.topics.insert(
+            record.id,
+            Topic {
+                name: record.topic.to_string(),
+                encoding: record.encoding.to_string(),
+                schema_id: record.schema_id,
+                messages: 0,
+                series,
+            },
+        );
+        Ok(())
+    }
+
+    /// Tells what is wanted of a topic, if anything.
+    fn wanted(&self, record: &ChannelRecord<'_>, schema: Option<&Schema>) -> Option<Wanted> {
+        let likely = record.encoding == "json"
+            || schema.is_some_and(|schema| series::is_acceleration(&schema.name));
+        match (self.selection, &self.options.channel) {
+            (Selection::Every, _) => likely.then_some(Wanted::Every),
+            (Selection::Lateral, None) => likely.then_some(Wanted::Lateral),
+            (Selection::Lateral, Some(name)) => {
+                let path = name.strip_prefix(record.topic)?;
+                if path.is_empty() {
+                    return Some(Wanted::Lateral);
+                }
+                path.strip_prefix(':')
+                    .map(|path| Wanted::Path(path.to_string()))
+            }
+        }
+    }
+
+    fn message(&mut self, data: &[u8], byte: u64) -> Result<(), Error> {
+        let record = MessageRecord::read(data)?;
+        let Some(topic) = self.topics.get_mut(&record.channel_id) else {
+            return Err(damaged(
+                format!("channel {} before its messages", record.channel_id),
+                "none",
+            ));
+        };
+        self.messages += 1;
+        topic.messages += 1;
+        if let Some(series) = &mut topic.series {
+            series.push(
+                topic.messages,
+                record.log_time,
+                record.data,
+                byte,
+                &mut self.kept,
+                self.limits,
+            )?;
+        }
+        Ok(())
+    }
+
+    fn statistics(&mut self, data: &[u8]) -> Result<(), Error> {
+        let mut record = StatisticsRecord::read(data)?;
+        if record.message_count != self.messages {
+            return Err(truncated(
+                &format!("{} messages, as the statistics say", record.message_count),
+                &format!("{}", self.messages),
+            ));
+        }
+        let (mut listed, mut sum) = (false, 0_u64);
+        while let Some((id, count)) = record.next_channel()? {
+            listed = true;
+            sum = sum.saturating_add(count);
+            let found = self.topics.get(&id).map_or(0, |topic| topic.messages);
+            if count != found {
+                return Err(truncated(
+                    &format!("{count} messages of channel {id}, as the statistics say"),
+                    &format!("{found}"),
+                ));
+            }
+        }
+        if listed && sum != self.messages {
+            return Err(truncated(
+                &format!("{sum} messages, as the statistics say by channel"),
+                &format!("{}", self.messages),
+            ));
+        }
+        self.account.vouched = true;
+        Ok(())
+    }
+
+    fn footer(&mut self, data: &[u8]) -> Result<(), Error> {
+        let account = &mut self.account;
+        account.footer = true;
+        if !account.data_end {
+            return Err(truncated("the end of the data before the footer", "none"));
+        }
+        let said = records::summary_start(data)?;
+        if (said != 0 || account.summarised) && said != account.summary {
+            return Err(truncated(
+                &format!("the summary at byte {said}, as the footer says"),
+                &format!("the end of the data at byte {}", account.summary),
+            ));
+        }
+        if account.indexed.0 > 0 && account.indexed != account.chunks {
+            return Err(truncated(
+                &format!("the {} chunks of the chunk index", account.indexed.0),
+                &format!("{} chunks, or others", account.chunks.0),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Turns what was kept into channels.
+    fn finish(mut self, outcome: &mut ReadOutcome) -> Result<(), Error> {
+        let topics = self.list();
+        let mut series: Vec<(u16, Series)> = Vec::new();
+        let mut silent: Vec<String> = Vec::new();
+        let mut doubtful: Vec<(u16, Series)> = Vec::new();
+        let named = self.options.channel.is_some() && self.selection == Selection::Lateral;
+        for (id, topic) in &mut self.topics {
+            let Some(found) = topic.series.take() else {
+                continue;
+            };
+            let unknown = !named && topic.encoding == "json";
+            if topic.messages == 0 {
+                if !unknown {
+                    silent.push(topic.name.clone());
+                }
+            } else if unknown && !found.has_fields() {
+                // A JSON topic of another kind, or one whose first message cannot be read; the
+                // latter speaks up where nothing else can be meant.
+                if found.is_broken() {
+                    doubtful.push((*id, found));
+                }
+            } else {
+                series.push((*id, found));
+            }
+        }
+        if series.is_empty() {
+            series = doubtful;
+        }
+        match self.selection {
+            Selection::Every => self.finish_every(series, outcome),
+            Selection::Lateral => {
+                let one = self.choose(series, &silent, topics)?;
+                let mut channels = one.finish(self.options, self.limits)?;
+                let Some((name, channel)) = channels.pop() else {
+                    return Err(ErrorKind::NoChannel { known: self.list() }.into());
+                };
+                let mut channel = channel?;
+                if channel.unit.is_none() {
+                    return Err(
+                        Error::from(ErrorKind::MissingUnit).at(Place::default().channel(name))
+                    );
+                }
+                if self.options.channel.is_none() {
+                    channel.findings.insert(
+                        0,
+                        Finding::info(
+                            "channel-chosen",
+                            format!(
+                                "{name} is the one lateral acceleration in the file; its y axis \
+                                 points to the left by REP 103 unless the sensor is mounted \
+                                 otherwise"
+                            ),
+                        ),
+                    );
+                }
+                outcome.channels.push(channel);
+                Ok(())
+            }
+        }
+    }
+
+    /// Returns the one series that can be meant.
+    fn choose(
+        &self,
+        mut series: Vec<(u16, Series)>,
+        silent: &[String],
+        topics: String,
+    ) -> Result<Series, Error> {
+        if series.len() > 1 {
+            // Names tell topics apart, except where one name was asked for and several fit.
+            let names: Vec<String> = series
+                .iter()
+                .map(|(id, series)| match self.options.channel {
+                    Some(_) => format!("{} (channel id {id})", series.name()),
+                    None => series.name(),
+                })
+                .collect();
+            return Err(ErrorKind::AmbiguousChannel {
+                candidates: names.join(", "),
+            }
+            .into());
+        }
+        if let Some((_, one)) = series.pop() {
+            return Ok(one);
+        }
+        Err(match (&self.options.channel, silent) {
+            (_, [topic, ..]) => ErrorKind::Empty {
+                found: format!("topic {topic} holds no message"),
+                expected: "messages with an acceleration".into(),
+            },
+            (Some(wanted), []) => ErrorKind::NoSuchChannel {
+                wanted: wanted.clone(),
+                known: topics,
+            },
+            (None, []) => ErrorKind::NoChannel { known: topics },
+        }
+        .into())
+    }
+
+    fn finish_every(
+        &self,
+        series: Vec<(u16, Series)>,
+        outcome: &mut ReadOutcome,
+    ) -> Result<(), Error> {
+        let taken: Vec<u16> = series.iter().map(|(id, _)| *id).collect();
+        let mut left_out = |name: &str, error: &Error| {
+            outcome.findings.push(Finding::warning(
+                "channel-left-out",
+                format!("{name} is left out: {error}"),
+            ));
+        };
+        for (_, series) in series {
+            let name = series.name();
+            match series.finish(self.options, self.limits) {
+                Err(error) => left_out(&name, &error),
+                Ok(channels) => {
+                    for (name, channel) in channels {
+                        match channel {
+                            Ok(channel) => outcome.channels.push(channel),
+                            Err(error) => left_out(&name, &error),
+                        }
+                    }
+                }
+            }
+        }
+        let others: Vec<u16> = self
+            .topics
+            .keys()
+            .filter(|id| !taken.contains(id))
+            .copied()
+            .collect();
+        if !others.is_empty() {
+            outcome.findings.push(Finding::info(
+                "topics-left-out",
+                format!(
+                    "topics without acceleration messages: {}",
+                    self.describe(&others)
+                ),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Lists the topics with their message types.
+    fn list(&self) -> String {
+        let all: Vec<u16> = self.topics.keys().copied().collect();
+        if all.is_empty() {
+            return "no topic".into();
+        }
+        self.describe(&all)
+    }
+
+    fn describe(&self, ids: &[u16]) -> String {
+        const LISTED: usize = 40;
+        let mut names: Vec<String> = ids
+            .iter()
+            .take(LISTED)
+            .filter_map(|id| self.topics.get(id))
+            .map(|topic| {
+                let schema = self.schemas.get(&topic.schema_id);
+                let schema = schema.map_or("no schema", |schema| schema.name.as_str());
+                format!("{} ({schema}, {})", topic.name, topic.encoding)
+            })
+            .collect();
+        if ids.len() > LISTED {
+            names.push(format!("{} more", ids.len() - LISTED));
+        }
+        names.join(", ")
+    }
 }

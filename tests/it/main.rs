@@ -10,5 +10,6 @@
 )]
 
 mod pictures;
+mod reference;
 mod signals;
 mod tidy;

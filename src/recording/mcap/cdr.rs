@@ -1,0 +1,192 @@
+//! CDR, the encoding of ROS 2 messages: numbers aligned to their size, in either byte order.
+//!
+//! Read is plain CDR (XCDR version 1), which every ROS 2 middleware writes into logs.
+
+use super::schema::{Number, Plan, Step};
+
+/// Bytes of the header that tells the byte order.
+const HEADER: usize = 4;
+/// Bytes that may follow the last field: padding of the message to its alignment.
+const PADDING: usize = 7;
+
+/// Walks one message along `plan` and puts what it takes into `slots`.
+///
+/// # Errors
+///
+/// What is wrong with the message, in words: expected, then found.
+pub(super) fn read(plan: &Plan, message: &[u8], slots: &mut [f64]) -> Result<(), Fault> {
+    let Some((header, body)) = message.split_at_checked(HEADER) else {
+        return Err(fault(
+            "a message with a CDR header of 4 bytes",
+            &format!("{} bytes", message.len()),
+        ));
+    };
+    let little = match (header[0], header[1]) {
+        (0, 0) => false,
+        (0, 1) => true,
+        (high, low) => {
+            return Err(fault(
+                "a CDR header of 00 00 or 00 01 (plain CDR)",
+                &format!("{high:02x} {low:02x}"),
+            ));
+        }
+    };
+    let mut walk = Walk {
+        body,
+        at: 0,
+        little,
+    };
+    walk.run(&plan.steps, slots)?;
+    let left = body.len() - walk.at;
+    if left > PADDING {
+        return Err(fault(
+            "a message as long as its schema says",
+            &format!("{left} bytes more"),
+        ));
+    }
+    Ok(())
+}
+
+/// What is wrong with a message.
+#[derive(Debug)]
+pub(super) struct Fault {
+    pub(super) expected: String,
+    pub(super) found: String,
+}
+
+fn fault(expected: &str, found: &str) -> Fault {
+    Fault {
+        expected: expected.to_string(),
+        found: found.to_string(),
+    }
+}
+
+struct Walk<'a> {
+    body: &'a [u8],
+    at: usize,
+    little: bool,
+}
+
+impl<'a> Walk<'a> {
+    // Every element of a repeat or a sequence takes at least one byte, so that a count which
+    // promises more than the message holds ends at the end of the message.
+    fn run(&mut self, steps: &[Step], slots: &mut [f64]) -> Result<(), Fault> {
+        for step in steps {
+            match step {
+                Step::Skip { size, count } => {
+                    let bytes = usize::try_from(*count)
+                        .ok()
+                        .and_then(|count| count.checked_mul(*size));
+                    self.aligned(*size, bytes.unwrap_or(usize::MAX))?;
+                }
+                Step::Take { number, slot } => {
+                    let value = self.number(*number)?;
+                    if let Some(place) = slots.get_mut(*slot) {
+                        *place = value;
+                    }
+                }
+                Step::Text => {
+                    let length = self.length()?;
+                    self.aligned(1, usize::try_from(length).unwrap_or(usize::MAX))?;
+                }
+                Step::Repeat { count, element } => {
+                    for _ in 0..*count {
+                        self.run(element, slots)?;
+                    }
+                }
+                Step::Sequence { element, picks } => self.sequence(element, picks, slots)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn sequence(
+        &mut self,
+        element: &[Step],
+        picks: &[(u64, Vec<Step>)],
+        slots: &mut [f64],
+    ) -> Result<(), Fault> {
+        let length = self.length()?;
+        if let Some((index, _)) = picks.last()
+            && *index >= length
+        {
+            return Err(fault(
+                &format!("an element {index} in the sequence"),
+                &format!("{length} elements"),
+            ));
+        }
+        if let ([Step::Skip { size, count: 1 }], [], 1..) = (element, picks, length) {
+            let bytes = usize::try_from(length)
+                .ok()
+                .and_then(|length| length.checked_mul(*size));
+            self.aligned(*size, bytes.unwrap_or(usize::MAX))?;
+            return Ok(());
+        }
+        let mut picks = picks.iter().peekable();
+        for index in 0..length {
+            match picks.next_if(|(wanted, _)| *wanted == index) {
+                Some((_, steps)) => self.run(steps, slots)?,
+                None => self.run(element, slots)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn length(&mut self) -> Result<u64, Fault> {
+        let bytes = self.aligned(4, 4)?;
+        let mut array = [0; 4];
+        array.copy_from_slice(bytes);
+        Ok(u64::from(if self.little {
+            u32::from_le_bytes(array)
+        } else {
+            u32::from_be_bytes(array)
+        }))
+    }
+
+    fn number(&mut self, number: Number) -> Result<f64, Fault> {
+        let size = number.size();
+        let mut array = [0; 8];
+        array[..size].copy_from_slice(self.aligned(size, size)?);
+        if !self.little {
+            array[..size].reverse();
+        }
+        let bits = u64::from_le_bytes(array);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_possible_wrap,
+            clippy::cast_precision_loss,
+            reason = "the upper bytes are zero; a 64-bit integer rounds to the nearest double"
+        )]
+        Ok(match number {
+            Number::I8 => f64::from(bits as u8 as i8),
+            Number::U8 => f64::from(bits as u8),
+            Number::I16 => f64::from(bits as u16 as i16),
+            Number::U16 => f64::from(bits as u16),
+            Number::I32 => f64::from(bits as u32 as i32),
+            Number::U32 => f64::from(bits as u32),
+            Number::I64 => bits as i64 as f64,
+            Number::U64 => bits as f64,
+            Number::F32 => f64::from(f32::from_bits(bits as u32)),
+            Number::F64 => f64::from_bits(bits),
+        })
+    }
+
+    /// Steps to a multiple of `size` [byte] and takes `count` bytes.
+    fn aligned(&mut self, size: usize, count: usize) -> Result<&'a [u8], Fault> {
+        let start = self.at.next_multiple_of(size);
+        let taken = start
+            .checked_add(count)
+            .and_then(|end| self.body.get(start..end));
+        let Some(taken) = taken else {
+            return Err(fault(
+                &format!("a field at byte {} of the message", HEADER + start),
+                &format!(
+                    "the end of the message at byte {}",
+                    HEADER + self.body.len()
+                ),
+            ));
+        };
+        self.at = start + count;
+        Ok(taken)
+    }
+}

@@ -1,0 +1,131 @@
+//! Chunks: decompression within limits, checked against the chunk's own size and checksum.
+
+use super::damaged;
+use super::records::ChunkRecord;
+use crate::error::{Error, ErrorKind};
+use crate::recording::Limits;
+use std::borrow::Cow;
+use std::io::Read;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Window that a zstd frame may always ask for [byte]: what the highest ordinary level of the
+/// reference encoder uses. The decoder holds back up to a window of what it has produced.
+const ZSTD_WINDOW_BYTES: u64 = 8 << 20;
+
+/// Returns the records inside a chunk.
+///
+/// # Errors
+///
+/// [`ErrorKind::LimitExceeded`] if the chunk claims more than the limit;
+/// [`ErrorKind::Malformed`] if size, checksum or compressed data contradict one another;
+/// [`ErrorKind::Truncated`] if the compressed data end early.
+pub(super) fn records<'a>(
+    chunk: &ChunkRecord<'a>,
+    limits: &Limits,
+) -> Result<Cow<'a, [u8]>, Error> {
+    let size = chunk.uncompressed_size;
+    if size > limits.mcap_chunk_bytes {
+        return Err(ErrorKind::LimitExceeded {
+            limit: "mcap_chunk_bytes",
+            value: limits.mcap_chunk_bytes,
+            found: format!("a chunk of {size} bytes"),
+        }
+        .into());
+    }
+    let records = match chunk.compression {
+        "" => Cow::Borrowed(chunk.data),
+        "zstd" => Cow::Owned(guarded("zstd", || zstd(chunk.data, size, limits))?),
+        "lz4" => Cow::Owned(guarded("lz4", || lz4(chunk.data, size))?),
+        other => {
+            return Err(ErrorKind::Malformed {
+                expected: "a chunk compressed with zstd or lz4, or not at all".into(),
+                found: format!("compression `{other}`"),
+                hint: "rewrite the file with `mcap compress`".into(),
+            }
+            .into());
+        }
+    };
+    let found = records.len() as u64;
+    if found > size {
+        return Err(damaged(
+            format!("{size} bytes in the chunk, as its header says"),
+            "more",
+        ));
+    }
+    if found < size {
+        return Err(ErrorKind::Truncated {
+            expected: format!("{size} bytes in the chunk, as its header says"),
+            found: format!("{found}"),
+        }
+        .into());
+    }
+    if chunk.crc != 0 {
+        let crc = crc32fast::hash(&records);
+        if crc != chunk.crc {
+            return Err(damaged(
+                format!("checksum {:08x} of the chunk", chunk.crc),
+                format!("{crc:08x}"),
+            ));
+        }
+    }
+    Ok(records)
+}
+
+/// Runs a decompressor so that an assertion inside it, met on damaged data, ends in an error.
+fn guarded(
+    name: &'static str,
+    run: impl FnOnce() -> Result<Vec<u8>, String>,
+) -> Result<Vec<u8>, Error> {
+    let reason = match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(Ok(bytes)) => return Ok(bytes),
+        Ok(Err(reason)) => reason,
+        Err(_) => "the decompressor gave up".into(),
+    };
+    Err(damaged(
+        format!("a chunk compressed with {name}"),
+        format!("data that do not decompress ({reason})"),
+    ))
+}
+
+fn zstd(data: &[u8], size: u64, limits: &Limits) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let mut left = data;
+    while !left.is_empty() && bytes.len() as u64 <= size {
+        let mut decoder = ruzstd::decoding::StreamingDecoder::new_with_max_window_size(
+            &mut left,
+            limits.mcap_chunk_bytes.max(ZSTD_WINDOW_BYTES),
+        )
+        .map_err(|error| error.to_string())?;
+        (&mut decoder)
+            .take(size + 1 - bytes.len() as u64)
+            .read_to_end(&mut bytes)
+            .map_err(|error| error.to_string())?;
+        let frame = decoder.into_frame_decoder();
+        if frame.is_finished() && frame.can_collect() == 0 {
+            let said = frame.get_checksum_from_data();
+            if said.is_some() && said != frame.get_calculated_checksum() {
+                return Err("the checksum of the frame is wrong".into());
+            }
+        }
+        if bytes.len() as u64 == size {
+            // Some writers leave bytes behind the last frame, so these are not looked at.
+            break;
+        }
+    }
+    Ok(bytes)
+}
+
+fn lz4(data: &[u8], size: u64) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let mut left = data;
+    while !left.is_empty() && bytes.len() as u64 <= size {
+        lz4_flex::frame::FrameDecoder::new(&mut left)
+            .take(size + 1 - bytes.len() as u64)
+            .read_to_end(&mut bytes)
+            .map_err(|error| error.to_string())?;
+        if bytes.len() as u64 == size {
+            break;
+        }
+    }
+    Ok(bytes)
+}

@@ -1,0 +1,124 @@
+//! JSON messages: one walk through the text that hands out every scalar with its path.
+//!
+//! Nothing is kept of what is not wanted, so that a large message costs time but no memory.
+
+use serde::de::{DeserializeSeed, Deserializer, MapAccess, SeqAccess, Visitor};
+use std::fmt;
+
+/// A scalar of a JSON message.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Leaf {
+    /// A number.
+    Number(f64),
+    /// Anything else: its kind in words.
+    Other(&'static str),
+}
+
+/// Walks `message` and hands each scalar with its path, such as `a.b[2].c`, to `sink`.
+///
+/// # Errors
+///
+/// What is wrong with the text, in the words of the JSON parser.
+pub(super) fn walk(message: &[u8], sink: &mut dyn FnMut(&str, Leaf)) -> Result<(), String> {
+    let mut deserializer = serde_json::Deserializer::from_slice(message);
+    let mut path = String::new();
+    Walk {
+        path: &mut path,
+        sink,
+    }
+    .deserialize(&mut deserializer)
+    .and_then(|()| deserializer.end())
+    .map_err(|error| error.to_string())
+}
+
+struct Walk<'a> {
+    path: &'a mut String,
+    sink: &'a mut dyn FnMut(&str, Leaf),
+}
+
+impl Walk<'_> {
+    fn leaf<E>(self, leaf: Leaf) -> Result<(), E> {
+        (self.sink)(self.path, leaf);
+        Ok(())
+    }
+}
+
+impl<'de> DeserializeSeed<'de> for Walk<'_> {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Walk<'_> {
+    type Value = ();
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "JSON")
+    }
+
+    fn visit_bool<E>(self, _value: bool) -> Result<(), E> {
+        self.leaf(Leaf::Other("a boolean"))
+    }
+
+    fn visit_i64<E>(self, value: i64) -> Result<(), E> {
+        #[expect(
+            clippy::cast_precision_loss,
+            reason = "beyond 2^53 the nearest double stands for the integer"
+        )]
+        self.leaf(Leaf::Number(value as f64))
+    }
+
+    fn visit_u64<E>(self, value: u64) -> Result<(), E> {
+        #[expect(
+            clippy::cast_precision_loss,
+            reason = "beyond 2^53 the nearest double stands for the integer"
+        )]
+        self.leaf(Leaf::Number(value as f64))
+    }
+
+    fn visit_f64<E>(self, value: f64) -> Result<(), E> {
+        self.leaf(Leaf::Number(value))
+    }
+
+    fn visit_str<E>(self, _value: &str) -> Result<(), E> {
+        self.leaf(Leaf::Other("a text"))
+    }
+
+    fn visit_unit<E>(self) -> Result<(), E> {
+        self.leaf(Leaf::Other("null"))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut elements: A) -> Result<(), A::Error> {
+        let length = self.path.len();
+        for index in 0_u64.. {
+            self.path.push_str(&format!("[{index}]"));
+            let element = elements.next_element_seed(Walk {
+                path: &mut *self.path,
+                sink: &mut *self.sink,
+            })?;
+            self.path.truncate(length);
+            if element.is_none() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<(), A::Error> {
+        let length = self.path.len();
+        while let Some(key) = entries.next_key::<std::borrow::Cow<'de, str>>()? {
+            if length > 0 {
+                self.path.push('.');
+            }
+            self.path.push_str(&key);
+            entries.next_value_seed(Walk {
+                path: &mut *self.path,
+                sink: &mut *self.sink,
+            })?;
+            self.path.truncate(length);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,242 @@
+//! The records of an MCAP file, read with checked lengths.
+//!
+//! Every length in a record is compared with the bytes there before anything is taken, so
+//! no field can make the reader allocate. Bytes after the known fields are ignored: later
+//! versions of the format may add some.
+
+use super::damaged;
+use crate::error::Error;
+
+/// Bytes of opcode and length before each record.
+pub(super) const PREFIX_BYTES: usize = 9;
+
+/// A cursor over the fields of one record.
+#[derive(Clone)]
+pub(super) struct Fields<'a> {
+    left: &'a [u8],
+    what: &'static str,
+}
+
+impl<'a> Fields<'a> {
+    pub(super) fn new(what: &'static str, data: &'a [u8]) -> Self {
+        Self { left: data, what }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.left.is_empty()
+    }
+
+    pub(super) fn bytes(&mut self, count: u64) -> Result<&'a [u8], Error> {
+        let split = usize::try_from(count)
+            .ok()
+            .and_then(|count| self.left.split_at_checked(count));
+        let Some((taken, left)) = split else {
+            return Err(damaged(
+                format!("{count} more bytes in the {} record", self.what),
+                format!("{}", self.left.len()),
+            ));
+        };
+        self.left = left;
+        Ok(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], Error> {
+        let mut array = [0; N];
+        array.copy_from_slice(self.bytes(N as u64)?);
+        Ok(array)
+    }
+
+    pub(super) fn u8(&mut self) -> Result<u8, Error> {
+        self.array().map(u8::from_le_bytes)
+    }
+
+    pub(super) fn u16(&mut self) -> Result<u16, Error> {
+        self.array().map(u16::from_le_bytes)
+    }
+
+    pub(super) fn u32(&mut self) -> Result<u32, Error> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    pub(super) fn u64(&mut self) -> Result<u64, Error> {
+        self.array().map(u64::from_le_bytes)
+    }
+
+    fn text(&mut self) -> Result<&'a str, Error> {
+        let length = self.u32()?;
+        let bytes = self.bytes(u64::from(length))?;
+        std::str::from_utf8(bytes).map_err(|_| {
+            damaged(
+                format!("text in UTF-8 in the {} record", self.what),
+                "other bytes",
+            )
+        })
+    }
+
+    /// Takes a block whose length in bytes stands before it.
+    fn block(&mut self) -> Result<Self, Error> {
+        let length = self.u32()?;
+        let what = self.what;
+        self.bytes(u64::from(length))
+            .map(|data| Self::new(what, data))
+    }
+}
+
+/// A schema: the definition of a message type.
+pub(super) struct SchemaRecord<'a> {
+    pub(super) id: u16,
+    pub(super) name: &'a str,
+    pub(super) encoding: &'a str,
+    pub(super) data: &'a [u8],
+}
+
+impl<'a> SchemaRecord<'a> {
+    pub(super) fn read(data: &'a [u8]) -> Result<Self, Error> {
+        let mut fields = Fields::new("schema", data);
+        Ok(Self {
+            id: fields.u16()?,
+            name: fields.text()?,
+            encoding: fields.text()?,
+            data: fields.block()?.left,
+        })
+    }
+}
+
+/// A channel: a topic with its message encoding and schema.
+pub(super) struct ChannelRecord<'a> {
+    pub(super) id: u16,
+    pub(super) schema_id: u16,
+    pub(super) topic: &'a str,
+    pub(super) encoding: &'a str,
+}
+
+impl<'a> ChannelRecord<'a> {
+    pub(super) fn read(data: &'a [u8]) -> Result<Self, Error> {
+        let mut fields = Fields::new("channel", data);
+        let record = Self {
+            id: fields.u16()?,
+            schema_id: fields.u16()?,
+            topic: fields.text()?,
+            encoding: fields.text()?,
+        };
+        let mut metadata = fields.block()?;
+        while !metadata.is_empty() {
+            metadata.text()?;
+            metadata.text()?;
+        }
+        Ok(record)
+    }
+}
+
+/// A message.
+pub(super) struct MessageRecord<'a> {
+    pub(super) channel_id: u16,
+    /// When it was recorded [ns].
+    pub(super) log_time: u64,
+    pub(super) data: &'a [u8],
+}
+
+impl<'a> MessageRecord<'a> {
+    pub(super) fn read(data: &'a [u8]) -> Result<Self, Error> {
+        let mut fields = Fields::new("message", data);
+        let channel_id = fields.u16()?;
+        let _sequence = fields.u32()?;
+        let log_time = fields.u64()?;
+        let _publish_time = fields.u64()?;
+        Ok(Self {
+            channel_id,
+            log_time,
+            data: fields.left,
+        })
+    }
+}
+
+/// A chunk: records, compressed or not.
+pub(super) struct ChunkRecord<'a> {
+    pub(super) uncompressed_size: u64,
+    /// CRC-32 of the uncompressed records; 0 if there is none.
+    pub(super) crc: u32,
+    pub(super) compression: &'a str,
+    pub(super) data: &'a [u8],
+}
+
+impl<'a> ChunkRecord<'a> {
+    pub(super) fn read(data: &'a [u8]) -> Result<Self, Error> {
+        let mut fields = Fields::new("chunk", data);
+        let _start_time = fields.u64()?;
+        let _end_time = fields.u64()?;
+        let uncompressed_size = fields.u64()?;
+        let crc = fields.u32()?;
+        let compression = fields.text()?;
+        let compressed_size = fields.u64()?;
+        Ok(Self {
+            uncompressed_size,
+            crc,
+            compression,
+            data: fields.bytes(compressed_size)?,
+        })
+    }
+}
+
+/// What the file says of itself: how many messages it holds, in all and by channel.
+pub(super) struct StatisticsRecord<'a> {
+    pub(super) message_count: u64,
+    by_channel: Fields<'a>,
+}
+
+impl<'a> StatisticsRecord<'a> {
+    pub(super) fn read(data: &'a [u8]) -> Result<Self, Error> {
+        let mut fields = Fields::new("statistics", data);
+        let message_count = fields.u64()?;
+        // Counts of schemas (2 bytes), channels, attachments, metadata and chunks (4 bytes
+        // each), then the times of the first and the last message.
+        fields.bytes(2 + 4 * 4 + 2 * 8)?;
+        Ok(Self {
+            message_count,
+            by_channel: fields.block()?,
+        })
+    }
+
+    /// Returns the number of messages of the next channel that is listed.
+    pub(super) fn next_channel(&mut self) -> Result<Option<(u16, u64)>, Error> {
+        if self.by_channel.is_empty() {
+            return Ok(None);
+        }
+        Ok(Some((self.by_channel.u16()?, self.by_channel.u64()?)))
+    }
+}
+
+/// Reads where the chunk starts that a chunk-index record tells of [byte].
+pub(super) fn indexed_chunk_start(data: &[u8]) -> Result<u64, Error> {
+    let mut fields = Fields::new("chunk index", data);
+    fields.bytes(2 * 8)?;
+    fields.u64()
+}
+
+/// Reads where the footer says that the summary starts [byte]; 0 if there is none.
+pub(super) fn summary_start(data: &[u8]) -> Result<u64, Error> {
+    Fields::new("footer", data).u64()
+}
+
+/// Walks the records inside a chunk.
+pub(super) struct Inside<'a> {
+    fields: Fields<'a>,
+}
+
+impl<'a> Inside<'a> {
+    pub(super) fn new(chunk: &'a [u8]) -> Self {
+        Self {
+            fields: Fields::new("chunk", chunk),
+        }
+    }
+
+    /// Returns opcode and content of the next record.
+    pub(super) fn next(&mut self) -> Result<Option<(u8, &'a [u8])>, Error> {
+        if self.fields.is_empty() {
+            return Ok(None);
+        }
+        let opcode = self.fields.u8()?;
+        let length = self.fields.u64()?;
+        Ok(Some((opcode, self.fields.bytes(length)?)))
+    }
+}

@@ -1,0 +1,528 @@
+//! ROS 2 message definitions (`ros2msg`): from the text in the file to a plan that finds
+//! numbers in a message.
+//!
+//! The text holds the definition of one type, then those of the types it uses, divided by
+//! lines of 80 `=`, each opened by `MSG: package/Type`. A [`Plan`] is the definition laid
+//! flat: what to step over and what to take.
+
+use crate::error::{Error, ErrorKind};
+use crate::units::AccelerationUnit;
+use std::collections::BTreeMap;
+
+/// Deepest nesting of types; a definition that uses itself ends here.
+const DEPTH: usize = 32;
+/// Steps of a plan, so that nested types cannot multiply without end.
+const STEPS: usize = 1 << 16;
+/// Shortest line of `=` that divides definitions.
+const DIVIDER: usize = 80;
+
+/// A number as CDR stores it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Number {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+impl Number {
+    pub(super) fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::I64 | Self::U64 | Self::F64 => 8,
+        }
+    }
+
+    pub(super) fn is_float(self) -> bool {
+        matches!(self, Self::F32 | Self::F64)
+    }
+}
+
+/// One step through a message.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Step {
+    /// Steps over `count` values of `size` bytes, each aligned to its size.
+    Skip { size: usize, count: u64 },
+    /// Takes a number into a slot.
+    Take { number: Number, slot: usize },
+    /// Steps over a string.
+    Text,
+    /// Steps over `count` elements.
+    Repeat { count: u64, element: Vec<Step> },
+    /// Goes through a sequence whose length stands before it; `picks` are taken at their
+    /// index, in rising order, all others stepped over.
+    Sequence {
+        element: Vec<Step>,
+        picks: Vec<(u64, Vec<Step>)>,
+    },
+}
+
+/// How to find the wanted numbers in a message.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Plan {
+    pub(super) steps: Vec<Step>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Kind {
+    Number(Number),
+    Bool,
+    Text,
+    WideText,
+    Message(String),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Count {
+    One,
+    Fixed(u64),
+    Sequence,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Field {
+    name: String,
+    kind: Kind,
+    count: Count,
+}
+
+/// A part of a field path: a name, with an index if it is an array.
+#[derive(Debug, Clone, PartialEq)]
+struct Segment {
+    name: String,
+    index: Option<u64>,
+}
+
+/// A number field, as a path leads to it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Target {
+    pub(super) number: Number,
+    /// The unit that the message type prescribes, if the field is an acceleration.
+    pub(super) unit: Option<AccelerationUnit>,
+}
+
+/// The definitions of a message type and of all types it uses.
+#[derive(Debug, Clone)]
+pub(super) struct Definitions {
+    root: String,
+    types: BTreeMap<String, Vec<Field>>,
+}
+
+impl Definitions {
+    /// Reads the text of a `ros2msg` schema whose first part defines `root`.
+    pub(super) fn read(root: &str, text: &str) -> Result<Self, Error> {
+        let root = plain_name(root);
+        let mut types = BTreeMap::new();
+        let mut name = root.clone();
+        let mut fields: Vec<Field> = Vec::new();
+        let mut opening = false;
+        for line in text.lines().map(str::trim) {
+            if line.len() >= DIVIDER && line.bytes().all(|byte| byte == b'=') {
+                define(&mut types, &name, std::mem::take(&mut fields))?;
+                opening = true;
+            } else if opening {
+                if line.is_empty() {
+                    continue;
+                }
+                let Some(named) = line.strip_prefix("MSG:") else {
+                    return Err(unreadable(
+                        "`MSG: package/Type` after the dividing line",
+                        &format!("`{line}`"),
+                    ));
+                };
+                name = plain_name(named.trim());
+                opening = false;
+            } else {
+                let package = name.split('/').next().unwrap_or_default();
+                if let Some(field) = field(line, package)? {
+                    if fields.iter().any(|known| known.name == field.name) {
+                        return Err(unreadable(
+                            &format!("each field of {name} once"),
+                            &format!("`{}` twice", field.name),
+                        ));
+                    }
+                    fields.push(field);
+                }
+            }
+        }
+        if !opening {
+            define(&mut types, &name, fields)?;
+        }
+        // Every reader knows these two, so that some recorders leave them out.
+        for name in ["Time", "Duration"] {
+            let part = |name: &str, number| Field {
+                name: name.to_string(),
+                kind: Kind::Number(number),
+                count: Count::One,
+            };
+            types
+                .entry(format!("builtin_interfaces/{name}"))
+                .or_insert_with(|| vec![part("sec", Number::I32), part("nanosec", Number::U32)]);
+        }
+        Ok(Self { root, types })
+    }
+
+    /// Returns the number field that `path` leads to.
+    pub(super) fn target(&self, path: &str) -> Option<Target> {
+        let mut type_name = self.root.as_str();
+        let mut unit = None;
+        let segments = segments(path)?;
+        let (last, _) = segments.split_last()?;
+        for segment in &segments {
+            let field = self
+                .types
+                .get(type_name)?
+                .iter()
+                .find(|field| field.name == segment.name)?;
+            if !matches!(
+                (field.count, segment.index),
+                (Count::One, None) | (Count::Fixed(_) | Count::Sequence, Some(_))
+            ) {
+                return None;
+            }
+            if let (Count::Fixed(count), Some(index)) = (field.count, segment.index)
+                && index >= count
+            {
+                return None;
+            }
+            // REP 103 states SI units for these.
+            if matches!(
+                (type_name, field.name.as_str()),
+                ("sensor_msgs/Imu", "linear_acceleration") | ("geometry_msgs/Accel", "linear")
+            ) {
+                unit = Some(AccelerationUnit::MetrePerSecondSquared);
+            }
+            match &field.kind {
+                Kind::Message(name) => type_name = name,
+                Kind::Number(number) if std::ptr::eq(segment, last) => {
+                    return Some(Target {
+                        number: *number,
+                        unit,
+                    });
+                }
+                _ => return None,
+            }
+        }
+        None
+    }
+
+    /// Lists the paths of up to `most` number fields; an array shows as `name[0..N]`.
+    pub(super) fn numbers(&self, most: usize) -> Vec<(String, Number)> {
+        let mut found = Vec::new();
+        let mut work = STEPS;
+        self.list(&self.root, "", DEPTH, most, &mut work, &mut found);
+        found
+    }
+
+    fn list(
+        &self,
+        type_name: &str,
+        prefix: &str,
+        depth: usize,
+        most: usize,
+        work: &mut usize,
+        found: &mut Vec<(String, Number)>,
+    ) {
+        let Some(fields) = self.types.get(type_name).filter(|_| depth > 0) else {
+            return;
+        };
+        for field in fields {
+            *work = work.saturating_sub(1);
+            if found.len() >= most || *work == 0 {
+                return;
+            }
+            let name = &field.name;
+            let path = match field.count {
+                Count::One => format!("{prefix}{name}"),
+                Count::Fixed(count) => format!("{prefix}{name}[0..{}]", count - 1),
+                Count::Sequence => format!("{prefix}{name}[0..]"),
+            };
+            match &field.kind {
+                Kind::Number(number) => found.push((path, *number)),
+                Kind::Message(inner) => {
+                    self.list(inner, &format!("{path}."), depth - 1, most, work, found);
+                }
+                Kind::Bool | Kind::Text | Kind::WideText => {}
+            }
+        }
+    }
+
+    /// Lays the definition flat so that path number i ends in slot i.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Malformed`] if a type is missing or nested too deep, or if the message
+    /// holds wide strings, whose layout differs between writers.
+    pub(super) fn plan(&self, paths: &[&str]) -> Result<Plan, Error> {
+        let wanted: Vec<(Vec<Segment>, usize)> = paths
+            .iter()
+            .enumerate()
+            .filter_map(|(slot, path)| Some((segments(path)?, slot)))
+            .collect();
+        let wanted: Vec<(&[Segment], usize)> = wanted
+            .iter()
+            .map(|(segments, slot)| (segments.as_slice(), *slot))
+            .collect();
+        let mut budget = STEPS;
+        let steps = self.lay_type(&self.root, &wanted, DEPTH, &mut budget)?;
+        Ok(Plan { steps })
+    }
+
+    fn lay_type(
+        &self,
+        type_name: &str,
+        wanted: &[(&[Segment], usize)],
+        depth: usize,
+        budget: &mut usize,
+    ) -> Result<Vec<Step>, Error> {
+        let Some(fields) = self.types.get(type_name) else {
+            return Err(unreadable(
+                &format!("a definition of {type_name}"),
+                "none in the schema",
+            ));
+        };
+        if depth == 0 {
+            return Err(unreadable(
+                &format!("types nested at most {DEPTH} deep"),
+                &format!("more, at {type_name}"),
+            ));
+        }
+        if fields.is_empty() {
+            // An empty type travels as one byte that stands for nothing.
+            return Ok(vec![Step::Skip { size: 1, count: 1 }]);
+        }
+        let mut steps = Vec::new();
+        for field in fields {
+            let inner: Vec<(Option<u64>, &[Segment], usize)> = wanted
+                .iter()
+                .filter_map(|(path, slot)| {
+                    let (first, rest) = path.split_first()?;
+                    (first.name == field.name).then_some((first.index, rest, *slot))
+                })
+                .collect();
+            self.lay_field(field, &inner, depth, budget, &mut steps)?;
+        }
+        Ok(steps)
+    }
+
+    fn lay_field(
+        &self,
+        field: &Field,
+        wanted: &[(Option<u64>, &[Segment], usize)],
+        depth: usize,
+        budget: &mut usize,
+        steps: &mut Vec<Step>,
+    ) -> Result<(), Error> {
+        *budget = budget.saturating_sub(1);
+        if *budget == 0 {
+            return Err(unreadable(
+                &format!("a definition of at most {STEPS} fields"),
+                "more",
+            ));
+        }
+        let mut lay =
+            |wanted: &[(&[Segment], usize)]| self.lay_element(&field.kind, wanted, depth, budget);
+        let at = |index: Option<u64>| -> Vec<(&[Segment], usize)> {
+            wanted
+                .iter()
+                .filter(|(found, _, _)| *found == index)
+                .map(|(_, path, slot)| (*path, *slot))
+                .collect()
+        };
+        let mut indices: Vec<u64> = wanted.iter().filter_map(|(index, _, _)| *index).collect();
+        indices.sort_unstable();
+        indices.dedup();
+        match field.count {
+            Count::One => steps.extend(lay(&at(None))?),
+            Count::Fixed(count) => {
+                let element = lay(&[])?;
+                let mut next = 0;
+                for index in indices.into_iter().filter(|index| *index < count) {
+                    repeat(index - next, &element, steps);
+                    steps.extend(lay(&at(Some(index)))?);
+                    next = index + 1;
+                }
+                repeat(count - next, &element, steps);
+            }
+            Count::Sequence => {
+                let element = lay(&[])?;
+                let mut picks = Vec::new();
+                for index in indices {
+                    picks.push((index, lay(&at(Some(index)))?));
+                }
+                steps.push(Step::Sequence { element, picks });
+            }
+        }
+        Ok(())
+    }
+
+    fn lay_element(
+        &self,
+        kind: &Kind,
+        wanted: &[(&[Segment], usize)],
+        depth: usize,
+        budget: &mut usize,
+    ) -> Result<Vec<Step>, Error> {
+        Ok(match kind {
+            Kind::Number(number) => vec![match wanted.first() {
+                Some((_, slot)) => Step::Take {
+                    number: *number,
+                    slot: *slot,
+                },
+                None => Step::Skip {
+                    size: number.size(),
+                    count: 1,
+                },
+            }],
+            Kind::Bool => vec![Step::Skip { size: 1, count: 1 }],
+            Kind::Text => vec![Step::Text],
+            Kind::WideText => {
+                return Err(unreadable(
+                    "numbers, booleans, strings and messages",
+                    "a wide string, whose layout differs between writers",
+                ));
+            }
+            Kind::Message(name) => self.lay_type(name, wanted, depth - 1, budget)?,
+        })
+    }
+}
+
+/// Adds a type; a second definition must equal the first.
+fn define(
+    types: &mut BTreeMap<String, Vec<Field>>,
+    name: &str,
+    fields: Vec<Field>,
+) -> Result<(), Error> {
+    match types.get(name) {
+        Some(known) if *known != fields => Err(unreadable(
+            &format!("one definition of {name}"),
+            "two that differ",
+        )),
+        Some(_) => Ok(()),
+        None => {
+            types.insert(name.to_string(), fields);
+            Ok(())
+        }
+    }
+}
+
+/// Appends `count` times `element`.
+fn repeat(count: u64, element: &[Step], steps: &mut Vec<Step>) {
+    match (count, element) {
+        (0, _) => {}
+        (1, _) => steps.extend_from_slice(element),
+        (_, [Step::Skip { size, count: 1 }]) => steps.push(Step::Skip { size: *size, count }),
+        _ => steps.push(Step::Repeat {
+            count,
+            element: element.to_vec(),
+        }),
+    }
+}
+
+/// Reads one line of a definition; `None` for comments, constants and empty lines.
+fn field(line: &str, package: &str) -> Result<Option<Field>, Error> {
+    let line = line.split('#').next().unwrap_or_default().trim();
+    if line.is_empty() {
+        return Ok(None);
+    }
+    let bad = || {
+        unreadable(
+            "`type name` in the message definition",
+            &format!("`{line}`"),
+        )
+    };
+    let (type_text, rest) = line.split_once(char::is_whitespace).ok_or_else(bad)?;
+    let rest = rest.trim_start();
+    let end = rest
+        .find(|c: char| !c.is_ascii_alphanumeric() && c != '_')
+        .unwrap_or(rest.len());
+    let (name, after) = rest.split_at(end);
+    if name.is_empty() {
+        return Err(bad());
+    }
+    if after.trim_start().starts_with('=') {
+        return Ok(None);
+    }
+    if !after.is_empty() && !after.starts_with(char::is_whitespace) {
+        return Err(bad());
+    }
+    let (element, count) = match type_text.split_once('[') {
+        None => (type_text, Count::One),
+        Some((element, size)) => {
+            let size = size.strip_suffix(']').ok_or_else(bad)?;
+            let count = if size.is_empty() || size.starts_with("<=") {
+                Count::Sequence
+            } else {
+                let count = size.parse().map_err(|_| bad())?;
+                if count == 0 {
+                    return Err(bad());
+                }
+                Count::Fixed(count)
+            };
+            (element, count)
+        }
+    };
+    // A bounded string reads as a string: the bound changes nothing in the message.
+    let element = element.split("<=").next().unwrap_or_default();
+    let kind = match element {
+        "bool" => Kind::Bool,
+        "byte" | "char" | "uint8" => Kind::Number(Number::U8),
+        "int8" => Kind::Number(Number::I8),
+        "int16" => Kind::Number(Number::I16),
+        "uint16" => Kind::Number(Number::U16),
+        "int32" => Kind::Number(Number::I32),
+        "uint32" => Kind::Number(Number::U32),
+        "int64" => Kind::Number(Number::I64),
+        "uint64" => Kind::Number(Number::U64),
+        "float32" => Kind::Number(Number::F32),
+        "float64" => Kind::Number(Number::F64),
+        "string" => Kind::Text,
+        "wstring" => Kind::WideText,
+        "" => return Err(bad()),
+        other if other.contains('/') => Kind::Message(plain_name(other)),
+        other => Kind::Message(format!("{package}/{other}")),
+    };
+    Ok(Some(Field {
+        name: name.to_string(),
+        kind,
+        count,
+    }))
+}
+
+/// Returns `package/Type` for `package/msg/Type`.
+pub(super) fn plain_name(name: &str) -> String {
+    name.replacen("/msg/", "/", 1)
+}
+
+/// Reads a field path such as `linear_acceleration.y` or `values[3].x`.
+fn segments(path: &str) -> Option<Vec<Segment>> {
+    path.split('.')
+        .map(|part| {
+            let (name, index) = match part.split_once('[') {
+                None => (part, None),
+                Some((name, index)) => (name, Some(index.strip_suffix(']')?.parse().ok()?)),
+            };
+            (!name.is_empty()).then(|| Segment {
+                name: name.to_string(),
+                index,
+            })
+        })
+        .collect()
+}
+
+fn unreadable(expected: &str, found: &str) -> Error {
+    ErrorKind::Malformed {
+        expected: expected.to_string(),
+        found: found.to_string(),
+        hint: "the schema in the file cannot be read; export the channel as CSV".into(),
+    }
+    .into()
+}

@@ -1,0 +1,636 @@
+//! One topic's messages turned into numbers: which fields, at which stamps.
+
+use super::json::{self, Leaf};
+use super::schema::{Definitions, Number, Plan, plain_name};
+use super::{cdr, name_of};
+use crate::error::{Error, ErrorKind, Place};
+use crate::recording::time_base::TimeBase;
+use crate::recording::{Channel, Finding, Limits, ReadOptions};
+use crate::units::AccelerationUnit;
+
+/// Message types whose lateral acceleration is known, with the path to it. REP 103: x
+/// forward, y to the left, z up.
+const LATERAL: [(&str, &str); 2] = [
+    ("sensor_msgs/Imu", "linear_acceleration.y"),
+    ("geometry_msgs/AccelStamped", "accel.linear.y"),
+];
+
+/// Fields that a message type is asked for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Wanted {
+    /// The lateral acceleration.
+    Lateral,
+    /// This one.
+    Path(String),
+    /// Every floating-point field that is no array element.
+    Every,
+}
+
+/// Tells whether a message type carries a lateral acceleration.
+pub(super) fn is_acceleration(schema_name: &str) -> bool {
+    lateral_path(schema_name).is_some()
+}
+
+fn lateral_path(schema_name: &str) -> Option<&'static str> {
+    let plain = plain_name(schema_name);
+    LATERAL
+        .iter()
+        .find(|(name, _)| *name == plain)
+        .map(|(_, path)| *path)
+}
+
+/// Most names in a list of fields.
+const LISTED: usize = 60;
+/// Nanoseconds in a second.
+const NANO: i128 = 1_000_000_000;
+/// Paths of the two numbers of a stamp.
+const STAMP: [&str; 2] = ["header.stamp.sec", "header.stamp.nanosec"];
+
+/// How the numbers of a message are found.
+#[derive(Debug)]
+enum Extractor {
+    Cdr(Plan),
+    /// JSON tells its fields only in the first message.
+    JsonUnseen(Wanted),
+    Json(Vec<String>),
+}
+
+/// One field's values.
+#[derive(Debug)]
+struct Column {
+    path: String,
+    unit: Option<AccelerationUnit>,
+    values: Vec<f64>,
+    /// The first thing wrong with this field; its values end there.
+    error: Option<Error>,
+}
+
+/// The messages of one topic, as far as they were read.
+#[derive(Debug)]
+pub(super) struct Series {
+    topic: String,
+    extractor: Extractor,
+    columns: Vec<Column>,
+    /// Numbers of the message at hand: columns first, then the stamp if there is one.
+    slots: Vec<f64>,
+    stamped: bool,
+    /// Stamps in the messages [ns].
+    stamps: Vec<i64>,
+    /// Times of recording [ns]; kept only while no stamp has shown to be of use.
+    logged: Vec<u64>,
+    /// The first thing wrong with the whole; nothing is read after it.
+    error: Option<Error>,
+}
+
+impl Series {
+    /// Prepares to read the messages of a topic.
+    pub(super) fn new(
+        topic: &str,
+        encoding: &str,
+        schema: Option<&Schema>,
+        wanted: Wanted,
+    ) -> Self {
+        let mut series = Self {
+            topic: topic.to_string(),
+            extractor: Extractor::JsonUnseen(wanted.clone()),
+            columns: Vec::new(),
+            slots: Vec::new(),
+            stamped: false,
+            stamps: Vec::new(),
+            logged: Vec::new(),
+            error: None,
+        };
+        if encoding != "json"
+            && let Err(error) = series.prepare_cdr(encoding, schema, &wanted)
+        {
+            series.error = Some(error);
+        }
+        series
+    }
+
+    fn prepare_cdr(
+        &mut self,
+        encoding: &str,
+        schema: Option<&Schema>,
+        wanted: &Wanted,
+    ) -> Result<(), Error> {
+        refuse_encoding(encoding)?;
+        let Some(schema) = schema else {
+            return Err(refused(
+                "a schema for the topic's messages",
+                "none: the topic is without schema",
+            ));
+        };
+        if schema.encoding != "ros2msg" {
+            return Err(refused(
+                "a schema in the ros2msg encoding",
+                &format!("`{}`", schema.encoding),
+            ));
+        }
+        let text = std::str::from_utf8(&schema.data)
+            .map_err(|_| refused("a schema in UTF-8", "other bytes"))?;
+        let definitions = Definitions::read(&schema.name, text)?;
+        let paths: Vec<String> = match wanted {
+            Wanted::Path(path) => vec![path.clone()],
+            Wanted::Lateral => lateral_path(&schema.name)
+                .map(|path| vec![path.to_string()])
+                .unwrap_or_default(),
+            Wanted::Every => definitions
+                .numbers(LISTED)
+                .into_iter()
+                .filter(|(path, number)| number.is_float() && !path.contains('['))
+                .map(|(path, _)| path)
+                .collect(),
+        };
+        for path in &paths {
+            let Some(target) = definitions.target(path) else {
+                let names = definitions.numbers(LISTED);
+                let known = names.into_iter().map(|(path, _)| path).collect();
+                return Err(no_field(&self.topic, path, known));
+            };
+            self.add_column(path, target.unit);
+        }
+        if paths.is_empty() {
+            let names = definitions.numbers(LISTED);
+            let known = names.into_iter().map(|(path, _)| path).collect();
+            return Err(no_field(&self.topic, "", known));
+        }
+        let kinds = STAMP.map(|path| definitions.target(path).map(|target| target.number));
+        self.stamped = kinds == [Some(Number::I32), Some(Number::U32)];
+        let mut all: Vec<&str> = paths.iter().map(String::as_str).collect();
+        if self.stamped {
+            all.extend(STAMP);
+        }
+        self.slots = vec![0.0; all.len()];
+        self.extractor = Extractor::Cdr(definitions.plan(&all)?);
+        Ok(())
+    }
+
+    fn add_column(&mut self, path: &str, unit: Option<AccelerationUnit>) {
+        self.columns.push(Column {
+            path: path.to_string(),
+            unit,
+            values: Vec::new(),
+            error: None,
+        });
+    }
+
+    /// Takes in one message; what is wrong with it is kept until the series is asked for.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::LimitExceeded`] beyond the limit on samples.
+    pub(super) fn push(
+        &mut self,
+        number: u64,
+        log_time: u64,
+        data: &[u8],
+        byte: u64,
+        kept: &mut u64,
+        limits: &Limits,
+    ) -> Result<(), Error> {
+        if self.error.is_some() {
+            return Ok(());
+        }
+        if let Err(error) = self.take(number, log_time, data, byte) {
+            self.error = Some(error);
+            return Ok(());
+        }
+        // Each message costs one value per column and one for its time.
+        *kept += self.columns.len() as u64 + 1;
+        let most = limits.samples;
+        if number > most || *kept > most.saturating_mul(KEPT_PER_SAMPLE) {
+            return Err(Error::from(ErrorKind::LimitExceeded {
+                limit: "samples",
+                value: most,
+                found: format!("more, at message {number} of {}", self.topic),
+            })
+            .at(Place::default().byte(byte)));
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, number: u64, log_time: u64, data: &[u8], byte: u64) -> Result<(), Error> {
+        let topic = self.topic.clone();
+        let place = |path: &str| {
+            Place::default()
+                .byte(byte)
+                .channel(format!("{}, message {number}", name_of(&topic, path)))
+        };
+        if let Extractor::JsonUnseen(wanted) = &self.extractor {
+            let wanted = wanted.clone();
+            self.prepare_json(&wanted, data)
+                .map_err(|error| error.at(place("")))?;
+        }
+        match &self.extractor {
+            Extractor::Cdr(plan) => {
+                cdr::read(plan, data, &mut self.slots).map_err(|fault| {
+                    damaged_message(&fault.expected, &fault.found).at(place(""))
+                })?;
+            }
+            Extractor::Json(paths) => {
+                read_json(paths, data, &mut self.slots).map_err(|error| error.at(place("")))?;
+            }
+            Extractor::JsonUnseen(_) => return Ok(()),
+        }
+        let stamp = if self.stamped {
+            let pair = self.slots.last_chunk::<2>().copied().unwrap_or_default();
+            Some(stamp_ns(pair).map_err(|error| error.at(place("header.stamp")))?)
+        } else {
+            None
+        };
+        for (column, value) in self.columns.iter_mut().zip(&self.slots) {
+            if column.error.is_some() {
+                continue;
+            }
+            if !value.is_finite() {
+                let found = format!("{value}");
+                let error = Error::from(ErrorKind::NonFinite { found });
+                column.error = Some(error.at(place(&column.path)));
+                column.values = Vec::new();
+                continue;
+            }
+            column.values.push(*value);
+        }
+        if let Some(stamp) = stamp {
+            if stamp != 0 {
+                self.logged = Vec::new();
+            } else if self.stamps.len() == self.logged.len() {
+                self.logged.push(log_time);
+            }
+            self.stamps.push(stamp);
+        } else {
+            self.logged.push(log_time);
+        }
+        Ok(())
+    }
+
+    /// Learns the fields of a JSON topic from its first message.
+    fn prepare_json(&mut self, wanted: &Wanted, data: &[u8]) -> Result<(), Error> {
+        let mut numbers: Vec<String> = Vec::new();
+        let lateral: Vec<&str> = LATERAL.iter().map(|(_, path)| *path).collect();
+        let mut found = |path: &str, leaf: Leaf| {
+            let listed = matches!(leaf, Leaf::Number(_));
+            let needed = STAMP.contains(&path)
+                || matches!(wanted, Wanted::Path(wanted) if wanted == path)
+                || lateral.contains(&path);
+            if (listed || needed)
+                && (needed || numbers.len() < LISTED)
+                && !numbers.iter().any(|known| known == path)
+            {
+                numbers.push(path.to_string());
+            }
+        };
+        json::walk(data, &mut found)
+            .map_err(|reason| damaged_message("a JSON message", &reason))?;
+        let has = |path: &str| numbers.iter().any(|known| known == path);
+        let chosen: Vec<String> = match wanted {
+            Wanted::Path(path) if has(path) => vec![path.clone()],
+            Wanted::Path(path) => return Err(no_field(&self.topic, path, numbers)),
+            Wanted::Lateral => lateral
+                .iter()
+                .find(|path| has(path))
+                .map(|path| vec![(*path).to_string()])
+                .ok_or_else(|| no_field(&self.topic, "", numbers.clone()))?,
+            Wanted::Every => {
+                let bases = lateral
+                    .iter()
+                    .filter(|path| has(path))
+                    .map(|path| path.trim_end_matches('y'));
+                bases
+                    .flat_map(|base| ["x", "y", "z"].map(|axis| format!("{base}{axis}")))
+                    .filter(|path| has(path))
+                    .collect()
+            }
+        };
+        if chosen.is_empty() {
+            return Err(no_field(&self.topic, "", numbers));
+        }
+        self.stamped = STAMP.iter().all(|path| has(path));
+        for path in &chosen {
+            self.add_column(path, None);
+        }
+        let mut paths = chosen;
+        if self.stamped {
+            paths.extend(STAMP.map(String::from));
+        }
+        self.slots = vec![0.0; paths.len()];
+        self.extractor = Extractor::Json(paths);
+        Ok(())
+    }
+
+    /// Tells whether the topic has a field that was wanted: for JSON, only its first message
+    /// tells.
+    pub(super) fn has_fields(&self) -> bool {
+        !self.columns.is_empty()
+    }
+
+    /// Tells whether something other than a missing field stopped the series.
+    pub(super) fn is_broken(&self) -> bool {
+        self.error
+            .as_ref()
+            .is_some_and(|error| !matches!(error.kind(), ErrorKind::NoSuchChannel { .. }))
+    }
+
+    /// Returns the name of the first field.
+    pub(super) fn name(&self) -> String {
+        let path = self.columns.first().map_or("", |column| &column.path);
+        name_of(&self.topic, path)
+    }
+
+    /// Brings the fields to a uniform time base; each is a channel or the reason why not.
+    pub(super) fn finish(
+        mut self,
+        options: &ReadOptions,
+        limits: &Limits,
+    ) -> Result<Vec<(String, Result<Channel, Error>)>, Error> {
+        if let Some(error) = self.error.take() {
+            return Err(error);
+        }
+        let first = self.name();
+        let place = Place::default().channel(&first);
+        let mut findings = Vec::new();
+        let stamps = self
+            .stamps_s(options, &mut findings)
+            .map_err(|error| error.at(place.clone()))?;
+        let base = TimeBase::fit(&stamps, 1e-9, limits).map_err(|error| error.at(place.clone()))?;
+        findings.extend(base.findings.iter().cloned());
+        let topic = self.topic;
+        Ok(self
+            .columns
+            .into_iter()
+            .map(|column| {
+                let name = name_of(&topic, &column.path);
+                let place = Place::default().channel(&name);
+                let channel = column
+                    .into_channel(name.clone(), &base, &stamps, &findings, options)
+                    .map_err(|error| error.at(place));
+                (name, channel)
+            })
+            .collect())
+    }
+
+    /// Returns the instants of the messages after time zero [s].
+    fn stamps_s(
+        &self,
+        options: &ReadOptions,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Vec<f64>, Error> {
+        let use_stamps = self.stamped && self.stamps.iter().any(|stamp| *stamp != 0);
+        let (count, clock): (usize, Box<dyn Fn(usize) -> i128 + '_>) = if use_stamps {
+            let stamps = &self.stamps;
+            (stamps.len(), Box::new(|index| i128::from(stamps[index])))
+        } else {
+            let logged = &self.logged;
+            (logged.len(), Box::new(|index| i128::from(logged[index])))
+        };
+        if self.stamped && !use_stamps {
+            findings.push(Finding::warning(
+                "stamp-zero",
+                "header.stamp is 0 in every message; the time of logging is used, which carries \
+                 the delays of transport",
+            ));
+        } else if !use_stamps {
+            findings.push(Finding::warning(
+                "log-time",
+                "the messages have no header.stamp; the time of logging is used, which carries \
+                 the delays of transport",
+            ));
+        }
+        let Some(last) = count.checked_sub(1) else {
+            return Ok(Vec::new());
+        };
+        let first = clock(0);
+        for index in 1..count {
+            let (previous, found) = (clock(index - 1), clock(index));
+            if found <= previous {
+                let place = Place::default().channel(format!(
+                    "{}, message {} (seconds after the first)",
+                    self.name(),
+                    index + 1
+                ));
+                return Err(Error::from(ErrorKind::TimeNotIncreasing {
+                    previous: seconds(previous - first),
+                    found: seconds(found - first),
+                })
+                .at(place));
+            }
+        }
+        let zero = match options.time_zero_s {
+            Some(instant_s) => nanoseconds(instant_s)?,
+            None => first,
+        };
+        if !(first..=clock(last)).contains(&zero) {
+            findings.push(Finding::warning(
+                "time-zero-outside",
+                format!(
+                    "time zero is not between the first and the last message; on the file's \
+                     clock these are at {} s and {} s",
+                    seconds_text(first),
+                    seconds_text(clock(last))
+                ),
+            ));
+        }
+        Ok((0..count)
+            .map(|index| seconds(clock(index) - zero))
+            .collect())
+    }
+}
+
+/// Values kept in all, times and all topics included, per sample that is allowed.
+const KEPT_PER_SAMPLE: u64 = 4;
+
+/// A schema as the file holds it.
+#[derive(Debug, PartialEq)]
+pub(super) struct Schema {
+    pub(super) name: String,
+    pub(super) encoding: String,
+    pub(super) data: Vec<u8>,
+}
+
+impl Column {
+    fn into_channel(
+        self,
+        name: String,
+        base: &TimeBase,
+        stamps: &[f64],
+        findings: &[Finding],
+        options: &ReadOptions,
+    ) -> Result<Channel, Error> {
+        if let Some(error) = self.error {
+            return Err(error);
+        }
+        let mut findings = findings.to_vec();
+        let (unit, unit_source) = match (self.unit, options.unit) {
+            (Some(own), Some(said)) => {
+                if own != said {
+                    findings.push(Finding::warning(
+                        "unit-overridden",
+                        format!(
+                            "the message type prescribes {}; {} was stated and is used",
+                            own.name(),
+                            said.name()
+                        ),
+                    ));
+                }
+                (Some(said), "option")
+            }
+            (Some(own), None) => (Some(own), "format"),
+            (None, Some(said)) => (Some(said), "option"),
+            (None, None) => (None, "none"),
+        };
+        Ok(Channel {
+            name,
+            unit,
+            unit_source,
+            start_s: base.start_s,
+            rate: base.rate,
+            values: base.apply(stamps, self.values)?,
+            findings,
+        })
+    }
+}
+
+/// Refuses a message encoding that is not read, by its name.
+fn refuse_encoding(encoding: &str) -> Result<(), Error> {
+    Err(match encoding {
+        "cdr" => return Ok(()),
+        "ros1" => ErrorKind::RefusedFormat {
+            format: "MCAP with ROS 1 messages (encoding ros1)",
+            way_out: "convert the bag to ROS 2 with rosbags-convert, or export the topic as CSV",
+        },
+        "protobuf" => ErrorKind::RefusedFormat {
+            format: "MCAP with protobuf messages",
+            way_out: "export the topic as CSV, or write it as JSON or ROS 2 messages",
+        },
+        other => ErrorKind::Malformed {
+            expected: "messages encoded as cdr or json".into(),
+            found: format!("`{other}`"),
+            hint: "export the topic as CSV, or write it as JSON or ROS 2 messages".into(),
+        },
+    }
+    .into())
+}
+
+/// Takes the numbers at `paths` from a JSON message.
+fn read_json(paths: &[String], data: &[u8], slots: &mut [f64]) -> Result<(), Error> {
+    let mut leaves: Vec<Option<Leaf>> = vec![None; paths.len()];
+    let mut twice = None;
+    let mut found = |path: &str, leaf: Leaf| {
+        for (slot, wanted) in leaves.iter_mut().zip(paths) {
+            if wanted == path && slot.replace(leaf).is_some() {
+                twice = Some(path.to_string());
+            }
+        }
+    };
+    json::walk(data, &mut found).map_err(|reason| damaged_message("a JSON message", &reason))?;
+    if let Some(path) = twice {
+        return Err(damaged_message(
+            &format!("the field {path} once"),
+            "it twice",
+        ));
+    }
+    for ((leaf, path), slot) in leaves.into_iter().zip(paths).zip(slots) {
+        *slot = match leaf {
+            Some(Leaf::Number(value)) => value,
+            Some(Leaf::Other(kind)) => {
+                return Err(ErrorKind::NonFinite {
+                    found: format!("{kind} in {path}"),
+                }
+                .into());
+            }
+            None => {
+                return Err(damaged_message(
+                    &format!("the field {path}, as in the first message"),
+                    "none",
+                ));
+            }
+        };
+    }
+    Ok(())
+}
+
+/// Returns a stamp in whole nanoseconds.
+fn stamp_ns([sec, nanosec]: [f64; 2]) -> Result<i64, Error> {
+    // 9.2e9 s in nanoseconds still fit 64 bits.
+    let whole = |value: f64| value.trunc().total_cmp(&value).is_eq();
+    if !(whole(sec) && sec.abs() <= 9.2e9 && whole(nanosec) && (0.0..1e9).contains(&nanosec)) {
+        return Err(damaged_message(
+            "a stamp of whole seconds, and nanoseconds below 10^9",
+            &format!("{sec} s and {nanosec} ns"),
+        ));
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "both are whole numbers within range"
+    )]
+    Ok(sec as i64 * 1_000_000_000 + nanosec as i64)
+}
+
+/// Returns an instant in whole nanoseconds.
+fn nanoseconds(instant_s: f64) -> Result<i128, Error> {
+    if !(instant_s.abs() <= 1e11) {
+        return Err(ErrorKind::OutOfRange {
+            what: "time zero [s]".into(),
+            expected: "an instant on the file's clock".into(),
+            found: format!("{instant_s}"),
+        }
+        .into());
+    }
+    let whole = instant_s.floor();
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "the range was checked above"
+    )]
+    Ok(whole as i128 * NANO + ((instant_s - whole) * 1e9).round() as i128)
+}
+
+fn seconds(span_ns: i128) -> f64 {
+    #[expect(
+        clippy::cast_precision_loss,
+        reason = "exact up to 104 days, to the nearest double beyond"
+    )]
+    let span = span_ns as f64;
+    span / 1e9
+}
+
+fn seconds_text(time_ns: i128) -> String {
+    let sign = if time_ns < 0 { "-" } else { "" };
+    let time = time_ns.unsigned_abs();
+    let second = NANO.unsigned_abs();
+    format!("{sign}{}.{:09}", time / second, time % second)
+}
+
+fn no_field(topic: &str, path: &str, known: Vec<String>) -> Error {
+    let mut names: Vec<String> = known.iter().map(|path| name_of(topic, path)).collect();
+    if names.len() >= LISTED {
+        names.push("…".into());
+    }
+    ErrorKind::NoSuchChannel {
+        wanted: name_of(topic, path),
+        known: if names.is_empty() {
+            format!("no number field in {topic}")
+        } else {
+            names.join(", ")
+        },
+    }
+    .into()
+}
+
+fn refused(expected: &str, found: &str) -> Error {
+    ErrorKind::Malformed {
+        expected: expected.to_string(),
+        found: found.to_string(),
+        hint: "export the topic as CSV, or record it with a current rosbag2".into(),
+    }
+    .into()
+}
+
+fn damaged_message(expected: &str, found: &str) -> Error {
+    ErrorKind::Malformed {
+        expected: expected.to_string(),
+        found: found.to_string(),
+        hint: "the message and its schema contradict one another; record it again".into(),
+    }
+    .into()
+}
