@@ -1,8 +1,12 @@
 //! Guards `signals/`: every byte follows from its formula, every recording has the shape its
 //! card promises, and no recording carries by accident what a damaged one would carry.
 
-use latchgate::recording::Card;
-use latchgate::recording::card::CardPolarity;
+use latchgate::conditioning::{ConditioningOptions, condition};
+use latchgate::model::Design;
+use latchgate::model::stop::StopModel;
+use latchgate::recording::{Channel, Severity};
+use latchgate::replay::{RunOptions, run};
+use latchgate::units::{AccelerationUnit, OpensWhen, SampleRate};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -63,20 +67,26 @@ fn tidy_signals_are_byte_for_byte_what_their_formulas_make() {
 #[track_caller]
 fn check_card(name: &str, channel: &str, rate_hz: f64, synthetic: bool) {
     let text = std::fs::read_to_string(folder().join(format!("{name}.toml"))).unwrap();
-    let card: Card = toml::from_str(&text).unwrap();
-    assert_eq!(card.opens_when, Some(CardPolarity::Negative), "{name}");
-    assert_eq!(card.channel.as_deref(), Some(channel), "{name}");
-    assert_eq!(card.rate, Some(rate_hz), "{name}");
-    assert_eq!(card.synthetic, synthetic, "{name}");
-    assert_eq!(card.licence.as_deref(), Some("CC0-1.0"), "{name}");
-    assert!(card.unit.is_some() && card.range_g.is_some(), "{name}");
-    assert!(
-        card.source
-            .is_some_and(|source| source.contains("computed")),
+    let card: toml::Table = text.parse().unwrap();
+    let word = |key: &str| card.get(key).and_then(toml::Value::as_str).unwrap_or("");
+    let number = |key: &str| card.get(key).and_then(toml::Value::as_float).unwrap_or(0.0);
+    assert_eq!(word("opens_when"), "negative", "{name}");
+    assert_eq!(word("channel"), channel, "{name}");
+    assert_eq!(number("rate"), rate_hz, "{name}");
+    assert_eq!(
+        card.get("synthetic")
+            .is_some_and(|value| *value == toml::Value::Boolean(true)),
+        synthetic,
         "{name}"
     );
+    assert_eq!(word("licence"), "CC0-1.0", "{name}");
     assert!(
-        card.notes.is_some_and(|notes| notes.contains("a(t) =")),
+        AccelerationUnit::from_spelling(word("unit")).is_some() && number("range_g") > 0.0,
+        "{name}"
+    );
+    assert!(word("source").contains("computed"), "{name}");
+    assert!(
+        word("notes").contains("a(t) ="),
         "{name}: the notes state the formula"
     );
 }
@@ -246,6 +256,81 @@ fn val_surviving_pulse_has_no_flat_top_of_its_own() {
         .map(|value| value.clamp(-limit, limit))
         .collect();
     assert!(at_extreme(&clipped) > 30);
+}
+
+/// Conditions a plain table as a sensor's channel, no formula's, and returns the findings that
+/// block and the peak angle on both stops in both polarities.
+fn peaks(samples: &[(f64, f64)], rate_hz: f64) -> (Vec<&'static str>, Vec<(OpensWhen, f64)>) {
+    let channel = Channel {
+        name: "acceleration y (g)".into(),
+        unit: Some(AccelerationUnit::StandardGravity),
+        unit_source: "header",
+        start_s: samples[0].0,
+        rate: SampleRate::from_hertz(rate_hz).unwrap(),
+        values: samples.iter().map(|(_, value)| *value).collect(),
+        findings: Vec::new(),
+    };
+    let conditioned = condition(&channel, &ConditioningOptions::default()).unwrap();
+    let blocking = conditioned
+        .findings
+        .iter()
+        .filter(|finding| finding.severity == Severity::Blocking)
+        .map(|finding| finding.code)
+        .collect();
+    let mut found = Vec::new();
+    for opens_when in [OpensWhen::Negative, OpensWhen::Positive] {
+        for stop in [StopModel::Rigid, StopModel::Soft] {
+            let options = RunOptions::new(stop, opens_when);
+            let outcome = run(&conditioned.used, &Design::reference(), &options).unwrap();
+            found.push((opens_when, outcome.run.peak_angle_rad));
+        }
+    }
+    (blocking, found)
+}
+
+#[track_caller]
+fn check_opens(name: &str, rate_hz: f64, at_least_rad: f64) {
+    let (blocking, found) = peaks(&plain_table(name), rate_hz);
+    assert_eq!(blocking, Vec::<&str>::new(), "{name}");
+    for (opens_when, peak) in found {
+        if opens_when == OpensWhen::Negative {
+            assert!(peak > at_least_rad, "{name}: peak {peak} rad");
+        }
+    }
+}
+
+/// The bounds are those of a separate fixed-step simulation, less a fifth.
+#[test]
+fn val_failing_signals_swing_the_lever_far_beyond_the_threshold() {
+    check_opens("burst.csv", 20_000.0, 1.6);
+    check_opens("half_sine_30g_11ms.csv", 10_000.0, 0.65);
+    check_opens("sled_30g_30ms.csv", 10_000.0, 2.0);
+}
+
+/// A separate fixed-step simulation gives 0.0292 rad on both stops, and 0 if the sign is the other.
+#[test]
+fn val_surviving_pulse_stays_far_below_the_threshold_in_both_polarities() {
+    let (blocking, found) = peaks(&plain_table("surviving.csv"), 10_000.0);
+    assert_eq!(blocking, Vec::<&str>::new());
+    for (opens_when, peak) in found {
+        let expected = if opens_when == OpensWhen::Negative {
+            0.0292
+        } else {
+            0.0
+        };
+        assert!((peak - expected).abs() < 1e-4, "{opens_when:?}: {peak} rad");
+    }
+}
+
+#[test]
+fn val_clipped_copy_of_the_surviving_pulse_is_found_out() {
+    let mut samples = plain_table("surviving.csv");
+    let limit = 0.8 * largest(&samples).1.abs();
+    for (_, value) in &mut samples {
+        *value = value.clamp(-limit, limit);
+    }
+    let (blocking, _) = peaks(&samples, 10_000.0);
+    assert_eq!(blocking, ["clipping"]);
 }
 
 #[test]
