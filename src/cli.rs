@@ -1,9 +1,64 @@
-//! The command line.
+//! The command line: arguments in, data to stdout, talk to stderr, an exit code out.
 
+pub mod args;
+mod inspect;
+mod log;
+mod manual;
+mod output;
+mod replay;
+
+use args::{Arguments, Command};
+use clap::Parser;
 use std::process::ExitCode;
 
-/// Runs the command line.
+/// Exit code for wrong usage: known to be wrong from the command line alone.
+const WRONG_USAGE: u8 = 2;
+
+/// Exit code for anything that depends on data and could not be done.
+const COULD_NOT: u8 = 4;
+
+/// Runs the command line of this process.
 #[must_use]
 pub fn main() -> ExitCode {
-    ExitCode::from(2)
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            // Help and version are answers, not errors; clap knows which stream is theirs.
+            let _ = error.print();
+            return ExitCode::from(if error.use_stderr() { WRONG_USAGE } else { 0 });
+        }
+    };
+    if let Err(error) = log::start(&arguments.common) {
+        return refuse_usage(&error);
+    }
+    let code = match &arguments.command {
+        Command::Replay(own) => replay::command(own, &arguments.common),
+        Command::Inspect(own) => inspect::command(own, &arguments.common),
+        Command::Completions(own) => manual::completions(own),
+        Command::Man(own) => manual::man(own),
+    };
+    match code {
+        Ok(code) => ExitCode::from(code),
+        Err(Failure::Usage(error)) => refuse_usage(&error),
+        Err(Failure::Data(error)) => {
+            output::talk(&format!("latchgate: {error}"));
+            ExitCode::from(COULD_NOT)
+        }
+    }
+}
+
+/// Why a command ended without an answer of its own.
+#[derive(Debug)]
+enum Failure {
+    /// Wrong from the command line alone.
+    Usage(crate::error::Error),
+    /// Depends on data.
+    Data(crate::error::Error),
+}
+
+fn refuse_usage(error: &crate::error::Error) -> ExitCode {
+    output::talk(&format!(
+        "latchgate: {error}\n\nFor more information, try 'latchgate --help'."
+    ));
+    ExitCode::from(WRONG_USAGE)
 }

@@ -58,6 +58,22 @@ impl Source {
         }
     }
 
+    /// Returns a source that can be opened twice: standard input is read into memory, up to
+    /// the limit of a text recording.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::LimitExceeded`] beyond the limit, [`ErrorKind::Io`] if reading fails.
+    pub fn held_in_memory(self, limits: &super::Limits) -> Result<Self, Error> {
+        match self {
+            Self::Stdin => Ok(Self::Bytes {
+                name: self.name(),
+                bytes: self.open()?.read_all("text_bytes", limits.text_bytes)?,
+            }),
+            other => Ok(other),
+        }
+    }
+
     /// Opens the source.
     ///
     /// # Errors

@@ -1,0 +1,253 @@
+//! `latchgate inspect`: what a recording holds. Judges nothing.
+
+use super::args::{Common, InspectArguments, OutputFormat};
+use super::replay::{check_format_name, read_options, source};
+use super::{Failure, output};
+use crate::conditioning::{ConditioningOptions, Signal, quality};
+use crate::error::ErrorKind;
+use crate::recording::{self, Channel, Finding, Limits, Recording, Selection};
+use crate::report::{escape, number, sparkline};
+use serde::Serialize;
+use std::fmt::Write as _;
+
+/// The document that `inspect --format json` prints.
+#[derive(Debug, Serialize)]
+struct Listing {
+    schema: &'static str,
+    recording: Source,
+    channels: Vec<Entry>,
+    /// The channel that `replay` would take with the same options, or why it takes none.
+    replay: Choice,
+    findings: Vec<Finding>,
+}
+
+#[derive(Debug, Serialize)]
+struct Source {
+    file: String,
+    sha256: String,
+    format: &'static str,
+}
+
+#[derive(Debug, Serialize)]
+struct Choice {
+    channel: Option<String>,
+    reason: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Entry {
+    name: String,
+    unit: Option<&'static str>,
+    unit_source: &'static str,
+    samples: usize,
+    sample_rate_hz: f64,
+    start_s: f64,
+    end_s: f64,
+    /// Value of largest magnitude, in `unit`.
+    peak: f64,
+    peak_time_s: f64,
+    findings: Vec<Finding>,
+    #[serde(skip)]
+    spark: String,
+}
+
+/// Width of a sparkline in characters.
+const SPARK_WIDTH: usize = 32;
+
+/// Runs the command; returns the exit code.
+pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Failure> {
+    check_format_name(own.read.input_format.as_deref()).map_err(Failure::Usage)?;
+    let limits = Limits::default();
+    let source = source(&own.read.recording)
+        .held_in_memory(&limits)
+        .map_err(Failure::Data)?;
+    let mut options = read_options(&own.read);
+    let mut conditioning = ConditioningOptions::default();
+    if let Some((card, _)) =
+        recording::card::read_beside(&super::replay::source(&own.read.recording), &limits)
+            .map_err(Failure::Data)?
+    {
+        card.merge_into(&mut options);
+        conditioning.range_g = card.range_g;
+        conditioning.synthetic = card.synthetic;
+    }
+    let everything =
+        recording::read(&source, &options, Selection::Every, &limits).map_err(Failure::Data)?;
+    if everything.channels.is_empty() {
+        return Err(Failure::Data(
+            ErrorKind::NoChannel {
+                known: "no channel of numbers".into(),
+            }
+            .into(),
+        ));
+    }
+    let choice = match recording::read(&source, &options, Selection::Lateral, &limits) {
+        Ok(chosen) => Choice {
+            channel: chosen.channels.first().map(|channel| channel.name.clone()),
+            reason: None,
+        },
+        Err(error) => Choice {
+            channel: None,
+            reason: Some(error.to_string()),
+        },
+    };
+    let listing = listing(everything, choice, &conditioning);
+    match common.format {
+        OutputFormat::Json => {
+            let mut text = serde_json::to_string_pretty(&listing).map_err(|error| {
+                Failure::Data(
+                    ErrorKind::Io {
+                        action: "write the listing",
+                        reason: error.to_string(),
+                    }
+                    .into(),
+                )
+            })?;
+            text.push('\n');
+            output::data(&text);
+        }
+        OutputFormat::Text => output::data(&table(&listing)),
+    }
+    Ok(0)
+}
+
+fn listing(recording: Recording, choice: Choice, conditioning: &ConditioningOptions) -> Listing {
+    Listing {
+        schema: "latchgate.inspect/1",
+        recording: Source {
+            file: recording.file,
+            sha256: recording.sha256,
+            format: recording.format,
+        },
+        channels: recording
+            .channels
+            .into_iter()
+            .map(|channel| entry(channel, conditioning))
+            .collect(),
+        replay: choice,
+        findings: recording.findings,
+    }
+}
+
+fn entry(channel: Channel, conditioning: &ConditioningOptions) -> Entry {
+    let count = channel.values.len();
+    let (start_s, end_s) = (channel.start_s, channel.time_s(count.saturating_sub(1)));
+    let mut peak = (0, 0.0_f64);
+    for (index, value) in channel.values.iter().enumerate() {
+        if value.abs() > peak.1.abs() {
+            peak = (index, *value);
+        }
+    }
+    let peak_time_s = channel.time_s(peak.0);
+    let mut findings = channel.findings;
+    if let Some(unit) = channel.unit {
+        let factor = unit.metres_per_second_squared();
+        let signal = Signal {
+            start_s,
+            rate: channel.rate,
+            samples: channel.values.iter().map(|value| value * factor).collect(),
+        };
+        if count >= 2 {
+            findings.extend(quality::findings(&signal, conditioning));
+        }
+    }
+    Entry {
+        spark: sparkline::render(&channel.values, SPARK_WIDTH),
+        name: channel.name,
+        unit: channel.unit.map(crate::units::AccelerationUnit::name),
+        unit_source: channel.unit_source,
+        samples: count,
+        sample_rate_hz: channel.rate.hertz(),
+        start_s,
+        end_s,
+        peak: peak.1,
+        peak_time_s,
+        findings,
+    }
+}
+
+fn table(listing: &Listing) -> String {
+    let mut text = String::new();
+    let source = &listing.recording;
+    let _ = writeln!(
+        text,
+        "{}  ({}, sha256 {})",
+        escape::terminal(&source.file),
+        source.format,
+        source.sha256
+    );
+    let mut rows = vec![
+        [
+            "channel", "unit", "samples", "rate Hz", "from s", "to s", "peak", "at s", "shape",
+        ]
+        .map(String::from),
+    ];
+    for entry in &listing.channels {
+        rows.push([
+            escape::terminal(&entry.name).into_owned(),
+            entry.unit.unwrap_or("?").to_string(),
+            entry.samples.to_string(),
+            number::plain(entry.sample_rate_hz, 7),
+            number::plain(entry.start_s, 6),
+            number::plain(entry.end_s, 6),
+            number::plain(entry.peak, 5),
+            number::plain(entry.peak_time_s, 5),
+            entry.spark.clone(),
+        ]);
+    }
+    let widths: Vec<usize> = (0..9)
+        .map(|column| {
+            rows.iter()
+                .map(|row| row[column].chars().count())
+                .max()
+                .unwrap_or(0)
+        })
+        .collect();
+    for row in &rows {
+        for (column, cell) in row.iter().enumerate() {
+            let pad = " ".repeat(widths[column].saturating_sub(cell.chars().count()));
+            // Words to the left, numbers to the right.
+            let _ = match column {
+                0 | 1 => write!(text, "{cell}{pad}  "),
+                8 => write!(text, "{cell}"),
+                _ => write!(text, "{pad}{cell}  "),
+            };
+        }
+        text.truncate(text.trim_end_matches(' ').len());
+        text.push('\n');
+    }
+    match (&listing.replay.channel, &listing.replay.reason) {
+        (Some(name), _) => {
+            let _ = writeln!(text, "replay takes: {}", escape::terminal(name));
+        }
+        (None, Some(reason)) => {
+            let _ = writeln!(text, "replay takes none: {}", escape::terminal(reason));
+        }
+        (None, None) => {}
+    }
+    let of_channels = listing.channels.iter().flat_map(|entry| {
+        entry
+            .findings
+            .iter()
+            .map(move |finding| (Some(&entry.name), finding))
+    });
+    for (name, finding) in listing
+        .findings
+        .iter()
+        .map(|finding| (None, finding))
+        .chain(of_channels)
+    {
+        let severity = format!("{:?}", finding.severity).to_lowercase();
+        let place = finding
+            .at_s
+            .map_or_else(String::new, |at| format!(" at {} s", number::plain(at, 6)));
+        let owner = name.map_or_else(String::new, |name| format!("{}: ", escape::terminal(name)));
+        let _ = writeln!(
+            text,
+            "{severity} {}{place}: {owner}{}",
+            finding.code,
+            escape::terminal(&finding.text)
+        );
+    }
+    text
+}

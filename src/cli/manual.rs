@@ -1,0 +1,60 @@
+//! Shell completions and manual pages.
+
+use super::args::{Arguments, CompletionsArguments, ManArguments};
+use super::{Failure, output};
+use crate::error::{ErrorKind, nearest_name};
+use clap::CommandFactory;
+
+/// Prints the completions for a shell.
+pub(super) fn completions(own: &CompletionsArguments) -> Result<u8, Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(
+        own.shell,
+        &mut Arguments::command(),
+        "latchgate",
+        &mut script,
+    );
+    output::data(&String::from_utf8_lossy(&script));
+    Ok(0)
+}
+
+/// Prints the manual page of latchgate or of one command, in roff.
+pub(super) fn man(own: &ManArguments) -> Result<u8, Failure> {
+    let mut root = Arguments::command();
+    root.build();
+    let page = match &own.command {
+        None => root,
+        Some(name) => match root.find_subcommand(name) {
+            Some(found) => found.clone().name(format!("latchgate-{name}")),
+            None => {
+                let known: Vec<&str> = root
+                    .get_subcommands()
+                    .map(clap::Command::get_name)
+                    .collect();
+                return Err(Failure::Usage(
+                    ErrorKind::UnknownName {
+                        what: "command",
+                        found: name.clone(),
+                        nearest: nearest_name(name, &known),
+                        known: known.join(", "),
+                    }
+                    .into(),
+                ));
+            }
+        },
+    };
+    let mut roff = Vec::new();
+    clap_mangen::Man::new(page)
+        .render(&mut roff)
+        .map_err(|error| {
+            Failure::Data(
+                ErrorKind::Io {
+                    action: "write the manual page",
+                    reason: error.to_string(),
+                }
+                .into(),
+            )
+        })?;
+    output::data(&String::from_utf8_lossy(&roff));
+    Ok(0)
+}

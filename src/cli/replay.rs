@@ -1,0 +1,549 @@
+//! `latchgate replay`: one recording, one design, one verdict.
+
+use super::args::{
+    Common, MethodArgument, ModelArgument, OutputFormat, ReadArguments, ReplayArguments, Resample,
+};
+use super::{Failure, output};
+use crate::conditioning::{self, BiasWindow, Conditioned, ConditioningOptions, FilterChoice, cfc};
+use crate::error::{Error, ErrorKind, Place};
+use crate::model::Design;
+use crate::model::stop::StopModel;
+use crate::recording::card::CardPolarity;
+use crate::recording::{
+    self, Card, Channel, Finding, Limits, ReadOptions, Recording, Selection, Severity, Source,
+};
+use crate::replay::Method;
+use crate::report;
+use crate::units::{OpensWhen, STANDARD_GRAVITY};
+use crate::verdict::{
+    self, Answer, AssessOptions, Assessment, ConditioningBlock, DECISION_RULE, Document,
+    ErrorBudget, ModelChoice, Polarity, Reason, RecordingBlock, Request, RunBlock, assess, screen,
+};
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Runs the command; returns the exit code.
+pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Failure> {
+    let started = Instant::now();
+    let limits = Limits::default();
+    let design = design(own, &limits)?;
+    check_initial(own)?;
+    let source = source(&own.read.recording);
+    let mut facts = Facts::new(own, &source);
+    let outcome = judge(own, common, &design, &source, &limits, &mut facts);
+    let (mut document, evidence, refusal) = match outcome {
+        Ok(assessment) => {
+            let evidence = assessment.evidence.clone();
+            (answered(&facts, &design, assessment), evidence, None)
+        }
+        Err(error) => {
+            if facts.usage {
+                return Err(Failure::Usage(error));
+            }
+            (refused(&facts, &design, &error), None, Some(error))
+        }
+    };
+    document.run.elapsed_s = started.elapsed().as_secs_f64();
+    // A file that could not even be opened leaves no report behind.
+    let written = if own.no_report || facts.recording.is_none() {
+        None
+    } else {
+        let folder = own
+            .out
+            .clone()
+            .unwrap_or_else(|| default_folder(&source.name(), &design.name));
+        report::write(&folder, &document, evidence.as_ref()).map_err(Failure::Data)?;
+        Some(folder)
+    };
+    match common.format {
+        OutputFormat::Json => output::data(&report::json::render(&document)),
+        OutputFormat::Text => output::data(&report::text::render(&document, written.as_deref())),
+    }
+    if let Some(error) = refusal {
+        output::talk(&format!("latchgate: {error}"));
+    } else if document.verdict == Answer::Unusable {
+        let reason = document
+            .why
+            .first()
+            .map_or("", |reason| reason.text.as_str());
+        output::talk(&format!("latchgate: {}: unusable: {reason}", source.name()));
+    }
+    Ok(document.verdict.exit_code())
+}
+
+/// What is known about the request so far, for a document that must be written either way.
+struct Facts {
+    usage: bool,
+    recording: Option<Recording>,
+    card: Card,
+    conditioned: Option<Conditioned>,
+    block: RecordingBlock,
+    findings: Vec<Finding>,
+    polarity: Polarity,
+    request: Request,
+}
+
+impl Facts {
+    fn new(own: &ReplayArguments, source: &Source) -> Self {
+        Self {
+            usage: false,
+            recording: None,
+            card: Card::default(),
+            conditioned: None,
+            block: RecordingBlock {
+                file: source.name(),
+                ..RecordingBlock::default()
+            },
+            findings: Vec::new(),
+            polarity: Polarity::Undeclared,
+            request: Request {
+                command: command_line(own, source),
+                opens_when_source: "undeclared",
+                model: model_choice(own.model).name(),
+                window_s: own.window.map(|window| (window.start_s, window.end_s)),
+                phi0_rad: own.phi0,
+                omega0_rad_s: own.omega0,
+            },
+        }
+    }
+}
+
+/// Reads, conditions, replays and decides, noting in `facts` what became known on the way.
+fn judge(
+    own: &ReplayArguments,
+    common: &Common,
+    design: &Design,
+    source: &Source,
+    limits: &Limits,
+    facts: &mut Facts,
+) -> Result<Assessment, Error> {
+    let mut options = read_options(&own.read);
+    check_format_name(own.read.input_format.as_deref()).inspect_err(|_| facts.usage = true)?;
+    if let Some((card, _)) = recording::card::read_beside(source, limits)? {
+        card.merge_into(&mut options);
+        facts.card = card;
+    }
+    let declared = own.opens_when.map(|polarity| (polarity, "option"));
+    let declared = declared.or(facts.card.opens_when.map(|polarity| (polarity, "card")));
+    if let Some((polarity, source)) = declared {
+        facts.request.opens_when_source = source;
+        facts.polarity = match polarity {
+            CardPolarity::Negative => Polarity::Declared(OpensWhen::Negative),
+            CardPolarity::Positive => Polarity::Declared(OpensWhen::Positive),
+            CardPolarity::Both => Polarity::Both,
+        };
+    }
+    let recording = recording::read(source, &options, Selection::Lateral, limits)?;
+    facts.findings.clone_from(&recording.findings);
+    facts.block.sha256 = Some(recording.sha256.clone());
+    facts.block.format = Some(recording.format);
+    facts.recording = Some(recording);
+    let channel = match facts
+        .recording
+        .as_ref()
+        .and_then(|recording| recording.channels.first())
+    {
+        Some(channel) => channel.clone(),
+        None => {
+            return Err(Error::from(ErrorKind::NoChannel {
+                known: "none".into(),
+            })
+            .at(Place::file(source.name())));
+        }
+    };
+    describe_channel(&mut facts.block, &channel);
+    facts.findings.extend(channel.findings.iter().cloned());
+    let conditioned = conditioning::condition(&channel, &conditioning_options(own, &facts.card))
+        .map_err(|error| error.at(Place::file(source.name())))?;
+    if let Some((peak, time)) = conditioning::peak(&conditioned.raw) {
+        facts.block.peak_g = Some(peak.abs() / STANDARD_GRAVITY);
+        facts.block.peak_time_s = Some(time);
+    }
+    facts.findings.extend(conditioned.findings.iter().cloned());
+    facts.conditioned = Some(conditioned);
+    let Some(conditioned) = &facts.conditioned else {
+        return Err(ErrorKind::MissingUnit.into());
+    };
+    verdict::assess(
+        conditioned,
+        &facts.findings,
+        design,
+        &assess_options(own, common, facts.polarity),
+    )
+    .map_err(|error| error.at(Place::file(source.name()).channel(channel.name.clone())))
+}
+
+fn assess_options(own: &ReplayArguments, common: &Common, polarity: Polarity) -> AssessOptions {
+    AssessOptions {
+        model: model_choice(own.model),
+        polarity,
+        method: match own.method {
+            MethodArgument::EventDriven => Method::EventDriven,
+            MethodArgument::Rk4 => Method::Rk4 {
+                steps_per_period: own.steps_per_period,
+            },
+        },
+        tolerance_rad: own.tolerance,
+        initial_angle_rad: own.phi0,
+        initial_velocity_rad_s: own.omega0,
+        window_s: own.window.map(|window| (window.start_s, window.end_s)),
+        threads: common.thread_count(),
+        evidence: !own.no_report,
+    }
+}
+
+fn model_choice(model: ModelArgument) -> ModelChoice {
+    match model {
+        ModelArgument::Auto => ModelChoice::Auto,
+        ModelArgument::Rigid => ModelChoice::Only(StopModel::Rigid),
+        ModelArgument::Soft => ModelChoice::Only(StopModel::Soft),
+    }
+}
+
+/// Takes what the options say about reading.
+pub(super) fn read_options(own: &ReadArguments) -> ReadOptions {
+    ReadOptions {
+        channel: own.channel.clone(),
+        time_column: own.time_column.clone(),
+        time_unit: own.time_unit,
+        rate_hz: own.rate_hz,
+        time_zero_s: own.time_zero,
+        unit: own.unit,
+        input_format: own.input_format.clone(),
+        ..ReadOptions::default()
+    }
+}
+
+/// Refuses a format name that no reader bears.
+pub(super) fn check_format_name(name: Option<&str>) -> Result<(), Error> {
+    let known: Vec<&str> = recording::FORMATS
+        .iter()
+        .map(|format| format.name)
+        .collect();
+    match name {
+        Some(name) if !known.contains(&name) => Err(ErrorKind::UnknownName {
+            what: "input format",
+            found: name.to_string(),
+            nearest: crate::error::nearest_name(name, &known),
+            known: known.join(", "),
+        }
+        .into()),
+        _ => Ok(()),
+    }
+}
+
+/// Takes `-` for standard input, anything else for a path.
+pub(super) fn source(path: &Path) -> Source {
+    if path == Path::new("-") {
+        Source::Stdin
+    } else {
+        Source::File(path.to_path_buf())
+    }
+}
+
+fn conditioning_options(own: &ReplayArguments, card: &Card) -> ConditioningOptions {
+    ConditioningOptions {
+        bias: own.bias.unwrap_or(BiasWindow::PreEvent),
+        filter: own.filter.unwrap_or(FilterChoice::Default),
+        filter_standard: own.filter_standard,
+        resample_hz: match own.resample {
+            Resample::Native => None,
+            Resample::Hertz(hertz) => Some(hertz),
+        },
+        range_g: card.range_g,
+        synthetic: card.synthetic,
+    }
+}
+
+/// Reads the design file, if one is named, and applies the overrides.
+fn design(own: &ReplayArguments, limits: &Limits) -> Result<Design, Failure> {
+    let mut design = match &own.design {
+        None => Design::reference(),
+        Some(path) => read_design(path, limits).map_err(Failure::Data)?,
+    };
+    for assignment in &own.set {
+        design.set(assignment).map_err(Failure::Usage)?;
+    }
+    design.validate().map_err(|error| {
+        if own.set.is_empty() {
+            Failure::Data(error)
+        } else {
+            Failure::Usage(error)
+        }
+    })?;
+    Ok(design)
+}
+
+fn read_design(path: &Path, limits: &Limits) -> Result<Design, Error> {
+    let place = Place::file(
+        path.file_name()
+            .map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+    );
+    let unreadable = |error: std::io::Error| {
+        Error::from(ErrorKind::Io {
+            action: "read the design file",
+            reason: error.to_string(),
+        })
+        .at(place.clone())
+    };
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)
+        .and_then(|file| file.take(limits.settings_bytes + 1).read_to_end(&mut bytes))
+        .map_err(unreadable)?;
+    if bytes.len() as u64 > limits.settings_bytes {
+        return Err(Error::from(ErrorKind::LimitExceeded {
+            limit: "settings_bytes",
+            value: limits.settings_bytes,
+            found: "a larger design file".into(),
+        })
+        .at(place));
+    }
+    let text = String::from_utf8(bytes).map_err(|error| {
+        Error::from(ErrorKind::Malformed {
+            expected: "UTF-8".into(),
+            found: format!(
+                "a stray byte after {} bytes",
+                error.utf8_error().valid_up_to()
+            ),
+            hint: "save the design file as UTF-8".into(),
+        })
+        .at(place.clone())
+    })?;
+    let mut design = Design::from_toml(&text).map_err(|error| error.at(place))?;
+    if design.name.is_empty() {
+        design.name = path.file_stem().map_or_else(
+            || "design".into(),
+            |stem| stem.to_string_lossy().into_owned(),
+        );
+    }
+    Ok(design)
+}
+
+fn check_initial(own: &ReplayArguments) -> Result<(), Failure> {
+    if own.phi0.is_some_and(|angle| angle < 0.0) && own.model != ModelArgument::Soft {
+        return Err(Failure::Usage(
+            ErrorKind::OutOfRange {
+                what: "--phi0 [rad]".into(),
+                expected:
+                    "0 or more on the rigid stop; choose --model soft for an angle inside the stop"
+                        .into(),
+                found: own.phi0.map_or_else(String::new, |angle| angle.to_string()),
+            }
+            .into(),
+        ));
+    }
+    Ok(())
+}
+
+fn describe_channel(block: &mut RecordingBlock, channel: &Channel) {
+    block.channel = Some(channel.name.clone());
+    block.unit = channel.unit.map(crate::units::AccelerationUnit::name);
+    block.unit_source = Some(channel.unit_source);
+    block.samples = channel.values.len();
+    block.sample_rate_hz = Some(channel.rate.hertz());
+    block.start_s = Some(channel.start_s);
+    block.end_s = Some(channel.time_s(channel.values.len().saturating_sub(1)));
+}
+
+fn conditioning_block(conditioned: &Conditioned) -> ConditioningBlock {
+    ConditioningBlock {
+        bias_m_s2: conditioned.bias_m_s2,
+        bias_standard_error_m_s2: conditioned.bias_standard_error_m_s2,
+        bias_standard_error_method: assess::bias_method(),
+        bias_samples: conditioned.bias_samples,
+        bias_window_s: conditioned.bias_window_s,
+        filter: assess::filter_name(conditioned.filter),
+        filter_standard: conditioned.filter_standard.name(),
+        filter_design_frequency_hz: conditioned
+            .filter
+            .map(|filter| cfc::design_frequency_hz(filter, conditioned.filter_standard)),
+        filter_end_treatment: conditioned
+            .filter
+            .map(|_| cfc::end_treatment(conditioned.filter_standard)),
+        resample_hz: conditioned.resample_hz,
+    }
+}
+
+fn answered(facts: &Facts, design: &Design, assessment: Assessment) -> Document {
+    let mut findings = facts.findings.clone();
+    findings.extend(assessment.findings);
+    // The worst first; within a severity in the order of the line from file to replay.
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    Document {
+        verdict: assessment.answer,
+        why: assessment.why,
+        nominal: Some(assessment.nominal),
+        models: assessment.models,
+        polarities: assessment.polarities,
+        error_budget_rad: assessment.budget,
+        findings,
+        ..skeleton(facts, design)
+    }
+}
+
+/// The document of a recording that could not be read, conditioned or replayed.
+fn refused(facts: &Facts, design: &Design, error: &Error) -> Document {
+    let text = error.to_string();
+    let mut findings = vec![Finding::blocking("input-refused", text.clone())];
+    findings.extend(facts.findings.clone());
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    let mut why = vec![Reason {
+        code: "input-refused",
+        text,
+    }];
+    why.extend(
+        facts
+            .findings
+            .iter()
+            .filter(|finding| finding.severity == Severity::Blocking)
+            .map(|finding| Reason {
+                code: finding.code,
+                text: finding.text.clone(),
+            }),
+    );
+    Document {
+        verdict: Answer::Unusable,
+        why,
+        findings,
+        ..skeleton(facts, design)
+    }
+}
+
+fn skeleton(facts: &Facts, design: &Design) -> Document {
+    Document {
+        schema: "latchgate.verdict/1",
+        verdict: Answer::Unusable,
+        why: Vec::new(),
+        threshold_rad: design.criterion.threshold_rad,
+        nominal: None,
+        models: BTreeMap::new(),
+        polarities: BTreeMap::new(),
+        ensemble: None,
+        error_budget_rad: ErrorBudget::default(),
+        screens: screen::screens(
+            design,
+            facts
+                .conditioned
+                .as_ref()
+                .map(|conditioned| &conditioned.used),
+        ),
+        findings: Vec::new(),
+        recording: facts.block.clone(),
+        conditioning: facts.conditioned.as_ref().map(conditioning_block),
+        design: design.clone(),
+        decision_rule: DECISION_RULE,
+        request: facts.request.clone(),
+        run: RunBlock {
+            version: env!("CARGO_PKG_VERSION"),
+            elapsed_s: 0.0,
+        },
+    }
+}
+
+/// `reports/out/<recording>-<design>`, of characters that any file system takes.
+fn default_folder(recording: &str, design: &str) -> PathBuf {
+    let name = if recording == "-" { "stdin" } else { recording };
+    let plain: String = format!("{name}-{design}")
+        .chars()
+        .map(|c| {
+            if c.is_alphanumeric() || matches!(c, '.' | '_' | '-') {
+                c
+            } else {
+                '_'
+            }
+        })
+        .collect();
+    Path::new("reports/out").join(plain)
+}
+
+/// The command that repeats the run, with file names only: options that change no number
+/// (threads, output, log) are left out.
+fn command_line(own: &ReplayArguments, source: &Source) -> String {
+    let mut words = vec!["latchgate".to_string(), "replay".into(), source.name()];
+    let mut option = |name: &str, value: Option<String>| {
+        if let Some(value) = value {
+            words.push(format!("--{name}"));
+            words.push(value);
+        }
+    };
+    let read = &own.read;
+    option("input-format", read.input_format.clone());
+    option("channel", read.channel.clone());
+    option("time-column", read.time_column.clone());
+    option("time-unit", read.time_unit.map(|unit| unit.name().into()));
+    option("rate-hz", read.rate_hz.map(|rate| rate.to_string()));
+    option("time-zero", read.time_zero.map(|zero| zero.to_string()));
+    option("unit", read.unit.map(|unit| unit.name().into()));
+    option(
+        "opens-when",
+        own.opens_when.map(|polarity| polarity.name().into()),
+    );
+    option(
+        "bias",
+        own.bias.map(|bias| match bias {
+            BiasWindow::Window(start, end) => format!("{start}..{end}"),
+            BiasWindow::None | BiasWindow::PreEvent => "none".into(),
+        }),
+    );
+    option(
+        "filter",
+        own.filter.map(|filter| match filter {
+            FilterChoice::Class(class) => class.name().into(),
+            FilterChoice::None | FilterChoice::Default => "none".into(),
+        }),
+    );
+    if own.filter_standard != crate::conditioning::FilterStandard::Iso6487 {
+        option("filter-standard", Some(own.filter_standard.name().into()));
+    }
+    if let Resample::Hertz(hertz) = own.resample {
+        option("resample", Some(hertz.to_string()));
+    }
+    option(
+        "window",
+        own.window
+            .map(|window| format!("{}..{}", window.start_s, window.end_s)),
+    );
+    option(
+        "design",
+        own.design
+            .as_ref()
+            .and_then(|path| path.file_name())
+            .map(|name| name.to_string_lossy().into_owned()),
+    );
+    for assignment in &own.set {
+        option("set", Some(assignment.clone()));
+    }
+    if own.model != ModelArgument::Auto {
+        option("model", Some(model_choice(own.model).name().into()));
+    }
+    if own.method == MethodArgument::Rk4 {
+        option("method", Some("rk4".into()));
+        option("steps-per-period", Some(own.steps_per_period.to_string()));
+    }
+    option(
+        "tolerance",
+        own.tolerance.map(|tolerance| tolerance.to_string()),
+    );
+    option("members", Some("0".into()));
+    option("phi0", own.phi0.map(|angle| angle.to_string()));
+    option("omega0", own.omega0.map(|velocity| velocity.to_string()));
+    words
+        .iter()
+        .map(|word| quoted(word))
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// Quotes a word for a POSIX shell where it needs it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| {
+        c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.' | '/' | '=' | ':' | ',' | '+')
+    };
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_string()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
