@@ -9,6 +9,7 @@
     reason = "tests may"
 )]
 
+mod csv;
 mod pictures;
 mod reference;
 mod signals;
