@@ -4,7 +4,8 @@
 use latchgate::conditioning::{ConditioningOptions, condition};
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
-use latchgate::recording::{Channel, Severity};
+use latchgate::recording::card::read_beside;
+use latchgate::recording::{Channel, Limits, ReadOptions, Selection, Severity, Source, read};
 use latchgate::replay::{RunOptions, run};
 use latchgate::units::{AccelerationUnit, OpensWhen, SampleRate};
 use std::collections::BTreeMap;
@@ -256,6 +257,103 @@ fn val_surviving_pulse_has_no_flat_top_of_its_own() {
         .map(|value| value.clamp(-limit, limit))
         .collect();
     assert!(at_extreme(&clipped) > 30);
+}
+
+/// Reads a recording, with its card or without, and checks channel, clock and findings.
+#[track_caller]
+fn check_reads(name: &str, with_card: bool, expected: (&str, f64, f64, usize), findings: &[&str]) {
+    let source = Source::File(folder().join(name));
+    let limits = Limits::default();
+    let mut options = ReadOptions::default();
+    if with_card {
+        let (card, _) = read_beside(&source, &limits).unwrap().unwrap();
+        card.merge_into(&mut options);
+    }
+    let recording = read(&source, &options, Selection::Lateral, &limits).unwrap();
+    let channel = &recording.channels[0];
+    let unit = channel.unit.unwrap();
+    let (expected_name, expected_rate, expected_start, expected_count) = expected;
+    assert_eq!(channel.name, expected_name, "{name}");
+    assert!(
+        (channel.rate.hertz() - expected_rate).abs() < 1e-6 * expected_rate,
+        "{name}: {} Hz",
+        channel.rate.hertz()
+    );
+    assert!(
+        (channel.start_s - expected_start).abs() < 1e-9,
+        "{name}: starts at {} s",
+        channel.start_s
+    );
+    assert_eq!(channel.values.len(), expected_count, "{name}");
+    let found: Vec<&str> = recording
+        .findings
+        .iter()
+        .chain(&channel.findings)
+        .map(|finding| finding.code)
+        .collect();
+    assert_eq!(found, findings, "{name}, card: {with_card}");
+    let peak_g = channel
+        .values
+        .iter()
+        .fold(0.0_f64, |most, value| most.max(value.abs()))
+        * unit.metres_per_second_squared()
+        / 9.806_65;
+    let stated = match name {
+        "burst.csv" => 999.6,
+        // At 10 kHz no sample falls on the top of the burst.
+        "burst_imu.mcap" => (0..=350)
+            .map(|step| make_signals::burst_g(f64::from(step) * 1e-4).abs())
+            .fold(0.0, f64::max),
+        "half_sine_30g_11ms.csv" => 30.0,
+        "sled_30g_30ms.csv" => 33.1,
+        "surviving.csv" => 5.0,
+        _ => 40.0,
+    };
+    assert!(
+        (peak_g - stated).abs() < 0.1,
+        "{name}: peak {peak_g} g, expected {stated}"
+    );
+}
+
+#[test]
+fn verif_every_signal_reads_as_it_was_made() {
+    let lateral = "acceleration y (g)";
+    for with_card in [true, false] {
+        check_reads(
+            "burst.csv",
+            with_card,
+            (lateral, 20_000.0, -0.05, 6001),
+            &[],
+        );
+        for name in [
+            "half_sine_30g_11ms.csv",
+            "sled_30g_30ms.csv",
+            "surviving.csv",
+        ] {
+            check_reads(name, with_card, (lateral, 10_000.0, -0.05, 3001), &[]);
+        }
+    }
+    check_reads(
+        "ugly.csv",
+        true,
+        ("acceleration_y", 10_000.0, -0.05, 2501),
+        &["encoding-assumed", "decimal-comma"],
+    );
+    check_reads(
+        "ugly.csv",
+        false,
+        ("acceleration_y", 10_000.0, -0.05, 2501),
+        &["encoding-assumed", "decimal-comma", "channel-chosen"],
+    );
+    // Without --time-zero an MCAP's clock starts at its first sample.
+    let lateral = "/door/imu:linear_acceleration.y";
+    check_reads("burst_imu.mcap", true, (lateral, 10_000.0, 0.0, 1201), &[]);
+    check_reads(
+        "burst_imu.mcap",
+        false,
+        (lateral, 10_000.0, 0.0, 1201),
+        &["channel-chosen"],
+    );
 }
 
 /// Conditions a plain table as a sensor's channel, no formula's, and returns the findings that
