@@ -225,7 +225,8 @@ impl Clock {
         let (first, last) = (stamps_s[0], stamps_s[stamps_s.len() - 1]);
         let span = last - first;
         let mut steps: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let middle = steps.len() / 2;
+        // Of two middle steps the shorter: it takes the longer for a gap, not for the clock.
+        let middle = (steps.len() - 1) / 2;
         let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
         let longest = GAP * median;
         let (mut sum, mut count, mut range) = (0.0, 0_usize, (median, median));

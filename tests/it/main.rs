@@ -9,6 +9,7 @@
     reason = "tests may"
 )]
 
+mod bad_files_csv;
 mod bad_files_mcap;
 mod conditioning;
 mod conditioning_cfc;

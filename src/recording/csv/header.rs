@@ -290,18 +290,22 @@ fn strip_brackets(text: &str) -> &str {
 
 /// Splits a header cell into its label and its unit.
 fn split_unit(cell: &str) -> (String, Option<String>) {
-    bracketed_unit(cell)
-        .or_else(|| unit_after_word(cell))
-        .or_else(|| unit_suffix(cell))
-        .map_or_else(
-            || (cell.to_string(), None),
-            |(label, unit)| (label.trim().to_string(), Some(unit)),
-        )
+    let mut bracketed = bracketed_units(cell);
+    let found = match bracketed.len() {
+        0 => unit_after_word(cell).or_else(|| unit_suffix(cell)),
+        1 => bracketed.pop(),
+        // Two units in one cell say nothing for sure.
+        _ => None,
+    };
+    found.map_or_else(
+        || (cell.to_string(), None),
+        |(label, unit)| (label.trim().to_string(), Some(unit)),
+    )
 }
 
 /// Finds `a (m/s^2)`, `Time [s]`, `acc (g) y`; brackets may hold brackets, as in `(m/(s*s))`.
-fn bracketed_unit(cell: &str) -> Option<(String, String)> {
-    let mut found: Option<(String, String)> = None;
+fn bracketed_units(cell: &str) -> Vec<(String, String)> {
+    let mut found = Vec::new();
     let mut opened: Vec<usize> = Vec::new();
     for (index, character) in cell.char_indices() {
         match character {
@@ -313,12 +317,8 @@ fn bracketed_unit(cell: &str) -> Option<(String, String)> {
                 }
                 let content = cell[start + 1..index].trim();
                 if is_known_unit(content) || FOREIGN_UNITS.contains(&content) {
-                    if found.is_some() {
-                        // Two units in one cell say nothing for sure.
-                        return None;
-                    }
                     let rest = &cell[index + 1..];
-                    found = Some((format!("{} {rest}", &cell[..start]), content.to_string()));
+                    found.push((format!("{} {rest}", &cell[..start]), content.to_string()));
                 }
             }
             _ => {}

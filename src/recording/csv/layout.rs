@@ -47,7 +47,7 @@ pub(super) struct Layout {
     pub(super) columns: Vec<Column>,
     /// Cells of each data row, empty ones after the last column included.
     cells: usize,
-    /// Whether a column's first cell is a number.
+    /// Whether at least half of a column's first cells are numbers; the others are then faults.
     numeric: Vec<bool>,
     /// Whether a header names the columns.
     named: bool,
@@ -102,7 +102,11 @@ impl Layout {
             header_rows,
             cells: first.len(),
             numeric: (0..columns.len())
-                .map(|index| first.get(index).is_some_and(number::is_numeric))
+                .map(|index| {
+                    let is_number =
+                        |row: &&ByteRecord| row.get(index).is_some_and(number::is_numeric);
+                    2 * data.iter().filter(is_number).count() >= data.len()
+                })
                 .collect(),
             columns,
             named,
@@ -324,6 +328,15 @@ impl Layout {
                 findings: Vec::new(),
             });
         }
+        if candidates.is_empty() {
+            // A column of nothing but faults: reading it says what is wrong, and where.
+            let others: Vec<usize> = (0..self.columns.len())
+                .filter(|i| Some(*i) != time && !self.is_index(*i))
+                .collect();
+            if others.len() == 1 {
+                return self.lateral(&others);
+            }
+        }
         self.lateral(&candidates)
     }
 
@@ -431,11 +444,14 @@ impl Layout {
         self.columns[index].says_index() || self.counts_up(index)
     }
 
-    /// Tells whether the first column has no name and counts 0, 1, 2 …
+    /// Tells whether it is the first of several columns, has no name and counts
+    /// whole numbers.
     fn counts_up(&self, index: usize) -> bool {
         index == 0
+            && self.columns.len() > 1
             && self.columns[0].label.is_empty()
             && self.first_column.len() > 2
+            && self.first_column[0].fract() == 0.0
             && self
                 .first_column
                 .windows(2)
@@ -607,12 +623,9 @@ fn unnamed(count: usize) -> Vec<Column> {
 
 /// Returns the number of cells, empty ones at the end left out.
 fn filled_cells(row: &ByteRecord) -> usize {
-    row.iter()
-        .enumerate()
-        .filter(|(_, cell)| !cell.trim_ascii().is_empty())
-        .map(|(index, _)| index + 1)
-        .last()
-        .unwrap_or(0)
+    (0..row.len())
+        .rfind(|index| !row[*index].trim_ascii().is_empty())
+        .map_or(0, |index| index + 1)
 }
 
 fn text_of(row: &ByteRecord, index: usize) -> String {
