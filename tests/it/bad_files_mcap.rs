@@ -595,9 +595,9 @@ fn val_limits_on_samples_topics_and_records_hold() {
 
 // ---------------------------------------------------------------- random damage
 
-/// Small logs of every kind, each of 24 samples.
+/// Small logs of every kind, each of 12 samples.
 fn samples_of_every_kind() -> Vec<Vec<u8>> {
-    let count = 24;
+    let count = 12;
     let summary = || {
         vec![
             statistics(&[(1, count as u64)]),
@@ -630,7 +630,8 @@ fn any_unit() -> ReadOptions {
     }
 }
 
-/// Every way of cutting a log short ends in an error.
+/// Every way of cutting a log short ends in an error: each byte of the end, where the file
+/// says what it holds, and every eleventh before.
 #[test]
 fn prop_a_log_cut_anywhere_is_refused() {
     for (kind, whole) in samples_of_every_kind().iter().enumerate() {
@@ -640,7 +641,8 @@ fn prop_a_log_cut_anywhere_is_refused() {
                 .len(),
             24
         );
-        for end in 0..whole.len() {
+        let tail = whole.len() - 150;
+        for end in (kind..tail).step_by(11).chain(tail..whole.len()) {
             let found = lateral(&whole[..end], &any_unit());
             assert!(found.is_err(), "kind {kind} cut at byte {end} is read");
         }
@@ -715,7 +717,7 @@ fn prop_random_damage_never_panics_and_never_changes_the_number_of_samples_in_si
                     .findings
                     .iter()
                     .any(|finding| ["gap", "time-irregular"].contains(&finding.code));
-                let same = channel.values.len() == 24;
+                let same = channel.values.len() == 12;
                 assert!(
                     same || told,
                     "round {round}: {} samples",
