@@ -7,9 +7,9 @@ pub mod quality;
 pub mod resample;
 pub mod spectrum;
 
-use crate::error::Error;
+use crate::error::{Error, ErrorKind, Place};
 use crate::recording::{Channel, Finding};
-use crate::units::SampleRate;
+use crate::units::{STANDARD_GRAVITY, SampleRate};
 use serde::{Deserialize, Serialize};
 
 /// A uniformly sampled acceleration [m/s²], linear between samples, zero after the last.
@@ -177,13 +177,230 @@ pub struct Conditioned {
     pub findings: Vec<Finding>,
 }
 
+/// Largest magnitude that is taken in [m/s²], a hundred million g: no sensor reads it, and sums
+/// of squares stay finite below it.
+const LARGEST_ACCELERATION: f64 = 1e9;
+
+/// Change of velocity above which unit or bias are doubted [m/s].
+const IMPLAUSIBLE_VELOCITY: f64 = 30.0;
+
 /// Conditions a channel: units → faults → bias → resample → filter.
+///
+/// The findings are those made here; what the reader found stays with the channel.
 ///
 /// # Errors
 ///
-/// [`crate::error::ErrorKind::RateTooLow`] if a named class is not carried by the rate;
-/// [`crate::error::ErrorKind::OutOfRange`] if a window or rate cannot be used;
-/// [`crate::error::ErrorKind::MissingUnit`] for a channel without a unit.
-pub fn condition(_channel: &Channel, _options: &ConditioningOptions) -> Result<Conditioned, Error> {
-    Err(crate::error::ErrorKind::MissingUnit.into())
+/// [`ErrorKind::RateTooLow`] if a named class is not carried by the rate;
+/// [`ErrorKind::OutOfRange`] if a window, rate or sample cannot be used;
+/// [`ErrorKind::MissingUnit`] for a channel without a unit;
+/// [`ErrorKind::TooShort`] for a channel of fewer than two samples.
+pub fn condition(channel: &Channel, options: &ConditioningOptions) -> Result<Conditioned, Error> {
+    conditioned(channel, options)
+        .map_err(|error| error.at(Place::default().channel(channel.name.clone())))
+}
+
+fn conditioned(channel: &Channel, options: &ConditioningOptions) -> Result<Conditioned, Error> {
+    let raw = in_si(channel)?;
+    let mut findings = quality::findings(&raw, options);
+
+    let (bias, odd) = bias::bias(&raw, options.bias)?;
+    findings.extend(odd);
+    let mut used = raw.clone();
+    for sample in &mut used.samples {
+        *sample -= bias.mean_m_s2;
+    }
+    findings.extend(implausible_velocity(&used));
+
+    let resample_hz = match options.resample_hz {
+        Some(hertz) => {
+            let rate = SampleRate::from_hertz(hertz)?;
+            if resample::is_native(&used, rate) {
+                None
+            } else {
+                used = resample::resample(&used, rate)?;
+                findings.extend(peak_near_end(
+                    &used,
+                    resample::end_padding_s(raw.rate, rate),
+                    "the resampling kernel reaches beyond the record",
+                ));
+                Some(rate.hertz())
+            }
+        }
+        None => None,
+    };
+
+    let (filter, odd) = choose_filter(options.filter, used.rate);
+    findings.extend(odd);
+    if let Some(class) = filter {
+        let filter = cfc::CfcFilter::new(class, options.filter_standard);
+        used = filter.apply(&used)?;
+        findings.extend(peak_near_end(
+            &used,
+            filter_padding_s(&used),
+            "the filter rests on assumed samples there",
+        ));
+        findings.extend(filter_not_causal(class, options.filter_standard));
+    }
+    tracing::debug!(
+        channel = %channel.name,
+        bias_m_s2 = bias.mean_m_s2,
+        filter = filter.map_or("none", Cfc::name),
+        findings = findings.len(),
+        "channel conditioned"
+    );
+    Ok(Conditioned {
+        bias_m_s2: bias.mean_m_s2,
+        bias_standard_error_m_s2: bias.standard_error_m_s2,
+        bias_samples: bias.window.map_or(0, |(_, count)| count),
+        bias_window_s: bias
+            .window
+            .map(|(first, count)| (raw.time_s(first), raw.time_s(first + count - 1))),
+        raw,
+        used,
+        filter,
+        filter_standard: options.filter_standard,
+        resample_hz,
+        findings,
+    })
+}
+
+/// Returns the signal as it would be used without a filter: bias removed and resampled alike.
+///
+/// # Errors
+///
+/// As [`condition`] for the resampling.
+pub fn without_filter(conditioned: &Conditioned) -> Result<Signal, Error> {
+    let mut signal = conditioned.raw.clone();
+    for sample in &mut signal.samples {
+        *sample -= conditioned.bias_m_s2;
+    }
+    match conditioned.resample_hz {
+        Some(hertz) => resample::resample(&signal, SampleRate::from_hertz(hertz)?),
+        None => Ok(signal),
+    }
+}
+
+/// Returns the value of largest magnitude and its time [s]; the first of equals.
+#[must_use]
+pub fn peak(signal: &Signal) -> Option<(f64, f64)> {
+    let mut largest: Option<(usize, f64)> = None;
+    for (index, value) in signal.samples.iter().enumerate() {
+        if largest.is_none_or(|(_, most)| value.abs() > most.abs()) {
+            largest = Some((index, *value));
+        }
+    }
+    largest.map(|(index, value)| (value, signal.time_s(index)))
+}
+
+fn in_si(channel: &Channel) -> Result<Signal, Error> {
+    let factor = channel
+        .unit
+        .ok_or(ErrorKind::MissingUnit)?
+        .metres_per_second_squared();
+    if channel.values.len() < 2 {
+        return Err(ErrorKind::TooShort {
+            what: "a recording",
+            needed: 2,
+            found: channel.values.len(),
+        }
+        .into());
+    }
+    let samples: Vec<f64> = channel.values.iter().map(|value| value * factor).collect();
+    if let Some(index) = samples
+        .iter()
+        .position(|value| !(value.is_finite() && value.abs() <= LARGEST_ACCELERATION))
+    {
+        return Err(ErrorKind::OutOfRange {
+            what: format!("acceleration at {} s [m/s²]", channel.time_s(index)),
+            expected: format!(
+                "finite and at most {LARGEST_ACCELERATION:e} in magnitude; check the unit"
+            ),
+            found: format!("{:e}", samples[index]),
+        }
+        .into());
+    }
+    Ok(Signal {
+        start_s: channel.start_s,
+        rate: channel.rate,
+        samples,
+    })
+}
+
+fn choose_filter(choice: FilterChoice, rate: SampleRate) -> (Option<Cfc>, Option<Finding>) {
+    let class = Cfc::Cfc1000;
+    match choice {
+        FilterChoice::None => (None, None),
+        FilterChoice::Class(class) => (Some(class), None),
+        FilterChoice::Default if rate.rounded() >= cfc::least_rate_hz(class) => (Some(class), None),
+        FilterChoice::Default => (
+            None,
+            Some(Finding::warning(
+                "rate-below-default-filter",
+                format!(
+                    "{} Hz does not carry CFC {}, the default filter, which needs {} Hz: the samples \
+                     were used unfiltered, and what lies beyond their Nyquist frequency may be \
+                     folded into them. Name a class with --filter, or --filter none",
+                    rate.rounded(),
+                    class.class(),
+                    cfc::least_rate_hz(class)
+                ),
+            )),
+        ),
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
+fn filter_padding_s(signal: &Signal) -> f64 {
+    cfc::padding_samples(signal.rate, signal.samples.len()) as f64 / signal.rate.hertz()
+}
+
+fn peak_near_end(signal: &Signal, padding_s: f64, why: &str) -> Option<Finding> {
+    let (value, time_s) = peak(signal).filter(|(value, _)| value.abs() > 0.0)?;
+    // Half an interval keeps a peak at exactly one padding from an end outside.
+    let reach_s = padding_s - 0.5 * signal.rate.interval().seconds();
+    let inside = time_s - signal.start_s < reach_s || signal.end_s() - time_s < reach_s;
+    inside.then(|| {
+        Finding::warning(
+            "peak-in-end-padding",
+            format!(
+                "the peak of {:.4} g at {time_s:.5} s lies within {:.2} ms of an end of the record; \
+                 {why}, so the peak is partly assumed. Record more before and after the event",
+                value / STANDARD_GRAVITY,
+                1e3 * padding_s
+            ),
+        )
+        .at(time_s)
+    })
+}
+
+fn filter_not_causal(class: Cfc, standard: FilterStandard) -> Option<Finding> {
+    matches!(class, Cfc::Cfc60 | Cfc::Cfc180).then(|| {
+        Finding::info(
+            "filter-not-causal",
+            format!(
+                "CFC {} has no phase and smears each instant by about ±{:.2} ms: motion may precede \
+                 its cause by that much, and short peaks are weakened",
+                class.class(),
+                1e3 / (2.0 * cfc::design_frequency_hz(class, standard))
+            ),
+        )
+    })
+}
+
+fn implausible_velocity(signal: &Signal) -> Option<Finding> {
+    let inner: f64 = signal.samples.iter().sum();
+    let ends = match signal.samples.as_slice() {
+        [first, .., last] => 0.5 * (first + last),
+        _ => 0.0,
+    };
+    let velocity = (inner - ends) / signal.rate.hertz();
+    (velocity.abs() > IMPLAUSIBLE_VELOCITY).then(|| {
+        Finding::warning(
+            "implausible-velocity",
+            format!(
+                "the acceleration adds up to {velocity:.1} m/s over the record; lateral crashes give 2 \
+                 to 12 m/s. Check unit, channel and bias"
+            ),
+        )
+    })
 }

@@ -267,8 +267,13 @@ pub enum ErrorKind {
 }
 
 /// The library's error: a kind and the place where it arose.
+///
+/// Both are boxed: an error is rare, and every result would carry their size.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Error {
+pub struct Error(Box<Inner>);
+
+#[derive(Debug, Clone, PartialEq)]
+struct Inner {
     kind: ErrorKind,
     place: Place,
 }
@@ -277,24 +282,25 @@ impl Error {
     /// Returns what went wrong.
     #[must_use]
     pub fn kind(&self) -> &ErrorKind {
-        &self.kind
+        &self.0.kind
     }
 
     /// Returns where it went wrong.
     #[must_use]
     pub fn place(&self) -> &Place {
-        &self.place
+        &self.0.place
     }
 
     /// Puts the error at `place`, keeping the parts that are already known.
     #[must_use]
     pub fn at(mut self, place: Place) -> Self {
-        self.place = Place {
-            file: self.place.file.or(place.file),
-            line: self.place.line.or(place.line),
-            column: self.place.column.or(place.column),
-            byte: self.place.byte.or(place.byte),
-            channel: self.place.channel.or(place.channel),
+        let known = std::mem::take(&mut self.0.place);
+        self.0.place = Place {
+            file: known.file.or(place.file),
+            line: known.line.or(place.line),
+            column: known.column.or(place.column),
+            byte: known.byte.or(place.byte),
+            channel: known.channel.or(place.channel),
         };
         self
     }
@@ -302,19 +308,19 @@ impl Error {
 
 impl From<ErrorKind> for Error {
     fn from(kind: ErrorKind) -> Self {
-        Self {
+        Self(Box::new(Inner {
             kind,
             place: Place::default(),
-        }
+        }))
     }
 }
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.place.is_empty() {
-            write!(f, "{}", self.kind)
+        if self.0.place.is_empty() {
+            write!(f, "{}", self.0.kind)
         } else {
-            write!(f, "{}: {}", self.place, self.kind)
+            write!(f, "{}: {}", self.0.place, self.0.kind)
         }
     }
 }

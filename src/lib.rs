@@ -26,3 +26,8 @@ pub mod verdict;
 pub mod report;
 
 pub mod cli;
+
+/// The examples of the README, compiled with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,1 +1,11 @@
 //! Integrators and root location that know no latch and no file: a time, a state, a function.
+
+pub mod polynomial;
+pub mod rk4;
+
+/// One degree of freedom, advanced in SI units.
+pub trait Motion {
+    /// Returns the angular acceleration [rad/s²] at time `t` [s], angle `q`
+    /// [rad] and angular velocity `v` [rad/s].
+    fn acceleration(&self, t: f64, q: f64, v: f64) -> f64;
+}

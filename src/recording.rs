@@ -36,6 +36,8 @@ pub struct ReadOptions {
     pub time_zero_s: Option<f64>,
     /// Unit of acceleration.
     pub unit: Option<AccelerationUnit>,
+    /// Whether a card, not an option, states `unit`.
+    pub unit_from_card: bool,
     /// Format name of [`FORMATS`]; detected if absent.
     pub input_format: Option<String>,
 }

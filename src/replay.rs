@@ -1,8 +1,19 @@
 //! Replay: drives the lever with a signal and records what it does.
 
+mod kernel;
+mod rk4;
+mod sensitivity;
+mod tally;
+mod taylor;
+
+use crate::conditioning::Signal;
+use crate::error::{Error, ErrorKind};
+use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::units::OpensWhen;
+use kernel::Kernel;
 use serde::Serialize;
+use tally::Tally;
 
 /// How a run is integrated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,4 +96,323 @@ pub struct TracePoint {
     pub angle_rad: f64,
     /// Angular velocity [rad/s].
     pub velocity_rad_s: f64,
+}
+
+/// What a run is asked beside signal and design.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunOptions {
+    /// Stop model.
+    pub stop: StopModel,
+    /// Sign of the recorded acceleration that opens.
+    pub opens_when: OpensWhen,
+    /// Integrator.
+    pub method: Method,
+    /// Truncation let pass in a step [rad]; `None` for the method's own.
+    pub tolerance_rad: Option<f64>,
+    /// Initial angle [rad] and angular velocity [rad/s]; `None` for rest on the stop.
+    pub initial: Option<(f64, f64)>,
+    /// First and last sample of the judged window; `None` for all.
+    pub window: Option<(usize, usize)>,
+    /// Keep the trajectory for drawing.
+    pub trace: bool,
+}
+
+impl RunOptions {
+    /// Returns the options of a nominal run: event-driven, from rest, the whole record judged.
+    #[must_use]
+    pub fn new(stop: StopModel, opens_when: OpensWhen) -> Self {
+        Self {
+            stop,
+            opens_when,
+            method: Method::EventDriven,
+            tolerance_rad: None,
+            initial: None,
+            window: None,
+            trace: false,
+        }
+    }
+}
+
+/// A run with what is not part of its result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// What the lever did.
+    pub run: Run,
+    /// The trajectory, if it was asked for; else empty.
+    pub trace: Vec<TracePoint>,
+    /// Bound on the error of the coast's peak [rad].
+    pub coast_error_rad: f64,
+    /// The method could not follow the lever: its numbers mean nothing.
+    pub broke_down: bool,
+}
+
+/// Drives the lever of `design` with `signal`.
+///
+/// The whole signal up to the window's last sample drives the lever; peak, crossing and time
+/// above the threshold are those inside the window. After its last sample the lever coasts
+/// without excitation until it can no longer rise above what it has reached.
+///
+/// # Errors
+///
+/// [`ErrorKind::TooShort`] for a signal of fewer than two samples,
+/// [`ErrorKind::OutOfRange`] for an initial state that the stop does not admit, a sample that
+/// is not finite, or a fixed step that would need more than 10⁹ steps.
+pub fn run(signal: &Signal, design: &Design, options: &RunOptions) -> Result<Outcome, Error> {
+    let count = signal.samples.len();
+    if count < 2 {
+        return Err(ErrorKind::TooShort {
+            what: "a replay",
+            needed: 2,
+            found: count,
+        }
+        .into());
+    }
+    check_initial(options)?;
+    if let Some(bad) = signal.samples.iter().find(|a| !a.is_finite()) {
+        return Err(ErrorKind::NonFinite {
+            found: bad.to_string(),
+        }
+        .into());
+    }
+    let (first, last) = options.window.unwrap_or((0, count - 1));
+    let (first, last) = (first.min(count - 1), last.min(count - 1));
+    let outcome = match options.method {
+        Method::EventDriven => event_driven(signal, design, options, first, last),
+        Method::Rk4 { steps_per_period } => {
+            fixed_step(signal, design, options, steps_per_period, last)?
+        }
+    };
+    tracing::debug!(
+        model = outcome.run.model.name(),
+        opens_when = outcome.run.opens_when.name(),
+        peak_angle_rad = outcome.run.peak_angle_rad,
+        steps = outcome.run.work.steps,
+        "lever replayed"
+    );
+    Ok(outcome)
+}
+
+fn check_initial(options: &RunOptions) -> Result<(), Error> {
+    let Some((angle, velocity)) = options.initial else {
+        return Ok(());
+    };
+    let least = if options.stop == StopModel::Rigid {
+        0.0
+    } else {
+        -ANGLE_LIMIT
+    };
+    if !(least..=ANGLE_LIMIT).contains(&angle)
+        || !velocity.is_finite()
+        || velocity.abs() > VELOCITY_LIMIT
+    {
+        return Err(ErrorKind::OutOfRange {
+            what: "initial state (phi0 [rad], omega0 [rad/s])".into(),
+            expected: format!(
+                "{least} to {ANGLE_LIMIT} rad on a {} stop and at most {VELOCITY_LIMIT} rad/s",
+                options.stop.name()
+            ),
+            found: format!("({angle}, {velocity})"),
+        }
+        .into());
+    }
+    Ok(())
+}
+
+/// Largest initial angle taken [rad].
+const ANGLE_LIMIT: f64 = 100.0;
+
+/// Largest initial angular velocity taken [rad/s].
+const VELOCITY_LIMIT: f64 = 1e5;
+
+fn event_driven(
+    signal: &Signal,
+    design: &Design,
+    options: &RunOptions,
+    first: usize,
+    last: usize,
+) -> Outcome {
+    let tally = Tally::new(design.criterion.threshold_rad, options.trace);
+    let mut kernel = Kernel::new(
+        design,
+        options.stop,
+        options.initial,
+        options.tolerance_rad,
+        tally,
+    );
+    let (sign, interval) = (options.opens_when.sign(), signal.rate.interval().seconds());
+    let lift_off = kernel.lift_off_acceleration();
+    let (angle, velocity) = kernel.state();
+    if angle > 0.0 || (angle >= 0.0 && velocity > 0.0) {
+        kernel.tally.release(signal.start_s);
+    }
+    kernel.tally.point(signal.start_s, angle, velocity);
+    for index in 0..last {
+        if index == first {
+            let error = kernel.sensitivity.angle_error();
+            kernel
+                .tally
+                .open_window(kernel.state().0, signal.time_s(index), error);
+        }
+        let (from, to) = (
+            sign * signal.samples[index],
+            sign * signal.samples[index + 1],
+        );
+        if kernel.dwells() && from > lift_off && to > lift_off {
+            // Pressed onto the rigid stop all through the sample: nothing moves.
+            continue;
+        }
+        kernel.advance(signal.time_s(index), interval, from, to);
+        if kernel.stuck {
+            break;
+        }
+    }
+    if first >= last {
+        let error = kernel.sensitivity.angle_error();
+        kernel
+            .tally
+            .open_window(kernel.state().0, signal.time_s(last), error);
+    }
+    let end = signal.time_s(last);
+    kernel.tally.close_window(end);
+    let (angle, velocity) = kernel.state();
+    kernel.tally.point(end, angle, velocity);
+    let moving = energy_j(design, options.stop, angle, velocity) > MOVING_ENERGY_J;
+    let stuck = kernel.stuck;
+    let (peak, work, trace) = (kernel.tally.peak, kernel.work, kernel.tally.trace.take());
+    let finished = kernel.tally.clone();
+    let coast = if moving && !stuck {
+        kernel.coast(end)
+    } else {
+        None
+    };
+    let broke_down = stuck
+        || (moving && coast.is_none())
+        || !peak.angle.is_finite()
+        || !peak.bound().is_finite();
+    Outcome {
+        run: Run {
+            model: options.stop,
+            method: options.method.name(),
+            opens_when: options.opens_when,
+            peak_angle_rad: peak.angle,
+            peak_time_s: peak.time,
+            first_crossing_s: finished.first_crossing,
+            time_above_threshold_s: finished.time_above,
+            first_release_s: finished.first_release,
+            impacts: finished.impacts,
+            impact_list: finished.impact_list,
+            final_angle_rad: angle,
+            final_velocity_rad_s: velocity,
+            moving_at_end: moving,
+            coast_peak_angle_rad: coast.map(|peak| peak.angle),
+            numerical_error_rad: if peak.bound().is_finite() {
+                peak.bound()
+            } else {
+                f64::MAX
+            },
+            work,
+        },
+        trace: trace.unwrap_or_default(),
+        coast_error_rad: coast.map_or(0.0, |peak| peak.bound()),
+        broke_down,
+    }
+}
+
+/// Energy above which a lever counts as moving [J].
+const MOVING_ENERGY_J: f64 = 1e-9;
+
+/// Steps of a fixed-step run at most.
+const FIXED_STEPS_MAX: f64 = 1e9;
+
+/// Returns the lever's energy I0 φ'²/2 + T0 φ + k φ²/2 [J], k being the contact's stiffness
+/// inside the soft stop, so that what a compressed stop holds is counted.
+#[must_use]
+pub fn energy_j(design: &Design, stop: StopModel, angle_rad: f64, velocity_rad_s: f64) -> f64 {
+    let lever = &design.lever;
+    let stiffness = if angle_rad < 0.0 && stop == StopModel::Soft {
+        design.stop.contact_stiffness_nm_per_rad(lever)
+    } else {
+        lever.spring_stiffness_nm_per_rad
+    };
+    0.5 * lever.moment_of_inertia_kg_m2 * velocity_rad_s * velocity_rad_s
+        + lever.preload_torque_nm * angle_rad
+        + 0.5 * stiffness * angle_rad * angle_rad
+}
+
+fn fixed_step(
+    signal: &Signal,
+    design: &Design,
+    options: &RunOptions,
+    steps_per_period: u32,
+    last: usize,
+) -> Result<Outcome, Error> {
+    let step = rk4::step_seconds(design, steps_per_period);
+    let steps = (signal.time_s(last) - signal.start_s) / step;
+    if !(2.0 * steps <= FIXED_STEPS_MAX) {
+        return Err(ErrorKind::OutOfRange {
+            what: "steps of the fixed-step method".into(),
+            expected: format!("at most {FIXED_STEPS_MAX:e}; lower --steps-per-period"),
+            found: format!("{:e}", 2.0 * steps),
+        }
+        .into());
+    }
+    let coarse = rk4::run(
+        signal,
+        design,
+        options.stop,
+        options,
+        steps_per_period,
+        last,
+    );
+    let fine = rk4::run(
+        signal,
+        design,
+        options.stop,
+        &RunOptions {
+            trace: false,
+            ..options.clone()
+        },
+        steps_per_period.saturating_mul(2),
+        last,
+    );
+    let (angle, velocity) = coarse.state;
+    let broke_down = !angle.is_finite() || !velocity.is_finite() || !coarse.peak.0.is_finite();
+    // Events on the grid make the method one of first order: the error is about twice the
+    // change that halving the step brings; twice that again is stated.
+    let error = 4.0 * (coarse.peak.0 - fine.peak.0).abs();
+    let moving = !broke_down && energy_j(design, options.stop, angle, velocity) > MOVING_ENERGY_J;
+    let coast = if moving {
+        let start = match options.stop {
+            StopModel::Rigid => (angle.max(0.0), velocity),
+            StopModel::Soft => (angle, velocity),
+        };
+        let tally = Tally::new(design.criterion.threshold_rad, false);
+        Kernel::new(design, options.stop, Some(start), None, tally).coast(signal.time_s(last))
+    } else {
+        None
+    };
+    let finite = |value: f64| if value.is_finite() { value } else { f64::MAX };
+    Ok(Outcome {
+        run: Run {
+            model: options.stop,
+            method: options.method.name(),
+            opens_when: options.opens_when,
+            peak_angle_rad: finite(coarse.peak.0),
+            peak_time_s: coarse.peak.1,
+            first_crossing_s: coarse.first_crossing,
+            time_above_threshold_s: coarse.time_above,
+            first_release_s: coarse.first_release,
+            impacts: coarse.impacts,
+            impact_list: coarse.impact_list,
+            final_angle_rad: finite(angle),
+            final_velocity_rad_s: finite(velocity),
+            moving_at_end: moving,
+            coast_peak_angle_rad: coast.map(|peak| peak.angle),
+            numerical_error_rad: finite(error),
+            work: coarse.work,
+        },
+        trace: coarse.trace,
+        coast_error_rad: error,
+        broke_down: broke_down || (moving && coast.is_none()),
+    })
 }

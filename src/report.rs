@@ -1,1 +1,85 @@
-//! What people and scripts read: verdict.json, report.html and plots. Computes nothing.
+//! What people and scripts read: `report.html`, `verdict.json`, plots and the terminal's text.
+//!
+//! This module computes nothing: every number it shows stands in the [`Document`] or in the
+//! [`Evidence`] first. Units are converted for display and long signals thinned for drawing,
+//! no more. The time that a run took is shown nowhere but in `verdict.json`, so that the same
+//! input gives the same bytes.
+
+pub mod escape;
+pub mod html;
+pub mod json;
+pub mod number;
+pub mod plot;
+pub mod sparkline;
+pub mod text;
+mod words;
+
+use crate::error::{Error, ErrorKind, Place};
+use crate::verdict::{Document, Evidence};
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// File name of the report.
+pub const REPORT_FILE: &str = "report.html";
+
+/// File name of the verdict.
+pub const VERDICT_FILE: &str = "verdict.json";
+
+/// Writes `report.html`, `verdict.json` and each plot as `.svg` into `dir`, which is created
+/// if absent, and returns the paths, the report's first.
+///
+/// Files of these names that an earlier run left in `dir` are removed before the first is
+/// written, so that a run that fails half-way, or has less to draw, never leaves an older
+/// verdict or plot beside a newer one.
+///
+/// # Errors
+///
+/// [`ErrorKind::Io`] if `dir` cannot be made or a file not be removed or written.
+pub fn write(
+    dir: &Path,
+    document: &Document,
+    evidence: Option<&Evidence>,
+) -> Result<Vec<PathBuf>, Error> {
+    fs::create_dir_all(dir).map_err(|error| failed("make the report folder", dir, &error))?;
+    let plot_files = plot::NAMES.iter().map(|name| format!("{name}.svg"));
+    for name in [REPORT_FILE, VERDICT_FILE]
+        .into_iter()
+        .map(String::from)
+        .chain(plot_files)
+    {
+        let path = dir.join(name);
+        match fs::remove_file(&path) {
+            Ok(()) => {}
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(error) => return Err(failed("replace the earlier report", &path, &error)),
+        }
+    }
+    let figures = plot::figures(document, evidence);
+    let mut files = vec![
+        (
+            REPORT_FILE.to_string(),
+            html::page(document, evidence, &figures),
+        ),
+        (VERDICT_FILE.to_string(), json::render(document)),
+    ];
+    for figure in &figures {
+        files.push((format!("{}.svg", figure.name), figure.stand_alone()));
+    }
+    let mut written = Vec::with_capacity(files.len());
+    for (name, content) in files {
+        let path = dir.join(name);
+        fs::write(&path, content).map_err(|error| failed("write the report", &path, &error))?;
+        written.push(path);
+    }
+    tracing::info!(dir = %dir.display(), files = written.len(), "report written");
+    Ok(written)
+}
+
+fn failed(action: &'static str, path: &Path, error: &io::Error) -> Error {
+    Error::from(ErrorKind::Io {
+        action,
+        reason: error.to_string(),
+    })
+    .at(Place::file(path.display().to_string()))
+}

@@ -282,3 +282,31 @@ fn positive(what: &'static str, value: f64) -> Result<f64, Error> {
         Err(ErrorKind::NotPositive { what, found: value }.into())
     }
 }
+
+/// Writes `value` with `digits` significant digits for a sentence: plain between 1e-4 and
+/// 1e6, with a power of ten outside, and with a true minus sign.
+#[must_use]
+pub fn significant(value: f64, digits: usize) -> String {
+    let digits = digits.max(1);
+    #[expect(clippy::float_cmp, reason = "zero has no leading digit")]
+    if value == 0.0 || !value.is_finite() {
+        return if value == 0.0 {
+            "0".into()
+        } else {
+            format!("{value}")
+        };
+    }
+    let scientific = format!("{:.*e}", digits - 1, value);
+    let exponent: i32 = scientific
+        .split_once('e')
+        .and_then(|(_, e)| e.parse().ok())
+        .unwrap_or(0);
+    let text = if (-4..6).contains(&exponent) {
+        let decimals =
+            usize::try_from(i32::try_from(digits).unwrap_or(17) - 1 - exponent).unwrap_or(0);
+        format!("{value:.decimals$}")
+    } else {
+        scientific
+    };
+    text.replace('-', "\u{2212}")
+}

@@ -1,5 +1,13 @@
 //! The verdict: what the runs, their errors and the findings together say.
 
+pub mod assess;
+pub mod decision;
+pub mod screen;
+mod why;
+
+pub use assess::{AssessOptions, Assessment, ModelChoice, Polarity, assess};
+pub use decision::DECISION_RULE;
+
 use crate::conditioning::Signal;
 use crate::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
 use crate::model::Design;

@@ -1,1 +1,590 @@
-//! To be written: quality.
+//! Faults of a raw channel: clipping, dead and frozen sensors, records cut inside the event.
+//!
+//! They are looked for before anything is removed or filtered, since a filter rounds off the
+//! flat tops by which an overload shows. Each detector is one function; thresholds are
+//! constants with their reason. What clipping took away cannot be had back, so its finding
+//! blocks, and a detector in doubt leans towards blocking.
+
+use super::{ConditioningOptions, Signal, bias, peak};
+use crate::recording::Finding;
+use crate::units::STANDARD_GRAVITY;
+
+/// Part of the declared full scale at which a channel counts as saturated.
+const SATURATED_PART: f64 = 0.98;
+
+/// Part of the declared full scale below which a short flat top is no saturation.
+const WELL_INSIDE_PART: f64 = 0.96;
+
+/// Least number of equal samples at the extreme that can be a clipped top.
+const CLIPPED_RUN: usize = 3;
+
+/// From this many equal samples on, entered and left steeply, no declared range explains a
+/// flat top away: the amplifier may have saturated before the sensor did.
+const CLIPPED_BEYOND_DOUBT: usize = 5;
+
+/// Quanta above which a level is told from noise around zero: healthy channels repeat
+/// values near zero three to seven times.
+const QUIET_QUANTA: f64 = 20.0;
+
+/// Part of the largest magnitude below which an extreme is not looked at for clipping.
+const EXTREME_PART: f64 = 0.25;
+
+/// Longest stretch of equal samples that a moving body can give [s].
+const FROZEN_S: f64 = 5e-3;
+
+/// Least number of equal samples of a frozen run, for slow channels.
+const FROZEN_RUN: usize = 8;
+
+/// Part of the peak that counts as "inside the event" at either end of a record.
+const EVENT_PART: f64 = 0.1;
+
+/// Least sample rate of a crash recording [Hz].
+const LEAST_RATE_HZ: f64 = 250.0;
+
+/// Peaks of vehicle structures near a door [g].
+const PLAUSIBLE_PEAK_G: (f64, f64) = (20.0, 2000.0);
+
+/// Two levels further apart than this are a signal, nearer than this a flickering last bit [g].
+const FLICKER_G: f64 = 1.0;
+
+/// Returns what is odd in a raw signal [m/s²]. `options` holds the declared range and whether
+/// the signal was made by a formula.
+#[must_use]
+pub fn findings(raw: &Signal, options: &ConditioningOptions) -> Vec<Finding> {
+    let Some((peak_value, _)) = peak(raw) else {
+        return Vec::new();
+    };
+    let facts = Facts::new(raw, peak_value.abs());
+    let mut found = Vec::new();
+    found.extend(low_rate(raw));
+    let dead = dead_sensor(&facts);
+    let is_dead = dead.is_some();
+    if !options.synthetic {
+        found.extend(dead);
+        if !is_dead {
+            found.extend(clipping(&facts, options.range_g));
+            found.extend(frozen(&facts));
+        }
+    }
+    if facts.peak > 0.0 {
+        found.extend(starts_inside_event(&facts));
+        found.extend(ends_inside_event(&facts));
+        found.extend(implausible_peak(&facts));
+        found.extend(spike(&facts));
+        found.extend(pre_event_not_quiet(&facts));
+        found.extend(drift(&facts));
+        found.extend(zero_shift(&facts));
+    }
+    found
+}
+
+/// What the detectors share.
+struct Facts<'a> {
+    raw: &'a Signal,
+    samples: &'a [f64],
+    /// Largest magnitude [m/s²].
+    peak: f64,
+    /// Different values, rising.
+    levels: Vec<f64>,
+    /// Least difference of two values [m/s²]; 0 if there is one value only.
+    quantum: f64,
+    /// Number of samples before the event; 0 if they are too few to tell.
+    pre_event: usize,
+    /// Their mean and standard deviation [m/s²].
+    pre_mean: f64,
+    pre_deviation: f64,
+    pre_mean_error: f64,
+}
+
+impl<'a> Facts<'a> {
+    fn new(raw: &'a Signal, peak: f64) -> Self {
+        let samples = raw.samples.as_slice();
+        let mut levels = samples.to_vec();
+        levels.sort_unstable_by(f64::total_cmp);
+        levels.dedup_by(|a, b| same(*a, *b));
+        let quantum = levels
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .fold(f64::INFINITY, f64::min);
+        let pre_event = bias::pre_event_samples(raw).unwrap_or(0);
+        let (pre_mean, pre_deviation, pre_mean_error) = if pre_event > 1 {
+            bias::bias(raw, super::BiasWindow::PreEvent).map_or((0.0, 0.0, 0.0), |(bias, _)| {
+                (
+                    bias.mean_m_s2,
+                    bias.standard_deviation_m_s2,
+                    bias.standard_error_m_s2,
+                )
+            })
+        } else {
+            (0.0, 0.0, 0.0)
+        };
+        Self {
+            raw,
+            samples,
+            peak,
+            quantum: if quantum.is_finite() { quantum } else { 0.0 },
+            levels,
+            pre_event,
+            pre_mean,
+            pre_deviation,
+            pre_mean_error,
+        }
+    }
+
+    /// Noise of single samples, as far as it can make neighbours equal by chance [quanta];
+    /// one where no samples before the event tell.
+    fn noise_quanta(&self) -> f64 {
+        if self.pre_event == 0 || self.quantum <= 0.0 {
+            return 1.0;
+        }
+        (self.pre_deviation / self.quantum).min(3.0)
+    }
+
+    /// Runs of at least `least` equal samples: first index and length.
+    fn runs(&self, least: usize) -> Vec<(usize, usize)> {
+        let mut runs = Vec::new();
+        let mut first = 0;
+        for run in self.samples.chunk_by(|a, b| same(*a, *b)) {
+            if run.len() >= least {
+                runs.push((first, run.len()));
+            }
+            first += run.len();
+        }
+        runs
+    }
+}
+
+fn low_rate(raw: &Signal) -> Option<Finding> {
+    let rate = raw.rate.rounded();
+    (rate < LEAST_RATE_HZ).then(|| {
+        Finding::blocking(
+            "low-rate",
+            format!(
+                "the sample rate is {rate} Hz; below {LEAST_RATE_HZ} Hz this is no crash recording: \
+                 an impact falls between its samples"
+            ),
+        )
+    })
+}
+
+/// A record of one value, or one that flickers between two, carries no motion.
+fn dead_sensor(facts: &Facts<'_>) -> Option<Finding> {
+    let text = match facts.levels.as_slice() {
+        [] => return None,
+        [only] => format!("every sample is {}", in_g(*only)),
+        [low, high] => {
+            let changes = facts
+                .samples
+                .windows(2)
+                .filter(|pair| !same(pair[0], pair[1]))
+                .count();
+            if high - low > FLICKER_G * STANDARD_GRAVITY && changes <= 4 {
+                return None;
+            }
+            format!(
+                "the samples flicker between {} and {}",
+                in_g(*low),
+                in_g(*high)
+            )
+        }
+        _ => return None,
+    };
+    Some(Finding::blocking(
+        "dead-sensor",
+        format!("{text}: the channel measured no motion; check sensor and cable"),
+    ))
+}
+
+fn clipping(facts: &Facts<'_>, range_g: Option<f64>) -> Vec<Finding> {
+    if let Some(first) = beyond_range(facts, range_g) {
+        let range = range_g.unwrap_or_default();
+        return vec![
+            Finding::blocking(
+                "clipping",
+                format!(
+                    "{} at {:.5} s is {:.0} % of the declared full scale of {range} g or more; what \
+                     lay beyond full scale is lost from there on",
+                    in_g(facts.samples[first]),
+                    facts.raw.time_s(first),
+                    100.0 * SATURATED_PART
+                ),
+            )
+            .at(facts.raw.time_s(first)),
+        ];
+    }
+    let mut found: Vec<Finding> = [facts.levels.last(), facts.levels.first()]
+        .into_iter()
+        .flatten()
+        .filter_map(|extreme| flat_top(facts, *extreme, range_g))
+        .collect();
+    found.extend(converter_limit(facts).filter(|_| found.is_empty()));
+    found
+}
+
+fn beyond_range(facts: &Facts<'_>, range_g: Option<f64>) -> Option<usize> {
+    let limit = range_g.filter(|range| range.is_finite() && *range > 0.0)?
+        * SATURATED_PART
+        * STANDARD_GRAVITY;
+    facts.samples.iter().position(|value| value.abs() >= limit)
+}
+
+/// Equal samples at an extreme that the signal enters or leaves more steeply than any smooth
+/// top would.
+fn flat_top(facts: &Facts<'_>, extreme: f64, range_g: Option<f64>) -> Option<Finding> {
+    if extreme.abs() <= QUIET_QUANTA * facts.quantum || extreme.abs() <= EXTREME_PART * facts.peak {
+        return None;
+    }
+    let (first, length) = facts
+        .runs(CLIPPED_RUN)
+        .into_iter()
+        .filter(|(first, length)| {
+            same(facts.samples[*first], extreme) && is_cut(facts, *first, *length)
+        })
+        .max_by_key(|(_, length)| *length)?;
+    // Samples that touched the limit before the run are clipped as well.
+    let onset = facts
+        .samples
+        .iter()
+        .position(|value| same(*value, extreme))
+        .unwrap_or(first);
+    let at_s = facts.raw.time_s(onset);
+    let seen = format!(
+        "{length} equal samples of {} at the record's extreme from {:.5} s on, entered or left \
+         steeply",
+        in_g(extreme),
+        facts.raw.time_s(first)
+    );
+    let inside_range =
+        range_g.is_some_and(|range| extreme.abs() < WELL_INSIDE_PART * range * STANDARD_GRAVITY);
+    Some(
+        if inside_range && length < CLIPPED_BEYOND_DOUBT {
+            Finding::warning(
+                "flat-top",
+                format!(
+                    "{seen}; the declared full scale of {} g lies well above, so this may be chance",
+                    range_g.unwrap_or_default()
+                ),
+            )
+        } else {
+            Finding::blocking(
+                "clipping",
+                format!("{seen}: the channel was saturated, and what lay beyond is lost"),
+            )
+        }
+        .at(at_s),
+    )
+}
+
+/// Tells a cut top from the flat top that quantisation gives to a smooth one.
+///
+/// Near its top a smooth signal is a parabola. If r of its samples share one quantum q, it has
+/// fallen by at most q (1 + 2s/(r−1))² after s samples beyond the run, plus one quantum of
+/// rounding. A signal that has fallen further was cut: at s = 1, where nothing but the next
+/// sample counts, or both at half and at the whole length of the run. Noise of a few quanta
+/// lets three or four samples of a sharper top share a value by chance; q grows for them.
+fn is_cut(facts: &Facts<'_>, first: usize, length: usize) -> bool {
+    let end = first + length - 1;
+    let level = facts.samples[first];
+    let reaches = |steps: usize| {
+        let ratio = 2.0 * as_f64(steps) / as_f64(length - 1);
+        (1.0 + ratio) * (1.0 + ratio)
+    };
+    let chance = match length {
+        ..=4 => 1.0 + 3.0 * facts.noise_quanta(),
+        5..=6 => 1.0 + 1.5 * facts.noise_quanta(),
+        _ => 1.0,
+    };
+    [true, false].into_iter().any(|before| {
+        let available = if before {
+            first
+        } else {
+            facts.samples.len() - 1 - end
+        };
+        let exceeds = |steps: usize, spare: f64| {
+            let steps = steps.min(available);
+            if steps == 0 {
+                return false;
+            }
+            let beyond = if before { first - steps } else { end + steps };
+            let fallen = (level - facts.samples[beyond]).abs() / facts.quantum;
+            fallen > spare * chance * reaches(steps) + 1.5
+        };
+        exceeds(1, 1.0) || (exceeds(length / 2, 1.25) && exceeds(length, 1.25))
+    })
+}
+
+/// The record's extreme is the last code of a 12- to 24-bit converter: on a grid of quanta
+/// through zero, ±2ⁿ or ±(2ⁿ − 1).
+fn converter_limit(facts: &Facts<'_>) -> Option<Finding> {
+    let mut sizes: Vec<f64> = facts.levels.iter().map(|level| level.abs()).collect();
+    sizes.sort_unstable_by(f64::total_cmp);
+    // Stamps of few digits blur the least difference; the grid is refined as it is climbed.
+    let (mut products, mut squares, mut quantum) = (0.0, 0.0, facts.quantum);
+    let mut code = 0.0;
+    for size in sizes {
+        code = (size / quantum).round();
+        if (size - code * quantum).abs() > 0.25 * quantum {
+            return None;
+        }
+        products += size * code;
+        squares += code * code;
+        if squares > 0.0 {
+            quantum = products / squares;
+        }
+    }
+    let limit = (11..=23)
+        .map(|bits| f64::from(1_u32 << bits))
+        .find(|full| {
+            // Two's complement ends at −2ⁿ and 2ⁿ − 1.
+            same(code, *full) || same(code, full - 1.0)
+        })?;
+    let first = facts
+        .samples
+        .iter()
+        .position(|value| value.abs() >= facts.peak)?;
+    let at_s = facts.raw.time_s(first);
+    Some(
+        Finding::blocking(
+            "clipping",
+            format!(
+                "the largest sample, {} at {at_s:.5} s, is the last code of a converter ({limit} \
+                 quanta of {:.5} g): the channel was saturated",
+                in_g(facts.samples[first]),
+                quantum / STANDARD_GRAVITY
+            ),
+        )
+        .at(at_s),
+    )
+}
+
+/// Equal samples for longer than a moving body can stand still, away from zero; or at any level,
+/// if they begin inside the event and the channel's own noise vanishes with them. A slow
+/// signal on a coarse grid may stand still at its top; it comes and goes gently.
+fn frozen(facts: &Facts<'_>) -> Option<Finding> {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "positive; a float cast saturates"
+    )]
+    let least = ((FROZEN_S * facts.raw.rate.hertz()).floor() as usize + 2).max(FROZEN_RUN);
+    let noisy = facts.pre_deviation >= 0.5 * facts.quantum && facts.pre_deviation > 0.0;
+    let quiet_before = facts
+        .runs(FROZEN_RUN)
+        .iter()
+        .any(|(first, _)| *first < facts.pre_event);
+    facts.runs(least).into_iter().find_map(|(first, length)| {
+        let level = facts.samples[first];
+        let away = (level.abs() > QUIET_QUANTA * facts.quantum
+            && (level - facts.pre_mean).abs() > 5.0 * facts.pre_deviation)
+            && level.abs() > 0.01 * facts.peak
+            && is_cut(facts, first, length);
+        let lost = noisy && !quiet_before && inside_event(facts, first, least);
+        (away || lost).then(|| {
+            let at_s = facts.raw.time_s(first);
+            Finding::blocking(
+                "frozen",
+                format!(
+                    "{length} equal samples of {} from {at_s:.5} s to {:.5} s: a body in motion does \
+                     not stand still for longer than {} ms; sensor, cable or recorder failed",
+                    in_g(level),
+                    facts.raw.time_s(first + length - 1),
+                    1e3 * FROZEN_S
+                ),
+            )
+            .at(at_s)
+        })
+    })
+}
+
+fn inside_event(facts: &Facts<'_>, index: usize, reach: usize) -> bool {
+    facts.samples[index.saturating_sub(reach)..index]
+        .iter()
+        .any(|value| value.abs() > EVENT_PART * facts.peak)
+}
+
+fn starts_inside_event(facts: &Facts<'_>) -> Option<Finding> {
+    let head = &facts.samples[..facts.samples.len().min(3)];
+    let level = median_magnitude(head);
+    (level > EVENT_PART * facts.peak).then(|| {
+        Finding::blocking(
+            "starts-inside-event",
+            format!(
+                "the first three samples are at {} (median), more than a tenth of the peak of {}: \
+                 what came before is missing",
+                in_g(level),
+                in_g(facts.peak)
+            ),
+        )
+    })
+}
+
+fn ends_inside_event(facts: &Facts<'_>) -> Option<Finding> {
+    let tail = &facts.samples[facts.samples.len().saturating_sub(3)..];
+    let level = median_magnitude(tail);
+    (level > EVENT_PART * facts.peak).then(|| {
+        Finding::blocking(
+            "ends-inside-event",
+            format!(
+                "the last three samples are at {} (median), more than a tenth of the peak of {}: \
+                 what came after is missing",
+                in_g(level),
+                in_g(facts.peak)
+            ),
+        )
+        .at(facts.raw.end_s())
+    })
+}
+
+fn median_magnitude(samples: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = samples.iter().map(|value| value.abs()).collect();
+    sizes.sort_unstable_by(f64::total_cmp);
+    match sizes.as_slice() {
+        [] => 0.0,
+        [one] => *one,
+        // Of two, the smaller is the one that both exceed.
+        [low, _] => *low,
+        more => more[more.len() / 2],
+    }
+}
+
+fn implausible_peak(facts: &Facts<'_>) -> Option<Finding> {
+    let peak_g = facts.peak / STANDARD_GRAVITY;
+    let (least, most) = PLAUSIBLE_PEAK_G;
+    (!(least..=most).contains(&peak_g)).then(|| {
+        Finding::warning(
+            "implausible-peak",
+            format!(
+                "the peak is {peak_g:.4} g; channels near a door reach {least} to {most} g in a \
+                 crash. Check the unit and the channel"
+            ),
+        )
+    })
+}
+
+/// One sample that jumps by more than half the peak and comes back at once.
+fn spike(facts: &Facts<'_>) -> Option<Finding> {
+    let jump = 0.5 * facts.peak;
+    let index = facts.samples.windows(3).position(|three| {
+        let (up, down) = (three[1] - three[0], three[1] - three[2]);
+        up.abs() > jump
+            && down.abs() > jump
+            && (up > 0.0) == (down > 0.0)
+            && (three[2] - three[0]).abs() < 0.1 * facts.peak
+    })? + 1;
+    let at_s = facts.raw.time_s(index);
+    Some(
+        Finding::warning(
+            "spike",
+            format!(
+                "the sample at {at_s:.5} s jumps to {} and back within one interval: a drop-out or \
+                 disturbance rather than motion",
+                in_g(facts.samples[index])
+            ),
+        )
+        .at(at_s),
+    )
+}
+
+fn pre_event_not_quiet(facts: &Facts<'_>) -> Option<Finding> {
+    let largest = facts.samples[..facts.pre_event]
+        .iter()
+        .fold(0.0_f64, |most, value| {
+            most.max((value - facts.pre_mean).abs())
+        });
+    (largest > 0.25 * facts.peak).then(|| {
+        Finding::warning(
+            "pre-event-not-quiet",
+            format!(
+                "samples before -1 ms reach {} beside their mean, more than a quarter of the peak: \
+                 their mean may be no bias, or time zero may be wrong (--time-zero, --bias)",
+                in_g(largest)
+            ),
+        )
+    })
+}
+
+/// The bias moves while it is measured: a line through the pre-event samples rises by more than
+/// what is left beside the line can explain.
+fn drift(facts: &Facts<'_>) -> Option<Finding> {
+    let samples = &facts.samples[..facts.pre_event];
+    if samples.len() < 4 {
+        return None;
+    }
+    let middle = 0.5 * as_f64(samples.len() - 1);
+    let (mut rise, mut run) = (0.0, 0.0);
+    for (index, value) in samples.iter().enumerate() {
+        let step = as_f64(index) - middle;
+        rise += step * (value - facts.pre_mean);
+        run += step * step;
+    }
+    let slope = rise / run;
+    let beside: Vec<f64> = samples
+        .iter()
+        .enumerate()
+        .map(|(index, value)| value - slope * (as_f64(index) - middle))
+        .collect();
+    let change = slope * 2.0 * middle;
+    // The rise of a fitted line over its length has √12 times the error of the mean.
+    let error = 12.0_f64.sqrt() * bias::standard_error_of_mean(&beside);
+    (change.abs() > (5.0 * error).max(0.1 * STANDARD_GRAVITY)).then(|| {
+        Finding::warning(
+            "drift",
+            format!(
+                "the samples before the event drift by {} while the bias is taken: it may not hold \
+                 for the event",
+                in_g(change)
+            ),
+        )
+    })
+}
+
+/// The mean of the tail lies away from the mean before the event.
+fn zero_shift(facts: &Facts<'_>) -> Option<Finding> {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "positive; a float cast saturates"
+    )]
+    let ten_ms = (0.01 * facts.raw.rate.hertz()).round() as usize;
+    let count = facts.samples.len();
+    let length = ten_ms.max(count / 20);
+    if facts.pre_event == 0 || length < 2 || 2 * length > count - facts.pre_event {
+        return None;
+    }
+    let tail = &facts.samples[count - length..];
+    let shift = mean(tail) - facts.pre_mean;
+    let error = bias::standard_error_of_mean(tail).hypot(facts.pre_mean_error);
+    (shift.abs() > (5.0 * error).max(0.01 * facts.peak)).then(|| {
+        Finding::warning(
+            "zero-shift",
+            format!(
+                "the mean of the last {:.1} ms lies {} from the mean before the event: the zero may \
+                 have shifted in the impact, or the body is still moving",
+                1e3 * (facts.raw.end_s() - facts.raw.time_s(count - length)),
+                in_g(shift)
+            ),
+        )
+    })
+}
+
+fn mean(samples: &[f64]) -> f64 {
+    samples.iter().sum::<f64>() / as_f64(samples.len().max(1))
+}
+
+#[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
+fn as_f64(index: usize) -> f64 {
+    index as f64
+}
+
+/// Tells whether two samples are the same number; +0 and −0 are.
+#[expect(
+    clippy::float_cmp,
+    reason = "samples of one converter code are the same number, and nothing else is"
+)]
+fn same(a: f64, b: f64) -> bool {
+    a == b
+}
+
+fn in_g(acceleration: f64) -> String {
+    format!("{:.4} g", acceleration / STANDARD_GRAVITY)
+}

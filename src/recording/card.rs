@@ -1,13 +1,30 @@
 //! Cards: a recording's full name plus `.toml`, saying what the file itself does not.
 
-use crate::units::{AccelerationUnit, OpensWhen};
+use super::limits::Limits;
+use super::source::{Source, sha256};
+use super::{ReadOptions, csv::line_at};
+use crate::error::{Error, ErrorKind, Place, nearest_name};
+use crate::units::{AccelerationUnit, OpensWhen, SampleRate};
 use serde::Deserialize;
+use std::io::Read;
+
+/// The keys a card may hold.
+const KEYS: [&str; 9] = [
+    "channel",
+    "unit",
+    "opens_when",
+    "rate",
+    "range_g",
+    "synthetic",
+    "source",
+    "licence",
+    "notes",
+];
 
 /// What a card says about the recording beside it. Every key is optional.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Card {
-    /// Channel to use.
+    /// Channel to use: a name, or a 1-based number.
     pub channel: Option<String>,
     /// Unit of acceleration.
     pub unit: Option<AccelerationUnit>,
@@ -15,10 +32,9 @@ pub struct Card {
     pub opens_when: Option<CardPolarity>,
     /// Sample rate [Hz].
     pub rate: Option<f64>,
-    /// Full scale of the channel, in the channel's unit if one is stated there, else g.
+    /// Full scale of the channel [g].
     pub range_g: Option<f64>,
     /// True for a signal made by a formula: no clipping or dead-sensor findings.
-    #[serde(default)]
     pub synthetic: bool,
     /// Where it comes from.
     pub source: Option<String>,
@@ -26,6 +42,173 @@ pub struct Card {
     pub licence: Option<String>,
     /// Anything else.
     pub notes: Option<String>,
+}
+
+impl Card {
+    /// Reads a card from its TOML text.
+    ///
+    /// # Errors
+    ///
+    /// - [`ErrorKind::Malformed`] where the text is no TOML or a value has the wrong type,
+    /// - [`ErrorKind::UnknownName`] for a key, unit or polarity that is not known,
+    /// - [`ErrorKind::NotPositive`] for a rate or range that is not finite and positive.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// # use latchgate::recording::Card;
+    /// let card = Card::from_toml("unit = \"g\"\nrange_g = 2000").unwrap();
+    /// assert_eq!(card.range_g, Some(2000.0));
+    /// assert!(Card::from_toml("units = \"g\"").is_err());
+    /// ```
+    pub fn from_toml(text: &str) -> Result<Self, Error> {
+        let table: toml::Table = toml::from_str(text).map_err(|error| {
+            let line = error
+                .span()
+                .map_or(1, |span| line_at(text.as_bytes(), span.start));
+            Error::from(ErrorKind::Malformed {
+                expected: "TOML".into(),
+                found: error.message().to_string(),
+                hint: "write lines such as unit = \"g\"".into(),
+            })
+            .at(Place::default().line(line))
+        })?;
+        let mut card = Self::default();
+        for (key, value) in &table {
+            card.set(key, value)
+                .map_err(|error| error.at(place_of_key(text, key)))?;
+        }
+        Ok(card)
+    }
+
+    fn set(&mut self, key: &str, value: &toml::Value) -> Result<(), Error> {
+        match key {
+            "channel" => {
+                self.channel = Some(match value {
+                    toml::Value::Integer(number) => number.to_string(),
+                    other => text_of(key, other, "a name in quotes or a column number")?,
+                });
+            }
+            "unit" => {
+                let name = text_of(key, value, "a unit in quotes")?;
+                let known = AccelerationUnit::ALL.map(|(_, name)| name);
+                self.unit = AccelerationUnit::ALL
+                    .iter()
+                    .find(|(_, known)| *known == name)
+                    .map(|(unit, _)| *unit);
+                if self.unit.is_none() {
+                    return Err(unknown("unit", name, &known));
+                }
+            }
+            "opens_when" => {
+                let name = text_of(key, value, "\"negative\", \"positive\" or \"both\"")?;
+                self.opens_when = CardPolarity::from_name(&name);
+                if self.opens_when.is_none() {
+                    let known = CardPolarity::ALL.map(CardPolarity::name);
+                    return Err(unknown("polarity", name, &known));
+                }
+            }
+            "rate" => {
+                let rate = number_of(key, value)?;
+                self.rate = Some(SampleRate::from_hertz(rate)?.hertz());
+            }
+            "range_g" => {
+                let range = number_of(key, value)?;
+                if !(range.is_finite() && range > 0.0) {
+                    return Err(ErrorKind::NotPositive {
+                        what: "range_g [g]",
+                        found: range,
+                    }
+                    .into());
+                }
+                self.range_g = Some(range);
+            }
+            "synthetic" => {
+                self.synthetic = value
+                    .as_bool()
+                    .ok_or_else(|| wrong_type(key, value, "true or false"))?;
+            }
+            "source" => self.source = Some(text_of(key, value, "a text in quotes")?),
+            "licence" => self.licence = Some(text_of(key, value, "a text in quotes")?),
+            "notes" => self.notes = Some(text_of(key, value, "a text in quotes")?),
+            _ => return Err(unknown("card key", key.to_string(), &KEYS)),
+        }
+        Ok(())
+    }
+
+    /// Fills what the options leave open.
+    pub fn merge_into(&self, options: &mut ReadOptions) {
+        if options.channel.is_none() {
+            options.channel.clone_from(&self.channel);
+        }
+        if options.unit.is_none() && self.unit.is_some() {
+            options.unit = self.unit;
+            options.unit_from_card = true;
+        }
+        if options.rate_hz.is_none() {
+            options.rate_hz = self.rate;
+        }
+    }
+}
+
+/// Reads the card beside a recording, if there is one, with the SHA-256 of its bytes.
+///
+/// Standard input and bytes in memory have no card.
+///
+/// # Errors
+///
+/// [`ErrorKind::Io`] if the card is there but cannot be read, [`ErrorKind::LimitExceeded`] if it
+/// is larger than settings may be, and the errors of [`Card::from_toml`], each at the card's name.
+pub fn read_beside(source: &Source, limits: &Limits) -> Result<Option<(Card, String)>, Error> {
+    let Some(path) = source.path() else {
+        return Ok(None);
+    };
+    let place = Place::file(format!("{}.toml", source.name()));
+    let mut name = path.as_os_str().to_os_string();
+    name.push(".toml");
+    let unreadable = |error: std::io::Error| {
+        Error::from(ErrorKind::Io {
+            action: "read the card",
+            reason: error.to_string(),
+        })
+        .at(place.clone())
+    };
+    let file = match std::fs::File::open(name) {
+        Ok(file) => file,
+        Err(error)
+            if matches!(
+                error.kind(),
+                std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory
+            ) =>
+        {
+            return Ok(None);
+        }
+        Err(error) => return Err(unreadable(error)),
+    };
+    let mut bytes = Vec::new();
+    file.take(limits.settings_bytes.saturating_add(1))
+        .read_to_end(&mut bytes)
+        .map_err(unreadable)?;
+    if bytes.len() as u64 > limits.settings_bytes {
+        return Err(Error::from(ErrorKind::LimitExceeded {
+            limit: "settings_bytes",
+            value: limits.settings_bytes,
+            found: "a larger card".into(),
+        })
+        .at(place));
+    }
+    let hash = sha256(&bytes);
+    let text = std::str::from_utf8(&bytes).map_err(|error| {
+        Error::from(ErrorKind::Malformed {
+            expected: "a card in UTF-8".into(),
+            found: "other bytes".into(),
+            hint: "save the card as UTF-8".into(),
+        })
+        .at(place.clone().line(line_at(&bytes, error.valid_up_to())))
+    })?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let card = Card::from_toml(text).map_err(|error| error.at(place))?;
+    Ok(Some((card, hash)))
 }
 
 /// A polarity as a card or option states it.
@@ -41,6 +224,9 @@ pub enum CardPolarity {
 }
 
 impl CardPolarity {
+    /// Lists every polarity.
+    pub const ALL: [Self; 3] = [Self::Negative, Self::Positive, Self::Both];
+
     /// Returns the polarities to judge.
     #[must_use]
     pub fn polarities(self) -> &'static [OpensWhen] {
@@ -49,5 +235,75 @@ impl CardPolarity {
             Self::Positive => &[OpensWhen::Positive],
             Self::Both => &[OpensWhen::Negative, OpensWhen::Positive],
         }
+    }
+
+    /// Returns the word that options and cards use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Negative => "negative",
+            Self::Positive => "positive",
+            Self::Both => "both",
+        }
+    }
+
+    /// Returns the polarity of that word, if it is one.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|one| one.name() == name)
+    }
+}
+
+fn unknown(what: &'static str, found: String, known: &[&str]) -> Error {
+    ErrorKind::UnknownName {
+        what,
+        nearest: nearest_name(&found, known),
+        found,
+        known: known.join(", "),
+    }
+    .into()
+}
+
+fn text_of(key: &str, value: &toml::Value, expected: &str) -> Result<String, Error> {
+    value
+        .as_str()
+        .map(ToString::to_string)
+        .ok_or_else(|| wrong_type(key, value, expected))
+}
+
+fn number_of(key: &str, value: &toml::Value) -> Result<f64, Error> {
+    match value {
+        toml::Value::Float(number) => Ok(*number),
+        #[expect(
+            clippy::cast_precision_loss,
+            reason = "rates and ranges beyond 2^53 do not exist"
+        )]
+        toml::Value::Integer(number) => Ok(*number as f64),
+        other => Err(wrong_type(key, other, "a number without quotes")),
+    }
+}
+
+fn wrong_type(key: &str, value: &toml::Value, expected: &str) -> Error {
+    ErrorKind::Malformed {
+        expected: format!("`{key}` to be {expected}"),
+        found: match value.type_str() {
+            kind @ ("integer" | "array") => format!("an {kind}"),
+            kind => format!("a {kind}"),
+        },
+        hint: "mend the card".into(),
+    }
+    .into()
+}
+
+/// Finds the line on which a top-level key stands.
+fn place_of_key(text: &str, key: &str) -> Place {
+    let found = text.lines().position(|line| {
+        let line = line.trim_start().trim_start_matches(['[', '"', '\'', ' ']);
+        line.strip_prefix(key)
+            .is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
+    });
+    match found {
+        Some(index) => Place::default().line(index as u64 + 1),
+        None => Place::default(),
     }
 }

@@ -1,24 +1,234 @@
-//! Text tables.
+//! Text tables: CSV and its relatives.
+//!
+//! A table is read in three steps: its bytes become UTF-8 text ([`encoding`]), its separator,
+//! comments and line lengths are found and checked ([`dialect`]), and its header says what the
+//! columns hold ([`header`]). Only then are the rows read, the needed columns alone.
+//!
+//! What the file does not say is asked for, not guessed: a missing unit or time is an error,
+//! and so is a header that does not fit its rows. Units never come from a comment.
 
-use super::{Limits, ReadOptions, ReadOutcome, Selection, source::Reader};
-use crate::error::Error;
+mod dialect;
+mod encoding;
+mod header;
+mod layout;
+mod number;
+mod rows;
+
+use super::source::Reader;
+use super::time_base::TimeBase;
+use super::{Channel, Finding, Limits, ReadOptions, ReadOutcome, Selection};
+use crate::error::{Error, ErrorKind, Place};
+use crate::units::{AccelerationUnit, SampleRate};
+use layout::{Layout, TimeSource};
+use rows::{Fate, Rows};
+
+/// Rates outside of which a stated unit of time is doubted [Hz].
+const PLAUSIBLE_STATED: (f64, f64) = (1.0, 10e6);
+
+/// Rates outside of which an assumed unit of time is doubted [Hz]; no crash recording is slower.
+const PLAUSIBLE_ASSUMED: (f64, f64) = (250.0, 10e6);
+
+/// Largest relative difference between the rate of a time column and a stated one [-].
+const RATE_AGREEMENT: f64 = 1e-3;
 
 /// Tells whether the head looks like text.
 #[must_use]
-pub fn recognises(_head: &[u8], _file_name: &str) -> bool {
-    true
+pub fn recognises(head: &[u8], _file_name: &str) -> bool {
+    encoding::looks_like_text(head)
 }
 
 /// Reads a text table.
 ///
 /// # Errors
 ///
-/// Any kind of the reader.
+/// - [`ErrorKind::Empty`] without a data row,
+/// - [`ErrorKind::MissingTime`] and [`ErrorKind::MissingUnit`] where neither file nor options say,
+/// - [`ErrorKind::NoSuchChannel`], [`ErrorKind::AmbiguousChannel`] or [`ErrorKind::NoChannel`]
+///   where the channel is not clear,
+/// - [`ErrorKind::Malformed`], [`ErrorKind::NonFinite`], [`ErrorKind::RaggedRow`] or
+///   [`ErrorKind::TimeNotIncreasing`] at the line and column of the first bad cell,
+/// - [`ErrorKind::LimitExceeded`] where the file is larger than allowed.
 pub fn read(
-    _source: &mut Reader,
-    _options: &ReadOptions,
-    _selection: Selection,
-    _limits: &Limits,
+    source: &mut Reader,
+    options: &ReadOptions,
+    selection: Selection,
+    limits: &Limits,
 ) -> Result<ReadOutcome, Error> {
-    Ok(ReadOutcome::default())
+    let bytes = source.read_all("text_bytes", limits.text_bytes)?;
+    let (mut text, mut findings) = encoding::decode(bytes)?;
+    let named = dialect::mark_lines(&mut text, limits)?;
+    let separator = named.unwrap_or_else(|| dialect::find_separator(&text));
+    if separator == dialect::Separator::Blanks {
+        text = dialect::collapse_blanks(&text);
+    }
+    let quoted = text.contains(&b'"');
+    dialect::check_lines(&text, separator, quoted, limits)?;
+    let layout = Layout::find(&text, separator, quoted, options, &mut findings)?;
+    let Some(time) = layout.time_or_left_out(options, selection, &mut findings)? else {
+        return Ok(ReadOutcome {
+            channels: Vec::new(),
+            findings,
+        });
+    };
+    let choice = layout.choose(options, selection, &time)?;
+    let rows = Rows::read(&text, &layout, &time, &choice.columns, selection, limits)?;
+    if rows.decimal_comma {
+        findings.push(Finding::info(
+            "decimal-comma",
+            "the numbers are written with a decimal comma",
+        ));
+    }
+    let base = find_base(&rows, &layout, &time, options, limits, &mut findings)?;
+    let zero = options.time_zero_s.unwrap_or(0.0);
+    let mut channels = Vec::with_capacity(choice.columns.len());
+    for (index, fate) in choice.columns.iter().zip(rows.values) {
+        let column = &layout.columns[*index];
+        let values = match fate {
+            Fate::Kept(values) => values,
+            Fate::LeftOut(why) => {
+                findings.push(Finding::warning(
+                    "channel-left-out",
+                    format!("{} is left out: {why}", column.name),
+                ));
+                continue;
+            }
+        };
+        let values = match &base.fitted {
+            Some(fitted) => fitted.apply(&rows.stamps_s, values)?,
+            None => values,
+        };
+        let (unit, unit_source, unit_finding) = unit_of(column, options);
+        if unit.is_none() && selection == Selection::Lateral {
+            return Err(Error::from(ErrorKind::MissingUnit)
+                .at(Place::default().channel(column.name.clone())));
+        }
+        let mut own = choice.findings.clone();
+        own.extend(unit_finding);
+        own.extend(base.findings.iter().cloned().map(|mut finding| {
+            finding.at_s = finding.at_s.map(|at| at - zero);
+            finding
+        }));
+        channels.push(Channel {
+            name: column.name.clone(),
+            unit,
+            unit_source,
+            start_s: base.start_s - zero,
+            rate: base.rate,
+            values,
+            findings: own,
+        });
+    }
+    Ok(ReadOutcome { channels, findings })
+}
+
+/// The time base of a table, with the fit if there is a time column.
+struct Base {
+    start_s: f64,
+    rate: SampleRate,
+    findings: Vec<Finding>,
+    fitted: Option<TimeBase>,
+}
+
+fn find_base(
+    rows: &Rows,
+    layout: &Layout,
+    time: &TimeSource,
+    options: &ReadOptions,
+    limits: &Limits,
+    findings: &mut Vec<Finding>,
+) -> Result<Base, Error> {
+    let (column, unit_stated) = match time {
+        TimeSource::Rate(rate) => {
+            if rows.count < 2 {
+                return Err(ErrorKind::TooShort {
+                    what: "a recording",
+                    needed: 2,
+                    found: rows.count,
+                }
+                .into());
+            }
+            return Ok(Base {
+                start_s: 0.0,
+                rate: *rate,
+                findings: Vec::new(),
+                fitted: None,
+            });
+        }
+        TimeSource::Column {
+            index, unit_stated, ..
+        } => (*index, *unit_stated),
+    };
+    let fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, limits)?;
+    let rate = fitted.rate.hertz();
+    if let Some(stated) = options.rate_hz
+        && (stated - rate).abs() > RATE_AGREEMENT * rate
+    {
+        return Err(Error::from(ErrorKind::Malformed {
+            expected: format!("a rate of {stated} Hz, as option or card say"),
+            found: format!(
+                "{rate} Hz by the time column `{}`",
+                layout.columns[column].name
+            ),
+            hint: "state --time-unit, or leave out the rate".into(),
+        }));
+    }
+    let (low, high) = if unit_stated {
+        PLAUSIBLE_STATED
+    } else {
+        PLAUSIBLE_ASSUMED
+    };
+    if !(low..=high).contains(&rate) {
+        findings.push(Finding::warning(
+            "time-unit-implausible",
+            format!(
+                "the time column `{}` gives {rate} Hz, which no crash recording has; state its unit with --time-unit s|ms|us",
+                layout.columns[column].name
+            ),
+        ));
+    }
+    Ok(Base {
+        start_s: fitted.start_s,
+        rate: fitted.rate,
+        findings: fitted.findings.clone(),
+        fitted: Some(fitted),
+    })
+}
+
+/// Returns the unit of a column, what states it, and a finding if option and file disagree.
+fn unit_of(
+    column: &header::Column,
+    options: &ReadOptions,
+) -> (Option<AccelerationUnit>, &'static str, Option<Finding>) {
+    let Some(unit) = options.unit else {
+        let source = if column.unit.is_some() {
+            column.unit_source
+        } else {
+            "none"
+        };
+        return (column.unit, source, None);
+    };
+    let source = if options.unit_from_card {
+        "card"
+    } else {
+        "option"
+    };
+    let finding = match &column.unit_text {
+        Some(text) if column.unit != Some(unit) => Some(Finding::warning(
+            "unit-overridden",
+            format!(
+                "the {} says `{text}` for `{}`, the {source} says `{}`, which was used",
+                column.unit_source,
+                column.name,
+                unit.name()
+            ),
+        )),
+        _ => None,
+    };
+    (Some(unit), source, finding)
+}
+
+/// Returns the line, counted from 1, in which the byte at `position` stands.
+pub(super) fn line_at(text: &[u8], position: usize) -> u64 {
+    let before = &text[..position.min(text.len())];
+    before.iter().filter(|byte| **byte == b'\n').count() as u64 + 1
 }

@@ -11,6 +11,8 @@ pub struct Limits {
     pub samples: u64,
     /// Columns of a table.
     pub columns: u64,
+    /// Cells of a table kept as numbers when every channel is read.
+    pub table_cells: u64,
     /// Bytes of one line of text.
     pub line_bytes: u64,
     /// Bytes of one MCAP record, a chunk included.
@@ -28,6 +30,7 @@ impl Default for Limits {
             settings_bytes: 1 << 20,
             samples: 8_000_000,
             columns: 4096,
+            table_cells: 48_000_000,
             line_bytes: 1 << 20,
             mcap_record_bytes: 64 << 20,
             mcap_chunk_bytes: 64 << 20,

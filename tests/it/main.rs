@@ -10,4 +10,15 @@
 )]
 
 mod bad_files_mcap;
+mod conditioning;
+mod conditioning_cfc;
+mod conditioning_quality;
+mod conditioning_resample;
+mod conditioning_spectrum;
+mod conditioning_support;
+mod csv;
 mod mcap;
+mod pictures;
+mod reference;
+mod signals;
+mod tidy;

@@ -1,0 +1,173 @@
+//! Real roots of short polynomials on an interval, found in order and without misses.
+//!
+//! A polynomial is given by its coefficients in rising powers. Roots are isolated by the
+//! sign variations of the Bernstein coefficients (Descartes' rule on an interval, after
+//! Lane and Riesenfeld 1981), which cannot overlook a pair of close roots as a test of the
+//! end values does, and refined by Newton's method kept inside the bracket.
+
+/// Largest number of coefficients.
+pub const CAPACITY: usize = 24;
+
+/// Halvings after which two roots count as one point that is touched, not crossed.
+const DEPTH_MAX: u32 = 50;
+
+/// Returns the value at `x`.
+#[inline]
+#[must_use]
+pub fn evaluate(coefficients: &[f64], x: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
+}
+
+/// Returns the value and the derivative at `x`.
+#[inline]
+#[must_use]
+pub fn evaluate_with_derivative(coefficients: &[f64], x: f64) -> (f64, f64) {
+    let mut value = 0.0;
+    let mut derivative = 0.0;
+    for c in coefficients.iter().rev() {
+        derivative = derivative * x + value;
+        value = value * x + c;
+    }
+    (value, derivative)
+}
+
+/// Visits the sign changes on (0, `end`) from left to right with their place and whether the
+/// polynomial rises there; stops when `visit` returns false.
+///
+/// A point that is touched without a change of sign is not visited. Coefficients beyond
+/// [`CAPACITY`] are not looked at.
+pub fn sign_changes(coefficients: &[f64], end: f64, visit: &mut impl FnMut(f64, bool) -> bool) {
+    let count = coefficients.len().min(CAPACITY);
+    if count < 2 {
+        return;
+    }
+    let coefficients = &coefficients[..count];
+    let bernstein = to_bernstein(coefficients, end);
+    isolate(coefficients, &bernstein[..count], 0.0, end, 0, visit);
+}
+
+/// Returns the first place in (0, `end`) where the polynomial falls through zero.
+#[must_use]
+pub fn first_fall(coefficients: &[f64], end: f64) -> Option<f64> {
+    let mut found = None;
+    sign_changes(coefficients, end, &mut |x, rises| {
+        if !rises {
+            found = Some(x);
+        }
+        rises
+    });
+    found
+}
+
+/// Bernstein coefficients on [0, end]: b_i = Σ_{j≤i} C(i,j)/C(n,j) c_j end^j.
+fn to_bernstein(coefficients: &[f64], end: f64) -> [f64; CAPACITY] {
+    let n = coefficients.len() - 1;
+    let mut b = [0.0; CAPACITY];
+    // c_j end^j / C(n,j), then repeated sums: b_i = Σ_j C(i,j) d_j by Pascal's rule in place.
+    let mut power = 1.0;
+    let mut binomial = 1.0;
+    for (j, c) in coefficients.iter().enumerate() {
+        b[j] = c * power / binomial;
+        power *= end;
+        #[expect(clippy::cast_precision_loss, reason = "at most CAPACITY")]
+        {
+            binomial = binomial * (n - j) as f64 / (j + 1) as f64;
+        }
+    }
+    for level in 1..=n {
+        for i in (level..=n).rev() {
+            b[i] += b[i - 1];
+        }
+    }
+    b
+}
+
+fn isolate(
+    coefficients: &[f64],
+    bernstein: &[f64],
+    low: f64,
+    high: f64,
+    depth: u32,
+    visit: &mut impl FnMut(f64, bool) -> bool,
+) -> bool {
+    let mut variations = 0;
+    let mut last = 0.0;
+    for &b in bernstein {
+        if b * last < 0.0 || (last != 0.0 && b != 0.0 && (b < 0.0) != (last < 0.0)) {
+            variations += 1;
+        }
+        if b != 0.0 {
+            last = b;
+        }
+    }
+    if variations == 0 {
+        return true;
+    }
+    let n = bernstein.len() - 1;
+    let (first, end) = (bernstein[0], bernstein[n]);
+    if variations == 1 && first != 0.0 && end != 0.0 {
+        return visit(refine(coefficients, low, high, end > 0.0), end > 0.0);
+    }
+    if depth >= DEPTH_MAX {
+        return true;
+    }
+    // de Casteljau at the middle: the left coefficients grow along the edge of the triangle.
+    let mut left = [0.0; CAPACITY];
+    let mut right = [0.0; CAPACITY];
+    right[..=n].copy_from_slice(bernstein);
+    for i in 0..=n {
+        left[i] = right[0];
+        for j in 0..n - i {
+            right[j] = 0.5 * (right[j] + right[j + 1]);
+        }
+    }
+    // The last pass leaves the right half in reverse growth: right[j] is the value at level n−j.
+    let middle = 0.5 * (low + high);
+    let go_on = isolate(coefficients, &left[..=n], low, middle, depth + 1, visit);
+    if !go_on {
+        return false;
+    }
+    if left[n] == 0.0 && left[..n].iter().any(|b| *b != 0.0) && crosses(&left[..=n], &right[..=n]) {
+        let rises = right[1..=n]
+            .iter()
+            .find(|b| **b != 0.0)
+            .is_some_and(|b| *b > 0.0);
+        if !visit(middle, rises) {
+            return false;
+        }
+    }
+    isolate(coefficients, &right[..=n], middle, high, depth + 1, visit)
+}
+
+/// Tells whether a zero exactly at the joint of two halves is a change of sign.
+fn crosses(left: &[f64], right: &[f64]) -> bool {
+    let before = left.iter().rev().find(|b| **b != 0.0);
+    let after = right.iter().find(|b| **b != 0.0);
+    matches!((before, after), (Some(b), Some(a)) if (*b < 0.0) != (*a < 0.0))
+}
+
+/// Newton's method inside a bracket with one simple root.
+fn refine(coefficients: &[f64], low: f64, high: f64, rises: bool) -> f64 {
+    let (mut low, mut high) = (low, high);
+    let mut x = 0.5 * (low + high);
+    for _ in 0..80 {
+        let (value, derivative) = evaluate_with_derivative(coefficients, x);
+        if (value > 0.0) == rises {
+            high = x;
+        } else {
+            low = x;
+        }
+        let newton = x - value / derivative;
+        let next = if newton > low && newton < high {
+            newton
+        } else {
+            0.5 * (low + high)
+        };
+        let moved = (next - x).abs();
+        x = next;
+        if moved <= 2.0 * f64::EPSILON * x.abs() || high - low <= f64::EPSILON * high.abs() {
+            break;
+        }
+    }
+    x
+}

@@ -1,0 +1,287 @@
+//! Dialects: comment lines, separators and quotes of a table, found in its first rows and
+//! checked on every line before the table is read.
+//!
+//! Every line is measured here first, because a table reader stores one number per cell: 256 MiB
+//! of commas on one line would cost gigabytes there.
+
+use super::line_at;
+use super::number;
+use crate::error::{Error, ErrorKind, Place};
+use crate::recording::Limits;
+
+/// Rows from which the separator is found.
+const SAMPLE_ROWS: usize = 64;
+
+/// What separates the cells of a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Separator {
+    Tab,
+    Semicolon,
+    Comma,
+    /// Runs of blanks and tabs.
+    Blanks,
+    /// Nothing: one column.
+    None,
+}
+
+impl Separator {
+    /// The candidates; where two explain a table equally well, the first is meant.
+    const CANDIDATES: [Self; 4] = [Self::Tab, Self::Semicolon, Self::Comma, Self::Blanks];
+
+    /// Returns the byte that the table reader splits at.
+    pub(super) fn byte(self) -> u8 {
+        match self {
+            Self::Tab => b'\t',
+            Self::Semicolon => b';',
+            Self::Comma => b',',
+            Self::Blanks => b' ',
+            // The unit separator of ASCII, which no text table holds.
+            Self::None => 0x1F,
+        }
+    }
+}
+
+/// Measures every line and marks what is no row: comments (`#`, `%`, `//`), empty lines and a
+/// spreadsheet's `sep=;` get a `#` as their first byte. Returns the separator that such a line names.
+///
+/// # Errors
+///
+/// [`ErrorKind::LimitExceeded`] at the first line with too many bytes or separators.
+pub(super) fn mark_lines(text: &mut [u8], limits: &Limits) -> Result<Option<Separator>, Error> {
+    let mut named = None;
+    let mut seen_row = false;
+    for (index, line) in text.split_inclusive_mut(|byte| *byte == b'\n').enumerate() {
+        let place = || Place::default().line(index as u64 + 1);
+        if line.len() as u64 > limits.line_bytes {
+            return Err(over("line_bytes", limits.line_bytes, "a longer line").at(place()));
+        }
+        let start = line.trim_ascii_start();
+        if start.is_empty() {
+            // The table reader skips a bare line end by itself, and it must stay one.
+            if !matches!(line[0], b'\r' | b'\n') {
+                line[0] = b'#';
+            }
+            continue;
+        }
+        if start.starts_with(b"#") || start.starts_with(b"%") || start.starts_with(b"//") {
+            line[0] = b'#';
+            continue;
+        }
+        if !seen_row {
+            seen_row = true;
+            let separator = match start.trim_ascii_end() {
+                b"sep=;" => Some(Separator::Semicolon),
+                b"sep=," => Some(Separator::Comma),
+                b"sep=" | b"sep=\t" => Some(Separator::Tab),
+                _ => None,
+            };
+            if separator.is_some() {
+                named = separator;
+                line[0] = b'#';
+                continue;
+            }
+        }
+        if line.len() as u64 > limits.columns {
+            for separator in [b',', b';', b'\t'] {
+                check_columns(line, separator, limits).map_err(|error| error.at(place()))?;
+            }
+        }
+    }
+    Ok(named)
+}
+
+/// Finds the separator from the first rows: the one under which most of them have equally
+/// many cells that are numbers.
+pub(super) fn find_separator(text: &[u8]) -> Separator {
+    let sample = sample(text);
+    let mut best = (Separator::None, 0.0);
+    for candidate in Separator::CANDIDATES {
+        let score = if candidate == Separator::Blanks {
+            score(&collapse_blanks(sample), candidate)
+        } else {
+            score(sample, candidate)
+        };
+        if score > best.1 {
+            best = (candidate, score);
+        }
+    }
+    best.0
+}
+
+/// Returns the first rows, whole.
+fn sample(text: &[u8]) -> &[u8] {
+    let mut rows = 0;
+    let mut end = 0;
+    for line in text.split_inclusive(|byte| *byte == b'\n') {
+        end += line.len();
+        if is_row(line) {
+            rows += 1;
+            if rows == SAMPLE_ROWS {
+                break;
+            }
+        }
+    }
+    &text[..end]
+}
+
+/// Tells whether a marked line is a row.
+pub(super) fn is_row(line: &[u8]) -> bool {
+    !matches!(line.first(), None | Some(b'#' | b'\r' | b'\n'))
+}
+
+fn score(sample: &[u8], separator: Separator) -> f64 {
+    let mut rows: Vec<(usize, f64)> = Vec::with_capacity(SAMPLE_ROWS);
+    let mut reader = reader(sample, separator, true);
+    let mut record = ::csv::ByteRecord::new();
+    while let Ok(true) = reader.read_byte_record(&mut record) {
+        let (mut filled, mut numbers) = (0_u32, 0_u32);
+        for cell in &record {
+            filled += u32::from(!cell.trim_ascii().is_empty());
+            numbers += u32::from(number::is_numeric(cell));
+        }
+        rows.push((
+            record.len(),
+            f64::from(numbers) / f64::from(filled).max(1.0),
+        ));
+    }
+    // The commonest number of cells; among equally common ones, that of the last rows.
+    let common = rows
+        .iter()
+        .map(|(cells, _)| *cells)
+        .max_by_key(|cells| rows.iter().filter(|(other, _)| other == cells).count());
+    match common {
+        // A header counts a little, so that a file with nothing else is split as well.
+        Some(common) if common >= 2 => rows
+            .iter()
+            .filter(|(cells, _)| *cells == common)
+            .map(|(_, numbers)| 1.0 + 100.0 * numbers)
+            .sum(),
+        _ => 0.0,
+    }
+}
+
+/// Replaces each run of blanks and tabs by one blank and drops those at the ends of lines.
+pub(super) fn collapse_blanks(text: &[u8]) -> Vec<u8> {
+    let mut result = Vec::with_capacity(text.len());
+    for line in text.split_inclusive(|byte| *byte == b'\n') {
+        let mut pending = false;
+        for byte in line.trim_ascii() {
+            if matches!(byte, b' ' | b'\t') {
+                pending = true;
+            } else {
+                if pending {
+                    result.push(b' ');
+                    pending = false;
+                }
+                result.push(*byte);
+            }
+        }
+        if line.ends_with(b"\n") {
+            result.push(b'\n');
+        }
+    }
+    result
+}
+
+/// Checks what only the chosen separator tells: the columns of each line, and that no quoted
+/// cell runs over a line's end.
+///
+/// # Errors
+///
+/// [`ErrorKind::LimitExceeded`] or [`ErrorKind::Malformed`] at the first bad line.
+pub(super) fn check_lines(
+    text: &[u8],
+    separator: Separator,
+    quoted: bool,
+    limits: &Limits,
+) -> Result<(), Error> {
+    if !quoted && separator != Separator::Blanks {
+        return Ok(());
+    }
+    for (index, line) in text.split(|byte| *byte == b'\n').enumerate() {
+        if !is_row(line) {
+            continue;
+        }
+        let place = || Place::default().line(index as u64 + 1);
+        if line.len() as u64 > limits.columns {
+            check_columns(line, separator.byte(), limits).map_err(|error| error.at(place()))?;
+        }
+        if quoted && ends_inside_quotes(line, separator.byte()) {
+            return Err(Error::from(ErrorKind::Malformed {
+                expected: "a quoted cell to end on its line".into(),
+                found: "no closing quote".into(),
+                hint: "add the quote, or remove the line break in the cell".into(),
+            })
+            .at(place()));
+        }
+    }
+    Ok(())
+}
+
+/// Follows the quoting rule of the table reader: a quote opens at the start of a cell only,
+/// and two quotes inside stand for one.
+fn ends_inside_quotes(line: &[u8], separator: u8) -> bool {
+    let mut at_start = true;
+    let mut inside = false;
+    for byte in line {
+        if inside {
+            // A doubled quote closes and at once opens again.
+            if *byte == b'"' {
+                inside = false;
+                at_start = true;
+            }
+        } else if *byte == b'"' && at_start {
+            inside = true;
+        } else {
+            at_start = *byte == separator;
+        }
+    }
+    inside
+}
+
+fn check_columns(line: &[u8], separator: u8, limits: &Limits) -> Result<(), Error> {
+    let mut cells = 1_u64;
+    for byte in line {
+        cells += u64::from(*byte == separator);
+    }
+    if cells > limits.columns {
+        return Err(over(
+            "columns",
+            limits.columns,
+            &format!("{cells} cells on a line"),
+        ));
+    }
+    Ok(())
+}
+
+fn over(limit: &'static str, value: u64, found: &str) -> Error {
+    ErrorKind::LimitExceeded {
+        limit,
+        value,
+        found: found.into(),
+    }
+    .into()
+}
+
+/// Opens a table reader on marked text.
+pub(super) fn reader(text: &[u8], separator: Separator, quoted: bool) -> ::csv::Reader<&[u8]> {
+    ::csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .delimiter(separator.byte())
+        .comment(Some(b'#'))
+        .quoting(quoted)
+        .buffer_capacity(1 << 16)
+        .from_reader(text)
+}
+
+/// Returns the line on which the record stands that the table reader began at `byte`; it may
+/// have begun with comments and empty lines.
+pub(super) fn line_of_record(text: &[u8], byte: u64) -> u64 {
+    let start = usize::try_from(byte).unwrap_or(usize::MAX).min(text.len());
+    let before = text[start..]
+        .split_inclusive(|byte| *byte == b'\n')
+        .take_while(|line| !is_row(line))
+        .count();
+    line_at(text, start) + before as u64
+}

@@ -1,0 +1,132 @@
+//! Encodings: from a file's bytes to UTF-8 text whose lines end with a line feed.
+
+use super::line_at;
+use crate::error::{Error, ErrorKind, Place};
+use crate::recording::Finding;
+
+/// Characters of Windows-1252 from 0x80 to 0x9F. The five bytes that it leaves undefined keep
+/// their Latin-1 control characters, as WHATWG's Encoding Standard has it.
+const WINDOWS_1252: [char; 32] = [
+    '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž', '\u{8f}',
+    '\u{90}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}', 'ž', 'Ÿ',
+];
+
+/// Tells whether the head looks like text: marked UTF-16, or free of control characters
+/// other than tab, line ends and form feed.
+pub(super) fn looks_like_text(head: &[u8]) -> bool {
+    if is_utf_16(head) {
+        return true;
+    }
+    let body = head.strip_suffix(b"\x1a").unwrap_or(head);
+    !body
+        .iter()
+        .any(|byte| matches!(byte, 0x00..=0x08 | 0x0E..=0x1F | 0x7F))
+}
+
+/// Decodes a file to UTF-8 with `\n` or `\r\n` at its line ends.
+///
+/// # Errors
+///
+/// [`ErrorKind::Malformed`] at the line where the bytes are not in the encoding that the file
+/// is marked with, or hold a NUL character.
+pub(super) fn decode(bytes: Vec<u8>) -> Result<(Vec<u8>, Vec<Finding>), Error> {
+    let mut findings = Vec::new();
+    let mut text = if is_utf_16(&bytes) {
+        decode_utf_16(&bytes)?
+    } else if bytes.starts_with(b"\xEF\xBB\xBF") {
+        let body = bytes[3..].to_vec();
+        if let Err(error) = std::str::from_utf8(&body) {
+            return Err(wrong_encoding("UTF-8", line_at(&body, error.valid_up_to())));
+        }
+        body
+    } else if std::str::from_utf8(&bytes).is_ok() {
+        bytes
+    } else {
+        findings.push(Finding::info(
+            "encoding-assumed",
+            "the text is not UTF-8 and was read as Windows-1252; only names and comments depend on it",
+        ));
+        decode_windows_1252(&bytes)
+    };
+    // Text files of DOS may end with Ctrl-Z.
+    if text.last() == Some(&0x1A) {
+        text.pop();
+    }
+    if let Some(position) = text.iter().position(|byte| *byte == 0) {
+        return Err(Error::from(ErrorKind::Malformed {
+            expected: "text".into(),
+            found: "a NUL character".into(),
+            hint: "the file is binary, damaged, or UTF-16 without its mark; export it as UTF-8"
+                .into(),
+        })
+        .at(Place::default().line(line_at(&text, position))));
+    }
+    end_lines_with_line_feeds(&mut text);
+    Ok((text, findings))
+}
+
+fn is_utf_16(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF")
+}
+
+fn decode_utf_16(bytes: &[u8]) -> Result<Vec<u8>, Error> {
+    let little = bytes[0] == 0xFF;
+    let pairs = bytes[2..].chunks_exact(2);
+    let odd = !pairs.remainder().is_empty();
+    let units = pairs.map(|pair| {
+        if little {
+            u16::from_le_bytes([pair[0], pair[1]])
+        } else {
+            u16::from_be_bytes([pair[0], pair[1]])
+        }
+    });
+    let mut text = String::with_capacity(bytes.len() / 2);
+    for character in char::decode_utf16(units) {
+        match character {
+            Ok(character) => text.push(character),
+            Err(_) => {
+                return Err(wrong_encoding(
+                    "UTF-16",
+                    line_at(text.as_bytes(), text.len()),
+                ));
+            }
+        }
+    }
+    if odd {
+        return Err(wrong_encoding(
+            "UTF-16",
+            line_at(text.as_bytes(), text.len()),
+        ));
+    }
+    Ok(text.into_bytes())
+}
+
+fn decode_windows_1252(bytes: &[u8]) -> Vec<u8> {
+    let mut text = String::with_capacity(bytes.len() + bytes.len() / 16);
+    for byte in bytes {
+        text.push(match byte {
+            0x80..=0x9F => WINDOWS_1252[usize::from(byte - 0x80)],
+            other => char::from(*other),
+        });
+    }
+    text.into_bytes()
+}
+
+/// Turns a carriage return that stands alone, the line end of old Macintosh files, into a
+/// line feed.
+fn end_lines_with_line_feeds(text: &mut [u8]) {
+    for index in 0..text.len() {
+        if text[index] == b'\r' && text.get(index + 1) != Some(&b'\n') {
+            text[index] = b'\n';
+        }
+    }
+}
+
+fn wrong_encoding(name: &str, line: u64) -> Error {
+    Error::from(ErrorKind::Malformed {
+        expected: format!("{name}, as the file is marked"),
+        found: "other bytes".into(),
+        hint: "the file is damaged or cut; export it again".into(),
+    })
+    .at(Place::default().line(line))
+}

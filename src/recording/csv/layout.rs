@@ -1,0 +1,625 @@
+//! Layouts: which rows are header, which column is time, which one is the lateral acceleration.
+
+use super::dialect::{self, Separator};
+use super::header::{Column, is_known_unit};
+use super::number::{self, Decimal};
+use super::rows::{next, shown};
+use crate::error::{Error, ErrorKind, Place};
+use crate::recording::{Finding, ReadOptions, Selection};
+use crate::units::{SampleRate, TimeUnit};
+use ::csv::ByteRecord;
+
+/// Data rows from which the meaning of an unnamed first column is found.
+const SAMPLE_ROWS: usize = 64;
+
+/// Where the time of the samples comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum TimeSource {
+    /// A column.
+    Column {
+        /// Its index, counted from 0.
+        index: usize,
+        /// The unit of its stamps.
+        unit: TimeUnit,
+        /// Whether option, card or file state that unit.
+        unit_stated: bool,
+    },
+    /// A stated rate.
+    Rate(SampleRate),
+}
+
+/// The columns to read, and what is to be said about the choice.
+#[derive(Debug, Default)]
+pub(super) struct Choice {
+    /// Indices, counted from 0.
+    pub(super) columns: Vec<usize>,
+    pub(super) findings: Vec<Finding>,
+}
+
+/// How a table is laid out.
+#[derive(Debug)]
+pub(super) struct Layout {
+    pub(super) separator: Separator,
+    /// Whether there are quotes in the text.
+    pub(super) quoted: bool,
+    /// Rows before the data.
+    pub(super) header_rows: usize,
+    pub(super) columns: Vec<Column>,
+    /// Cells of each data row, empty ones after the last column included.
+    cells: usize,
+    /// Whether a column's first cell is a number.
+    numeric: Vec<bool>,
+    /// Whether a header names the columns.
+    named: bool,
+    /// The first cells of the first column, as numbers.
+    first_column: Vec<f64>,
+}
+
+impl Layout {
+    /// Finds the layout from the first rows.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Empty`] without a data row, [`ErrorKind::Malformed`] where header and rows do
+    /// not fit one another.
+    pub(super) fn find(
+        text: &[u8],
+        separator: Separator,
+        quoted: bool,
+        options: &ReadOptions,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Self, Error> {
+        let rows = first_rows(text, separator, quoted)?;
+        let header_rows = count_header_rows(text, &rows)?;
+        let data = &rows[header_rows..];
+        let first = &data[0];
+        let (columns, named) = if header_rows == 0 {
+            refuse_split_decimals(text, separator, data)?;
+            (unnamed(filled_cells(first)), false)
+        } else {
+            match name_columns(&rows[..header_rows], first) {
+                Ok(columns) => (columns, true),
+                Err(found) if chosen_by_number(options) => {
+                    findings.push(Finding::warning(
+                        "header-mismatch",
+                        format!("the header has {found} cells and the rows have {}; the header was left aside, the columns were taken by number", first.len()),
+                    ));
+                    (unnamed(filled_cells(first)), false)
+                }
+                Err(found) => {
+                    return Err(Error::from(ErrorKind::Malformed {
+                        expected: format!("{} header cells, as many as the rows have", first.len()),
+                        found: format!("{found}"),
+                        hint: "mend the header, or choose --channel and --time-column by number; numbers with a decimal comma need ; or tabs between them".into(),
+                    })
+                    .at(line_of(text, &rows[0])));
+                }
+            }
+        };
+        let layout = Self {
+            separator,
+            quoted,
+            header_rows,
+            cells: first.len(),
+            numeric: (0..columns.len())
+                .map(|index| first.get(index).is_some_and(number::is_numeric))
+                .collect(),
+            columns,
+            named,
+            first_column: data
+                .iter()
+                .filter_map(|row| number::parse(row.get(0)?, &mut Decimal::Unknown).ok())
+                .collect(),
+        };
+        layout.refuse_contradicting_units(text, &rows)?;
+        Ok(layout)
+    }
+
+    /// Checks that a data row has the cells of the first one.
+    ///
+    /// # Errors
+    ///
+    /// The index of the cell with [`ErrorKind::RaggedRow`], or [`ErrorKind::Malformed`] for
+    /// content after the last column.
+    pub(super) fn check_row(&self, row: &ByteRecord) -> Result<(), (usize, Error)> {
+        if row.len() != self.cells {
+            return Err((
+                row.len(),
+                ErrorKind::RaggedRow {
+                    expected: self.cells,
+                    found: row.len(),
+                }
+                .into(),
+            ));
+        }
+        for index in self.columns.len()..self.cells {
+            let cell = &row[index];
+            if !cell.trim_ascii().is_empty() {
+                return Err((
+                    index,
+                    ErrorKind::Malformed {
+                        expected: "nothing after the last column".into(),
+                        found: format!("`{}`", shown(cell)),
+                        hint: "name the column in the header, or remove the cell".into(),
+                    }
+                    .into(),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Finds where the time comes from; without it, `None` and a finding if every channel was
+    /// asked for.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::MissingTime`] if nothing says, [`ErrorKind::UnknownName`] for a column that is
+    /// not there, [`ErrorKind::Malformed`] for several time columns or an unknown unit.
+    pub(super) fn time_or_left_out(
+        &self,
+        options: &ReadOptions,
+        selection: Selection,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Option<TimeSource>, Error> {
+        match self.find_time_column(options)? {
+            Some(index) => self.time_column(index, options, findings).map(Some),
+            None => match options.rate_hz {
+                Some(rate) => Ok(Some(TimeSource::Rate(SampleRate::from_hertz(rate)?))),
+                None if selection == Selection::Every => {
+                    findings.push(Finding::warning(
+                        "time-missing",
+                        format!(
+                            "no time column and no sample rate, so no channel can be read; the columns are: {}; name the time with --time-column NAME or state --rate-hz HZ",
+                            self.list(0..self.columns.len())
+                        ),
+                    ));
+                    Ok(None)
+                }
+                None => Err(ErrorKind::MissingTime.into()),
+            },
+        }
+    }
+
+    fn find_time_column(&self, options: &ReadOptions) -> Result<Option<usize>, Error> {
+        if let Some(wanted) = &options.time_column {
+            return self.find_column(wanted, "time column").map(Some);
+        }
+        let of = |wanted: &dyn Fn(usize) -> bool| -> Vec<usize> {
+            (0..self.columns.len()).filter(|i| wanted(*i)).collect()
+        };
+        let mut found = of(&|i| self.numeric[i] && self.columns[i].says_time());
+        if found.is_empty() {
+            found = of(&|i| self.numeric[i] && self.columns[i].time_unit.is_some());
+        }
+        if found.is_empty() && options.rate_hz.is_none() {
+            // Stamps that are no numbers, such as dates: reading them says so, at the cell.
+            found = of(&|i| self.columns[i].says_time());
+        }
+        match found.as_slice() {
+            [only] => Ok(Some(*only)),
+            [] => Ok(self.unnamed_time(options)),
+            several => Err(ErrorKind::Malformed {
+                expected: "one time column".into(),
+                found: self.list(several.iter().copied()),
+                hint: "choose one with --time-column NAME".into(),
+            }
+            .into()),
+        }
+    }
+
+    /// Returns the first column if nothing is named and its numbers run like time.
+    fn unnamed_time(&self, options: &ReadOptions) -> Option<usize> {
+        let numbers = &self.first_column;
+        if self.named || self.columns.len() < 2 || numbers.is_empty() {
+            return None;
+        }
+        if self.counts_up(0) && options.time_unit.is_none() {
+            return None;
+        }
+        let steps: Vec<f64> = numbers.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        // One step back in many is a fault of the stamps, to be told where they are read.
+        let back = steps.iter().filter(|step| **step <= 0.0).count();
+        if back * 10 > steps.len() {
+            return None;
+        }
+        let per_second = options.time_unit.unwrap_or(TimeUnit::Second).per_second();
+        let agrees = options.rate_hz.is_none_or(|rate| {
+            let steps_off = |step: &f64| (step / per_second * rate - 1.0).abs();
+            steps.iter().filter(|step| steps_off(step) < 0.5).count() * 2 > steps.len()
+        });
+        agrees.then_some(0)
+    }
+
+    fn time_column(
+        &self,
+        index: usize,
+        options: &ReadOptions,
+        findings: &mut Vec<Finding>,
+    ) -> Result<TimeSource, Error> {
+        let column = &self.columns[index];
+        let unit = match (options.time_unit, column.time_unit) {
+            (Some(stated), Some(own)) if stated != own => {
+                findings.push(Finding::warning(
+                    "time-unit-overridden",
+                    format!(
+                        "the {} says `{}` for `{}`, the option says `{}`, which was used",
+                        column.unit_source,
+                        own.name(),
+                        column.name,
+                        stated.name()
+                    ),
+                ));
+                Some(stated)
+            }
+            (Some(unit), _) | (None, Some(unit)) => Some(unit),
+            (None, None) => None,
+        };
+        if unit.is_none() && (column.unit_text.is_some() || column.name.contains(['(', '['])) {
+            return Err(Error::from(ErrorKind::Malformed {
+                expected: "a time in s, ms or us".into(),
+                found: format!(
+                    "`{}`{}",
+                    column.name,
+                    column
+                        .unit_text
+                        .as_ref()
+                        .map_or(String::new(), |text| format!(" in `{text}`"))
+                ),
+                hint: "state its unit with --time-unit s|ms|us".into(),
+            }));
+        }
+        if unit.is_none() {
+            findings.push(Finding::info(
+                "time-unit-assumed",
+                format!(
+                    "nothing states the unit of the time column `{}`; seconds were assumed",
+                    column.name
+                ),
+            ));
+        }
+        Ok(TimeSource::Column {
+            index,
+            unit: unit.unwrap_or(TimeUnit::Second),
+            unit_stated: unit.is_some(),
+        })
+    }
+
+    /// Chooses the columns to read.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::NoSuchChannel`], [`ErrorKind::AmbiguousChannel`] or [`ErrorKind::NoChannel`].
+    pub(super) fn choose(
+        &self,
+        options: &ReadOptions,
+        selection: Selection,
+        time: &TimeSource,
+    ) -> Result<Choice, Error> {
+        let time = match time {
+            TimeSource::Column { index, .. } => Some(*index),
+            TimeSource::Rate(_) => None,
+        };
+        let candidates: Vec<usize> = (0..self.columns.len())
+            .filter(|i| Some(*i) != time && self.numeric[*i] && !self.is_index(*i))
+            .collect();
+        if selection == Selection::Every {
+            return Ok(Choice {
+                columns: candidates,
+                findings: Vec::new(),
+            });
+        }
+        if let Some(wanted) = &options.channel {
+            let index = self.find_column(wanted, "channel")?;
+            if Some(index) == time {
+                return Err(ErrorKind::Malformed {
+                    expected: "a channel of acceleration".into(),
+                    found: format!("the time column `{}`", self.columns[index].name),
+                    hint: "choose another column, or name the time with --time-column".into(),
+                }
+                .into());
+            }
+            return Ok(Choice {
+                columns: vec![index],
+                findings: Vec::new(),
+            });
+        }
+        self.lateral(&candidates)
+    }
+
+    fn lateral(&self, candidates: &[usize]) -> Result<Choice, Error> {
+        if let [only] = candidates {
+            let column = &self.columns[*only];
+            let findings = if self.named && column.says_other_axis() {
+                vec![Finding::warning(
+                    "channel-not-lateral",
+                    format!(
+                        "`{}` is the only channel, but its name says another axis than the lateral one",
+                        column.name
+                    ),
+                )]
+            } else {
+                Vec::new()
+            };
+            return Ok(Choice {
+                columns: vec![*only],
+                findings,
+            });
+        }
+        let lateral: Vec<usize> = candidates
+            .iter()
+            .copied()
+            .filter(|i| self.columns[*i].says_lateral_acceleration())
+            .collect();
+        match lateral.as_slice() {
+            [only] => Ok(Choice {
+                columns: vec![*only],
+                findings: vec![Finding::info(
+                    "channel-chosen",
+                    format!(
+                        "`{}` was chosen among {} channels, since its name alone says lateral acceleration",
+                        self.columns[*only].name,
+                        candidates.len()
+                    ),
+                )],
+            }),
+            [] => Err(ErrorKind::NoChannel {
+                known: self.list(0..self.columns.len()),
+            }
+            .into()),
+            several => Err(ErrorKind::AmbiguousChannel {
+                candidates: self.list(several.iter().copied()),
+            }
+            .into()),
+        }
+    }
+
+    /// Finds a column by its name (as it stands, then without unit, then whatever its case) or
+    /// by its number, counted from 1.
+    fn find_column(&self, wanted: &str, what: &'static str) -> Result<usize, Error> {
+        let small = wanted.trim().to_lowercase();
+        let ways: [&dyn Fn(&Column) -> bool; 3] = [
+            &|column| column.name == wanted,
+            &|column| !column.label.is_empty() && column.label == wanted.trim(),
+            &|column| {
+                column.name.to_lowercase() == small
+                    || (!small.is_empty() && column.label.to_lowercase() == small)
+            },
+        ];
+        for way in ways {
+            let found: Vec<usize> = (0..self.columns.len())
+                .filter(|i| way(&self.columns[*i]))
+                .collect();
+            match found.as_slice() {
+                [] => {}
+                [only] => return Ok(*only),
+                several => {
+                    return Err(ErrorKind::Malformed {
+                        expected: format!("one column `{wanted}`"),
+                        found: self.list(several.iter().copied()),
+                        hint: "choose it by number".into(),
+                    }
+                    .into());
+                }
+            }
+        }
+        if let Ok(number) = wanted.trim().parse::<usize>()
+            && (1..=self.columns.len()).contains(&number)
+        {
+            return Ok(number - 1);
+        }
+        let known = self.list(0..self.columns.len());
+        Err(if what == "channel" {
+            ErrorKind::NoSuchChannel {
+                wanted: wanted.to_string(),
+                known,
+            }
+        } else {
+            let names: Vec<&str> = self.columns.iter().map(|c| c.name.as_str()).collect();
+            ErrorKind::UnknownName {
+                what,
+                found: wanted.to_string(),
+                nearest: crate::error::nearest_name(wanted, &names),
+                known,
+            }
+        }
+        .into())
+    }
+
+    /// Tells whether a column is a running number.
+    fn is_index(&self, index: usize) -> bool {
+        self.columns[index].says_index() || self.counts_up(index)
+    }
+
+    /// Tells whether the first column has no name and counts 0, 1, 2 …
+    fn counts_up(&self, index: usize) -> bool {
+        index == 0
+            && self.columns[0].label.is_empty()
+            && self.first_column.len() > 2
+            && self
+                .first_column
+                .windows(2)
+                .all(|pair| (pair[1] - pair[0] - 1.0).abs() < 1e-12)
+    }
+
+    /// Lists columns for a message, at most a screenful; equal names get their number.
+    fn list(&self, indices: impl IntoIterator<Item = usize>) -> String {
+        const MOST: usize = 40;
+        let mut names: Vec<String> = Vec::new();
+        for index in indices {
+            if names.len() == MOST {
+                names.push(format!("… ({} columns in all)", self.columns.len()));
+                break;
+            }
+            let name = shown(self.columns[index].name.as_bytes());
+            let twins = self
+                .columns
+                .iter()
+                .filter(|c| c.name == self.columns[index].name);
+            names.push(if twins.count() > 1 {
+                format!("{name} (column {})", index + 1)
+            } else {
+                name
+            });
+        }
+        names.join(", ")
+    }
+
+    fn refuse_contradicting_units(&self, text: &[u8], rows: &[ByteRecord]) -> Result<(), Error> {
+        if !self.named || self.header_rows < 2 {
+            return Ok(());
+        }
+        for (index, cell) in rows[1].iter().enumerate().take(self.columns.len()) {
+            let mut column = Column::from_header(&text_of(&rows[0], index), index + 1);
+            if !column.take_units_row(&String::from_utf8_lossy(cell)) {
+                return Err(Error::from(ErrorKind::Malformed {
+                    expected: format!("the unit of the header cell `{}`", column.name),
+                    found: format!("`{}` in the units row", shown(cell)),
+                    hint: "mend the header, so that it states one unit".into(),
+                })
+                .at(line_of(text, &rows[1]).column(index as u64 + 1)));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn first_rows(text: &[u8], separator: Separator, quoted: bool) -> Result<Vec<ByteRecord>, Error> {
+    let mut reader = dialect::reader(text, separator, quoted);
+    let mut rows = Vec::new();
+    let mut record = ByteRecord::new();
+    while rows.len() < SAMPLE_ROWS && next(&mut reader, &mut record)? {
+        rows.push(record.clone());
+    }
+    Ok(rows)
+}
+
+/// Counts the rows before the data: none, names, or names and units.
+fn count_header_rows(text: &[u8], rows: &[ByteRecord]) -> Result<usize, Error> {
+    let has_number = |row: &ByteRecord| row.iter().any(number::is_numeric);
+    let is_unit = |cell: &[u8]| is_known_unit(&String::from_utf8_lossy(cell));
+    let empty = |found: &str| -> Result<usize, Error> {
+        Err(ErrorKind::Empty {
+            found: found.into(),
+            expected: "rows of numbers".into(),
+        }
+        .into())
+    };
+    let words = |row: &ByteRecord, expected: &str| -> Result<usize, Error> {
+        let cell = row.iter().find(|cell| !cell.trim_ascii().is_empty());
+        Err(Error::from(ErrorKind::Malformed {
+            expected: expected.into(),
+            found: format!("`{}`", shown(cell.unwrap_or_default())),
+            hint: "begin lines of words before the header with #".into(),
+        })
+        .at(line_of(text, row)))
+    };
+    let Some(names) = rows.first() else {
+        return empty("the file holds no rows");
+    };
+    if has_number(names) {
+        return Ok(0);
+    }
+    match rows.get(1) {
+        None => empty("the file holds a header and no rows"),
+        Some(row) if has_number(row) => Ok(1),
+        Some(row) if row.iter().any(is_unit) => match rows.get(2) {
+            None => empty("the file holds a header and no rows"),
+            Some(row) if has_number(row) => Ok(2),
+            Some(row) => words(row, "numbers after names and units"),
+        },
+        Some(row) => words(row, "numbers or a row of units after the header"),
+    }
+}
+
+/// Builds the columns from the header rows; the number of header cells if they do not fit.
+fn name_columns(header: &[ByteRecord], first: &ByteRecord) -> Result<Vec<Column>, usize> {
+    let names = &header[0];
+    let count = filled_cells(names);
+    if count > first.len() || filled_cells(first) > count {
+        return Err(count);
+    }
+    let is_unit = |cell: &[u8]| is_known_unit(&String::from_utf8_lossy(cell));
+    let filled = |cell: &&[u8]| !cell.trim_ascii().is_empty();
+    // A header of nothing but units, `s;g`, is a units row without names.
+    let units_alone = header.len() == 1 && names.iter().filter(filled).all(is_unit);
+    let mut columns: Vec<Column> = (0..count)
+        .map(|index| {
+            if units_alone {
+                Column::unnamed(index + 1)
+            } else {
+                Column::from_header(&text_of(names, index), index + 1)
+            }
+        })
+        .collect();
+    let units = if units_alone {
+        Some(names)
+    } else {
+        header.get(1)
+    };
+    if let Some(units) = units {
+        if filled_cells(units) > count {
+            return Err(filled_cells(units));
+        }
+        for (index, column) in columns.iter_mut().enumerate() {
+            column.take_units_row(&text_of(units, index));
+        }
+    }
+    Ok(columns)
+}
+
+/// Refuses rows such as `0,5` without a header: two cells, or one with a decimal comma?
+fn refuse_split_decimals(
+    text: &[u8],
+    separator: Separator,
+    data: &[ByteRecord],
+) -> Result<(), Error> {
+    let digits = |cell: &[u8]| !cell.is_empty() && cell.iter().all(u8::is_ascii_digit);
+    let split = |row: &ByteRecord| {
+        row.len() == 2 && digits(row[0].strip_prefix(b"-").unwrap_or(&row[0])) && digits(&row[1])
+    };
+    if separator == Separator::Comma && data.iter().all(split) {
+        let row = &data[0];
+        return Err(Error::from(ErrorKind::Malformed {
+            expected: "a separator that cannot be a decimal comma".into(),
+            found: format!("`{},{}`", shown(&row[0]), shown(&row[1])),
+            hint: "write decimal points, or add a header line such as t,a".into(),
+        })
+        .at(line_of(text, row)));
+    }
+    Ok(())
+}
+
+/// Tells whether the options choose every column by number, so that no header is needed.
+fn chosen_by_number(options: &ReadOptions) -> bool {
+    let number = |name: &Option<String>| {
+        name.as_ref()
+            .is_some_and(|name| name.trim().parse::<usize>().is_ok())
+    };
+    number(&options.channel)
+        && (number(&options.time_column)
+            || (options.time_column.is_none() && options.rate_hz.is_some()))
+}
+
+fn unnamed(count: usize) -> Vec<Column> {
+    (1..=count).map(Column::unnamed).collect()
+}
+
+/// Returns the number of cells, empty ones at the end left out.
+fn filled_cells(row: &ByteRecord) -> usize {
+    row.iter()
+        .enumerate()
+        .filter(|(_, cell)| !cell.trim_ascii().is_empty())
+        .map(|(index, _)| index + 1)
+        .last()
+        .unwrap_or(0)
+}
+
+fn text_of(row: &ByteRecord, index: usize) -> String {
+    String::from_utf8_lossy(row.get(index).unwrap_or_default()).into_owned()
+}
+
+fn line_of(text: &[u8], row: &ByteRecord) -> Place {
+    let byte = row.position().map_or(0, ::csv::Position::byte);
+    Place::default().line(dialect::line_of_record(text, byte))
+}

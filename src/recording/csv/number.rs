@@ -1,0 +1,179 @@
+//! Numbers in cells: decimal point or comma, and the digits they were printed with.
+
+use std::ops::Range;
+
+/// The decimal mark of a table, as far as it is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Decimal {
+    /// No number had one yet.
+    Unknown,
+    /// A point.
+    Point,
+    /// A comma.
+    Comma,
+    /// A point; a comma inside a number could mean anything, since it separates cells.
+    PointOnly,
+}
+
+/// Why a cell holds no usable number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Fault {
+    /// Nothing in it.
+    Empty,
+    /// No number.
+    Text,
+    /// A number that is infinite, too large, or none (`nan`).
+    NonFinite,
+    /// A number with the other decimal mark than the numbers before, or with a comma where
+    /// commas separate cells.
+    OtherMark,
+}
+
+/// Longest number with a decimal comma [bytes]; 17 digits carry all of an `f64`.
+const LONGEST: usize = 64;
+
+/// Reads a cell, and learns the decimal mark from the first number that has one.
+pub(super) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<f64, Fault> {
+    let cell = cell.trim_ascii();
+    if cell.is_empty() {
+        return Err(Fault::Empty);
+    }
+    let mut comma = None;
+    let mut point = false;
+    for (index, byte) in cell.iter().enumerate() {
+        match byte {
+            b',' if comma.is_none() => comma = Some(index),
+            b',' => return Err(Fault::Text),
+            b'.' => point = true,
+            _ => {}
+        }
+    }
+    let value = match comma {
+        None => plain(cell)?,
+        Some(index) => {
+            // "1,234.5" has a thousands separator, "1," is a cell and a half.
+            let followed = cell.get(index + 1).is_some_and(u8::is_ascii_digit);
+            if point || !followed || cell.len() > LONGEST {
+                return Err(Fault::Text);
+            }
+            let mut buffer = [0_u8; LONGEST];
+            let copy = &mut buffer[..cell.len()];
+            copy.copy_from_slice(cell);
+            copy[index] = b'.';
+            plain(copy)?
+        }
+    };
+    match (*decimal, comma.is_some(), point) {
+        (Decimal::Unknown, true, _) => *decimal = Decimal::Comma,
+        (Decimal::Unknown, _, true) => *decimal = Decimal::Point,
+        (Decimal::Point | Decimal::PointOnly, true, _) | (Decimal::Comma, _, true) => {
+            return Err(Fault::OtherMark);
+        }
+        _ => {}
+    }
+    Ok(value)
+}
+
+fn plain(cell: &[u8]) -> Result<f64, Fault> {
+    let value: f64 = std::str::from_utf8(cell)
+        .ok()
+        .and_then(|text| text.parse().ok())
+        .ok_or(Fault::Text)?;
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(Fault::NonFinite)
+    }
+}
+
+/// Tells whether somebody meant a number here, be it a bad one.
+pub(super) fn is_numeric(cell: &[u8]) -> bool {
+    matches!(
+        parse(cell, &mut Decimal::Unknown),
+        Ok(_) | Err(Fault::NonFinite | Fault::OtherMark)
+    )
+}
+
+/// Powers of ten of first digits that are told apart.
+const DECADES: Range<i32> = -24..24;
+
+/// The digits that a column of stamps was printed with.
+///
+/// A fixed number of decimals is one power of ten throughout. Where a number of significant
+/// digits is printed, the last one depends on the size of the number, and trailing zeros may
+/// be left out; so each decade keeps its finest digit, and the coarsest decade that holds
+/// enough stamps to trust counts.
+pub(super) struct PrintedDigits {
+    decades: [(i32, u32); 48],
+}
+
+impl PrintedDigits {
+    /// Stamps below which a decade is not trusted.
+    const ENOUGH: u32 = 10;
+
+    pub(super) fn new() -> Self {
+        Self {
+            decades: [(i32::MAX, 0); 48],
+        }
+    }
+
+    /// Takes in a cell that [`parse`] accepted.
+    pub(super) fn count(&mut self, cell: &[u8]) {
+        let mut decimals = 0;
+        let mut whole_digits = 0;
+        let mut seen_mark = false;
+        let mut first = None;
+        let mut exponent = 0_i32;
+        for (index, byte) in cell.iter().enumerate() {
+            match byte {
+                b'0'..=b'9' => {
+                    if seen_mark {
+                        decimals += 1;
+                    } else {
+                        whole_digits += 1;
+                    }
+                    if first.is_none() && *byte != b'0' {
+                        first = Some(whole_digits + decimals);
+                    }
+                }
+                b'.' | b',' => seen_mark = true,
+                b'e' | b'E' => {
+                    exponent = std::str::from_utf8(&cell[index + 1..])
+                        .ok()
+                        .and_then(|text| text.trim().parse().ok())
+                        .unwrap_or(0)
+                        .clamp(-400, 400);
+                    break;
+                }
+                _ => {}
+            }
+        }
+        // Zero says nothing about the digits of other numbers.
+        let Some(first) = first else { return };
+        let decade = (whole_digits - first + exponent).clamp(DECADES.start, DECADES.end - 1);
+        #[expect(clippy::cast_sign_loss, reason = "clamped to the range just above")]
+        let slot = &mut self.decades[(decade - DECADES.start) as usize];
+        slot.0 = slot.0.min(exponent - decimals);
+        slot.1 = slot.1.saturating_add(1);
+    }
+
+    /// Returns the size of the last printed digit, in the column's unit; 0 if unknown.
+    pub(super) fn last_digit(&self) -> f64 {
+        let trusted = self
+            .decades
+            .iter()
+            .filter(|(_, count)| *count >= Self::ENOUGH)
+            .map(|(digit, _)| *digit)
+            .max();
+        let seen = self
+            .decades
+            .iter()
+            .filter(|(_, count)| *count > 0)
+            .map(|(digit, _)| *digit)
+            .min();
+        trusted
+            .or(seen)
+            .and_then(|digit| format!("1e{digit}").parse().ok())
+            .unwrap_or(0.0)
+    }
+}

@@ -1,0 +1,197 @@
+//! Rows: the stamps and the samples of the wanted columns.
+
+use super::dialect::{self, Separator};
+use super::layout::{Layout, TimeSource};
+use super::number::{self, Decimal, Fault, PrintedDigits};
+use crate::error::{Error, ErrorKind, Place};
+use crate::recording::{Limits, Selection};
+
+/// What became of a wanted column.
+#[derive(Debug)]
+pub(super) enum Fate {
+    /// Its samples, in its own unit.
+    Kept(Vec<f64>),
+    /// Why it holds no channel; only where every channel is read.
+    LeftOut(String),
+}
+
+/// The rows of a table.
+#[derive(Debug)]
+pub(super) struct Rows {
+    /// Stamps [s]; empty without a time column.
+    pub(super) stamps_s: Vec<f64>,
+    /// Size of the last printed digit of a stamp [s]; 0 if unknown.
+    pub(super) printed_digit_s: f64,
+    /// Samples of the wanted columns, in their order.
+    pub(super) values: Vec<Fate>,
+    /// Number of rows.
+    pub(super) count: usize,
+    /// Whether the numbers have a decimal comma.
+    pub(super) decimal_comma: bool,
+}
+
+impl Rows {
+    /// Reads the stamps and the `wanted` columns of all rows.
+    ///
+    /// # Errors
+    ///
+    /// The first bad cell, at its line and column. Where every channel is read, a column with
+    /// a bad cell is left out instead.
+    pub(super) fn read(
+        text: &[u8],
+        layout: &Layout,
+        time: &TimeSource,
+        wanted: &[usize],
+        selection: Selection,
+        limits: &Limits,
+    ) -> Result<Self, Error> {
+        let mut reader = dialect::reader(text, layout.separator, layout.quoted);
+        let mut record = ::csv::ByteRecord::new();
+        let mut stamps_s: Vec<f64> = Vec::new();
+        let mut digits = PrintedDigits::new();
+        let (time_column, per_second) = match time {
+            TimeSource::Column { index, unit, .. } => (Some(*index), unit.per_second()),
+            TimeSource::Rate(_) => (None, 1.0),
+        };
+        let mut decimal = if layout.separator == Separator::Comma {
+            Decimal::PointOnly
+        } else {
+            Decimal::Unknown
+        };
+        let mut values: Vec<Fate> = wanted.iter().map(|_| Fate::Kept(Vec::new())).collect();
+        let mut count = 0_usize;
+        let mut skipped = 0;
+        while next(&mut reader, &mut record)? {
+            if skipped < layout.header_rows {
+                skipped += 1;
+                continue;
+            }
+            let at = |column: usize| {
+                let byte = record.position().map_or(0, ::csv::Position::byte);
+                Place::default()
+                    .line(dialect::line_of_record(text, byte))
+                    .column(column as u64 + 1)
+            };
+            let fail =
+                |column: usize, fault: Fault| bad_cell(&record[column], fault).at(at(column));
+            layout.check_row(&record).map_err(|(column, error)| {
+                let place = at(column);
+                error.at(Place {
+                    column: place.column.filter(|_| column < record.len()),
+                    ..place
+                })
+            })?;
+            count += 1;
+            if count as u64 > limits.samples {
+                return Err(over("samples", limits.samples, "more rows").at(at(0)));
+            }
+            if let Some(column) = time_column {
+                let cell = &record[column];
+                let stamp = number::parse(cell, &mut decimal)
+                    .map_err(|fault| fail(column, fault))?
+                    / per_second;
+                if let Some(previous) = stamps_s.last().copied()
+                    && stamp <= previous
+                {
+                    return Err(Error::from(ErrorKind::TimeNotIncreasing {
+                        previous,
+                        found: stamp,
+                    })
+                    .at(at(column)));
+                }
+                digits.count(cell);
+                stamps_s.push(stamp);
+            }
+            for (column, fate) in wanted.iter().zip(&mut values) {
+                let Fate::Kept(samples) = fate else { continue };
+                match number::parse(&record[*column], &mut decimal) {
+                    Ok(value) => samples.push(value),
+                    Err(fault) => {
+                        let error = fail(*column, fault);
+                        if selection == Selection::Lateral {
+                            return Err(error);
+                        }
+                        *fate = Fate::LeftOut(error.to_string());
+                    }
+                }
+            }
+            if (count as u64).saturating_mul(wanted.len() as u64) > limits.table_cells {
+                return Err(over("table_cells", limits.table_cells, "more cells").at(at(0)));
+            }
+        }
+        Ok(Self {
+            printed_digit_s: digits.last_digit() / per_second,
+            stamps_s,
+            values,
+            count,
+            decimal_comma: decimal == Decimal::Comma,
+        })
+    }
+}
+
+/// Reads the next row.
+///
+/// # Errors
+///
+/// [`ErrorKind::Io`] if the table reader fails, which it cannot on bytes in memory.
+pub(super) fn next(
+    reader: &mut ::csv::Reader<&[u8]>,
+    record: &mut ::csv::ByteRecord,
+) -> Result<bool, Error> {
+    reader.read_byte_record(record).map_err(|error| {
+        ErrorKind::Io {
+            action: "read the table",
+            reason: error.to_string(),
+        }
+        .into()
+    })
+}
+
+fn bad_cell(cell: &[u8], fault: Fault) -> Error {
+    let found = shown(cell);
+    let malformed = |expected: &str, found: String, hint: &str| ErrorKind::Malformed {
+        expected: expected.into(),
+        found,
+        hint: hint.into(),
+    };
+    match fault {
+        Fault::NonFinite => ErrorKind::NonFinite { found },
+        Fault::Empty => malformed(
+            "a number",
+            "an empty cell".into(),
+            "remove the row or fill the cell; a missing sample is not taken for zero",
+        ),
+        Fault::Text => malformed(
+            "a number",
+            format!("`{found}`"),
+            "mend the cell; lines of words begin with #",
+        ),
+        Fault::OtherMark => malformed(
+            "the same decimal mark in all numbers",
+            format!("`{found}`"),
+            "a comma may be a decimal or a thousands mark; export with decimal points, or with ; between cells",
+        ),
+    }
+    .into()
+}
+
+/// Shortens a cell for a message.
+pub(super) fn shown(cell: &[u8]) -> String {
+    const MOST: usize = 40;
+    let text = String::from_utf8_lossy(cell);
+    let text = text.trim();
+    if text.chars().count() > MOST {
+        format!("{}…", text.chars().take(MOST).collect::<String>())
+    } else {
+        text.to_string()
+    }
+}
+
+fn over(limit: &'static str, value: u64, found: &str) -> Error {
+    ErrorKind::LimitExceeded {
+        limit,
+        value,
+        found: found.into(),
+    }
+    .into()
+}

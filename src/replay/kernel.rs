@@ -1,0 +1,579 @@
+//! The event-driven kernel: flight, contact, dwell and chatter of one lever.
+//!
+//! Between two samples the excitation is linear and the motion smooth, so a short Taylor
+//! step carries the lever to the end of the sample or to the next event, whichever comes
+//! first. Nothing is tied to the sampling grid: a release is the root of a linear function,
+//! an impact the first root of the step's polynomial, a sequence of ever smaller bounces
+//! ends at its accumulation time.
+
+use super::Work;
+use super::sensitivity::{Map, Sensitivity};
+use super::tally::{COUNTED_SPEED, Peak, Tally};
+use super::taylor::{Branch, Curved, Series, Start};
+use crate::model::design::Design;
+use crate::model::stop::StopModel;
+use crate::numerics::polynomial;
+
+/// Coefficients of a flight step. Twelve orders keep the truncation of a 0.1 ms step of a
+/// lever at 100 rad/s below 1e-17 rad.
+const FLIGHT_ORDER: usize = 13;
+
+/// Coefficients of a step in contact, where the stop's own frequency times a 0.1 ms step is
+/// near one.
+const CONTACT_ORDER: usize = 22;
+
+/// Truncation of a step that is let pass [rad], unless a tolerance is asked for.
+const TRUNCATION: f64 = 1e-17;
+
+/// A bounce this slow [rad/s] on a pressed lever is rest, whatever the series says.
+const SPEED_MIN: f64 = 1e-30;
+
+/// Largest relative second-order term of the chatter's series for which its sum is taken in
+/// closed form; the neglected third order is its square.
+const CHATTER_TERM_MAX: f64 = 1e-6;
+
+/// Bounces within one sample before the kernel gives up.
+const EVENTS_PER_SAMPLE_MAX: u32 = 200_000;
+
+/// How the lever moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    /// At rest on the rigid stop.
+    Dwell,
+    /// Off the stop.
+    Flight,
+    /// Pressed into the soft stop.
+    Contact,
+}
+
+/// One lever on one stop.
+#[derive(Debug, Clone)]
+pub(super) struct Kernel {
+    stop: StopModel,
+    free: Branch,
+    contact: Branch,
+    restitution: f64,
+    /// m L/I0: base acceleration to angular acceleration [1/m].
+    gain: f64,
+    truncation: f64,
+    phase: Phase,
+    angle: f64,
+    velocity: f64,
+    /// The lever has just left rest at the instant of zero net torque.
+    lifting: bool,
+    pub(super) sensitivity: Sensitivity,
+    pub(super) tally: Tally,
+    pub(super) work: Work,
+    /// Set when one sample held more events than any chatter can.
+    pub(super) stuck: bool,
+}
+
+/// A stretch of linear excitation.
+#[derive(Debug, Clone, Copy)]
+struct Stretch {
+    /// Time of its start [s].
+    time: f64,
+    /// Its length [s].
+    length: f64,
+    /// b = m L a/I0 at its start [rad/s²].
+    excitation: f64,
+    /// Slope of b [rad/s³].
+    slope: f64,
+}
+
+impl Stretch {
+    fn excitation_at(&self, local: f64) -> f64 {
+        self.excitation + self.slope * local
+    }
+}
+
+impl Kernel {
+    /// Builds a lever in its initial state; `initial` is (angle, angular velocity) or rest.
+    pub(super) fn new(
+        design: &Design,
+        stop: StopModel,
+        initial: Option<(f64, f64)>,
+        tolerance: Option<f64>,
+        tally: Tally,
+    ) -> Self {
+        let inertia = design.lever.moment_of_inertia_kg_m2;
+        let pressing = design.lever.preload_torque_nm / inertia;
+        let (phase, angle, velocity) = match (stop, initial) {
+            (StopModel::Rigid, None) => (Phase::Dwell, 0.0, 0.0),
+            (StopModel::Soft, None) => (
+                Phase::Contact,
+                design.stop.rest_angle_rad(&design.lever),
+                0.0,
+            ),
+            (StopModel::Soft, Some((angle, velocity))) if angle < 0.0 => {
+                (Phase::Contact, angle, velocity)
+            }
+            (_, Some((angle, velocity))) => (Phase::Flight, angle, velocity),
+        };
+        let mut kernel = Self {
+            stop,
+            free: Branch {
+                pressing,
+                damping: design.lever.pivot_damping_nm_s_per_rad / inertia,
+                stiffness: design.lever.spring_stiffness_nm_per_rad / inertia,
+            },
+            contact: Branch {
+                pressing,
+                damping: design.stop.contact_damping_nm_s_per_rad(&design.lever) / inertia,
+                stiffness: design.stop.contact_stiffness_nm_per_rad(&design.lever) / inertia,
+            },
+            restitution: design.stop.restitution,
+            gain: design.lever.unbalance_kg_m() / inertia,
+            truncation: tolerance.unwrap_or(TRUNCATION),
+            phase,
+            angle,
+            velocity,
+            lifting: false,
+            sensitivity: Sensitivity::default(),
+            tally,
+            work: Work::default(),
+            stuck: false,
+        };
+        if stop == StopModel::Soft {
+            // A static equilibrium computed in double precision is off by its rounding.
+            kernel
+                .sensitivity
+                .event(&Map([[1.0, 0.0], [0.0, 1.0]]), angle);
+        }
+        kernel
+    }
+
+    /// Returns angle [rad] and angular velocity [rad/s].
+    pub(super) fn state(&self) -> (f64, f64) {
+        (self.angle, self.velocity)
+    }
+
+    /// Returns whether the lever is at rest on the rigid stop.
+    pub(super) fn dwells(&self) -> bool {
+        self.phase == Phase::Dwell
+    }
+
+    /// Returns the acceleration, in the model's sign, below which a lever at rest leaves
+    /// the rigid stop [m/s²].
+    pub(super) fn lift_off_acceleration(&self) -> f64 {
+        -self.free.pressing / self.gain
+    }
+
+    /// Advances over one sample interval that starts at `time` and lasts `length` [s], with
+    /// the base acceleration going linearly from `from` to `to` [m/s², model sign].
+    pub(super) fn advance(&mut self, time: f64, length: f64, from: f64, to: f64) {
+        let excitation = self.gain * from;
+        let stretch = Stretch {
+            time,
+            length,
+            excitation,
+            slope: (self.gain * to - excitation) / length,
+        };
+        let mut local = 0.0;
+        let mut guard = 0;
+        while local < length {
+            local = match self.phase {
+                Phase::Dwell => self.dwell(&stretch, local),
+                Phase::Flight => self.flight(&stretch, local),
+                Phase::Contact => self.contact(&stretch, local),
+            };
+            guard += 1;
+            if guard > EVENTS_PER_SAMPLE_MAX {
+                self.stuck = true;
+                break;
+            }
+        }
+        self.tally.point(time + length, self.angle, self.velocity);
+    }
+
+    /// Rest on the rigid stop: leaves where the net torque changes sign. Returns the local
+    /// time reached.
+    fn dwell(&mut self, stretch: &Stretch, local: f64) -> f64 {
+        let now = self.free.pressing + stretch.excitation_at(local);
+        if now < 0.0 {
+            // The torque jumped: at the first sample, or at the end of a chatter.
+            self.lift_off(stretch, local, false);
+            return local;
+        }
+        let end = self.free.pressing + stretch.excitation_at(stretch.length);
+        if end >= 0.0 {
+            return stretch.length;
+        }
+        let root = local + (stretch.length - local) * (now / (now - end));
+        self.lift_off(stretch, root, true);
+        root.min(stretch.length)
+    }
+
+    fn lift_off(&mut self, stretch: &Stretch, local: f64, lifting: bool) {
+        self.phase = Phase::Flight;
+        self.angle = 0.0;
+        self.velocity = 0.0;
+        self.lifting = lifting;
+        self.sensitivity.reset();
+        self.work.events += 1;
+        self.tally.release(stretch.time + local);
+        self.tally.point(stretch.time + local, 0.0, 0.0);
+    }
+
+    /// Flight to the end of the sample, the end of the series' reach, or the stop.
+    fn flight(&mut self, stretch: &Stretch, local: f64) -> f64 {
+        if self.angle <= 0.0 && !self.lifting && !self.leaves(stretch, local) {
+            self.land(stretch, local);
+            return local;
+        }
+        if self.lifting && stretch.slope >= 0.0 {
+            // The torque vanished at the very end of a sample and comes back in the next.
+            self.lifting = false;
+            self.phase = Phase::Dwell;
+            return local;
+        }
+        let mut step = stretch.length - local;
+        let pressed = self.free.pressing + stretch.excitation_at(local);
+        if self.angle <= 0.0 && self.velocity > 0.0 && pressed > 0.0 {
+            if let Some(rest) = self.chatter(stretch, local) {
+                return rest;
+            }
+            // A small bounce: a step of a little more than its flight keeps the root well
+            // inside the step.
+            step = step.min(2.5 * self.velocity / pressed);
+        }
+        let start = Start {
+            angle: self.angle,
+            velocity: self.velocity,
+            excitation: if self.lifting {
+                -self.free.pressing
+            } else {
+                stretch.excitation_at(local)
+            },
+            excitation_slope: stretch.slope,
+            lifting: self.lifting,
+        };
+        let series = Series::<FLIGHT_ORDER>::new(&self.free, &start, step);
+        self.lifting = false;
+        let reach = series.valid_part(self.truncation.max(self.angle.abs() * self.truncation));
+        let curved = series.curved();
+        let hit = hit(&series, &curved, reach, 1.0);
+        let part = hit.unwrap_or(reach);
+        self.work.steps += 1;
+        self.work.rhs += FLIGHT_ORDER as u64 - 1;
+        self.tally.stretch(
+            &series,
+            &curved,
+            part,
+            stretch.time + local,
+            step,
+            &self.sensitivity,
+        );
+        let (angle, slope) = series.at(part);
+        let velocity = slope / step;
+        let elapsed = part * step;
+        self.near_graze(&series, &curved, part, step, hit.is_some());
+        let middle = stretch.excitation_at(local + 0.5 * elapsed);
+        let flow = Map::oscillator(
+            self.free.stiffness - middle * series.sine,
+            self.free.damping,
+            elapsed,
+        );
+        self.sensitivity.flow(
+            &flow,
+            elapsed,
+            middle * series.cosine,
+            self.free.pressing,
+            self.free.stiffness * self.angle.abs().max(angle.abs()),
+            series.x[0].abs() + series.x[1].abs() + curved.angle,
+            (series.x[1].abs() + curved.slope) / step,
+            series.tail_at(part),
+        );
+        let reached = if hit.is_none() && part >= 1.0 && step >= stretch.length - local {
+            stretch.length
+        } else {
+            (local + elapsed).min(stretch.length)
+        };
+        self.angle = angle;
+        self.velocity = velocity;
+        if hit.is_some() {
+            self.angle = 0.0;
+            self.velocity = velocity.min(0.0);
+            self.land(stretch, reached);
+        } else if reached < stretch.length {
+            self.tally.point(stretch.time + reached, angle, velocity);
+        }
+        reached
+    }
+
+    /// Tells whether a lever at φ ≤ 0 in flight moves off the stop, and puts it on φ = 0.
+    fn leaves(&mut self, stretch: &Stretch, local: f64) -> bool {
+        self.angle = 0.0;
+        if self.velocity != 0.0 {
+            return self.velocity > 0.0;
+        }
+        let torque = self.free.pressing + stretch.excitation_at(local);
+        torque < 0.0 || (torque <= 0.0 && stretch.slope < 0.0)
+    }
+
+    /// The lever meets the stop at φ = 0 with `self.velocity` ≤ 0.
+    fn land(&mut self, stretch: &Stretch, local: f64) {
+        let before = self.velocity;
+        let time = stretch.time + local;
+        self.work.events += 1;
+        self.tally.impact(time, before);
+        self.tally.point(time, 0.0, before);
+        let pressed = self.free.pressing + stretch.excitation_at(local);
+        match self.stop {
+            StopModel::Soft => {
+                self.pass_stop(
+                    self.free.damping - self.contact.damping,
+                    before * stretch.length,
+                );
+                self.phase = Phase::Contact;
+            }
+            StopModel::Rigid => {
+                let after = -self.restitution * before;
+                if after <= SPEED_MIN {
+                    self.rest_or_leave(pressed);
+                } else {
+                    let before_acceleration = -pressed - self.free.damping * before;
+                    let after_acceleration = -pressed - self.free.damping * after;
+                    let shear =
+                        (self.restitution * before_acceleration + after_acceleration) / before;
+                    self.sensitivity.event(
+                        &Map([[-self.restitution, 0.0], [shear, -self.restitution]]),
+                        before * stretch.length,
+                    );
+                    self.velocity = after;
+                    self.phase = Phase::Flight;
+                    self.tally.point(time, 0.0, after);
+                }
+            }
+        }
+    }
+
+    fn rest_or_leave(&mut self, pressed: f64) {
+        self.angle = 0.0;
+        self.velocity = 0.0;
+        if pressed >= 0.0 {
+            self.phase = Phase::Dwell;
+            self.sensitivity.reset();
+        } else {
+            // A graze: touched at zero speed and pushed off again.
+            self.phase = Phase::Flight;
+        }
+    }
+
+    /// Sums up the remaining bounces if they end inside this sample and their series is
+    /// short; returns the local time of rest.
+    ///
+    /// With v the speed after an impact, α the pressing angular acceleration, β its rate and
+    /// γ the damping, the bounces end after 2v/(α(1−R)) · (1 + v/(1−R) · (2β/(3α²) − γ/(3α)))
+    /// to second order in v; latchgate takes the sum where the second order is below 1e-6.
+    fn chatter(&mut self, stretch: &Stretch, local: f64) -> Option<f64> {
+        let speed = self.velocity;
+        if self.stop != StopModel::Rigid || speed > COUNTED_SPEED || self.restitution >= 1.0 {
+            return None;
+        }
+        let pressed = self.free.pressing + stretch.excitation_at(local);
+        if pressed <= 0.0 {
+            return None;
+        }
+        let loss = 1.0 - self.restitution;
+        // β = −m L a'/I0 in the paper's sign of a; the excitation presses with +b here.
+        let term = speed / loss
+            * (2.0 * -stretch.slope / (3.0 * pressed * pressed)
+                - self.free.damping / (3.0 * pressed));
+        let first = 2.0 * speed / (pressed * loss);
+        let spring = self.free.stiffness * speed * speed / (pressed * pressed);
+        let time = first * (1.0 + term);
+        if term.abs() > CHATTER_TERM_MAX
+            || spring > CHATTER_TERM_MAX * CHATTER_TERM_MAX
+            || local + time > stretch.length
+        {
+            return None;
+        }
+        if self.tally.judging {
+            let height = speed * speed / (2.0 * pressed);
+            let error = self.sensitivity.angle_error();
+            self.tally
+                .peak
+                .offer(height, stretch.time + local + speed / pressed, error);
+        }
+        self.work.events += 1;
+        let end = local + time;
+        self.tally.point(stretch.time + end, 0.0, 0.0);
+        self.rest_or_leave(self.free.pressing + stretch.excitation_at(end));
+        Some(end)
+    }
+
+    /// Carries the error's map through φ = 0 of the soft stop, where the damping changes by
+    /// `drop` [1/s]; `place` is the size of the terms that placed the event [rad].
+    fn pass_stop(&mut self, drop: f64, place: f64) {
+        self.sensitivity
+            .event(&Map([[1.0, 0.0], [drop, 1.0]]), place);
+    }
+
+    /// Contact to the end of the sample, the end of the series' reach, or lift-off.
+    fn contact(&mut self, stretch: &Stretch, local: f64) -> f64 {
+        if self.angle >= 0.0 && self.leaves(stretch, local) {
+            self.phase = Phase::Flight;
+            self.tally.release(stretch.time + local);
+            return local;
+        }
+        let step = stretch.length - local;
+        let start = Start {
+            angle: self.angle,
+            velocity: self.velocity,
+            excitation: stretch.excitation_at(local),
+            excitation_slope: stretch.slope,
+            lifting: false,
+        };
+        let series = Series::<CONTACT_ORDER>::new(&self.contact, &start, step);
+        let reach = series.valid_part(self.truncation);
+        let curved = series.curved();
+        let hit = hit(&series, &curved, reach, -1.0);
+        let part = hit.unwrap_or(reach);
+        self.work.steps += 1;
+        self.work.rhs += CONTACT_ORDER as u64 - 1;
+        self.tally.stretch(
+            &series,
+            &curved,
+            part,
+            stretch.time + local,
+            step,
+            &self.sensitivity,
+        );
+        let (angle, slope) = series.at(part);
+        let velocity = slope / step;
+        let elapsed = part * step;
+        let flow = Map::oscillator(self.contact.stiffness, self.contact.damping, elapsed);
+        let middle = stretch.excitation_at(local + 0.5 * elapsed);
+        self.sensitivity.flow(
+            &flow,
+            elapsed,
+            middle,
+            self.contact.pressing,
+            self.contact.stiffness * self.angle.abs().max(angle.abs()),
+            series.x[0].abs() + series.x[1].abs() + curved.angle,
+            (series.x[1].abs() + curved.slope) / step,
+            series.tail_at(part),
+        );
+        let reached = if hit.is_none() && part >= 1.0 {
+            stretch.length
+        } else {
+            (local + elapsed).min(stretch.length)
+        };
+        self.angle = angle;
+        self.velocity = velocity;
+        if hit.is_some() {
+            self.angle = 0.0;
+            self.velocity = velocity.max(0.0);
+            self.work.events += 1;
+            self.pass_stop(self.contact.damping - self.free.damping, velocity * step);
+            self.phase = Phase::Flight;
+            self.tally.release(stretch.time + reached);
+        }
+        if reached < stretch.length {
+            self.tally
+                .point(stretch.time + reached, self.angle, self.velocity);
+        }
+        reached
+    }
+
+    /// Widens the error after a pass so close to the stop that an impact could have been
+    /// missed, or made, within the error of the angle.
+    fn near_graze<const N: usize>(
+        &mut self,
+        series: &Series<N>,
+        curved: &Curved,
+        part: f64,
+        step: f64,
+        hit: bool,
+    ) {
+        if hit || self.stop != StopModel::Rigid || series.x[1] >= 0.0 {
+            return;
+        }
+        let (_, slope) = series.at(part);
+        if slope <= 0.0 {
+            return;
+        }
+        let error = self
+            .sensitivity
+            .angle_error()
+            .max(1e-15 * series.x[1].abs());
+        if series.x[0] + series.x[1] - curved.angle > error {
+            return;
+        }
+        let mut lowest = series.x[0];
+        let derivative = series.derivative();
+        polynomial::sign_changes(&derivative[..N - 1], part, &mut |x, rises| {
+            if rises {
+                lowest = lowest.min(series.at(x).0);
+            }
+            true
+        });
+        if lowest <= error {
+            let curvature = 2.0 * series.x[2].abs() / (step * step);
+            self.sensitivity
+                .add_velocity((1.0 + self.restitution) * (2.0 * curvature * error).sqrt());
+        }
+    }
+
+    /// Moves on without excitation from `time` until the lever can no longer rise above what
+    /// it has reached; returns the largest angle and a bound on its error, or `None` if it
+    /// cannot be followed that far.
+    pub(super) fn coast(mut self, time: f64) -> Option<Peak> {
+        /// Longest stretch of a coast [s].
+        const STRETCH: f64 = 5e-3;
+        /// Stretches after which a coast is given up: an undamped lever between perfect stops
+        /// has passed its highest point long before.
+        const STRETCHES_MAX: u32 = 200_000;
+        self.tally.trace = None;
+        self.tally
+            .open_window(self.angle, time, self.sensitivity.angle_error());
+        let mut now = time;
+        for _ in 0..STRETCHES_MAX {
+            if self.phase == Phase::Dwell || self.cannot_rise_above(self.tally.peak.angle) {
+                return Some(self.tally.peak);
+            }
+            self.advance(now, STRETCH, 0.0, 0.0);
+            now += STRETCH;
+            if self.stuck {
+                return None;
+            }
+        }
+        None
+    }
+
+    /// Tells whether the energy left, at a = 0, is too small to reach beyond `angle`.
+    fn cannot_rise_above(&self, angle: f64) -> bool {
+        let potential = |u: f64| {
+            let stiffness = if u < 0.0 && self.stop == StopModel::Soft {
+                self.contact.stiffness
+            } else {
+                self.free.stiffness
+            };
+            self.free.pressing * u + 0.5 * stiffness * u * u
+        };
+        let left = 0.5 * self.velocity * self.velocity + potential(self.angle);
+        left <= potential(angle) * (1.0 + 1e-12)
+            || (self.stop == StopModel::Soft && left <= 0.0 && angle <= 0.0)
+    }
+}
+
+/// Returns the part of the step at which the angle reaches zero; `side` is +1 in flight
+/// and −1 in contact.
+#[inline]
+fn hit<const N: usize>(series: &Series<N>, curved: &Curved, reach: f64, side: f64) -> Option<f64> {
+    let x = &series.x;
+    if side * x[0] + (side * x[1]).min(0.0) - curved.angle > 0.0 {
+        return None;
+    }
+    let mut signed = [0.0; N];
+    for (to, from) in signed.iter_mut().zip(x) {
+        *to = side * from;
+    }
+    // A step that begins on the stop has a known root there; it is divided out.
+    let skip = signed.iter().position(|c| *c != 0.0).unwrap_or(N);
+    if skip == 0 && signed[0] < 0.0 {
+        return None;
+    }
+    polynomial::first_fall(&signed[skip..], reach)
+}

@@ -1,0 +1,221 @@
+//! What is kept of a trajectory: peak, crossings of the threshold, impacts, trace.
+
+use super::TracePoint;
+use super::sensitivity::Sensitivity;
+use super::taylor::{Curved, Series};
+use crate::numerics::polynomial;
+
+/// Impacts slower than this are not counted [rad/s].
+pub(super) const COUNTED_SPEED: f64 = 1e-3;
+
+/// Impacts listed at most.
+pub(super) const LISTED_IMPACTS: usize = 200;
+
+/// Largest angle so far, with the error it carries.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Peak {
+    /// Angle [rad].
+    pub(super) angle: f64,
+    /// Time [s].
+    pub(super) time: f64,
+    /// Bound on the angle's error [rad].
+    pub(super) error: f64,
+    /// Largest angle plus error of any local maximum [rad]: a later, less certain maximum
+    /// may be the true peak.
+    pub(super) upper: f64,
+}
+
+impl Peak {
+    pub(super) fn at(angle: f64, time: f64, error: f64) -> Self {
+        Self {
+            angle,
+            time,
+            error,
+            upper: angle + error,
+        }
+    }
+
+    /// Takes in a candidate.
+    #[inline]
+    pub(super) fn offer(&mut self, angle: f64, time: f64, error: f64) {
+        self.upper = self.upper.max(angle + error);
+        if angle > self.angle {
+            self.angle = angle;
+            self.time = time;
+            self.error = error;
+        }
+    }
+
+    /// Returns the bound on the error of the peak [rad].
+    pub(super) fn bound(&self) -> f64 {
+        self.error.max(self.upper - self.angle)
+    }
+}
+
+/// Everything that is kept of one run.
+#[derive(Debug, Clone)]
+pub(super) struct Tally {
+    pub(super) threshold: f64,
+    /// False before the judged window.
+    pub(super) judging: bool,
+    pub(super) peak: Peak,
+    pub(super) first_crossing: Option<f64>,
+    pub(super) time_above: f64,
+    above_since: Option<f64>,
+    pub(super) first_release: Option<f64>,
+    pub(super) impacts: u64,
+    pub(super) impact_list: Vec<[f64; 2]>,
+    pub(super) trace: Option<Vec<TracePoint>>,
+}
+
+impl Tally {
+    pub(super) fn new(threshold: f64, trace: bool) -> Self {
+        Self {
+            threshold,
+            judging: false,
+            peak: Peak::at(f64::NEG_INFINITY, 0.0, 0.0),
+            first_crossing: None,
+            time_above: 0.0,
+            above_since: None,
+            first_release: None,
+            impacts: 0,
+            impact_list: Vec::with_capacity(LISTED_IMPACTS),
+            trace: trace.then(Vec::new),
+        }
+    }
+
+    /// Starts judging at `time` with the lever at `angle`.
+    pub(super) fn open_window(&mut self, angle: f64, time: f64, error: f64) {
+        self.judging = true;
+        self.peak = Peak::at(angle, time, error);
+        if angle > self.threshold {
+            self.first_crossing = Some(time);
+            self.above_since = Some(time);
+        }
+    }
+
+    /// Ends judging at `time`.
+    pub(super) fn close_window(&mut self, time: f64) {
+        self.judging = false;
+        if let Some(since) = self.above_since.take() {
+            self.time_above += time - since;
+        }
+    }
+
+    /// Takes in the stretch of `series` up to `part`, which starts at `time` and whose whole
+    /// step is `step` [s].
+    #[inline]
+    pub(super) fn stretch<const N: usize>(
+        &mut self,
+        series: &Series<N>,
+        curved: &Curved,
+        part: f64,
+        time: f64,
+        step: f64,
+        sensitivity: &Sensitivity,
+    ) {
+        if !self.judging {
+            return;
+        }
+        let (start, slope) = (series.x[0], series.x[1]);
+        let highest = start + slope.max(0.0) + curved.angle;
+        let error = sensitivity.angle_error();
+        if highest + error > self.peak.upper {
+            self.offer_maxima(series, part, time, step, error, slope.abs() < curved.slope);
+        }
+        let lowest = start + slope.min(0.0) - curved.angle;
+        if lowest <= self.threshold && (highest > self.threshold || self.above_since.is_some()) {
+            self.cross_threshold(series, part, time, step);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn cross_threshold<const N: usize>(
+        &mut self,
+        series: &Series<N>,
+        part: f64,
+        time: f64,
+        step: f64,
+    ) {
+        let mut shifted = series.x;
+        shifted[0] -= self.threshold;
+        polynomial::sign_changes(&shifted, part, &mut |x, rises| {
+            let instant = time + x * step;
+            if rises && self.above_since.is_none() {
+                self.first_crossing.get_or_insert(instant);
+                self.above_since = Some(instant);
+            } else if !rises {
+                if let Some(since) = self.above_since.take() {
+                    self.time_above += instant - since;
+                }
+            }
+            true
+        });
+        // A crossing that falls on the joint of two stretches is seen by neither.
+        let end = series.at(part).0;
+        let instant = time + part * step;
+        if end > self.threshold && self.above_since.is_none() {
+            self.first_crossing.get_or_insert(instant);
+            self.above_since = Some(instant);
+        } else if end < self.threshold {
+            if let Some(since) = self.above_since.take() {
+                self.time_above += instant - since;
+            }
+        }
+    }
+
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "one caller, which has them at hand"
+    )]
+    fn offer_maxima<const N: usize>(
+        &mut self,
+        series: &Series<N>,
+        part: f64,
+        time: f64,
+        step: f64,
+        error: f64,
+        turns: bool,
+    ) {
+        // Rising all along: only the end counts; falling all along: the start, known already.
+        if turns {
+            let derivative = series.derivative();
+            polynomial::sign_changes(&derivative[..N - 1], part, &mut |x, rises| {
+                if !rises {
+                    self.peak.offer(series.at(x).0, time + x * step, error);
+                }
+                true
+            });
+        }
+        self.peak
+            .offer(series.at(part).0, time + part * step, error);
+    }
+
+    /// Takes in an impact or contact entry with `velocity` before it.
+    pub(super) fn impact(&mut self, time: f64, velocity: f64) {
+        if velocity.abs() > COUNTED_SPEED {
+            self.impacts += 1;
+            if self.impact_list.len() < LISTED_IMPACTS {
+                self.impact_list.push([time, velocity]);
+            }
+        }
+    }
+
+    /// Takes in the instant at which the angle becomes positive.
+    pub(super) fn release(&mut self, time: f64) {
+        self.first_release.get_or_insert(time);
+    }
+
+    /// Adds a point to the trace, if one is kept.
+    #[inline]
+    pub(super) fn point(&mut self, time_s: f64, angle_rad: f64, velocity_rad_s: f64) {
+        if let Some(trace) = &mut self.trace {
+            trace.push(TracePoint {
+                time_s,
+                angle_rad,
+                velocity_rad_s,
+            });
+        }
+    }
+}

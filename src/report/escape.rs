@@ -1,0 +1,58 @@
+//! Makes text from files safe to show: in markup and on a terminal.
+//!
+//! Channel names, file names and findings come from outside. They may hold markup, control
+//! characters that steer a terminal, or characters that turn the reading direction and so
+//! make a text look like another one.
+
+use std::borrow::Cow;
+
+/// Stands for a character that must not be shown.
+const REPLACEMENT: char = '\u{FFFD}';
+
+/// Returns `text` for use between tags and inside quoted attributes of HTML, SVG and XML.
+///
+/// The five characters of markup become entities, line ends and tabs become spaces; what XML
+/// forbids and what would reorder the text becomes U+FFFD.
+#[must_use]
+pub fn markup(text: &str) -> Cow<'_, str> {
+    if text.chars().all(|c| !is_markup(c) && shown(c) == c) {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            other => out.push(shown(other)),
+        }
+    }
+    Cow::Owned(out)
+}
+
+/// Returns `text` for use on one line of a terminal: nothing in it can move the cursor,
+/// change colours, begin a line or turn the reading direction.
+#[must_use]
+pub fn terminal(text: &str) -> Cow<'_, str> {
+    if text.chars().all(|c| shown(c) == c) {
+        return Cow::Borrowed(text);
+    }
+    Cow::Owned(text.chars().map(shown).collect())
+}
+
+fn is_markup(c: char) -> bool {
+    matches!(c, '&' | '<' | '>' | '"' | '\'')
+}
+
+fn shown(c: char) -> char {
+    match c {
+        '\n' | '\r' | '\t' => ' ',
+        '\u{200E}' | '\u{200F}' | '\u{061C}' => REPLACEMENT,
+        '\u{2028}'..='\u{202E}' | '\u{2066}'..='\u{2069}' => REPLACEMENT,
+        '\u{FFFE}' | '\u{FFFF}' => REPLACEMENT,
+        other if other.is_control() => REPLACEMENT,
+        other => other,
+    }
+}

@@ -1,0 +1,359 @@
+//! What the runs say: comparison, impacts, error budget, bounds, findings.
+
+use super::markup::Page;
+use crate::recording::{Finding, Severity};
+use crate::replay::Run;
+use crate::report::number::{ABSENT, count, milliseconds, significant};
+use crate::report::words::{self, DIGITS, instant, margin};
+use crate::verdict::Document;
+
+/// Rows of the impacts table that are always shown.
+const IMPACTS_SHOWN: usize = 20;
+
+/// Impacts that are listed at most.
+const IMPACTS_LISTED: usize = 200;
+
+/// Writes the runs side by side.
+pub(super) fn runs(page: &mut Page, document: &Document) {
+    let runs = compared(document);
+    if runs.is_empty() {
+        return;
+    }
+    page.section("runs", "Runs compared");
+    page.paragraph(&words::polarity_sentence(document));
+    let heads: Vec<String> = runs
+        .iter()
+        .map(|run| {
+            let nominal = if is_nominal(document, run) {
+                " (nominal)"
+            } else {
+                ""
+            };
+            format!(
+                "#{}, {}{nominal}",
+                words::stop(run.model),
+                words::opens(run.opens_when)
+            )
+        })
+        .collect();
+    let mut columns = vec!["Quantity"];
+    columns.extend(heads.iter().map(String::as_str));
+    page.table("runs", &columns);
+    let threshold = document.threshold_rad;
+    let optional = |value: Option<f64>, show: &dyn Fn(f64) -> String| {
+        value.map_or_else(|| "none".to_string(), show)
+    };
+    let ms = |seconds: f64| milliseconds(seconds, DIGITS);
+    let number = |value: f64| significant(value, DIGITS);
+    type Show<'a> = &'a dyn Fn(&Run) -> String;
+    let rows: [(&str, Show); 15] = [
+        ("Peak angle [rad]", &|run| number(run.peak_angle_rad)),
+        ("Time of the peak [ms]", &|run| ms(run.peak_time_s)),
+        ("Margin, limit − peak [rad]", &|run| {
+            number(margin(threshold, run.peak_angle_rad).0)
+        }),
+        ("First crossing of the limit [ms]", &|run| {
+            optional(run.first_crossing_s, &ms)
+        }),
+        ("Time above the limit [ms]", &|run| {
+            ms(run.time_above_threshold_s)
+        }),
+        ("First release from the stop [ms]", &|run| {
+            optional(run.first_release_s, &ms)
+        }),
+        ("Impacts faster than 0.001 rad/s", &|run| count(run.impacts)),
+        ("Angle at the window’s end [rad]", &|run| {
+            number(run.final_angle_rad)
+        }),
+        ("Angular velocity there [rad/s]", &|run| {
+            number(run.final_velocity_rad_s)
+        }),
+        ("Moving there", &|run| yes_no(run.moving_at_end)),
+        ("Coast peak afterwards [rad]", &|run| {
+            optional(run.coast_peak_angle_rad, &number)
+        }),
+        ("Bound on the numerical error [rad]", &|run| {
+            significant(run.numerical_error_rad, 3)
+        }),
+        ("Method", &|run| run.method.to_string()),
+        ("Steps · evaluations", &|run| {
+            format!("{} · {}", count(run.work.steps), count(run.work.rhs))
+        }),
+        ("Releases, impacts, contacts, rests", &|run| {
+            count(run.work.events)
+        }),
+    ];
+    for (name, show) in rows {
+        page.raw("<tr>");
+        page.element("th", "", name);
+        for run in &runs {
+            let above = name.starts_with("Peak") && run.peak_angle_rad > threshold;
+            let class = if above { "number above" } else { "number" };
+            page.element("td", class, &show(run));
+        }
+        page.raw("</tr>\n");
+    }
+    page.end_table();
+    if !document.models.contains_key("rigid") || !document.models.contains_key("soft") {
+        page.note(&format!(
+            "Stop model asked for: {}. Only the stops shown were run.",
+            document.request.model
+        ));
+    }
+    page.end_section();
+}
+
+/// Returns the runs to compare: per polarity and stop where two polarities were judged, else
+/// per stop, else the nominal one alone.
+fn compared(document: &Document) -> Vec<&Run> {
+    let by_polarity: Vec<&Run> = document
+        .polarities
+        .values()
+        .flat_map(|stops| stops.values())
+        .collect();
+    if !by_polarity.is_empty() {
+        return by_polarity;
+    }
+    if !document.models.is_empty() {
+        return document.models.values().collect();
+    }
+    document.nominal.iter().collect()
+}
+
+fn is_nominal(document: &Document, run: &Run) -> bool {
+    document
+        .nominal
+        .as_ref()
+        .is_some_and(|nominal| nominal.model == run.model && nominal.opens_when == run.opens_when)
+}
+
+fn yes_no(value: bool) -> String {
+    if value { "yes" } else { "no" }.into()
+}
+
+/// Writes the impacts of the nominal run.
+pub(super) fn impacts(page: &mut Page, document: &Document) {
+    let Some(run) = &document.nominal else {
+        return;
+    };
+    page.section("impacts", "Impacts of the nominal run");
+    let listed = &run.impact_list[..run.impact_list.len().min(IMPACTS_LISTED)];
+    if listed.is_empty() {
+        page.paragraph("The lever never struck its stop faster than 0.001 rad/s.");
+        page.end_section();
+        return;
+    }
+    let shown = &listed[..listed.len().min(IMPACTS_SHOWN)];
+    let rest = &listed[shown.len()..];
+    let total = count(run.impacts);
+    page.paragraph(&if run.impacts == 1 {
+        "The lever struck its stop once; the velocity is that before the impact.".to_string()
+    } else {
+        format!(
+            "The lever struck its stop {total} times; velocities are those before the impact{}.",
+            if rest.is_empty() {
+                ""
+            } else {
+                ", and the first 20 impacts come first"
+            }
+        )
+    });
+    let half = shown.len().div_ceil(2).max(5);
+    impact_columns(page, "sides tight", shown, 1, half);
+    if !rest.is_empty() {
+        page.raw("<details>\n<summary>");
+        page.text(&format!("Impacts {} to {}", shown.len() + 1, listed.len()));
+        page.raw("</summary>\n");
+        impact_columns(
+            page,
+            "sides three",
+            rest,
+            shown.len() + 1,
+            rest.len().div_ceil(3),
+        );
+        page.raw("</details>\n");
+        page.note(&format!(
+            "verdict.json lists the first {} of {total} impacts.",
+            listed.len()
+        ));
+    }
+    page.end_section();
+}
+
+fn impact_columns(page: &mut Page, class: &str, list: &[[f64; 2]], first: usize, rows: usize) {
+    page.raw("<div class=\"");
+    page.raw(class);
+    page.raw("\">\n");
+    for (column, chunk) in list.chunks(rows.max(1)).enumerate() {
+        page.table("impacts", &["#No.", "#time [ms]", "#velocity [rad/s]"]);
+        for (index, [at_s, velocity]) in chunk.iter().enumerate() {
+            let number = first + column * rows.max(1) + index;
+            page.raw("<tr>");
+            page.element("td", "number", &number.to_string());
+            page.element("td", "number", &milliseconds(*at_s, 6));
+            page.element("td", "number", &significant(*velocity, DIGITS));
+            page.raw("</tr>\n");
+        }
+        page.end_table();
+    }
+    page.raw("</div>\n");
+}
+
+/// Writes where the peak's uncertainty comes from.
+pub(super) fn budget(page: &mut Page, document: &Document) {
+    let Some(run) = &document.nominal else {
+        return;
+    };
+    page.section("budget", "Where the peak’s uncertainty comes from");
+    let (margin, _) = margin(document.threshold_rad, run.peak_angle_rad);
+    page.paragraph(&format!(
+        "Each part is a change of the nominal peak, measured by running the lever again. The \
+         margin to compare it with is {} rad.",
+        significant(margin, DIGITS)
+    ));
+    page.table(
+        "budget",
+        &[
+            "Part",
+            "What was changed",
+            "#Change of the peak [rad]",
+            "Against the margin",
+        ],
+    );
+    for part in words::budget(document) {
+        page.raw("<tr>");
+        page.element("th", "", part.name);
+        page.element("td", "", part.meaning);
+        match part.value {
+            Some(value) => {
+                page.element("td", "number", &significant(value, 4));
+                if value.abs() >= margin.abs() {
+                    page.element("td", "above", "as large or larger");
+                } else {
+                    page.element("td", "", "smaller");
+                }
+            }
+            None => {
+                page.element("td", "number", ABSENT);
+                page.element("td", "", part.absent);
+            }
+        }
+        page.raw("</tr>\n");
+    }
+    page.end_table();
+    if document.ensemble.is_none() {
+        page.note(
+            "No ensemble was run: tolerances of the design and the uncertainty of the input have \
+             no part in this verdict, and small changes of either may change it.",
+        );
+    }
+    page.end_section();
+}
+
+/// Writes the closed-form bounds.
+pub(super) fn screens(page: &mut Page, document: &Document) {
+    let screens = &document.screens;
+    page.section("bounds", "Bounds that need no integration");
+    page.table("bounds", &["Bound", "#Value", "Here"]);
+    page.raw("<tr>");
+    page.element(
+        "th",
+        "",
+        "Static: below this, in the opening direction, a lever at rest never leaves a rigid stop",
+    );
+    page.element(
+        "td",
+        "number",
+        &format!(
+            "{}\u{00A0}g ({}\u{00A0}m/s²)",
+            significant(screens.static_threshold_g, DIGITS),
+            significant(screens.static_threshold_m_s2, DIGITS)
+        ),
+    );
+    page.element(
+        "td",
+        "",
+        &document.recording.peak_g.map_or_else(
+            || "nothing was recorded to compare with".into(),
+            |peak| {
+                format!(
+                    "largest recorded magnitude, either sign: {}\u{00A0}g",
+                    significant(peak.abs(), DIGITS)
+                )
+            },
+        ),
+    );
+    page.raw("</tr>\n<tr>");
+    page.element(
+        "th",
+        "",
+        "Impulse: the least ∫|a| dt that can bring the lever to the limit",
+    );
+    page.element(
+        "td",
+        "number",
+        &format!(
+            "{}\u{00A0}m/s",
+            significant(screens.impulse_threshold_m_s, DIGITS)
+        ),
+    );
+    page.element(
+        "td",
+        "",
+        &screens.impulse_m_s.map_or_else(
+            || "not measured".into(),
+            |impulse| {
+                let against = if impulse < screens.impulse_threshold_m_s {
+                    "below the bound"
+                } else {
+                    "not below the bound, which then proves nothing"
+                };
+                format!(
+                    "measured {}\u{00A0}m/s: {against}",
+                    significant(impulse, DIGITS)
+                )
+            },
+        ),
+    );
+    page.raw("</tr>\n");
+    page.end_table();
+    page.end_section();
+}
+
+/// Writes the findings, the weightiest first.
+pub(super) fn findings(page: &mut Page, document: &Document) {
+    page.section("findings", "Findings");
+    if document.findings.is_empty() {
+        page.paragraph("Nothing odd was found in the recording, its conditioning or its replay.");
+        page.end_section();
+        return;
+    }
+    let mut findings: Vec<&Finding> = document.findings.iter().collect();
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    page.table("findings", &["Severity", "What was found", "#From"]);
+    for finding in findings {
+        let (class, word) = match finding.severity {
+            Severity::Blocking => ("badge blocking", "blocking"),
+            Severity::Warning => ("badge warning", "warning"),
+            Severity::Info => ("badge info", "note"),
+        };
+        page.raw("<tr><td>");
+        page.element("span", class, word);
+        page.raw("</td><td>");
+        page.text(&finding.text);
+        page.element("code", "", finding.code);
+        page.raw("</td>");
+        page.element(
+            "td",
+            "number",
+            &finding.at_s.map_or_else(|| "whole record".into(), instant),
+        );
+        page.raw("</tr>\n");
+    }
+    page.end_table();
+    page.note(
+        "Blocking findings forbid a pass; the verdict is unusable unless the lever was lost \
+         before the data went bad. Warnings and notes change no verdict.",
+    );
+    page.end_section();
+}

@@ -1,0 +1,343 @@
+//! What the verdict rests on: recording, conditioning, design, provenance, limits.
+
+use super::markup::Page;
+use crate::report::number::{ABSENT, count, exact, significant, trimmed};
+use crate::report::words::{DIGITS, instant};
+use crate::units::STANDARD_GRAVITY;
+use crate::verdict::Document;
+
+/// Writes what was read.
+pub(super) fn recording(page: &mut Page, document: &Document) {
+    let recording = &document.recording;
+    page.section("recording", "Recording");
+    page.facts();
+    page.fact("File", &recording.file);
+    page.code_fact("SHA-256", recording.sha256.as_deref().unwrap_or("not read"));
+    page.fact("Format", recording.format.unwrap_or(ABSENT));
+    page.fact("Channel", recording.channel.as_deref().unwrap_or(ABSENT));
+    page.fact(
+        "Unit, and what states it",
+        &match (recording.unit, recording.unit_source) {
+            (Some(unit), Some(source)) => format!("{unit}, stated by: {source}"),
+            (Some(unit), None) => unit.to_string(),
+            _ => ABSENT.to_string(),
+        },
+    );
+    page.fact("Samples", &count(recording.samples as u64));
+    page.fact(
+        "Sample rate",
+        &recording.sample_rate_hz.map_or_else(
+            || ABSENT.into(),
+            |rate| format!("{}\u{00A0}Hz", exact(rate)),
+        ),
+    );
+    page.fact(
+        "First and last sample",
+        &match (recording.start_s, recording.end_s) {
+            (Some(start), Some(end)) => format!("{} to {}", instant(start), instant(end)),
+            _ => ABSENT.into(),
+        },
+    );
+    page.fact(
+        "Largest magnitude as recorded",
+        &match (recording.peak_g, recording.peak_time_s) {
+            (Some(peak), Some(at)) => {
+                format!("{}\u{00A0}g at {}", significant(peak, DIGITS), instant(at))
+            }
+            (Some(peak), None) => format!("{}\u{00A0}g", significant(peak, DIGITS)),
+            _ => ABSENT.into(),
+        },
+    );
+    page.end_table();
+    page.end_section();
+}
+
+/// Writes how it was conditioned.
+pub(super) fn conditioning(page: &mut Page, document: &Document) {
+    page.section("conditioning", "Conditioning");
+    let Some(block) = &document.conditioning else {
+        page.paragraph("Nothing was conditioned.");
+        page.end_section();
+        return;
+    };
+    let acceleration = |value: f64| {
+        format!(
+            "{}\u{00A0}m/s² ({}\u{00A0}g)",
+            significant(value, DIGITS),
+            significant(value / STANDARD_GRAVITY, 4)
+        )
+    };
+    page.facts();
+    match block.bias_window_s {
+        Some((from, to)) => {
+            page.fact("Bias removed", &acceleration(block.bias_m_s2));
+            page.fact(
+                "Its standard error",
+                &acceleration(block.bias_standard_error_m_s2),
+            );
+            page.fact("Method of that error", block.bias_standard_error_method);
+            page.fact(
+                "Bias window",
+                &format!(
+                    "{} to {}, {} samples",
+                    instant(from),
+                    instant(to),
+                    count(block.bias_samples as u64)
+                ),
+            );
+        }
+        None => page.fact("Bias removed", "none"),
+    }
+    page.fact(
+        "Rate fed to the model",
+        &block.resample_hz.map_or_else(
+            || "as recorded".into(),
+            |rate| format!("{}\u{00A0}Hz, band-limited", exact(rate)),
+        ),
+    );
+    if block.filter == "none" {
+        page.fact("Filter", "none");
+    } else {
+        let class = block
+            .filter
+            .strip_prefix("cfc")
+            .map_or_else(|| block.filter.to_string(), |class| format!("CFC {class}"));
+        page.fact(
+            "Filter",
+            &format!("{class}, two passes of a two-pole Butterworth, no phase"),
+        );
+        page.fact(
+            "Standard and its constant",
+            match block.filter_standard {
+                "iso6487" => "ISO 6487: fd = 25/12 · CFC",
+                "saej211" => "SAE J211-1: fd = 2.0775 · CFC",
+                other => other,
+            },
+        );
+        page.fact(
+            "Design frequency fd",
+            &block.filter_design_frequency_hz.map_or_else(
+                || ABSENT.into(),
+                |design| format!("{}\u{00A0}Hz", trimmed(design, 7)),
+            ),
+        );
+        page.fact(
+            "End treatment",
+            block.filter_end_treatment.unwrap_or(ABSENT),
+        );
+    }
+    page.fact(
+        "Standard gravity",
+        &format!("{}\u{00A0}m/s², exact", exact(STANDARD_GRAVITY)),
+    );
+    page.fact(
+        "Order",
+        "units, faults, bias, resampling, filter; the sign enters last, in the model",
+    );
+    page.end_table();
+    page.end_section();
+}
+
+/// Writes the design with its tolerances.
+pub(super) fn design(page: &mut Page, document: &Document) {
+    let design = &document.design;
+    let (lever, stop) = (&design.lever, &design.stop);
+    page.section("design", "Design");
+    page.raw("<p>");
+    page.element("strong", "", &design.name);
+    page.raw("</p>\n");
+    page.table(
+        "design",
+        &[
+            "Quantity",
+            "Symbol",
+            "#Value",
+            "Unit",
+            "#Tolerance (one standard deviation)",
+        ],
+    );
+    let rows = [
+        (
+            "Moment of inertia about the pivot",
+            "I₀",
+            lever.moment_of_inertia_kg_m2,
+            "kg m²",
+            "moment_of_inertia_kg_m2",
+        ),
+        (
+            "Damping at the pivot",
+            "c₀",
+            lever.pivot_damping_nm_s_per_rad,
+            "N m s/rad",
+            "pivot_damping_nm_s_per_rad",
+        ),
+        (
+            "Stiffness of the spring",
+            "k₀",
+            lever.spring_stiffness_nm_per_rad,
+            "N m/rad",
+            "spring_stiffness_nm_per_rad",
+        ),
+        (
+            "Preload torque",
+            "T₀",
+            lever.preload_torque_nm,
+            "N m",
+            "preload_torque_nm",
+        ),
+        ("Mass", "m", lever.mass_kg, "kg", "mass_kg"),
+        (
+            "Distance of the centre of mass",
+            "L",
+            lever.center_of_mass_m,
+            "m",
+            "center_of_mass_m",
+        ),
+        (
+            "Restitution of the rigid stop",
+            "R",
+            stop.restitution,
+            "1",
+            "restitution",
+        ),
+        (
+            "Stiffness of the soft stop",
+            "kₛ",
+            stop.stiffness_n_per_m,
+            "N/m",
+            "stiffness_n_per_m",
+        ),
+        (
+            "Damping of the soft stop",
+            "cₛ",
+            stop.damping_n_s_per_m,
+            "N s/m",
+            "damping_n_s_per_m",
+        ),
+        (
+            "Distance of the stop from the pivot",
+            "lₛ",
+            stop.radius_m,
+            "m",
+            "radius_m",
+        ),
+        (
+            "Limit of the angle",
+            "φ*",
+            design.criterion.threshold_rad,
+            "rad",
+            "",
+        ),
+    ];
+    for (name, symbol, value, unit, key) in rows {
+        let tolerance = design
+            .tolerance
+            .get(key)
+            .map_or_else(|| ABSENT.to_string(), |tolerance| exact(*tolerance));
+        design_row(page, name, symbol, &exact(value), unit, &tolerance);
+    }
+    design_row(
+        page,
+        "Input: scale of the acceleration",
+        "",
+        ABSENT,
+        "1",
+        &exact(design.input.scale),
+    );
+    design_row(
+        page,
+        "Input: bias of the acceleration",
+        "",
+        ABSENT,
+        "g",
+        &exact(design.input.bias_g),
+    );
+    page.end_table();
+    page.note(
+        "Model: I₀ φ″ + c φ′ + k φ = −T₀ − m a L cos φ; φ ≥ 0 on a rigid stop, spring and damper \
+         in place of the stop on a soft one.",
+    );
+    page.end_section();
+}
+
+fn design_row(page: &mut Page, name: &str, symbol: &str, value: &str, unit: &str, tolerance: &str) {
+    page.raw("<tr>");
+    page.element("th", "", name);
+    page.element("td", "", symbol);
+    page.element("td", "number", value);
+    page.element("td", "", unit);
+    page.element("td", "number", tolerance);
+    page.raw("</tr>\n");
+}
+
+/// Writes what is needed to repeat the verdict and to see how it was decided.
+pub(super) fn provenance(page: &mut Page, document: &Document) {
+    let request = &document.request;
+    page.section("provenance", "How it was decided, and how to repeat it");
+    page.raw("<p class=\"statement\">");
+    page.text(document.decision_rule);
+    page.raw("</p>\n");
+    page.raw("<pre>");
+    page.text(&request.command);
+    page.raw("</pre>\n");
+    page.facts();
+    page.fact("Stop model asked for", request.model);
+    page.fact("Sign that opens, stated by", request.opens_when_source);
+    page.fact(
+        "Judged window",
+        &request.window_s.map_or_else(
+            || "the whole record".into(),
+            |(start, end)| format!("{} to {}", instant(start), instant(end)),
+        ),
+    );
+    page.fact(
+        "Initial state",
+        &match (request.phi0_rad, request.omega0_rad_s) {
+            (None, None) => "at rest on the stop".to_string(),
+            (phi0, omega0) => format!(
+                "φ = {}\u{00A0}rad, φ′ = {}\u{00A0}rad/s",
+                exact(phi0.unwrap_or(0.0)),
+                exact(omega0.unwrap_or(0.0))
+            ),
+        },
+    );
+    page.fact("latchgate", &format!("version {}", document.run.version));
+    page.fact(
+        "All digits",
+        &format!("verdict.json beside this report, {}", document.schema),
+    );
+    page.end_table();
+    page.end_section();
+}
+
+/// Writes what this report does not say.
+pub(super) fn limits(page: &mut Page, document: &Document) {
+    page.section("limits", "Limits");
+    page.raw("<div class=\"statement\">\n");
+    page.paragraph(
+        "The model has one degree of freedom: a lever, its spring and its stop. It knows no \
+         deformation of linkage, door or body, no friction that depends on load, no cable or rod \
+         forces and no contact with an occupant.",
+    );
+    page.paragraph(
+        "This is a simulation. It does not replace a compliance test, such as those of FMVSS 206 \
+         and UN Regulation No. 11.",
+    );
+    page.paragraph(&format!(
+        "The results relate only to the recording {} and the design {} named above.",
+        document.recording.file, document.design.name
+    ));
+    page.raw("</div>\n");
+    page.end_section();
+}
+
+/// Writes room for a signature, and the end.
+pub(super) fn end(page: &mut Page, identity: &str) {
+    page.raw("<div class=\"sign\">");
+    for word in ["Checked by", "Date", "Signature"] {
+        page.element("span", "", word);
+    }
+    page.raw("</div>\n<p class=\"end\">End of report ");
+    page.text(identity);
+    page.raw("</p>\n");
+}

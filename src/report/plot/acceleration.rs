@@ -1,0 +1,186 @@
+//! Acceleration over time: as recorded and as used.
+
+use super::canvas::{Anchor, Canvas};
+use super::panel::{self, Entry, LEFT, Mark, Panel, RIGHT};
+use super::{Context, Figure, thin};
+use crate::conditioning::Signal;
+use crate::recording::Severity;
+use crate::report::number::significant;
+use crate::report::words::{DIGITS, instant};
+use crate::units::{OpensWhen, STANDARD_GRAVITY};
+
+pub(super) const NAME: &str = "acceleration";
+
+pub(super) fn draw(context: &Context) -> Option<Figure> {
+    let evidence = context.evidence;
+    let range = [&evidence.raw, &evidence.used]
+        .into_iter()
+        .flat_map(|signal| signal.samples.iter())
+        .filter(|value| value.is_finite())
+        .fold(None, |range: Option<(f64, f64)>, &value| {
+            Some(range.map_or((value, value), |(low, high)| {
+                (low.min(value), high.max(value))
+            }))
+        });
+    let (low, high) = range?;
+    let (low, high) = (
+        low.min(0.0) / STANDARD_GRAVITY,
+        high.max(0.0) / STANDARD_GRAVITY,
+    );
+    let margin = ((high - low) * 0.06).max(1e-6);
+
+    let conditioning = context.document.conditioning.as_ref();
+    let bias_window = conditioning.and_then(|block| block.bias_window_s);
+    let faults: Vec<(f64, &str)> = context
+        .document
+        .findings
+        .iter()
+        .filter(|finding| finding.severity == Severity::Blocking)
+        .filter_map(|finding| Some((finding.at_s?, finding.code)))
+        .collect();
+    let mut entries = vec![
+        Entry::new(Mark::Line("raw"), "as recorded"),
+        Entry::new(Mark::Line("used"), used_text(context)),
+    ];
+    if bias_window.is_some() {
+        entries.push(Entry::new(Mark::Patch("band"), "bias window"));
+    }
+    if !faults.is_empty() {
+        entries.push(Entry::new(Mark::Line("fault"), "blocking finding"));
+    }
+    if context.document.request.window_s.is_some() {
+        entries.push(Entry::new(Mark::Line("edge"), "judged window"));
+    }
+
+    let mut canvas = Canvas::with_capacity(96 * 1024);
+    let title = "Lateral acceleration";
+    let top = panel::header(&mut canvas, title, &entries);
+    let bottom = top + 270.0;
+    let height = bottom + panel::FOOTER;
+    let panel = Panel::over_time(context, (low - margin, high + margin), top, bottom);
+    if let Some((from, to)) = bias_window {
+        let scale = context.time_scale;
+        let x = (
+            panel.x.place(from * scale).clamp(LEFT, RIGHT),
+            panel.x.place(to * scale).clamp(LEFT, RIGHT),
+        );
+        canvas.rectangle("band", (x.0, top), ((x.1 - x.0).max(1.0), bottom - top));
+    }
+    panel.grid(&mut canvas, Some(&context.time_label()), "acceleration [g]");
+    panel.second_scale(&mut canvas, STANDARD_GRAVITY, "acceleration [m/s²]");
+    let zero = panel.y.place(0.0);
+    canvas.line("zero", (LEFT, zero), (RIGHT, zero));
+    panel.clip(&mut canvas, "acceleration-clip");
+    canvas.begin_clipped("acceleration-clip");
+    for (class, signal) in [("raw", &evidence.raw), ("used", &evidence.used)] {
+        canvas.polyline(class, points(context, &panel, signal).into_iter());
+    }
+    canvas.end_group();
+    judged_window(&mut canvas, context, &panel);
+    for (index, (at_s, code)) in faults.iter().take(8).enumerate() {
+        let x = panel.x.place(at_s * context.time_scale);
+        canvas.line("fault", (x, top), (x, bottom));
+        #[expect(clippy::cast_precision_loss, reason = "eight at most")]
+        let y = top + 18.0 + index as f64 * 18.0;
+        panel.label(&mut canvas, "alarm halo", (x, y), code);
+    }
+    opening_side(&mut canvas, context, &panel);
+    panel.frame(&mut canvas);
+    panel::footer(&mut canvas, context, height);
+
+    let recording = &context.document.recording;
+    let peak = match (recording.peak_g, recording.peak_time_s) {
+        (Some(peak), Some(at)) => format!(
+            " The largest recorded magnitude is {} g at {}.",
+            significant(peak, DIGITS),
+            instant(at)
+        ),
+        _ => String::new(),
+    };
+    Some(Figure {
+        name: NAME,
+        title: title.into(),
+        caption: format!(
+            "As recorded (grey) and as the lever feels it (blue): {}.{peak}",
+            used_text(context)
+        ),
+        description: format!(
+            "Acceleration in g and m/s² over time, as recorded and as used, from {} to {}.{peak}",
+            instant(context.span_s.0),
+            instant(context.span_s.1)
+        ),
+        height,
+        body: canvas.into_string(),
+    })
+}
+
+fn used_text(context: &Context) -> String {
+    let Some(block) = &context.document.conditioning else {
+        return "as used".into();
+    };
+    let bias = if block.bias_window_s.is_some() {
+        "bias removed"
+    } else {
+        "no bias removed"
+    };
+    let filter = if block.filter == "none" {
+        "no filter".to_string()
+    } else {
+        filter_name(block.filter)
+    };
+    format!("as used ({bias}, {filter})")
+}
+
+/// Returns `CFC 1000` for `cfc1000`.
+pub(super) fn filter_name(filter: &str) -> String {
+    filter
+        .strip_prefix("cfc")
+        .map_or_else(|| filter.to_string(), |class| format!("CFC {class}"))
+}
+
+fn points(context: &Context, panel: &Panel, signal: &Signal) -> Vec<(f64, f64)> {
+    thin::columns(
+        signal.samples.iter().enumerate().map(|(index, value)| {
+            panel.place(
+                signal.time_s(index) * context.time_scale,
+                value / STANDARD_GRAVITY,
+            )
+        }),
+        1.0,
+    )
+}
+
+/// Marks where the judged window starts and ends, if one was asked for.
+pub(super) fn judged_window(canvas: &mut Canvas, context: &Context, panel: &Panel) {
+    if let Some((start, end)) = context.document.request.window_s {
+        for instant in [start, end] {
+            let value = instant * context.time_scale;
+            if panel.x.contains(value) {
+                let x = panel.x.place(value);
+                canvas.line("edge", (x, panel.top), (x, panel.bottom));
+            }
+        }
+    }
+}
+
+/// Says which side of zero opens the lever of the nominal run.
+fn opening_side(canvas: &mut Canvas, context: &Context, panel: &Panel) {
+    let Some(run) = &context.document.nominal else {
+        return;
+    };
+    let (y, text) = match run.opens_when {
+        OpensWhen::Negative => (panel.bottom - 9.0, "\u{2193} opens"),
+        OpensWhen::Positive => (panel.top + 18.0, "\u{2191} opens"),
+    };
+    let nominal = if context.document.polarities.len() > 1 {
+        " (nominal run)"
+    } else {
+        ""
+    };
+    canvas.text(
+        "muted halo",
+        (RIGHT - 8.0, y),
+        Anchor::End,
+        &format!("{text}{nominal}"),
+    );
+}

@@ -1,0 +1,135 @@
+//! Amplitude spectra before and after conditioning.
+
+use super::acceleration::filter_name;
+use super::axis::Axis;
+use super::canvas::{Anchor, Canvas};
+use super::panel::{self, Entry, LEFT, Mark, Panel, RIGHT};
+use super::{Context, Figure, thin};
+use crate::conditioning::spectrum::AmplitudeSpectrum;
+use crate::report::number::trimmed;
+use crate::units::STANDARD_GRAVITY;
+
+pub(super) const NAME: &str = "amplitude-spectra";
+
+/// Decades below the largest amplitude that are shown.
+const DEPTH: f64 = 1e-5;
+
+pub(super) fn draw(context: &Context) -> Option<Figure> {
+    let evidence = context.evidence;
+    let spectra = [&evidence.spectrum_raw, &evidence.spectrum_used];
+    let points = || spectra.into_iter().flat_map(shown);
+    let largest = points().map(|(_, amplitude)| amplitude).fold(0.0, f64::max);
+    let least = points()
+        .map(|(_, amplitude)| amplitude)
+        .fold(f64::INFINITY, f64::min);
+    let low_hz = points()
+        .map(|(frequency, _)| frequency)
+        .fold(f64::INFINITY, f64::min);
+    let high_hz = points().map(|(frequency, _)| frequency).fold(0.0, f64::max);
+    if !(largest > 0.0 && high_hz > low_hz) {
+        return None;
+    }
+
+    let document = context.document;
+    let conditioning = document.conditioning.as_ref();
+    let class = conditioning
+        .and_then(|block| block.filter.strip_prefix("cfc"))
+        .and_then(|class| class.parse::<f64>().ok());
+    let design_hz = conditioning.and_then(|block| block.filter_design_frequency_hz);
+    let after = conditioning.map_or_else(
+        || "as used".to_string(),
+        |block| {
+            if block.filter == "none" {
+                "as used (no filter)".to_string()
+            } else {
+                format!("as used ({})", filter_name(block.filter))
+            }
+        },
+    );
+
+    let mut canvas = Canvas::with_capacity(96 * 1024);
+    let title = "Amplitude spectra before and after conditioning";
+    let top = panel::header(
+        &mut canvas,
+        title,
+        &[
+            Entry::new(Mark::Line("raw"), "as recorded"),
+            Entry::new(Mark::Line("used"), after),
+        ],
+    );
+    let bottom = top + 270.0;
+    let height = bottom + panel::FOOTER;
+    let panel = Panel {
+        top,
+        bottom,
+        x: Axis::logarithmic(low_hz, high_hz, LEFT, RIGHT),
+        y: Axis::logarithmic(least.max(largest * DEPTH) * 0.8, largest * 1.6, bottom, top),
+    };
+    panel.grid(&mut canvas, Some("frequency [Hz]"), "amplitude [g]");
+    panel.clip(&mut canvas, "amplitude-spectra-clip");
+    canvas.begin_clipped("amplitude-spectra-clip");
+    for (class, spectrum) in ["raw", "used"].into_iter().zip(spectra) {
+        let points = thin::columns(
+            shown(spectrum).map(|(frequency, amplitude)| panel.place(frequency, amplitude)),
+            1.0,
+        );
+        canvas.polyline(class, points.into_iter());
+    }
+    canvas.end_group();
+    // One label to the left of its line and one to the right, so that they keep apart.
+    let marks = [(class, "class", false), (design_hz, "fd", true)];
+    for (frequency, name, right) in marks {
+        let Some(frequency) = frequency.filter(|frequency| panel.x.contains(*frequency)) else {
+            continue;
+        };
+        let x = panel.x.place(frequency);
+        canvas.line("edge", (x, top), (x, bottom));
+        let text = format!("{name} {} Hz", trimmed(frequency, 5));
+        let room = RIGHT - x > 108.0;
+        let (at, anchor) = match (right, room) {
+            (true, true) => ((x + 7.0, top + 18.0), Anchor::Start),
+            (true, false) => ((x - 7.0, top + 38.0), Anchor::End),
+            (false, _) => ((x - 7.0, top + 18.0), Anchor::End),
+        };
+        canvas.text("halo", at, anchor, &text);
+    }
+    panel.frame(&mut canvas);
+    panel::footer(&mut canvas, context, height);
+
+    let filter = match (class, design_hz) {
+        (Some(class), Some(design)) => format!(
+            " The filter passes what lies below its class frequency, {class} Hz, and falls off \
+             beyond; each of its two passes is designed at fd = {} Hz.",
+            trimmed(design, 6)
+        ),
+        _ => " No filter was applied.".to_string(),
+    };
+    Some(Figure {
+        name: NAME,
+        title: title.into(),
+        caption: format!(
+            "A pure tone shows its amplitude at its frequency; both scales are logarithmic.{filter}"
+        ),
+        description: format!(
+            "Amplitude in g against frequency from {} to {} Hz, as recorded and as used; the \
+             largest is {} g.{filter}",
+            trimmed(low_hz, 4),
+            trimmed(high_hz, 4),
+            trimmed(largest, 4)
+        ),
+        height,
+        body: canvas.into_string(),
+    })
+}
+
+/// Returns frequency [Hz] and amplitude [g] of what a logarithmic scale can show.
+fn shown(spectrum: &AmplitudeSpectrum) -> impl Iterator<Item = (f64, f64)> + '_ {
+    spectrum
+        .frequency_hz
+        .iter()
+        .zip(&spectrum.amplitude_m_s2)
+        .map(|(&frequency, &amplitude)| (frequency, amplitude / STANDARD_GRAVITY))
+        .filter(|(frequency, amplitude)| {
+            *frequency > 0.0 && *amplitude > 0.0 && frequency.is_finite() && amplitude.is_finite()
+        })
+}

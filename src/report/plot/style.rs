@@ -1,0 +1,104 @@
+//! Colours and rules of the plots and of the page around them.
+
+use std::fmt::Write as _;
+
+/// One colour in light and dark.
+struct Colour {
+    name: &'static str,
+    light: &'static str,
+    dark: &'static str,
+}
+
+const fn colour(name: &'static str, light: &'static str, dark: &'static str) -> Colour {
+    Colour { name, light, dark }
+}
+
+/// Every colour. Text keeps a contrast of at least 4.5 to 1 against the paper in both themes.
+const COLOURS: [Colour; 19] = [
+    colour("paper", "#ffffff", "#14181d"),
+    colour("page", "#f3f5f7", "#0c0f12"),
+    colour("ink", "#171c22", "#e6eaee"),
+    colour("muted", "#56616c", "#9aa6b2"),
+    colour("axis", "#8b96a1", "#5f6b77"),
+    colour("grid", "#e4e8ec", "#262d35"),
+    colour("rule", "#d3d9df", "#323b45"),
+    colour("band", "#dfe9f5", "#1d2c3d"),
+    colour("raw", "#8d98a3", "#788694"),
+    colour("first", "#0a58a8", "#6db3f5"),
+    colour("second", "#c2540a", "#f0975a"),
+    colour("third", "#2b8a70", "#5cc4a4"),
+    colour("fourth", "#8a4fb0", "#c495e6"),
+    colour("pass", "#17753a", "#5fcf8a"),
+    colour("fail", "#b4231c", "#ff8a80"),
+    colour("undecided", "#8a5a00", "#eab54a"),
+    colour("unusable", "#5b4a94", "#b7a5f2"),
+    colour("code", "#eef1f4", "#1d232a"),
+    colour("shade", "#f8fafb", "#191e24"),
+];
+
+/// Rules of the plots, in terms of the colours' variables.
+pub const RULES: &str = "\
+.plot{max-width:100%;height:auto}
+.plot text{font:14px system-ui,-apple-system,'Segoe UI',Roboto,'Helvetica Neue','DejaVu Sans',Arial,sans-serif;fill:var(--ink);font-variant-numeric:tabular-nums}
+.plot .paper{fill:var(--paper)}
+.plot .title{font-size:16px;font-weight:600}
+.plot .muted{fill:var(--muted)}
+.plot .origin{fill:var(--muted);font-size:11px}
+.plot .halo{paint-order:stroke;stroke:var(--paper);stroke-width:5px;stroke-linejoin:round}
+.plot .strong{font-weight:600}
+.plot .alarm{fill:var(--fail)}
+.plot .frame{fill:none;stroke:var(--axis);stroke-width:1}
+.plot .tick{stroke:var(--axis);stroke-width:1}
+.plot .grid{stroke:var(--grid);stroke-width:1}
+.plot .minor{stroke:var(--grid);stroke-width:.5}
+.plot .zero{stroke:var(--axis);stroke-width:1}
+.plot .band{fill:var(--band)}
+.plot .edge{fill:none;stroke:var(--muted);stroke-width:1;stroke-dasharray:2 3}
+.plot .fault{fill:none;stroke:var(--fail);stroke-width:1.5;stroke-dasharray:2 3}
+.plot .limit{fill:none;stroke:var(--fail);stroke-width:1.75;stroke-dasharray:9 4}
+.plot .impact{stroke:var(--ink);stroke-width:1}
+.plot .raw{fill:none;stroke:var(--raw);stroke-width:1;stroke-linejoin:round}
+.plot .used{fill:none;stroke:var(--first);stroke-width:1.35;stroke-linejoin:round}
+.plot .trace-0{fill:none;stroke:var(--first);stroke-width:2.4;stroke-linejoin:round}
+.plot .trace-1{fill:none;stroke:var(--second);stroke-width:1.4;stroke-dasharray:7 4;stroke-linejoin:round}
+.plot .trace-2{fill:none;stroke:var(--third);stroke-width:1.4;stroke-dasharray:2 3;stroke-linejoin:round}
+.plot .trace-3{fill:none;stroke:var(--fourth);stroke-width:1.4;stroke-dasharray:9 3 2 3;stroke-linejoin:round}
+.plot .mark{fill:var(--paper);stroke:var(--ink);stroke-width:1.75}
+.plot .cross{fill:var(--fail);stroke:var(--paper);stroke-width:1}
+.plot image{image-rendering:auto}
+";
+
+/// Returns the colours of one theme as declarations of CSS variables.
+#[must_use]
+pub fn variables(dark: bool) -> String {
+    let mut out = String::with_capacity(512);
+    for colour in &COLOURS {
+        let value = if dark { colour.dark } else { colour.light };
+        // Writing into a String cannot fail.
+        let _ = write!(out, "--{}:{value};", colour.name);
+    }
+    out
+}
+
+/// Returns the rules of a plot that stands alone: plain colours, since not every viewer of SVG
+/// knows variables, and those of the dark theme for viewers that know of themes.
+pub(super) fn stand_alone() -> String {
+    let mut dark = String::with_capacity(RULES.len());
+    for line in resolved(true).lines().filter(|line| line.contains('#')) {
+        dark.push_str(line);
+        dark.push('\n');
+    }
+    format!(
+        "{}@media screen and (prefers-color-scheme:dark){{\n{dark}}}\n",
+        resolved(false)
+    )
+}
+
+fn resolved(dark: bool) -> String {
+    let mut rules = RULES.to_string();
+    for colour in &COLOURS {
+        let value = if dark { colour.dark } else { colour.light };
+        rules = rules.replace(&format!("var(--{})", colour.name), value);
+    }
+    rules
+}

@@ -1,0 +1,162 @@
+//! The verdict for a terminal.
+
+use super::number::plain;
+use super::words::margin;
+use super::words::{self, DIGITS};
+use super::{REPORT_FILE, escape};
+use crate::recording::Severity;
+use crate::replay::Run;
+use crate::verdict::{Answer, Document};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Returns the verdict as a few aligned lines: the word first, then peak, limit, margin, first
+/// crossing, impacts, stops, reasons, findings, and where the report is, if one was written
+/// into `report`. Numbers are ASCII, so that they can be copied into other programs.
+#[must_use]
+pub fn render(document: &Document, report: Option<&Path>) -> String {
+    let mut out = String::with_capacity(2048);
+    out.push_str(words::answer(document.verdict));
+    out.push('\n');
+    let recording = &document.recording;
+    let mut subject = recording.file.clone();
+    if let Some(channel) = &recording.channel {
+        let _ = write!(subject, ", channel {channel}");
+    }
+    let _ = write!(subject, ", design {}", document.design.name);
+    line(&mut out, "recording", &subject);
+    let limit = format!("{} rad", document.threshold_rad);
+    match &document.nominal {
+        Some(run) => nominal(&mut out, document, run, &limit),
+        None => {
+            line(&mut out, "peak", "none: nothing was replayed");
+            line(&mut out, "limit", &limit);
+        }
+    }
+    runs(&mut out, document);
+    for (index, reason) in document.why.iter().enumerate() {
+        line(&mut out, if index == 0 { "why" } else { "" }, &reason.text);
+    }
+    findings(&mut out, document);
+    if let Some(report) = report {
+        let path = report.join(REPORT_FILE).display().to_string();
+        line(&mut out, "report", &path);
+    }
+    out
+}
+
+/// Writes a name and what belongs to it; whatever `text` holds, it stays on its line.
+fn line(out: &mut String, name: &str, text: &str) {
+    let _ = writeln!(out, "  {name:<15} {}", escape::terminal(text));
+}
+
+fn nominal(out: &mut String, document: &Document, run: &Run, limit: &str) {
+    if document.verdict == Answer::Unusable {
+        line(
+            out,
+            "caution",
+            "the recording carries no answer; the figures below are no evidence of a pass",
+        );
+    }
+    line(
+        out,
+        "peak",
+        &format!(
+            "{} rad at {} ({}, {})",
+            plain(run.peak_angle_rad, DIGITS),
+            time(run.peak_time_s),
+            words::stop(run.model),
+            words::opens(run.opens_when)
+        ),
+    );
+    line(out, "limit", limit);
+    let (margin, share) = margin(document.threshold_rad, run.peak_angle_rad);
+    line(
+        out,
+        "margin",
+        &format!(
+            "{} rad ({} % of the limit)",
+            plain(margin, DIGITS),
+            plain(share, 4)
+        ),
+    );
+    let crossing = run.first_crossing_s.map_or_else(
+        || "none".to_string(),
+        |at| {
+            format!(
+                "{}, above the limit for {} in all",
+                time(at),
+                time(run.time_above_threshold_s)
+            )
+        },
+    );
+    line(out, "first crossing", &crossing);
+    line(out, "impacts", &run.impacts.to_string());
+    if let Some(coast) = run.coast_peak_angle_rad {
+        line(
+            out,
+            "coast",
+            &format!(
+                "to {} rad at most after the window's end",
+                plain(coast, DIGITS)
+            ),
+        );
+    }
+}
+
+fn runs(out: &mut String, document: &Document) {
+    let describe = |run: &Run| {
+        let crossing = run.first_crossing_s.map_or_else(
+            || "does not cross the limit".to_string(),
+            |at| format!("first crosses the limit at {}", time(at)),
+        );
+        format!("peak {} rad, {crossing}", plain(run.peak_angle_rad, DIGITS))
+    };
+    if document.polarities.is_empty() {
+        for (name, run) in &document.models {
+            line(out, &format!("{name} stop"), &describe(run));
+        }
+    }
+    for (polarity, stops) in &document.polarities {
+        for (stop, run) in stops {
+            line(
+                out,
+                &format!("{stop} stop"),
+                &format!("{polarity} opens: {}", describe(run)),
+            );
+        }
+    }
+}
+
+fn findings(out: &mut String, document: &Document) {
+    if document.findings.is_empty() {
+        line(out, "findings", "none");
+        return;
+    }
+    let mut findings: Vec<_> = document.findings.iter().collect();
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    for (index, finding) in findings.into_iter().enumerate() {
+        let word = match finding.severity {
+            Severity::Blocking => "blocking",
+            Severity::Warning => "warning",
+            Severity::Info => "info",
+        };
+        let at = finding
+            .at_s
+            .map(|at| format!(" at {}", time(at)))
+            .unwrap_or_default();
+        line(
+            out,
+            if index == 0 { "findings" } else { "" },
+            &format!("{word} {}{at}: {}", finding.code, finding.text),
+        );
+    }
+}
+
+fn time(seconds: f64) -> String {
+    if seconds.abs() < 10.0 {
+        format!("{} ms", plain(seconds * 1e3, DIGITS))
+    } else {
+        format!("{} s", plain(seconds, 7))
+    }
+}

@@ -1,0 +1,199 @@
+//! Words that the terminal and the page share.
+
+use crate::model::stop::StopModel;
+use crate::report::number::{exact, milliseconds, significant, trimmed};
+use crate::units::OpensWhen;
+use crate::verdict::{Answer, Document, ErrorBudget};
+
+/// Digits of a result shown to people.
+pub(super) const DIGITS: usize = 5;
+
+/// Returns the verdict in capitals.
+pub(super) fn answer(answer: Answer) -> &'static str {
+    match answer {
+        Answer::Pass => "PASS",
+        Answer::Fail => "FAIL",
+        Answer::Undecided => "UNDECIDED",
+        Answer::Unusable => "UNUSABLE",
+    }
+}
+
+/// Returns what the verdict means, in half a sentence.
+pub(super) fn meaning(answer: Answer) -> &'static str {
+    match answer {
+        Answer::Pass => "the lever stays below the limit, uncertainty included",
+        Answer::Fail => "the lever crosses the limit, uncertainty included",
+        Answer::Undecided => "the uncertainty of input, model or method spans the limit",
+        Answer::Unusable => "the recording cannot carry an answer",
+    }
+}
+
+/// Returns an instant or duration [s] with its unit: milliseconds below ten seconds.
+pub(super) fn time(seconds: f64) -> String {
+    if seconds.abs() < 10.0 {
+        format!("{}\u{00A0}ms", milliseconds(seconds, DIGITS))
+    } else {
+        format!("{}\u{00A0}s", significant(seconds, 7))
+    }
+}
+
+/// As [`time`] without zeros at the end: for instants that were given or sampled.
+pub(super) fn instant(seconds: f64) -> String {
+    if seconds.abs() < 10.0 {
+        format!("{}\u{00A0}ms", trimmed(seconds * 1e3, 6))
+    } else {
+        format!("{}\u{00A0}s", trimmed(seconds, 8))
+    }
+}
+
+/// Returns an angle [rad] with its unit.
+pub(super) fn angle(radians: f64) -> String {
+    format!("{}\u{00A0}rad", significant(radians, DIGITS))
+}
+
+/// Returns the limit [rad] with all its digits and its unit.
+pub(super) fn limit(document: &Document) -> String {
+    format!("{}\u{00A0}rad", exact(document.threshold_rad))
+}
+
+/// Returns limit − peak [rad] and the same in percent of the limit.
+pub(super) fn margin(threshold_rad: f64, peak_rad: f64) -> (f64, f64) {
+    let margin = threshold_rad - peak_rad;
+    (margin, margin / threshold_rad * 100.0)
+}
+
+/// Returns the stop in words.
+pub(super) fn stop(model: StopModel) -> &'static str {
+    match model {
+        StopModel::Rigid => "rigid stop",
+        StopModel::Soft => "soft stop",
+    }
+}
+
+/// Returns the polarity in words.
+pub(super) fn opens(polarity: OpensWhen) -> &'static str {
+    match polarity {
+        OpensWhen::Negative => "negative opens",
+        OpensWhen::Positive => "positive opens",
+    }
+}
+
+/// Returns which recorded sign opens the lever, who says so, and how it enters the model.
+pub(super) fn polarity_sentence(document: &Document) -> String {
+    let entered = "A positive model acceleration holds the lever.";
+    let source = document.request.opens_when_source;
+    if source == "undeclared" {
+        return format!(
+            "Neither an option nor a card declares which sign of the recorded acceleration opens \
+             the lever, so both were judged; only where they agree is there an answer. {entered}"
+        );
+    }
+    if document.polarities.len() > 1 {
+        return format!(
+            "Both signs of the recorded acceleration were asked for (by {source}) and judged; the \
+             worse counts. {entered}"
+        );
+    }
+    match document.nominal.as_ref().map(|run| run.opens_when) {
+        Some(OpensWhen::Negative) => format!(
+            "A negative recorded acceleration opens the lever (declared by {source}); the \
+             recording enters the model with its sign as it is. {entered}"
+        ),
+        Some(OpensWhen::Positive) => format!(
+            "A positive recorded acceleration opens the lever (declared by {source}); the \
+             recording enters the model with its sign changed. {entered}"
+        ),
+        None => format!("Nothing was replayed, so no sign was applied. {entered}"),
+    }
+}
+
+/// Returns the report's identity: the first twelve digits of the recording's hash and the
+/// design's name, letters, digits, `-`, `_` and `.` kept.
+pub(super) fn identity(document: &Document) -> String {
+    let mut id: String = document
+        .recording
+        .sha256
+        .as_deref()
+        .unwrap_or("unread")
+        .chars()
+        .filter(char::is_ascii_alphanumeric)
+        .take(12)
+        .collect();
+    id.push('-');
+    id.extend(document.design.name.chars().take(60).map(|c| {
+        if c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.') {
+            c
+        } else {
+            '-'
+        }
+    }));
+    id
+}
+
+/// One part of the error budget.
+pub(super) struct BudgetPart {
+    /// Its name in the verdict.
+    pub(super) name: &'static str,
+    /// What was varied.
+    pub(super) meaning: &'static str,
+    /// Change of the nominal peak [rad].
+    pub(super) value: Option<f64>,
+    /// Why there is no value, where there is none.
+    pub(super) absent: &'static str,
+}
+
+/// Returns the parts of the error budget with their words.
+pub(super) fn budget(document: &Document) -> [BudgetPart; 6] {
+    let ErrorBudget {
+        numerical,
+        interpolation,
+        model,
+        filter,
+        bias,
+        polarity,
+    } = document.error_budget_rad;
+    let unmeasured = "not measured: no rerun was possible";
+    let conditioning = document.conditioning.as_ref();
+    let unfiltered = conditioning.is_some_and(|block| block.filter == "none");
+    let unbiased = conditioning.is_some_and(|block| block.bias_window_s.is_none());
+    let declared = document.request.opens_when_source != "undeclared";
+    let unless = |applies: bool, reason| if applies { reason } else { unmeasured };
+    [
+        BudgetPart {
+            name: "numerical",
+            meaning: "integration and rounding, as the integrator bounds them",
+            value: numerical,
+            absent: unmeasured,
+        },
+        BudgetPart {
+            name: "interpolation",
+            meaning: "straight lines between samples against a band-limited fourfold of them",
+            value: interpolation,
+            absent: unmeasured,
+        },
+        BudgetPart {
+            name: "model",
+            meaning: "rigid stop against soft stop",
+            value: model,
+            absent: unless(document.models.len() < 2, "only one stop was run"),
+        },
+        BudgetPart {
+            name: "filter",
+            meaning: "the filter chosen against none",
+            value: filter,
+            absent: unless(unfiltered, "no filter was applied"),
+        },
+        BudgetPart {
+            name: "bias",
+            meaning: "one standard error more and less bias, the larger change of the two",
+            value: bias,
+            absent: unless(unbiased, "no bias was removed"),
+        },
+        BudgetPart {
+            name: "polarity",
+            meaning: "the sign as declared against reversed",
+            value: polarity,
+            absent: unless(declared, "the sign is declared"),
+        },
+    ]
+}

@@ -1,0 +1,443 @@
+//! Guards the detectors of faults: what must block, and what must not.
+
+use crate::conditioning_support::{Random, shared_file};
+use latchgate::conditioning::quality::findings;
+use latchgate::conditioning::{ConditioningOptions, Signal};
+use latchgate::recording::{Finding, Severity};
+use latchgate::units::{STANDARD_GRAVITY, SampleRate};
+use std::f64::consts::PI;
+
+fn signal(rate_hz: f64, start_s: f64, samples: Vec<f64>) -> Signal {
+    Signal {
+        start_s,
+        rate: SampleRate::from_hertz(rate_hz).unwrap(),
+        samples,
+    }
+}
+
+/// Codes that block or speak of clipping, in order.
+fn faults(found: &[Finding]) -> Vec<&'static str> {
+    found
+        .iter()
+        .filter(|finding| finding.severity == Severity::Blocking || finding.code == "flat-top")
+        .map(|finding| finding.code)
+        .collect()
+}
+
+#[track_caller]
+fn check_faults(record: &Signal, options: &ConditioningOptions, expected: &[&str]) -> Vec<Finding> {
+    let found = findings(record, options);
+    assert_eq!(faults(&found), expected, "{found:#?}");
+    found
+}
+
+#[track_caller]
+fn check_warns(record: &Signal, code: &str, expected: bool) {
+    let found = findings(record, &ConditioningOptions::default());
+    assert_eq!(
+        found
+            .iter()
+            .any(|finding| finding.code == code && finding.severity == Severity::Warning),
+        expected,
+        "{code} in {found:#?}"
+    );
+}
+
+/// A half-sine [g] of 200 samples after 300 quiet ones, with a grid of `quantum_g`.
+fn pulse(peak_g: f64, quantum_g: f64) -> Vec<f64> {
+    (0..1000)
+        .map(|n| {
+            let phase = f64::from(n - 300) / 200.0;
+            let value = if (0.0..=1.0).contains(&phase) {
+                peak_g * (PI * phase).sin()
+            } else {
+                // Two codes of noise keep the sensor alive.
+                quantum_g * f64::from((n * 7 + n * n / 3) % 3 - 1)
+            };
+            (value / quantum_g).round() * quantum_g * STANDARD_GRAVITY
+        })
+        .collect()
+}
+
+fn pulse_signal(samples: Vec<f64>) -> Signal {
+    signal(10_000.0, -0.03, samples)
+}
+
+fn clipped(samples: &[f64], limit_g: f64) -> Vec<f64> {
+    let limit = limit_g * STANDARD_GRAVITY;
+    samples
+        .iter()
+        .map(|value| value.clamp(-limit, limit))
+        .collect()
+}
+
+#[test]
+fn verif_a_smooth_pulse_has_no_fault_and_its_clipped_copy_has() {
+    let whole = pulse(180.0, 0.061);
+    let default = ConditioningOptions::default();
+    check_faults(&pulse_signal(whole.clone()), &default, &[]);
+    for part in [0.5, 0.7, 0.9, 0.95, 0.99] {
+        let cut = clipped(&whole, (180.0 * part / 0.061_f64).round() * 0.061);
+        // Longer than 5 ms at one value is frozen as well.
+        let expected: &[&str] = if part < 0.93 {
+            &["clipping", "frozen"]
+        } else {
+            &["clipping"]
+        };
+        let found = check_faults(&pulse_signal(cut.clone()), &default, expected);
+        let first = cut
+            .iter()
+            .position(|value| *value >= cut.iter().copied().fold(0.0, f64::max))
+            .unwrap();
+        assert_eq!(found[0].at_s, Some(-0.03 + first as f64 / 10_000.0));
+        // Upside down it is the same.
+        let turned = cut.iter().map(|value| -value).collect();
+        check_faults(&pulse_signal(turned), &default, expected);
+    }
+}
+
+#[test]
+fn verif_a_declared_range_decides_where_it_can() {
+    let with_range = |range_g: f64| ConditioningOptions {
+        range_g: Some(range_g),
+        ..ConditioningOptions::default()
+    };
+    let whole = pulse(180.0, 0.061);
+    check_faults(&pulse_signal(whole.clone()), &with_range(200.0), &[]);
+    // 180 g is 98 % of 183.6 g.
+    check_faults(
+        &pulse_signal(whole.clone()),
+        &with_range(183.0),
+        &["clipping"],
+    );
+    // Three equal samples on top of a coarse pulse are chance if the sensor reads far more ...
+    let mut short = whole.clone();
+    let top = short[399] + 3.0 * STANDARD_GRAVITY;
+    short[399..402].fill(top);
+    check_faults(
+        &pulse_signal(short.clone()),
+        &with_range(500.0),
+        &["flat-top"],
+    );
+    check_faults(
+        &pulse_signal(short),
+        &ConditioningOptions::default(),
+        &["clipping"],
+    );
+    // ... but a long flat top is a saturated amplifier, whatever the sensor could read.
+    let long = clipped(&whole, 175.0);
+    check_faults(&pulse_signal(long), &with_range(500.0), &["clipping"]);
+}
+
+#[test]
+fn verif_a_signal_made_by_a_formula_has_no_sensor() {
+    let synthetic = ConditioningOptions {
+        synthetic: true,
+        range_g: Some(100.0),
+        ..ConditioningOptions::default()
+    };
+    let cut = clipped(&pulse(180.0, 0.061), 90.0);
+    check_faults(&pulse_signal(cut), &synthetic, &[]);
+    let mut frozen = pulse(180.0, 0.061);
+    frozen[420..520].fill(1000.0);
+    check_faults(&pulse_signal(frozen), &synthetic, &[]);
+    check_faults(&pulse_signal(vec![0.0; 500]), &synthetic, &[]);
+}
+
+#[test]
+fn verif_a_single_sample_at_the_last_code_of_a_converter_is_clipped() {
+    for (codes, expected) in [
+        (-32768.0, &["clipping"][..]),
+        (32767.0, &["clipping"]),
+        (-2048.0, &["clipping"]),
+        (32761.0, &[]),
+        (-2050.0, &[]),
+    ] {
+        let quantum = 0.05 * STANDARD_GRAVITY;
+        let mut record: Vec<f64> = pulse(40.0, 0.05);
+        // A sharp but smooth enough tooth up to the code.
+        for (step, part) in [0.2_f64, 0.6, 1.0, 0.5, 0.1].into_iter().enumerate() {
+            record[600 + step] = f64::round(codes * part) * quantum;
+        }
+        check_faults(
+            &pulse_signal(record),
+            &ConditioningOptions::default(),
+            expected,
+        );
+    }
+}
+
+#[test]
+fn verif_a_dead_sensor_is_told_from_a_pulse() {
+    let default = ConditioningOptions::default();
+    check_faults(&pulse_signal(vec![0.0; 1000]), &default, &["dead-sensor"]);
+    let stuck = check_faults(
+        &pulse_signal(vec![3.0; 1000]),
+        &default,
+        &["dead-sensor", "starts-inside-event", "ends-inside-event"],
+    );
+    assert_eq!(stuck[0].at_s, None);
+    let flicker = (0..1000).map(|n| f64::from(n % 2) * 0.6).collect();
+    let found = findings(&pulse_signal(flicker), &default);
+    assert_eq!(found[0].code, "dead-sensor");
+}
+
+#[test]
+fn verif_a_frozen_stretch_blocks_from_its_first_sample() {
+    let default = ConditioningOptions::default();
+    let mut frozen = pulse(180.0, 0.061);
+    let level = frozen[450];
+    frozen[450..560].fill(level);
+    let found = check_faults(&pulse_signal(frozen), &default, &["frozen"]);
+    assert!((found[0].at_s.unwrap() - 0.015).abs() < 1e-12);
+    // A cable that breaks inside the event may well leave zero behind.
+    let mut broken = pulse(180.0, 0.061);
+    broken[420..].fill(0.0);
+    let found = check_faults(&pulse_signal(broken), &default, &["frozen"]);
+    assert!((found[0].at_s.unwrap() - 0.012).abs() < 1e-12);
+    // Zeros after the event are padding.
+    let mut padded = pulse(180.0, 0.061);
+    padded[700..].fill(0.0);
+    check_faults(&pulse_signal(padded), &default, &[]);
+}
+
+#[test]
+fn verif_a_record_cut_inside_the_event_blocks() {
+    let default = ConditioningOptions::default();
+    let whole = pulse(180.0, 0.061);
+    let found = check_faults(
+        &signal(10_000.0, 0.0, whole[330..].to_vec()),
+        &default,
+        &["starts-inside-event"],
+    );
+    assert!(
+        found
+            .iter()
+            .all(|finding| finding.at_s.is_none() || finding.code != "starts-inside-event")
+    );
+    let cut = pulse_signal(whole[..450].to_vec());
+    let found = check_faults(&cut, &default, &["ends-inside-event"]);
+    let end = found
+        .iter()
+        .find(|finding| finding.code == "ends-inside-event")
+        .unwrap();
+    assert_eq!(end.at_s, Some(cut.end_s()));
+}
+
+#[test]
+fn verif_a_rate_below_250_hz_is_no_crash_recording() {
+    let default = ConditioningOptions::default();
+    let record = pulse(180.0, 0.061);
+    check_faults(
+        &signal(249.9, -1.0, record.clone()),
+        &default,
+        &["low-rate"],
+    );
+    check_faults(&signal(250.0, -1.0, record.clone()), &default, &[]);
+    check_faults(&signal(249.999_99, -1.0, record), &default, &[]);
+}
+
+#[test]
+fn verif_warnings_are_given_where_they_belong() {
+    let whole = pulse(180.0, 0.061);
+    for code in [
+        "spike",
+        "drift",
+        "zero-shift",
+        "implausible-peak",
+        "pre-event-not-quiet",
+    ] {
+        check_warns(&pulse_signal(whole.clone()), code, false);
+    }
+    let mut spiked = whole.clone();
+    spiked[700] = 120.0 * STANDARD_GRAVITY;
+    check_warns(&pulse_signal(spiked), "spike", true);
+    let shifted = whole
+        .iter()
+        .enumerate()
+        .map(|(n, value)| value + if n > 500 { 3.0 * STANDARD_GRAVITY } else { 0.0 })
+        .collect();
+    check_warns(&pulse_signal(shifted), "zero-shift", true);
+    let drifting = whole
+        .iter()
+        .enumerate()
+        .map(|(n, value)| value + 0.02 * n as f64)
+        .collect();
+    check_warns(&pulse_signal(drifting), "drift", true);
+    check_warns(&pulse_signal(pulse(12.0, 0.01)), "implausible-peak", true);
+    check_warns(&pulse_signal(pulse(2500.0, 0.1)), "implausible-peak", true);
+    let early = signal(10_000.0, -0.06, whole);
+    check_warns(&early, "pre-event-not-quiet", true);
+}
+
+/// One of five smooth shapes of unit peak, `width` samples wide, at `x` samples after its start.
+fn smooth(kind: u64, x: f64, width: f64, cycles: f64, phase: f64) -> f64 {
+    let part = x / width;
+    if kind == 2 {
+        let spread = (part - 0.5) / 0.15;
+        return (-0.5 * spread * spread).exp();
+    }
+    if !(0.0..=1.0).contains(&part) {
+        return 0.0;
+    }
+    match kind {
+        0 => (PI * part).sin(),
+        1 => (PI * part).sin().powi(2),
+        3 => (PI * part).sin() * (2.0 * PI * cycles * part + phase).sin(),
+        _ => {
+            (PI * part).sin().powi(2)
+                * ((2.0 * PI * cycles * part).sin()
+                    + 0.5 * (4.7 * PI * cycles * part + phase).sin())
+        }
+    }
+}
+
+/// A random smooth pulse, sampled at least 15 times per period, with its largest magnitude.
+fn random_pulse(random: &mut Random) -> (Vec<f64>, f64) {
+    let kind = random.next() % 5;
+    let width = random.between(60.0, 900.0);
+    let cycles = random.between(1.0, (width / 36.0).min(12.0));
+    let phase = random.between(0.0, 6.0);
+    let offset = random.between(0.0, 1.0);
+    let peak = random.between(200.0, 9000.0) * if random.next() % 2 == 0 { 1.0 } else { -1.0 };
+    let record: Vec<f64> = (0..1600)
+        .map(|n| peak * smooth(kind, f64::from(n) - 300.0 - offset, width, cycles, phase))
+        .collect();
+    let largest = record
+        .iter()
+        .fold(0.0_f64, |most, value| most.max(value.abs()));
+    (record, largest)
+}
+
+/// Quantised to 8 to 16 bits a smooth pulse shows no clipping; cut at 50 to 95 % of its peak it
+/// always does, by the same converter, if at least seven neighbours lie two noise widths beyond the
+/// limit: fewer samples may be equal by chance.
+#[test]
+fn prop_quantised_smooth_pulses_are_not_clipped_and_cut_ones_are() {
+    let default = ConditioningOptions::default();
+    for seed in 1..=2000 {
+        let mut random = Random::new(seed);
+        let (record, largest) = random_pulse(&mut random);
+        let bits = 8 + random.next() % 9;
+        let quantum = largest * random.between(1.02, 1.3) / f64::from(1_u32 << (bits - 1));
+        let noise = random.between(0.0, 0.8);
+        let quantise = |limit: f64, random: &mut Random| -> Vec<f64> {
+            record
+                .iter()
+                .map(|value| {
+                    let noisy = value / quantum + noise * random.normal();
+                    noisy.round().clamp(-limit, limit) * quantum
+                })
+                .collect()
+        };
+        let whole = findings(
+            &signal(10_000.0, -0.03, quantise(f64::INFINITY, &mut random)),
+            &default,
+        );
+        assert_eq!(
+            faults(&whole),
+            [""; 0],
+            "seed {seed}, {bits} bits: {whole:#?}"
+        );
+        let limit = (random.between(0.5, 0.95) * largest / quantum).floor();
+        let beyond = |value: &f64| value.abs() / quantum > limit + 2.0 * noise;
+        if !record.windows(7).any(|seven| seven.iter().all(beyond)) {
+            continue;
+        }
+        let cut = signal(10_000.0, -0.03, quantise(limit, &mut random));
+        let cut = findings(&cut, &default);
+        assert!(
+            cut.iter().any(|finding| finding.code == "clipping"
+                && finding.severity == Severity::Blocking),
+            "seed {seed}, {bits} bits, cut at {limit} of {}: {cut:#?}",
+            largest / quantum
+        );
+    }
+}
+
+/// Reads two tab-separated columns.
+fn two_columns(text: &[u8]) -> (Vec<f64>, Vec<f64>) {
+    String::from_utf8_lossy(text)
+        .lines()
+        .filter_map(|line| line.split_once(['\t', ',']))
+        .filter_map(|(time, value)| Some((time.parse::<f64>().ok()?, value.parse::<f64>().ok()?)))
+        .unzip()
+}
+
+#[track_caller]
+fn check_shared(name: &str, unit: f64, ignored: &[&str], expected: &[&str]) -> Vec<Finding> {
+    let Some(text) = shared_file(name) else {
+        return Vec::new();
+    };
+    let (time, values) = two_columns(&text);
+    let rate_hz = (values.len() - 1) as f64 / (time[time.len() - 1] - time[0]);
+    let record = signal(
+        (rate_hz * 1e3).round() / 1e3,
+        time[0],
+        values.iter().map(|value| value * unit).collect(),
+    );
+    let found = findings(&record, &ConditioningOptions::default());
+    let faults: Vec<&str> = faults(&found)
+        .into_iter()
+        .filter(|code| !ignored.contains(code))
+        .collect();
+    assert_eq!(faults, expected, "{name}: {found:#?}");
+    println!(
+        "{name}: {:?}",
+        found.iter().map(|f| f.code).collect::<Vec<_>>()
+    );
+    found
+}
+
+/// Real channels of one vehicle test: six healthy, one dead, one clipped; left out where absent.
+#[test]
+fn val_real_channels_are_told_apart() {
+    for curve in [145, 146, 147, 148, 149, 150] {
+        let name = format!("recordings/nhtsa_v07292.{curve}");
+        check_shared(&name, STANDARD_GRAVITY, &[], &[]);
+    }
+    let dead = check_shared(
+        "recordings/nhtsa_v07292.038",
+        STANDARD_GRAVITY,
+        &["clipping", "ends-inside-event"],
+        &["frozen"],
+    );
+    let clipped = check_shared(
+        "recordings/nhtsa_v07292.056",
+        STANDARD_GRAVITY,
+        &[],
+        &["clipping"],
+    );
+    for (found, code, at_s) in [(dead, "frozen", 0.06456), (clipped, "clipping", 0.062)] {
+        for finding in found.iter().filter(|finding| finding.code == code) {
+            assert!((finding.at_s.unwrap() - at_s).abs() < 1e-9, "{finding:?}");
+        }
+    }
+}
+
+/// Formula signals without a card: none may look clipped or frozen; left out where absent.
+#[test]
+fn val_formula_signals_are_neither_clipped_nor_frozen() {
+    for stem in [
+        "burst1_1000g_35ms",
+        "burst2_1000g_35ms",
+        "burst3_1000g_35ms",
+        "hs_100g_35ms",
+        "hs_30g_11ms",
+        "hv_100g_20ms",
+        "rec_200g_300ms",
+        "saw_100g_20ms",
+    ] {
+        for rate in ["10k", "20k"] {
+            let name = format!("reference/signals/{stem}_{rate}.csv");
+            check_shared(&name, 1.0, &[], &[]);
+        }
+    }
+    check_shared("reference/signals/spike_1k.csv", 1.0, &[], &[]);
+    check_shared("reference/signals/spike_20k.csv", 1.0, &[], &[]);
+    // Within three samples of 2 ms one is well inside its event, and the other never ends.
+    let ignored = ["starts-inside-event", "ends-inside-event"];
+    for stem in ["hs30_500Hz", "sine90_500Hz"] {
+        check_shared(&format!("reference/signals/{stem}.csv"), 1.0, &ignored, &[]);
+    }
+}

@@ -1,0 +1,193 @@
+//! Quad-precision reference runs, where `../shared` exists; left out otherwise.
+
+use latchgate::conditioning::Signal;
+use latchgate::model::Design;
+use latchgate::model::stop::StopModel;
+use latchgate::replay::{self, RunOptions};
+use latchgate::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// The folder of reference values, if this checkout has one beside it.
+fn shared() -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
+    if folder.is_dir() {
+        Some(folder)
+    } else {
+        println!("left out: no ../shared beside this checkout");
+        None
+    }
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn number(value: &Value) -> f64 {
+    value
+        .as_str()
+        .map_or_else(|| value.as_f64().unwrap(), |text| text.parse().unwrap())
+}
+
+/// Two columns, time and value, after any header lines.
+fn columns(path: &Path) -> Vec<(f64, f64)> {
+    std::fs::read_to_string(path)
+        .unwrap()
+        .lines()
+        .filter_map(|line| {
+            let mut cells = line
+                .split([',', '\t'])
+                .map(|cell| cell.trim().parse::<f64>());
+            Some((cells.next()?.ok()?, cells.next()?.ok()?))
+        })
+        .collect()
+}
+
+fn stop(name: &str) -> StopModel {
+    if name == "rigid" {
+        StopModel::Rigid
+    } else {
+        StopModel::Soft
+    }
+}
+
+#[track_caller]
+fn check_close(what: &str, got: f64, want: f64, relative: f64) {
+    assert!(
+        (got - want).abs() <= relative * want.abs(),
+        "{what}: got {got:e}, want {want:e}, off by {:e}",
+        got - want
+    );
+}
+
+/// Event-driven replay of every reference shock: release, crossing, peak and impacts.
+#[test]
+fn val_shocks_agree_with_quad_precision() {
+    let Some(shared) = shared() else { return };
+    let cases = json(&shared.join("reference/shocks.json"));
+    for (name, case) in cases["cases"].as_object().unwrap() {
+        let rows = columns(
+            &shared
+                .join("reference")
+                .join(case["signal"].as_str().unwrap()),
+        );
+        let signal = Signal {
+            start_s: 0.0,
+            rate: SampleRate::from_hertz(case["fs"].as_f64().unwrap()).unwrap(),
+            samples: rows.iter().map(|row| row.1).collect(),
+        };
+        let options = RunOptions::new(stop(case["model"].as_str().unwrap()), OpensWhen::Negative);
+        let run = replay::run(&signal, &Design::reference(), &options)
+            .unwrap()
+            .run;
+        let error = (run.peak_angle_rad - number(&case["peak"])).abs();
+        println!(
+            "{name}: peak error {error:.1e} stated {:.1e} impacts {} of {} work {:?}",
+            run.numerical_error_rad, run.impacts, case["n_impacts_gt_1e_3"], run.work
+        );
+        check_close(name, run.peak_angle_rad, number(&case["peak"]), 1e-9);
+        check_close(name, run.peak_time_s, number(&case["t_peak"]), 1e-7);
+        check_close(
+            name,
+            run.first_release_s.unwrap(),
+            number(&case["first_release"]),
+            1e-9,
+        );
+        check_close(
+            name,
+            run.first_crossing_s.unwrap(),
+            number(&case["first_crossing"][0]),
+            1e-9,
+        );
+        assert!(
+            error <= run.numerical_error_rad,
+            "{name}: error {error:e} stated {:e}",
+            run.numerical_error_rad
+        );
+        assert_eq!(
+            run.impacts,
+            case["n_impacts_gt_1e_3"].as_u64().unwrap(),
+            "{name}"
+        );
+        for (got, want) in run
+            .impact_list
+            .iter()
+            .zip(case["impacts"].as_array().unwrap())
+            .take(10)
+        {
+            check_close(name, got[0], number(&want[0]), 1e-9);
+            check_close(name, got[1], number(&want[1]), 1e-9);
+        }
+    }
+}
+
+/// Event-driven replay of the real channels: where double precision can follow, it agrees;
+/// where it cannot, the stated error covers the true one.
+#[test]
+fn val_real_channels_agree_with_quad_precision() {
+    let Some(shared) = shared() else { return };
+    let cases = json(&shared.join("reference/nhtsa.json"));
+    for (name, case) in cases["cases"].as_object().unwrap() {
+        let rows = columns(&shared.join(case["file"].as_str().unwrap()));
+        let signal = Signal {
+            start_s: rows[0].0,
+            rate: SampleRate::from_hertz(12500.0).unwrap(),
+            samples: rows.iter().map(|row| row.1 * STANDARD_GRAVITY).collect(),
+        };
+        let opens_when = if case["opens_when"] == "negative" {
+            OpensWhen::Negative
+        } else {
+            OpensWhen::Positive
+        };
+        let options = RunOptions::new(stop(case["model"].as_str().unwrap()), opens_when);
+        let run = replay::run(&signal, &Design::reference(), &options)
+            .unwrap()
+            .run;
+        let peak = number(&case["peak_angle_rad"]);
+        let rounding = number(&case["rounding_error_rad"]);
+        let error = (run.peak_angle_rad - peak).abs();
+        println!(
+            "{name}: peak error {error:.1e} stated {:.1e} rounding {rounding:.1e} impacts {} of {} work {:?}",
+            run.numerical_error_rad, run.impacts, case["impacts_faster_than_1e_3"], run.work
+        );
+        assert!(
+            error <= run.numerical_error_rad,
+            "{name}: error {error:e} stated {:e}",
+            run.numerical_error_rad
+        );
+        assert!(
+            run.numerical_error_rad <= (1e4 * rounding).max(1e-12),
+            "{name}: stated {:e}",
+            run.numerical_error_rad
+        );
+        let tolerance = if rounding < 1e-11 {
+            1e-9
+        } else {
+            (1e4 * rounding).max(1e-9)
+        };
+        if rounding < 1e-11 {
+            check_close(name, run.peak_angle_rad, peak, 1e-9);
+        }
+        assert_eq!(
+            run.first_crossing_s.is_some(),
+            !case["first_crossing_s"].is_null(),
+            "{name}"
+        );
+        if let Some(crossing) = run.first_crossing_s {
+            check_close(name, crossing, number(&case["first_crossing_s"]), tolerance);
+        }
+        check_close(
+            name,
+            run.first_release_s.unwrap(),
+            number(&case["first_release_s"]),
+            1e-9,
+        );
+        let first = case["first_impacts_t_from_first_sample_v"]
+            .as_array()
+            .unwrap();
+        for (got, want) in run.impact_list.iter().zip(first) {
+            check_close(name, got[0] - signal.start_s, number(&want[0]), 1e-9);
+            check_close(name, got[1], number(&want[1]), 1e-9);
+        }
+    }
+}

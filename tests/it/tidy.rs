@@ -1,0 +1,632 @@
+//! Guards the repository itself: what its documents say of it holds, modules know only whom
+//! they may know, and nothing in it speaks of the machine it was written on.
+
+use latchgate::model::Design;
+use latchgate::recording::FORMATS;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn text_of(path: &str) -> String {
+    fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+/// Returns every file below `folder`, relative to the root with `/` between folders, without
+/// build products and without what git keeps for itself.
+fn files_below(folder: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut open = vec![PathBuf::from(folder)];
+    while let Some(folder) = open.pop() {
+        for entry in fs::read_dir(root().join(&folder)).unwrap() {
+            let entry = entry.unwrap();
+            let name = entry.file_name().into_string().unwrap();
+            let path = folder.join(&name);
+            let shown = path.to_str().unwrap().replace('\\', "/");
+            let shown = shown.trim_start_matches("./").to_string();
+            if matches!(shown.as_str(), "target" | ".git" | "reports/out") {
+                continue;
+            }
+            let kind = entry.file_type().unwrap();
+            if kind.is_dir() {
+                open.push(path);
+            } else if kind.is_file() {
+                found.push(shown);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+fn sources() -> Vec<(String, String)> {
+    files_below("src")
+        .into_iter()
+        .filter(|path| path.ends_with(".rs"))
+        .map(|path| {
+            let code = without_comments(&text_of(&path));
+            (path, code)
+        })
+        .collect()
+}
+
+/// Drops lines that are comments whole; what is said there is not done.
+fn without_comments(text: &str) -> String {
+    text.lines()
+        .map(|line| {
+            if line.trim_start().starts_with("//") {
+                ""
+            } else {
+                line
+            }
+        })
+        .collect::<Vec<_>>()
+        .join("\n")
+}
+
+/// Returns the module of the main line that a source file belongs to: `recording` for
+/// `src/recording.rs` and for `src/recording/csv.rs`.
+fn module_of(path: &str) -> String {
+    let inner = path.strip_prefix("src/").unwrap();
+    inner
+        .split(['/', '.'])
+        .next()
+        .unwrap_or_default()
+        .to_string()
+}
+
+fn line_of(text: &str, offset: usize) -> usize {
+    1 + text[..offset].matches('\n').count()
+}
+
+#[track_caller]
+fn check_none(what: &str, found: &[String]) {
+    assert!(found.is_empty(), "{what}:\n{}", found.join("\n"));
+}
+
+/// Returns what stands between single backticks, outside of fenced blocks.
+fn quoted(markdown: &str) -> Vec<String> {
+    markdown
+        .split("```")
+        .step_by(2)
+        .flat_map(|part| {
+            part.split('`')
+                .skip(1)
+                .step_by(2)
+                .map(str::to_string)
+                .collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+#[test]
+fn tidy_paths_named_in_the_architecture_exist() {
+    let text = text_of("docs/architecture.md");
+    let named: Vec<String> = quoted(&text)
+        .into_iter()
+        .filter(|word| {
+            let folder = [
+                "src/",
+                "tests/",
+                "docs/",
+                "signals/",
+                "reports/",
+                "examples/",
+                ".ci/",
+            ];
+            folder.iter().any(|folder| word.starts_with(folder))
+                || [".md", ".rs", ".toml"]
+                    .iter()
+                    .any(|end| word.ends_with(end))
+        })
+        .filter(|word| !word.contains(['*', '<', 'N', ' ']))
+        .collect();
+    assert!(named.len() > 20, "few paths found: {named:?}");
+    let missing: Vec<String> = named
+        .into_iter()
+        .filter(|path| path != "reports/out/" && !root().join(path).exists())
+        .collect();
+    check_none(
+        "docs/architecture.md names paths that do not exist",
+        &missing,
+    );
+}
+
+#[test]
+fn tidy_every_module_is_in_the_architecture() {
+    let text = text_of("docs/architecture.md");
+    let missing: Vec<String> = files_below("src")
+        .into_iter()
+        .filter(|path| path.matches('/').count() == 1 && path.ends_with(".rs"))
+        .filter(|path| !text.contains(&format!("`{path}`")))
+        .collect();
+    check_none("modules that docs/architecture.md leaves out", &missing);
+}
+
+/// Relative links of every document lead somewhere.
+#[test]
+fn tidy_links_in_documents_lead_somewhere() {
+    let mut broken = Vec::new();
+    for path in &files_below(".") {
+        if !path.ends_with(".md") {
+            continue;
+        }
+        let text = text_of(path);
+        for link in text.split("](").skip(1) {
+            let target = link.split([')', '#']).next().unwrap_or_default();
+            if target.is_empty() || target.contains("://") {
+                continue;
+            }
+            let folder = root().join(path).parent().unwrap().to_path_buf();
+            if !folder.join(target).exists() {
+                broken.push(format!("{path}: {target}"));
+            }
+        }
+    }
+    check_none("links that lead nowhere", &broken);
+}
+
+/// Reads the table "Who may use whom": module, then the modules it may use.
+fn directions() -> BTreeMap<String, BTreeSet<String>> {
+    let text = text_of("docs/architecture.md");
+    let section = text
+        .split("## Who may use whom")
+        .nth(1)
+        .expect("docs/architecture.md has a section \"Who may use whom\"");
+    section
+        .lines()
+        .take_while(|line| !line.starts_with("## "))
+        .filter(|line| line.starts_with("| `"))
+        .map(|line| {
+            let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+            let module = cells[1].trim_matches('`').to_string();
+            (module, quoted(cells[2]).into_iter().collect())
+        })
+        .collect()
+}
+
+/// Returns the modules that a source file names through `crate::` (or `super::`, where that is
+/// the crate's root), with the line.
+fn uses(path: &str, code: &str) -> Vec<(usize, String)> {
+    let depth = path.matches('/').count();
+    let to_root = "super::".repeat(depth);
+    let mut found = Vec::new();
+    for root in ["crate::", to_root.as_str()] {
+        for (offset, _) in code.match_indices(root) {
+            if code[..offset].ends_with("::") {
+                continue;
+            }
+            let rest = &code[offset + root.len()..];
+            let line = line_of(code, offset);
+            if let Some(list) = rest.strip_prefix('{') {
+                found.extend(heads_of(list).into_iter().map(|name| (line, name)));
+            } else {
+                found.push((line, identifier(rest)));
+            }
+        }
+    }
+    found
+}
+
+fn identifier(text: &str) -> String {
+    text.trim_start()
+        .chars()
+        .take_while(|c| c.is_alphanumeric() || *c == '_')
+        .collect()
+}
+
+/// Returns the first name of each part of a `use` list, up to its closing brace.
+fn heads_of(list: &str) -> Vec<String> {
+    let mut depth = 0;
+    let mut heads = Vec::new();
+    let mut start = true;
+    for (offset, c) in list.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' if depth == 0 => break,
+            '}' => depth -= 1,
+            ',' if depth == 0 => start = true,
+            c if start && !c.is_whitespace() => {
+                heads.push(identifier(&list[offset..]));
+                start = false;
+            }
+            _ => {}
+        }
+    }
+    heads
+}
+
+#[test]
+fn tidy_modules_know_only_whom_they_may_know() {
+    let directions = directions();
+    let modules: BTreeSet<String> = directions.keys().cloned().collect();
+    let mut found = Vec::new();
+    for (path, code) in sources() {
+        let module = module_of(&path);
+        if matches!(module.as_str(), "lib" | "main") {
+            continue;
+        }
+        let Some(allowed) = directions.get(&module) else {
+            found.push(format!("{path}: module `{module}` is not in the table"));
+            continue;
+        };
+        for (line, name) in uses(&path, &code) {
+            if modules.contains(&name) && name != module && !allowed.contains(&name) {
+                found.push(format!("{path}:{line}: `{module}` uses `{name}`"));
+            }
+        }
+    }
+    check_none(
+        "uses against the table in docs/architecture.md (mend the code, or decide and say why there)",
+        &found,
+    );
+}
+
+/// The scanner of the test above sees the forms in which a module can be named.
+#[test]
+fn tidy_the_scan_for_uses_sees_what_it_should() {
+    let names = |path: &str, code: &str| -> Vec<String> {
+        uses(path, code).into_iter().map(|(_, name)| name).collect()
+    };
+    assert_eq!(
+        names("src/model.rs", "use crate::verdict::Answer;"),
+        ["verdict"]
+    );
+    assert_eq!(
+        names("src/model.rs", "use crate::{cli, report::{a, b}, units};"),
+        ["cli", "report", "units"]
+    );
+    assert_eq!(names("src/model.rs", "use super::cli;"), ["cli"]);
+    assert_eq!(
+        names("src/model/stop.rs", "super::lever; super::super::cli::x();"),
+        ["cli"]
+    );
+    assert_eq!(
+        names(
+            "src/model.rs",
+            &without_comments("/// [`crate::cli`]\n// crate::cli")
+        ),
+        Vec::<String>::new()
+    );
+}
+
+#[track_caller]
+fn check_words(what: &str, words: &[&str], allowed: &[&str]) {
+    let mut found = Vec::new();
+    for (path, code) in sources() {
+        if allowed.contains(&module_of(&path).as_str()) {
+            continue;
+        }
+        for word in words {
+            for (offset, _) in code.match_indices(word) {
+                let before = code[..offset].chars().next_back();
+                let part_of_a_name = word.starts_with(char::is_alphabetic)
+                    && before.is_some_and(|c| c.is_alphanumeric() || c == '_');
+                if !part_of_a_name {
+                    found.push(format!("{path}:{}: {word}", line_of(&code, offset)));
+                }
+            }
+        }
+    }
+    check_none(what, &found);
+}
+
+#[test]
+fn tidy_only_the_command_line_prints() {
+    check_words(
+        "printing outside src/cli; return a value or use tracing",
+        &[
+            "print!(",
+            "println!(",
+            "eprint!(",
+            "eprintln!(",
+            "dbg!(",
+            "io::stdout",
+            "io::stderr",
+        ],
+        &["cli"],
+    );
+}
+
+#[test]
+fn tidy_only_outer_modules_touch_files() {
+    check_words(
+        "file access outside recording, report and cli",
+        &[
+            "std::fs",
+            "fs::",
+            "File::open",
+            "File::create",
+            "OpenOptions",
+        ],
+        &["recording", "report", "cli"],
+    );
+}
+
+#[test]
+fn tidy_the_inner_modules_read_no_clock_and_no_environment() {
+    check_words(
+        "a clock or the environment where only the input may decide",
+        &[
+            "std::time",
+            "Instant::now",
+            "SystemTime",
+            "std::env",
+            "env::var",
+        ],
+        &["verdict", "report", "cli"],
+    );
+}
+
+/// The standard library leaves the last digits of these to the platform; `libm` does not.
+#[test]
+fn tidy_elementary_functions_come_from_libm() {
+    check_words(
+        "an elementary function of the standard library; use libm, whose digits are the same everywhere",
+        &[
+            ".sin()",
+            ".cos()",
+            ".tan()",
+            ".sin_cos()",
+            ".asin()",
+            ".acos()",
+            ".atan()",
+            ".atan2(",
+            ".sinh()",
+            ".cosh()",
+            ".tanh()",
+            ".exp()",
+            ".exp2()",
+            ".exp_m1()",
+            ".ln()",
+            ".ln_1p()",
+            ".log(",
+            ".log2()",
+            ".log10()",
+            ".powf(",
+            ".powi(",
+            ".hypot(",
+            ".cbrt()",
+        ],
+        &[],
+    );
+}
+
+#[test]
+fn tidy_no_source_file_exceeds_a_thousand_lines() {
+    let long: Vec<String> = ["src", "tests", "examples"]
+        .into_iter()
+        .flat_map(files_below)
+        .filter(|path| path.ends_with(".rs"))
+        .map(|path| (text_of(&path).lines().count(), path))
+        .filter(|(lines, _)| *lines > 1000)
+        .map(|(lines, path)| format!("{path}: {lines} lines"))
+        .collect();
+    check_none("files that have mostly become two ideas", &long);
+}
+
+#[test]
+fn tidy_every_signal_has_a_card() {
+    let files = files_below("signals");
+    let bare: Vec<String> = files
+        .iter()
+        .filter(|path| !path.ends_with(".toml") && !files.contains(&format!("{path}.toml")))
+        .cloned()
+        .collect();
+    assert!(files.len() >= 12, "signals/ is nearly empty: {files:?}");
+    check_none("recordings without a card", &bare);
+}
+
+#[test]
+fn tidy_nothing_speaks_of_the_machine_it_was_written_on() {
+    // Put together here, so that this file does not find itself.
+    let folders: Vec<String> = ["work", "root", "home"]
+        .iter()
+        .map(|name| format!("/{name}/"))
+        .collect();
+    let mut found = Vec::new();
+    for path in &files_below(".") {
+        let told_by_end = [
+            ".md", ".rs", ".toml", ".sh", ".html", ".json", ".svg", ".yml",
+        ];
+        let is_text = told_by_end.iter().any(|end| path.ends_with(end))
+            || matches!(path.as_str(), "tests/run" | ".ci/run" | "Cargo.lock");
+        if !is_text {
+            continue;
+        }
+        let text = text_of(path);
+        for (number, line) in (1..).zip(text.lines()) {
+            if folders.iter().any(|folder| line.contains(folder)) {
+                found.push(format!("{path}:{number}"));
+            }
+        }
+    }
+    check_none("absolute paths of some machine", &found);
+}
+
+/// Returns each finding's code and severity as the sources build them.
+fn built_findings() -> BTreeSet<(String, String)> {
+    let mut found = BTreeSet::new();
+    for (path, code) in sources() {
+        for severity in ["info", "warning", "blocking"] {
+            let call = format!("Finding::{severity}(");
+            for (offset, _) in code.match_indices(&call) {
+                let rest = code[offset + call.len()..].trim_start();
+                let Some(literal) = rest.strip_prefix('"') else {
+                    // A code that is a constant or an argument: the reverse check covers it.
+                    continue;
+                };
+                let name = literal.split('"').next().unwrap_or_default();
+                assert!(
+                    !name.is_empty()
+                        && name.chars().all(|c| c.is_ascii_lowercase()
+                            || c.is_ascii_digit()
+                            || "-_".contains(c)),
+                    "{path}: a finding's code is lower-case words, found `{name}`"
+                );
+                found.insert((name.to_string(), severity.to_string()));
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn tidy_every_finding_is_documented_with_its_severity() {
+    let text = text_of("docs/findings.md");
+    let rows: Vec<(String, String)> = text
+        .lines()
+        .filter(|line| line.starts_with("| `"))
+        .map(|line| {
+            let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+            (cells[1].trim_matches('`').to_string(), cells[2].to_string())
+        })
+        .collect();
+    let missing: Vec<String> = built_findings()
+        .into_iter()
+        .filter(|(code, severity)| {
+            !rows
+                .iter()
+                .any(|(name, told)| name == code && told.contains(severity.as_str()))
+        })
+        .map(|(code, severity)| format!("| `{code}` | {severity} |"))
+        .collect();
+    check_none("findings that docs/findings.md does not list", &missing);
+
+    let all: String = sources().into_iter().map(|(_, code)| code).collect();
+    let stale: Vec<String> = rows
+        .into_iter()
+        .map(|(code, _)| code)
+        .filter(|code| !all.contains(&format!("\"{code}\"")))
+        .collect();
+    check_none("findings in docs/findings.md that nothing builds", &stale);
+}
+
+/// Every format of the table is in the README, where a reader looks for it.
+#[test]
+fn tidy_the_readme_names_every_format() {
+    let text = text_of("README.md").to_lowercase();
+    let missing: Vec<String> = FORMATS
+        .iter()
+        .map(|format| format.name.to_string())
+        .filter(|name| !text.contains(name.as_str()))
+        .collect();
+    check_none("formats that the README leaves out", &missing);
+}
+
+#[test]
+fn tidy_the_design_file_in_the_readme_is_the_reference_design() {
+    let text = text_of("README.md");
+    let block = text
+        .split("```toml\n")
+        .nth(1)
+        .and_then(|rest| rest.split("```").next())
+        .expect("the README shows a design file");
+    let mut design = Design::from_toml(block).unwrap();
+    design.name = Design::reference().name;
+    assert_eq!(design, Design::reference());
+}
+
+#[test]
+fn tidy_every_version_in_the_change_notes_opens_with_verdicts() {
+    let text = text_of("CHANGELOG.md");
+    let versions: Vec<&str> = text.split("\n## ").skip(1).collect();
+    assert!(!versions.is_empty());
+    assert!(
+        text.contains(env!("CARGO_PKG_VERSION")),
+        "CHANGELOG.md does not speak of version {}",
+        env!("CARGO_PKG_VERSION")
+    );
+    for version in versions {
+        let mut lines = version.lines().filter(|line| !line.trim().is_empty());
+        let title = lines.next().unwrap();
+        assert_eq!(lines.next(), Some("### Verdicts"), "version {title}");
+    }
+}
+
+fn help(arguments: &[&str]) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_latchgate"))
+        .args(arguments)
+        .arg("--help")
+        .env_remove("CLICOLOR_FORCE")
+        .env("NO_COLOR", "1")
+        .env("COLUMNS", "100")
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "latchgate {arguments:?} --help");
+    let text = String::from_utf8(output.stdout).unwrap();
+    text.lines()
+        .map(str::trim_end)
+        .collect::<Vec<_>>()
+        .join("\n")
+        .trim()
+        .to_string()
+}
+
+/// Returns docs/cli.md as the binary's own help texts make it.
+fn cli_document() -> String {
+    let main = help(&[]);
+    let commands: Vec<&str> = main
+        .lines()
+        .skip_while(|line| *line != "Commands:")
+        .skip(1)
+        .take_while(|line| !line.is_empty())
+        .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|name| *name != "help")
+        .collect();
+    assert!(commands.contains(&"replay"), "commands found: {commands:?}");
+    let mut document = format!(
+        "# Command line\n\nThe help texts of the program, one after the other. This file is written by\n\
+         `LATCHGATE_RENEW=1 cargo test --test it tidy_docs_cli` and compared with `--help` by every test run.\n\n\
+         ## latchgate\n\n```text\n{main}\n```\n"
+    );
+    for name in commands {
+        document.push_str(&format!(
+            "\n## latchgate {name}\n\n```text\n{}\n```\n",
+            help(&[name])
+        ));
+    }
+    document
+}
+
+#[test]
+fn tidy_docs_cli_equals_the_help_of_the_program() {
+    let document = cli_document();
+    let path = root().join("docs/cli.md");
+    if std::env::var_os("LATCHGATE_RENEW").is_some() {
+        fs::write(&path, &document).unwrap();
+    }
+    let stored = fs::read_to_string(&path).unwrap_or_default();
+    assert!(
+        stored == document,
+        "docs/cli.md differs from --help; run `LATCHGATE_RENEW=1 cargo test --test it tidy_docs_cli` and look at the difference"
+    );
+}
+
+/// What a reader copies from a document must exist.
+#[test]
+fn tidy_files_named_in_the_readme_exist() {
+    let text = text_of("README.md");
+    let mut missing: Vec<String> = text
+        .split(|c: char| c.is_whitespace() || "`()\"".contains(c))
+        .map(|word| word.trim_end_matches(['.', ',', ':', ';']))
+        .filter(|word| {
+            ["signals/", "docs/", "tests/", "examples/"]
+                .iter()
+                .any(|folder| word.starts_with(folder))
+        })
+        .filter(|word| !Path::new(&root()).join(word).exists())
+        .map(str::to_string)
+        .collect();
+    missing.dedup();
+    check_none(
+        "files that the README names and that do not exist",
+        &missing,
+    );
+}
