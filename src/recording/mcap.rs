@@ -31,7 +31,7 @@ use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReader
 use records::{
     ChannelRecord, ChunkRecord, Inside, MessageRecord, PREFIX_BYTES, SchemaRecord, StatisticsRecord,
 };
-use series::{Schema, Series, Wanted};
+use series::{Schema, Series, Standing, Wanted};
 use std::collections::BTreeMap;
 use std::io::Read;
 
@@ -220,6 +220,10 @@ fn truncated(expected: &str, found: &str) -> Error {
     .into()
 }
 
+fn left_out(name: &str, error: &Error) -> Finding {
+    Finding::warning("channel-left-out", format!("{name} is left out: {error}"))
+}
+
 /// What the file has said of itself and what was seen.
 #[derive(Debug, Default)]
 struct Account {
@@ -277,11 +281,8 @@ impl Log<'_> {
             account.summarised = true;
         }
         match opcode {
-            op::HEADER => {
-                if std::mem::replace(&mut account.header, true) {
-                    return Err(damaged("one header", "a second"));
-                }
-            }
+            op::HEADER if account.header => return Err(damaged("one header", "a second")),
+            op::HEADER => account.header = true,
             op::CHUNK => {
                 self.data_section("a chunk")?;
                 self.chunk(data, byte)?;
@@ -545,18 +546,23 @@ impl Log<'_> {
                 if !unknown {
                     silent.push(topic.name.clone());
                 }
-            } else if unknown && !found.has_fields() {
-                // A JSON topic of another kind, or one whose first message cannot be read; the
-                // latter speaks up where nothing else can be meant.
-                if found.is_broken() {
-                    doubtful.push((*id, found));
-                }
             } else {
-                series.push((*id, found));
+                match found.standing() {
+                    Standing::Other if unknown => {}
+                    Standing::Doubtful(_) if unknown => doubtful.push((*id, found)),
+                    _ => series.push((*id, found)),
+                }
             }
         }
         if series.is_empty() {
+            // An unreadable topic speaks up where nothing else can be meant.
             series = doubtful;
+        } else {
+            for (_, found) in &doubtful {
+                if let Standing::Doubtful(error) = found.standing() {
+                    outcome.findings.push(left_out(&found.name(), error));
+                }
+            }
         }
         match self.selection {
             Selection::Every => self.finish_every(series, outcome),
@@ -635,21 +641,15 @@ impl Log<'_> {
         outcome: &mut ReadOutcome,
     ) -> Result<(), Error> {
         let taken: Vec<u16> = series.iter().map(|(id, _)| *id).collect();
-        let mut left_out = |name: &str, error: &Error| {
-            outcome.findings.push(Finding::warning(
-                "channel-left-out",
-                format!("{name} is left out: {error}"),
-            ));
-        };
         for (_, series) in series {
             let name = series.name();
             match series.finish(self.options, self.limits) {
-                Err(error) => left_out(&name, &error),
+                Err(error) => outcome.findings.push(left_out(&name, &error)),
                 Ok(channels) => {
                     for (name, channel) in channels {
                         match channel {
                             Ok(channel) => outcome.channels.push(channel),
-                            Err(error) => left_out(&name, &error),
+                            Err(error) => outcome.findings.push(left_out(&name, &error)),
                         }
                     }
                 }

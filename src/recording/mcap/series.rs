@@ -65,6 +65,19 @@ struct Column {
     error: Option<Error>,
 }
 
+/// What a JSON topic turns out to be once its first message was seen.
+pub(super) enum Standing<'a> {
+    /// It carries an acceleration.
+    Candidate,
+    /// It is of another kind.
+    Other,
+    /// Its first message cannot be read.
+    Doubtful(&'a Error),
+}
+
+/// The fields of a topic by name: a channel, or the reason why it is none.
+pub(super) type Finished = Vec<(String, Result<Channel, Error>)>;
+
 /// The messages of one topic, as far as they were read.
 #[derive(Debug)]
 pub(super) struct Series {
@@ -270,14 +283,14 @@ impl Series {
         let mut numbers: Vec<String> = Vec::new();
         let lateral: Vec<&str> = LATERAL.iter().map(|(_, path)| *path).collect();
         let mut found = |path: &str, leaf: Leaf| {
-            let listed = matches!(leaf, Leaf::Number(_));
+            let base = path.strip_suffix(['x', 'y', 'z']);
             let needed = STAMP.contains(&path)
                 || matches!(wanted, Wanted::Path(wanted) if wanted == path)
-                || lateral.contains(&path);
-            if (listed || needed)
-                && (needed || numbers.len() < LISTED)
-                && !numbers.iter().any(|known| known == path)
-            {
+                || lateral
+                    .iter()
+                    .any(|lateral| lateral.strip_suffix('y') == base);
+            let listed = matches!(leaf, Leaf::Number(_)) && numbers.len() < LISTED;
+            if (needed || listed) && !numbers.iter().any(|known| known == path) {
                 numbers.push(path.to_string());
             }
         };
@@ -287,11 +300,24 @@ impl Series {
         let chosen: Vec<String> = match wanted {
             Wanted::Path(path) if has(path) => vec![path.clone()],
             Wanted::Path(path) => return Err(no_field(&self.topic, path, numbers)),
-            Wanted::Lateral => lateral
-                .iter()
-                .find(|path| has(path))
-                .map(|path| vec![(*path).to_string()])
-                .ok_or_else(|| no_field(&self.topic, "", numbers.clone()))?,
+            Wanted::Lateral => {
+                let found: Vec<String> = lateral
+                    .iter()
+                    .filter(|path| has(path))
+                    .map(|path| (*path).to_string())
+                    .collect();
+                if found.len() > 1 {
+                    let names: Vec<String> = found
+                        .iter()
+                        .map(|path| name_of(&self.topic, path))
+                        .collect();
+                    return Err(ErrorKind::AmbiguousChannel {
+                        candidates: names.join(", "),
+                    }
+                    .into());
+                }
+                found
+            }
             Wanted::Every => {
                 let bases = lateral
                     .iter()
@@ -321,15 +347,21 @@ impl Series {
 
     /// Tells whether the topic has a field that was wanted: for JSON, only its first message
     /// tells.
-    pub(super) fn has_fields(&self) -> bool {
+    fn has_fields(&self) -> bool {
         !self.columns.is_empty()
     }
 
-    /// Tells whether something other than a missing field stopped the series.
-    pub(super) fn is_broken(&self) -> bool {
-        self.error
-            .as_ref()
-            .is_some_and(|error| !matches!(error.kind(), ErrorKind::NoSuchChannel { .. }))
+    /// Tells what is known of a topic that was looked at without being named.
+    pub(super) fn standing(&self) -> Standing<'_> {
+        match &self.error {
+            _ if self.has_fields() => Standing::Candidate,
+            Some(error) => match error.kind() {
+                ErrorKind::NoSuchChannel { .. } => Standing::Other,
+                ErrorKind::AmbiguousChannel { .. } => Standing::Candidate,
+                _ => Standing::Doubtful(error),
+            },
+            None => Standing::Other,
+        }
     }
 
     /// Returns the name of the first field.
@@ -338,12 +370,16 @@ impl Series {
         name_of(&self.topic, path)
     }
 
-    /// Brings the fields to a uniform time base; each is a channel or the reason why not.
+    /// Brings the fields to a uniform time base.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with the topic as a whole, or with its only field.
     pub(super) fn finish(
         mut self,
         options: &ReadOptions,
         limits: &Limits,
-    ) -> Result<Vec<(String, Result<Channel, Error>)>, Error> {
+    ) -> Result<Finished, Error> {
         if let Some(error) = self.error.take() {
             return Err(error);
         }
@@ -574,7 +610,7 @@ fn stamp_ns([sec, nanosec]: [f64; 2]) -> Result<i64, Error> {
 
 /// Returns an instant in whole nanoseconds.
 fn nanoseconds(instant_s: f64) -> Result<i128, Error> {
-    if !(instant_s.abs() <= 1e11) {
+    if !instant_s.is_finite() || instant_s.abs() > 1e11 {
         return Err(ErrorKind::OutOfRange {
             what: "time zero [s]".into(),
             expected: "an instant on the file's clock".into(),
