@@ -8,3 +8,5 @@
     clippy::print_stderr,
     reason = "tests may"
 )]
+
+mod report;

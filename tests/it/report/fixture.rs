@@ -299,7 +299,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             bias_window_s: Some((START_S, -0.001)),
             filter: "cfc1000",
             filter_standard: "iso6487",
-            filter_design_frequency_hz: Some(2083.333_333_333_333_5),
+            filter_design_frequency_hz: Some(25.0 / 12.0 * 1000.0),
             filter_end_treatment: Some("10 ms of point-mirrored samples at each end"),
             resample_hz: None,
         }),
