@@ -263,6 +263,14 @@ fn verif_an_unusable_recording_warns_beside_its_figures() {
 }
 
 #[test]
+fn verif_a_pass_without_an_ensemble_claims_no_more() {
+    let case = fixture::passing();
+    let page = render(&case);
+    check_holds(&page, &["nominal lever stays below", "No ensemble was run"]);
+    assert!(!page.contains("uncertainty included"));
+}
+
+#[test]
 fn verif_a_coast_above_the_peak_is_said() {
     let mut case = fixture::passing();
     let run = case.document.nominal.as_mut().unwrap();

@@ -36,7 +36,7 @@ pub(super) fn verdict(page: &mut Page, document: &Document) {
     page.raw(icon(document.verdict));
     page.raw("<div>");
     page.element("strong", "", words::answer(document.verdict));
-    page.element("span", "", words::meaning(document.verdict));
+    page.element("span", "", words::meaning(document));
     page.raw("</div>\n<div class=\"exit\">exit code ");
     page.text(&document.verdict.exit_code().to_string());
     page.raw("</div>\n</div>\n");
