@@ -18,11 +18,15 @@ pub(super) fn answer(answer: Answer) -> &'static str {
     }
 }
 
-/// Returns what the verdict means, in half a sentence.
-pub(super) fn meaning(answer: Answer) -> &'static str {
-    match answer {
-        Answer::Pass => "the lever stays below the limit, uncertainty included",
-        Answer::Fail => "the lever crosses the limit, uncertainty included",
+/// Returns what the verdict means, in half a sentence. Without an ensemble it claims no more
+/// than that the errors of the computation are covered.
+pub(super) fn meaning(document: &Document) -> &'static str {
+    let ensemble = document.ensemble.is_some();
+    match document.verdict {
+        Answer::Pass if ensemble => "the lever stays below the limit, uncertainty included",
+        Answer::Pass => "the nominal lever stays below the limit, numerical error included",
+        Answer::Fail if ensemble => "the lever crosses the limit, uncertainty included",
+        Answer::Fail => "the nominal lever crosses the limit, numerical error included",
         Answer::Undecided => "the uncertainty of input, model or method spans the limit",
         Answer::Unusable => "the recording cannot carry an answer",
     }

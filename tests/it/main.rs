@@ -21,5 +21,6 @@ mod csv;
 mod mcap;
 mod pictures;
 mod reference;
+mod report;
 mod signals;
 mod tidy;

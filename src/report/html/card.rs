@@ -36,7 +36,7 @@ pub(super) fn verdict(page: &mut Page, document: &Document) {
     page.raw(icon(document.verdict));
     page.raw("<div>");
     page.element("strong", "", words::answer(document.verdict));
-    page.element("span", "", words::meaning(document.verdict));
+    page.element("span", "", words::meaning(document));
     page.raw("</div>\n<div class=\"exit\">exit code ");
     page.text(&document.verdict.exit_code().to_string());
     page.raw("</div>\n</div>\n");
@@ -53,6 +53,8 @@ pub(super) fn verdict(page: &mut Page, document: &Document) {
         page.raw("</li>\n");
     }
     page.raw("</ul>\n<p class=\"sum\">");
+    page.text(&words::polarity_sentence(document));
+    page.raw("</p>\n<p class=\"sum\">");
     page.text(&findings_sum(document));
     page.raw(" <a href=\"#findings\">Findings</a></p>\n</section>\n");
 }
@@ -152,13 +154,13 @@ fn gauge(page: &mut Page, document: &Document, run: &Run) {
     };
     let mut svg = String::new();
     // Writing into a String cannot fail.
-    let _ = write!(
+    let _ = writeln!(
         svg,
         "<svg class=\"gauge\" viewBox=\"0 0 860 38\" aria-hidden=\"true\">\
          <rect class=\"track\" x=\"0\" y=\"20\" width=\"860\" height=\"12\" rx=\"2\"/>\
          <rect class=\"bar\" x=\"0\" y=\"20\" width=\"{:.2}\" height=\"12\" rx=\"2\"/>\
          <line class=\"limit\" x1=\"{limit_x:.2}\" y1=\"6\" x2=\"{limit_x:.2}\" y2=\"36\"/>\
-         <text x=\"{text_x:.2}\" y=\"14\" text-anchor=\"{anchor}\">limit {} rad</text></svg>\n",
+         <text x=\"{text_x:.2}\" y=\"14\" text-anchor=\"{anchor}\">limit {} rad</text></svg>",
         x(peak).max(1.0),
         exact(limit)
     );

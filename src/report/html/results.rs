@@ -20,7 +20,6 @@ pub(super) fn runs(page: &mut Page, document: &Document) {
         return;
     }
     page.section("runs", "Runs compared");
-    page.paragraph(&words::polarity_sentence(document));
     let heads: Vec<String> = runs
         .iter()
         .map(|run| {

@@ -71,6 +71,7 @@ th:last-child,td:last-child{padding-right:0}
 thead th{color:var(--muted);font-weight:600;border-bottom:2px solid var(--rule)}
 tbody th{font-weight:400}
 .number{text-align:right;white-space:nowrap}
+th.number{white-space:normal}
 .facts th{width:31%;color:var(--muted);font-weight:400}
 .facts td{overflow-wrap:anywhere}
 .nominal{font-weight:650}
@@ -117,7 +118,9 @@ figure,.card,tr,pre,.statement,.sign,.tight{break-inside:avoid}
 thead{display:table-header-group}
 table{break-inside:avoid}
 .findings,.impacts{break-inside:auto}
-section>p{break-after:avoid}
+p{break-inside:avoid}
+section>p:not(.note):not(.sum){break-after:avoid}
+.note{break-before:avoid}
 header{margin-bottom:9pt}
 header p,.key dt,.key dd,.sum,.answer .exit{font-size:8.4pt}
 .card{padding:10pt 14pt 8pt}

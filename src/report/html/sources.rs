@@ -127,10 +127,6 @@ pub(super) fn conditioning(page: &mut Page, document: &Document) {
         );
     }
     page.fact(
-        "Standard gravity",
-        &format!("{}\u{00A0}m/s², exact", exact(STANDARD_GRAVITY)),
-    );
-    page.fact(
         "Order",
         "units, faults, bias, resampling, filter; the sign enters last, in the model",
     );
@@ -300,6 +296,10 @@ pub(super) fn provenance(page: &mut Page, document: &Document) {
                 exact(omega0.unwrap_or(0.0))
             ),
         },
+    );
+    page.fact(
+        "Standard gravity",
+        &format!("{}\u{00A0}m/s², exact", exact(STANDARD_GRAVITY)),
     );
     page.fact("latchgate", &format!("version {}", document.run.version));
     page.fact(

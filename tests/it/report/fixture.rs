@@ -16,16 +16,16 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 /// A case: what is drawn and what is said.
-pub struct Case {
-    pub document: Document,
-    pub evidence: Evidence,
+pub(super) struct Case {
+    pub(super) document: Document,
+    pub(super) evidence: Evidence,
 }
 
 const RATE_HZ: f64 = 10_000.0;
 const START_S: f64 = -0.02;
 
 /// A burst of vibration that throws the lever far beyond the limit.
-pub fn failing() -> Case {
+pub(super) fn failing() -> Case {
     let samples = samples(0.15, |t| {
         let envelope = (PI * t / 0.035).sin().powi(2);
         let inside = (0.0..0.035).contains(&t);
@@ -47,7 +47,7 @@ pub fn failing() -> Case {
 }
 
 /// A pulse that the lever survives.
-pub fn passing() -> Case {
+pub(super) fn passing() -> Case {
     let samples = samples(0.12, |t| {
         let inside = (0.0..0.012).contains(&t);
         let pulse = if inside {
@@ -81,7 +81,7 @@ pub fn passing() -> Case {
 }
 
 /// A recording whose sensor was driven beyond its range.
-pub fn unusable() -> Case {
+pub(super) fn unusable() -> Case {
     let samples = samples(0.12, |t| {
         let inside = (0.0..0.012).contains(&t);
         if inside {
@@ -109,7 +109,7 @@ pub fn unusable() -> Case {
 }
 
 /// A recording that could not be replayed at all.
-pub fn unread() -> Case {
+pub(super) fn unread() -> Case {
     let mut case = unusable();
     case.document.nominal = None;
     case.document.models = BTreeMap::new();
@@ -135,7 +135,7 @@ pub fn unread() -> Case {
 }
 
 /// A recording whose opening sign nobody declared, and both signs disagree.
-pub fn undecided() -> Case {
+pub(super) fn undecided() -> Case {
     let samples = samples(0.2, |t| {
         let inside = (0.0..0.03).contains(&t);
         let noise = (t * 91_000.0).sin() * (t * 17_300.0).cos();
@@ -167,7 +167,7 @@ pub fn undecided() -> Case {
 }
 
 /// Every case with its name.
-pub fn all() -> Vec<(&'static str, Case)> {
+pub(super) fn all() -> Vec<(&'static str, Case)> {
     vec![
         ("fail", failing()),
         ("pass", passing()),
@@ -299,7 +299,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             bias_window_s: Some((START_S, -0.001)),
             filter: "cfc1000",
             filter_standard: "iso6487",
-            filter_design_frequency_hz: Some(2083.333_333_333_333_5),
+            filter_design_frequency_hz: Some(25.0 / 12.0 * 1000.0),
             filter_end_treatment: Some("10 ms of point-mirrored samples at each end"),
             resample_hz: None,
         }),

@@ -1,0 +1,598 @@
+//! The report: what people read says what the verdict says, is well formed, safe and the same
+//! each time. The documents are made up (see `fixture`); no number here checks the physics.
+
+mod fixture;
+
+use fixture::Case;
+use latchgate::report::{self, escape, html, json, number, plot, sparkline, text};
+use latchgate::verdict::Answer;
+use std::path::PathBuf;
+
+/// Elements that HTML and SVG close by themselves; the page writes them as `<br/>`.
+#[track_caller]
+fn check_balanced(name: &str, markup: &str) {
+    let mut open: Vec<String> = Vec::new();
+    let mut rest = markup;
+    while let Some(start) = rest.find('<') {
+        let before = &rest[..start];
+        check_entities(name, before);
+        let tail = &rest[start + 1..];
+        // A quoted attribute may hold anything but a quote and `<`.
+        let mut quote = None;
+        let end = tail
+            .char_indices()
+            .find(|(_, c)| match quote {
+                Some(open) => {
+                    if *c == open {
+                        quote = None;
+                    }
+                    false
+                }
+                None if *c == '"' || *c == '\'' => {
+                    quote = Some(*c);
+                    false
+                }
+                None => *c == '>',
+            })
+            .unwrap_or_else(|| panic!("{name}: a tag without an end: {:.60}", &rest[start..]))
+            .0;
+        let tag = &tail[..end];
+        assert!(!tag.contains('<'), "{name}: `<` inside the tag <{tag}>");
+        rest = &tail[end + 1..];
+        if let Some(closing) = tag.strip_prefix('/') {
+            let opened = open.pop();
+            assert_eq!(
+                opened.as_deref(),
+                Some(closing),
+                "{name}: </{closing}> at {rest:.60}"
+            );
+        } else if !tag.starts_with('!') && !tag.ends_with('/') {
+            let element = tag.split_whitespace().next().unwrap();
+            open.push(element.to_string());
+            if element == "style" {
+                let end = rest.find("</style>").unwrap();
+                assert!(!rest[..end].contains('<'), "{name}: `<` in a style");
+                rest = &rest[end..];
+            }
+        }
+    }
+    assert!(open.is_empty(), "{name}: still open at the end: {open:?}");
+}
+
+#[track_caller]
+fn check_entities(name: &str, text: &str) {
+    for (at, _) in text.match_indices('&') {
+        let entity: String = text[at..].chars().take(7).collect();
+        let known = ["&amp;", "&lt;", "&gt;", "&quot;", "&#39;"];
+        assert!(
+            known.iter().any(|known| entity.starts_with(known)),
+            "{name}: a bare & before {entity}"
+        );
+    }
+}
+
+#[track_caller]
+fn check_offline(name: &str, markup: &str) {
+    let without = markup.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
+    for word in [
+        "http:", "https:", "//www", "<script", "<link", "@import", "src=", "NaN", "inf ",
+    ] {
+        assert!(!without.contains(word), "{name} holds `{word}`");
+    }
+    for (at, _) in without.match_indices("href=\"") {
+        let target = &without[at + 6..at + 28];
+        assert!(
+            target.starts_with('#') || target.starts_with("data:image/png;base64,"),
+            "{name} refers to {target}"
+        );
+    }
+    for (at, _) in without.match_indices("url(") {
+        assert!(
+            without[at..].starts_with("url(#"),
+            "{name}: a url that is no fragment"
+        );
+    }
+}
+
+fn render(case: &Case) -> String {
+    html::render(&case.document, Some(&case.evidence))
+}
+
+#[track_caller]
+fn check_holds(markup: &str, words: &[&str]) {
+    for word in words {
+        assert!(markup.contains(word), "the page does not hold `{word}`");
+    }
+}
+
+fn temporary_folder(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
+        .join("report")
+        .join(name);
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+    folder
+}
+
+#[test]
+fn verif_page_and_plots_are_well_formed_and_offline() {
+    for (name, case) in fixture::all() {
+        let page = render(&case);
+        let page = page.strip_prefix("<!DOCTYPE html>\n").unwrap();
+        check_balanced(name, page);
+        check_offline(name, page);
+        let figures = plot::figures(&case.document, Some(&case.evidence));
+        for figure in &figures {
+            let label = format!("{name}/{}", figure.name);
+            for svg in [figure.inline(), figure.stand_alone()] {
+                check_balanced(&label, &svg);
+                check_offline(&label, &svg);
+                check_holds(
+                    &svg,
+                    &[
+                        "role=\"img\"",
+                        "<title id=",
+                        "<desc id=",
+                        "xmlns=\"http://www.w3.org/2000/svg\"",
+                    ],
+                );
+            }
+            assert!(
+                !figure.stand_alone().contains("var(--"),
+                "{label}: a file of its own needs plain colours"
+            );
+            check_holds(&figure.stand_alone(), &["prefers-color-scheme:dark"]);
+        }
+    }
+}
+
+#[test]
+fn verif_ids_of_a_page_are_unique() {
+    for (name, case) in fixture::all() {
+        let page = render(&case);
+        let mut ids: Vec<&str> = page
+            .match_indices(" id=\"")
+            .map(|(at, _)| page[at + 5..].split('"').next().unwrap())
+            .collect();
+        let all = ids.len();
+        ids.sort_unstable();
+        ids.dedup();
+        assert_eq!(ids.len(), all, "{name}: an id stands twice");
+        for (at, _) in page.match_indices("url(#") {
+            let target = page[at + 5..].split(')').next().unwrap();
+            assert!(
+                ids.contains(&target),
+                "{name}: url(#{target}) leads nowhere"
+            );
+        }
+    }
+}
+
+#[test]
+fn verif_same_input_same_bytes_whatever_the_run_took() {
+    for (name, mut case) in fixture::all() {
+        let first = render(&case);
+        let figures = plot::figures(&case.document, Some(&case.evidence));
+        case.document.run.elapsed_s = 9876.54321;
+        assert_eq!(first, render(&case), "{name}");
+        assert_eq!(
+            figures,
+            plot::figures(&case.document, Some(&case.evidence)),
+            "{name}"
+        );
+        assert!(
+            !render(&case).contains("9876"),
+            "{name}: the page tells the time the run took"
+        );
+    }
+}
+
+#[test]
+fn verif_the_page_says_what_the_verdict_says() {
+    for (name, case) in fixture::all() {
+        let page = render(&case);
+        let (word, class) = match case.document.verdict {
+            Answer::Pass => ("<strong>PASS</strong>", "card pass"),
+            Answer::Fail => ("<strong>FAIL</strong>", "card fail"),
+            Answer::Undecided => ("<strong>UNDECIDED</strong>", "card undecided"),
+            Answer::Unusable => ("<strong>UNUSABLE</strong>", "card unusable"),
+        };
+        check_holds(&page, &[word, class]);
+        let other = ["PASS", "FAIL", "UNDECIDED", "UNUSABLE"];
+        let shown = other
+            .iter()
+            .filter(|w| page.contains(&format!("<strong>{w}</strong>")))
+            .count();
+        assert_eq!(shown, 1, "{name}: one verdict, not several");
+        let exit = format!("exit code {}", case.document.verdict.exit_code());
+        check_holds(
+            &page,
+            &[
+                &exit,
+                "@page{size:A4",
+                "break-inside:avoid",
+                "@media print",
+                "prefers-color-scheme:dark",
+            ],
+        );
+        check_holds(
+            &page,
+            &[
+                "does not replace a compliance test",
+                "relate only to the recording",
+                "End of report",
+                "9.80665",
+                "A positive model acceleration holds the lever.",
+            ],
+        );
+        for reason in &case.document.why {
+            check_holds(&page, &[&escape::markup(&reason.text), reason.code]);
+        }
+        for finding in &case.document.findings {
+            check_holds(&page, &[&escape::markup(&finding.text), finding.code]);
+        }
+        if let Some(run) = &case.document.nominal {
+            let peak = number::significant(run.peak_angle_rad, 5);
+            check_holds(&page, &[&format!("{peak}\u{a0}rad"), "0.1\u{a0}rad"]);
+        } else {
+            check_holds(&page, &["not judged", "nothing was replayed"]);
+        }
+        check_holds(
+            &page,
+            &[
+                &escape::markup(&case.document.request.command),
+                &escape::markup(case.document.decision_rule),
+            ],
+        );
+    }
+}
+
+#[test]
+fn verif_an_unusable_recording_warns_beside_its_figures() {
+    let case = fixture::unusable();
+    let page = render(&case);
+    let caution = page.find("no evidence that the door stays shut").unwrap();
+    let peak = page.find("Peak angle").unwrap();
+    assert!(caution < peak, "the caution stands before the figures");
+    assert!(
+        page.find("id=\"findings\"").unwrap() < page.find("id=\"plots\"").unwrap(),
+        "blocking findings come first"
+    );
+    assert!(text::render(&case.document, None).contains("no evidence of a pass"));
+}
+
+#[test]
+fn verif_a_pass_without_an_ensemble_claims_no_more() {
+    let case = fixture::passing();
+    let page = render(&case);
+    check_holds(&page, &["nominal lever stays below", "No ensemble was run"]);
+    assert!(!page.contains("uncertainty included"));
+}
+
+#[test]
+fn verif_a_coast_above_the_peak_is_said() {
+    let mut case = fixture::passing();
+    let run = case.document.nominal.as_mut().unwrap();
+    run.coast_peak_angle_rad = Some(run.peak_angle_rad * 1.5);
+    check_holds(&render(&case), &["more than the peak above"]);
+}
+
+#[test]
+fn verif_text_begins_with_the_word_alone() {
+    for (name, case) in fixture::all() {
+        let shown = text::render(&case.document, Some(&PathBuf::from("out")));
+        let word = case.document.verdict.name().to_uppercase();
+        assert_eq!(shown.lines().next(), Some(&*word), "{name}");
+        assert!(shown.contains("report.html"), "{name}");
+        assert!(shown.ends_with('\n'), "{name}");
+        if let Some(run) = &case.document.nominal {
+            check_holds(&shown, &[&number::plain(run.peak_angle_rad, 5), "0.1 rad"]);
+        }
+    }
+}
+
+#[test]
+fn verif_json_keeps_every_digit_and_the_order() {
+    for (name, case) in fixture::all() {
+        let shown = json::render(&case.document);
+        assert!(shown.ends_with("}\n"), "{name}");
+        let read: serde_json::Value = serde_json::from_str(&shown).unwrap();
+        let plain = serde_json::to_string(&case.document).unwrap();
+        let plain: serde_json::Value = serde_json::from_str(&plain).unwrap();
+        assert_eq!(read, plain, "{name}: layout changed the content");
+        if let Some(run) = &case.document.nominal {
+            // Read by the standard library, which rounds correctly.
+            let digits = shown.split("\"peak_angle_rad\": ").nth(1).unwrap();
+            let peak: f64 = digits.split(',').next().unwrap().parse().unwrap();
+            assert_eq!(peak.to_bits(), run.peak_angle_rad.to_bits(), "{name}");
+        }
+        let keys: Vec<&str> = shown
+            .lines()
+            .filter_map(|line| line.strip_prefix("  \""))
+            .filter_map(|line| line.split('"').next())
+            .collect();
+        assert_eq!(keys.first(), Some(&"schema"), "{name}");
+        assert_eq!(keys.last(), Some(&"run"), "{name}: {keys:?}");
+    }
+}
+
+#[test]
+fn verif_text_from_files_stays_text() {
+    let hostile = "<script>alert(1)</script>\"'&\u{1b}[31m\u{202e}]]>";
+    let mut case = fixture::undecided();
+    let document = &mut case.document;
+    document.recording.file = hostile.into();
+    document.recording.channel = Some(hostile.into());
+    document.recording.sha256 = Some(hostile.into());
+    document.design.name = hostile.into();
+    document.request.command = hostile.into();
+    document.why[0].text = hostile.into();
+    document.findings[0].text = hostile.into();
+    let page = render(&case);
+    check_balanced("hostile", page.strip_prefix("<!DOCTYPE html>\n").unwrap());
+    assert!(
+        !page.contains("<script"),
+        "markup from a file became markup"
+    );
+    assert!(
+        page.contains("&lt;script&gt;"),
+        "markup from a file is shown as text"
+    );
+    for c in ['\u{1b}', '\u{202e}'] {
+        assert!(!page.contains(c), "{c:?} reached the page");
+        assert!(
+            !text::render(&case.document, None).contains(c),
+            "{c:?} reached the terminal"
+        );
+    }
+    for figure in plot::figures(&case.document, Some(&case.evidence)) {
+        check_balanced(figure.name, &figure.stand_alone());
+        assert!(!figure.stand_alone().contains("<script"));
+    }
+    case.document.why[0].text = "one\nPASS\rtwo".into();
+    let lines = text::render(&case.document, None);
+    assert!(
+        lines.lines().all(|line| line != "PASS"),
+        "a reason forged a line:\n{lines}"
+    );
+}
+
+#[test]
+fn verif_write_leaves_no_older_file_behind() {
+    let folder = temporary_folder("older");
+    let failing = fixture::failing();
+    let first = report::write(&folder, &failing.document, Some(&failing.evidence)).unwrap();
+    assert_eq!(first.len(), 2 + plot::NAMES.len());
+    assert!(first.iter().all(|path| path.exists()));
+    let unread = fixture::unread();
+    let second = report::write(&folder, &unread.document, None).unwrap();
+    let mut left: Vec<_> = std::fs::read_dir(&folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
+    left.sort();
+    let mut expected = second;
+    expected.sort();
+    assert_eq!(left, expected, "plots of the earlier run are gone");
+}
+
+#[test]
+fn verif_write_says_which_path_failed() {
+    let folder = temporary_folder("blocked");
+    std::fs::create_dir_all(folder.parent().unwrap()).unwrap();
+    std::fs::write(&folder, "a file where the folder should be").unwrap();
+    let case = fixture::unread();
+    let error = report::write(&folder, &case.document, None).unwrap_err();
+    std::fs::remove_file(&folder).unwrap();
+    assert!(error.to_string().contains("blocked"), "{error}");
+    assert!(error.to_string().contains("report folder"), "{error}");
+}
+
+#[test]
+fn verif_broken_numbers_draw_without_a_trace_of_them() {
+    let mut case = fixture::failing();
+    case.evidence.used.samples[100] = f64::NAN;
+    case.evidence.raw.samples[200] = f64::INFINITY;
+    case.evidence.traces[0].points[50].angle_rad = f64::NAN;
+    case.evidence.traces[0].points[60].velocity_rad_s = f64::NEG_INFINITY;
+    case.evidence.spectrum_raw.amplitude_m_s2[3] = f64::NAN;
+    case.evidence.spectrogram.amplitude_m_s2[3][2] = f64::NAN;
+    case.document.screens.impulse_m_s = Some(f64::NAN);
+    let page = render(&case);
+    check_balanced("broken", page.strip_prefix("<!DOCTYPE html>\n").unwrap());
+    check_offline("broken", &page);
+    assert!(!json::render(&case.document).contains("NaN"));
+}
+
+#[test]
+fn verif_empty_evidence_draws_nothing_and_says_so() {
+    let mut case = fixture::unread();
+    case.evidence.raw.samples.clear();
+    case.evidence.used.samples.clear();
+    case.evidence.spectrogram.time_s.clear();
+    case.evidence.spectrogram.amplitude_m_s2.clear();
+    case.evidence.spectrum_raw.frequency_hz.clear();
+    case.evidence.spectrum_used.frequency_hz.clear();
+    assert!(plot::figures(&case.document, Some(&case.evidence)).is_empty());
+    check_holds(&render(&case), &["nothing that could be drawn"]);
+}
+
+#[test]
+fn verif_extreme_signals_still_draw() {
+    for scale in [0.0, 1e-300, 1e300] {
+        let mut case = fixture::failing();
+        for signal in [&mut case.evidence.raw, &mut case.evidence.used] {
+            signal
+                .samples
+                .iter_mut()
+                .for_each(|sample| *sample *= scale);
+        }
+        for point in case
+            .evidence
+            .traces
+            .iter_mut()
+            .flat_map(|trace| &mut trace.points)
+        {
+            point.angle_rad *= scale;
+            point.velocity_rad_s *= scale;
+        }
+        for figure in plot::figures(&case.document, Some(&case.evidence)) {
+            check_balanced(figure.name, &figure.inline());
+            check_offline(figure.name, &figure.inline());
+        }
+    }
+}
+
+#[test]
+fn verif_long_signals_stay_small() {
+    let mut case = fixture::failing();
+    let pattern = case.evidence.used.samples.clone();
+    case.evidence.used.samples = pattern.iter().cycle().take(400_000).copied().collect();
+    let figures = plot::figures(&case.document, Some(&case.evidence));
+    let bytes = figures[0].inline().len();
+    assert!(bytes < 120_000, "{bytes} bytes for the acceleration");
+}
+
+/// A generator good enough to scatter test points; the seed is printed on failure.
+struct Scatter(u64);
+
+impl Scatter {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+#[track_caller]
+fn check_columns(seed: u64, count: usize, width: f64) {
+    let mut scatter = Scatter(seed);
+    let mut x = -5.0;
+    let points: Vec<(f64, f64)> = (0..count)
+        .map(|_| {
+            x += scatter.next() * width * 0.3;
+            (x, scatter.next() - 0.5)
+        })
+        .collect();
+    let kept = plot::thin::columns(points.iter().copied(), width);
+    let columns: std::collections::BTreeSet<i64> = points
+        .iter()
+        .map(|point| (point.0 / width).floor() as i64)
+        .collect();
+    assert!(
+        kept.len() <= 4 * columns.len(),
+        "seed {seed}: {} points for {} columns",
+        kept.len(),
+        columns.len()
+    );
+    for column in columns {
+        let of = |points: &[(f64, f64)]| -> Vec<f64> {
+            points
+                .iter()
+                .filter(|point| (point.0 / width).floor() as i64 == column)
+                .map(|point| point.1)
+                .collect()
+        };
+        let (all, left) = (of(&points), of(&kept));
+        let most = |values: &[f64]| values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let least = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
+        assert_eq!(most(&all), most(&left), "seed {seed}, column {column}");
+        assert_eq!(least(&all), least(&left), "seed {seed}, column {column}");
+        assert_eq!(
+            (all.first(), all.last()),
+            (left.first(), left.last()),
+            "seed {seed}, column {column}"
+        );
+    }
+    assert!(
+        kept.windows(2).all(|pair| pair[0].0 <= pair[1].0),
+        "seed {seed}: order"
+    );
+}
+
+#[test]
+fn prop_thinned_columns_keep_every_extremum() {
+    for seed in 0..60 {
+        check_columns(
+            seed,
+            1 + (seed as usize * 37) % 900,
+            0.5 + seed as f64 * 0.1,
+        );
+    }
+}
+
+#[test]
+fn prop_thinned_curves_keep_their_extent_and_their_bound() {
+    for seed in 0..40 {
+        let mut scatter = Scatter(seed);
+        let points: Vec<(f64, f64)> = (0..5000)
+            .map(|_| (scatter.next() * 700.0, scatter.next() * 300.0))
+            .collect();
+        let kept = plot::thin::curve(&points, 0.5, 1000);
+        assert!(kept.len() <= 1000, "seed {seed}: {}", kept.len());
+        let extent = |points: &[(f64, f64)]| {
+            points
+                .iter()
+                .fold((f64::MAX, f64::MIN, f64::MAX, f64::MIN), |e, p| {
+                    (e.0.min(p.0), e.1.max(p.0), e.2.min(p.1), e.3.max(p.1))
+                })
+        };
+        assert_eq!(extent(&points), extent(&kept), "seed {seed}");
+        assert_eq!(
+            (points.first(), points.last()),
+            (kept.first(), kept.last()),
+            "seed {seed}"
+        );
+    }
+}
+
+#[test]
+fn verif_numbers_for_people() {
+    for (value, digits, expected) in [
+        (0.1, 5, "0.10000"),
+        (-1.0455, 5, "\u{2212}1.0455"),
+        (9.999_996, 5, "10.000"),
+        (3.1e-13, 3, "3.10\u{a0}×\u{a0}10⁻¹³"),
+        (123_456.7, 5, "123457"),
+        (0.0, 5, "0"),
+        (f64::NAN, 5, "\u{2013}"),
+        (f64::INFINITY, 5, "\u{2013}"),
+    ] {
+        assert_eq!(number::significant(value, digits), expected, "{value}");
+    }
+    for (value, expected) in [
+        (0.1, "0.1"),
+        (8.888e-4, "8.888\u{a0}×\u{a0}10⁻⁴"),
+        (1e7, "1\u{a0}×\u{a0}10⁷"),
+        (9.806_65, "9.80665"),
+        (-0.0, "0"),
+    ] {
+        assert_eq!(number::exact(value), expected);
+    }
+    assert_eq!(number::trimmed(2_083.333_333, 5), "2083.3");
+    assert_eq!(number::trimmed(-20.0, 6), "\u{2212}20");
+    assert_eq!(number::trimmed(1000.0, 3), "1000");
+    assert_eq!(number::count(1_234_567), "1\u{202f}234\u{202f}567");
+    assert_eq!(number::plain(-3.1e-7, 3), "-3.10e-7");
+}
+
+#[test]
+fn verif_sparkline_shows_a_spike_of_one_sample() {
+    let mut values = vec![0.0; 10_000];
+    values[7_777] = -50.0;
+    let line = sparkline::render(&values, 40);
+    assert_eq!(line.chars().count(), 40);
+    assert_eq!(
+        line.chars().position(|c| c == '▁'),
+        Some(7_777 * 40 / 10_000)
+    );
+    assert_eq!(line.chars().filter(|c| *c == '█').count(), 39);
+    assert_eq!(sparkline::render(&[], 40), "");
+    assert_eq!(sparkline::render(&[1.0, 1.0], 40), "▁▁");
+    assert_eq!(sparkline::render(&[f64::NAN; 3], 2), "  ");
+    assert_eq!(sparkline::render(&[0.0, 1.0, 2.0, 3.0], 4), "▁▃▆█");
+    assert_eq!(sparkline::render(&[-f64::MAX, f64::MAX], 2), "▁█");
+}
