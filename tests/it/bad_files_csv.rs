@@ -402,7 +402,7 @@ fn val_bad_content() {
         "{\"a\": [1, 2]}\n",
         &none(),
         "",
-        "no time column and no sample rate",
+        "the file holds a header and no rows",
     );
     check_refused(
         "<html><body>404</body></html>\n",

@@ -52,7 +52,8 @@ pub(super) fn decode(bytes: Vec<u8>) -> Result<(Vec<u8>, Vec<Finding>), Error> {
     if text.last() == Some(&0x1A) {
         text.pop();
     }
-    if let Some(position) = text.iter().position(|byte| *byte == 0) {
+    if text.contains(&0) {
+        let position = text.iter().take_while(|byte| **byte != 0).count();
         return Err(Error::from(ErrorKind::Malformed {
             expected: "text".into(),
             found: "a NUL character".into(),
@@ -115,6 +116,9 @@ fn decode_windows_1252(bytes: &[u8]) -> Vec<u8> {
 /// Turns a carriage return that stands alone, the line end of old Macintosh files, into a
 /// line feed.
 fn end_lines_with_line_feeds(text: &mut [u8]) {
+    if !text.contains(&b'\r') {
+        return;
+    }
     for index in 0..text.len() {
         if text[index] == b'\r' && text.get(index + 1) != Some(&b'\n') {
             text[index] = b'\n';
