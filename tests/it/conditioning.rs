@@ -291,9 +291,17 @@ fn val_standard_error_of_first_order_noise() {
 
 #[test]
 fn verif_standard_error_never_falls_below_that_of_independent_samples() {
-    let alternating: Vec<f64> = (0..100).map(|n| f64::from(n % 2)).collect();
-    let independent = (0.25 * 100.0 / 99.0 / 100.0_f64).sqrt();
-    let ratio = standard_error_of_mean(&alternating) / independent;
+    let mut random = Random::new(7);
+    let mut value = 0.0;
+    let swinging: Vec<f64> = (0..1000)
+        .map(|_| {
+            value = -0.6 * value + random.normal();
+            value
+        })
+        .collect();
+    let mean = swinging.iter().sum::<f64>() / 1000.0;
+    let square = swinging.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
+    let ratio = standard_error_of_mean(&swinging) / (square / 999.0 / 1000.0).sqrt();
     assert!((1.0..1.02).contains(&ratio), "{ratio}");
     assert_eq!(standard_error_of_mean(&[4.0; 50]), 0.0);
     assert_eq!(standard_error_of_mean(&[4.0]), 0.0);
