@@ -137,9 +137,9 @@ fn count_from(count: f64, signal: &Signal) -> usize {
 
 /// Returns the standard error of the mean of correlated samples.
 ///
-/// The variance of the mean is γ(0)·τ/n with τ = 1 + 2 Σ ρ(k). The sum ends at the first pair
-/// ρ(2m) + ρ(2m+1) that is not positive. As the mean is estimated from the same samples, each
-/// γ(k) is low by that variance, which turns n into n − τ (n − 1 for independent samples).
+/// The variance of the mean is v = (γ(0) + 2 Σ γ(k))/n. The sum ends before the first pair
+/// γ(2m) + γ(2m+1) that is not positive. As the mean is estimated from the same samples, each of
+/// the 2K + 1 terms is low by v itself, which turns n into n − 2K − 1 (at least n/2).
 /// More than 4096 samples are first averaged over neighbours, which leaves their mean as it
 /// is. A window that is not several correlation times long cannot tell its own error: drift
 /// over the whole of it is seen in part only.
@@ -177,16 +177,18 @@ fn correlated_error(values: &[f64]) -> f64 {
     if variance <= 0.0 {
         return 0.0;
     }
-    let mut pairs = 0.0;
+    let (mut pairs, mut lags) = (0.0, 0);
     for even in (0..count.saturating_sub(1)).step_by(2) {
         let pair = covariance(even) + covariance(even + 1);
         if pair <= 0.0 {
             break;
         }
         pairs += pair;
+        lags = even + 1;
     }
-    let time = (2.0 * pairs / variance - 1.0).max(1.0);
-    (variance * time / (total - time).max(total / 2.0)).sqrt()
+    let summed = (2.0 * pairs - variance).max(variance);
+    let taken = index_as_f64(2 * lags + 1);
+    (summed / (total - taken).max(total / 2.0)).sqrt()
 }
 
 fn mean(samples: &[f64]) -> f64 {

@@ -132,7 +132,7 @@ fn half_length_samples(from: SampleRate, to: SampleRate) -> f64 {
 
 /// Returns the signal at four times its rate; every fourth sample is the original, bit for bit.
 ///
-/// The kernel is 64 samples long: tones up to 0.75 of the Nyquist frequency are kept to 1e-6.
+/// The kernel is 64 samples long: tones up to 0.7 of the Nyquist frequency are kept to 1e-6.
 #[must_use]
 pub fn upsample_fourfold(signal: &Signal) -> Signal {
     let rate = SampleRate::from_hertz(signal.rate.hertz() * 4.0).unwrap_or(signal.rate);
@@ -197,10 +197,11 @@ impl Kernel {
     /// Builds a kernel whose cut-off is `cutoff` times the Nyquist frequency of the lower rate.
     fn new(cutoff: f64) -> Self {
         // One entry before zero and two after the end serve the four-point interpolation.
+        let peak = kaiser(0.0);
         let table = (0..HALF_LENGTH * TABLE_DENSITY + 4)
             .map(|entry| {
                 let distance = (as_f64(entry) - 1.0) / as_f64(TABLE_DENSITY);
-                cutoff * sinc(cutoff * distance) * kaiser(distance / as_f64(HALF_LENGTH))
+                sinc(cutoff * distance) * (kaiser(distance / as_f64(HALF_LENGTH)) / peak)
             })
             .collect();
         Self { table }

@@ -9,7 +9,7 @@
 use super::Work;
 use super::sensitivity::{Map, Sensitivity};
 use super::tally::{COUNTED_SPEED, Peak, Tally};
-use super::taylor::{Branch, Curved, Series, Start};
+use super::taylor::{Branch, Series, Start, Tolerance};
 use crate::model::design::Design;
 use crate::model::stop::StopModel;
 use crate::numerics::polynomial;
@@ -22,7 +22,8 @@ const FLIGHT_ORDER: usize = 13;
 /// near one.
 const CONTACT_ORDER: usize = 22;
 
-/// Truncation of a step that is let pass [rad], unless a tolerance is asked for.
+/// Truncation of a step that is let pass, relative to the angle and its change: a tenth of
+/// what rounding does to them.
 const TRUNCATION: f64 = 1e-17;
 
 /// A bounce this slow [rad/s] on a pressed lever is rest, whatever the series says.
@@ -55,7 +56,7 @@ pub(super) struct Kernel {
     restitution: f64,
     /// m L/I0: base acceleration to angular acceleration [1/m].
     gain: f64,
-    truncation: f64,
+    tolerance: Tolerance,
     phase: Phase,
     angle: f64,
     velocity: f64,
@@ -124,7 +125,10 @@ impl Kernel {
             },
             restitution: design.stop.restitution,
             gain: design.lever.unbalance_kg_m() / inertia,
-            truncation: tolerance.unwrap_or(TRUNCATION),
+            tolerance: Tolerance {
+                absolute: tolerance.unwrap_or(0.0),
+                relative: TRUNCATION,
+            },
             phase,
             angle,
             velocity,
@@ -248,26 +252,20 @@ impl Kernel {
             excitation_slope: stretch.slope,
             lifting: self.lifting,
         };
-        let series = Series::<FLIGHT_ORDER>::new(&self.free, &start, step);
+        let series = Series::<FLIGHT_ORDER>::new(&self.free, &start, step, &self.tolerance);
         self.lifting = false;
-        let reach = series.valid_part(self.truncation.max(self.angle.abs() * self.truncation));
-        let curved = series.curved();
-        let hit = hit(&series, &curved, reach, 1.0);
+        let reach = series.valid_part();
+        let curved = &series.curved;
+        let hit = hit(&series, reach, 1.0);
         let part = hit.unwrap_or(reach);
         self.work.steps += 1;
-        self.work.rhs += FLIGHT_ORDER as u64 - 1;
-        self.tally.stretch(
-            &series,
-            &curved,
-            part,
-            stretch.time + local,
-            step,
-            &self.sensitivity,
-        );
+        self.work.rhs += series.orders();
+        self.tally
+            .stretch(&series, part, stretch.time + local, step, &self.sensitivity);
         let (angle, slope) = series.at(part);
         let velocity = slope / step;
         let elapsed = part * step;
-        self.near_graze(&series, &curved, part, step, hit.is_some());
+        self.near_graze(&series, part, step, hit.is_some());
         let middle = stretch.excitation_at(local + 0.5 * elapsed);
         let flow = Map::oscillator(
             self.free.stiffness - middle * series.sine,
@@ -280,8 +278,8 @@ impl Kernel {
             middle * series.cosine,
             self.free.pressing,
             self.free.stiffness * self.angle.abs().max(angle.abs()),
-            series.x[0].abs() + series.x[1].abs() + curved.angle,
-            (series.x[1].abs() + curved.slope) / step,
+            series.start().abs() + series.slope().abs() + curved.angle,
+            (series.slope().abs() + curved.slope) / step,
             series.tail_at(part),
         );
         let reached = if hit.is_none() && part >= 1.0 && step >= stretch.length - local {
@@ -425,21 +423,15 @@ impl Kernel {
             excitation_slope: stretch.slope,
             lifting: false,
         };
-        let series = Series::<CONTACT_ORDER>::new(&self.contact, &start, step);
-        let reach = series.valid_part(self.truncation);
-        let curved = series.curved();
-        let hit = hit(&series, &curved, reach, -1.0);
+        let series = Series::<CONTACT_ORDER>::new(&self.contact, &start, step, &self.tolerance);
+        let reach = series.valid_part();
+        let curved = &series.curved;
+        let hit = hit(&series, reach, -1.0);
         let part = hit.unwrap_or(reach);
         self.work.steps += 1;
-        self.work.rhs += CONTACT_ORDER as u64 - 1;
-        self.tally.stretch(
-            &series,
-            &curved,
-            part,
-            stretch.time + local,
-            step,
-            &self.sensitivity,
-        );
+        self.work.rhs += series.orders();
+        self.tally
+            .stretch(&series, part, stretch.time + local, step, &self.sensitivity);
         let (angle, slope) = series.at(part);
         let velocity = slope / step;
         let elapsed = part * step;
@@ -451,8 +443,8 @@ impl Kernel {
             middle,
             self.contact.pressing,
             self.contact.stiffness * self.angle.abs().max(angle.abs()),
-            series.x[0].abs() + series.x[1].abs() + curved.angle,
-            (series.x[1].abs() + curved.slope) / step,
+            series.start().abs() + series.slope().abs() + curved.angle,
+            (series.slope().abs() + curved.slope) / step,
             series.tail_at(part),
         );
         let reached = if hit.is_none() && part >= 1.0 {
@@ -479,15 +471,8 @@ impl Kernel {
 
     /// Widens the error after a pass so close to the stop that an impact could have been
     /// missed, or made, within the error of the angle.
-    fn near_graze<const N: usize>(
-        &mut self,
-        series: &Series<N>,
-        curved: &Curved,
-        part: f64,
-        step: f64,
-        hit: bool,
-    ) {
-        if hit || self.stop != StopModel::Rigid || series.x[1] >= 0.0 {
+    fn near_graze<const N: usize>(&mut self, series: &Series<N>, part: f64, step: f64, hit: bool) {
+        if hit || self.stop != StopModel::Rigid || series.slope() >= 0.0 {
             return;
         }
         let (_, slope) = series.at(part);
@@ -497,20 +482,20 @@ impl Kernel {
         let error = self
             .sensitivity
             .angle_error()
-            .max(1e-15 * series.x[1].abs());
-        if series.x[0] + series.x[1] - curved.angle > error {
+            .max(1e-15 * series.slope().abs());
+        if series.start() + series.slope() - series.curved.angle > error {
             return;
         }
-        let mut lowest = series.x[0];
-        let derivative = series.derivative();
-        polynomial::sign_changes(&derivative[..N - 1], part, &mut |x, rises| {
+        let mut lowest = series.start();
+        let (derivative, count) = series.derivative();
+        polynomial::sign_changes(&derivative[..count], part, &mut |x, rises| {
             if rises {
                 lowest = lowest.min(series.at(x).0);
             }
             true
         });
         if lowest <= error {
-            let curvature = 2.0 * series.x[2].abs() / (step * step);
+            let curvature = 2.0 * series.bend().abs() / (step * step);
             self.sensitivity
                 .add_velocity((1.0 + self.restitution) * (2.0 * curvature * error).sqrt());
         }
@@ -561,17 +546,17 @@ impl Kernel {
 /// Returns the part of the step at which the angle reaches zero; `side` is +1 in flight
 /// and −1 in contact.
 #[inline]
-fn hit<const N: usize>(series: &Series<N>, curved: &Curved, reach: f64, side: f64) -> Option<f64> {
-    let x = &series.x;
-    if side * x[0] + (side * x[1]).min(0.0) - curved.angle > 0.0 {
+fn hit<const N: usize>(series: &Series<N>, reach: f64, side: f64) -> Option<f64> {
+    if side * series.start() + (side * series.slope()).min(0.0) - series.curved.angle > 0.0 {
         return None;
     }
     let mut signed = [0.0; N];
-    for (to, from) in signed.iter_mut().zip(x) {
+    let signed = &mut signed[..series.coefficients().len()];
+    for (to, from) in signed.iter_mut().zip(series.coefficients()) {
         *to = side * from;
     }
     // A step that begins on the stop has a known root there; it is divided out.
-    let skip = signed.iter().position(|c| *c != 0.0).unwrap_or(N);
+    let skip = signed.iter().position(|c| *c != 0.0)?;
     if skip == 0 && signed[0] < 0.0 {
         return None;
     }

@@ -2,7 +2,7 @@
 
 use super::TracePoint;
 use super::sensitivity::Sensitivity;
-use super::taylor::{Curved, Series};
+use super::taylor::Series;
 use crate::numerics::polynomial;
 
 /// Impacts slower than this are not counted [rad/s].
@@ -108,7 +108,6 @@ impl Tally {
     pub(super) fn stretch<const N: usize>(
         &mut self,
         series: &Series<N>,
-        curved: &Curved,
         part: f64,
         time: f64,
         step: f64,
@@ -117,7 +116,7 @@ impl Tally {
         if !self.judging {
             return;
         }
-        let (start, slope) = (series.x[0], series.x[1]);
+        let (start, slope, curved) = (series.start(), series.slope(), series.curved);
         let highest = start + slope.max(0.0) + curved.angle;
         let error = sensitivity.angle_error();
         if highest + error > self.peak.upper {
@@ -138,9 +137,11 @@ impl Tally {
         time: f64,
         step: f64,
     ) {
-        let mut shifted = series.x;
+        let mut shifted = [0.0; N];
+        let shifted = &mut shifted[..series.coefficients().len()];
+        shifted.copy_from_slice(series.coefficients());
         shifted[0] -= self.threshold;
-        polynomial::sign_changes(&shifted, part, &mut |x, rises| {
+        polynomial::sign_changes(shifted, part, &mut |x, rises| {
             let instant = time + x * step;
             if rises && self.above_since.is_none() {
                 self.first_crossing.get_or_insert(instant);
@@ -180,8 +181,8 @@ impl Tally {
     ) {
         // Rising all along: only the end counts; falling all along: the start, known already.
         if turns {
-            let derivative = series.derivative();
-            polynomial::sign_changes(&derivative[..N - 1], part, &mut |x, rises| {
+            let (derivative, count) = series.derivative();
+            polynomial::sign_changes(&derivative[..count], part, &mut |x, rises| {
                 if !rises {
                     self.peak.offer(series.at(x).0, time + x * step, error);
                 }

@@ -5,6 +5,8 @@
 //! The recurrence follows from eq. (2.1)/(2.2) with a(τ) linear, and from
 //! (cos u)' = −u' sin u, (sin u)' = u' cos u.
 
+use crate::numerics::polynomial;
+
 /// Right-hand side of eq. (2.1) or (2.2) divided by the moment of inertia:
 /// u'' = −pressing − damping·u' − stiffness·u − b(t) cos u.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,15 +35,31 @@ pub(super) struct Start {
     pub(super) lifting: bool,
 }
 
-/// Coefficients of the angle over a step, in powers of σ.
+/// Coefficients of the angle over a step, in powers of σ, as many as the step needs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Series<const N: usize> {
-    /// Coefficient n [rad].
-    pub(super) x: [f64; N],
+    coefficients: [f64; N],
+    count: usize,
     /// Sine of the angle at the start.
     pub(super) sine: f64,
     /// Cosine of the angle at the start.
     pub(super) cosine: f64,
+    /// Angle and its derivative by σ at the end of the step [rad].
+    pub(super) end: (f64, f64),
+    /// Bounds on what bends the step.
+    pub(super) curved: Curved,
+    /// Truncation let pass in this step [rad].
+    tolerance: f64,
+}
+
+/// Truncation let pass in a step: the larger of two.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tolerance {
+    /// In itself [rad].
+    pub(super) absolute: f64,
+    /// Relative to the angle and its change over the step [-]: a bounce of a nanoradian is
+    /// followed with as many digits as a swing.
+    pub(super) relative: f64,
 }
 
 /// Bounds on what bends a step, over the whole of it.
@@ -53,14 +71,25 @@ pub(super) struct Curved {
     pub(super) slope: f64,
 }
 
-impl<const N: usize> Series<N> {
-    /// Computes the coefficients for a step of `step` [s].
+/// Coefficients that every series has: fewer could look finished by a chance zero.
+const COUNT_MIN: usize = 7;
+
+impl Tolerance {
     #[inline]
-    pub(super) fn new(branch: &Branch, start: &Start, step: f64) -> Self {
+    fn of(&self, size: f64) -> f64 {
+        self.absolute.max(self.relative * size)
+    }
+}
+
+impl<const N: usize> Series<N> {
+    /// Computes the coefficients for a step of `step` [s]: until two in a row fall below the
+    /// tolerance together, or N of them.
+    #[inline]
+    pub(super) fn new(branch: &Branch, start: &Start, step: f64, tolerance: &Tolerance) -> Self {
         let mut x = [0.0; N];
-        let mut cosine = [0.0; N];
-        let mut sine = [0.0; N];
         let mut weighted = [0.0; N]; // j·x_j
+        // (−sin, cos) side by side: one multiplication serves both recurrences.
+        let mut turned = [[0.0; 2]; N];
         let step2 = step * step;
         let stiffness = branch.stiffness * step2;
         let damping = branch.damping * step;
@@ -69,100 +98,142 @@ impl<const N: usize> Series<N> {
         x[0] = start.angle;
         x[1] = start.velocity * step;
         weighted[1] = x[1];
-        let (s, c) = libm::sincos(start.angle);
-        cosine[0] = c;
-        sine[0] = s;
+        let (sine, cosine) = libm::sincos(start.angle);
+        turned[0] = [-sine, cosine];
         x[2] = if start.lifting {
             0.0
         } else {
-            0.5 * (-branch.pressing * step2 - stiffness * x[0] - damping * x[1] - b0 * c)
+            0.5 * (-branch.pressing * step2 - stiffness * x[0] - damping * x[1] - b0 * cosine)
         };
         weighted[2] = 2.0 * x[2];
+        let mut size = x[0].abs() + x[1].abs() + x[2].abs();
+        let mut count = 3;
         for n in 1..N - 2 {
-            let mut c = 0.0;
-            let mut s = 0.0;
-            for j in 1..=n {
-                c -= weighted[j] * sine[n - j];
-                s += weighted[j] * cosine[n - j];
+            // C_n = −Σ j x_j S_{n−j}/n, S_n = Σ j x_j C_{n−j}/n.
+            let mut sum = [0.0; 2];
+            for (w, t) in weighted[1..=n].iter().zip(turned[..n].iter().rev()) {
+                sum[0] += w * t[0];
+                sum[1] += w * t[1];
             }
             let inverse = INVERSE[n];
-            cosine[n] = c * inverse;
-            sine[n] = s * inverse;
-            let force =
-                -stiffness * x[n] - damping * weighted[n + 1] - b0 * cosine[n] - b1 * cosine[n - 1];
-            x[n + 2] = force * INVERSE[n + 1] * INVERSE[n + 2];
+            turned[n] = [-sum[1] * inverse, sum[0] * inverse];
+            let force = -stiffness * x[n]
+                - damping * weighted[n + 1]
+                - b0 * turned[n][1]
+                - b1 * turned[n - 1][1];
             weighted[n + 2] = force * INVERSE[n + 1];
+            x[n + 2] = weighted[n + 2] * INVERSE[n + 2];
+            count = n + 3;
+            size += x[n + 2].abs();
+            if count >= COUNT_MIN && x[n + 2].abs() + x[n + 1].abs() <= tolerance.of(size) {
+                break;
+            }
+        }
+        let mut end = (0.0, 0.0);
+        let mut curved = Curved {
+            angle: 0.0,
+            slope: 0.0,
+        };
+        // From the small to the large.
+        for (x, w) in x[2..count].iter().zip(&weighted[2..count]).rev() {
+            end.0 += x;
+            end.1 += w;
+            curved.angle += x.abs();
+            curved.slope += w.abs();
         }
         Self {
-            x,
-            sine: sine[0],
-            cosine: cosine[0],
+            end: (x[0] + (x[1] + end.0), x[1] + end.1),
+            coefficients: x,
+            count,
+            sine,
+            cosine,
+            curved,
+            tolerance: tolerance.of(size),
         }
     }
 
-    /// Returns the part of the step, at most 1, over which the neglected terms stay below
-    /// `tolerance` [rad].
+    /// Returns the coefficients [rad].
     #[inline]
-    pub(super) fn valid_part(&self, tolerance: f64) -> f64 {
+    pub(super) fn coefficients(&self) -> &[f64] {
+        &self.coefficients[..self.count]
+    }
+
+    /// Returns the angle at the start [rad].
+    #[inline]
+    pub(super) fn start(&self) -> f64 {
+        self.coefficients[0]
+    }
+
+    /// Returns the derivative by σ at the start [rad].
+    #[inline]
+    pub(super) fn slope(&self) -> f64 {
+        self.coefficients[1]
+    }
+
+    /// Returns half the second derivative by σ at the start [rad].
+    #[inline]
+    pub(super) fn bend(&self) -> f64 {
+        self.coefficients[2]
+    }
+
+    /// Returns the orders that were computed.
+    #[inline]
+    pub(super) fn orders(&self) -> u64 {
+        self.count as u64 - 1
+    }
+
+    /// Returns the part of the step, at most 1, over which the neglected terms stay below
+    /// the tolerance.
+    #[inline]
+    pub(super) fn valid_part(&self) -> f64 {
         let tail = self.tail();
-        if tail <= tolerance {
+        if tail <= self.tolerance {
             1.0
         } else {
-            #[expect(clippy::cast_precision_loss, reason = "N is a small order")]
-            let root = 1.0 / (N - 2) as f64;
-            0.9 * libm::pow(tolerance / tail, root)
+            0.9 * libm::pow(self.tolerance / tail, 1.0 / self.tail_order())
         }
     }
 
     /// Returns the size of the last two terms at the end of the step [rad].
     #[inline]
-    pub(super) fn tail(&self) -> f64 {
-        self.x[N - 1].abs() + self.x[N - 2].abs()
+    fn tail(&self) -> f64 {
+        self.coefficients[self.count - 1].abs() + self.coefficients[self.count - 2].abs()
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "a small order")]
+    fn tail_order(&self) -> f64 {
+        (self.count - 2) as f64
     }
 
     /// Returns the size of the last two terms at `part` of the step [rad].
     #[inline]
     pub(super) fn tail_at(&self, part: f64) -> f64 {
         if part >= 1.0 {
-            return self.tail();
+            self.tail()
+        } else {
+            self.tail() * libm::pow(part, self.tail_order())
         }
-        #[expect(clippy::cast_precision_loss, reason = "N is a small order")]
-        let power = libm::pow(part, (N - 2) as f64);
-        self.tail() * power
     }
 
     /// Returns the angle and its derivative by σ at `part` of the step.
     #[inline]
     pub(super) fn at(&self, part: f64) -> (f64, f64) {
-        crate::numerics::polynomial::evaluate_with_derivative(&self.x, part)
-    }
-
-    /// Returns bounds on the curved part of the step.
-    #[inline]
-    pub(super) fn curved(&self) -> Curved {
-        let mut curved = Curved {
-            angle: 0.0,
-            slope: 0.0,
-        };
-        let mut n = 2.0;
-        for x in &self.x[2..] {
-            curved.angle += x.abs();
-            curved.slope += n * x.abs();
-            n += 1.0;
+        if part >= 1.0 {
+            self.end
+        } else {
+            polynomial::evaluate_with_derivative(self.coefficients(), part)
         }
-        curved
     }
 
-    /// Returns the coefficients of the derivative by σ.
-    #[inline]
-    pub(super) fn derivative(&self) -> [f64; N] {
+    /// Returns the coefficients of the derivative by σ, and how many they are.
+    pub(super) fn derivative(&self) -> ([f64; N], usize) {
         let mut d = [0.0; N];
         let mut n = 1.0;
-        for i in 1..N {
-            d[i - 1] = n * self.x[i];
+        for (to, from) in d.iter_mut().zip(&self.coefficients()[1..]) {
+            *to = n * from;
             n += 1.0;
         }
-        d
+        (d, self.count - 1)
     }
 }
 

@@ -1,1 +1,337 @@
 //! Guards the order of conditioning, the bias with its standard error, and the defaults.
+
+use crate::conditioning_support::{Random, shared_file};
+use latchgate::conditioning::bias::{bias, standard_error_of_mean};
+use latchgate::conditioning::{
+    BiasWindow, Cfc, ConditioningOptions, FilterChoice, FilterStandard, Signal, condition, peak,
+};
+use latchgate::error::ErrorKind;
+use latchgate::recording::{Channel, Severity};
+use latchgate::units::{AccelerationUnit, STANDARD_GRAVITY, SampleRate};
+use std::f64::consts::PI;
+
+fn channel(rate_hz: f64, start_s: f64, values: Vec<f64>) -> Channel {
+    Channel {
+        name: "door y".into(),
+        unit: Some(AccelerationUnit::StandardGravity),
+        unit_source: "option",
+        start_s,
+        rate: SampleRate::from_hertz(rate_hz).unwrap(),
+        values,
+        findings: Vec::new(),
+    }
+}
+
+fn signal(rate_hz: f64, start_s: f64, samples: Vec<f64>) -> Signal {
+    Signal {
+        start_s,
+        rate: SampleRate::from_hertz(rate_hz).unwrap(),
+        samples,
+    }
+}
+
+/// A smooth 100 g pulse of 10 ms from 20 ms on, over a bias of 0.5 g.
+fn pulse(rate_hz: f64, start_s: f64) -> Channel {
+    let count = (0.15 * rate_hz) as usize;
+    let values = (0..count)
+        .map(|n| {
+            let part = (start_s + n as f64 / rate_hz - 0.02) / 0.01;
+            let hump = if (0.0..=1.0).contains(&part) {
+                100.0 * (PI * part).sin().powi(2)
+            } else {
+                0.0
+            };
+            hump + 0.5 + 0.1 * f64::from((n as i32 * 7) % 5 - 2)
+        })
+        .collect();
+    channel(rate_hz, start_s, values)
+}
+
+#[track_caller]
+fn check_codes(channel: &Channel, options: &ConditioningOptions, expected: &[&str]) {
+    let found = condition(channel, options).unwrap().findings;
+    let codes: Vec<&str> = found.iter().map(|finding| finding.code).collect();
+    assert_eq!(codes, expected, "{found:#?}");
+}
+
+#[test]
+fn verif_the_defaults_remove_the_bias_and_filter_with_cfc_1000() {
+    let done = condition(&pulse(10_000.0, -0.03), &ConditioningOptions::default()).unwrap();
+    assert_eq!(done.filter, Some(Cfc::Cfc1000));
+    assert_eq!(done.bias_samples, 291);
+    let (from_s, to_s) = done.bias_window_s.unwrap();
+    assert!((from_s + 0.03).abs() < 1e-12 && (to_s + 0.001).abs() < 1e-12);
+    assert!((done.bias_m_s2 - 0.5 * STANDARD_GRAVITY).abs() < 0.02);
+    assert_eq!(done.findings, []);
+    let (value, time_s) = peak(&done.used).unwrap();
+    assert!((value / STANDARD_GRAVITY - 100.0).abs() < 0.3 && (time_s - 0.025).abs() < 2e-4);
+    assert_eq!(
+        done.raw.samples[7],
+        pulse(10_000.0, -0.03).values[7] * STANDARD_GRAVITY
+    );
+}
+
+#[test]
+fn verif_nothing_asked_leaves_every_bit() {
+    let options = ConditioningOptions {
+        bias: BiasWindow::None,
+        filter: FilterChoice::None,
+        ..ConditioningOptions::default()
+    };
+    let done = condition(&pulse(10_000.0, -0.03), &options).unwrap();
+    assert_eq!(done.used, done.raw);
+    assert_eq!(
+        (done.bias_m_s2, done.bias_samples, done.filter),
+        (0.0, 0, None)
+    );
+}
+
+#[test]
+fn verif_doubts_are_said() {
+    let default = ConditioningOptions::default();
+    check_codes(
+        &pulse(9_600.0, -0.03),
+        &default,
+        &["rate-below-default-filter"],
+    );
+    // 9 999.999 96 Hz is 10 kHz printed with few digits.
+    check_codes(&pulse(9_999.999_96, -0.03), &default, &[]);
+    check_codes(&pulse(10_000.0, 0.0), &default, &["no-pre-event-data"]);
+    check_codes(&pulse(10_000.0, -0.0055), &default, &["no-pre-event-data"]);
+    check_codes(&pulse(10_000.0, -0.006), &default, &[]);
+    let heavy = ConditioningOptions {
+        filter: FilterChoice::Class(Cfc::Cfc60),
+        ..default.clone()
+    };
+    check_codes(&pulse(10_000.0, -0.03), &heavy, &["filter-not-causal"]);
+    // The peak at 25 ms lies within 10 ms of this record's start.
+    check_codes(
+        &pulse(10_000.0, 0.0155),
+        &default,
+        &["no-pre-event-data", "peak-in-end-padding"],
+    );
+    let mut fast = pulse(10_000.0, -0.03);
+    fast.unit = Some(AccelerationUnit::MillimetrePerMillisecondSquared);
+    check_codes(
+        &fast,
+        &default,
+        &["implausible-peak", "implausible-velocity"],
+    );
+}
+
+#[test]
+fn verif_resampling_comes_before_the_filter() {
+    let options = ConditioningOptions {
+        resample_hz: Some(5_000.0),
+        ..ConditioningOptions::default()
+    };
+    let done = condition(&pulse(12_500.0, -0.03), &options).unwrap();
+    assert_eq!(done.resample_hz, Some(5_000.0));
+    assert_eq!(done.used.rate.hertz(), 5_000.0);
+    assert_eq!(done.filter, None);
+    assert_eq!(done.findings[0].code, "rate-below-default-filter");
+    let native = ConditioningOptions {
+        resample_hz: Some(12_500.0),
+        ..ConditioningOptions::default()
+    };
+    let done = condition(&pulse(12_500.0, -0.03), &native).unwrap();
+    assert_eq!((done.resample_hz, done.findings), (None, vec![]));
+}
+
+#[track_caller]
+fn check_error(channel: &Channel, options: &ConditioningOptions, expected: fn(&ErrorKind) -> bool) {
+    let error = condition(channel, options).unwrap_err();
+    assert!(expected(error.kind()), "{error}");
+    assert_eq!(error.place().channel.as_deref(), Some("door y"));
+}
+
+#[test]
+fn verif_what_cannot_be_done_is_an_error() {
+    let default = ConditioningOptions::default();
+    let record = pulse(10_000.0, -0.03);
+    let mut nameless = record.clone();
+    nameless.unit = None;
+    check_error(&nameless, &default, |kind| {
+        matches!(kind, ErrorKind::MissingUnit)
+    });
+    let out_of_range: fn(&ErrorKind) -> bool = |kind| matches!(kind, ErrorKind::OutOfRange { .. });
+    for value in [f64::NAN, f64::INFINITY, 1e300, -1e9] {
+        let mut wild = record.clone();
+        wild.values[40] = value;
+        check_error(&wild, &default, out_of_range);
+    }
+    for (from_s, to_s) in [
+        (0.0, 0.0),
+        (0.1, 0.0),
+        (5.0, 6.0),
+        (0.000_01, 0.000_09),
+        (f64::NAN, 1.0),
+    ] {
+        let window = ConditioningOptions {
+            bias: BiasWindow::Window(from_s, to_s),
+            ..default.clone()
+        };
+        check_error(&record, &window, out_of_range);
+    }
+    let class = ConditioningOptions {
+        filter: FilterChoice::Class(Cfc::Cfc1000),
+        ..default.clone()
+    };
+    check_error(&pulse(9_999.0, -0.03), &class, |kind| {
+        matches!(kind, ErrorKind::RateTooLow { .. })
+    });
+    for resample_hz in [0.0, -1.0, f64::NAN] {
+        let options = ConditioningOptions {
+            resample_hz: Some(resample_hz),
+            ..default.clone()
+        };
+        check_error(&record, &options, |kind| {
+            matches!(kind, ErrorKind::NotPositive { .. })
+        });
+    }
+    for count in [0, 1] {
+        let short = channel(10_000.0, 0.0, vec![1.0; count]);
+        check_error(&short, &default, |kind| {
+            matches!(kind, ErrorKind::TooShort { .. })
+        });
+    }
+}
+
+#[test]
+fn prop_conditioning_of_wild_records_never_panics() {
+    for seed in 1..=300 {
+        println!("seed {seed}");
+        let mut random = Random::new(seed);
+        let count = (random.next() % 400) as usize;
+        let size = 10.0_f64.powf(random.between(-6.0, 7.0));
+        let values = (0..count)
+            .map(|_| (random.normal() * size * 8.0).round() / 8.0)
+            .collect();
+        let rate_hz = 10.0_f64.powf(random.between(0.0, 6.0));
+        let record = channel(rate_hz, random.between(-0.1, 0.1), values);
+        for filter in [
+            FilterChoice::Default,
+            FilterChoice::Class(Cfc::Cfc60),
+            FilterChoice::Class(Cfc::Cfc600),
+        ] {
+            for filter_standard in [FilterStandard::Iso6487, FilterStandard::SaeJ211] {
+                let options = ConditioningOptions {
+                    filter,
+                    filter_standard,
+                    resample_hz: Some(rate_hz * random.between(0.05, 4.0)),
+                    range_g: Some(random.between(-1.0, 100.0)),
+                    ..ConditioningOptions::default()
+                };
+                if let Ok(done) = condition(&record, &options) {
+                    assert!(done.used.samples.iter().all(|value| value.is_finite()));
+                }
+            }
+        }
+    }
+}
+
+#[track_caller]
+fn check_window(window: BiasWindow, first: usize, count: usize) {
+    let record = signal(10_000.0, -0.02, (0..400).map(f64::from).collect());
+    let (found, _) = bias(&record, window).unwrap();
+    assert_eq!(found.window, Some((first, count)));
+    let expected = first as f64 + (count as f64 - 1.0) / 2.0;
+    assert!((found.mean_m_s2 - expected).abs() < 1e-12);
+}
+
+/// Windows count samples by index: an end that is meant to hit a sample does.
+#[test]
+fn verif_bias_windows_hold_the_samples_they_name() {
+    check_window(BiasWindow::PreEvent, 0, 191);
+    check_window(BiasWindow::Window(-0.02, -0.001), 0, 191);
+    check_window(BiasWindow::Window(-0.015, -0.0051), 50, 100);
+    check_window(BiasWindow::Window(-0.01504, -0.00506), 50, 100);
+    check_window(BiasWindow::Window(-1.0, 1.0), 0, 400);
+}
+
+/// For x(k) = ρ x(k−1) + e(k) the mean's variance is σ²/n² (n + 2 Σ (n−k) ρᵏ).
+#[track_caller]
+fn check_first_order_noise(correlation: f64, count: usize, allowed: f64) {
+    let known: f64 = (1..count)
+        .map(|lag| 2.0 * (count - lag) as f64 * correlation.powi(lag as i32))
+        .sum::<f64>()
+        + count as f64;
+    let known = known / (count as f64).powi(2) / (1.0 - correlation * correlation);
+    let seeds = 300;
+    let mean_square: f64 = (1..=seeds)
+        .map(|seed| {
+            let mut random = Random::new(seed);
+            let mut value = random.normal() / (1.0 - correlation * correlation).sqrt();
+            let noise: Vec<f64> = (0..count)
+                .map(|_| {
+                    value = correlation * value + random.normal();
+                    value
+                })
+                .collect();
+            standard_error_of_mean(&noise).powi(2)
+        })
+        .sum::<f64>()
+        / seeds as f64;
+    let ratio = (mean_square / known).sqrt();
+    assert!(
+        (ratio - 1.0).abs() < allowed,
+        "ρ {correlation}, n {count}: {ratio}"
+    );
+}
+
+#[test]
+fn val_standard_error_of_first_order_noise() {
+    check_first_order_noise(0.0, 2000, 0.10);
+    check_first_order_noise(0.5, 2000, 0.07);
+    check_first_order_noise(0.9, 2000, 0.07);
+    check_first_order_noise(0.9, 400, 0.12);
+    // Means of neighbours stand in for the samples of a long window.
+    check_first_order_noise(0.9, 20_000, 0.07);
+}
+
+#[test]
+fn verif_standard_error_never_falls_below_that_of_independent_samples() {
+    let mut random = Random::new(7);
+    let mut value = 0.0;
+    let swinging: Vec<f64> = (0..1000)
+        .map(|_| {
+            value = -0.6 * value + random.normal();
+            value
+        })
+        .collect();
+    let mean = swinging.iter().sum::<f64>() / 1000.0;
+    let square = swinging.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
+    let ratio = standard_error_of_mean(&swinging) / (square / 999.0 / 1000.0).sqrt();
+    assert!((1.0..1.02).contains(&ratio), "{ratio}");
+    assert_eq!(standard_error_of_mean(&[4.0; 50]), 0.0);
+    assert_eq!(standard_error_of_mean(&[4.0]), 0.0);
+    assert_eq!(standard_error_of_mean(&[]), 0.0);
+}
+
+/// A real channel with towing vibration before contact; left out where it is absent.
+#[test]
+fn val_bias_of_a_real_channel() {
+    let Some(text) = shared_file("recordings/nhtsa_v07292.148") else {
+        return;
+    };
+    let values = String::from_utf8(text)
+        .unwrap()
+        .lines()
+        .filter_map(|line| line.split_once('\t')?.1.trim().parse().ok())
+        .collect();
+    let done = condition(
+        &channel(12_500.0, -0.02, values),
+        &ConditioningOptions::default(),
+    )
+    .unwrap();
+    assert_eq!(done.bias_samples, 238);
+    let bias_g = done.bias_m_s2 / STANDARD_GRAVITY;
+    assert!((bias_g - 0.0407).abs() < 1e-4, "{bias_g}");
+    let error_g = done.bias_standard_error_m_s2 / STANDARD_GRAVITY;
+    assert!((0.1..0.5).contains(&error_g), "{error_g}");
+    assert!(
+        done.findings
+            .iter()
+            .all(|finding| finding.severity != Severity::Blocking)
+    );
+}

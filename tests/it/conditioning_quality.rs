@@ -299,7 +299,12 @@ fn random_pulse(random: &mut Random) -> (Vec<f64>, f64) {
     let cycles = random.between(1.0, (width / 36.0).min(12.0));
     let phase = random.between(0.0, 6.0);
     let offset = random.between(0.0, 1.0);
-    let peak = random.between(200.0, 9000.0) * if random.next() % 2 == 0 { 1.0 } else { -1.0 };
+    let peak = random.between(200.0, 9000.0)
+        * if random.next().is_multiple_of(2) {
+            1.0
+        } else {
+            -1.0
+        };
     let record: Vec<f64> = (0..1600)
         .map(|n| peak * smooth(kind, f64::from(n) - 300.0 - offset, width, cycles, phase))
         .collect();
