@@ -347,8 +347,16 @@ fn fixed_step(
     last: usize,
 ) -> Result<Outcome, Error> {
     let step = rk4::step_seconds(design, steps_per_period);
+    if !step.is_finite() {
+        return Err(ErrorKind::OutOfRange {
+            what: "lever.spring_stiffness_nm_per_rad".into(),
+            expected: "positive, since the fixed step is a part of the natural period".into(),
+            found: "0".into(),
+        }
+        .into());
+    }
     let steps = (signal.time_s(last) - signal.start_s) / step;
-    if !(2.0 * steps <= FIXED_STEPS_MAX) {
+    if steps.is_nan() || 2.0 * steps > FIXED_STEPS_MAX {
         return Err(ErrorKind::OutOfRange {
             what: "steps of the fixed-step method".into(),
             expected: format!("at most {FIXED_STEPS_MAX:e}; lower --steps-per-period"),

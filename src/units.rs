@@ -283,30 +283,26 @@ fn positive(what: &'static str, value: f64) -> Result<f64, Error> {
     }
 }
 
-/// Writes `value` with `digits` significant digits for a sentence: plain between 1e-4 and
-/// 1e6, with a power of ten outside, and with a true minus sign.
+/// Returns `value` with `digits` significant digits in ASCII, for a terminal: `-0.46000` or
+/// `3.1000e-7`; `-` if it is not finite.
 #[must_use]
-pub fn significant(value: f64, digits: usize) -> String {
-    let digits = digits.max(1);
-    #[expect(clippy::float_cmp, reason = "zero has no leading digit")]
-    if value == 0.0 || !value.is_finite() {
-        return if value == 0.0 {
-            "0".into()
-        } else {
-            format!("{value}")
-        };
+pub fn plain(value: f64, digits: usize) -> String {
+    if !value.is_finite() {
+        return "-".into();
     }
+    if value == 0.0 {
+        return "0".into();
+    }
+    let digits = digits.max(1);
     let scientific = format!("{:.*e}", digits - 1, value);
-    let exponent: i32 = scientific
+    let exponent = scientific
         .split_once('e')
-        .and_then(|(_, e)| e.parse().ok())
+        .and_then(|(_, exponent)| exponent.parse::<i32>().ok())
         .unwrap_or(0);
-    let text = if (-4..6).contains(&exponent) {
-        let decimals =
-            usize::try_from(i32::try_from(digits).unwrap_or(17) - 1 - exponent).unwrap_or(0);
-        format!("{value:.decimals$}")
+    if (-4..7).contains(&exponent) {
+        let decimals = i32::try_from(digits).unwrap_or(17) - 1 - exponent;
+        format!("{:.*}", usize::try_from(decimals).unwrap_or(0), value)
     } else {
         scientific
-    };
-    text.replace('-', "\u{2212}")
+    }
 }

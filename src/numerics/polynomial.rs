@@ -115,8 +115,8 @@ fn isolate(
     let mut left = [0.0; CAPACITY];
     let mut right = [0.0; CAPACITY];
     right[..=n].copy_from_slice(bernstein);
-    for i in 0..=n {
-        left[i] = right[0];
+    for (i, edge) in left[..=n].iter_mut().enumerate() {
+        *edge = right[0];
         for j in 0..n - i {
             right[j] = 0.5 * (right[j] + right[j + 1]);
         }

@@ -118,12 +118,6 @@ pub(super) fn run(
         work: Work::default(),
         trace: vec![],
     };
-    #[expect(
-        clippy::cast_precision_loss,
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "bounded by MAX_STEPS"
-    )]
     let steps = ((end - start) / step).ceil() as u64;
     let keep_every = (steps / 20_000).max(1);
     for k in 0..steps {

@@ -146,10 +146,8 @@ impl Tally {
             if rises && self.above_since.is_none() {
                 self.first_crossing.get_or_insert(instant);
                 self.above_since = Some(instant);
-            } else if !rises {
-                if let Some(since) = self.above_since.take() {
-                    self.time_above += instant - since;
-                }
+            } else if !rises && let Some(since) = self.above_since.take() {
+                self.time_above += instant - since;
             }
             true
         });
@@ -159,17 +157,13 @@ impl Tally {
         if end > self.threshold && self.above_since.is_none() {
             self.first_crossing.get_or_insert(instant);
             self.above_since = Some(instant);
-        } else if end < self.threshold {
-            if let Some(since) = self.above_since.take() {
-                self.time_above += instant - since;
-            }
+        } else if end < self.threshold
+            && let Some(since) = self.above_since.take()
+        {
+            self.time_above += instant - since;
         }
     }
 
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "one caller, which has them at hand"
-    )]
     fn offer_maxima<const N: usize>(
         &mut self,
         series: &Series<N>,

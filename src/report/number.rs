@@ -3,6 +3,8 @@
 //! All digits stand in `verdict.json`; what is rounded here is rounded once, from the value
 //! itself.
 
+pub use crate::units::plain;
+
 /// The minus sign, U+2212.
 const MINUS: char = '\u{2212}';
 
@@ -47,30 +49,6 @@ pub fn exact(value: f64) -> String {
         typeset(&format!("{value}"))
     } else {
         typeset(&format!("{value:e}"))
-    }
-}
-
-/// Returns `value` with `digits` significant digits in ASCII, for a terminal: `-0.46000` or
-/// `3.1000e-7`; `-` if it is not finite.
-#[must_use]
-pub fn plain(value: f64, digits: usize) -> String {
-    if !value.is_finite() {
-        return "-".into();
-    }
-    if value == 0.0 {
-        return "0".into();
-    }
-    let digits = digits.max(1);
-    let scientific = format!("{:.*e}", digits - 1, value);
-    let exponent = scientific
-        .split_once('e')
-        .and_then(|(_, exponent)| exponent.parse::<i32>().ok())
-        .unwrap_or(0);
-    if (-4..7).contains(&exponent) {
-        let decimals = i32::try_from(digits).unwrap_or(17) - 1 - exponent;
-        format!("{:.*}", usize::try_from(decimals).unwrap_or(0), value)
-    } else {
-        scientific
     }
 }
 

@@ -487,7 +487,7 @@ fn window_samples(signal: &Signal, (from, to): (f64, f64)) -> Result<(usize, usi
     let last = count as f64 - 1.0;
     let first_index = (place(from) - 1e-6).ceil().max(0.0);
     let last_index = (place(to) + 1e-6).floor().min(last);
-    if !(first_index < last_index) {
+    if first_index.is_nan() || last_index.is_nan() || first_index >= last_index {
         return Err(ErrorKind::OutOfRange {
             what: "window [s]".into(),
             expected: format!(

@@ -6,7 +6,7 @@ use super::{Answer, ErrorBudget, Reason};
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::recording::{Finding, Severity};
-use crate::units::{OpensWhen, significant};
+use crate::units::{OpensWhen, plain};
 
 /// What the sentences are about.
 pub(super) struct Case<'a> {
@@ -28,16 +28,16 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
         reasons.extend(blocking(case.findings));
     }
     reasons.push(peak(case));
-    if case.answer == Answer::Fail {
-        if let Some(bad) = case.first_bad.filter(|bad| bad.is_finite()) {
-            reasons.push(Reason {
+    if case.answer == Answer::Fail
+        && let Some(bad) = case.first_bad.filter(|bad| bad.is_finite())
+    {
+        reasons.push(Reason {
                 code: "failed-before-fault",
                 text: format!(
                     "A blocking fault begins at {} s, but the lever was lost before it: the fault cannot bring the door back.",
-                    significant(bad, 5)
+                    plain(bad, 5)
                 ),
             });
-        }
     }
     reasons.extend(disagreement(case));
     reasons.push(uncertainty(case));
@@ -79,21 +79,21 @@ fn peak(case: &Case<'_>) -> Reason {
             code: "threshold-crossed",
             text: format!(
                 "The lever crosses {} rad at {} s and reaches {} rad at {} s ({place}), {} times the limit.",
-                significant(threshold, 3),
-                significant(crossing, 5),
-                significant(run.peak_angle_rad, 4),
-                significant(run.peak_time_s, 5),
-                significant(run.peak_angle_rad / threshold, 3),
+                plain(threshold, 3),
+                plain(crossing, 5),
+                plain(run.peak_angle_rad, 4),
+                plain(run.peak_time_s, 5),
+                plain(run.peak_angle_rad / threshold, 3),
             ),
         },
         None if run.peak_angle_rad > 0.0 => Reason {
             code: "threshold-not-crossed",
             text: format!(
                 "The lever reaches at most {} rad, at {} s ({place}): {} % of the limit of {} rad{}.",
-                significant(run.peak_angle_rad, 4),
-                significant(run.peak_time_s, 5),
-                significant(share, 3),
-                significant(threshold, 3),
+                plain(run.peak_angle_rad, 4),
+                plain(run.peak_time_s, 5),
+                plain(share, 3),
+                plain(threshold, 3),
                 coast_words(run.coast_peak_angle_rad),
             ),
         },
@@ -111,7 +111,7 @@ fn coast_words(coast: Option<f64>) -> String {
     coast.map_or_else(String::new, |coast| {
         format!(
             "; after the record's end it coasts to {} rad",
-            significant(coast, 4)
+            plain(coast, 4)
         )
     })
 }
@@ -146,7 +146,7 @@ fn disagreement(case: &Case<'_>) -> Vec<Reason> {
                     stop.name(),
                     sign.name(),
                     answer.name(),
-                    significant(judged.run().peak_angle_rad, 4)
+                    plain(judged.run().peak_angle_rad, 4)
                 )
             })
             .collect::<Vec<_>>()
@@ -223,8 +223,8 @@ fn uncertainty(case: &Case<'_>) -> Reason {
     let total = judged.uncertainty_rad();
     let parts = format!(
         "{} rad from integration and {} rad from interpolation between samples",
-        significant(run.numerical_error_rad, 2),
-        significant(judged.interpolation_error_rad, 2)
+        plain(run.numerical_error_rad, 2),
+        plain(judged.interpolation_error_rad, 2)
     );
     let largest = case
         .budget
@@ -235,7 +235,7 @@ fn uncertainty(case: &Case<'_>) -> Reason {
             format!(
                 " The largest other influence measured is {}: {} rad.",
                 influence(name),
-                significant(value, 2)
+                plain(value, 2)
             )
         });
     if (run.peak_angle_rad - threshold).abs() <= total {

@@ -1,5 +1,9 @@
 //! One integration-test binary; a module per subject.
 
+#![allow(
+    clippy::duplicate_mod,
+    reason = "tests share the example's support file"
+)]
 #![allow(missing_docs, reason = "tests are read, not linked")]
 #![allow(
     clippy::unwrap_used,
