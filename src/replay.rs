@@ -11,6 +11,11 @@ use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::units::OpensWhen;
+/// Limit of the contact's angular frequency times the step, beyond which the fixed-step
+/// method gains energy on a soft stop.
+pub use crate::numerics::rk4::STABILITY_LIMIT as RK4_STABILITY_LIMIT;
+pub use rk4::step_seconds as fixed_step_s;
+
 use kernel::Kernel;
 use serde::Serialize;
 use tally::Tally;

@@ -553,7 +553,7 @@ fn zero_shift(facts: &Facts<'_>) -> Option<Finding> {
     }
     let tail = &facts.samples[count - length..];
     let shift = mean(tail) - facts.pre_mean;
-    let error = bias::standard_error_of_mean(tail).hypot(facts.pre_mean_error);
+    let error = libm::hypot(bias::standard_error_of_mean(tail), facts.pre_mean_error);
     (shift.abs() > (5.0 * error).max(0.01 * facts.peak)).then(|| {
         Finding::warning(
             "zero-shift",

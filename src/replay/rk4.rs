@@ -62,8 +62,10 @@ impl Motion for LeverMotion<'_> {
     }
 }
 
-/// Returns the step [s]: natural period 2π/ω0 over the steps per period.
-pub(super) fn step_seconds(design: &Design, steps_per_period: u32) -> f64 {
+/// Returns the step of the fixed-step method [s]: natural period 2π/ω0 over the steps per
+/// period.
+#[must_use]
+pub fn step_seconds(design: &Design, steps_per_period: u32) -> f64 {
     std::f64::consts::TAU
         / design.lever.angular_frequency_rad_s()
         / f64::from(steps_per_period.max(1))

@@ -6,7 +6,6 @@ use crate::conditioning::{self, Cfc, Conditioned, Signal, bias, resample, spectr
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::model::stop::StopModel;
-use crate::numerics::rk4::STABILITY_LIMIT;
 use crate::recording::{Finding, Severity};
 use crate::replay::{self, Method, Outcome, Run, RunOptions};
 use crate::units::OpensWhen;
@@ -575,11 +574,9 @@ fn replay_findings(design: &Design, options: &AssessOptions, judged: &[Judged]) 
             "fixed-step-method",
             "The fixed-step method sees impacts only at the end of a step; it is for comparison, and its stated error is an estimate from halving the step.",
         ));
-        let step = std::f64::consts::TAU
-            / design.lever.angular_frequency_rad_s()
-            / f64::from(steps_per_period.max(1));
-        let reach = design.stop.contact_angular_frequency_rad_s(&design.lever) * step;
-        if reach > STABILITY_LIMIT && judged.iter().any(|j| j.run().model == StopModel::Soft) {
+        let reach = design.stop.contact_angular_frequency_rad_s(&design.lever)
+            * replay::fixed_step_s(design, steps_per_period);
+        if reach > replay::RK4_STABILITY_LIMIT && judged.iter().any(|j| j.run().model == StopModel::Soft) {
             findings.push(Finding::warning(
                 "method-known-to-fail",
                 format!("On the soft stop ω_R times the step is {reach:.2}, beyond the method's limit of 2.83: the run gains energy in contact."),
