@@ -108,8 +108,9 @@ impl<const N: usize> Series<N> {
         weighted[2] = 2.0 * x[2];
         let mut size = x[0].abs() + x[1].abs() + x[2].abs();
         let mut count = 3;
-        for n in 1..N - 2 {
-            // C_n = −Σ j x_j S_{n−j}/n, S_n = Σ j x_j C_{n−j}/n.
+        // One order: C_n = −Σ j x_j S_{n−j}/n, S_n = Σ j x_j C_{n−j}/n, then x_{n+2}. True once
+        // the last two terms are small.
+        let mut order = |n: usize| -> bool {
             let mut sum = [0.0; 2];
             for (w, t) in weighted[1..=n].iter().zip(turned[..n].iter().rev()) {
                 sum[0] += w * t[0];
@@ -125,8 +126,22 @@ impl<const N: usize> Series<N> {
             x[n + 2] = weighted[n + 2] * INVERSE[n + 2];
             count = n + 3;
             size += x[n + 2].abs();
-            if count >= COUNT_MIN && x[n + 2].abs() + x[n + 1].abs() <= tolerance.of(size) {
-                break;
+            count >= COUNT_MIN && x[n + 2].abs() + x[n + 1].abs() <= tolerance.of(size)
+        };
+        // The orders that most steps need are written out, for the compiler to unroll.
+        let done = order(1)
+            || order(2)
+            || order(3)
+            || order(4)
+            || order(5)
+            || order(6)
+            || order(7)
+            || order(8);
+        if !done {
+            for n in 9..N - 2 {
+                if order(n) {
+                    break;
+                }
             }
         }
         let mut end = (0.0, 0.0);

@@ -133,7 +133,15 @@ pub fn assess(
         .iter()
         .flat_map(|sign| options.model.stops().iter().map(|stop| (*sign, *stop)))
         .collect();
-    let judged = bench.judge_all(&pairs, window, options.evidence)?;
+    let judged = bench.judge_all(
+        &pairs,
+        window,
+        if options.evidence {
+            Purpose::Drawing
+        } else {
+            Purpose::Deciding
+        },
+    )?;
     let threshold = design.criterion.threshold_rad;
     let of_rule_3 = combine(options.polarity, &pairs, &judged, threshold);
     let counted = |finding: &&Finding| counts(finding, options.window_s);
@@ -147,7 +155,7 @@ pub fn assess(
         None => of_rule_3,
         Some(bad_s) => match samples_before(signal, bad_s, window) {
             Some(good) => {
-                let before = bench.judge_all(&pairs, Some(good), false)?;
+                let before = bench.judge_all(&pairs, Some(good), Purpose::Deciding)?;
                 match combine(options.polarity, &pairs, &before, threshold) {
                     Answer::Fail => Answer::Fail,
                     _ => Answer::Unusable,
@@ -219,6 +227,17 @@ pub fn assess(
     })
 }
 
+/// What a run is for, which says what it need not carry along.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Purpose {
+    /// Decides, and is drawn.
+    Drawing,
+    /// Decides.
+    Deciding,
+    /// Is compared with one that decides: its own error does not matter.
+    Comparison,
+}
+
 /// What every run of one assessment shares.
 struct Bench<'a> {
     design: &'a Design,
@@ -250,7 +269,7 @@ impl Bench<'_> {
         signal: &Signal,
         pair: (OpensWhen, StopModel),
         window: Option<(usize, usize)>,
-        trace: bool,
+        purpose: Purpose,
     ) -> Result<Outcome, Error> {
         replay::run(
             signal,
@@ -262,7 +281,8 @@ impl Bench<'_> {
                 tolerance_rad: self.options.tolerance_rad,
                 initial: self.initial(pair.1),
                 window,
-                trace,
+                trace: purpose == Purpose::Drawing,
+                error_bound: purpose != Purpose::Comparison,
             },
         )
     }
@@ -272,7 +292,7 @@ impl Bench<'_> {
         &self,
         pairs: &[(OpensWhen, StopModel)],
         window: Option<(usize, usize)>,
-        trace: bool,
+        purpose: Purpose,
     ) -> Result<Vec<Judged>, Error> {
         let fine_window = window.map(|(first, last)| (4 * first, 4 * last));
         let tasks: Vec<(usize, bool)> = (0..pairs.len())
@@ -280,9 +300,9 @@ impl Bench<'_> {
             .collect();
         let outcomes = in_parallel(self.options.threads, &tasks, |&(pair, fine)| {
             if fine {
-                self.run(self.fine, pairs[pair], fine_window, false)
+                self.run(self.fine, pairs[pair], fine_window, Purpose::Comparison)
             } else {
-                self.run(self.signal, pairs[pair], window, trace)
+                self.run(self.signal, pairs[pair], window, purpose)
             }
         });
         let mut judged = Vec::with_capacity(pairs.len());
@@ -302,7 +322,12 @@ impl Bench<'_> {
                 });
             judged.push(Judged {
                 outcome,
-                interpolation_error_rad,
+                // A rerun that could not be followed bounds nothing.
+                interpolation_error_rad: if fine.broke_down {
+                    f64::MAX
+                } else {
+                    interpolation_error_rad
+                },
             });
         }
         Ok(judged)
@@ -350,7 +375,7 @@ impl Bench<'_> {
             reruns.push((Part::Model, self.signal.clone(), (sign, other_stop)));
         }
         let outcomes = in_parallel(self.options.threads, &reruns, |(_, signal, pair)| {
-            self.run(signal, *pair, window, false)
+            self.run(signal, *pair, window, Purpose::Comparison)
         });
         let mut budget = ErrorBudget {
             numerical: Some(judged[nominal].run().numerical_error_rad),
@@ -576,7 +601,9 @@ fn replay_findings(design: &Design, options: &AssessOptions, judged: &[Judged]) 
         ));
         let reach = design.stop.contact_angular_frequency_rad_s(&design.lever)
             * replay::fixed_step_s(design, steps_per_period);
-        if reach > replay::RK4_STABILITY_LIMIT && judged.iter().any(|j| j.run().model == StopModel::Soft) {
+        if reach > replay::RK4_STABILITY_LIMIT
+            && judged.iter().any(|j| j.run().model == StopModel::Soft)
+        {
             findings.push(Finding::warning(
                 "method-known-to-fail",
                 format!("On the soft stop ω_R times the step is {reach:.2}, beyond the method's limit of 2.83: the run gains energy in contact."),
