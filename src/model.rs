@@ -1,6 +1,7 @@
 //! The latch lever, its stop and its excitation.
 
 pub mod design;
+pub mod excitation;
 pub mod lever;
 pub mod stop;
 

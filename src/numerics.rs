@@ -1,5 +1,7 @@
 //! Integrators and root location that know no latch and no file: a time, a state, a function.
 
+pub mod dopri5;
+pub mod event;
 pub mod polynomial;
 pub mod rk4;
 

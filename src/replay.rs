@@ -1,7 +1,7 @@
 //! Replay: drives the lever with a signal and records what it does.
 
 mod kernel;
-mod rk4;
+mod methods;
 mod sensitivity;
 mod tally;
 mod taylor;
@@ -9,14 +9,19 @@ mod taylor;
 use crate::conditioning::Signal;
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
+use crate::model::excitation::{Harmonic, Sampled};
 use crate::model::stop::StopModel;
 /// Limit of the contact's angular frequency times the step, beyond which the fixed-step
 /// method gains energy on a soft stop.
 pub use crate::numerics::rk4::STABILITY_LIMIT as RK4_STABILITY_LIMIT;
 use crate::units::OpensWhen;
-pub use rk4::step_seconds as fixed_step_s;
+pub use methods::{
+    ADAPTIVE_TOLERANCE, ADAPTIVE_TOLERANCE_MIN, Breakdown, REST_SPEED_RAD_S,
+    step_seconds as fixed_step_s,
+};
 
 use kernel::Kernel;
+use methods::Problem;
 use serde::Serialize;
 use tally::Tally;
 
@@ -31,6 +36,21 @@ pub enum Method {
         /// Steps per natural period.
         steps_per_period: u32,
     },
+    /// The same with steps that end at samples and events.
+    Rk4Located {
+        /// Steps per natural period, at least.
+        steps_per_period: u32,
+    },
+    /// The adaptive pair of Dormand and Prince with located events.
+    Dopri5 {
+        /// Ends a step at each sample, where the excitation has a kink.
+        at_samples: bool,
+    },
+    /// Time-stepping after Moreau and Jean; the rigid stop only.
+    MoreauJean {
+        /// Steps per natural period.
+        steps_per_period: u32,
+    },
 }
 
 impl Method {
@@ -40,6 +60,10 @@ impl Method {
         match self {
             Self::EventDriven => "event-driven",
             Self::Rk4 { .. } => "rk4",
+            Self::Rk4Located { .. } => "rk4-located",
+            Self::Dopri5 { at_samples: false } => "dopri5",
+            Self::Dopri5 { at_samples: true } => "dopri5-samples",
+            Self::MoreauJean { .. } => "moreau-jean",
         }
     }
 }
@@ -152,6 +176,10 @@ pub struct Outcome {
     pub coast_error_rad: f64,
     /// The method could not follow the lever: its numbers mean nothing.
     pub broke_down: bool,
+    /// Why, where the method can say it.
+    pub breakdown: Option<Breakdown>,
+    /// Lowest angle at the end of a step [rad]; the event-driven method does not keep it.
+    pub lowest_angle_rad: Option<f64>,
 }
 
 /// Drives the lever of `design` with `signal`.
@@ -186,9 +214,7 @@ pub fn run(signal: &Signal, design: &Design, options: &RunOptions) -> Result<Out
     let (first, last) = (first.min(count - 1), last.min(count - 1));
     let outcome = match options.method {
         Method::EventDriven => event_driven(signal, design, options, first, last),
-        Method::Rk4 { steps_per_period } => {
-            fixed_step(signal, design, options, steps_per_period, last)?
-        }
+        _ => compared(signal, design, options, first, last)?,
     };
     tracing::debug!(
         model = outcome.run.model.name(),
@@ -328,14 +354,13 @@ fn event_driven(
         trace: trace.unwrap_or_default(),
         coast_error_rad: coast.map_or(0.0, |peak| peak.bound()),
         broke_down,
+        breakdown: None,
+        lowest_angle_rad: None,
     }
 }
 
 /// Energy above which a lever counts as moving [J].
 const MOVING_ENERGY_J: f64 = 1e-9;
-
-/// Steps of a fixed-step run at most.
-const FIXED_STEPS_MAX: f64 = 1e9;
 
 /// Returns the lever's energy I0 φ'²/2 + T0 φ + k φ²/2 [J], k being the contact's stiffness
 /// inside the soft stop, so that what a compressed stop holds is counted.
@@ -352,88 +377,91 @@ pub fn energy_j(design: &Design, stop: StopModel, angle_rad: f64, velocity_rad_s
         + 0.5 * stiffness * angle_rad * angle_rad
 }
 
-fn fixed_step(
+/// Runs a method to compare with on the samples up to `last`.
+fn compared(
     signal: &Signal,
     design: &Design,
     options: &RunOptions,
-    steps_per_period: u32,
+    first: usize,
     last: usize,
 ) -> Result<Outcome, Error> {
-    let step = rk4::step_seconds(design, steps_per_period);
-    if !step.is_finite() {
-        return Err(ErrorKind::OutOfRange {
-            what: "lever.spring_stiffness_nm_per_rad".into(),
-            expected: "positive, since the fixed step is a part of the natural period".into(),
-            found: "0".into(),
-        }
-        .into());
-    }
-    let steps = (signal.time_s(last) - signal.start_s) / step;
-    if steps.is_nan() || 2.0 * steps > FIXED_STEPS_MAX {
-        return Err(ErrorKind::OutOfRange {
-            what: "steps of the fixed-step method".into(),
-            expected: format!("at most {FIXED_STEPS_MAX:e}; lower --steps-per-period"),
-            found: format!("{:e}", 2.0 * steps),
-        }
-        .into());
-    }
-    let coarse = rk4::run(
-        signal,
-        design,
-        options.stop,
-        options,
-        steps_per_period,
-        last,
-    );
-    let fine = rk4::run(
-        signal,
-        design,
-        options.stop,
-        &RunOptions {
-            trace: false,
-            ..options.clone()
-        },
-        steps_per_period.saturating_mul(2),
-        last,
-    );
-    let (angle, velocity) = coarse.state;
-    let broke_down = !angle.is_finite() || !velocity.is_finite() || !coarse.peak.0.is_finite();
-    // Events on the grid make the method one of first order: the error is about twice the
-    // change that halving the step brings; twice that again is stated.
-    let error = 4.0 * (coarse.peak.0 - fine.peak.0).abs();
-    let moving = !broke_down && energy_j(design, options.stop, angle, velocity) > MOVING_ENERGY_J;
-    let coast = if moving {
-        let start = match options.stop {
-            StopModel::Rigid => (angle.max(0.0), velocity),
-            StopModel::Soft => (angle, velocity),
-        };
-        let tally = Tally::new(design.criterion.threshold_rad, false);
-        Kernel::new(design, options.stop, Some(start), None, tally).coast(signal.time_s(last))
-    } else {
-        None
+    let excitation = Sampled {
+        start_s: signal.start_s,
+        rate_hz: signal.rate.hertz(),
+        samples: &signal.samples,
+        sign: options.opens_when.sign(),
     };
-    let finite = |value: f64| if value.is_finite() { value } else { f64::MAX };
-    Ok(Outcome {
-        run: Run {
-            model: options.stop,
-            method: options.method.name(),
-            opens_when: options.opens_when,
-            peak_angle_rad: finite(coarse.peak.0),
-            peak_time_s: coarse.peak.1,
-            first_crossing_s: coarse.first_crossing,
-            time_above_threshold_s: coarse.time_above,
-            first_release_s: coarse.first_release,
-            impacts: coarse.impacts,
-            impact_list: coarse.impact_list,
-            final_angle_rad: finite(angle),
-            final_velocity_rad_s: finite(velocity),
-            moving_at_end: moving,
-            coast_peak_angle_rad: coast.map(|peak| peak.angle),
-            numerical_error_rad: finite(error),
-            work: coarse.work,
+    methods::run(
+        &Problem {
+            excitation: &excitation,
+            design,
+            stop: options.stop,
+            initial: options.initial,
+            start_s: signal.start_s,
+            end_s: signal.time_s(last),
+            judged_from_s: signal.time_s(first),
+            longest_step_s: signal.rate.interval().seconds(),
+            trace: options.trace,
         },
-        trace: coarse.trace,
-        coast_error_rad: error,
-        broke_down: broke_down || (moving && coast.is_none()),
-    })
+        options,
+    )
+}
+
+/// Drives the lever with a smooth sine from time 0 to `end_s` [s], without samples between.
+///
+/// # Errors
+///
+/// As [`run`]; [`ErrorKind::OutOfRange`] for the event-driven method, which takes samples, a
+/// window, or an end that is not positive.
+pub fn run_harmonic(
+    excitation: &Harmonic,
+    end_s: f64,
+    design: &Design,
+    options: &RunOptions,
+) -> Result<Outcome, Error> {
+    check_initial(options)?;
+    let refuse = |what: &str, expected: &str, found: String| {
+        Err(ErrorKind::OutOfRange {
+            what: what.into(),
+            expected: expected.into(),
+            found,
+        }
+        .into())
+    };
+    if options.method == Method::EventDriven {
+        return refuse(
+            "method on a smooth sine",
+            "one of the methods to compare with; sample the sine for the event-driven one",
+            options.method.name().into(),
+        );
+    }
+    if options.window.is_some() {
+        return refuse("window", "none on a smooth sine", "a window".into());
+    }
+    if !(end_s > 0.0 && end_s.is_finite()) {
+        return refuse("end [s]", "positive and finite", end_s.to_string());
+    }
+    // A hundredth of a period stands in for the sample interval.
+    let longest_step_s = std::f64::consts::TAU / (100.0 * excitation.angular_frequency_rad_s);
+    if !(longest_step_s > 0.0 && longest_step_s.is_finite()) {
+        return refuse(
+            "angular frequency [rad/s]",
+            "positive and finite",
+            excitation.angular_frequency_rad_s.to_string(),
+        );
+    }
+    methods::run(
+        &Problem {
+            excitation,
+            design,
+            stop: options.stop,
+            initial: options.initial,
+            start_s: 0.0,
+            end_s,
+            judged_from_s: 0.0,
+            longest_step_s,
+            trace: options.trace,
+        },
+        options,
+    )
 }

@@ -2,6 +2,7 @@
 
 use crate::conditioning::{BiasWindow, Cfc, FilterChoice, FilterStandard};
 use crate::recording::card::CardPolarity;
+use crate::replay::Method;
 use crate::units::{AccelerationUnit, TimeUnit};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -159,13 +160,14 @@ pub struct ReplayArguments {
     /// Stop model; auto: the answer both give, undecided where they differ
     #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
     pub model: ModelArgument,
-    /// Integrator; rk4 is the paper's, with a fixed step and events on its grid
+    /// Integrator; all but event-driven are there to be compared with
     #[arg(long, value_enum, default_value_t = MethodArgument::EventDriven)]
     pub method: MethodArgument,
-    /// Steps of rk4 per natural period of the lever
+    /// Steps of the fixed-step methods per natural period of the lever
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 10_000)]
     pub steps_per_period: u32,
-    /// Truncation that the event-driven method lets pass in a step [rad] [default: 1e-17]
+    /// Error that event-driven and dopri5 let pass in a step [rad] [default: 1e-17; dopri5: 1e-9,
+    /// absolute and relative, 1e-14 at least]
     #[arg(long, value_name = "RAD", value_parser = parse_tolerance)]
     pub tolerance: Option<f64>,
     /// Largest ensemble; only nominal runs are made so far, as with 0
@@ -224,10 +226,33 @@ pub enum ModelArgument {
 /// Integrator asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum MethodArgument {
-    /// Every event located.
+    /// Short Taylor series, every event located.
     EventDriven,
-    /// Fixed step.
+    /// The paper's: Runge-Kutta, fixed step, events on its grid.
     Rk4,
+    /// The same with located events; steps end at samples.
+    Rk4Located,
+    /// Dormand and Prince, adaptive, located events, across samples.
+    Dopri5,
+    /// The same restarted at each sample.
+    Dopri5Samples,
+    /// Time-stepping with impacts at velocity level; rigid stop only.
+    MoreauJean,
+}
+
+impl MethodArgument {
+    /// Returns the method with its steps per natural period, where it has any.
+    #[must_use]
+    pub fn method(self, steps_per_period: u32) -> Method {
+        match self {
+            Self::EventDriven => Method::EventDriven,
+            Self::Rk4 => Method::Rk4 { steps_per_period },
+            Self::Rk4Located => Method::Rk4Located { steps_per_period },
+            Self::Dopri5 => Method::Dopri5 { at_samples: false },
+            Self::Dopri5Samples => Method::Dopri5 { at_samples: true },
+            Self::MoreauJean => Method::MoreauJean { steps_per_period },
+        }
+    }
 }
 
 /// Rate asked for.

@@ -1,8 +1,6 @@
 //! `latchgate replay`: one recording, one design, one verdict.
 
-use super::args::{
-    Common, MethodArgument, ModelArgument, OutputFormat, ReadArguments, ReplayArguments, Resample,
-};
+use super::args::{Common, ModelArgument, OutputFormat, ReadArguments, ReplayArguments, Resample};
 use super::{Failure, output};
 use crate::conditioning::{self, BiasWindow, Conditioned, ConditioningOptions, FilterChoice, cfc};
 use crate::error::{Error, ErrorKind, Place};
@@ -12,7 +10,7 @@ use crate::recording::card::CardPolarity;
 use crate::recording::{
     self, Card, Channel, Finding, Limits, ReadOptions, Recording, Selection, Severity, Source,
 };
-use crate::replay::Method;
+use crate::replay::{ADAPTIVE_TOLERANCE_MIN, Method};
 use crate::report;
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
 use crate::verdict::{
@@ -30,6 +28,7 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
     let limits = Limits::default();
     let design = design(own, &limits)?;
     check_initial(own)?;
+    check_method(own)?;
     let source = source(&own.read.recording);
     let mut facts = Facts::new(own, &source);
     let outcome = judge(own, common, &design, &source, &limits, &mut facts);
@@ -179,12 +178,7 @@ fn assess_options(own: &ReplayArguments, common: &Common, polarity: Polarity) ->
     AssessOptions {
         model: model_choice(own.model),
         polarity,
-        method: match own.method {
-            MethodArgument::EventDriven => Method::EventDriven,
-            MethodArgument::Rk4 => Method::Rk4 {
-                steps_per_period: own.steps_per_period,
-            },
-        },
+        method: own.method.method(own.steps_per_period),
         tolerance_rad: own.tolerance,
         initial_angle_rad: own.phi0,
         initial_velocity_rad_s: own.omega0,
@@ -330,6 +324,45 @@ fn check_initial(own: &ReplayArguments) -> Result<(), Failure> {
                     "0 or more on the rigid stop; choose --model soft for an angle inside the stop"
                         .into(),
                 found: own.phi0.map_or_else(String::new, |angle| angle.to_string()),
+            }
+            .into(),
+        ));
+    }
+    Ok(())
+}
+
+/// Refuses a method that cannot do what is asked of it.
+fn check_method(own: &ReplayArguments) -> Result<(), Failure> {
+    let method = own.method.method(own.steps_per_period);
+    if !method.admits(StopModel::Soft) && own.model != ModelArgument::Rigid {
+        return Err(Failure::Usage(
+            ErrorKind::OutOfRange {
+                what: "--method".into(),
+                expected: format!(
+                    "one that knows the soft stop; {} knows the rigid one only, choose --model rigid",
+                    method.name()
+                ),
+                found: format!(
+                    "{} with --model {}",
+                    method.name(),
+                    model_choice(own.model).name()
+                ),
+            }
+            .into(),
+        ));
+    }
+    if matches!(method, Method::Dopri5 { .. })
+        && own
+            .tolerance
+            .is_some_and(|tolerance| tolerance < ADAPTIVE_TOLERANCE_MIN)
+    {
+        return Err(Failure::Usage(
+            ErrorKind::OutOfRange {
+                what: format!("--tolerance of {}", method.name()),
+                expected: format!("at least {ADAPTIVE_TOLERANCE_MIN:e}"),
+                found: own
+                    .tolerance
+                    .map_or_else(String::new, |tolerance| tolerance.to_string()),
             }
             .into(),
         ));
@@ -518,9 +551,13 @@ fn command_line(own: &ReplayArguments, source: &Source) -> String {
     if own.model != ModelArgument::Auto {
         option("model", Some(model_choice(own.model).name().into()));
     }
-    if own.method == MethodArgument::Rk4 {
-        option("method", Some("rk4".into()));
-        option("steps-per-period", Some(own.steps_per_period.to_string()));
+    let method = own.method.method(own.steps_per_period);
+    if method != Method::EventDriven {
+        option("method", Some(method.name().into()));
+        option(
+            "steps-per-period",
+            method.steps_per_period().map(|steps| steps.to_string()),
+        );
     }
     option(
         "tolerance",

@@ -233,6 +233,15 @@ impl Design {
         })
     }
 
+    /// Returns the damping ratio ξ of the lever in contact with the soft stop [-].
+    #[must_use]
+    pub fn contact_damping_ratio(&self) -> f64 {
+        self.stop.contact_damping_nm_s_per_rad(&self.lever)
+            / (2.0
+                * self.lever.moment_of_inertia_kg_m2
+                * self.stop.contact_angular_frequency_rad_s(&self.lever))
+    }
+
     /// Checks what single ranges cannot see.
     ///
     /// # Errors

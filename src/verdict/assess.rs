@@ -8,7 +8,7 @@ use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::recording::{Finding, Severity};
 use crate::replay::{self, Method, Outcome, Run, RunOptions};
-use crate::units::OpensWhen;
+use crate::units::{OpensWhen, SampleInterval};
 use std::collections::BTreeMap;
 
 /// Which stop models decide.
@@ -168,7 +168,7 @@ pub fn assess(
     let nominal_index = index_of_largest(&judged);
     let (sign, stop) = pairs[nominal_index];
     let budget = bench.budget(conditioned, window, &pairs, &judged, nominal_index)?;
-    let mut own_findings = replay_findings(design, options, &judged);
+    let mut own_findings = replay_findings(design, options, signal.rate.interval(), &judged);
     own_findings.extend(late_faults(findings, options.window_s));
     let why = why::reasons(&why::Case {
         answer,
@@ -271,14 +271,20 @@ impl Bench<'_> {
         window: Option<(usize, usize)>,
         purpose: Purpose,
     ) -> Result<Outcome, Error> {
+        // The error budget reruns with the other stop, which the method asked for may not know.
+        let (method, tolerance_rad) = if self.options.method.admits(pair.1) {
+            (self.options.method, self.options.tolerance_rad)
+        } else {
+            (Method::EventDriven, None)
+        };
         replay::run(
             signal,
             self.design,
             &RunOptions {
                 stop: pair.1,
                 opens_when: pair.0,
-                method: self.options.method,
-                tolerance_rad: self.options.tolerance_rad,
+                method,
+                tolerance_rad,
                 initial: self.initial(pair.1),
                 window,
                 trace: purpose == Purpose::Drawing,
@@ -571,7 +577,12 @@ fn traces(
 }
 
 /// What the replay itself found odd.
-fn replay_findings(design: &Design, options: &AssessOptions, judged: &[Judged]) -> Vec<Finding> {
+fn replay_findings(
+    design: &Design,
+    options: &AssessOptions,
+    interval: SampleInterval,
+    judged: &[Judged],
+) -> Vec<Finding> {
     let mut findings = Vec::new();
     if options.polarity == Polarity::Undeclared {
         findings.push(Finding::warning(
@@ -591,25 +602,10 @@ fn replay_findings(design: &Design, options: &AssessOptions, judged: &[Judged]) 
     if let Some(j) = judged.iter().find(|j| j.outcome.broke_down) {
         findings.push(Finding::warning(
             "method-broke-down",
-            format!("The {} method could not follow the lever on the {} stop; its numbers mean nothing.", j.run().method, j.run().model.name()),
+            format!("The {} method could not follow the lever on the {} stop{}; its numbers mean nothing.", j.run().method, j.run().model.name(), j.outcome.breakdown.map_or_else(String::new, |why| format!(": {}", why.text()))),
         ));
     }
-    if let Method::Rk4 { steps_per_period } = options.method {
-        findings.push(Finding::warning(
-            "fixed-step-method",
-            "The fixed-step method sees impacts only at the end of a step; it is for comparison, and its stated error is an estimate from halving the step.",
-        ));
-        let reach = design.stop.contact_angular_frequency_rad_s(&design.lever)
-            * replay::fixed_step_s(design, steps_per_period);
-        if reach > replay::RK4_STABILITY_LIMIT
-            && judged.iter().any(|j| j.run().model == StopModel::Soft)
-        {
-            findings.push(Finding::warning(
-                "method-known-to-fail",
-                format!("On the soft stop ω_R times the step is {reach:.2}, beyond the method's limit of 2.83: the run gains energy in contact."),
-            ));
-        }
-    }
+    findings.extend(method_findings(design, options, interval, judged));
     for j in judged {
         let run = j.run();
         if run.numerical_error_rad > 0.01 * design.criterion.threshold_rad
@@ -633,6 +629,42 @@ fn replay_findings(design: &Design, options: &AssessOptions, judged: &[Judged]) 
                 )
                 .at(run.first_crossing_s.unwrap_or(0.0)),
             );
+        }
+    }
+    findings
+}
+
+/// What is known of the method that was asked for.
+fn method_findings(
+    design: &Design,
+    options: &AssessOptions,
+    interval: SampleInterval,
+    judged: &[Judged],
+) -> Vec<Finding> {
+    let method = options.method;
+    let mut findings = Vec::new();
+    match method {
+        Method::EventDriven => return findings,
+        Method::Rk4 { .. } => findings.push(Finding::warning(
+            "fixed-step-method",
+            "The fixed-step method sees impacts only at the end of a step; it is for comparison, and its stated error is an estimate from halving the step.",
+        )),
+        _ => findings.push(Finding::warning(
+            "comparison-method",
+            format!(
+                "The {} method is for comparison; its stated error is an estimate from a second run with {}.",
+                method.name(),
+                if method.steps_per_period().is_some() { "half the step" } else { "a tenth of the tolerance" }
+            ),
+        )),
+    }
+    for stop in [StopModel::Rigid, StopModel::Soft] {
+        if judged.iter().any(|j| j.run().model == stop) {
+            for text in method.known_failures(design, stop, interval, options.tolerance_rad) {
+                if !findings.iter().any(|known| known.text == text) {
+                    findings.push(Finding::warning("method-known-to-fail", text));
+                }
+            }
         }
     }
     findings

@@ -1,0 +1,91 @@
+//! The paper's way: Runge-Kutta of fourth order with a fixed step, events on its own grid.
+//!
+//! Kept to be compared with, not to be trusted: an impact is seen only at the end of the
+//! step in which it happened, a lever on a rigid stop never quite rests, and a soft stop
+//! whose frequency times the step exceeds 2√2 makes the run explode.
+
+use super::lever::{Branch, Switching};
+use super::record::Record;
+use super::{Breakdown, Problem, Raw, Work};
+use crate::model::design::Design;
+use crate::model::excitation::Excitation;
+use crate::model::stop::StopModel;
+use crate::numerics::rk4;
+
+/// Points of a trace at most.
+const TRACE_POINTS: u64 = 20_000;
+
+/// Returns the step of the fixed-step methods [s]: natural period 2π/ω0 over the steps per
+/// period.
+#[must_use]
+pub fn step_seconds(design: &Design, steps_per_period: u32) -> f64 {
+    std::f64::consts::TAU
+        / design.lever.angular_frequency_rad_s()
+        / f64::from(steps_per_period.max(1))
+}
+
+/// Runs with `steps_per_period` steps in a natural period.
+pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32) -> Raw {
+    let motion = Switching {
+        free: Branch::free(problem),
+        contact: Branch::contact(problem),
+    };
+    let (start, end) = (problem.start_s, problem.end_s);
+    let step = step_seconds(problem.design, steps_per_period);
+    let (mut q, mut v) = problem.start_state();
+    let mut record = Record::new(
+        problem.design.criterion.threshold_rad,
+        start,
+        problem.judged_from_s,
+        (q, v),
+        problem.trace,
+    );
+    let mut work = Work::default();
+    let mut breakdown = None;
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "checked to lie below the largest number of steps"
+    )]
+    let steps = ((end - start) / step).ceil() as u64;
+    let keep_every = (steps / TRACE_POINTS).max(1);
+    for k in 0..steps {
+        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+        let t = start + k as f64 * step;
+        let h = step.min(end - t);
+        if h <= 0.0 {
+            break;
+        }
+        let before = q;
+        (q, v) = rk4::step(&motion, t, h, q, v);
+        let now = t + h;
+        work.steps += 1;
+        work.rhs += rk4::STAGES;
+        if problem.stop == StopModel::Rigid && q < 0.0 {
+            record.lowest = record.lowest.min(q);
+            q = 0.0;
+            if v < 0.0 {
+                work.events += 1;
+                record.impact(now, v);
+                v *= -problem.design.stop.restitution;
+            }
+        } else if problem.stop == StopModel::Soft && q < 0.0 && before >= 0.0 {
+            work.events += 1;
+            record.impact(now, v);
+        }
+        record.grid_point(now, h, q);
+        if k % keep_every == 0 {
+            record.keep(now, q, v);
+        }
+        if !q.is_finite() || !v.is_finite() {
+            breakdown = Some(Breakdown::NotFinite);
+            break;
+        }
+    }
+    Raw {
+        record,
+        state: (q, v),
+        work,
+        breakdown,
+    }
+}
