@@ -46,6 +46,11 @@ pub enum Method {
         /// Ends a step at each sample, where the excitation has a kink.
         at_samples: bool,
     },
+    /// The linear part of each branch exactly, events located.
+    Exponential {
+        /// Steps per natural period, at least.
+        steps_per_period: u32,
+    },
     /// Time-stepping after Moreau and Jean; the rigid stop only.
     MoreauJean {
         /// Steps per natural period.
@@ -63,6 +68,7 @@ impl Method {
             Self::Rk4Located { .. } => "rk4-located",
             Self::Dopri5 { at_samples: false } => "dopri5",
             Self::Dopri5 { at_samples: true } => "dopri5-samples",
+            Self::Exponential { .. } => "exponential",
             Self::MoreauJean { .. } => "moreau-jean",
         }
     }

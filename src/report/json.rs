@@ -1,6 +1,5 @@
 //! `verdict.json`: the document, key by key, with all digits of its numbers.
 
-use crate::verdict::Document;
 use serde::Serialize;
 use serde_json::ser::{Formatter, Serializer};
 use std::io;
@@ -10,12 +9,12 @@ use std::io;
 ///
 /// A number that is not finite becomes `null`, since JSON has no word for it.
 #[must_use]
-pub fn render(document: &Document) -> String {
+pub fn render<T: Serialize>(document: &T) -> String {
     let mut bytes = Vec::with_capacity(16 * 1024);
     let mut serializer = Serializer::with_formatter(&mut bytes, Layout::default());
     document
         .serialize(&mut serializer)
-        .expect("a document has text keys only and a Vec takes every byte");
+        .expect("results have text keys only and a Vec takes every byte");
     bytes.push(b'\n');
     String::from_utf8(bytes).expect("serde_json writes UTF-8")
 }
