@@ -6,6 +6,7 @@ mod log;
 mod manual;
 mod output;
 mod replay;
+mod study;
 
 use args::{Arguments, Command};
 use clap::Parser;
@@ -34,6 +35,7 @@ pub fn main() -> ExitCode {
     let code = match &arguments.command {
         Command::Replay(own) => replay::command(own, &arguments.common),
         Command::Inspect(own) => inspect::command(own, &arguments.common),
+        Command::Study(own) => study::command(own, &arguments.common),
         Command::Completions(own) => manual::completions(own),
         Command::Man(own) => manual::man(own),
     };

@@ -21,6 +21,8 @@ pub mod model;
 
 pub mod replay;
 
+pub mod study;
+
 pub mod verdict;
 
 pub mod report;

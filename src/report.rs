@@ -11,6 +11,7 @@ pub mod json;
 pub mod number;
 pub mod plot;
 pub mod sparkline;
+pub mod study;
 pub mod text;
 mod words;
 

@@ -90,6 +90,8 @@ pub enum Command {
     Replay(Box<ReplayArguments>),
     /// List channels, rates, units, peaks and findings; judges nothing
     Inspect(InspectArguments),
+    /// What the methods cost and how far they are off, and where each of them fails
+    Study(StudyArguments),
     /// Print completions for a shell
     Completions(CompletionsArguments),
     /// Print the manual page of latchgate or of one of its commands
@@ -196,6 +198,80 @@ pub struct InspectArguments {
     /// How the recording is read.
     #[command(flatten)]
     pub read: ReadArguments,
+}
+
+/// Options of `study`.
+#[derive(Debug, Clone, Args)]
+pub struct StudyArguments {
+    /// The study.
+    #[command(subcommand)]
+    pub study: Study,
+}
+
+/// The studies.
+#[derive(Debug, Clone, Subcommand)]
+pub enum Study {
+    /// Error against cost of each method, on a shock, a recording and a sine, on both stops
+    WorkPrecision(WorkPrecisionArguments),
+    /// Where each method fails: step against stiffness, grazing, chatter, events inside a sample
+    Stability(StabilityArguments),
+}
+
+/// The lever of a study, and where its files go.
+#[derive(Debug, Clone, Args)]
+pub struct StudyCommon {
+    /// Folder of the study's files [default: reports/out/<NAME>]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Design file (TOML) [default: the paper's lever]
+    #[arg(long, value_name = "FILE")]
+    pub design: Option<PathBuf>,
+    /// Override of one design key, for example lever.preload_torque_nm=2.82
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+}
+
+/// Options of `study work-precision`.
+#[derive(Debug, Clone, Args)]
+pub struct WorkPrecisionArguments {
+    /// Lever and files.
+    #[command(flatten)]
+    pub study: StudyCommon,
+    /// Stop model; auto: both
+    #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
+    pub model: ModelArgument,
+    /// Angular frequency of the sine [rad/s]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0)]
+    pub omega: f64,
+    /// Amplitude of the sine [g]
+    #[arg(long, value_name = "A", value_parser = parse_positive, default_value_t = 5.0)]
+    pub amplitude: f64,
+    /// Length of the sine [periods of the excitation]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 100)]
+    pub periods: u32,
+    /// Settings of each method, from coarse to fine
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=50), default_value_t = 6)]
+    pub points: u32,
+    /// Repetitions of each run, of which the fastest counts
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 5)]
+    pub repetitions: u32,
+    /// What one g is [m/s²]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY)]
+    pub gravity: f64,
+}
+
+/// Options of `study stability`.
+#[derive(Debug, Clone, Args)]
+pub struct StabilityArguments {
+    /// Lever and files.
+    #[command(flatten)]
+    pub study: StudyCommon,
+    /// Steps on the map of step against stiffness
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=400), default_value_t = 96)]
+    pub points: u32,
+    /// What one g is [m/s²]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY)]
+    pub gravity: f64,
 }
 
 /// Options of `completions`.

@@ -26,7 +26,7 @@ use std::time::Instant;
 pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Failure> {
     let started = Instant::now();
     let limits = Limits::default();
-    let design = design(own, &limits)?;
+    let design = design(own.design.as_deref(), &own.set, &limits)?;
     check_initial(own)?;
     check_method(own)?;
     let source = source(&own.read.recording);
@@ -252,16 +252,20 @@ fn conditioning_options(own: &ReplayArguments, card: &Card) -> ConditioningOptio
 }
 
 /// Reads the design file, if one is named, and applies the overrides.
-fn design(own: &ReplayArguments, limits: &Limits) -> Result<Design, Failure> {
-    let mut design = match &own.design {
+pub(super) fn design(
+    file: Option<&Path>,
+    overrides: &[String],
+    limits: &Limits,
+) -> Result<Design, Failure> {
+    let mut design = match file {
         None => Design::reference(),
         Some(path) => read_design(path, limits).map_err(Failure::Data)?,
     };
-    for assignment in &own.set {
+    for assignment in overrides {
         design.set(assignment).map_err(Failure::Usage)?;
     }
     design.validate().map_err(|error| {
-        if own.set.is_empty() {
+        if overrides.is_empty() {
             Failure::Data(error)
         } else {
             Failure::Usage(error)

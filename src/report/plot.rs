@@ -11,13 +11,18 @@ mod canvas;
 mod colour;
 mod panel;
 mod phase;
+mod series;
 mod spectra;
 mod spectrogram;
+mod stability;
 pub mod style;
 pub mod thin;
+mod work_precision;
 
 use crate::report::escape;
 use crate::report::words;
+use crate::study::stability::Stability;
+use crate::study::work_precision::WorkPrecision;
 use crate::verdict::{Document, Evidence};
 use std::fmt::Write as _;
 
@@ -66,6 +71,11 @@ impl Figure {
         self.wrap(&style::stand_alone())
     }
 
+    /// As [`Figure::stand_alone`] with further rules in terms of the colours' variables.
+    fn stand_alone_with(&self, rules: &str) -> String {
+        self.wrap(&style::stand_alone_with(rules))
+    }
+
     fn wrap(&self, style: &str) -> String {
         let mut out = String::with_capacity(self.body.len() + style.len() + 1024);
         let Self { name, height, .. } = self;
@@ -112,6 +122,18 @@ pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> 
     .into_iter()
     .flatten()
     .collect()
+}
+
+/// Draws the study of error against cost, as a file of its own.
+#[must_use]
+pub fn work_precision(result: &WorkPrecision) -> String {
+    work_precision::draw(result).stand_alone_with(series::RULES)
+}
+
+/// Draws the study of where methods fail, as a file of its own.
+#[must_use]
+pub fn stability(result: &Stability) -> String {
+    stability::draw(result).stand_alone_with(series::RULES)
 }
 
 /// What every plot needs: the results, and one time axis for all of them.

@@ -83,19 +83,28 @@ pub fn variables(dark: bool) -> String {
 /// Returns the rules of a plot that stands alone: plain colours, since not every viewer of SVG
 /// knows variables, and those of the dark theme for viewers that know of themes.
 pub(super) fn stand_alone() -> String {
-    let mut dark = String::with_capacity(RULES.len());
-    for line in resolved(true).lines().filter(|line| line.contains('#')) {
+    stand_alone_with("")
+}
+
+/// As [`stand_alone`] with further rules.
+pub(super) fn stand_alone_with(rules: &str) -> String {
+    let rules = format!("{RULES}{rules}");
+    let mut dark = String::with_capacity(rules.len());
+    for line in resolved(&rules, true)
+        .lines()
+        .filter(|line| line.contains('#'))
+    {
         dark.push_str(line);
         dark.push('\n');
     }
     format!(
         "{}@media screen and (prefers-color-scheme:dark){{\n{dark}}}\n",
-        resolved(false)
+        resolved(&rules, false)
     )
 }
 
-fn resolved(dark: bool) -> String {
-    let mut rules = RULES.to_string();
+fn resolved(rules: &str, dark: bool) -> String {
+    let mut rules = rules.to_string();
     for colour in &COLOURS {
         let value = if dark { colour.dark } else { colour.light };
         rules = rules.replace(&format!("var(--{})", colour.name), value);

@@ -1,0 +1,27 @@
+//! Studies: what the methods cost and how far they are off, and where each of them fails.
+//!
+//! A study computes rows and headline figures and hands them on as values; it writes no file
+//! and reads no clock of its own.
+
+pub mod cases;
+pub mod stability;
+pub mod work_precision;
+
+use crate::model::stop::StopModel;
+use serde::Serialize;
+
+/// A clock: seconds since some instant.
+pub type Clock<'a> = &'a dyn Fn() -> f64;
+
+/// A figure that a reader should take away.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Headline {
+    /// Case or subject.
+    pub subject: String,
+    /// Stop model, where one belongs to it.
+    pub model: Option<StopModel>,
+    /// What the figure is, with its unit.
+    pub what: String,
+    /// The figure; `None` where there is none.
+    pub value: Option<f64>,
+}
