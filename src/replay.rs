@@ -259,7 +259,7 @@ fn event_driven(
     kernel.tally.point(signal.start_s, angle, velocity);
     for index in 0..last {
         if index == first {
-            let error = kernel.sensitivity.angle_error();
+            let error = kernel.angle_error();
             kernel
                 .tally
                 .open_window(kernel.state().0, signal.time_s(index), error);
@@ -278,14 +278,15 @@ fn event_driven(
         }
     }
     if first >= last {
-        let error = kernel.sensitivity.angle_error();
+        let error = kernel.angle_error();
         kernel
             .tally
             .open_window(kernel.state().0, signal.time_s(last), error);
     }
     let end = signal.time_s(last);
-    kernel.tally.close_window(end);
     let (angle, velocity) = kernel.state();
+    let error = kernel.angle_error();
+    kernel.tally.close_window(angle, end, error);
     kernel.tally.point(end, angle, velocity);
     let moving = energy_j(design, options.stop, angle, velocity) > MOVING_ENERGY_J;
     let stuck = kernel.stuck;
