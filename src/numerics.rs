@@ -2,7 +2,7 @@
 
 pub mod dopri5;
 pub mod event;
-pub mod exponential;
+pub mod lanes;
 pub mod polynomial;
 pub mod rk4;
 

@@ -1,5 +1,6 @@
 //! Replay: drives the lever with a signal and records what it does.
 
+pub mod batch;
 mod kernel;
 mod methods;
 mod sensitivity;
@@ -10,7 +11,8 @@ use crate::conditioning::Signal;
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::model::excitation::{Harmonic, Sampled};
-use crate::model::stop::StopModel;
+use crate::model::lever::Lever;
+use crate::model::stop::{Stop, StopModel};
 /// Limit of the contact's angular frequency times the step, beyond which the fixed-step
 /// method gains energy on a soft stop.
 pub use crate::numerics::rk4::STABILITY_LIMIT as RK4_STABILITY_LIMIT;
@@ -46,11 +48,6 @@ pub enum Method {
         /// Ends a step at each sample, where the excitation has a kink.
         at_samples: bool,
     },
-    /// The linear part of each branch exactly, events located.
-    Exponential {
-        /// Steps per natural period, at least.
-        steps_per_period: u32,
-    },
     /// Time-stepping after Moreau and Jean; the rigid stop only.
     MoreauJean {
         /// Steps per natural period.
@@ -68,7 +65,6 @@ impl Method {
             Self::Rk4Located { .. } => "rk4-located",
             Self::Dopri5 { at_samples: false } => "dopri5",
             Self::Dopri5 { at_samples: true } => "dopri5-samples",
-            Self::Exponential { .. } => "exponential",
             Self::MoreauJean { .. } => "moreau-jean",
         }
     }
@@ -289,35 +285,42 @@ fn event_driven(
         kernel.tally.release(signal.start_s);
     }
     kernel.tally.point(signal.start_s, angle, velocity);
-    for index in 0..last {
+    let mut index = 0;
+    while index < last {
         if index == first {
-            let error = kernel.sensitivity.angle_error();
-            kernel
-                .tally
-                .open_window(kernel.state().0, signal.time_s(index), error);
+            let error = kernel.angle_error();
+            let angle = kernel.state().0;
+            kernel.tally.open_window(angle, signal.time_s(index), error);
+        }
+        if kernel.dwells() {
+            // Pressed onto the rigid stop all through the samples: nothing moves.
+            let stop_at = if index < first { first } else { last };
+            let moved = index + pressed_samples(&signal.samples[index..=stop_at], sign, lift_off);
+            if moved > index {
+                index = moved;
+                continue;
+            }
         }
         let (from, to) = (
             sign * signal.samples[index],
             sign * signal.samples[index + 1],
         );
-        if kernel.dwells() && from > lift_off && to > lift_off {
-            // Pressed onto the rigid stop all through the sample: nothing moves.
-            continue;
-        }
         kernel.advance(signal.time_s(index), interval, from, to);
+        index += 1;
         if kernel.stuck {
             break;
         }
     }
     if first >= last {
-        let error = kernel.sensitivity.angle_error();
+        let error = kernel.angle_error();
         kernel
             .tally
             .open_window(kernel.state().0, signal.time_s(last), error);
     }
     let end = signal.time_s(last);
-    kernel.tally.close_window(end);
     let (angle, velocity) = kernel.state();
+    let error = kernel.angle_error();
+    kernel.tally.close_window(angle, end, error);
     kernel.tally.point(end, angle, velocity);
     let moving = energy_j(design, options.stop, angle, velocity) > MOVING_ENERGY_J;
     let stuck = kernel.stuck;
@@ -365,6 +368,27 @@ fn event_driven(
     }
 }
 
+/// Returns how many sample intervals from the first on lie wholly above `lift_off`, in the
+/// model's sign: the lever stays on the rigid stop through them.
+fn pressed_samples(samples: &[f64], sign: f64, lift_off: f64) -> usize {
+    /// Samples looked at together, so that the compiler compares them side by side.
+    const BLOCK: usize = 16;
+    let mut pressed = 0;
+    for block in samples.chunks_exact(BLOCK) {
+        if !block
+            .iter()
+            .fold(true, |all, a| all & (sign * a > lift_off))
+        {
+            break;
+        }
+        pressed += BLOCK;
+    }
+    let rest = samples[pressed..]
+        .iter()
+        .take_while(|a| sign * **a > lift_off);
+    (pressed + rest.count()).saturating_sub(1)
+}
+
 /// Energy above which a lever counts as moving [J].
 const MOVING_ENERGY_J: f64 = 1e-9;
 
@@ -372,15 +396,18 @@ const MOVING_ENERGY_J: f64 = 1e-9;
 /// inside the soft stop, so that what a compressed stop holds is counted.
 #[must_use]
 pub fn energy_j(design: &Design, stop: StopModel, angle_rad: f64, velocity_rad_s: f64) -> f64 {
-    let lever = &design.lever;
-    let stiffness = if angle_rad < 0.0 && stop == StopModel::Soft {
-        design.stop.contact_stiffness_nm_per_rad(lever)
+    energy_of(&design.lever, &design.stop, stop, angle_rad, velocity_rad_s)
+}
+
+fn energy_of(lever: &Lever, stop: &Stop, model: StopModel, angle: f64, velocity: f64) -> f64 {
+    let stiffness = if angle < 0.0 && model == StopModel::Soft {
+        stop.contact_stiffness_nm_per_rad(lever)
     } else {
         lever.spring_stiffness_nm_per_rad
     };
-    0.5 * lever.moment_of_inertia_kg_m2 * velocity_rad_s * velocity_rad_s
-        + lever.preload_torque_nm * angle_rad
-        + 0.5 * stiffness * angle_rad * angle_rad
+    0.5 * lever.moment_of_inertia_kg_m2 * velocity * velocity
+        + lever.preload_torque_nm * angle
+        + 0.5 * stiffness * angle * angle
 }
 
 /// Runs a method to compare with on the samples up to `last`.

@@ -312,8 +312,6 @@ pub enum MethodArgument {
     Dopri5,
     /// The same restarted at each sample.
     Dopri5Samples,
-    /// Linear part of each branch exactly; located events.
-    Exponential,
     /// Time-stepping with impacts at velocity level; rigid stop only.
     MoreauJean,
 }
@@ -328,7 +326,6 @@ impl MethodArgument {
             Self::Rk4Located => Method::Rk4Located { steps_per_period },
             Self::Dopri5 => Method::Dopri5 { at_samples: false },
             Self::Dopri5Samples => Method::Dopri5 { at_samples: true },
-            Self::Exponential => Method::Exponential { steps_per_period },
             Self::MoreauJean => Method::MoreauJean { steps_per_period },
         }
     }

@@ -7,11 +7,12 @@
 //! ends at its accumulation time.
 
 use super::Work;
-use super::sensitivity::{Map, Sensitivity};
+use super::sensitivity::{Map, Sensitivity, Smooth};
 use super::tally::{COUNTED_SPEED, Peak, Tally};
-use super::taylor::{Branch, Series, Start, Tolerance};
+use super::taylor::{Branch, Series, Start, Tolerance, Turned};
 use crate::model::design::Design;
-use crate::model::stop::StopModel;
+use crate::model::lever::Lever;
+use crate::model::stop::{Stop, StopModel};
 use crate::numerics::polynomial;
 
 /// Coefficients of a flight step. Twelve orders keep the truncation of a 0.1 ms step of a
@@ -32,6 +33,10 @@ const SPEED_MIN: f64 = 1e-30;
 /// Largest relative second-order term of the chatter's series for which its sum is taken in
 /// closed form; the neglected third order is its square.
 const CHATTER_TERM_MAX: f64 = 1e-6;
+
+/// Times the sine and cosine are turned on before they are computed afresh, so that their
+/// rounding does not add up.
+const TURNS_MAX: u32 = 64;
 
 /// Bounces within one sample before the kernel gives up.
 const EVENTS_PER_SAMPLE_MAX: u32 = 200_000;
@@ -60,6 +65,10 @@ pub(super) struct Kernel {
     phase: Phase,
     angle: f64,
     velocity: f64,
+    /// Sine and cosine of the angle, and how often they were turned on since they were
+    /// computed afresh.
+    turned: Turned,
+    turns: u32,
     /// The lever has just left rest at the instant of zero net torque.
     lifting: bool,
     /// Carry the error along; a rerun for a comparison does not need it.
@@ -99,15 +108,23 @@ impl Kernel {
         tolerance: Option<f64>,
         tally: Tally,
     ) -> Self {
-        let inertia = design.lever.moment_of_inertia_kg_m2;
-        let pressing = design.lever.preload_torque_nm / inertia;
+        Self::of_parts(&design.lever, &design.stop, stop, initial, tolerance, tally)
+    }
+
+    /// The same of a lever and its stop.
+    pub(super) fn of_parts(
+        lever: &Lever,
+        stop_of: &Stop,
+        stop: StopModel,
+        initial: Option<(f64, f64)>,
+        tolerance: Option<f64>,
+        tally: Tally,
+    ) -> Self {
+        let inertia = lever.moment_of_inertia_kg_m2;
+        let pressing = lever.preload_torque_nm / inertia;
         let (phase, angle, velocity) = match (stop, initial) {
             (StopModel::Rigid, None) => (Phase::Dwell, 0.0, 0.0),
-            (StopModel::Soft, None) => (
-                Phase::Contact,
-                design.stop.rest_angle_rad(&design.lever),
-                0.0,
-            ),
+            (StopModel::Soft, None) => (Phase::Contact, stop_of.rest_angle_rad(lever), 0.0),
             (StopModel::Soft, Some((angle, velocity))) if angle < 0.0 => {
                 (Phase::Contact, angle, velocity)
             }
@@ -117,16 +134,16 @@ impl Kernel {
             stop,
             free: Branch {
                 pressing,
-                damping: design.lever.pivot_damping_nm_s_per_rad / inertia,
-                stiffness: design.lever.spring_stiffness_nm_per_rad / inertia,
+                damping: lever.pivot_damping_nm_s_per_rad / inertia,
+                stiffness: lever.spring_stiffness_nm_per_rad / inertia,
             },
             contact: Branch {
                 pressing,
-                damping: design.stop.contact_damping_nm_s_per_rad(&design.lever) / inertia,
-                stiffness: design.stop.contact_stiffness_nm_per_rad(&design.lever) / inertia,
+                damping: stop_of.contact_damping_nm_s_per_rad(lever) / inertia,
+                stiffness: stop_of.contact_stiffness_nm_per_rad(lever) / inertia,
             },
-            restitution: design.stop.restitution,
-            gain: design.lever.unbalance_kg_m() / inertia,
+            restitution: stop_of.restitution,
+            gain: lever.unbalance_kg_m() / inertia,
             tolerance: Tolerance {
                 absolute: tolerance.unwrap_or(0.0),
                 relative: TRUNCATION,
@@ -134,6 +151,8 @@ impl Kernel {
             phase,
             angle,
             velocity,
+            turned: Turned::of(angle),
+            turns: 0,
             lifting: false,
             bounds_error: true,
             sensitivity: Sensitivity::default(),
@@ -159,6 +178,30 @@ impl Kernel {
     /// Returns angle [rad] and angular velocity [rad/s].
     pub(super) fn state(&self) -> (f64, f64) {
         (self.angle, self.velocity)
+    }
+
+    /// Returns the coefficients off the stop.
+    pub(super) fn free_branch(&self) -> &Branch {
+        &self.free
+    }
+
+    /// Returns what turns a base acceleration into an angular one [1/m].
+    pub(super) fn gain(&self) -> f64 {
+        self.gain
+    }
+
+    /// Returns whether the lever is off the stop and in motion.
+    pub(super) fn flies_free(&self) -> bool {
+        self.phase == Phase::Flight && self.angle > 0.0 && !self.lifting && !self.stuck
+    }
+
+    /// Puts a lever that flies free where it has got to [rad, rad/s].
+    pub(super) fn fly_on(&mut self, angle: f64, velocity: f64) {
+        self.phase = Phase::Flight;
+        self.angle = angle;
+        self.velocity = velocity;
+        self.turned = Turned::of(angle);
+        self.turns = 0;
     }
 
     /// Returns whether the lever is at rest on the rigid stop.
@@ -219,8 +262,7 @@ impl Kernel {
 
     fn lift_off(&mut self, stretch: &Stretch, local: f64, lifting: bool) {
         self.phase = Phase::Flight;
-        self.angle = 0.0;
-        self.velocity = 0.0;
+        self.set_on_stop(0.0);
         self.lifting = lifting;
         self.sensitivity.reset();
         self.work.events += 1;
@@ -252,6 +294,7 @@ impl Kernel {
         }
         let start = Start {
             angle: self.angle,
+            turned: self.turned,
             velocity: self.velocity,
             excitation: if self.lifting {
                 -self.free.pressing
@@ -261,60 +304,111 @@ impl Kernel {
             excitation_slope: stretch.slope,
             lifting: self.lifting,
         };
-        let series = Series::<FLIGHT_ORDER>::new(&self.free, &start, step, &self.tolerance);
         self.lifting = false;
+        let series = Series::<FLIGHT_ORDER>::new(&self.free, &start, step, &self.tolerance);
         let reach = series.valid_part();
-        let curved = &series.curved;
         let hit = hit(&series, reach, 1.0);
         let part = hit.unwrap_or(reach);
-        self.work.steps += 1;
-        self.work.rhs += series.orders();
-        self.tally
-            .stretch(&series, part, stretch.time + local, step, &self.sensitivity);
-        let (angle, slope) = series.at(part);
-        let velocity = slope / step;
-        let elapsed = part * step;
         if self.bounds_error {
             self.near_graze(&series, part, step, hit.is_some());
         }
-        if self.bounds_error {
-            let middle = stretch.excitation_at(local + 0.5 * elapsed);
-            let flow = Map::oscillator(
-                self.free.stiffness - middle * series.sine,
-                self.free.damping,
-                elapsed,
-            );
-            self.sensitivity.flow(
-                &flow,
-                elapsed,
-                middle * series.cosine,
-                self.free.pressing,
-                self.free.stiffness * self.angle.abs().max(angle.abs()),
-                series.start().abs() + series.slope().abs() + curved.angle,
-                (series.slope().abs() + curved.slope) / step,
-                series.tail_at(part),
-            );
-        }
-        let reached = if hit.is_none() && part >= 1.0 && step >= stretch.length - local {
-            stretch.length
-        } else {
-            (local + elapsed).min(stretch.length)
-        };
-        self.angle = angle;
-        self.velocity = velocity;
+        self.take_in(&series, stretch, local, part, step, &start);
         if hit.is_some() {
-            self.angle = 0.0;
-            self.velocity = velocity.min(0.0);
+            let reached = (local + part * step).min(stretch.length);
+            self.set_on_stop(self.velocity.min(0.0));
             self.land(stretch, reached);
-        } else if reached < stretch.length {
-            self.tally.point(stretch.time + reached, angle, velocity);
+            return reached;
         }
+        if part >= 1.0 && step >= stretch.length - local {
+            return stretch.length;
+        }
+        let reached = (local + part * step).min(stretch.length);
+        self.tally
+            .point(stretch.time + reached, self.angle, self.velocity);
         reached
+    }
+
+    /// Takes in a step up to `part`: what is kept of the trajectory, the error, the new state.
+    #[inline]
+    fn take_in<const N: usize>(
+        &mut self,
+        series: &Series<N>,
+        stretch: &Stretch,
+        local: f64,
+        part: f64,
+        step: f64,
+        start: &Start,
+    ) {
+        self.work.steps += 1;
+        self.work.rhs += series.orders();
+        let branch = if self.phase == Phase::Contact {
+            &self.contact
+        } else {
+            &self.free
+        };
+        let (damping, pressing) = (branch.damping, branch.pressing);
+        self.tally
+            .stretch(series, part, stretch.time + local, step, || {
+                self.sensitivity.apply(damping, pressing);
+                self.sensitivity.angle_error()
+            });
+        let (angle, slope) = series.at(part);
+        if self.bounds_error {
+            let elapsed = part * step;
+            let middle = start.excitation + 0.5 * stretch.slope * elapsed;
+            let per_second = 1.0 / step;
+            self.sensitivity.smooth(&Smooth {
+                time: elapsed,
+                stiffness: branch.stiffness - middle * start.turned.sine,
+                push: middle * start.turned.cosine,
+                force: pressing + branch.stiffness * start.angle.abs().max(angle.abs()),
+                angle: start.angle.abs() + series.slope().abs() + series.curved.angle,
+                velocity: (series.slope().abs() + series.curved.slope) * per_second,
+                truncation: series.tail_at(part),
+            });
+            if self.phase == Phase::Contact || self.sensitivity.is_full() {
+                self.sensitivity.apply(damping, pressing);
+            }
+        }
+        let turn = angle - self.angle;
+        if turn.abs() <= Turned::SMALL && self.turns < TURNS_MAX {
+            self.turned = self.turned.by(turn);
+            self.turns += 1;
+        } else {
+            self.turned = Turned::of(angle);
+            self.turns = 0;
+        }
+        self.angle = angle;
+        self.velocity = slope / step;
+    }
+
+    /// Puts the lever on φ = 0.
+    fn set_on_stop(&mut self, velocity: f64) {
+        self.angle = 0.0;
+        self.velocity = velocity;
+        self.turned = Turned::ZERO;
+        self.turns = 0;
+    }
+
+    /// Returns a bound on the error of the angle [rad].
+    pub(super) fn angle_error(&mut self) -> f64 {
+        self.settle_error();
+        self.sensitivity.angle_error()
+    }
+
+    /// Applies what is pending to the error.
+    fn settle_error(&mut self) {
+        let branch = if self.phase == Phase::Contact {
+            &self.contact
+        } else {
+            &self.free
+        };
+        self.sensitivity.apply(branch.damping, branch.pressing);
     }
 
     /// Tells whether a lever at φ ≤ 0 in flight moves off the stop, and puts it on φ = 0.
     fn leaves(&mut self, stretch: &Stretch, local: f64) -> bool {
-        self.angle = 0.0;
+        self.set_on_stop(self.velocity);
         if self.velocity != 0.0 {
             return self.velocity > 0.0;
         }
@@ -326,6 +420,7 @@ impl Kernel {
     fn land(&mut self, stretch: &Stretch, local: f64) {
         let before = self.velocity;
         let time = stretch.time + local;
+        self.settle_error();
         self.work.events += 1;
         self.tally.impact(time, before);
         self.tally.point(time, 0.0, before);
@@ -360,8 +455,7 @@ impl Kernel {
     }
 
     fn rest_or_leave(&mut self, pressed: f64) {
-        self.angle = 0.0;
-        self.velocity = 0.0;
+        self.set_on_stop(0.0);
         if pressed >= 0.0 {
             self.phase = Phase::Dwell;
             self.sensitivity.reset();
@@ -402,7 +496,7 @@ impl Kernel {
         }
         if self.tally.judging {
             let height = speed * speed / (2.0 * pressed);
-            let error = self.sensitivity.angle_error();
+            let error = self.angle_error();
             self.tally
                 .peak
                 .offer(height, stretch.time + local + speed / pressed, error);
@@ -431,6 +525,7 @@ impl Kernel {
         let step = stretch.length - local;
         let start = Start {
             angle: self.angle,
+            turned: self.turned,
             velocity: self.velocity,
             excitation: stretch.excitation_at(local),
             excitation_slope: stretch.slope,
@@ -438,49 +533,26 @@ impl Kernel {
         };
         let series = Series::<CONTACT_ORDER>::new(&self.contact, &start, step, &self.tolerance);
         let reach = series.valid_part();
-        let curved = &series.curved;
         let hit = hit(&series, reach, -1.0);
         let part = hit.unwrap_or(reach);
-        self.work.steps += 1;
-        self.work.rhs += series.orders();
-        self.tally
-            .stretch(&series, part, stretch.time + local, step, &self.sensitivity);
-        let (angle, slope) = series.at(part);
-        let velocity = slope / step;
-        let elapsed = part * step;
-        if self.bounds_error {
-            let flow = Map::oscillator(self.contact.stiffness, self.contact.damping, elapsed);
-            let middle = stretch.excitation_at(local + 0.5 * elapsed);
-            self.sensitivity.flow(
-                &flow,
-                elapsed,
-                middle,
-                self.contact.pressing,
-                self.contact.stiffness * self.angle.abs().max(angle.abs()),
-                series.start().abs() + series.slope().abs() + curved.angle,
-                (series.slope().abs() + curved.slope) / step,
-                series.tail_at(part),
-            );
+        self.take_in(&series, stretch, local, part, step, &start);
+        if hit.is_none() && part >= 1.0 {
+            return stretch.length;
         }
-        let reached = if hit.is_none() && part >= 1.0 {
-            stretch.length
-        } else {
-            (local + elapsed).min(stretch.length)
-        };
-        self.angle = angle;
-        self.velocity = velocity;
+        let reached = (local + part * step).min(stretch.length);
         if hit.is_some() {
-            self.angle = 0.0;
-            self.velocity = velocity.max(0.0);
+            self.settle_error();
+            self.set_on_stop(self.velocity.max(0.0));
             self.work.events += 1;
-            self.pass_stop(self.contact.damping - self.free.damping, velocity * step);
+            self.pass_stop(
+                self.contact.damping - self.free.damping,
+                self.velocity * step,
+            );
             self.phase = Phase::Flight;
             self.tally.release(stretch.time + reached);
         }
-        if reached < stretch.length {
-            self.tally
-                .point(stretch.time + reached, self.angle, self.velocity);
-        }
+        self.tally
+            .point(stretch.time + reached, self.angle, self.velocity);
         reached
     }
 
@@ -494,10 +566,7 @@ impl Kernel {
         if slope <= 0.0 {
             return;
         }
-        let error = self
-            .sensitivity
-            .angle_error()
-            .max(1e-15 * series.slope().abs());
+        let error = self.angle_error().max(1e-15 * series.slope().abs());
         if series.start() + series.slope() - series.curved.angle > error {
             return;
         }
@@ -526,8 +595,8 @@ impl Kernel {
         /// has passed its highest point long before.
         const STRETCHES_MAX: u32 = 200_000;
         self.tally.trace = None;
-        self.tally
-            .open_window(self.angle, time, self.sensitivity.angle_error());
+        let error = self.angle_error();
+        self.tally.open_window(self.angle, time, error);
         let mut now = time;
         for _ in 0..STRETCHES_MAX {
             if self.phase == Phase::Dwell || self.cannot_rise_above(self.tally.peak.angle) {

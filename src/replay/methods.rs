@@ -8,14 +8,12 @@
 //! | `rk4-located` | located, steps end at samples | both | by halving the step |
 //! | `dopri5` | located, steps regardless of samples | both | by a tenth of the tolerance |
 //! | `dopri5-samples` | located, restarted at each sample | both | by a tenth of the tolerance |
-//! | `exponential` | located, steps end at samples | both | by halving the step |
 //! | `moreau-jean` | none: impacts at velocity level | rigid | by halving the step |
 //!
 //! An error stated from a second run of the same kind is an estimate: it does not see rounding
 //! that impacts amplify, nor what both runs get wrong alike.
 
 mod dopri5;
-mod exponential;
 mod lever;
 mod located;
 mod moreau_jean;
@@ -170,7 +168,6 @@ fn integrate<E: Excitation>(problem: &Problem<'_, E>, method: Method, tolerance:
         Method::Rk4 { steps_per_period } => rk4::run(problem, steps_per_period),
         Method::Rk4Located { steps_per_period } => rk4_located::run(problem, steps_per_period),
         Method::Dopri5 { at_samples } => dopri5::run(problem, tolerance, at_samples),
-        Method::Exponential { steps_per_period } => exponential::run(problem, steps_per_period),
         Method::MoreauJean { steps_per_period } => moreau_jean::run(problem, steps_per_period),
     }
 }
@@ -187,12 +184,6 @@ fn refined(method: Method, tolerance: f64) -> (Method, f64) {
         ),
         Method::Rk4Located { steps_per_period } => (
             Method::Rk4Located {
-                steps_per_period: twice(steps_per_period),
-            },
-            tolerance,
-        ),
-        Method::Exponential { steps_per_period } => (
-            Method::Exponential {
                 steps_per_period: twice(steps_per_period),
             },
             tolerance,
@@ -314,7 +305,6 @@ impl Method {
             Self::EventDriven | Self::Dopri5 { .. } => None,
             Self::Rk4 { steps_per_period }
             | Self::Rk4Located { steps_per_period }
-            | Self::Exponential { steps_per_period }
             | Self::MoreauJean { steps_per_period } => Some(steps_per_period),
         }
     }
@@ -361,12 +351,6 @@ impl Method {
                     known.push(format!("On the soft stop ω_R times the step is {reach:.2}, beyond the method's limit of {limit:.2}: the run gains energy in contact."));
                 } else if soft && reach > 1.0 {
                     known.push(format!("On the soft stop ω_R times the step is {reach:.2}: a contact is three steps or fewer, and the speed it gives back is wrong by per cents."));
-                }
-            }
-            (Self::Exponential { .. }, Some(step)) => {
-                let reach = frequency * step.min(interval);
-                if soft && reach > 1.0 {
-                    known.push(format!("On the soft stop ω_R times the step is {reach:.2}: the interpolant that finds the end of a contact asks for less than 1."));
                 }
             }
             (Self::MoreauJean { .. }, Some(step)) => {

@@ -26,6 +26,43 @@ pub(super) struct Sensitivity {
     excitation: [f64; 2],
     /// The same for the preload.
     preload: [f64; 2],
+    /// Stretches not yet applied.
+    pending: Pending,
+}
+
+/// Stretches applied together at most: short against any swing, long enough to cost little.
+const PENDING_MAX: u32 = 16;
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Pending {
+    time: f64,
+    /// ∫ stiffness dt.
+    stiffness: f64,
+    /// ∫ b cos u dt.
+    push: f64,
+    angle_square: f64,
+    velocity_square: f64,
+    truncation_square: f64,
+    count: u32,
+}
+
+/// What a smooth stretch does to the error.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Smooth {
+    /// Its length [s].
+    pub(super) time: f64,
+    /// Stiffness of a deviation, k/I0 − b sin u [1/s²].
+    pub(super) stiffness: f64,
+    /// Excitation term b cos u [rad/s²].
+    pub(super) push: f64,
+    /// Sizes of the other terms of the right-hand side, preload and spring [rad/s²].
+    pub(super) force: f64,
+    /// Size of what is added up to the angle reached [rad].
+    pub(super) angle: f64,
+    /// Size of what is added up to the velocity reached [rad/s].
+    pub(super) velocity: f64,
+    /// What the step neglects [rad].
+    pub(super) truncation: f64,
 }
 
 /// A linear map of a state's deviation.
@@ -47,40 +84,48 @@ impl Sensitivity {
                 + ROUNDING * (self.excitation[0].abs() + self.preload[0].abs()))
     }
 
-    /// Carries the error along a smooth stretch of `time` [s] by the map `flow`; `push` is
-    /// the excitation term b cos u, `pressing` the preload term and `spring` the size of the
-    /// spring's term [rad/s²], `angle` and `velocity` the sizes of what is added up to the
-    /// state reached, `truncation` [rad] what the step neglects.
+    /// Takes in a smooth stretch; its effect is applied together with its neighbours'.
     #[inline]
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "one flat call per step, no struct to fill"
-    )]
-    pub(super) fn flow(
-        &mut self,
-        flow: &Map,
-        time: f64,
-        push: f64,
-        pressing: f64,
-        spring: f64,
-        angle: f64,
-        velocity: f64,
-        truncation: f64,
-    ) {
-        self.map(flow);
+    pub(super) fn smooth(&mut self, stretch: &Smooth) {
+        let pending = &mut self.pending;
+        pending.time += stretch.time;
+        pending.stiffness += stretch.stiffness * stretch.time;
+        pending.push += stretch.push * stretch.time;
+        let velocity = stretch.velocity + (stretch.push.abs() + stretch.force) * stretch.time;
+        pending.velocity_square += velocity * velocity;
+        pending.angle_square += stretch.angle * stretch.angle;
+        pending.truncation_square += stretch.truncation * stretch.truncation;
+        pending.count += 1;
+    }
+
+    /// Tells whether so much is pending that it should be applied.
+    #[inline]
+    pub(super) fn is_full(&self) -> bool {
+        self.pending.count >= PENDING_MAX
+    }
+
+    /// Applies what is pending: the flow of δ'' = −damping δ' − stiffness δ with the mean
+    /// stiffness, and the rounding of every stretch; `pressing` is the preload term [rad/s²].
+    pub(super) fn apply(&mut self, damping: f64, pressing: f64) {
+        let pending = std::mem::take(&mut self.pending);
+        if pending.count == 0 || pending.time <= 0.0 {
+            return;
+        }
+        let time = pending.time;
+        self.map(&Map::oscillator(pending.stiffness / time, damping, time));
         let half = 0.5 * time;
-        self.excitation[0] -= push * time * half;
-        self.excitation[1] -= push * time;
+        self.excitation[0] -= pending.push * half;
+        self.excitation[1] -= pending.push;
         self.preload[0] -= pressing * time * half;
         self.preload[1] -= pressing * time;
-        let kick = ROUNDING * (push.abs() + pressing + spring) * time;
-        let angle_noise = ROUNDING * angle + truncation;
-        let velocity_noise = ROUNDING * velocity + kick;
-        self.variance_angle += angle_noise * angle_noise;
-        self.variance_velocity += velocity_noise * velocity_noise;
+        self.variance_angle +=
+            ROUNDING * ROUNDING * pending.angle_square + pending.truncation_square;
+        self.variance_velocity += ROUNDING * ROUNDING * pending.velocity_square;
     }
 
     /// Carries the error through an event; `place` [rad] is the rounding of the event's place.
+    ///
+    /// What is pending must have been applied.
     #[inline]
     pub(super) fn event(&mut self, saltation: &Map, place: f64) {
         let place = ROUNDING * place;

@@ -1,7 +1,6 @@
 //! What is kept of a trajectory: peak, crossings of the threshold, impacts, trace.
 
 use super::TracePoint;
-use super::sensitivity::Sensitivity;
 use super::taylor::Series;
 use crate::numerics::polynomial;
 
@@ -84,6 +83,14 @@ impl Tally {
         }
     }
 
+    /// Keeps the peak alone.
+    pub(super) fn peak_only() -> Self {
+        Self {
+            impact_list: Vec::new(),
+            ..Self::new(f64::INFINITY, false)
+        }
+    }
+
     /// Starts judging at `time` with the lever at `angle`.
     pub(super) fn open_window(&mut self, angle: f64, time: f64, error: f64) {
         self.judging = true;
@@ -94,8 +101,9 @@ impl Tally {
         }
     }
 
-    /// Ends judging at `time`.
-    pub(super) fn close_window(&mut self, time: f64) {
+    /// Ends judging at `time` with the lever at `angle`.
+    pub(super) fn close_window(&mut self, angle: f64, time: f64, error: f64) {
+        self.peak.offer(angle, time, error);
         self.judging = false;
         if let Some(since) = self.above_since.take() {
             self.time_above += time - since;
@@ -111,16 +119,20 @@ impl Tally {
         part: f64,
         time: f64,
         step: f64,
-        sensitivity: &Sensitivity,
+        error: impl FnOnce() -> f64,
     ) {
         if !self.judging {
             return;
         }
         let (start, slope, curved) = (series.start(), series.slope(), series.curved);
         let highest = start + slope.max(0.0) + curved.angle;
-        let error = sensitivity.angle_error();
-        if highest + error > self.peak.upper {
-            self.offer_maxima(series, part, time, step, error, slope.abs() < curved.slope);
+        // Only a turning point can be a peak; the ends of the window are offered apart. A
+        // hundredth more keeps a turn on the joint of two stretches from falling through.
+        if slope.abs() <= 1.01 * curved.slope {
+            let error = error();
+            if highest + error > self.peak.upper {
+                self.offer_maxima(series, part, time, step, error);
+            }
         }
         let lowest = start + slope.min(0.0) - curved.angle;
         if lowest <= self.threshold && (highest > self.threshold || self.above_since.is_some()) {
@@ -164,6 +176,8 @@ impl Tally {
         }
     }
 
+    #[cold]
+    #[inline(never)]
     fn offer_maxima<const N: usize>(
         &mut self,
         series: &Series<N>,
@@ -171,18 +185,15 @@ impl Tally {
         time: f64,
         step: f64,
         error: f64,
-        turns: bool,
     ) {
-        // Rising all along: only the end counts; falling all along: the start, known already.
-        if turns {
-            let (derivative, count) = series.derivative();
-            polynomial::sign_changes(&derivative[..count], part, &mut |x, rises| {
-                if !rises {
-                    self.peak.offer(series.at(x).0, time + x * step, error);
-                }
-                true
-            });
-        }
+        let (derivative, count) = series.derivative();
+        polynomial::sign_changes(&derivative[..count], part, &mut |x, rises| {
+            if !rises {
+                self.peak.offer(series.at(x).0, time + x * step, error);
+            }
+            true
+        });
+        self.peak.offer(series.start(), time, error);
         self.peak
             .offer(series.at(part).0, time + part * step, error);
     }
@@ -191,7 +202,7 @@ impl Tally {
     pub(super) fn impact(&mut self, time: f64, velocity: f64) {
         if velocity.abs() > COUNTED_SPEED {
             self.impacts += 1;
-            if self.impact_list.len() < LISTED_IMPACTS {
+            if self.impact_list.len() < self.impact_list.capacity().min(LISTED_IMPACTS) {
                 self.impact_list.push([time, velocity]);
             }
         }

@@ -19,11 +19,67 @@ pub(super) struct Branch {
     pub(super) stiffness: f64,
 }
 
+/// Sine and cosine of an angle.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Turned {
+    /// Sine.
+    pub(super) sine: f64,
+    /// Cosine.
+    pub(super) cosine: f64,
+}
+
+impl Turned {
+    /// Of angle zero, exactly.
+    pub(super) const ZERO: Self = Self {
+        sine: 0.0,
+        cosine: 1.0,
+    };
+
+    /// Computes them afresh.
+    pub(super) fn of(angle: f64) -> Self {
+        let (sine, cosine) = libm::sincos(angle);
+        Self { sine, cosine }
+    }
+
+    /// Turns on by a small `angle` [rad]: addition theorems with series that are good to
+    /// rounding up to [`Turned::SMALL`].
+    #[inline]
+    pub(super) fn by(self, angle: f64) -> Self {
+        let square = angle * angle;
+        let sine = angle
+            * (1.0
+                - square
+                    * (1.0 / 6.0)
+                    * (1.0
+                        - square
+                            * (1.0 / 20.0)
+                            * (1.0 - square * (1.0 / 42.0) * (1.0 - square * (1.0 / 72.0)))));
+        let versine = 0.5
+            * square
+            * (1.0
+                - square
+                    * (1.0 / 12.0)
+                    * (1.0
+                        - square
+                            * (1.0 / 30.0)
+                            * (1.0 - square * (1.0 / 56.0) * (1.0 - square * (1.0 / 90.0)))));
+        Self {
+            sine: self.sine + (self.cosine * sine - self.sine * versine),
+            cosine: self.cosine - (self.sine * sine + self.cosine * versine),
+        }
+    }
+
+    /// Largest angle of [`Turned::by`] [rad].
+    pub(super) const SMALL: f64 = 0.06;
+}
+
 /// State and excitation at the start of a step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Start {
     /// Angle [rad].
     pub(super) angle: f64,
+    /// Sine and cosine of the angle.
+    pub(super) turned: Turned,
     /// Angular velocity [rad/s].
     pub(super) velocity: f64,
     /// b = m L a/I0 at the start [rad/s²].
@@ -40,10 +96,6 @@ pub(super) struct Start {
 pub(super) struct Series<const N: usize> {
     coefficients: [f64; N],
     count: usize,
-    /// Sine of the angle at the start.
-    pub(super) sine: f64,
-    /// Cosine of the angle at the start.
-    pub(super) cosine: f64,
     /// Angle and its derivative by σ at the end of the step [rad].
     pub(super) end: (f64, f64),
     /// Bounds on what bends the step.
@@ -98,7 +150,7 @@ impl<const N: usize> Series<N> {
         x[0] = start.angle;
         x[1] = start.velocity * step;
         weighted[1] = x[1];
-        let (sine, cosine) = libm::sincos(start.angle);
+        let Turned { sine, cosine } = start.turned;
         turned[0] = [-sine, cosine];
         x[2] = if start.lifting {
             0.0
@@ -112,7 +164,8 @@ impl<const N: usize> Series<N> {
         // the last two terms are small.
         let mut order = |n: usize| -> bool {
             let mut sum = [0.0; 2];
-            for (w, t) in weighted[1..=n].iter().zip(turned[..n].iter().rev()) {
+            // The newest pair last, so that the sum is ready when it arrives.
+            for (w, t) in weighted[1..=n].iter().rev().zip(&turned[..n]) {
                 sum[0] += w * t[0];
                 sum[1] += w * t[1];
             }
@@ -160,8 +213,6 @@ impl<const N: usize> Series<N> {
             end: (x[0] + (x[1] + end.0), x[1] + end.1),
             coefficients: x,
             count,
-            sine,
-            cosine,
             curved,
             tolerance: tolerance.of(size),
         }

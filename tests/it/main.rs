@@ -13,6 +13,7 @@
     reason = "tests may"
 )]
 
+mod batch;
 mod bad_files_csv;
 mod bad_files_mcap;
 mod conditioning;

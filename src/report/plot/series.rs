@@ -12,7 +12,6 @@ pub(super) const RULES: &str = "\
 .plot .rk4-located{stroke:var(--third)}
 .plot .dopri5{stroke:var(--fourth);stroke-dasharray:6 3}
 .plot .dopri5-samples{stroke:var(--fourth)}
-.plot .exponential{stroke:var(--undecided)}
 .plot .moreau-jean{stroke:var(--raw)}
 .plot .dot{stroke:var(--paper);stroke-width:.75}
 .plot .dot-event-driven{fill:var(--first)}
@@ -20,7 +19,6 @@ pub(super) const RULES: &str = "\
 .plot .dot-rk4-located{fill:var(--third)}
 .plot .dot-dopri5{fill:var(--fourth)}
 .plot .dot-dopri5-samples{fill:var(--fourth)}
-.plot .dot-exponential{fill:var(--undecided)}
 .plot .dot-moreau-jean{fill:var(--raw)}
 .plot .failure{fill:none;stroke:var(--fail);stroke-width:2}
 .plot .ring{fill:none;stroke:var(--ink);stroke-width:1.5}
