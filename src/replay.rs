@@ -140,6 +140,8 @@ pub struct RunOptions {
     pub method: Method,
     /// Truncation let pass in a step [rad]; `None` for the method's own.
     pub tolerance_rad: Option<f64>,
+    /// Step of a fixed-step method [s]; `None` for its steps per natural period.
+    pub step_s: Option<f64>,
     /// Initial angle [rad] and angular velocity [rad/s]; `None` for rest on the stop.
     pub initial: Option<(f64, f64)>,
     /// First and last sample of the judged window; `None` for all.
@@ -159,6 +161,7 @@ impl RunOptions {
             opens_when,
             method: Method::EventDriven,
             tolerance_rad: None,
+            step_s: None,
             initial: None,
             window: None,
             trace: false,
@@ -434,6 +437,7 @@ fn compared(
             end_s: signal.time_s(last),
             judged_from_s: signal.time_s(first),
             longest_step_s: signal.rate.interval().seconds(),
+            step_s: options.step_s,
             trace: options.trace,
         },
         options,
@@ -493,6 +497,7 @@ pub fn run_harmonic(
             end_s,
             judged_from_s: 0.0,
             longest_step_s,
+            step_s: options.step_s,
             trace: options.trace,
         },
         options,

@@ -95,6 +95,8 @@ pub(super) struct Problem<'a, E> {
     pub(super) judged_from_s: f64,
     /// Longest step of an adaptive method [s], so that none steps over a sample.
     pub(super) longest_step_s: f64,
+    /// Step of a fixed-step method [s], if not by steps per natural period.
+    pub(super) step_s: Option<f64>,
     pub(super) trace: bool,
 }
 
@@ -107,6 +109,12 @@ impl<E> Clone for Problem<'_, E> {
 impl<E> Copy for Problem<'_, E> {}
 
 impl<E> Problem<'_, E> {
+    /// Returns the step of a fixed-step method [s].
+    fn fixed_step(&self, steps_per_period: u32) -> f64 {
+        self.step_s
+            .unwrap_or_else(|| step_seconds(self.design, steps_per_period))
+    }
+
     /// Returns the state to start from.
     fn start_state(&self) -> (f64, f64) {
         self.initial.unwrap_or(match self.stop {
@@ -137,6 +145,7 @@ pub(super) fn run<E: Excitation>(
         let (method, tolerance) = refined(options.method, tolerance);
         let quiet = Problem {
             trace: false,
+            step_s: problem.step_s.map(|step| 0.5 * step),
             ..*problem
         };
         let fine = integrate(&quiet, method, tolerance);
@@ -220,7 +229,14 @@ fn check<E>(problem: &Problem<'_, E>, options: &RunOptions) -> Result<(), Error>
         .into());
     }
     if let Some(steps_per_period) = method.steps_per_period() {
-        let step = step_seconds(problem.design, steps_per_period);
+        let step = problem.fixed_step(steps_per_period);
+        if problem.step_s.is_some() && !(step > 0.0 && step.is_finite()) {
+            return Err(ErrorKind::NotPositive {
+                what: "fixed step [s]",
+                found: step,
+            }
+            .into());
+        }
         if !step.is_finite() {
             return Err(ErrorKind::OutOfRange {
                 what: "lever.spring_stiffness_nm_per_rad".into(),

@@ -207,7 +207,11 @@ fn settings(points: u32) -> Vec<(Method, Option<f64>)> {
     steps.sort_unstable();
     steps.dedup();
     // Tolerances are decades, as people set them.
-    let decade = |value: f64| libm::pow(10.0, libm::log10(value).round());
+    let decade = |value: f64| {
+        format!("1e{}", libm::log10(value).round())
+            .parse()
+            .unwrap_or(value)
+    };
     let mut settings = vec![(Method::EventDriven, None)];
     settings.extend(
         geometric(EVENT_DRIVEN, points)

@@ -285,6 +285,7 @@ impl Bench<'_> {
                 opens_when: pair.0,
                 method,
                 tolerance_rad,
+                step_s: None,
                 initial: self.initial(pair.1),
                 window,
                 trace: purpose == Purpose::Drawing,

@@ -13,9 +13,9 @@
     reason = "tests may"
 )]
 
-mod batch;
 mod bad_files_csv;
 mod bad_files_mcap;
+mod batch;
 mod conditioning;
 mod conditioning_cfc;
 mod conditioning_quality;

@@ -14,7 +14,6 @@
 
 use super::lever::Branch;
 use super::record::Record;
-use super::rk4::step_seconds;
 use super::{Breakdown, Problem, Raw, Work};
 use crate::model::excitation::Excitation;
 use crate::numerics::Motion;
@@ -30,7 +29,7 @@ pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32
     let lever = Branch::free(problem);
     let restitution = problem.design.stop.restitution;
     let (start, end) = (problem.start_s, problem.end_s);
-    let step = step_seconds(problem.design, steps_per_period);
+    let step = problem.fixed_step(steps_per_period);
     let (mut q, mut v) = problem.start_state();
     let mut record = Record::new(
         problem.design.criterion.threshold_rad,

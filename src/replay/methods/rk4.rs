@@ -31,7 +31,7 @@ pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32
         contact: Branch::contact(problem),
     };
     let (start, end) = (problem.start_s, problem.end_s);
-    let step = step_seconds(problem.design, steps_per_period);
+    let step = problem.fixed_step(steps_per_period);
     let (mut q, mut v) = problem.start_state();
     let mut record = Record::new(
         problem.design.criterion.threshold_rad,

@@ -7,7 +7,6 @@
 
 use super::lever::Branch;
 use super::located::{self, Stepper, Trial};
-use super::rk4::step_seconds;
 use super::{Problem, Raw};
 use crate::model::excitation::Excitation;
 use crate::numerics::{event, rk4};
@@ -21,7 +20,7 @@ pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32
     located::run(
         problem,
         FixedStep {
-            step: step_seconds(problem.design, steps_per_period),
+            step: problem.fixed_step(steps_per_period),
         },
         true,
     )
