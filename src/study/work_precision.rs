@@ -212,11 +212,10 @@ fn settings(points: u32) -> Vec<(Method, Option<f64>)> {
             .parse()
             .unwrap_or(value)
     };
-    let mut settings = vec![(Method::EventDriven, None)];
-    settings.extend(
-        geometric(EVENT_DRIVEN, points)
-            .map(|tolerance| (Method::EventDriven, Some(decade(tolerance)))),
-    );
+    let mut settings: Vec<(Method, Option<f64>)> = geometric(EVENT_DRIVEN, points)
+        .map(|tolerance| (Method::EventDriven, Some(decade(tolerance))))
+        .collect();
+    settings.push((Method::EventDriven, None));
     for at_samples in [true, false] {
         settings.extend(
             geometric(ADAPTIVE, points)

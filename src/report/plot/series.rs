@@ -1,6 +1,6 @@
 //! What the charts of the studies share: one colour and mark per method, crosses for failures.
 
-use super::axis::Axis;
+use super::axis::{Axis, Tick};
 use super::canvas::{Anchor, Canvas};
 
 /// Rules of the studies' charts, in terms of the colours' variables.
@@ -76,28 +76,16 @@ pub(super) fn grid(
     (left, right): (f64, f64),
     (top, bottom): (f64, f64),
 ) {
-    for tick in x.ticks(80.0, 8.6) {
+    // Lines inside the decades would hide the points.
+    let labelled = |tick: &Tick| !tick.label.is_empty();
+    for tick in x.ticks(80.0, 8.6).into_iter().filter(labelled) {
         let at = x.place(tick.value);
-        let class = if tick.label.is_empty() {
-            "minor"
-        } else {
-            "grid"
-        };
-        canvas.line(class, (at, top), (at, bottom));
-        if !tick.label.is_empty() {
-            canvas.text("muted", (at, bottom + 19.0), Anchor::Middle, &tick.label);
-        }
+        canvas.line("grid", (at, top), (at, bottom));
+        canvas.text("muted", (at, bottom + 19.0), Anchor::Middle, &tick.label);
     }
-    for tick in y.ticks(40.0, 0.0) {
+    for tick in y.ticks(40.0, 0.0).into_iter().filter(labelled) {
         let at = y.place(tick.value);
-        let class = if tick.label.is_empty() {
-            "minor"
-        } else {
-            "grid"
-        };
-        canvas.line(class, (left, at), (right, at));
-        if !tick.label.is_empty() {
-            canvas.text("muted", (left - 7.0, at + 5.0), Anchor::End, &tick.label);
-        }
+        canvas.line("grid", (left, at), (right, at));
+        canvas.text("muted", (left - 7.0, at + 5.0), Anchor::End, &tick.label);
     }
 }

@@ -64,7 +64,7 @@ pub(super) fn draw(result: &Stability) -> Figure {
         "muted",
         (COLUMNS[0], 45.0),
         Anchor::Start,
-        "Fixed steps as in the paper (N = 10 000 steps in a period of 20 rad/s), tolerances of 1e-9, unless an axis says otherwise.",
+        "The paper's step (N = 10 000 in a period of 20 rad/s), tolerances of 1e-9, unless an axis says otherwise.",
     );
     legend(&mut canvas, 68.0);
     let frame = |column: usize, row: f64| Frame {
@@ -136,7 +136,7 @@ fn limits(canvas: &mut Canvas, result: &Stability, x: &Axis, frame: Frame) {
         &format!("|R(z)| = 1 at {}", trimmed(result.contact_limit, 3)),
     );
     for (steps, y, anchor, shift) in [
-        (PAPER_STEPS[0], 32.0, Anchor::Start, 4.0),
+        (PAPER_STEPS[0], 50.0, Anchor::End, -4.0),
         (PAPER_STEPS[1], 32.0, Anchor::End, -4.0),
     ] {
         let at = x.place(paper_step_s(steps) * result.contact_frequency_rad_s);
@@ -157,7 +157,7 @@ fn contact(canvas: &mut Canvas, result: &Stability, frame: Frame) {
     let y = Axis::linear(RATIOS.0, RATIOS.1, frame.bottom(), frame.top);
     frame.titles(
         canvas,
-        "Soft contact: speed given back, each phase of entry",
+        "Soft contact: speed given back",
         "ω_R · step [–]",
         "exit over entry speed [–]",
     );
@@ -237,7 +237,7 @@ fn map(canvas: &mut Canvas, result: &Stability, frame: Frame) {
     let y = Axis::linear(0.0, 1.0, frame.bottom(), frame.top);
     frame.titles(
         canvas,
-        "The same for rk4: off by 0.1 %, 1 %, 10 %, more, energy gained",
+        "rk4 off by: 0.1 %, 1 %, 10 %, more, gains",
         "ω_R · step [–]",
         "phase of entry in a step [–]",
     );
@@ -327,7 +327,7 @@ fn graze(canvas: &mut Canvas, result: &Stability, frame: Frame) {
         .collect();
     frame.titles(
         canvas,
-        "Graze of a rigid stop: error of the angle 7 ms later",
+        "Graze of a rigid stop, 7 ms later",
         "speed brought in beyond the graze [rad/s]",
         "error of the angle [rad]",
     );
@@ -347,7 +347,7 @@ fn chatter(canvas: &mut Canvas, result: &Stability, frame: Frame) {
     let own: Vec<&Row> = rows(result, "chatter").collect();
     frame.titles(
         canvas,
-        "Chatter on a rigid stop: error of the time of rest",
+        "Chatter on a rigid stop: time of rest",
         "step [s], or tolerance [rad]",
         "error of the time [s]",
     );

@@ -31,23 +31,26 @@ pub(super) fn draw(result: &WorkPrecision) -> Figure {
         "muted",
         (COLUMNS[0], 45.0),
         Anchor::Start,
-        "Down is more exact, left is faster. Filled: saw every impact. Red cross: failed (see the letter beside it).",
+        "Down is more exact, left is faster. A red cross has failed:",
     );
     let mut y = legend(&mut canvas, result, 68.0);
     canvas.text(
         "muted",
         (COLUMNS[0], y),
         Anchor::Start,
-        "u unstable, t tunnelled, m missed impacts, x impacts too many; ring: the paper's rk4 step; dashed: error that matters, and the truth's own bound",
+        "u unstable, t tunnelled, m missed impacts, x impacts too many; ring: rk4 at the paper's step;",
+    );
+    y += 20.0;
+    canvas.text(
+        "muted",
+        (COLUMNS[0], y),
+        Anchor::Start,
+        "dotted: an error that matters to a verdict (0.001 rad), and the bound on the truth's own error.",
     );
     y += 16.0;
     let (times, errors) = ranges(result);
     for (index, truth) in result.truths.iter().enumerate() {
-        let (column, row) = if one_stop(result) {
-            (index % 2, index / 2)
-        } else {
-            (index % 2, index / 2)
-        };
+        let (column, row) = (index % 2, index / 2);
         #[expect(clippy::cast_precision_loss, reason = "a few panels")]
         let top = y + 30.0 + row as f64 * ROW_HEIGHT;
         panel(
@@ -70,13 +73,6 @@ pub(super) fn draw(result: &WorkPrecision) -> Figure {
         height,
         body: canvas.into_string(),
     }
-}
-
-fn one_stop(result: &WorkPrecision) -> bool {
-    result
-        .truths
-        .iter()
-        .all(|truth| truth.model == result.truths[0].model)
 }
 
 fn description(result: &WorkPrecision) -> String {

@@ -21,7 +21,7 @@ const SOFT: &[StopModel] = &[StopModel::Soft];
 
 /// Names of the situations, in the order of the study.
 pub const SUBJECTS: [&str; 9] = [
-    "release-and-impact-in-neighbouring-samples",
+    "release-and-landing-inside-samples",
     "spike-of-one-sample",
     "torque-changes-sign-inside-samples",
     "contact-shorter-than-a-sample",

@@ -1,0 +1,516 @@
+//! The studies: what they compute, and what the command writes.
+
+use latchgate::model::Design;
+use latchgate::model::stop::StopModel;
+use latchgate::report::study::{Files, Summary};
+use latchgate::study::stability::{self, Grade, Stability, situations};
+use latchgate::study::work_precision::{self, Options, Status, WorkPrecision};
+use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+
+fn small() -> Options {
+    Options {
+        design: Design::reference(),
+        models: vec![StopModel::Rigid, StopModel::Soft],
+        gravity_m_s2: 9.81,
+        angular_frequency_rad_s: 100.0,
+        amplitude_g: 5.0,
+        periods: 3,
+        points: 3,
+        repetitions: 1,
+    }
+}
+
+/// Runs with a clock that ticks once a look, so that times are the same in every run.
+fn compare(options: &Options) -> WorkPrecision {
+    let ticks = Cell::new(0.0);
+    let clock = || {
+        ticks.set(ticks.get() + 1.0);
+        ticks.get()
+    };
+    work_precision::run(options, &clock).unwrap()
+}
+
+fn stable() -> Stability {
+    stability::run(&stability::Options {
+        design: Design::reference(),
+        gravity_m_s2: 9.81,
+        points: 24,
+    })
+    .unwrap()
+}
+
+#[test]
+fn verif_no_row_claims_less_error_than_the_truth_has() {
+    let result = compare(&small());
+    assert_eq!(result.truths.len(), 6);
+    for row in &result.rows {
+        let truth = result
+            .truths
+            .iter()
+            .find(|truth| truth.case == row.case && truth.model == row.model)
+            .unwrap();
+        assert!(truth.peak_angle_bound_rad > 0.0 && truth.final_angle_bound_rad > 0.0);
+        let place = format!("{} {} {}", row.case, row.model.name(), row.method);
+        if let Some(error) = row.peak_angle_error_rad {
+            assert!(error >= truth.peak_angle_bound_rad, "{place}: {error:e}");
+        } else {
+            assert_eq!(row.status, Status::Unstable, "{place}");
+        }
+        assert!(row.steps > 0 && row.rhs >= row.steps, "{place}");
+        if row.method == "event-driven" && row.tolerance_rad.is_none() {
+            assert_eq!(row.status, Status::Ok, "{place}");
+        }
+    }
+}
+
+#[test]
+fn verif_every_method_gets_better_with_its_setting() {
+    let result = compare(&small());
+    for truth in &result.truths {
+        for method in ["rk4-located", "dopri5-samples", "dopri5"] {
+            let errors: Vec<f64> = result
+                .rows
+                .iter()
+                .filter(|row| row.case == truth.case && row.model == truth.model)
+                .filter(|row| row.method == method)
+                .filter_map(|row| row.final_angle_error_rad)
+                .collect();
+            let (first, last) = (errors[0], errors[errors.len() - 1]);
+            assert!(
+                last <= first.max(1e-10) && last < 1e-5,
+                "{} {} {method}: {errors:?}",
+                truth.case,
+                truth.model.name()
+            );
+        }
+    }
+}
+
+/// The paper's way at a tenth of its steps on the soft stop does not pass for an answer.
+#[test]
+fn val_failures_are_marked_and_not_dropped() {
+    let result = compare(&small());
+    let coarse: Vec<&work_precision::Row> = result
+        .rows
+        .iter()
+        .filter(|row| row.method == "rk4" && row.steps_per_period == Some(1000))
+        .collect();
+    assert_eq!(coarse.len(), 6);
+    assert!(
+        coarse.iter().all(|row| row.status != Status::Ok),
+        "{coarse:?}"
+    );
+    assert!(
+        result
+            .rows
+            .iter()
+            .all(|row| row.method != "moreau-jean" || row.model == StopModel::Rigid)
+    );
+}
+
+#[test]
+fn verif_a_study_is_the_same_in_every_run() {
+    assert_eq!(compare(&small()), compare(&small()));
+    assert_eq!(stable(), stable());
+}
+
+fn grades(result: &Stability, subject: &str, method: &str) -> Vec<Grade> {
+    let grades: Vec<Grade> = result
+        .rows
+        .iter()
+        .filter(|row| row.subject == subject && row.method == method)
+        .map(|row| row.grade)
+        .collect();
+    assert!(!grades.is_empty(), "{subject}: no rows of {method}");
+    grades
+}
+
+/// Each situation has one right answer, and methods that share no code but the lever's equation
+/// agree on it: the event-driven kernel and the adaptive pair restarted at samples.
+#[test]
+fn verif_every_situation_has_its_right_answer() {
+    let result = stable();
+    for subject in situations::SUBJECTS {
+        for grade in grades(&result, subject, "dopri5-samples") {
+            assert_eq!(grade, Grade::Right, "{subject}");
+        }
+        for grade in grades(&result, subject, "rk4-located") {
+            assert!(grade <= Grade::Close, "{subject}: {grade:?}");
+        }
+    }
+    // Where events lie on the grid, at least these go wrong.
+    for subject in [
+        "spike-of-one-sample",
+        "several-impacts-in-a-step",
+        "jumps-between-samples",
+        "torque-changes-sign-inside-samples",
+    ] {
+        let worst = grades(&result, subject, "rk4").into_iter().max();
+        assert!(worst >= Some(Grade::Poor), "{subject}: {worst:?}");
+    }
+}
+
+#[test]
+fn val_the_map_of_step_against_stiffness_shows_the_limit() {
+    let result = stable();
+    assert!((result.contact_limit - 2.931).abs() < 1e-3);
+    assert!((result.right_ratio - 0.7998).abs() < 1e-4);
+    for row in result.rows.iter().filter(|row| row.subject == "contact") {
+        let reach = row.step_s.unwrap() * result.contact_frequency_rad_s;
+        if row.method != "rk4" {
+            continue;
+        }
+        let gains = row.value.is_none_or(|ratio| !(0.0..=1.0).contains(&ratio));
+        if reach < 1.0 {
+            assert!(!gains, "gains energy at {reach}: {row:?}");
+        }
+        if reach < 0.05 {
+            assert!(row.grade <= Grade::Poor, "{row:?}");
+        }
+    }
+    // Beyond the limit most phases of entry gain energy or never come out.
+    let beyond: Vec<bool> = result
+        .rows
+        .iter()
+        .filter(|row| row.subject == "contact" && row.method == "rk4")
+        .filter(|row| row.step_s.unwrap() * result.contact_frequency_rad_s > 3.2)
+        .map(|row| row.value.is_none_or(|ratio| !(0.0..=1.0).contains(&ratio)))
+        .collect();
+    let share = beyond.iter().filter(|gains| **gains).count() * 100 / beyond.len();
+    assert!(share > 75, "{share} % of {}", beyond.len());
+}
+
+#[test]
+fn verif_chatter_and_graze_are_graded() {
+    let result = stable();
+    assert!(
+        grades(&result, "chatter", "rk4")
+            .iter()
+            .all(|grade| *grade == Grade::Failed)
+    );
+    assert!(
+        grades(&result, "chatter", "rk4-located")
+            .iter()
+            .all(|grade| *grade == Grade::Right)
+    );
+    assert!(
+        grades(&result, "graze", "dopri5-samples")
+            .iter()
+            .all(|grade| *grade == Grade::Right)
+    );
+    assert!(
+        grades(&result, "graze", "rk4")
+            .iter()
+            .any(|grade| *grade >= Grade::Close)
+    );
+}
+
+#[track_caller]
+fn check_grade(value: Option<f64>, right: f64, bound: f64, want: Grade) {
+    assert_eq!(
+        Grade::of(value, right, bound),
+        want,
+        "{value:?} of {right} ± {bound}"
+    );
+}
+
+#[test]
+fn verif_grades_follow_their_shares() {
+    check_grade(Some(1.0), 1.0, 0.0, Grade::Right);
+    check_grade(Some(1.0 + 1e-5), 1.0, 0.0, Grade::Close);
+    check_grade(Some(1.0 + 1e-5), 1.0, 1e-4, Grade::Right);
+    check_grade(Some(1.05), 1.0, 0.0, Grade::Poor);
+    check_grade(Some(-1.0), 1.0, 0.0, Grade::Wrong);
+    check_grade(Some(f64::NAN), 1.0, 1.0, Grade::Failed);
+    check_grade(None, 1.0, 1.0, Grade::Failed);
+}
+
+/// Charts are well-formed, hold no number that is none, and name every method.
+#[test]
+fn verif_charts_are_whole() {
+    let summary = Summary {
+        schema: "latchgate.study/1",
+        study: "work-precision",
+        parameters: BTreeMap::new(),
+        headlines: Vec::new(),
+        cases: Vec::new(),
+        version: "0",
+        elapsed_s: 0.0,
+    };
+    let compared = compare(&small());
+    for (files, methods) in [
+        (
+            Files::work_precision(&compared, &summary).unwrap(),
+            [
+                "event-driven",
+                "rk4",
+                "rk4-located",
+                "dopri5",
+                "dopri5-samples",
+                "moreau-jean",
+            ]
+            .as_slice(),
+        ),
+        (
+            Files::stability(&stable(), &summary).unwrap(),
+            [
+                "rk4",
+                "rk4-located",
+                "dopri5",
+                "dopri5-samples",
+                "moreau-jean",
+            ]
+            .as_slice(),
+        ),
+    ] {
+        assert!(files.svg.starts_with("<svg ") && files.svg.ends_with("</svg>\n"));
+        assert!(!files.svg.contains("NaN") && !files.svg.contains("inf"));
+        assert!(files.svg.contains("prefers-color-scheme:dark"));
+        assert!(!files.svg.contains("var(--"), "a rule kept its variable");
+        for method in methods {
+            assert!(files.svg.contains(&format!(">{method}<")), "{method}");
+        }
+        let text = String::from_utf8(files.csv).unwrap();
+        assert!(text.lines().count() > 20);
+        assert!(
+            !text.contains("NaN") && !text.contains("inf"),
+            "a number that is none"
+        );
+    }
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("study-{name}"));
+    let _ = std::fs::remove_dir_all(&folder);
+    folder
+}
+
+fn latchgate(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_latchgate"))
+        .args(arguments)
+        .env("NO_COLOR", "1")
+        .stdin(Stdio::null())
+        .output()
+        .unwrap()
+}
+
+#[track_caller]
+fn check_exit(arguments: &[&str], code: i32, word: &str) -> Output {
+    let output = latchgate(arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+    assert!(
+        said.contains(word),
+        "{arguments:?}: expected `{word}` in: {said}"
+    );
+    output
+}
+
+#[track_caller]
+fn check_study(name: &str, more: &[&str]) -> serde_json::Value {
+    let out = folder(name);
+    let mut arguments = vec![
+        "study",
+        name,
+        "--out",
+        out.to_str().unwrap(),
+        "--format",
+        "json",
+    ];
+    arguments.extend(more);
+    let output = check_exit(&arguments, 0, "");
+    let printed: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let stored = std::fs::read_to_string(out.join(format!("{name}.json"))).unwrap();
+    assert_eq!(
+        printed,
+        serde_json::from_str::<serde_json::Value>(&stored).unwrap()
+    );
+    assert_eq!(printed["study"], name);
+    assert!(printed["elapsed_s"].as_f64().unwrap() >= 0.0);
+    assert!(printed["headlines"].as_array().unwrap().len() > 5);
+    for end in ["csv", "svg"] {
+        assert!(out.join(format!("{name}.{end}")).metadata().unwrap().len() > 1000);
+    }
+    printed
+}
+
+#[test]
+fn cli_study_work_precision_writes_rows_figures_and_a_chart() {
+    let printed = check_study(
+        "work-precision",
+        &[
+            "--periods",
+            "1",
+            "--points",
+            "2",
+            "--repetitions",
+            "1",
+            "--model",
+            "rigid",
+            "--gravity",
+            "9.81",
+        ],
+    );
+    assert_eq!(printed["parameters"]["gravity_m_s2"], 9.81);
+    assert_eq!(printed["parameters"]["model"], serde_json::json!(["rigid"]));
+    assert_eq!(printed["cases"].as_array().unwrap().len(), 3);
+}
+
+#[test]
+fn cli_study_stability_writes_rows_figures_and_a_chart() {
+    check_study("stability", &["--points", "8"]);
+}
+
+#[test]
+fn cli_study_says_where_its_files_went() {
+    let out = folder("text");
+    let output = check_exit(
+        &[
+            "study",
+            "stability",
+            "--points",
+            "8",
+            "--out",
+            out.to_str().unwrap(),
+        ],
+        0,
+        "",
+    );
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        text.contains("stability.csv") && text.contains("contact, soft stop"),
+        "{text}"
+    );
+}
+
+#[test]
+fn cli_study_refuses_wrong_usage() {
+    check_exit(&["study"], 2, "work-precision");
+    check_exit(&["study", "stabilty"], 2, "stability");
+    check_exit(&["study", "work-precision", "--omega", "0"], 2, "--omega");
+    check_exit(&["study", "work-precision", "--points", "1"], 2, "--points");
+    check_exit(&["study", "stability", "--omega", "1"], 2, "--omega");
+    check_exit(
+        &["study", "stability", "--set", "lever.mas_kg=1"],
+        2,
+        "lever.mass_kg",
+    );
+}
+
+#[test]
+fn cli_study_that_cannot_write_ends_with_four() {
+    let file = folder("file");
+    std::fs::write(&file, "in the way").unwrap();
+    check_exit(
+        &[
+            "study",
+            "stability",
+            "--points",
+            "8",
+            "--out",
+            file.to_str().unwrap(),
+        ],
+        4,
+        "folder",
+    );
+}
+
+#[track_caller]
+fn check_method(arguments: &[&str], code: i32, words: &[&str]) {
+    let signal = concat!(env!("CARGO_MANIFEST_DIR"), "/signals/surviving.csv");
+    let mut all = vec![
+        "replay",
+        signal,
+        "--no-report",
+        "--format",
+        "json",
+        "--members",
+        "0",
+    ];
+    all.extend(arguments);
+    let output = latchgate(&all);
+    let said = format!(
+        "{}{}",
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+    for word in words {
+        assert!(
+            said.contains(word),
+            "{arguments:?}: expected `{word}` in {said}"
+        );
+    }
+}
+
+#[test]
+fn cli_a_method_known_to_fail_says_so() {
+    check_method(
+        &[
+            "--method",
+            "rk4",
+            "--steps-per-period",
+            "1000",
+            "--model",
+            "soft",
+        ],
+        3,
+        &["method-known-to-fail", "gains energy"],
+    );
+    check_method(
+        &["--method", "rk4", "--model", "soft"],
+        0,
+        &["method-known-to-fail", "entry and exit lie on the grid"],
+    );
+    check_method(
+        &[
+            "--method",
+            "dopri5",
+            "--tolerance",
+            "1e-3",
+            "--model",
+            "rigid",
+        ],
+        0,
+        &["method-known-to-fail", "is loose", "loses its order"],
+    );
+    check_method(
+        &["--method", "moreau-jean", "--model", "rigid"],
+        0,
+        &[
+            "method-known-to-fail",
+            "\"method\": \"moreau-jean\"",
+            "comparison-method",
+        ],
+    );
+    check_method(
+        &[
+            "--method",
+            "rk4-located",
+            "--steps-per-period",
+            "500",
+            "--model",
+            "soft",
+        ],
+        0,
+        &["method-known-to-fail", "three steps or fewer"],
+    );
+}
+
+#[test]
+fn cli_a_method_on_a_stop_it_does_not_know_is_wrong_usage() {
+    check_method(&["--method", "moreau-jean"], 2, &["--model rigid"]);
+    check_method(
+        &["--method", "moreau-jean", "--model", "soft"],
+        2,
+        &["--model rigid"],
+    );
+    check_method(
+        &["--method", "dopri5", "--tolerance", "1e-16"],
+        2,
+        &["1e-14"],
+    );
+}
