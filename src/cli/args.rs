@@ -1,5 +1,6 @@
 //! Options, as contract and help state them.
 
+use crate::conditioning::resample::LEAST_RATE_HZ;
 use crate::conditioning::{BiasWindow, Cfc, FilterChoice, FilterStandard};
 use crate::recording::card::CardPolarity;
 use crate::units::{AccelerationUnit, TimeUnit};
@@ -344,7 +345,13 @@ fn parse_resample(text: &str) -> Result<Resample, String> {
     if text == "native" {
         return Ok(Resample::Native);
     }
-    parse_positive(text).map(Resample::Hertz)
+    let hertz = parse_positive(text)?;
+    if hertz < LEAST_RATE_HZ {
+        return Err(format!(
+            "must be at least {LEAST_RATE_HZ} Hz, the least rate that is judged"
+        ));
+    }
+    Ok(Resample::Hertz(hertz))
 }
 
 fn parse_window(text: &str) -> Result<Window, String> {
