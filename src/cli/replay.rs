@@ -42,24 +42,20 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
             if facts.usage {
                 return Err(Failure::Usage(error));
             }
+            if facts.block.sha256.is_none() {
+                facts.block.sha256 = hash_of_refused(&source);
+            }
             (refused(&facts, &design, &error), None, Some(error))
         }
     };
     document.run.elapsed_s = started.elapsed().as_secs_f64();
-    // A file that could not even be opened leaves no report behind.
-    let written = if own.no_report || facts.recording.is_none() {
-        None
-    } else {
-        let folder = own
-            .out
-            .clone()
-            .unwrap_or_else(|| default_folder(&source.name(), &design.name));
-        report::write(&folder, &document, evidence.as_ref()).map_err(Failure::Data)?;
-        Some(folder)
-    };
+    let folder = report_folder(own, &source, &design, refusal.as_ref());
+    if let Some(folder) = &folder {
+        report::write(folder, &document, evidence.as_ref()).map_err(Failure::Data)?;
+    }
     match common.format {
         OutputFormat::Json => output::data(&report::json::render(&document)),
-        OutputFormat::Text => output::data(&report::text::render(&document, written.as_deref())),
+        OutputFormat::Text => output::data(&report::text::render(&document, folder.as_deref())),
     }
     if let Some(error) = refusal {
         output::talk(&format!("latchgate: {error}"));
@@ -71,6 +67,34 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
         output::talk(&format!("latchgate: {}: unusable: {reason}", source.name()));
     }
     Ok(document.verdict.exit_code())
+}
+
+/// Where the report goes, if one is written.
+///
+/// A refused recording gets one too: an older answer must not stay in its place. Only a file
+/// that could not even be opened, a mistyped name most likely, makes no folder of its own.
+fn report_folder(
+    own: &ReplayArguments,
+    source: &Source,
+    design: &Design,
+    refusal: Option<&Error>,
+) -> Option<PathBuf> {
+    if own.no_report {
+        return None;
+    }
+    if own.out.is_some() {
+        return own.out.clone();
+    }
+    let folder = default_folder(&source.name(), &design.name);
+    let unopened = refusal.is_some_and(|error| matches!(error.kind(), ErrorKind::Io { .. }));
+    (!unopened || folder.join(report::VERDICT_FILE).exists()).then_some(folder)
+}
+
+/// Hashes a regular file that was refused before its end was read.
+fn hash_of_refused(source: &Source) -> Option<String> {
+    let path = source.path()?;
+    let regular = std::fs::metadata(path).is_ok_and(|metadata| metadata.is_file());
+    regular.then(|| source.open().ok()?.finish().ok()).flatten()
 }
 
 /// What is known about the request so far, for a document that must be written either way.
@@ -121,9 +145,10 @@ fn judge(
 ) -> Result<Assessment, Error> {
     let mut options = read_options(&own.read);
     check_format_name(own.read.input_format.as_deref()).inspect_err(|_| facts.usage = true)?;
-    if let Some((card, _)) = recording::card::read_beside(source, limits)? {
+    if let Some((card, sha256)) = recording::card::read_beside(source, limits)? {
         card.merge_into(&mut options);
         facts.card = card;
+        facts.block.card_sha256 = Some(sha256);
     }
     let declared = own.opens_when.map(|polarity| (polarity, "option"));
     let declared = declared.or(facts.card.opens_when.map(|polarity| (polarity, "card")));
@@ -347,7 +372,8 @@ fn describe_channel(block: &mut RecordingBlock, channel: &Channel) {
     block.end_s = Some(channel.time_s(channel.values.len().saturating_sub(1)));
 }
 
-fn conditioning_block(conditioned: &Conditioned) -> ConditioningBlock {
+fn conditioning_block(conditioned: &Conditioned, card: &Card) -> ConditioningBlock {
+    let peak = conditioning::peak(&conditioned.used);
     ConditioningBlock {
         bias_m_s2: conditioned.bias_m_s2,
         bias_standard_error_m_s2: conditioned.bias_standard_error_m_s2,
@@ -363,6 +389,11 @@ fn conditioning_block(conditioned: &Conditioned) -> ConditioningBlock {
             .filter
             .map(|_| cfc::end_treatment(conditioned.filter_standard)),
         resample_hz: conditioned.resample_hz,
+        peak_g: peak.map(|(peak, _)| peak.abs() / STANDARD_GRAVITY),
+        peak_time_s: peak.map(|(_, time)| time),
+        velocity_change_m_s: conditioning::velocity_change_m_s(&conditioned.used),
+        range_g: card.range_g,
+        synthetic: card.synthetic,
     }
 }
 
@@ -377,6 +408,7 @@ fn answered(facts: &Facts, design: &Design, assessment: Assessment) -> Document 
         nominal: Some(assessment.nominal),
         models: assessment.models,
         polarities: assessment.polarities,
+        answers: assessment.answers,
         error_budget_rad: assessment.budget,
         findings,
         ..skeleton(facts, design)
@@ -420,6 +452,7 @@ fn skeleton(facts: &Facts, design: &Design) -> Document {
         nominal: None,
         models: BTreeMap::new(),
         polarities: BTreeMap::new(),
+        answers: Vec::new(),
         ensemble: None,
         error_budget_rad: ErrorBudget::default(),
         screens: screen::screens(
@@ -431,7 +464,10 @@ fn skeleton(facts: &Facts, design: &Design) -> Document {
         ),
         findings: Vec::new(),
         recording: facts.block.clone(),
-        conditioning: facts.conditioned.as_ref().map(conditioning_block),
+        conditioning: facts
+            .conditioned
+            .as_ref()
+            .map(|conditioned| conditioning_block(conditioned, &facts.card)),
         design: design.clone(),
         decision_rule: DECISION_RULE,
         request: facts.request.clone(),

@@ -35,7 +35,8 @@ pub fn render(document: &Document, report: Option<&Path>) -> String {
     }
     runs(&mut out, document);
     for (index, reason) in document.why.iter().enumerate() {
-        line(&mut out, if index == 0 { "why" } else { "" }, &reason.text);
+        let name = if index == 0 { "why" } else { "" };
+        line(&mut out, name, &words::sentence(&reason.text));
     }
     findings(&mut out, document);
     if let Some(report) = report {
@@ -148,7 +149,11 @@ fn findings(out: &mut String, document: &Document) {
         line(
             out,
             if index == 0 { "findings" } else { "" },
-            &format!("{word} {}{at}: {}", finding.code, finding.text),
+            &format!(
+                "{word} {}{at}: {}",
+                finding.code,
+                words::sentence(&finding.text)
+            ),
         );
     }
 }

@@ -1,7 +1,7 @@
 //! From a conditioned channel to an answer: which runs are made, and what they say together.
 
 use super::decision::{Judged, unanimous, worse};
-use super::{Answer, ErrorBudget, Evidence, Reason, Trace, why};
+use super::{Answer, ErrorBudget, Evidence, Reason, RunAnswer, Trace, why};
 use crate::conditioning::{self, Cfc, Conditioned, Signal, bias, resample, spectrum};
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
@@ -96,6 +96,8 @@ pub struct Assessment {
     pub models: BTreeMap<&'static str, Run>,
     /// Per polarity and stop, where two polarities were judged.
     pub polarities: BTreeMap<&'static str, BTreeMap<&'static str, Run>>,
+    /// What each stop and polarity says by itself.
+    pub answers: Vec<RunAnswer>,
     /// Where the nominal peak's uncertainty comes from.
     pub budget: ErrorBudget,
     /// Findings of the replay; those of reading and conditioning are not repeated.
@@ -221,6 +223,7 @@ pub fn assess(
         nominal: judged[nominal_index].run().clone(),
         models,
         polarities,
+        answers: judged.iter().map(|run| run.stated(threshold)).collect(),
         budget,
         findings: own_findings,
         evidence,

@@ -1,6 +1,6 @@
 //! The decision rule: what one run says, and what several say together.
 
-use super::{Answer, ErrorBudget};
+use super::{Answer, ErrorBudget, RunAnswer};
 use crate::replay::{Outcome, Run};
 
 /// The rule in words, as every verdict and report states it.
@@ -33,6 +33,31 @@ impl Judged {
         self.run().numerical_error_rad + self.interpolation_error_rad
     }
 
+    /// Returns U of the coast's peak [rad].
+    #[must_use]
+    pub fn coast_uncertainty_rad(&self) -> f64 {
+        self.uncertainty_rad()
+            .max(self.outcome.coast_error_rad + self.interpolation_error_rad)
+    }
+
+    /// Returns what this run says by part 3 of the rule, with the errors it says it with.
+    #[must_use]
+    pub fn stated(&self, threshold_rad: f64) -> RunAnswer {
+        // An error as large as no number can be is that of a run that was not followed.
+        let followed = |error: f64| (!self.outcome.broke_down && error < f64::MAX).then_some(error);
+        let run = self.run();
+        RunAnswer {
+            model: run.model,
+            opens_when: run.opens_when,
+            verdict: self.answer(threshold_rad),
+            interpolation_error_rad: followed(self.interpolation_error_rad),
+            uncertainty_rad: followed(self.uncertainty_rad()),
+            coast_uncertainty_rad: run
+                .coast_peak_angle_rad
+                .and_then(|_| followed(self.coast_uncertainty_rad())),
+        }
+    }
+
     /// Returns what this run says by part 3 of the rule.
     #[must_use]
     pub fn answer(&self, threshold_rad: f64) -> Answer {
@@ -40,8 +65,7 @@ impl Judged {
             return Answer::Undecided;
         }
         let uncertainty = self.uncertainty_rad();
-        let coast_uncertainty =
-            uncertainty.max(self.outcome.coast_error_rad + self.interpolation_error_rad);
+        let coast_uncertainty = self.coast_uncertainty_rad();
         let run = self.run();
         let coast_below = run
             .coast_peak_angle_rad

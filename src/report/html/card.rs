@@ -48,7 +48,7 @@ pub(super) fn verdict(page: &mut Page, document: &Document) {
     page.raw("<ul class=\"why\">\n");
     for reason in &document.why {
         page.raw("<li>");
-        page.text(&reason.text);
+        page.text(&words::sentence(&reason.text));
         page.element("code", "", reason.code);
         page.raw("</li>\n");
     }
