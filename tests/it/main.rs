@@ -15,6 +15,7 @@
 
 mod bad_files_csv;
 mod bad_files_mcap;
+mod coast;
 mod conditioning;
 mod conditioning_cfc;
 mod conditioning_quality;
