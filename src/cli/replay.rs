@@ -28,8 +28,10 @@ use std::time::Instant;
 pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Failure> {
     let started = Instant::now();
     let limits = Limits::default();
-    let design = design(own, &limits)?;
+    // What the command line alone shows to be wrong comes before what a file says.
+    check_format_name(own.read.input_format.as_deref()).map_err(Failure::Usage)?;
     check_initial(own)?;
+    let design = design(own, &limits)?;
     let source = source(&own.read.recording);
     let mut facts = Facts::new(own, &source);
     let outcome = judge(own, common, &design, &source, &limits, &mut facts);
@@ -38,12 +40,7 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
             let evidence = assessment.evidence.clone();
             (answered(&facts, &design, assessment), evidence, None)
         }
-        Err(error) => {
-            if facts.usage {
-                return Err(Failure::Usage(error));
-            }
-            (refused(&facts, &design, &error), None, Some(error))
-        }
+        Err(error) => (refused(&facts, &design, &error), None, Some(error)),
     };
     document.run.elapsed_s = started.elapsed().as_secs_f64();
     // A file that could not even be opened leaves no report behind.
@@ -61,6 +58,7 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
         OutputFormat::Json => output::data(&report::json::render(&document)),
         OutputFormat::Text => output::data(&report::text::render(&document, written.as_deref())),
     }
+    .map_err(Failure::Data)?;
     if let Some(error) = refusal {
         output::talk(&format!("latchgate: {error}"));
     } else if document.verdict == Answer::Unusable {
@@ -75,7 +73,6 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
 
 /// What is known about the request so far, for a document that must be written either way.
 struct Facts {
-    usage: bool,
     recording: Option<Recording>,
     card: Card,
     conditioned: Option<Conditioned>,
@@ -88,7 +85,6 @@ struct Facts {
 impl Facts {
     fn new(own: &ReplayArguments, source: &Source) -> Self {
         Self {
-            usage: false,
             recording: None,
             card: Card::default(),
             conditioned: None,
@@ -120,7 +116,6 @@ fn judge(
     facts: &mut Facts,
 ) -> Result<Assessment, Error> {
     let mut options = read_options(&own.read);
-    check_format_name(own.read.input_format.as_deref()).inspect_err(|_| facts.usage = true)?;
     if let Some((card, _)) = recording::card::read_beside(source, limits)? {
         card.merge_into(&mut options);
         facts.card = card;
@@ -259,21 +254,25 @@ fn conditioning_options(own: &ReplayArguments, card: &Card) -> ConditioningOptio
 
 /// Reads the design file, if one is named, and applies the overrides.
 fn design(own: &ReplayArguments, limits: &Limits) -> Result<Design, Failure> {
-    let mut design = match &own.design {
-        None => Design::reference(),
-        Some(path) => read_design(path, limits).map_err(Failure::Data)?,
-    };
-    for assignment in &own.set {
-        design.set(assignment).map_err(Failure::Usage)?;
-    }
-    design.validate().map_err(|error| {
-        if own.set.is_empty() {
-            Failure::Data(error)
-        } else {
-            Failure::Usage(error)
+    let mut design = Design::reference();
+    override_keys(&mut design, own).map_err(Failure::Usage)?;
+    match &own.design {
+        None => design.validate().map_err(Failure::Usage)?,
+        Some(path) => {
+            design = read_design(path, limits).map_err(Failure::Data)?;
+            override_keys(&mut design, own).map_err(Failure::Usage)?;
+            // Here it takes the file to see that the values do not go together.
+            design.validate().map_err(Failure::Data)?;
         }
-    })?;
+    }
     Ok(design)
+}
+
+fn override_keys(design: &mut Design, own: &ReplayArguments) -> Result<(), Error> {
+    own.set
+        .iter()
+        .try_for_each(|assignment| design.set(assignment))
+        .map_err(|error| error.at(Place::file("--set")))
 }
 
 fn read_design(path: &Path, limits: &Limits) -> Result<Design, Error> {
