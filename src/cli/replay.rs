@@ -43,16 +43,24 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
         Err(error) => (refused(&facts, &design, &error), None, Some(error)),
     };
     document.run.elapsed_s = started.elapsed().as_secs_f64();
-    // A file that could not even be opened leaves no report behind.
-    let written = if own.no_report || facts.recording.is_none() {
+    let written = if own.no_report {
         None
     } else {
         let folder = own
             .out
             .clone()
             .unwrap_or_else(|| default_folder(&source.name(), &design.name));
-        report::write(&folder, &document, evidence.as_ref()).map_err(Failure::Data)?;
-        Some(folder)
+        // A name that no file bears makes no folder; but an older report, perhaps a pass, must
+        // not outlive a run that found its recording gone.
+        let nothing_there = refusal
+            .as_ref()
+            .is_some_and(|error| matches!(error.kind(), ErrorKind::Io { .. }));
+        if nothing_there && !folder.exists() {
+            None
+        } else {
+            report::write(&folder, &document, evidence.as_ref()).map_err(Failure::Data)?;
+            Some(folder)
+        }
     };
     match common.format {
         OutputFormat::Json => output::data(&report::json::render(&document)),

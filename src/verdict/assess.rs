@@ -401,7 +401,13 @@ impl Bench<'_> {
             }
         }
         let model_peak = known((sign, other_stop));
-        if model_peak.is_none() {
+        // A lever that starts inside the soft stop has no counterpart on the rigid one.
+        let admitted = other_stop == StopModel::Soft
+            || self
+                .options
+                .initial_angle_rad
+                .is_none_or(|angle| angle >= 0.0);
+        if model_peak.is_none() && admitted {
             reruns.push((Part::Model, self.signal.clone(), (sign, other_stop)));
         }
         let outcomes = in_parallel(self.options.threads, &reruns, |(_, signal, pair)| {

@@ -13,8 +13,10 @@
     reason = "tests may"
 )]
 
+mod bad_files_cli;
 mod bad_files_csv;
 mod bad_files_mcap;
+mod cli;
 mod conditioning;
 mod conditioning_cfc;
 mod conditioning_quality;
@@ -28,3 +30,4 @@ mod reference;
 mod report;
 mod signals;
 mod tidy;
+mod verdict;
