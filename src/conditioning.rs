@@ -9,7 +9,7 @@ pub mod spectrum;
 
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::{Channel, Finding};
-use crate::units::{STANDARD_GRAVITY, SampleRate};
+use crate::units::{STANDARD_GRAVITY, SampleRate, plain};
 use serde::{Deserialize, Serialize};
 
 /// A uniformly sampled acceleration [m/s²], linear between samples, zero after the last.
@@ -323,7 +323,10 @@ fn in_si(channel: &Channel) -> Result<Signal, Error> {
         .position(|value| !(value.is_finite() && value.abs() <= LARGEST_ACCELERATION))
     {
         return Err(ErrorKind::OutOfRange {
-            what: format!("acceleration at {} s [m/s²]", channel.time_s(index)),
+            what: format!(
+                "acceleration at {} s [m/s²]",
+                plain(channel.time_s(index), 6)
+            ),
             expected: format!(
                 "finite and at most {LARGEST_ACCELERATION:e} in magnitude; check the unit"
             ),

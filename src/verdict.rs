@@ -92,7 +92,7 @@ pub struct Screens {
     pub static_threshold_m_s2: f64,
     /// √(2 I0 (T0 φ* + k0 φ*²/2))/(mL) [m/s]: the least ∫|a| dt that can reach the threshold.
     pub impulse_threshold_m_s: f64,
-    /// ∫|a| dt of the signal as used, over the window [m/s].
+    /// ∫|a| dt of the signal as used, over the whole record [m/s].
     pub impulse_m_s: Option<f64>,
 }
 

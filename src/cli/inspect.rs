@@ -104,10 +104,11 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
                 )
             })?;
             text.push('\n');
-            output::data(&text);
+            output::data(&text)
         }
         OutputFormat::Text => output::data(&table(&listing)),
     }
+    .map_err(Failure::Data)?;
     Ok(0)
 }
 

@@ -28,8 +28,10 @@ use std::time::Instant;
 pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Failure> {
     let started = Instant::now();
     let limits = Limits::default();
-    let design = design(own, &limits)?;
+    // What the command line alone shows to be wrong comes before what a file says.
+    check_format_name(own.read.input_format.as_deref()).map_err(Failure::Usage)?;
     check_initial(own)?;
+    let design = design(own, &limits)?;
     let source = source(&own.read.recording);
     let mut facts = Facts::new(own, &source);
     let outcome = judge(own, common, &design, &source, &limits, &mut facts);
@@ -39,9 +41,6 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
             (answered(&facts, &design, assessment), evidence, None)
         }
         Err(error) => {
-            if facts.usage {
-                return Err(Failure::Usage(error));
-            }
             if facts.block.sha256.is_none() {
                 facts.block.sha256 = hash_of_refused(&source);
             }
@@ -49,14 +48,30 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
         }
     };
     document.run.elapsed_s = started.elapsed().as_secs_f64();
-    let folder = report_folder(own, &source, &design, refusal.as_ref());
-    if let Some(folder) = &folder {
-        report::write(folder, &document, evidence.as_ref()).map_err(Failure::Data)?;
-    }
+    let written = if own.no_report {
+        None
+    } else {
+        let folder = own
+            .out
+            .clone()
+            .unwrap_or_else(|| default_folder(&source.name(), &design.name));
+        // A name that no file bears makes no folder; but an older report, perhaps a pass, must
+        // not outlive a run that found its recording gone.
+        let nothing_there = refusal
+            .as_ref()
+            .is_some_and(|error| matches!(error.kind(), ErrorKind::Io { .. }));
+        if nothing_there && !folder.exists() {
+            None
+        } else {
+            report::write(&folder, &document, evidence.as_ref()).map_err(Failure::Data)?;
+            Some(folder)
+        }
+    };
     match common.format {
         OutputFormat::Json => output::data(&report::json::render(&document)),
-        OutputFormat::Text => output::data(&report::text::render(&document, folder.as_deref())),
+        OutputFormat::Text => output::data(&report::text::render(&document, written.as_deref())),
     }
+    .map_err(Failure::Data)?;
     if let Some(error) = refusal {
         output::talk(&format!("latchgate: {error}"));
     } else if document.verdict == Answer::Unusable {
@@ -69,27 +84,6 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
     Ok(document.verdict.exit_code())
 }
 
-/// Where the report goes, if one is written.
-///
-/// A refused recording gets one too: an older answer must not stay in its place. Only a file
-/// that could not even be opened, a mistyped name most likely, makes no folder of its own.
-fn report_folder(
-    own: &ReplayArguments,
-    source: &Source,
-    design: &Design,
-    refusal: Option<&Error>,
-) -> Option<PathBuf> {
-    if own.no_report {
-        return None;
-    }
-    if own.out.is_some() {
-        return own.out.clone();
-    }
-    let folder = default_folder(&source.name(), &design.name);
-    let unopened = refusal.is_some_and(|error| matches!(error.kind(), ErrorKind::Io { .. }));
-    (!unopened || folder.join(report::VERDICT_FILE).exists()).then_some(folder)
-}
-
 /// Hashes a regular file that was refused before its end was read.
 fn hash_of_refused(source: &Source) -> Option<String> {
     let path = source.path()?;
@@ -99,7 +93,6 @@ fn hash_of_refused(source: &Source) -> Option<String> {
 
 /// What is known about the request so far, for a document that must be written either way.
 struct Facts {
-    usage: bool,
     recording: Option<Recording>,
     card: Card,
     conditioned: Option<Conditioned>,
@@ -112,7 +105,6 @@ struct Facts {
 impl Facts {
     fn new(own: &ReplayArguments, source: &Source) -> Self {
         Self {
-            usage: false,
             recording: None,
             card: Card::default(),
             conditioned: None,
@@ -144,7 +136,6 @@ fn judge(
     facts: &mut Facts,
 ) -> Result<Assessment, Error> {
     let mut options = read_options(&own.read);
-    check_format_name(own.read.input_format.as_deref()).inspect_err(|_| facts.usage = true)?;
     if let Some((card, sha256)) = recording::card::read_beside(source, limits)? {
         card.merge_into(&mut options);
         facts.card = card;
@@ -284,21 +275,25 @@ fn conditioning_options(own: &ReplayArguments, card: &Card) -> ConditioningOptio
 
 /// Reads the design file, if one is named, and applies the overrides.
 fn design(own: &ReplayArguments, limits: &Limits) -> Result<Design, Failure> {
-    let mut design = match &own.design {
-        None => Design::reference(),
-        Some(path) => read_design(path, limits).map_err(Failure::Data)?,
-    };
-    for assignment in &own.set {
-        design.set(assignment).map_err(Failure::Usage)?;
-    }
-    design.validate().map_err(|error| {
-        if own.set.is_empty() {
-            Failure::Data(error)
-        } else {
-            Failure::Usage(error)
+    let mut design = Design::reference();
+    override_keys(&mut design, own).map_err(Failure::Usage)?;
+    match &own.design {
+        None => design.validate().map_err(Failure::Usage)?,
+        Some(path) => {
+            design = read_design(path, limits).map_err(Failure::Data)?;
+            override_keys(&mut design, own).map_err(Failure::Usage)?;
+            // Here it takes the file to see that the values do not go together.
+            design.validate().map_err(Failure::Data)?;
         }
-    })?;
+    }
     Ok(design)
+}
+
+fn override_keys(design: &mut Design, own: &ReplayArguments) -> Result<(), Error> {
+    own.set
+        .iter()
+        .try_for_each(|assignment| design.set(assignment))
+        .map_err(|error| error.at(Place::file("--set")))
 }
 
 fn read_design(path: &Path, limits: &Limits) -> Result<Design, Error> {

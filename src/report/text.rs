@@ -98,7 +98,7 @@ fn nominal(out: &mut String, document: &Document, run: &Run, limit: &str) {
             out,
             "coast",
             &format!(
-                "to {} rad at most after the window's end",
+                "to {} rad at most after the last judged sample",
                 plain(coast, DIGITS)
             ),
         );

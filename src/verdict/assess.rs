@@ -171,6 +171,8 @@ pub fn assess(
     let (sign, stop) = pairs[nominal_index];
     let budget = bench.budget(conditioned, window, &pairs, &judged, nominal_index)?;
     let mut own_findings = replay_findings(design, options, &judged);
+    let outside = bench.crossing_outside(&pairs, &judged, window)?;
+    own_findings.extend(outside.map(|at| crossing_outside_window(at, design)));
     own_findings.extend(late_faults(findings, options.window_s));
     let why = why::reasons(&why::Case {
         answer,
@@ -181,6 +183,7 @@ pub fn assess(
         nominal: nominal_index,
         findings,
         first_bad,
+        outside,
         budget: &budget,
     });
     let mut models = BTreeMap::new();
@@ -336,6 +339,33 @@ impl Bench<'_> {
         Ok(judged)
     }
 
+    /// When the lever first crosses the threshold outside the judged window, if it does so on
+    /// a stop and polarity that do not cross inside.
+    fn crossing_outside(
+        &self,
+        pairs: &[(OpensWhen, StopModel)],
+        judged: &[Judged],
+        window: Option<(usize, usize)>,
+    ) -> Result<Option<f64>, Error> {
+        let tasks: Vec<(OpensWhen, StopModel)> = pairs
+            .iter()
+            .zip(judged)
+            .filter(|(_, judged)| window.is_some() && judged.run().first_crossing_s.is_none())
+            .map(|(pair, _)| *pair)
+            .collect();
+        let mut first: Option<f64> = None;
+        for outcome in in_parallel(self.options.threads, &tasks, |pair| {
+            self.run(self.signal, *pair, None, Purpose::Comparison)
+        }) {
+            let crossing = outcome?.run.first_crossing_s;
+            first = match (first, crossing) {
+                (Some(first), Some(crossing)) => Some(first.min(crossing)),
+                (first, crossing) => first.or(crossing),
+            };
+        }
+        Ok(first)
+    }
+
     fn budget(
         &self,
         conditioned: &Conditioned,
@@ -374,7 +404,13 @@ impl Bench<'_> {
             }
         }
         let model_peak = known((sign, other_stop));
-        if model_peak.is_none() {
+        // A lever that starts inside the soft stop has no counterpart on the rigid one.
+        let admitted = other_stop == StopModel::Soft
+            || self
+                .options
+                .initial_angle_rad
+                .is_none_or(|angle| angle >= 0.0);
+        if model_peak.is_none() && admitted {
             reruns.push((Part::Model, self.signal.clone(), (sign, other_stop)));
         }
         let outcomes = in_parallel(self.options.threads, &reruns, |(_, signal, pair)| {
@@ -504,6 +540,18 @@ fn late_faults(findings: &[Finding], window_s: Option<(f64, f64)>) -> Option<Fin
     })
 }
 
+fn crossing_outside_window(at_s: f64, design: &Design) -> Finding {
+    Finding::warning(
+        "crossing-outside-window",
+        format!(
+            "Outside the judged window the lever crosses the limit of {} rad, first at {}; with --window that does not count.",
+            design.criterion.threshold_rad,
+            why::instant(at_s)
+        ),
+    )
+    .at(at_s)
+}
+
 /// First and last sample inside a window.
 fn window_samples(signal: &Signal, (from, to): (f64, f64)) -> Result<(usize, usize), Error> {
     let rate = signal.rate.hertz();
@@ -518,7 +566,7 @@ fn window_samples(signal: &Signal, (from, to): (f64, f64)) -> Result<(usize, usi
         return Err(ErrorKind::OutOfRange {
             what: "window [s]".into(),
             expected: format!(
-                "to hold at least two samples of the record, {} to {} s",
+                "an interval that holds at least two samples of the record, which runs from {} to {}",
                 signal.start_s,
                 signal.end_s()
             ),

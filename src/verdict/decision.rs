@@ -33,7 +33,7 @@ impl Judged {
         self.run().numerical_error_rad + self.interpolation_error_rad
     }
 
-    /// Returns U of the coast's peak [rad].
+    /// Returns the error of the coast's peak [rad], never less than U.
     #[must_use]
     pub fn coast_uncertainty_rad(&self) -> f64 {
         self.uncertainty_rad()
@@ -58,6 +58,20 @@ impl Judged {
         }
     }
 
+    fn coast_stays_below(&self, threshold_rad: f64) -> bool {
+        self.run()
+            .coast_peak_angle_rad
+            .is_none_or(|coast| coast + self.coast_uncertainty_rad() <= threshold_rad)
+    }
+
+    /// Returns whether only the motion after the last judged sample forbids a pass.
+    #[must_use]
+    pub fn held_back_by_coast(&self, threshold_rad: f64) -> bool {
+        !self.outcome.broke_down
+            && self.run().peak_angle_rad + self.uncertainty_rad() <= threshold_rad
+            && !self.coast_stays_below(threshold_rad)
+    }
+
     /// Returns what this run says by part 3 of the rule.
     #[must_use]
     pub fn answer(&self, threshold_rad: f64) -> Answer {
@@ -65,13 +79,13 @@ impl Judged {
             return Answer::Undecided;
         }
         let uncertainty = self.uncertainty_rad();
-        let coast_uncertainty = self.coast_uncertainty_rad();
         let run = self.run();
-        let coast_below = run
-            .coast_peak_angle_rad
-            .is_none_or(|coast| coast + coast_uncertainty <= threshold_rad);
-        if run.peak_angle_rad + uncertainty <= threshold_rad && coast_below {
-            Answer::Pass
+        if run.peak_angle_rad + uncertainty <= threshold_rad {
+            if self.coast_stays_below(threshold_rad) {
+                Answer::Pass
+            } else {
+                Answer::Undecided
+            }
         } else if run.peak_angle_rad - uncertainty > threshold_rad {
             Answer::Fail
         } else {

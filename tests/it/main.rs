@@ -13,8 +13,10 @@
     reason = "tests may"
 )]
 
+mod bad_files_cli;
 mod bad_files_csv;
 mod bad_files_mcap;
+mod cli;
 mod coast;
 mod conditioning;
 mod conditioning_cfc;
@@ -30,3 +32,4 @@ mod reference_report;
 mod report;
 mod signals;
 mod tidy;
+mod verdict;

@@ -1,0 +1,1006 @@
+//! Guards the decision: each branch of the rule, the error budget, and the document's keys.
+
+use latchgate::conditioning::{
+    self, BiasWindow, Conditioned, ConditioningOptions, FilterChoice, Signal, resample,
+};
+use latchgate::model::Design;
+use latchgate::model::stop::StopModel;
+use latchgate::recording::{Channel, Finding};
+use latchgate::replay::{self, Method, Outcome, RunOptions};
+use latchgate::units::{AccelerationUnit, OpensWhen, SampleRate};
+use latchgate::verdict::decision::{Judged, unanimous, worse};
+use latchgate::verdict::{Answer, AssessOptions, Assessment, ModelChoice, Polarity, assess};
+use serde_json::Value;
+
+use crate::cli::{Folder, half_sine, latchgate, signal, table, weak};
+
+const G: f64 = 9.806_65;
+
+/// A signal at 10 kHz from −50 ms to 250 ms whose acceleration [g] is `of(t)`.
+fn samples(of: impl Fn(f64) -> f64) -> Signal {
+    Signal {
+        start_s: -0.05,
+        rate: SampleRate::from_hertz(10_000.0).unwrap(),
+        samples: (-500..=2500)
+            .map(|index| G * of(f64::from(index) / 10_000.0))
+            .collect(),
+    }
+}
+
+/// A conditioned channel to which nothing was done.
+fn as_recorded(signal: Signal) -> Conditioned {
+    let channel = Channel {
+        name: "acc_y".into(),
+        unit: Some(AccelerationUnit::MetrePerSecondSquared),
+        unit_source: "option",
+        start_s: signal.start_s,
+        rate: signal.rate,
+        values: signal.samples.clone(),
+        findings: Vec::new(),
+    };
+    let options = ConditioningOptions {
+        bias: BiasWindow::None,
+        filter: FilterChoice::None,
+        synthetic: true,
+        ..ConditioningOptions::default()
+    };
+    let conditioned = conditioning::condition(&channel, &options).unwrap();
+    assert_eq!(conditioned.used, signal);
+    conditioned
+}
+
+fn options(model: ModelChoice, polarity: Polarity) -> AssessOptions {
+    AssessOptions {
+        model,
+        polarity,
+        method: Method::EventDriven,
+        tolerance_rad: None,
+        initial_angle_rad: None,
+        initial_velocity_rad_s: None,
+        window_s: None,
+        threads: 1,
+        evidence: false,
+    }
+}
+
+const RIGID: ModelChoice = ModelChoice::Only(StopModel::Rigid);
+const NEGATIVE: Polarity = Polarity::Declared(OpensWhen::Negative);
+
+fn with_threshold(threshold_rad: f64) -> Design {
+    let mut design = Design::reference();
+    design.criterion.threshold_rad = threshold_rad;
+    design
+}
+
+fn judge(
+    signal: &Signal,
+    findings: &[Finding],
+    design: &Design,
+    options: &AssessOptions,
+) -> Assessment {
+    assess(&as_recorded(signal.clone()), findings, design, options).unwrap()
+}
+
+/// A run made without the verdict's help.
+fn explicit(signal: &Signal, stop: StopModel, sign: OpensWhen) -> Outcome {
+    replay::run(signal, &Design::reference(), &RunOptions::new(stop, sign)).unwrap()
+}
+
+/// Peak and U of a lever that is at rest at the end, from two explicit runs.
+fn peak_and_uncertainty(signal: &Signal, stop: StopModel) -> (f64, f64) {
+    let own = explicit(signal, stop, OpensWhen::Negative).run;
+    let fine = explicit(
+        &resample::upsample_fourfold(signal),
+        stop,
+        OpensWhen::Negative,
+    )
+    .run;
+    assert_eq!(own.coast_peak_angle_rad, None);
+    let interpolation = (fine.peak_angle_rad - own.peak_angle_rad).abs();
+    (own.peak_angle_rad, own.numerical_error_rad + interpolation)
+}
+
+#[track_caller]
+fn check_answer(assessment: &Assessment, answer: Answer, codes: &[&str]) {
+    let found: Vec<&str> = assessment.why.iter().map(|reason| reason.code).collect();
+    assert_eq!(assessment.answer, answer, "{:#?}", assessment.why);
+    assert_eq!(found, codes, "{:#?}", assessment.why);
+    for reason in &assessment.why {
+        let (first, last) = (reason.text.chars().next(), reason.text.chars().last());
+        assert!(
+            first.is_some_and(|c| c.is_uppercase() || c.is_ascii_digit()),
+            "{}",
+            reason.text
+        );
+        assert_eq!(last, Some('.'), "{}", reason.text);
+        assert!(
+            !reason.text.contains("NaN") && !reason.text.contains("inf "),
+            "{}",
+            reason.text
+        );
+    }
+}
+
+/// Part 3 at its bounds: at peak + U a pass, at peak − U not yet a fail.
+#[test]
+fn verif_pass_and_fail_turn_at_the_uncertainty() {
+    let signal = samples(weak);
+    let (peak, uncertainty) = peak_and_uncertainty(&signal, StopModel::Rigid);
+    assert!(peak > 0.005 && uncertainty > 1e-9, "{peak} {uncertainty}");
+    let at = |threshold: f64| {
+        judge(
+            &signal,
+            &[],
+            &with_threshold(threshold),
+            &options(RIGID, NEGATIVE),
+        )
+    };
+    let below = ["threshold-not-crossed", "uncertainty", "nominal-runs-only"];
+    check_answer(&at(0.1), Answer::Pass, &below);
+    let spans = [
+        "threshold-not-crossed",
+        "uncertainty-spans-threshold",
+        "nominal-runs-only",
+    ];
+    check_answer(&at(peak + uncertainty), Answer::Pass, &spans);
+    check_answer(
+        &at((peak + uncertainty) * (1.0 - 1e-12)),
+        Answer::Undecided,
+        &spans,
+    );
+    check_answer(&at(peak), Answer::Undecided, &spans);
+    let crossed = [
+        "threshold-crossed",
+        "uncertainty-spans-threshold",
+        "nominal-runs-only",
+    ];
+    check_answer(
+        &at((peak - uncertainty) * (1.0 + 1e-12)),
+        Answer::Undecided,
+        &crossed,
+    );
+    let fails = ["threshold-crossed", "uncertainty", "nominal-runs-only"];
+    check_answer(
+        &at((peak - uncertainty) * (1.0 - 1e-12)),
+        Answer::Fail,
+        &fails,
+    );
+    check_answer(&at(0.5 * peak), Answer::Fail, &fails);
+}
+
+#[test]
+fn verif_a_lever_that_is_pressed_into_its_stop_passes() {
+    let signal = samples(|t| half_sine(t, 0.0, 0.03, 12.0));
+    let rigid = judge(
+        &signal,
+        &[],
+        &Design::reference(),
+        &options(RIGID, NEGATIVE),
+    );
+    check_answer(
+        &rigid,
+        Answer::Pass,
+        &["never-released", "uncertainty", "nominal-runs-only"],
+    );
+    assert_eq!(rigid.nominal.peak_angle_rad, 0.0);
+}
+
+/// A record that ends while the lever rises is no pass, however low the lever stands then.
+#[test]
+fn verif_a_coast_beyond_the_limit_forbids_a_pass() {
+    let whole = samples(|t| half_sine(t, 0.0, 0.01, -20.0));
+    let mut cut = whole.clone();
+    cut.samples.truncate(500 + 110);
+    let assessment = judge(&cut, &[], &Design::reference(), &options(RIGID, NEGATIVE));
+    let nominal = &assessment.nominal;
+    assert!(
+        nominal.peak_angle_rad < 0.1 && nominal.coast_peak_angle_rad.unwrap() > 0.1,
+        "{nominal:?}"
+    );
+    check_answer(
+        &assessment,
+        Answer::Undecided,
+        &[
+            "threshold-not-crossed",
+            "coast-reaches-limit",
+            "uncertainty",
+            "nominal-runs-only",
+        ],
+    );
+    // The coast of the cut record is what the rest of the whole one holds: no acceleration.
+    let rest = judge(&whole, &[], &Design::reference(), &options(RIGID, NEGATIVE));
+    assert_eq!(rest.answer, Answer::Fail);
+    let change = rest.nominal.peak_angle_rad / nominal.coast_peak_angle_rad.unwrap() - 1.0;
+    assert!(change.abs() < 1e-9, "{change}");
+}
+
+#[test]
+fn verif_stops_that_differ_leave_it_undecided() {
+    let signal = samples(|t| half_sine(t, 0.0, 0.01, -5.0) + half_sine(t, 0.01, 0.03, 0.5));
+    let [rigid, soft] =
+        [StopModel::Rigid, StopModel::Soft].map(|stop| peak_and_uncertainty(&signal, stop));
+    let between = with_threshold(0.5 * (rigid.0 + soft.0));
+    assert!(
+        (rigid.0 - soft.0).abs() > 4.0 * rigid.1.max(soft.1),
+        "{rigid:?} {soft:?}"
+    );
+    let both = judge(
+        &signal,
+        &[],
+        &between,
+        &options(ModelChoice::Auto, NEGATIVE),
+    );
+    check_answer(
+        &both,
+        Answer::Undecided,
+        &[
+            "threshold-crossed",
+            "stop-model-decides",
+            "uncertainty",
+            "nominal-runs-only",
+        ],
+    );
+    let text = &both.why[1].text;
+    assert!(
+        text.contains("rigid stop, negative opens: ")
+            && text.contains("pass")
+            && text.contains("fail"),
+        "{text}"
+    );
+    let mut alone: Vec<Answer> = [StopModel::Rigid, StopModel::Soft]
+        .map(|stop| {
+            judge(
+                &signal,
+                &[],
+                &between,
+                &options(ModelChoice::Only(stop), NEGATIVE),
+            )
+            .answer
+        })
+        .to_vec();
+    alone.sort_by_key(|answer| answer.exit_code());
+    assert_eq!(alone, [Answer::Pass, Answer::Fail]);
+    // What each holds is the run asked for alone.
+    for stop in [StopModel::Rigid, StopModel::Soft] {
+        let run = explicit(&signal, stop, OpensWhen::Negative).run;
+        assert_eq!(both.models[stop.name()].peak_angle_rad, run.peak_angle_rad);
+    }
+    assert_eq!(both.nominal.peak_angle_rad, rigid.0.max(soft.0));
+}
+
+#[test]
+fn verif_polarity_undeclared_must_agree_and_both_takes_the_worse() {
+    let one_sided = samples(|t| half_sine(t, 0.0, 0.03, 12.0));
+    let of = |signal: &Signal, polarity| {
+        judge(
+            signal,
+            &[],
+            &Design::reference(),
+            &options(ModelChoice::Auto, polarity),
+        )
+    };
+    let undeclared = of(&one_sided, Polarity::Undeclared);
+    check_answer(
+        &undeclared,
+        Answer::Undecided,
+        &[
+            "threshold-crossed",
+            "polarity-decides",
+            "uncertainty",
+            "nominal-runs-only",
+        ],
+    );
+    assert!(undeclared.why[1].text.contains("--opens-when"));
+    assert!(
+        undeclared
+            .findings
+            .iter()
+            .any(|finding| finding.code == "polarity-undeclared")
+    );
+    let both = of(&one_sided, Polarity::Both);
+    check_answer(
+        &both,
+        Answer::Fail,
+        &[
+            "threshold-crossed",
+            "polarity-decides",
+            "uncertainty",
+            "nominal-runs-only",
+        ],
+    );
+    for assessment in [&undeclared, &both] {
+        assert_eq!(assessment.nominal.opens_when, OpensWhen::Positive);
+        assert_eq!(assessment.polarities.len(), 2);
+        assert!(assessment.polarities.values().all(|stops| stops.len() == 2));
+    }
+    assert!(both.budget.polarity.is_none() && undeclared.budget.polarity.is_some());
+    let two_sided = samples(|t| half_sine(t, 0.0, 0.03, 12.0) + half_sine(t, 0.05, 0.03, -12.0));
+    assert_eq!(of(&two_sided, Polarity::Undeclared).answer, Answer::Fail);
+    let quiet = samples(|t| half_sine(t, 0.0, 0.03, 0.5));
+    assert_eq!(of(&quiet, Polarity::Undeclared).answer, Answer::Pass);
+    assert_eq!(of(&quiet, Polarity::Both).answer, Answer::Pass);
+}
+
+#[test]
+fn verif_answers_join_as_the_rule_says() {
+    use Answer::{Fail, Pass, Undecided};
+    for (answers, all, worst) in [
+        (&[Pass, Pass][..], Pass, Pass),
+        (&[Fail, Fail], Fail, Fail),
+        (&[Pass, Fail], Undecided, Fail),
+        (&[Fail, Undecided], Undecided, Fail),
+        (&[Pass, Undecided], Undecided, Undecided),
+        (&[Undecided, Undecided], Undecided, Undecided),
+        (&[Pass], Pass, Pass),
+        (&[], Undecided, Undecided),
+    ] {
+        assert_eq!(unanimous(answers), all, "{answers:?}");
+        assert_eq!(worse(answers), worst, "{answers:?}");
+    }
+}
+
+// ---------------------------------------------------------------- findings that block
+
+/// Crosses 0.1 rad soon after 0 and stays above for long.
+fn lost() -> Signal {
+    samples(|t| half_sine(t, 0.0, 0.03, -20.0))
+}
+
+fn blocking(at_s: Option<f64>) -> Vec<Finding> {
+    let finding = Finding::blocking("clipping", "the channel was saturated");
+    vec![match at_s {
+        Some(at_s) => finding.at(at_s),
+        None => finding,
+    }]
+}
+
+/// Part 1 before part 2: what was lost before the fault is a fail, whatever comes after.
+#[test]
+fn verif_a_blocking_finding_after_the_crossing_keeps_the_fail() {
+    let signal = lost();
+    let crossing = explicit(&signal, StopModel::Rigid, OpensWhen::Negative)
+        .run
+        .first_crossing_s
+        .unwrap();
+    let with = |at_s| {
+        judge(
+            &signal,
+            &blocking(at_s),
+            &Design::reference(),
+            &options(ModelChoice::Auto, NEGATIVE),
+        )
+    };
+    check_answer(
+        &with(Some(crossing + 0.002)),
+        Answer::Fail,
+        &[
+            "threshold-crossed",
+            "failed-before-fault",
+            "uncertainty",
+            "nominal-runs-only",
+        ],
+    );
+    let unusable = ["clipping", "threshold-crossed", "nominal-runs-only"];
+    check_answer(&with(Some(crossing)), Answer::Unusable, &unusable);
+    check_answer(&with(Some(0.0)), Answer::Unusable, &unusable);
+    check_answer(&with(Some(-0.05)), Answer::Unusable, &unusable);
+    check_answer(&with(Some(-7.0)), Answer::Unusable, &unusable);
+    check_answer(&with(None), Answer::Unusable, &unusable);
+    // The earliest of several counts, in whatever order they come.
+    let two = [blocking(Some(crossing + 0.002)), blocking(Some(0.001))].concat();
+    let both = judge(
+        &signal,
+        &two,
+        &Design::reference(),
+        &options(ModelChoice::Auto, NEGATIVE),
+    );
+    assert_eq!(both.answer, Answer::Unusable);
+}
+
+#[test]
+fn verif_a_blocking_finding_forbids_a_pass_and_an_undecided() {
+    let signal = samples(weak);
+    let (peak, _) = peak_and_uncertainty(&signal, StopModel::Rigid);
+    for threshold in [0.1, peak] {
+        for at_s in [None, Some(-0.05), Some(0.001), Some(0.25)] {
+            let assessment = judge(
+                &signal,
+                &blocking(at_s),
+                &with_threshold(threshold),
+                &options(RIGID, NEGATIVE),
+            );
+            assert_eq!(assessment.answer, Answer::Unusable, "{threshold} {at_s:?}");
+            assert_eq!(assessment.why[0].text, "The channel was saturated.");
+            assert!(
+                assessment.why[1]
+                    .text
+                    .ends_with("no verdict rests on that.")
+            );
+        }
+    }
+    let harmless = [Finding::info("a", "b"), Finding::warning("c", "d").at(0.0)];
+    let assessment = judge(
+        &signal,
+        &harmless,
+        &with_threshold(0.1),
+        &options(RIGID, NEGATIVE),
+    );
+    assert_eq!(assessment.answer, Answer::Pass);
+}
+
+#[test]
+fn verif_a_fault_after_the_window_does_not_count_and_is_told() {
+    let signal = samples(weak);
+    let judged = |at_s, end_s| {
+        let own = AssessOptions {
+            window_s: Some((-0.01, end_s)),
+            ..options(ModelChoice::Auto, NEGATIVE)
+        };
+        judge(&signal, &blocking(Some(at_s)), &Design::reference(), &own)
+    };
+    let late = judged(0.2, 0.15);
+    assert_eq!(late.answer, Answer::Pass);
+    assert!(
+        late.findings
+            .iter()
+            .any(|finding| finding.code == "fault-after-window")
+    );
+    for (at_s, end_s) in [(0.15, 0.15), (0.1, 0.15), (-0.04, 0.15), (0.2, 9.0)] {
+        let early = judged(at_s, end_s);
+        assert_eq!(early.answer, Answer::Unusable, "{at_s} {end_s}");
+        assert!(
+            !early
+                .findings
+                .iter()
+                .any(|finding| finding.code == "fault-after-window")
+        );
+    }
+}
+
+#[test]
+fn verif_a_crossing_outside_the_window_is_told() {
+    let signal = lost();
+    let own = |from, to| AssessOptions {
+        window_s: Some((from, to)),
+        ..options(RIGID, NEGATIVE)
+    };
+    let early = judge(&signal, &[], &Design::reference(), &own(-0.04, -0.01));
+    check_answer(
+        &early,
+        Answer::Pass,
+        &[
+            "never-released",
+            "crossing-outside-window",
+            "uncertainty",
+            "nominal-runs-only",
+        ],
+    );
+    let crossing = explicit(&signal, StopModel::Rigid, OpensWhen::Negative)
+        .run
+        .first_crossing_s;
+    let finding = early
+        .findings
+        .iter()
+        .find(|finding| finding.code == "crossing-outside-window")
+        .unwrap();
+    assert_eq!(finding.at_s, crossing);
+    let whole = judge(&signal, &[], &Design::reference(), &own(-0.04, 0.2));
+    assert!(
+        !whole
+            .findings
+            .iter()
+            .any(|finding| finding.code == "crossing-outside-window")
+    );
+}
+
+/// A run that the method could not follow decides nothing, whatever numbers it left behind.
+#[test]
+fn verif_a_run_that_broke_down_decides_nothing() {
+    let mut outcome = explicit(&samples(weak), StopModel::Rigid, OpensWhen::Negative);
+    for peak in [0.0, 1.0, f64::MAX] {
+        outcome.run.peak_angle_rad = peak;
+        for broke_down in [false, true] {
+            outcome.broke_down = broke_down;
+            let judged = Judged {
+                outcome: outcome.clone(),
+                interpolation_error_rad: 0.0,
+            };
+            let expected = match (broke_down, peak > 0.1) {
+                (true, _) => Answer::Undecided,
+                (false, true) => Answer::Fail,
+                (false, false) => Answer::Pass,
+            };
+            assert_eq!(judged.answer(0.1), expected, "{peak} {broke_down}");
+        }
+    }
+    let own = AssessOptions {
+        method: Method::Rk4 {
+            steps_per_period: 3,
+        },
+        ..options(ModelChoice::Only(StopModel::Soft), NEGATIVE)
+    };
+    let assessment = judge(
+        &samples(|t| half_sine(t, -0.05, 0.2, -20.0)),
+        &[],
+        &Design::reference(),
+        &own,
+    );
+    assert_ne!(assessment.answer, Answer::Pass);
+    assert!(
+        assessment
+            .findings
+            .iter()
+            .any(|finding| finding.code == "method-known-to-fail")
+    );
+}
+
+// ---------------------------------------------------------------- the budget
+
+/// Each part is the difference of two runs that anybody can make.
+#[test]
+fn verif_each_part_of_the_budget_is_the_difference_of_two_runs() {
+    let channel = Channel {
+        name: "acc_y".into(),
+        unit: Some(AccelerationUnit::MetrePerSecondSquared),
+        unit_source: "option",
+        start_s: -0.05,
+        rate: SampleRate::from_hertz(10_000.0).unwrap(),
+        values: samples(|t| weak(t) + 0.05 * (t * 2_345.0).sin() + 0.2).samples,
+        findings: Vec::new(),
+    };
+    let conditioned = conditioning::condition(&channel, &ConditioningOptions::default()).unwrap();
+    assert!(conditioned.bias_samples > 100 && conditioned.filter.is_some());
+    let peak = |signal: &Signal, stop, sign| {
+        let mut design = Design::reference();
+        design.criterion.threshold_rad = 0.1;
+        replay::run(signal, &design, &RunOptions::new(stop, sign))
+            .unwrap()
+            .run
+            .peak_angle_rad
+    };
+    let used = &conditioned.used;
+    for (model, stop, other) in [
+        (RIGID, StopModel::Rigid, StopModel::Soft),
+        (
+            ModelChoice::Only(StopModel::Soft),
+            StopModel::Soft,
+            StopModel::Rigid,
+        ),
+    ] {
+        let sign = OpensWhen::Negative;
+        let assessment = assess(
+            &conditioned,
+            &[],
+            &Design::reference(),
+            &options(model, NEGATIVE),
+        )
+        .unwrap();
+        let own = peak(used, stop, sign);
+        assert_eq!(assessment.nominal.peak_angle_rad, own);
+        let budget = assessment.budget;
+        let run = explicit(used, stop, sign).run;
+        assert_eq!(budget.numerical, Some(run.numerical_error_rad));
+        let part = |signal: &Signal, stop, sign| Some((peak(signal, stop, sign) - own).abs());
+        assert_eq!(
+            budget.interpolation,
+            part(&resample::upsample_fourfold(used), stop, sign)
+        );
+        assert_eq!(budget.model, part(used, other, sign));
+        assert_eq!(
+            budget.filter,
+            part(
+                &conditioning::without_filter(&conditioned).unwrap(),
+                stop,
+                sign
+            )
+        );
+        assert!(budget.filter > Some(0.0));
+        let shifted = |shift: f64| {
+            let mut signal = used.clone();
+            signal.samples.iter_mut().for_each(|a| *a += shift);
+            part(&signal, stop, sign).unwrap()
+        };
+        let error = conditioned.bias_standard_error_m_s2;
+        assert!(error > 0.0);
+        assert_eq!(budget.bias, Some(shifted(error).max(shifted(-error))));
+        assert_eq!(budget.polarity, None, "declared");
+
+        let undeclared = assess(
+            &conditioned,
+            &[],
+            &Design::reference(),
+            &options(model, Polarity::Undeclared),
+        )
+        .unwrap();
+        let sign = undeclared.nominal.opens_when;
+        let change = peak(used, stop, sign) - peak(used, stop, sign.reversed());
+        assert_eq!(undeclared.budget.polarity, Some(change.abs()));
+        assert!(change > 0.0, "the nominal run is the larger");
+    }
+    // Nothing removed, nothing filtered.
+    let plain = judge(
+        &samples(weak),
+        &[],
+        &Design::reference(),
+        &options(RIGID, NEGATIVE),
+    );
+    assert_eq!(plain.budget.bias, None);
+    assert_eq!(plain.budget.filter, Some(0.0));
+}
+
+/// A lever that starts inside the soft stop was refused: the comparison with the rigid stop,
+/// which admits no such state, took the whole verdict with it.
+#[test]
+fn regress_a_start_inside_the_soft_stop_is_judged() {
+    let own = AssessOptions {
+        initial_angle_rad: Some(-1e-4),
+        ..options(ModelChoice::Only(StopModel::Soft), NEGATIVE)
+    };
+    let assessment = judge(&samples(weak), &[], &Design::reference(), &own);
+    assert_eq!(assessment.answer, Answer::Pass);
+    assert_eq!(assessment.budget.model, None);
+}
+
+#[test]
+fn verif_threads_and_evidence_change_no_number() {
+    let signal = samples(weak);
+    let plain = judge(
+        &signal,
+        &[],
+        &Design::reference(),
+        &options(ModelChoice::Auto, Polarity::Undeclared),
+    );
+    for threads in [2, 3, 16] {
+        let own = AssessOptions {
+            threads,
+            evidence: true,
+            ..options(ModelChoice::Auto, Polarity::Undeclared)
+        };
+        let mut other = judge(&signal, &[], &Design::reference(), &own);
+        assert!(other.evidence.take().is_some());
+        assert_eq!(other, plain);
+    }
+}
+
+#[test]
+fn verif_windows_that_hold_nothing_are_refused() {
+    for window in [(5.0, 6.0), (-3.0, -2.0), (0.000_01, 0.000_09), (0.25, 0.5)] {
+        let own = AssessOptions {
+            window_s: Some(window),
+            ..options(RIGID, NEGATIVE)
+        };
+        let error =
+            assess(&as_recorded(samples(weak)), &[], &Design::reference(), &own).unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .contains("at least two samples of the record, which runs from -0.05 to 0.25"),
+            "{error}"
+        );
+    }
+}
+
+// ---------------------------------------------------------------- the document
+
+/// What a key holds.
+#[derive(Debug, Clone, Copy)]
+enum Kind {
+    Text,
+    Number,
+    Count,
+    Truth,
+    List,
+    Object,
+    /// A number, or null where there is none.
+    Maybe,
+}
+
+#[track_caller]
+fn check_keys(at: &str, value: &Value, keys: &[(&str, Kind)]) {
+    for (key, kind) in keys {
+        let found = value
+            .get(key)
+            .unwrap_or_else(|| panic!("{at} has no key {key}"));
+        let good = match kind {
+            Kind::Text => found.is_string(),
+            Kind::Number => found.is_f64(),
+            Kind::Count => found.is_u64(),
+            Kind::Truth => found.is_boolean(),
+            Kind::List => found.is_array(),
+            Kind::Object => found.is_object(),
+            Kind::Maybe => found.is_f64() || found.is_null(),
+        };
+        assert!(good, "{at}.{key} should be {kind:?}, found {found}");
+    }
+}
+
+const RUN: &[(&str, Kind)] = &[
+    ("model", Kind::Text),
+    ("method", Kind::Text),
+    ("opens_when", Kind::Text),
+    ("peak_angle_rad", Kind::Number),
+    ("peak_time_s", Kind::Number),
+    ("first_crossing_s", Kind::Maybe),
+    ("time_above_threshold_s", Kind::Number),
+    ("first_release_s", Kind::Maybe),
+    ("impacts", Kind::Count),
+    ("impact_list", Kind::List),
+    ("final_angle_rad", Kind::Number),
+    ("final_velocity_rad_s", Kind::Number),
+    ("moving_at_end", Kind::Truth),
+    ("coast_peak_angle_rad", Kind::Maybe),
+    ("numerical_error_rad", Kind::Number),
+    ("work", Kind::Object),
+];
+
+fn check_document(document: &Value) {
+    check_keys(
+        "",
+        document,
+        &[
+            ("schema", Kind::Text),
+            ("verdict", Kind::Text),
+            ("why", Kind::List),
+            ("threshold_rad", Kind::Number),
+            ("models", Kind::Object),
+            ("error_budget_rad", Kind::Object),
+            ("screens", Kind::Object),
+            ("findings", Kind::List),
+            ("recording", Kind::Object),
+            ("design", Kind::Object),
+            ("decision_rule", Kind::Text),
+            ("run", Kind::Object),
+        ],
+    );
+    assert_eq!(document["schema"], "latchgate.verdict/1");
+    for reason in document["why"].as_array().unwrap() {
+        check_keys("why", reason, &[("code", Kind::Text), ("text", Kind::Text)]);
+    }
+    for finding in document["findings"].as_array().unwrap() {
+        check_keys(
+            "findings",
+            finding,
+            &[
+                ("code", Kind::Text),
+                ("severity", Kind::Text),
+                ("text", Kind::Text),
+                ("at_s", Kind::Maybe),
+            ],
+        );
+    }
+    check_keys(
+        "error_budget_rad",
+        &document["error_budget_rad"],
+        &[
+            ("numerical", Kind::Maybe),
+            ("interpolation", Kind::Maybe),
+            ("model", Kind::Maybe),
+            ("filter", Kind::Maybe),
+            ("bias", Kind::Maybe),
+            ("polarity", Kind::Maybe),
+        ],
+    );
+    check_keys(
+        "screens",
+        &document["screens"],
+        &[
+            ("static_threshold_g", Kind::Number),
+            ("impulse_threshold_m_s", Kind::Number),
+        ],
+    );
+    check_keys(
+        "run",
+        &document["run"],
+        &[("version", Kind::Text), ("elapsed_s", Kind::Number)],
+    );
+    for key in ["lever", "stop", "criterion", "tolerance", "input"] {
+        assert!(document["design"][key].is_object(), "design.{key}");
+    }
+}
+
+#[test]
+fn verif_the_document_has_every_key_with_its_type() {
+    let document = latchgate(&[
+        "replay",
+        &signal("burst.csv"),
+        "--no-report",
+        "--format",
+        "json",
+    ])
+    .document();
+    check_document(&document);
+    for run in [
+        &document["nominal"],
+        &document["models"]["rigid"],
+        &document["models"]["soft"],
+    ] {
+        check_keys("run", run, RUN);
+        check_keys(
+            "work",
+            &run["work"],
+            &[
+                ("steps", Kind::Count),
+                ("rhs", Kind::Count),
+                ("events", Kind::Count),
+            ],
+        );
+        let list = run["impact_list"].as_array().unwrap();
+        assert_eq!(list.len() as u64, run["impacts"].as_u64().unwrap());
+        assert!(
+            list.iter()
+                .all(|impact| impact[0].is_f64() && impact[1].as_f64().unwrap() < 0.0)
+        );
+    }
+    check_keys(
+        "recording",
+        &document["recording"],
+        &[
+            ("file", Kind::Text),
+            ("sha256", Kind::Text),
+            ("format", Kind::Text),
+            ("channel", Kind::Text),
+            ("unit", Kind::Text),
+            ("samples", Kind::Count),
+            ("sample_rate_hz", Kind::Number),
+            ("start_s", Kind::Number),
+            ("end_s", Kind::Number),
+            ("peak_g", Kind::Number),
+        ],
+    );
+    check_keys(
+        "conditioning",
+        &document["conditioning"],
+        &[
+            ("bias_m_s2", Kind::Number),
+            ("bias_standard_error_m_s2", Kind::Number),
+            ("filter", Kind::Text),
+            ("filter_standard", Kind::Text),
+            ("resample_hz", Kind::Maybe),
+        ],
+    );
+    let screens = &document["screens"];
+    // T0/(mLg) and √(2 I0 (T0 φ* + k0 φ*²/2))/(mL) of the paper's lever.
+    assert!((screens["static_threshold_g"].as_f64().unwrap() - 1.063_589_3).abs() < 1e-6);
+    assert!((screens["impulse_threshold_m_s"].as_f64().unwrap() - 0.478_7).abs() < 1e-4);
+    // What could not be read still has its document.
+    check_document(
+        &latchgate(&[
+            "replay",
+            "/nowhere/x.csv",
+            "--no-report",
+            "--format",
+            "json",
+        ])
+        .document(),
+    );
+}
+
+/// Top-level keys come in the order in which a person reads, `run` last.
+#[test]
+fn verif_keys_stand_in_their_order() {
+    let folder = Folder::new("order-of-keys");
+    let file = folder.write("a.csv", table(weak));
+    let text = latchgate(&["replay", &file, "--no-report", "--format", "json"]).out;
+    let keys: Vec<&str> = text
+        .lines()
+        .filter_map(|line| {
+            line.strip_prefix("  \"")?
+                .split_once('"')
+                .map(|(key, _)| key)
+        })
+        .collect();
+    let expected = [
+        "schema",
+        "verdict",
+        "why",
+        "threshold_rad",
+        "nominal",
+        "models",
+        "polarities",
+        "ensemble",
+        "error_budget_rad",
+        "screens",
+        "findings",
+        "recording",
+        "conditioning",
+        "design",
+        "decision_rule",
+        "request",
+        "run",
+    ];
+    assert_eq!(keys, expected);
+}
+
+/// Every number is printed with all its digits: what is read back is the same number.
+#[test]
+fn verif_numbers_are_printed_with_all_their_digits() {
+    let file = signal("surviving.csv");
+    let document = latchgate(&[
+        "replay",
+        &file,
+        "--no-report",
+        "--format",
+        "json",
+        "--filter",
+        "none",
+        "--bias",
+        "none",
+        "--model",
+        "rigid",
+    ])
+    .document();
+    let values: Vec<f64> = std::fs::read_to_string(&file)
+        .unwrap()
+        .lines()
+        .skip(1)
+        .map(|line| G * line.split_once(',').unwrap().1.parse::<f64>().unwrap())
+        .collect();
+    let signal = Signal {
+        start_s: -0.05,
+        rate: SampleRate::from_hertz(10_000.0).unwrap(),
+        samples: values,
+    };
+    let run = explicit(&signal, StopModel::Rigid, OpensWhen::Negative).run;
+    let nominal = &document["nominal"];
+    for (key, expected) in [
+        ("peak_angle_rad", run.peak_angle_rad),
+        ("peak_time_s", run.peak_time_s),
+        ("first_release_s", run.first_release_s.unwrap()),
+        ("numerical_error_rad", run.numerical_error_rad),
+        ("final_angle_rad", run.final_angle_rad),
+    ] {
+        assert_eq!(
+            nominal[key].as_f64().unwrap().to_bits(),
+            expected.to_bits(),
+            "{key}"
+        );
+    }
+}
+
+/// The first three sentences are those of the verdict card: what happened, how sure, what was
+/// not looked at.
+#[test]
+fn cli_the_first_sentences_tell_a_crash_engineer_what_he_needs() {
+    let first = |arguments: &[&str]| -> Vec<String> {
+        let own = [&["replay"], arguments, &["--no-report", "--format", "json"]].concat();
+        let document = latchgate(&own).document();
+        let why = document["why"].as_array().unwrap();
+        why.iter()
+            .take(3)
+            .map(|reason| reason["text"].as_str().unwrap().to_string())
+            .collect()
+    };
+    let check = |arguments: &[&str], starts: [&str; 3]| {
+        let found = first(arguments);
+        for (found, start) in found.iter().zip(starts) {
+            assert!(found.starts_with(start), "{arguments:?}: {found}");
+        }
+        assert_eq!(found.len(), 3);
+    };
+    let surviving = signal("surviving.csv");
+    let nominal = "Only nominal runs were judged, as with --members 0";
+    check(
+        &[&surviving],
+        [
+            "The lever reaches at most 0.02918 rad, 29.2 % of the limit of 0.1 rad, at 24.579 ms (soft stop, negative acceleration opens).",
+            "The error of the computation, ±3.5e-6 rad (integration ",
+            nominal,
+        ],
+    );
+    check(
+        &[&signal("burst.csv")],
+        [
+            "The lever crosses the limit of 0.1 rad at 14.423 ms and reaches 2.117 rad at 74.323 ms, 21.2 times the limit (soft stop, negative acceleration opens).",
+            "The error of the computation, ±0.0014 rad (integration ",
+            nominal,
+        ],
+    );
+    check(
+        &[&surviving, "--set", "criterion.threshold_rad=0.02917"],
+        [
+            "The lever crosses the limit of 0.02917 rad at 24.193 ms",
+            "The two stop models answer differently: rigid stop, negative opens: pass with a peak of 0.02915 rad; soft stop, negative opens: fail with a peak of 0.02918 rad.",
+            "The error of the computation",
+        ],
+    );
+}
