@@ -170,8 +170,9 @@ pub struct RunAnswer {
     pub model: StopModel,
     /// Sign of the recorded acceleration that opens.
     pub opens_when: OpensWhen,
-    /// What this run alone says.
-    pub verdict: Answer,
+    /// What this run alone says. Not called a verdict: a script that looks for
+    /// `"verdict": "pass"` shall find the document's alone.
+    pub answer: Answer,
     /// Change of the peak when the samples are refined fourfold [rad]; `None` where a run
     /// could not be followed.
     pub interpolation_error_rad: Option<f64>,

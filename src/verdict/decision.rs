@@ -49,7 +49,7 @@ impl Judged {
         RunAnswer {
             model: run.model,
             opens_when: run.opens_when,
-            verdict: self.answer(threshold_rad),
+            answer: self.answer(threshold_rad),
             interpolation_error_rad: followed(self.interpolation_error_rad),
             uncertainty_rad: followed(self.uncertainty_rad()),
             coast_uncertainty_rad: run

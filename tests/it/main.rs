@@ -28,7 +28,6 @@ mod csv;
 mod mcap;
 mod pictures;
 mod reference;
-mod reference_report;
 mod report;
 mod signals;
 mod tidy;

@@ -897,6 +897,7 @@ fn verif_keys_stand_in_their_order() {
         "nominal",
         "models",
         "polarities",
+        "answers",
         "ensemble",
         "error_budget_rad",
         "screens",

@@ -54,7 +54,7 @@ pub(super) fn runs(page: &mut Page, document: &Document) {
     let error = |value: Option<f64>| value.map_or_else(|| ABSENT.into(), |v| significant(v, 3));
     let rows: [(&str, Show); 18] = [
         ("By itself", &|run| {
-            answer(run).map_or_else(|| ABSENT.into(), |answer| answer.verdict.name().into())
+            answer(run).map_or_else(|| ABSENT.into(), |answer| answer.answer.name().into())
         }),
         ("Peak angle [rad]", &|run| number(run.peak_angle_rad)),
         ("Time of the peak [ms]", &|run| ms(run.peak_time_s)),

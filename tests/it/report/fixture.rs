@@ -265,7 +265,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             .map(|(run, _)| RunAnswer {
                 model: run.model,
                 opens_when: run.opens_when,
-                verdict: if run.peak_angle_rad > 0.1 {
+                answer: if run.peak_angle_rad > 0.1 {
                     Answer::Fail
                 } else {
                     Answer::Pass
