@@ -257,22 +257,28 @@ fn event_driven(
         kernel.tally.release(signal.start_s);
     }
     kernel.tally.point(signal.start_s, angle, velocity);
-    for index in 0..last {
+    let mut index = 0;
+    while index < last {
         if index == first {
             let error = kernel.angle_error();
-            kernel
-                .tally
-                .open_window(kernel.state().0, signal.time_s(index), error);
+            let angle = kernel.state().0;
+            kernel.tally.open_window(angle, signal.time_s(index), error);
+        }
+        if kernel.dwells() {
+            // Pressed onto the rigid stop all through the samples: nothing moves.
+            let stop_at = if index < first { first } else { last };
+            let moved = index + pressed_samples(&signal.samples[index..=stop_at], sign, lift_off);
+            if moved > index {
+                index = moved;
+                continue;
+            }
         }
         let (from, to) = (
             sign * signal.samples[index],
             sign * signal.samples[index + 1],
         );
-        if kernel.dwells() && from > lift_off && to > lift_off {
-            // Pressed onto the rigid stop all through the sample: nothing moves.
-            continue;
-        }
         kernel.advance(signal.time_s(index), interval, from, to);
+        index += 1;
         if kernel.stuck {
             break;
         }
@@ -330,6 +336,27 @@ fn event_driven(
         coast_error_rad: coast.map_or(0.0, |peak| peak.bound()),
         broke_down,
     }
+}
+
+/// Returns how many sample intervals from the first on lie wholly above `lift_off`, in the
+/// model's sign: the lever stays on the rigid stop through them.
+fn pressed_samples(samples: &[f64], sign: f64, lift_off: f64) -> usize {
+    /// Samples looked at together, so that the compiler compares them side by side.
+    const BLOCK: usize = 16;
+    let mut pressed = 0;
+    for block in samples.chunks_exact(BLOCK) {
+        if !block
+            .iter()
+            .fold(true, |all, a| all & (sign * a > lift_off))
+        {
+            break;
+        }
+        pressed += BLOCK;
+    }
+    let rest = samples[pressed..]
+        .iter()
+        .take_while(|a| sign * **a > lift_off);
+    (pressed + rest.count()).saturating_sub(1)
 }
 
 /// Energy above which a lever counts as moving [J].
