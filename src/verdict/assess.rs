@@ -184,6 +184,7 @@ pub fn assess(
         findings,
         first_bad,
         outside,
+        late_fault: first_late_fault(findings, options.window_s),
         budget: &budget,
     });
     let mut models = BTreeMap::new();
@@ -528,16 +529,24 @@ fn counts(finding: &Finding, window_s: Option<(f64, f64)>) -> bool {
 }
 
 fn late_faults(findings: &[Finding], window_s: Option<(f64, f64)>) -> Option<Finding> {
-    let late = findings
+    let first = first_late_fault(findings, window_s)?;
+    Some(Finding::warning(
+        "fault-after-window",
+        format!(
+            "What blocks a verdict from {} on lies after the end of the judged window and does not count; the verdict says nothing about what follows the window.",
+            why::instant(first)
+        ),
+    )
+    .at(first))
+}
+
+/// When the first blocking finding begins that lies after the judged window.
+fn first_late_fault(findings: &[Finding], window_s: Option<(f64, f64)>) -> Option<f64> {
+    findings
         .iter()
         .filter(|finding| finding.severity == Severity::Blocking && !counts(finding, window_s))
-        .count();
-    (late > 0).then(|| {
-        Finding::warning(
-            "fault-after-window",
-            format!("{late} blocking finding(s) lie after the end of the judged window and do not count; the verdict says nothing about what follows the window."),
-        )
-    })
+        .filter_map(|finding| finding.at_s)
+        .min_by(f64::total_cmp)
 }
 
 fn crossing_outside_window(at_s: f64, design: &Design) -> Finding {

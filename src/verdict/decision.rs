@@ -6,8 +6,8 @@ use crate::replay::{Outcome, Run};
 /// The rule in words, as every verdict and report states it.
 pub const DECISION_RULE: &str = "Nominal runs alone (as with --members 0). U = numerical + interpolation error. \
 (1) fail, if the runs say so by (3) on the samples before the first that a blocking finding declares bad. \
-(2) Otherwise unusable, if any finding is blocking. \
-(3) Otherwise, for each stop and polarity that counts: pass if the peak angle and the coast's peak angle, each plus U, are at or below the threshold; \
+(2) Otherwise unusable, if any finding is blocking; one that begins after the judged window does not count. \
+(3) Otherwise, for each stop and polarity that counts: pass if the peak angle plus U and the coast's peak angle plus its own error, never less than U, are at or below the threshold; \
 fail if the peak angle minus U exceeds the threshold; else undecided. \
 (4) Two stops (model auto) or two undeclared polarities that answer differently: undecided; polarities declared as both: the worse counts.";
 

@@ -20,6 +20,8 @@ pub(super) struct Case<'a> {
     pub(super) first_bad: Option<f64>,
     /// First crossing outside the judged window [s].
     pub(super) outside: Option<f64>,
+    /// When the first blocking finding after the judged window begins [s].
+    pub(super) late_fault: Option<f64>,
     pub(super) budget: &'a ErrorBudget,
 }
 
@@ -35,6 +37,13 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
         code: "crossing-outside-window",
         text: format!(
             "Outside the judged window the lever crosses the limit, first at {}: this verdict is not about that.",
+            instant(at)
+        ),
+    }));
+    reasons.extend(case.late_fault.map(|at| Reason {
+        code: "fault-after-window",
+        text: format!(
+            "From {} on, after the judged window, the recording is faulty: this verdict is not about what follows the window.",
             instant(at)
         ),
     }));

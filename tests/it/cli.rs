@@ -958,9 +958,9 @@ fn cli_reports_go_where_they_are_asked_to_and_nowhere_else() {
 #[test]
 fn cli_the_same_input_gives_the_same_bytes() {
     let folder = Folder::new("same");
-    let mut seen: Vec<(String, String, Vec<Vec<u8>>)> = Vec::new();
-    let settings: [(&str, &str, &[(&str, &str)]); 4] = [
-        ("a", "1", &[]),
+    let mut seen = Vec::new();
+    let settings = [
+        ("a", "1", &[][..]),
         (
             "b",
             "2",
@@ -995,7 +995,7 @@ fn cli_the_same_input_gives_the_same_bytes() {
         );
         assert_eq!(done.code, 1, "{}", done.err);
         let report = place.join("report");
-        let files = REPORT_FILES
+        let files: Vec<Vec<u8>> = REPORT_FILES
             .iter()
             .map(|name| {
                 let bytes = fs::read(report.join(name)).unwrap();

@@ -440,11 +440,13 @@ fn verif_a_fault_after_the_window_does_not_count_and_is_told() {
     };
     let late = judged(0.2, 0.15);
     assert_eq!(late.answer, Answer::Pass);
-    assert!(
-        late.findings
-            .iter()
-            .any(|finding| finding.code == "fault-after-window")
-    );
+    let finding = late
+        .findings
+        .iter()
+        .find(|finding| finding.code == "fault-after-window")
+        .unwrap();
+    assert_eq!(finding.at_s, Some(0.2));
+    assert_eq!(late.why[1].code, "fault-after-window");
     for (at_s, end_s) in [(0.15, 0.15), (0.1, 0.15), (-0.04, 0.15), (0.2, 9.0)] {
         let early = judged(at_s, end_s);
         assert_eq!(early.answer, Answer::Unusable, "{at_s} {end_s}");

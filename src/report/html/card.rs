@@ -123,7 +123,7 @@ fn coast(page: &mut Page, run: &Run) {
             "no more than the peak above"
         };
         page.note(&format!(
-            "After the window’s end the lever coasts on to {} at most, {compared}.",
+            "After the last judged sample the lever coasts on to {} at most, {compared}.",
             angle(coast)
         ));
     }
