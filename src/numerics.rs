@@ -1,5 +1,6 @@
 //! Integrators and root location that know no latch and no file: a time, a state, a function.
 
+pub mod lanes;
 pub mod polynomial;
 pub mod rk4;
 

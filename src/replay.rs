@@ -1,5 +1,6 @@
 //! Replay: drives the lever with a signal and records what it does.
 
+pub mod batch;
 mod kernel;
 mod rk4;
 mod sensitivity;
@@ -9,7 +10,8 @@ mod taylor;
 use crate::conditioning::Signal;
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
-use crate::model::stop::StopModel;
+use crate::model::lever::Lever;
+use crate::model::stop::{Stop, StopModel};
 /// Limit of the contact's angular frequency times the step, beyond which the fixed-step
 /// method gains energy on a soft stop.
 pub use crate::numerics::rk4::STABILITY_LIMIT as RK4_STABILITY_LIMIT;
@@ -369,15 +371,18 @@ const FIXED_STEPS_MAX: f64 = 1e9;
 /// inside the soft stop, so that what a compressed stop holds is counted.
 #[must_use]
 pub fn energy_j(design: &Design, stop: StopModel, angle_rad: f64, velocity_rad_s: f64) -> f64 {
-    let lever = &design.lever;
-    let stiffness = if angle_rad < 0.0 && stop == StopModel::Soft {
-        design.stop.contact_stiffness_nm_per_rad(lever)
+    energy_of(&design.lever, &design.stop, stop, angle_rad, velocity_rad_s)
+}
+
+fn energy_of(lever: &Lever, stop: &Stop, model: StopModel, angle: f64, velocity: f64) -> f64 {
+    let stiffness = if angle < 0.0 && model == StopModel::Soft {
+        stop.contact_stiffness_nm_per_rad(lever)
     } else {
         lever.spring_stiffness_nm_per_rad
     };
-    0.5 * lever.moment_of_inertia_kg_m2 * velocity_rad_s * velocity_rad_s
-        + lever.preload_torque_nm * angle_rad
-        + 0.5 * stiffness * angle_rad * angle_rad
+    0.5 * lever.moment_of_inertia_kg_m2 * velocity * velocity
+        + lever.preload_torque_nm * angle
+        + 0.5 * stiffness * angle * angle
 }
 
 fn fixed_step(

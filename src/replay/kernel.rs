@@ -11,7 +11,8 @@ use super::sensitivity::{Map, Sensitivity, Smooth};
 use super::tally::{COUNTED_SPEED, Peak, Tally};
 use super::taylor::{Branch, Series, Start, Tolerance, Turned};
 use crate::model::design::Design;
-use crate::model::stop::StopModel;
+use crate::model::lever::Lever;
+use crate::model::stop::{Stop, StopModel};
 use crate::numerics::polynomial;
 
 /// Coefficients of a flight step. Twelve orders keep the truncation of a 0.1 ms step of a
@@ -107,15 +108,23 @@ impl Kernel {
         tolerance: Option<f64>,
         tally: Tally,
     ) -> Self {
-        let inertia = design.lever.moment_of_inertia_kg_m2;
-        let pressing = design.lever.preload_torque_nm / inertia;
+        Self::of_parts(&design.lever, &design.stop, stop, initial, tolerance, tally)
+    }
+
+    /// The same of a lever and its stop.
+    pub(super) fn of_parts(
+        lever: &Lever,
+        stop_of: &Stop,
+        stop: StopModel,
+        initial: Option<(f64, f64)>,
+        tolerance: Option<f64>,
+        tally: Tally,
+    ) -> Self {
+        let inertia = lever.moment_of_inertia_kg_m2;
+        let pressing = lever.preload_torque_nm / inertia;
         let (phase, angle, velocity) = match (stop, initial) {
             (StopModel::Rigid, None) => (Phase::Dwell, 0.0, 0.0),
-            (StopModel::Soft, None) => (
-                Phase::Contact,
-                design.stop.rest_angle_rad(&design.lever),
-                0.0,
-            ),
+            (StopModel::Soft, None) => (Phase::Contact, stop_of.rest_angle_rad(lever), 0.0),
             (StopModel::Soft, Some((angle, velocity))) if angle < 0.0 => {
                 (Phase::Contact, angle, velocity)
             }
@@ -125,16 +134,16 @@ impl Kernel {
             stop,
             free: Branch {
                 pressing,
-                damping: design.lever.pivot_damping_nm_s_per_rad / inertia,
-                stiffness: design.lever.spring_stiffness_nm_per_rad / inertia,
+                damping: lever.pivot_damping_nm_s_per_rad / inertia,
+                stiffness: lever.spring_stiffness_nm_per_rad / inertia,
             },
             contact: Branch {
                 pressing,
-                damping: design.stop.contact_damping_nm_s_per_rad(&design.lever) / inertia,
-                stiffness: design.stop.contact_stiffness_nm_per_rad(&design.lever) / inertia,
+                damping: stop_of.contact_damping_nm_s_per_rad(lever) / inertia,
+                stiffness: stop_of.contact_stiffness_nm_per_rad(lever) / inertia,
             },
-            restitution: design.stop.restitution,
-            gain: design.lever.unbalance_kg_m() / inertia,
+            restitution: stop_of.restitution,
+            gain: lever.unbalance_kg_m() / inertia,
             tolerance: Tolerance {
                 absolute: tolerance.unwrap_or(0.0),
                 relative: TRUNCATION,
@@ -169,6 +178,30 @@ impl Kernel {
     /// Returns angle [rad] and angular velocity [rad/s].
     pub(super) fn state(&self) -> (f64, f64) {
         (self.angle, self.velocity)
+    }
+
+    /// Returns the coefficients off the stop.
+    pub(super) fn free_branch(&self) -> &Branch {
+        &self.free
+    }
+
+    /// Returns what turns a base acceleration into an angular one [1/m].
+    pub(super) fn gain(&self) -> f64 {
+        self.gain
+    }
+
+    /// Returns whether the lever is off the stop and in motion.
+    pub(super) fn flies_free(&self) -> bool {
+        self.phase == Phase::Flight && self.angle > 0.0 && !self.lifting && !self.stuck
+    }
+
+    /// Puts a lever that flies free where it has got to [rad, rad/s].
+    pub(super) fn fly_on(&mut self, angle: f64, velocity: f64) {
+        self.phase = Phase::Flight;
+        self.angle = angle;
+        self.velocity = velocity;
+        self.turned = Turned::of(angle);
+        self.turns = 0;
     }
 
     /// Returns whether the lever is at rest on the rigid stop.

@@ -83,6 +83,14 @@ impl Tally {
         }
     }
 
+    /// Keeps the peak alone.
+    pub(super) fn peak_only() -> Self {
+        Self {
+            impact_list: Vec::new(),
+            ..Self::new(f64::INFINITY, false)
+        }
+    }
+
     /// Starts judging at `time` with the lever at `angle`.
     pub(super) fn open_window(&mut self, angle: f64, time: f64, error: f64) {
         self.judging = true;
@@ -194,7 +202,7 @@ impl Tally {
     pub(super) fn impact(&mut self, time: f64, velocity: f64) {
         if velocity.abs() > COUNTED_SPEED {
             self.impacts += 1;
-            if self.impact_list.len() < LISTED_IMPACTS {
+            if self.impact_list.len() < self.impact_list.capacity().min(LISTED_IMPACTS) {
                 self.impact_list.push([time, velocity]);
             }
         }

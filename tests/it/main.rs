@@ -16,6 +16,7 @@
 mod bad_files_cli;
 mod bad_files_csv;
 mod bad_files_mcap;
+mod batch;
 mod cli;
 mod conditioning;
 mod conditioning_cfc;
