@@ -265,7 +265,7 @@ impl<'a> Group<'a> {
         let (from, to) = (self.signal.samples[index], self.signal.samples[index + 1]);
         let mut stands = [false; LANES];
         if self.flying.contains(&true) {
-            if index % FRESH_EVERY == 0 {
+            if index.is_multiple_of(FRESH_EVERY) {
                 self.refresh();
             }
             let step = self.step(from, to);

@@ -14,7 +14,11 @@ fn burst(amplitude: f64, samples: usize) -> Signal {
     let value = |k: usize| {
         let t = k as f64 / rate;
         let tones: f64 = (1..=12)
-            .map(|j| libm::sin(std::f64::consts::TAU * (20.0 * f64::from(j) * t + 0.618 * f64::from(j * j))))
+            .map(|j| {
+                libm::sin(
+                    std::f64::consts::TAU * (20.0 * f64::from(j) * t + 0.618 * f64::from(j * j)),
+                )
+            })
             .sum();
         amplitude * t / 0.02 * libm::exp(1.0 - t / 0.02) * tones
     };
@@ -78,8 +82,15 @@ fn check_agrees(amplitude: f64, stop: StopModel) {
         let one = scalar(&signal, index, stop);
         let bound = 4.0 * one.run.numerical_error_rad + 1e-13;
         let off = (peak.peak_angle_rad - one.run.peak_angle_rad).abs();
-        assert!(off <= bound, "member {index} at {amplitude} m/s², {stop:?}: off by {off:e}, bound {bound:e}");
-        assert_eq!(peak.coast_peak_angle_rad.is_some(), one.run.coast_peak_angle_rad.is_some(), "member {index}");
+        assert!(
+            off <= bound,
+            "member {index} at {amplitude} m/s², {stop:?}: off by {off:e}, bound {bound:e}"
+        );
+        assert_eq!(
+            peak.coast_peak_angle_rad.is_some(),
+            one.run.coast_peak_angle_rad.is_some(),
+            "member {index}"
+        );
     }
 }
 
@@ -101,12 +112,23 @@ fn verif_soft_members_agree_with_the_scalar_kernel() {
 #[test]
 fn verif_threads_and_neighbours_change_no_digit() {
     let signal = burst(60.0, 800);
-    let bits = |peaks: &[MemberPeak]| -> Vec<u64> { peaks.iter().map(|peak| peak.peak_angle_rad.to_bits()).collect() };
+    let bits = |peaks: &[MemberPeak]| -> Vec<u64> {
+        peaks
+            .iter()
+            .map(|peak| peak.peak_angle_rad.to_bits())
+            .collect()
+    };
     let one = batch::peaks(&signal, 600, &member, &options(StopModel::Rigid, 1)).unwrap();
     let three = batch::peaks(&signal, 600, &member, &options(StopModel::Rigid, 3)).unwrap();
     assert_eq!(bits(&one), bits(&three));
     // The same members in another order, so that every lane has other neighbours.
-    let reversed = batch::peaks(&signal, 600, &|index| member(599 - index), &options(StopModel::Rigid, 2)).unwrap();
+    let reversed = batch::peaks(
+        &signal,
+        600,
+        &|index| member(599 - index),
+        &options(StopModel::Rigid, 2),
+    )
+    .unwrap();
     let mut back = bits(&reversed);
     back.reverse();
     assert_eq!(bits(&one), back);
