@@ -9,7 +9,7 @@ pub mod spectrum;
 
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::{Channel, Finding};
-use crate::units::{STANDARD_GRAVITY, SampleRate};
+use crate::units::{STANDARD_GRAVITY, SampleRate, plain};
 use serde::{Deserialize, Serialize};
 
 /// A uniformly sampled acceleration [m/s²], linear between samples, zero after the last.
@@ -292,6 +292,18 @@ pub fn peak(signal: &Signal) -> Option<(f64, f64)> {
     largest.map(|(index, value)| (value, signal.time_s(index)))
 }
 
+/// Returns the change of velocity over the record, ∫a dt [m/s] of a signal that is linear
+/// between its samples.
+#[must_use]
+pub fn velocity_change_m_s(signal: &Signal) -> f64 {
+    let inner: f64 = signal.samples.iter().sum();
+    let ends = match signal.samples.as_slice() {
+        [first, .., last] => 0.5 * (first + last),
+        _ => 0.0,
+    };
+    (inner - ends) / signal.rate.hertz()
+}
+
 fn in_si(channel: &Channel) -> Result<Signal, Error> {
     let factor = channel
         .unit
@@ -311,7 +323,10 @@ fn in_si(channel: &Channel) -> Result<Signal, Error> {
         .position(|value| !(value.is_finite() && value.abs() <= LARGEST_ACCELERATION))
     {
         return Err(ErrorKind::OutOfRange {
-            what: format!("acceleration at {} s [m/s²]", channel.time_s(index)),
+            what: format!(
+                "acceleration at {} s [m/s²]",
+                plain(channel.time_s(index), 6)
+            ),
             expected: format!(
                 "finite and at most {LARGEST_ACCELERATION:e} in magnitude; check the unit"
             ),
@@ -388,12 +403,7 @@ fn filter_not_causal(class: Cfc, standard: FilterStandard) -> Option<Finding> {
 }
 
 fn implausible_velocity(signal: &Signal) -> Option<Finding> {
-    let inner: f64 = signal.samples.iter().sum();
-    let ends = match signal.samples.as_slice() {
-        [first, .., last] => 0.5 * (first + last),
-        _ => 0.0,
-    };
-    let velocity = (inner - ends) / signal.rate.hertz();
+    let velocity = velocity_change_m_s(signal);
     (velocity.abs() > IMPLAUSIBLE_VELOCITY).then(|| {
         Finding::warning(
             "implausible-velocity",

@@ -92,7 +92,7 @@ pub struct Screens {
     pub static_threshold_m_s2: f64,
     /// √(2 I0 (T0 φ* + k0 φ*²/2))/(mL) [m/s]: the least ∫|a| dt that can reach the threshold.
     pub impulse_threshold_m_s: f64,
-    /// ∫|a| dt of the signal as used, over the window [m/s].
+    /// ∫|a| dt of the signal as used, over the whole record [m/s].
     pub impulse_m_s: Option<f64>,
 }
 
@@ -123,6 +123,8 @@ pub struct RecordingBlock {
     pub peak_g: Option<f64>,
     /// When [s].
     pub peak_time_s: Option<f64>,
+    /// SHA-256 of the card beside the recording; `None` without a card.
+    pub card_sha256: Option<String>,
 }
 
 /// How it was conditioned.
@@ -148,6 +150,36 @@ pub struct ConditioningBlock {
     pub filter_end_treatment: Option<&'static str>,
     /// Rate fed to the model [Hz]; `None` for the native one.
     pub resample_hz: Option<f64>,
+    /// Largest absolute acceleration as used [g].
+    pub peak_g: Option<f64>,
+    /// When [s].
+    pub peak_time_s: Option<f64>,
+    /// Change of velocity over the record, ∫a dt as used, in the recording's own sign [m/s].
+    pub velocity_change_m_s: f64,
+    /// Full scale that the card declares [g].
+    pub range_g: Option<f64>,
+    /// The card declares a signal made by a formula: clipping and dead sensors were not
+    /// looked for.
+    pub synthetic: bool,
+}
+
+/// What one stop and polarity says by part 3 of the rule, and how sure its peak is.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunAnswer {
+    /// Stop model.
+    pub model: StopModel,
+    /// Sign of the recorded acceleration that opens.
+    pub opens_when: OpensWhen,
+    /// What this run alone says. Not called a verdict: a script that looks for
+    /// `"verdict": "pass"` shall find the document's alone.
+    pub answer: Answer,
+    /// Change of the peak when the samples are refined fourfold [rad]; `None` where a run
+    /// could not be followed.
+    pub interpolation_error_rad: Option<f64>,
+    /// U of the peak, numerical plus interpolation error [rad].
+    pub uncertainty_rad: Option<f64>,
+    /// U of the coast's peak [rad]; `None` where there is no coast.
+    pub coast_uncertainty_rad: Option<f64>,
 }
 
 /// What the run was asked, so that it can be repeated.
@@ -194,6 +226,9 @@ pub struct Document {
     /// Per polarity and stop, where two polarities were judged.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub polarities: BTreeMap<&'static str, BTreeMap<&'static str, Run>>,
+    /// What each stop and polarity says by itself, where something was replayed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub answers: Vec<RunAnswer>,
     /// The ensemble; `None` while only nominal runs are judged.
     pub ensemble: Option<()>,
     /// Where the peak's uncertainty comes from.

@@ -1,5 +1,6 @@
 //! Options, as contract and help state them.
 
+use crate::conditioning::resample::LEAST_RATE_HZ;
 use crate::conditioning::{BiasWindow, Cfc, FilterChoice, FilterStandard};
 use crate::recording::card::CardPolarity;
 use crate::replay::Method;
@@ -38,7 +39,7 @@ pub struct Common {
     #[arg(long, global = true, value_name = "FORMAT[:LEVEL]", value_parser = parse_log)]
     pub log: Option<Log>,
     /// Threads to use; the numbers do not depend on it [default: all cores]
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
     pub threads: Option<u16>,
     /// Form of the answer on stdout
     #[arg(long, global = true, value_enum, default_value_t = OutputFormat::Text)]
@@ -117,7 +118,7 @@ pub struct ReadArguments {
     #[arg(long, value_name = "s|ms|us", value_parser = parse_time_unit)]
     pub time_unit: Option<TimeUnit>,
     /// Sample rate where the file holds no time [Hz]
-    #[arg(long, value_name = "HZ", value_parser = parse_positive)]
+    #[arg(long, value_name = "HZ", value_parser = parse_positive, allow_negative_numbers = true)]
     pub rate_hz: Option<f64>,
     /// Instant of first contact on the file's clock [s] [default: 0 of that clock; MCAP: the first sample]
     #[arg(long, value_name = "S", value_parser = parse_finite, allow_negative_numbers = true)]
@@ -148,7 +149,7 @@ pub struct ReplayArguments {
     #[arg(long, value_name = "iso6487|saej211", value_parser = parse_standard, default_value = "iso6487")]
     pub filter_standard: FilterStandard,
     /// Rate fed to the model [Hz], or native
-    #[arg(long, value_name = "HZ|native", value_parser = parse_resample, default_value = "native")]
+    #[arg(long, value_name = "HZ|native", value_parser = parse_resample, default_value = "native", allow_negative_numbers = true)]
     pub resample: Resample,
     /// Judge only crossings inside START..END in s; the whole record drives the lever
     #[arg(long, value_name = "START..END", value_parser = parse_window, allow_hyphen_values = true)]
@@ -166,23 +167,33 @@ pub struct ReplayArguments {
     #[arg(long, value_enum, default_value_t = MethodArgument::EventDriven)]
     pub method: MethodArgument,
     /// Steps of the fixed-step methods per natural period of the lever
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 10_000)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 10_000, allow_negative_numbers = true)]
     pub steps_per_period: u32,
     /// Error that event-driven and dopri5 let pass in a step [rad] [default: 1e-17; dopri5: 1e-9,
     /// absolute and relative, 1e-14 at least]
-    #[arg(long, value_name = "RAD", value_parser = parse_tolerance)]
+    #[arg(long, value_name = "RAD", value_parser = parse_tolerance, allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
     /// Largest ensemble; only nominal runs are made so far, as with 0
-    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 10_000,
+        allow_negative_numbers = true
+    )]
     pub members: u32,
     /// Seed of the ensemble
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        allow_negative_numbers = true
+    )]
     pub seed: u64,
     /// Initial angle [rad] [default: at rest on the stop]
-    #[arg(long, value_name = "RAD", value_parser = parse_finite, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD", value_parser = parse_angle, allow_negative_numbers = true)]
     pub phi0: Option<f64>,
     /// Initial angular velocity [rad/s] [default: at rest]
-    #[arg(long, value_name = "RAD_S", value_parser = parse_finite, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true)]
     pub omega0: Option<f64>,
     /// Folder of the report [default: reports/out/<recording>-<design>]
     #[arg(long, value_name = "DIR")]
@@ -400,6 +411,25 @@ fn parse_positive(text: &str) -> Result<f64, String> {
     })
 }
 
+/// Refuses what [`crate::replay::run`] would refuse on either stop.
+fn parse_within(text: &str, most: f64, unit: &str) -> Result<f64, String> {
+    parse_finite(text).and_then(|value| {
+        if value.abs() <= most {
+            Ok(value)
+        } else {
+            Err(format!("must be at most {most} {unit} in magnitude"))
+        }
+    })
+}
+
+fn parse_angle(text: &str) -> Result<f64, String> {
+    parse_within(text, 100.0, "rad")
+}
+
+fn parse_velocity(text: &str) -> Result<f64, String> {
+    parse_within(text, 1e5, "rad/s")
+}
+
 fn parse_tolerance(text: &str) -> Result<f64, String> {
     parse_positive(text).and_then(|value| {
         if (1e-20..=1e-2).contains(&value) {
@@ -445,7 +475,13 @@ fn parse_resample(text: &str) -> Result<Resample, String> {
     if text == "native" {
         return Ok(Resample::Native);
     }
-    parse_positive(text).map(Resample::Hertz)
+    let hertz = parse_positive(text)?;
+    if hertz < LEAST_RATE_HZ {
+        return Err(format!(
+            "must be at least {LEAST_RATE_HZ} Hz, the least rate that is judged"
+        ));
+    }
+    Ok(Resample::Hertz(hertz))
 }
 
 fn parse_window(text: &str) -> Result<Window, String> {

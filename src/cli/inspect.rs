@@ -104,10 +104,11 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
                 )
             })?;
             text.push('\n');
-            output::data(&text);
+            output::data(&text)
         }
         OutputFormat::Text => output::data(&table(&listing)),
     }
+    .map_err(Failure::Data)?;
     Ok(0)
 }
 
@@ -231,17 +232,36 @@ fn table(listing: &Listing) -> String {
             .iter()
             .map(move |finding| (Some(&entry.name), finding))
     });
+    // What several channels share, such as a clock, is said once.
+    let mut told: Vec<(Vec<&String>, &Finding)> = Vec::new();
     for (name, finding) in listing
         .findings
         .iter()
         .map(|finding| (None, finding))
         .chain(of_channels)
     {
+        match told.iter_mut().find(|(_, known)| *known == finding) {
+            Some((names, _)) => names.extend(name),
+            None => told.push((name.into_iter().collect(), finding)),
+        }
+    }
+    told.sort_by_key(|(_, finding)| std::cmp::Reverse(finding.severity));
+    for (names, finding) in told {
         let severity = format!("{:?}", finding.severity).to_lowercase();
         let place = finding
             .at_s
             .map_or_else(String::new, |at| format!(" at {} s", number::plain(at, 6)));
-        let owner = name.map_or_else(String::new, |name| format!("{}: ", escape::terminal(name)));
+        let owner = match names.as_slice() {
+            [] => String::new(),
+            [name] => format!("{}: ", escape::terminal(name)),
+            _ if names.len() == listing.channels.len() => "every channel: ".into(),
+            [first, .., last] => format!(
+                "{} channels, {} to {}: ",
+                names.len(),
+                escape::terminal(first),
+                escape::terminal(last)
+            ),
+        };
         let _ = writeln!(
             text,
             "{severity} {}{place}: {owner}{}",

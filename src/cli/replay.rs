@@ -26,9 +26,11 @@ use std::time::Instant;
 pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Failure> {
     let started = Instant::now();
     let limits = Limits::default();
-    let design = design(own.design.as_deref(), &own.set, &limits)?;
+    // What the command line alone shows to be wrong comes before what a file says.
+    check_format_name(own.read.input_format.as_deref()).map_err(Failure::Usage)?;
     check_initial(own)?;
     check_method(own)?;
+    let design = design(own.design.as_deref(), &own.set, &limits)?;
     let source = source(&own.read.recording);
     let mut facts = Facts::new(own, &source);
     let outcome = judge(own, common, &design, &source, &limits, &mut facts);
@@ -38,28 +40,37 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
             (answered(&facts, &design, assessment), evidence, None)
         }
         Err(error) => {
-            if facts.usage {
-                return Err(Failure::Usage(error));
+            if facts.block.sha256.is_none() {
+                facts.block.sha256 = hash_of_refused(&source);
             }
             (refused(&facts, &design, &error), None, Some(error))
         }
     };
     document.run.elapsed_s = started.elapsed().as_secs_f64();
-    // A file that could not even be opened leaves no report behind.
-    let written = if own.no_report || facts.recording.is_none() {
+    let written = if own.no_report {
         None
     } else {
         let folder = own
             .out
             .clone()
             .unwrap_or_else(|| default_folder(&source.name(), &design.name));
-        report::write(&folder, &document, evidence.as_ref()).map_err(Failure::Data)?;
-        Some(folder)
+        // A name that no file bears makes no folder; but an older report, perhaps a pass, must
+        // not outlive a run that found its recording gone.
+        let nothing_there = refusal
+            .as_ref()
+            .is_some_and(|error| matches!(error.kind(), ErrorKind::Io { .. }));
+        if nothing_there && !folder.exists() {
+            None
+        } else {
+            report::write(&folder, &document, evidence.as_ref()).map_err(Failure::Data)?;
+            Some(folder)
+        }
     };
     match common.format {
         OutputFormat::Json => output::data(&report::json::render(&document)),
         OutputFormat::Text => output::data(&report::text::render(&document, written.as_deref())),
     }
+    .map_err(Failure::Data)?;
     if let Some(error) = refusal {
         output::talk(&format!("latchgate: {error}"));
     } else if document.verdict == Answer::Unusable {
@@ -72,9 +83,15 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
     Ok(document.verdict.exit_code())
 }
 
+/// Hashes a regular file that was refused before its end was read.
+fn hash_of_refused(source: &Source) -> Option<String> {
+    let path = source.path()?;
+    let regular = std::fs::metadata(path).is_ok_and(|metadata| metadata.is_file());
+    regular.then(|| source.open().ok()?.finish().ok()).flatten()
+}
+
 /// What is known about the request so far, for a document that must be written either way.
 struct Facts {
-    usage: bool,
     recording: Option<Recording>,
     card: Card,
     conditioned: Option<Conditioned>,
@@ -87,7 +104,6 @@ struct Facts {
 impl Facts {
     fn new(own: &ReplayArguments, source: &Source) -> Self {
         Self {
-            usage: false,
             recording: None,
             card: Card::default(),
             conditioned: None,
@@ -119,10 +135,10 @@ fn judge(
     facts: &mut Facts,
 ) -> Result<Assessment, Error> {
     let mut options = read_options(&own.read);
-    check_format_name(own.read.input_format.as_deref()).inspect_err(|_| facts.usage = true)?;
-    if let Some((card, _)) = recording::card::read_beside(source, limits)? {
+    if let Some((card, sha256)) = recording::card::read_beside(source, limits)? {
         card.merge_into(&mut options);
         facts.card = card;
+        facts.block.card_sha256 = Some(sha256);
     }
     let declared = own.opens_when.map(|polarity| (polarity, "option"));
     let declared = declared.or(facts.card.opens_when.map(|polarity| (polarity, "card")));
@@ -257,21 +273,25 @@ pub(super) fn design(
     overrides: &[String],
     limits: &Limits,
 ) -> Result<Design, Failure> {
-    let mut design = match file {
-        None => Design::reference(),
-        Some(path) => read_design(path, limits).map_err(Failure::Data)?,
-    };
-    for assignment in overrides {
-        design.set(assignment).map_err(Failure::Usage)?;
-    }
-    design.validate().map_err(|error| {
-        if overrides.is_empty() {
-            Failure::Data(error)
-        } else {
-            Failure::Usage(error)
+    let mut design = Design::reference();
+    override_keys(&mut design, overrides).map_err(Failure::Usage)?;
+    match file {
+        None => design.validate().map_err(Failure::Usage)?,
+        Some(path) => {
+            design = read_design(path, limits).map_err(Failure::Data)?;
+            override_keys(&mut design, overrides).map_err(Failure::Usage)?;
+            // Here it takes the file to see that the values do not go together.
+            design.validate().map_err(Failure::Data)?;
         }
-    })?;
+    }
     Ok(design)
+}
+
+fn override_keys(design: &mut Design, overrides: &[String]) -> Result<(), Error> {
+    overrides
+        .iter()
+        .try_for_each(|assignment| design.set(assignment))
+        .map_err(|error| error.at(Place::file("--set")))
 }
 
 fn read_design(path: &Path, limits: &Limits) -> Result<Design, Error> {
@@ -384,7 +404,8 @@ fn describe_channel(block: &mut RecordingBlock, channel: &Channel) {
     block.end_s = Some(channel.time_s(channel.values.len().saturating_sub(1)));
 }
 
-fn conditioning_block(conditioned: &Conditioned) -> ConditioningBlock {
+fn conditioning_block(conditioned: &Conditioned, card: &Card) -> ConditioningBlock {
+    let peak = conditioning::peak(&conditioned.used);
     ConditioningBlock {
         bias_m_s2: conditioned.bias_m_s2,
         bias_standard_error_m_s2: conditioned.bias_standard_error_m_s2,
@@ -400,6 +421,11 @@ fn conditioning_block(conditioned: &Conditioned) -> ConditioningBlock {
             .filter
             .map(|_| cfc::end_treatment(conditioned.filter_standard)),
         resample_hz: conditioned.resample_hz,
+        peak_g: peak.map(|(peak, _)| peak.abs() / STANDARD_GRAVITY),
+        peak_time_s: peak.map(|(_, time)| time),
+        velocity_change_m_s: conditioning::velocity_change_m_s(&conditioned.used),
+        range_g: card.range_g,
+        synthetic: card.synthetic,
     }
 }
 
@@ -414,6 +440,7 @@ fn answered(facts: &Facts, design: &Design, assessment: Assessment) -> Document 
         nominal: Some(assessment.nominal),
         models: assessment.models,
         polarities: assessment.polarities,
+        answers: assessment.answers,
         error_budget_rad: assessment.budget,
         findings,
         ..skeleton(facts, design)
@@ -457,6 +484,7 @@ fn skeleton(facts: &Facts, design: &Design) -> Document {
         nominal: None,
         models: BTreeMap::new(),
         polarities: BTreeMap::new(),
+        answers: Vec::new(),
         ensemble: None,
         error_budget_rad: ErrorBudget::default(),
         screens: screen::screens(
@@ -468,7 +496,10 @@ fn skeleton(facts: &Facts, design: &Design) -> Document {
         ),
         findings: Vec::new(),
         recording: facts.block.clone(),
-        conditioning: facts.conditioned.as_ref().map(conditioning_block),
+        conditioning: facts
+            .conditioned
+            .as_ref()
+            .map(|conditioned| conditioning_block(conditioned, &facts.card)),
         design: design.clone(),
         decision_rule: DECISION_RULE,
         request: facts.request.clone(),

@@ -37,6 +37,7 @@ pub(super) fn command(own: &StudyArguments, common: &Common) -> Result<u8, Failu
         OutputFormat::Json => output::data(&files.json),
         OutputFormat::Text => output::data(&report::study::text(&summary, &folder)),
     }
+    .map_err(Failure::Data)?;
     Ok(0)
 }
 

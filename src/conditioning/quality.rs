@@ -59,7 +59,13 @@ pub fn findings(raw: &Signal, options: &ConditioningOptions) -> Vec<Finding> {
     found.extend(low_rate(raw));
     let dead = dead_sensor(&facts);
     let is_dead = dead.is_some();
-    if !options.synthetic {
+    if options.synthetic {
+        found.push(Finding::info(
+            "synthetic",
+            "the card says that the signal was made by a formula: clipping, frozen and dead \
+             sensors were not looked for",
+        ));
+    } else {
         found.extend(dead);
         if !is_dead {
             found.extend(clipping(&facts, options.range_g));

@@ -2,7 +2,7 @@
 
 use super::lever::Lever;
 use super::stop::Stop;
-use crate::error::{Error, ErrorKind, nearest_name};
+use crate::error::{Error, ErrorKind, Place, nearest_name};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -111,7 +111,7 @@ impl Design {
     pub fn from_toml(text: &str) -> Result<Self, Error> {
         let table: toml::Table = text
             .parse()
-            .map_err(|error: toml::de::Error| malformed(&error))?;
+            .map_err(|error: toml::de::Error| malformed(&error, text))?;
         let mut design = Self::reference();
         design.name = "design".into();
         for (key, value) in &table {
@@ -122,33 +122,40 @@ impl Design {
                     toml::Value::Table(entries),
                 ) => {
                     for (key, value) in entries {
-                        design.set_number(&format!("{section}.{key}"), number(key, value)?)?;
+                        number(key, value)
+                            .and_then(|value| design.set_number(&format!("{section}.{key}"), value))
+                            .map_err(|error| error.at(place_of_key(text, Some(section), key)))?;
                     }
                 }
                 ("tolerance", toml::Value::Table(entries)) => {
                     // A file that names its tolerances names all of them.
                     design.tolerance.clear();
                     for (key, value) in entries {
-                        design.set_number(&format!("tolerance.{key}"), number(key, value)?)?;
+                        number(key, value)
+                            .and_then(|value| design.set_number(&format!("tolerance.{key}"), value))
+                            .map_err(|error| {
+                                error.at(place_of_key(text, Some("tolerance"), key))
+                            })?;
                     }
                 }
                 ("name" | "lever" | "stop" | "criterion" | "input" | "tolerance", other) => {
-                    return Err(ErrorKind::Malformed {
+                    return Err(Error::from(ErrorKind::Malformed {
                         expected: if key == "name" {
                             "a text for `name`".into()
                         } else {
                             format!("a table [{key}]")
                         },
-                        found: format!("{} `{key}`", other.type_str()),
+                        found: with_article(other.type_str()),
                         hint: "see the design file in the README".into(),
-                    }
-                    .into());
+                    })
+                    .at(place_of_key(text, None, key)));
                 }
                 _ => {
                     return Err(unknown(
                         key,
                         &["name", "lever", "stop", "criterion", "tolerance", "input"],
-                    ));
+                    )
+                    .at(place_of_key(text, None, key)));
                 }
             }
         }
@@ -311,11 +318,20 @@ fn number(key: &str, value: &toml::Value) -> Result<f64, Error> {
         toml::Value::Integer(number) => Ok(*number as f64),
         other => Err(ErrorKind::Malformed {
             expected: format!("a number for `{key}`"),
-            found: other.type_str().into(),
+            found: with_article(other.type_str()),
             hint: "write a decimal number with a dot, without quotes".into(),
         }
         .into()),
     }
+}
+
+fn with_article(kind: &str) -> String {
+    let article = if kind.starts_with(['a', 'i']) {
+        "an"
+    } else {
+        "a"
+    };
+    format!("{article} {kind}")
 }
 
 fn unknown<T: AsRef<str>>(key: &str, known: &[T]) -> Error {
@@ -329,11 +345,38 @@ fn unknown<T: AsRef<str>>(key: &str, known: &[T]) -> Error {
     .into()
 }
 
-fn malformed(error: &toml::de::Error) -> Error {
-    ErrorKind::Malformed {
+fn malformed(error: &toml::de::Error, text: &str) -> Error {
+    let line = error.span().map_or(1, |span| {
+        let before = text.as_bytes().iter().take(span.start);
+        1 + before.filter(|byte| **byte == b'\n').count() as u64
+    });
+    Error::from(ErrorKind::Malformed {
         expected: "a design file in TOML".into(),
         found: error.message().to_string(),
         hint: "see the design file in the README".into(),
-    }
-    .into()
+    })
+    .at(Place::default().line(line))
+}
+
+/// Finds the line on which `key` stands, below the line of its `[section]` if it has one.
+fn place_of_key(text: &str, section: Option<&str>, key: &str) -> Place {
+    let names = |line: &str, name: &str| {
+        let line = line.trim_start_matches(['[', '"', '\'', ' ']);
+        line.strip_prefix(name)
+            .is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
+    };
+    let lines = || text.lines().map(str::trim_start).zip(1_u64..);
+    let start = section.map_or(Some(0), |section| {
+        lines()
+            .find(|(line, _)| line.starts_with('[') && names(line, section))
+            .map(|(_, number)| number)
+    });
+    // A table written in one line, or a dotted key, holds its keys on the line of its name.
+    let found = match (section, start) {
+        (Some(section), None) => lines().find(|(line, _)| names(line, section)),
+        (_, start) => {
+            lines().find(|(line, number)| *number > start.unwrap_or(0) && names(line, key))
+        }
+    };
+    found.map_or_else(Place::default, |(_, number)| Place::default().line(number))
 }

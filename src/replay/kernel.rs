@@ -23,6 +23,10 @@ const FLIGHT_ORDER: usize = 13;
 /// near one.
 const CONTACT_ORDER: usize = 22;
 
+/// Largest phase, stop's own frequency times the step, of a step in contact [rad]:
+/// 1.25^21/21! is 2e-18.
+const CONTACT_PHASE_MAX: f64 = 1.25;
+
 /// Truncation of a step that is let pass, relative to the angle and its change: a tenth of
 /// what rounding does to them.
 const TRUNCATION: f64 = 1e-17;
@@ -522,7 +526,7 @@ impl Kernel {
             self.tally.release(stretch.time + local);
             return local;
         }
-        let step = stretch.length - local;
+        let step = (stretch.length - local).min(self.contact_step_max());
         let start = Start {
             angle: self.angle,
             turned: self.turned,
@@ -536,7 +540,7 @@ impl Kernel {
         let hit = hit(&series, reach, -1.0);
         let part = hit.unwrap_or(reach);
         self.take_in(&series, stretch, local, part, step, &start);
-        if hit.is_none() && part >= 1.0 {
+        if hit.is_none() && part >= 1.0 && step >= stretch.length - local {
             return stretch.length;
         }
         let reached = (local + part * step).min(stretch.length);
@@ -554,6 +558,12 @@ impl Kernel {
         self.tally
             .point(stretch.time + reached, self.angle, self.velocity);
         reached
+    }
+
+    /// Returns the longest step in contact [s]: over a longer one the terms of the series grow
+    /// before they fall, and a truncation relative to their sum says nothing of the angle.
+    fn contact_step_max(&self) -> f64 {
+        CONTACT_PHASE_MAX / self.contact.stiffness.sqrt()
     }
 
     /// Widens the error after a pass so close to the stop that an impact could have been

@@ -35,7 +35,8 @@ pub fn render(document: &Document, report: Option<&Path>) -> String {
     }
     runs(&mut out, document);
     for (index, reason) in document.why.iter().enumerate() {
-        line(&mut out, if index == 0 { "why" } else { "" }, &reason.text);
+        let name = if index == 0 { "why" } else { "" };
+        line(&mut out, name, &words::sentence(&reason.text));
     }
     findings(&mut out, document);
     if let Some(report) = report {
@@ -97,7 +98,7 @@ fn nominal(out: &mut String, document: &Document, run: &Run, limit: &str) {
             out,
             "coast",
             &format!(
-                "to {} rad at most after the window's end",
+                "to {} rad at most after the last judged sample",
                 plain(coast, DIGITS)
             ),
         );
@@ -148,7 +149,11 @@ fn findings(out: &mut String, document: &Document) {
         line(
             out,
             if index == 0 { "findings" } else { "" },
-            &format!("{word} {}{at}: {}", finding.code, finding.text),
+            &format!(
+                "{word} {}{at}: {}",
+                finding.code,
+                words::sentence(&finding.text)
+            ),
         );
     }
 }

@@ -86,6 +86,9 @@ pub(super) fn opens(polarity: OpensWhen) -> &'static str {
 pub(super) fn polarity_sentence(document: &Document) -> String {
     let entered = "A positive model acceleration holds the lever.";
     let source = document.request.opens_when_source;
+    let Some(nominal) = &document.nominal else {
+        return format!("Nothing was replayed, so no sign was applied. {entered}");
+    };
     if source == "undeclared" {
         return format!(
             "Neither an option nor a card declares which sign of the recorded acceleration opens \
@@ -98,16 +101,15 @@ pub(super) fn polarity_sentence(document: &Document) -> String {
              worse counts. {entered}"
         );
     }
-    match document.nominal.as_ref().map(|run| run.opens_when) {
-        Some(OpensWhen::Negative) => format!(
+    match nominal.opens_when {
+        OpensWhen::Negative => format!(
             "A negative recorded acceleration opens the lever (declared by {source}); the \
              recording enters the model with its sign as it is. {entered}"
         ),
-        Some(OpensWhen::Positive) => format!(
+        OpensWhen::Positive => format!(
             "A positive recorded acceleration opens the lever (declared by {source}); the \
              recording enters the model with its sign changed. {entered}"
         ),
-        None => format!("Nothing was replayed, so no sign was applied. {entered}"),
     }
 }
 
@@ -132,6 +134,24 @@ pub(super) fn identity(document: &Document) -> String {
         }
     }));
     id
+}
+
+/// Returns a text as a sentence: a capital first, if it begins with a plain word and not with
+/// a name, and a full stop after a last letter or digit.
+pub(super) fn sentence(text: &str) -> String {
+    let first_word = text.split([' ', ',']).next().unwrap_or_default();
+    let plain = !first_word.is_empty() && first_word.chars().all(|c| c.is_ascii_lowercase());
+    let mut out = String::with_capacity(text.len() + 1);
+    if plain {
+        out.push_str(&text[..1].to_ascii_uppercase());
+        out.push_str(&text[1..]);
+    } else {
+        out.push_str(text);
+    }
+    if out.ends_with(|c: char| c.is_alphanumeric() || c == ')') {
+        out.push('.');
+    }
+    out
 }
 
 /// One part of the error budget.

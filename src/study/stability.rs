@@ -93,6 +93,10 @@ pub struct Row {
     pub right: f64,
     /// Bound on the error of the right answer.
     pub right_bound: f64,
+    /// Its distance from the right one.
+    pub error: Option<f64>,
+    /// The same relative to the right one [-].
+    pub relative_error: Option<f64>,
     /// How good the answer is.
     pub grade: Grade,
 }
@@ -201,6 +205,8 @@ impl Setting {
         value: Option<f64>,
         (right, right_bound): (f64, f64),
     ) -> Row {
+        let value = value.filter(|value| value.is_finite());
+        let error = value.map(|value| (value - right).abs());
         Row {
             subject,
             model,
@@ -210,9 +216,11 @@ impl Setting {
             variable: variable.0,
             variable_value: variable.1,
             quantity,
-            value: value.filter(|value| value.is_finite()),
+            value,
             right,
             right_bound,
+            error,
+            relative_error: error.map(|error| error / right.abs()),
             grade: Grade::of(value, right, right_bound),
         }
     }

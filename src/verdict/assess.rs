@@ -1,7 +1,7 @@
 //! From a conditioned channel to an answer: which runs are made, and what they say together.
 
 use super::decision::{Judged, unanimous, worse};
-use super::{Answer, ErrorBudget, Evidence, Reason, Trace, why};
+use super::{Answer, ErrorBudget, Evidence, Reason, RunAnswer, Trace, why};
 use crate::conditioning::{self, Cfc, Conditioned, Signal, bias, resample, spectrum};
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
@@ -96,6 +96,8 @@ pub struct Assessment {
     pub models: BTreeMap<&'static str, Run>,
     /// Per polarity and stop, where two polarities were judged.
     pub polarities: BTreeMap<&'static str, BTreeMap<&'static str, Run>>,
+    /// What each stop and polarity says by itself.
+    pub answers: Vec<RunAnswer>,
     /// Where the nominal peak's uncertainty comes from.
     pub budget: ErrorBudget,
     /// Findings of the replay; those of reading and conditioning are not repeated.
@@ -169,6 +171,8 @@ pub fn assess(
     let (sign, stop) = pairs[nominal_index];
     let budget = bench.budget(conditioned, window, &pairs, &judged, nominal_index)?;
     let mut own_findings = replay_findings(design, options, signal.rate.interval(), &judged);
+    let outside = bench.crossing_outside(&pairs, &judged, window)?;
+    own_findings.extend(outside.map(|at| crossing_outside_window(at, design)));
     own_findings.extend(late_faults(findings, options.window_s));
     let why = why::reasons(&why::Case {
         answer,
@@ -179,6 +183,8 @@ pub fn assess(
         nominal: nominal_index,
         findings,
         first_bad,
+        outside,
+        late_fault: first_late_fault(findings, options.window_s),
         budget: &budget,
     });
     let mut models = BTreeMap::new();
@@ -221,6 +227,7 @@ pub fn assess(
         nominal: judged[nominal_index].run().clone(),
         models,
         polarities,
+        answers: judged.iter().map(|run| run.stated(threshold)).collect(),
         budget,
         findings: own_findings,
         evidence,
@@ -340,6 +347,33 @@ impl Bench<'_> {
         Ok(judged)
     }
 
+    /// When the lever first crosses the threshold outside the judged window, if it does so on
+    /// a stop and polarity that do not cross inside.
+    fn crossing_outside(
+        &self,
+        pairs: &[(OpensWhen, StopModel)],
+        judged: &[Judged],
+        window: Option<(usize, usize)>,
+    ) -> Result<Option<f64>, Error> {
+        let tasks: Vec<(OpensWhen, StopModel)> = pairs
+            .iter()
+            .zip(judged)
+            .filter(|(_, judged)| window.is_some() && judged.run().first_crossing_s.is_none())
+            .map(|(pair, _)| *pair)
+            .collect();
+        let mut first: Option<f64> = None;
+        for outcome in in_parallel(self.options.threads, &tasks, |pair| {
+            self.run(self.signal, *pair, None, Purpose::Comparison)
+        }) {
+            let crossing = outcome?.run.first_crossing_s;
+            first = match (first, crossing) {
+                (Some(first), Some(crossing)) => Some(first.min(crossing)),
+                (first, crossing) => first.or(crossing),
+            };
+        }
+        Ok(first)
+    }
+
     fn budget(
         &self,
         conditioned: &Conditioned,
@@ -378,7 +412,13 @@ impl Bench<'_> {
             }
         }
         let model_peak = known((sign, other_stop));
-        if model_peak.is_none() {
+        // A lever that starts inside the soft stop has no counterpart on the rigid one.
+        let admitted = other_stop == StopModel::Soft
+            || self
+                .options
+                .initial_angle_rad
+                .is_none_or(|angle| angle >= 0.0);
+        if model_peak.is_none() && admitted {
             reruns.push((Part::Model, self.signal.clone(), (sign, other_stop)));
         }
         let outcomes = in_parallel(self.options.threads, &reruns, |(_, signal, pair)| {
@@ -496,16 +536,36 @@ fn counts(finding: &Finding, window_s: Option<(f64, f64)>) -> bool {
 }
 
 fn late_faults(findings: &[Finding], window_s: Option<(f64, f64)>) -> Option<Finding> {
-    let late = findings
+    let first = first_late_fault(findings, window_s)?;
+    Some(Finding::warning(
+        "fault-after-window",
+        format!(
+            "What blocks a verdict from {} on lies after the end of the judged window and does not count; the verdict says nothing about what follows the window.",
+            why::instant(first)
+        ),
+    )
+    .at(first))
+}
+
+/// When the first blocking finding begins that lies after the judged window.
+fn first_late_fault(findings: &[Finding], window_s: Option<(f64, f64)>) -> Option<f64> {
+    findings
         .iter()
         .filter(|finding| finding.severity == Severity::Blocking && !counts(finding, window_s))
-        .count();
-    (late > 0).then(|| {
-        Finding::warning(
-            "fault-after-window",
-            format!("{late} blocking finding(s) lie after the end of the judged window and do not count; the verdict says nothing about what follows the window."),
-        )
-    })
+        .filter_map(|finding| finding.at_s)
+        .min_by(f64::total_cmp)
+}
+
+fn crossing_outside_window(at_s: f64, design: &Design) -> Finding {
+    Finding::warning(
+        "crossing-outside-window",
+        format!(
+            "Outside the judged window the lever crosses the limit of {} rad, first at {}; with --window that does not count.",
+            design.criterion.threshold_rad,
+            why::instant(at_s)
+        ),
+    )
+    .at(at_s)
 }
 
 /// First and last sample inside a window.
@@ -522,7 +582,7 @@ fn window_samples(signal: &Signal, (from, to): (f64, f64)) -> Result<(usize, usi
         return Err(ErrorKind::OutOfRange {
             what: "window [s]".into(),
             expected: format!(
-                "to hold at least two samples of the record, {} to {} s",
+                "an interval that holds at least two samples of the record, which runs from {} to {}",
                 signal.start_s,
                 signal.end_s()
             ),

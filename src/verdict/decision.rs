@@ -1,13 +1,13 @@
 //! The decision rule: what one run says, and what several say together.
 
-use super::{Answer, ErrorBudget};
+use super::{Answer, ErrorBudget, RunAnswer};
 use crate::replay::{Outcome, Run};
 
 /// The rule in words, as every verdict and report states it.
 pub const DECISION_RULE: &str = "Nominal runs alone (as with --members 0). U = numerical + interpolation error. \
 (1) fail, if the runs say so by (3) on the samples before the first that a blocking finding declares bad. \
-(2) Otherwise unusable, if any finding is blocking. \
-(3) Otherwise, for each stop and polarity that counts: pass if the peak angle and the coast's peak angle, each plus U, are at or below the threshold; \
+(2) Otherwise unusable, if any finding is blocking; one that begins after the judged window does not count. \
+(3) Otherwise, for each stop and polarity that counts: pass if the peak angle plus U and the coast's peak angle plus its own error, never less than U, are at or below the threshold; \
 fail if the peak angle minus U exceeds the threshold; else undecided. \
 (4) Two stops (model auto) or two undeclared polarities that answer differently: undecided; polarities declared as both: the worse counts.";
 
@@ -33,6 +33,45 @@ impl Judged {
         self.run().numerical_error_rad + self.interpolation_error_rad
     }
 
+    /// Returns the error of the coast's peak [rad], never less than U.
+    #[must_use]
+    pub fn coast_uncertainty_rad(&self) -> f64 {
+        self.uncertainty_rad()
+            .max(self.outcome.coast_error_rad + self.interpolation_error_rad)
+    }
+
+    /// Returns what this run says by part 3 of the rule, with the errors it says it with.
+    #[must_use]
+    pub fn stated(&self, threshold_rad: f64) -> RunAnswer {
+        // An error as large as no number can be is that of a run that was not followed.
+        let followed = |error: f64| (!self.outcome.broke_down && error < f64::MAX).then_some(error);
+        let run = self.run();
+        RunAnswer {
+            model: run.model,
+            opens_when: run.opens_when,
+            answer: self.answer(threshold_rad),
+            interpolation_error_rad: followed(self.interpolation_error_rad),
+            uncertainty_rad: followed(self.uncertainty_rad()),
+            coast_uncertainty_rad: run
+                .coast_peak_angle_rad
+                .and_then(|_| followed(self.coast_uncertainty_rad())),
+        }
+    }
+
+    fn coast_stays_below(&self, threshold_rad: f64) -> bool {
+        self.run()
+            .coast_peak_angle_rad
+            .is_none_or(|coast| coast + self.coast_uncertainty_rad() <= threshold_rad)
+    }
+
+    /// Returns whether only the motion after the last judged sample forbids a pass.
+    #[must_use]
+    pub fn held_back_by_coast(&self, threshold_rad: f64) -> bool {
+        !self.outcome.broke_down
+            && self.run().peak_angle_rad + self.uncertainty_rad() <= threshold_rad
+            && !self.coast_stays_below(threshold_rad)
+    }
+
     /// Returns what this run says by part 3 of the rule.
     #[must_use]
     pub fn answer(&self, threshold_rad: f64) -> Answer {
@@ -40,14 +79,13 @@ impl Judged {
             return Answer::Undecided;
         }
         let uncertainty = self.uncertainty_rad();
-        let coast_uncertainty =
-            uncertainty.max(self.outcome.coast_error_rad + self.interpolation_error_rad);
         let run = self.run();
-        let coast_below = run
-            .coast_peak_angle_rad
-            .is_none_or(|coast| coast + coast_uncertainty <= threshold_rad);
-        if run.peak_angle_rad + uncertainty <= threshold_rad && coast_below {
-            Answer::Pass
+        if run.peak_angle_rad + uncertainty <= threshold_rad {
+            if self.coast_stays_below(threshold_rad) {
+                Answer::Pass
+            } else {
+                Answer::Undecided
+            }
         } else if run.peak_angle_rad - uncertainty > threshold_rad {
             Answer::Fail
         } else {

@@ -18,6 +18,10 @@ pub(super) struct Case<'a> {
     pub(super) nominal: usize,
     pub(super) findings: &'a [Finding],
     pub(super) first_bad: Option<f64>,
+    /// First crossing outside the judged window [s].
+    pub(super) outside: Option<f64>,
+    /// When the first blocking finding after the judged window begins [s].
+    pub(super) late_fault: Option<f64>,
     pub(super) budget: &'a ErrorBudget,
 }
 
@@ -27,36 +31,71 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
     if case.answer == Answer::Unusable {
         reasons.extend(blocking(case.findings));
     }
-    reasons.push(peak(case));
-    if case.answer == Answer::Fail
-        && let Some(bad) = case.first_bad.filter(|bad| bad.is_finite())
-    {
-        reasons.push(Reason {
-                code: "failed-before-fault",
-                text: format!(
-                    "A blocking fault begins at {} s, but the lever was lost before it: the fault cannot bring the door back.",
-                    plain(bad, 5)
-                ),
-            });
+    if case.answer == Answer::Undecided {
+        // What stands in the way of an answer comes before the size of the peak.
+        reasons.extend(disagreement(case));
     }
-    reasons.extend(disagreement(case));
-    reasons.push(uncertainty(case));
+    reasons.push(peak(case));
+    reasons.extend(before_fault(case));
+    reasons.extend(case.outside.map(|at| Reason {
+        code: "crossing-outside-window",
+        text: format!(
+            "Outside the judged window the lever crosses the limit, first at {}: this verdict is not about that.",
+            instant(at)
+        ),
+    }));
+    reasons.extend(case.late_fault.map(|at| Reason {
+        code: "fault-after-window",
+        text: format!(
+            "From {} on, after the judged window, the recording is faulty: this verdict is not about what follows the window.",
+            instant(at)
+        ),
+    }));
+    if case.answer != Answer::Unusable {
+        reasons.extend(coast(case));
+        if case.answer != Answer::Undecided {
+            reasons.extend(disagreement(case));
+        }
+        reasons.extend(uncertainty(case));
+    }
     reasons.push(Reason {
         code: "nominal-runs-only",
-        text: "No ensemble of tolerances was run: the verdict is that of the nominal runs, as with --members 0.".into(),
+        text: "Only nominal runs were judged, as with --members 0: the scatter of lever, stop and sensor is not part of this verdict.".into(),
     });
     reasons
 }
 
 /// One reason for each blocking finding.
-pub(super) fn blocking(findings: &[Finding]) -> impl Iterator<Item = Reason> + '_ {
+fn blocking(findings: &[Finding]) -> impl Iterator<Item = Reason> + '_ {
     findings
         .iter()
         .filter(|finding| finding.severity == Severity::Blocking)
         .map(|finding| Reason {
             code: finding.code,
-            text: finding.text.clone(),
+            text: sentence(&finding.text),
         })
+}
+
+/// Makes a sentence of a finding's text: a capital first, a full stop last.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let mut sentence: String = letters
+        .next()
+        .map(|first| first.to_uppercase().chain(letters).collect())
+        .unwrap_or_default();
+    if !sentence.ends_with(['.', '!', '?']) {
+        sentence.push('.');
+    }
+    sentence
+}
+
+/// Returns an instant with its unit: milliseconds below ten seconds, as in the report.
+pub(super) fn instant(seconds: f64) -> String {
+    if seconds.abs() < 10.0 {
+        format!("{} ms", plain(1e3 * seconds, 5))
+    } else {
+        format!("{} s", plain(seconds, 7))
+    }
 }
 
 fn peak(case: &Case<'_>) -> Reason {
@@ -64,53 +103,63 @@ fn peak(case: &Case<'_>) -> Reason {
     let run = judged.run();
     let threshold = case.design.criterion.threshold_rad;
     let place = describe(case.pairs[case.nominal], case.options);
-    let share = 100.0 * run.peak_angle_rad / threshold;
     if judged.outcome.broke_down {
         return Reason {
             code: "method-broke-down",
             text: format!(
-                "The {} method could not follow the lever ({place}).",
+                "The {} method could not follow the lever ({place}); its figures mean nothing.",
                 run.method
             ),
         };
     }
-    match run.first_crossing_s {
-        Some(crossing) => Reason {
-            code: "threshold-crossed",
-            text: format!(
-                "The lever crosses {} rad at {} s and reaches {} rad at {} s ({place}), {} times the limit.",
-                plain(threshold, 3),
-                plain(crossing, 5),
+    // What is found on faulty samples is told, but not as if it were known.
+    let (lever, proviso) = if case.answer == Answer::Unusable {
+        (
+            "With the faulty samples taken as they are, the lever",
+            "; no verdict rests on that",
+        )
+    } else {
+        ("The lever", "")
+    };
+    let (code, text) = match run.first_crossing_s {
+        Some(crossing) => (
+            "threshold-crossed",
+            format!(
+                "crosses the limit of {threshold} rad at {} and reaches {} rad at {}, {} times the limit ({place})",
+                instant(crossing),
                 plain(run.peak_angle_rad, 4),
-                plain(run.peak_time_s, 5),
+                instant(run.peak_time_s),
                 plain(run.peak_angle_rad / threshold, 3),
             ),
-        },
-        None if run.peak_angle_rad > 0.0 => Reason {
-            code: "threshold-not-crossed",
-            text: format!(
-                "The lever reaches at most {} rad, at {} s ({place}): {} % of the limit of {} rad{}.",
+        ),
+        None if run.peak_angle_rad > 0.0 => (
+            "threshold-not-crossed",
+            format!(
+                "reaches at most {} rad, {} % of the limit of {threshold} rad, at {} ({place}){}",
                 plain(run.peak_angle_rad, 4),
-                plain(run.peak_time_s, 5),
-                plain(share, 3),
-                plain(threshold, 3),
+                plain(100.0 * run.peak_angle_rad / threshold, 3),
+                instant(run.peak_time_s),
                 coast_words(run.coast_peak_angle_rad),
             ),
-        },
-        None => Reason {
-            code: "never-released",
-            text: format!(
-                "The lever never leaves its stop ({place}){}.",
+        ),
+        None => (
+            "never-released",
+            format!(
+                "never leaves its stop ({place}){}",
                 coast_words(run.coast_peak_angle_rad)
             ),
-        },
+        ),
+    };
+    Reason {
+        code,
+        text: format!("{lever} {text}{proviso}."),
     }
 }
 
 fn coast_words(coast: Option<f64>) -> String {
     coast.map_or_else(String::new, |coast| {
         format!(
-            "; after the record's end it coasts to {} rad",
+            "; left to itself after the last judged sample it still reaches {} rad",
             plain(coast, 4)
         )
     })
@@ -122,6 +171,39 @@ fn describe((sign, stop): (OpensWhen, StopModel), options: &AssessOptions) -> St
         Polarity::Both | Polarity::Undeclared => "taken to open",
     };
     format!("{} stop, {} acceleration {word}", stop.name(), sign.name())
+}
+
+/// Says that a fault came too late to matter.
+fn before_fault(case: &Case<'_>) -> Option<Reason> {
+    let bad = case
+        .first_bad
+        .filter(|bad| case.answer == Answer::Fail && bad.is_finite())?;
+    Some(Reason {
+        code: "failed-before-fault",
+        text: format!(
+            "From {} on the recording is faulty, but the samples before that alone give fail; figures from later instants rest on faulty samples.",
+            instant(bad)
+        ),
+    })
+}
+
+/// Says that a lever which stayed below the limit may reach it after the last judged sample.
+fn coast(case: &Case<'_>) -> Option<Reason> {
+    let threshold = case.design.criterion.threshold_rad;
+    let (pair, judged) = case
+        .pairs
+        .iter()
+        .zip(case.judged)
+        .find(|(_, judged)| judged.held_back_by_coast(threshold))?;
+    Some(Reason {
+        code: "coast-reaches-limit",
+        text: format!(
+            "After the last judged sample the lever moves on and reaches {} rad, ±{} rad, with no further acceleration ({}): the record or window ends too early for a pass.",
+            plain(judged.run().coast_peak_angle_rad.unwrap_or(0.0), 4),
+            plain(judged.coast_uncertainty_rad(), 2),
+            describe(*pair, case.options),
+        ),
+    })
 }
 
 /// Says which stops or polarities answer differently.
@@ -141,8 +223,15 @@ fn disagreement(case: &Case<'_>) -> Vec<Reason> {
             .zip(case.judged.iter().zip(&answers))
             .filter(|(pair, _)| wanted(**pair))
             .map(|((sign, stop), (judged, answer))| {
+                let coast = judged
+                    .run()
+                    .coast_peak_angle_rad
+                    .filter(|_| judged.held_back_by_coast(threshold))
+                    .map_or_else(String::new, |coast| {
+                        format!(", coasting to {} rad", plain(coast, 4))
+                    });
                 format!(
-                    "{} stop, {} opens: {} at {} rad",
+                    "{} stop, {} opens: {} with a peak of {} rad{coast}",
                     stop.name(),
                     sign.name(),
                     answer.name(),
@@ -216,13 +305,19 @@ fn distinct(signs: impl Iterator<Item = OpensWhen>) -> Vec<OpensWhen> {
     known
 }
 
-fn uncertainty(case: &Case<'_>) -> Reason {
+/// Sets the error of the computation beside the distance from peak to limit, and names the
+/// largest influence that the rule does not count.
+fn uncertainty(case: &Case<'_>) -> Option<Reason> {
     let judged = &case.judged[case.nominal];
+    if judged.outcome.broke_down {
+        return None;
+    }
     let run = judged.run();
-    let threshold = case.design.criterion.threshold_rad;
     let total = judged.uncertainty_rad();
+    let distance = (run.peak_angle_rad - case.design.criterion.threshold_rad).abs();
     let parts = format!(
-        "{} rad from integration and {} rad from interpolation between samples",
+        "±{} rad (integration {} rad, straight lines between samples {} rad)",
+        plain(total, 2),
         plain(run.numerical_error_rad, 2),
         plain(judged.interpolation_error_rad, 2)
     );
@@ -233,28 +328,36 @@ fn uncertainty(case: &Case<'_>) -> Reason {
         .find(|(name, value)| !matches!(*name, "numerical" | "interpolation") && *value > 0.0)
         .map_or_else(String::new, |(name, value)| {
             format!(
-                " The largest other influence measured is {}: {} rad.",
+                " Not counted in it, the largest influence measured is {}: {} rad{}.",
                 influence(name),
-                plain(value, 2)
+                plain(value, 2),
+                if value > distance {
+                    ", more than that distance"
+                } else {
+                    ""
+                }
             )
         });
-    if (run.peak_angle_rad - threshold).abs() <= total {
-        return Reason {
-            code: "uncertainty-spans-threshold",
-            text: format!("The peak's uncertainty spans the limit: {parts}.{largest}"),
-        };
-    }
-    Reason {
-        code: "uncertainty",
-        text: format!("The peak's uncertainty, {parts}, does not reach the limit.{largest}"),
-    }
+    let spans = distance <= total;
+    Some(Reason {
+        code: if spans {
+            "uncertainty-spans-threshold"
+        } else {
+            "uncertainty"
+        },
+        text: format!(
+            "The error of the computation, {parts}, is {} than the {} rad between peak and limit.{largest}",
+            if spans { "no less" } else { "less" },
+            plain(distance, 3)
+        ),
+    })
 }
 
 fn influence(name: &str) -> &str {
     match name {
         "model" => "the stop model (rigid against soft)",
-        "filter" => "the filter (against none)",
-        "bias" => "the bias (one standard error)",
+        "filter" => "the filter (as chosen against none)",
+        "bias" => "the bias (one standard error more or less)",
         "polarity" => "the polarity (reversed)",
         other => other,
     }

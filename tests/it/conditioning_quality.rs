@@ -137,7 +137,9 @@ fn verif_a_signal_made_by_a_formula_has_no_sensor() {
         ..ConditioningOptions::default()
     };
     let cut = clipped(&pulse(180.0, 0.061), 90.0);
-    check_faults(&pulse_signal(cut), &synthetic, &[]);
+    let found = check_faults(&pulse_signal(cut), &synthetic, &[]);
+    // What was not looked for is said.
+    assert!(found.iter().any(|finding| finding.code == "synthetic"));
     let mut frozen = pulse(180.0, 0.061);
     frozen[420..520].fill(1000.0);
     check_faults(&pulse_signal(frozen), &synthetic, &[]);

@@ -13,9 +13,12 @@
     reason = "tests may"
 )]
 
+mod bad_files_cli;
 mod bad_files_csv;
 mod bad_files_mcap;
 mod batch;
+mod cli;
+mod coast;
 mod conditioning;
 mod conditioning_cfc;
 mod conditioning_quality;
@@ -31,3 +34,4 @@ mod report;
 mod signals;
 mod study;
 mod tidy;
+mod verdict;

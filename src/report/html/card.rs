@@ -48,7 +48,7 @@ pub(super) fn verdict(page: &mut Page, document: &Document) {
     page.raw("<ul class=\"why\">\n");
     for reason in &document.why {
         page.raw("<li>");
-        page.text(&reason.text);
+        page.text(&words::sentence(&reason.text));
         page.element("code", "", reason.code);
         page.raw("</li>\n");
     }
@@ -123,7 +123,7 @@ fn coast(page: &mut Page, run: &Run) {
             "no more than the peak above"
         };
         page.note(&format!(
-            "After the window’s end the lever coasts on to {} at most, {compared}.",
+            "After the last judged sample the lever coasts on to {} at most, {compared}.",
             angle(coast)
         ));
     }

@@ -45,11 +45,24 @@ pub(super) fn runs(page: &mut Page, document: &Document) {
     let ms = |seconds: f64| milliseconds(seconds, DIGITS);
     let number = |value: f64| significant(value, DIGITS);
     type Show<'a> = &'a dyn Fn(&Run) -> String;
-    let rows: [(&str, Show); 15] = [
+    let answer = |run: &Run| {
+        document
+            .answers
+            .iter()
+            .find(|answer| answer.model == run.model && answer.opens_when == run.opens_when)
+    };
+    let error = |value: Option<f64>| value.map_or_else(|| ABSENT.into(), |v| significant(v, 3));
+    let rows: [(&str, Show); 18] = [
+        ("By itself", &|run| {
+            answer(run).map_or_else(|| ABSENT.into(), |answer| answer.answer.name().into())
+        }),
         ("Peak angle [rad]", &|run| number(run.peak_angle_rad)),
         ("Time of the peak [ms]", &|run| ms(run.peak_time_s)),
         ("Margin, limit − peak [rad]", &|run| {
             number(margin(threshold, run.peak_angle_rad).0)
+        }),
+        ("Uncertainty U of the peak [rad]", &|run| {
+            error(answer(run).and_then(|answer| answer.uncertainty_rad))
         }),
         ("First crossing of the limit [ms]", &|run| {
             optional(run.first_crossing_s, &ms)
@@ -70,6 +83,9 @@ pub(super) fn runs(page: &mut Page, document: &Document) {
         ("Moving there", &|run| yes_no(run.moving_at_end)),
         ("Coast peak afterwards [rad]", &|run| {
             optional(run.coast_peak_angle_rad, &number)
+        }),
+        ("Uncertainty U of the coast peak [rad]", &|run| {
+            error(answer(run).and_then(|answer| answer.coast_uncertainty_rad))
         }),
         ("Bound on the numerical error [rad]", &|run| {
             significant(run.numerical_error_rad, 3)
@@ -272,15 +288,19 @@ pub(super) fn screens(page: &mut Page, document: &Document) {
     page.element(
         "td",
         "",
-        &document.recording.peak_g.map_or_else(
-            || "nothing was recorded to compare with".into(),
-            |peak| {
-                format!(
-                    "largest recorded magnitude, either sign: {}\u{00A0}g",
-                    significant(peak.abs(), DIGITS)
-                )
-            },
-        ),
+        &document
+            .conditioning
+            .as_ref()
+            .and_then(|block| block.peak_g)
+            .map_or_else(
+                || "nothing was conditioned to compare with".into(),
+                |peak| {
+                    format!(
+                        "largest magnitude as used, either sign: {}\u{00A0}g",
+                        significant(peak, DIGITS)
+                    )
+                },
+            ),
     );
     page.raw("</tr>\n<tr>");
     page.element(
@@ -339,7 +359,7 @@ pub(super) fn findings(page: &mut Page, document: &Document) {
         page.raw("<tr><td>");
         page.element("span", class, word);
         page.raw("</td><td>");
-        page.text(&finding.text);
+        page.text(&words::sentence(&finding.text));
         page.element("code", "", finding.code);
         page.raw("</td>");
         page.element(

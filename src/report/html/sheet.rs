@@ -76,7 +76,7 @@ th.number{white-space:normal}
 .facts td{overflow-wrap:anywhere}
 .nominal{font-weight:650}
 .above{color:var(--fail);font-weight:650}
-.sides{display:grid;grid-template-columns:repeat(2,1fr);gap:0 44px}
+.sides{display:grid;grid-template-columns:repeat(2,1fr);gap:0 44px;align-items:start}
 .sides.three{grid-template-columns:repeat(3,1fr);gap:0 30px}
 details{margin:8px 0}
 summary{cursor:pointer;color:var(--first);font-size:14.5px}

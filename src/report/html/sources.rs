@@ -48,6 +48,10 @@ pub(super) fn recording(page: &mut Page, document: &Document) {
             _ => ABSENT.into(),
         },
     );
+    match &recording.card_sha256 {
+        Some(sha256) => page.code_fact("SHA-256 of its card", sha256),
+        None => page.fact("Card", "none"),
+    }
     page.end_table();
     page.end_section();
 }
@@ -124,6 +128,32 @@ pub(super) fn conditioning(page: &mut Page, document: &Document) {
         page.fact(
             "End treatment",
             block.filter_end_treatment.unwrap_or(ABSENT),
+        );
+    }
+    if let (Some(peak), Some(at)) = (block.peak_g, block.peak_time_s) {
+        page.fact(
+            "Largest magnitude as used",
+            &format!("{}\u{00A0}g at {}", significant(peak, DIGITS), instant(at)),
+        );
+    }
+    page.fact(
+        "Change of velocity as used",
+        &format!(
+            "{}\u{00A0}m/s, ∫a dt over the record in the recording’s own sign",
+            significant(block.velocity_change_m_s, DIGITS)
+        ),
+    );
+    page.fact(
+        "Full scale, by the card",
+        &block.range_g.map_or_else(
+            || "not stated".into(),
+            |range| format!("{}\u{00A0}g", exact(range)),
+        ),
+    );
+    if block.synthetic {
+        page.fact(
+            "Made by a formula, by the card",
+            "yes: clipping and dead sensors were not looked for",
         );
     }
     page.fact(
@@ -290,10 +320,14 @@ pub(super) fn provenance(page: &mut Page, document: &Document) {
         "Initial state",
         &match (request.phi0_rad, request.omega0_rad_s) {
             (None, None) => "at rest on the stop".to_string(),
-            (phi0, omega0) => format!(
+            (Some(phi0), omega0) => format!(
                 "φ = {}\u{00A0}rad, φ′ = {}\u{00A0}rad/s",
-                exact(phi0.unwrap_or(0.0)),
+                exact(phi0),
                 exact(omega0.unwrap_or(0.0))
+            ),
+            (None, Some(omega0)) => format!(
+                "the angle of rest on the stop, φ′ = {}\u{00A0}rad/s",
+                exact(omega0)
             ),
         },
     );

@@ -67,7 +67,7 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
     };
     canvas.text(
         "alarm halo",
-        (label_x, bottom - 9.0),
+        (label_x, top + 18.0),
         anchor,
         &format!("limit {} rad", exact(threshold)),
     );

@@ -14,6 +14,9 @@ pub(super) const NAME: &str = "amplitude-spectra";
 /// Decades below the largest amplitude that are shown.
 const DEPTH: f64 = 1e-5;
 
+/// What the scale reaches above the largest amplitude, so that the labels stand free.
+const HEADROOM: f64 = 12.0;
+
 pub(super) fn draw(context: &Context) -> Option<Figure> {
     let evidence = context.evidence;
     let spectra = [&evidence.spectrum_raw, &evidence.spectrum_used];
@@ -63,7 +66,12 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
         top,
         bottom,
         x: Axis::logarithmic(low_hz, high_hz, LEFT, RIGHT),
-        y: Axis::logarithmic(least.max(largest * DEPTH) * 0.8, largest * 1.6, bottom, top),
+        y: Axis::logarithmic(
+            least.max(largest * DEPTH) * 0.8,
+            largest * HEADROOM,
+            bottom,
+            top,
+        ),
     };
     panel.grid(&mut canvas, Some("frequency [Hz]"), "amplitude [g]");
     panel.clip(&mut canvas, "amplitude-spectra-clip");

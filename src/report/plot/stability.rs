@@ -213,8 +213,8 @@ fn map_class(row: &Row) -> &'static str {
     match row.value {
         None => "gone",
         Some(value) if value.abs() > 1.0 || value < 0.0 => "gone",
-        Some(value) => {
-            let off = (value / row.right - 1.0).abs();
+        Some(_) => {
+            let off = row.relative_error.unwrap_or(f64::INFINITY);
             if off <= 1e-3 {
                 "good"
             } else if off <= 1e-2 {
@@ -302,8 +302,7 @@ fn errors(
             .filter(|row| row.method == method)
             .filter_map(|row| {
                 let at = x.place(variable(row)?);
-                let error = row.value.map(|value| (value - row.right).abs());
-                Some((at, error.map(|e| y.place(e.clamp(y.low(), y.high())))))
+                Some((at, row.error.map(|e| y.place(e.clamp(y.low(), y.high())))))
             })
             .collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -427,10 +426,9 @@ fn table(canvas: &mut Canvas, result: &Stability, top: f64) -> f64 {
 }
 
 fn cell(peak: &Row, impacts: &Row) -> String {
-    let Some(value) = peak.value else {
+    let Some(off) = peak.relative_error else {
         return "no answer".into();
     };
-    let off = ((value - peak.right) / peak.right).abs();
     let mut text = if off < 1e-12 {
         "exact".to_string()
     } else {

@@ -10,7 +10,7 @@ use latchgate::replay::{Run, TracePoint, Work};
 use latchgate::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
 use latchgate::verdict::{
     Answer, ConditioningBlock, Document, ErrorBudget, Evidence, Reason, RecordingBlock, Request,
-    RunBlock, Screens, Trace,
+    RunAnswer, RunBlock, Screens, Trace,
 };
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -260,6 +260,21 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         threshold_rad: 0.1,
         models,
         polarities: by_polarity,
+        answers: runs
+            .iter()
+            .map(|(run, _)| RunAnswer {
+                model: run.model,
+                opens_when: run.opens_when,
+                answer: if run.peak_angle_rad > 0.1 {
+                    Answer::Fail
+                } else {
+                    Answer::Pass
+                },
+                interpolation_error_rad: Some(4.2e-4),
+                uncertainty_rad: Some(4.2e-4),
+                coast_uncertainty_rad: run.coast_peak_angle_rad.map(|_| 4.3e-4),
+            })
+            .collect(),
         ensemble: None,
         error_budget_rad: ErrorBudget {
             numerical: Some(3.1e-13),
@@ -290,6 +305,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             end_s: Some(raw.end_s()),
             peak_g: Some(raw.samples[peak_index].abs() / STANDARD_GRAVITY),
             peak_time_s: Some(raw.time_s(peak_index)),
+            card_sha256: Some("0c9a71e2".repeat(8)),
         },
         conditioning: Some(ConditioningBlock {
             bias_m_s2: 0.46 * STANDARD_GRAVITY,
@@ -302,6 +318,11 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             filter_design_frequency_hz: Some(25.0 / 12.0 * 1000.0),
             filter_end_treatment: Some("10 ms of point-mirrored samples at each end"),
             resample_hz: None,
+            peak_g: Some(0.97 * raw.samples[peak_index].abs() / STANDARD_GRAVITY),
+            peak_time_s: Some(raw.time_s(peak_index)),
+            velocity_change_m_s: used.samples.iter().sum::<f64>() / RATE_HZ,
+            range_g: Some(2000.0),
+            synthetic: true,
         }),
         design,
         decision_rule: "Nominal run only. Pass if the peak angle and the coast peak, each plus numerical and interpolation error, are at most the limit; fail if the peak less that error exceeds it; undecided otherwise, or where two stops or two undeclared signs answer differently.",

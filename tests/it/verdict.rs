@@ -1,0 +1,684 @@
+//! Guards the decision: each branch of the rule, and the error budget.
+
+mod document;
+
+use latchgate::conditioning::{
+    self, BiasWindow, Conditioned, ConditioningOptions, FilterChoice, Signal, resample,
+};
+use latchgate::model::Design;
+use latchgate::model::stop::StopModel;
+use latchgate::recording::{Channel, Finding};
+use latchgate::replay::{self, Method, Outcome, RunOptions};
+use latchgate::units::{AccelerationUnit, OpensWhen, SampleRate};
+use latchgate::verdict::decision::{Judged, unanimous, worse};
+use latchgate::verdict::{Answer, AssessOptions, Assessment, ModelChoice, Polarity, assess};
+
+use crate::cli::{half_sine, weak};
+
+const G: f64 = 9.806_65;
+
+/// A signal at 10 kHz from −50 ms to 250 ms whose acceleration [g] is `of(t)`.
+fn samples(of: impl Fn(f64) -> f64) -> Signal {
+    Signal {
+        start_s: -0.05,
+        rate: SampleRate::from_hertz(10_000.0).unwrap(),
+        samples: (-500..=2500)
+            .map(|index| G * of(f64::from(index) / 10_000.0))
+            .collect(),
+    }
+}
+
+/// A conditioned channel to which nothing was done.
+fn as_recorded(signal: Signal) -> Conditioned {
+    let channel = Channel {
+        name: "acc_y".into(),
+        unit: Some(AccelerationUnit::MetrePerSecondSquared),
+        unit_source: "option",
+        start_s: signal.start_s,
+        rate: signal.rate,
+        values: signal.samples.clone(),
+        findings: Vec::new(),
+    };
+    let options = ConditioningOptions {
+        bias: BiasWindow::None,
+        filter: FilterChoice::None,
+        synthetic: true,
+        ..ConditioningOptions::default()
+    };
+    let conditioned = conditioning::condition(&channel, &options).unwrap();
+    assert_eq!(conditioned.used, signal);
+    conditioned
+}
+
+fn options(model: ModelChoice, polarity: Polarity) -> AssessOptions {
+    AssessOptions {
+        model,
+        polarity,
+        method: Method::EventDriven,
+        tolerance_rad: None,
+        initial_angle_rad: None,
+        initial_velocity_rad_s: None,
+        window_s: None,
+        threads: 1,
+        evidence: false,
+    }
+}
+
+const RIGID: ModelChoice = ModelChoice::Only(StopModel::Rigid);
+const NEGATIVE: Polarity = Polarity::Declared(OpensWhen::Negative);
+
+fn with_threshold(threshold_rad: f64) -> Design {
+    let mut design = Design::reference();
+    design.criterion.threshold_rad = threshold_rad;
+    design
+}
+
+fn judge(
+    signal: &Signal,
+    findings: &[Finding],
+    design: &Design,
+    options: &AssessOptions,
+) -> Assessment {
+    assess(&as_recorded(signal.clone()), findings, design, options).unwrap()
+}
+
+/// A run made without the verdict's help.
+fn explicit(signal: &Signal, stop: StopModel, sign: OpensWhen) -> Outcome {
+    replay::run(signal, &Design::reference(), &RunOptions::new(stop, sign)).unwrap()
+}
+
+/// Peak and U of a lever that is at rest at the end, from two explicit runs.
+fn peak_and_uncertainty(signal: &Signal, stop: StopModel) -> (f64, f64) {
+    let own = explicit(signal, stop, OpensWhen::Negative).run;
+    let fine = explicit(
+        &resample::upsample_fourfold(signal),
+        stop,
+        OpensWhen::Negative,
+    )
+    .run;
+    assert_eq!(own.coast_peak_angle_rad, None);
+    let interpolation = (fine.peak_angle_rad - own.peak_angle_rad).abs();
+    (own.peak_angle_rad, own.numerical_error_rad + interpolation)
+}
+
+#[track_caller]
+fn check_answer(assessment: &Assessment, answer: Answer, codes: &[&str]) {
+    let found: Vec<&str> = assessment.why.iter().map(|reason| reason.code).collect();
+    assert_eq!(assessment.answer, answer, "{:#?}", assessment.why);
+    assert_eq!(found, codes, "{:#?}", assessment.why);
+    for reason in &assessment.why {
+        let (first, last) = (reason.text.chars().next(), reason.text.chars().last());
+        assert!(
+            first.is_some_and(|c| c.is_uppercase() || c.is_ascii_digit()),
+            "{}",
+            reason.text
+        );
+        assert_eq!(last, Some('.'), "{}", reason.text);
+        assert!(
+            !reason.text.contains("NaN") && !reason.text.contains("inf "),
+            "{}",
+            reason.text
+        );
+    }
+}
+
+/// Part 3 at its bounds: at peak + U a pass, at peak − U not yet a fail.
+#[test]
+fn verif_pass_and_fail_turn_at_the_uncertainty() {
+    let signal = samples(weak);
+    let (peak, uncertainty) = peak_and_uncertainty(&signal, StopModel::Rigid);
+    assert!(peak > 0.005 && uncertainty > 1e-9, "{peak} {uncertainty}");
+    let at = |threshold: f64| {
+        judge(
+            &signal,
+            &[],
+            &with_threshold(threshold),
+            &options(RIGID, NEGATIVE),
+        )
+    };
+    let below = ["threshold-not-crossed", "uncertainty", "nominal-runs-only"];
+    check_answer(&at(0.1), Answer::Pass, &below);
+    let spans = [
+        "threshold-not-crossed",
+        "uncertainty-spans-threshold",
+        "nominal-runs-only",
+    ];
+    check_answer(&at(peak + uncertainty), Answer::Pass, &spans);
+    check_answer(
+        &at((peak + uncertainty) * (1.0 - 1e-12)),
+        Answer::Undecided,
+        &spans,
+    );
+    check_answer(&at(peak), Answer::Undecided, &spans);
+    let crossed = [
+        "threshold-crossed",
+        "uncertainty-spans-threshold",
+        "nominal-runs-only",
+    ];
+    check_answer(
+        &at((peak - uncertainty) * (1.0 + 1e-12)),
+        Answer::Undecided,
+        &crossed,
+    );
+    let fails = ["threshold-crossed", "uncertainty", "nominal-runs-only"];
+    check_answer(
+        &at((peak - uncertainty) * (1.0 - 1e-12)),
+        Answer::Fail,
+        &fails,
+    );
+    check_answer(&at(0.5 * peak), Answer::Fail, &fails);
+}
+
+#[test]
+fn verif_a_lever_that_is_pressed_into_its_stop_passes() {
+    let signal = samples(|t| half_sine(t, 0.0, 0.03, 12.0));
+    let rigid = judge(
+        &signal,
+        &[],
+        &Design::reference(),
+        &options(RIGID, NEGATIVE),
+    );
+    check_answer(
+        &rigid,
+        Answer::Pass,
+        &["never-released", "uncertainty", "nominal-runs-only"],
+    );
+    assert_eq!(rigid.nominal.peak_angle_rad, 0.0);
+}
+
+/// A record that ends while the lever rises is no pass, however low the lever stands then.
+#[test]
+fn verif_a_coast_beyond_the_limit_forbids_a_pass() {
+    let whole = samples(|t| half_sine(t, 0.0, 0.01, -20.0));
+    let mut cut = whole.clone();
+    cut.samples.truncate(500 + 110);
+    let assessment = judge(&cut, &[], &Design::reference(), &options(RIGID, NEGATIVE));
+    let nominal = &assessment.nominal;
+    assert!(
+        nominal.peak_angle_rad < 0.1 && nominal.coast_peak_angle_rad.unwrap() > 0.1,
+        "{nominal:?}"
+    );
+    check_answer(
+        &assessment,
+        Answer::Undecided,
+        &[
+            "threshold-not-crossed",
+            "coast-reaches-limit",
+            "uncertainty",
+            "nominal-runs-only",
+        ],
+    );
+    // The coast of the cut record is what the rest of the whole one holds: no acceleration.
+    let rest = judge(&whole, &[], &Design::reference(), &options(RIGID, NEGATIVE));
+    assert_eq!(rest.answer, Answer::Fail);
+    let change = rest.nominal.peak_angle_rad / nominal.coast_peak_angle_rad.unwrap() - 1.0;
+    assert!(change.abs() < 1e-9, "{change}");
+}
+
+#[test]
+fn verif_stops_that_differ_leave_it_undecided() {
+    let signal = samples(|t| half_sine(t, 0.0, 0.01, -5.0) + half_sine(t, 0.01, 0.03, 0.5));
+    let [rigid, soft] =
+        [StopModel::Rigid, StopModel::Soft].map(|stop| peak_and_uncertainty(&signal, stop));
+    let between = with_threshold(0.5 * (rigid.0 + soft.0));
+    assert!(
+        (rigid.0 - soft.0).abs() > 4.0 * rigid.1.max(soft.1),
+        "{rigid:?} {soft:?}"
+    );
+    let both = judge(
+        &signal,
+        &[],
+        &between,
+        &options(ModelChoice::Auto, NEGATIVE),
+    );
+    check_answer(
+        &both,
+        Answer::Undecided,
+        &[
+            "stop-model-decides",
+            "threshold-crossed",
+            "uncertainty",
+            "nominal-runs-only",
+        ],
+    );
+    let text = &both.why[0].text;
+    assert!(
+        text.contains("rigid stop, negative opens: ")
+            && text.contains("pass")
+            && text.contains("fail"),
+        "{text}"
+    );
+    let mut alone: Vec<Answer> = [StopModel::Rigid, StopModel::Soft]
+        .map(|stop| {
+            judge(
+                &signal,
+                &[],
+                &between,
+                &options(ModelChoice::Only(stop), NEGATIVE),
+            )
+            .answer
+        })
+        .to_vec();
+    alone.sort_by_key(|answer| answer.exit_code());
+    assert_eq!(alone, [Answer::Pass, Answer::Fail]);
+    // What each holds is the run asked for alone.
+    for stop in [StopModel::Rigid, StopModel::Soft] {
+        let run = explicit(&signal, stop, OpensWhen::Negative).run;
+        assert_eq!(both.models[stop.name()].peak_angle_rad, run.peak_angle_rad);
+    }
+    assert_eq!(both.nominal.peak_angle_rad, rigid.0.max(soft.0));
+}
+
+#[test]
+fn verif_polarity_undeclared_must_agree_and_both_takes_the_worse() {
+    let one_sided = samples(|t| half_sine(t, 0.0, 0.03, 12.0));
+    let of = |signal: &Signal, polarity| {
+        judge(
+            signal,
+            &[],
+            &Design::reference(),
+            &options(ModelChoice::Auto, polarity),
+        )
+    };
+    let undeclared = of(&one_sided, Polarity::Undeclared);
+    check_answer(
+        &undeclared,
+        Answer::Undecided,
+        &[
+            "polarity-decides",
+            "threshold-crossed",
+            "uncertainty",
+            "nominal-runs-only",
+        ],
+    );
+    assert!(undeclared.why[0].text.contains("--opens-when"));
+    assert!(
+        undeclared
+            .findings
+            .iter()
+            .any(|finding| finding.code == "polarity-undeclared")
+    );
+    let both = of(&one_sided, Polarity::Both);
+    check_answer(
+        &both,
+        Answer::Fail,
+        &[
+            "threshold-crossed",
+            "polarity-decides",
+            "uncertainty",
+            "nominal-runs-only",
+        ],
+    );
+    for assessment in [&undeclared, &both] {
+        assert_eq!(assessment.nominal.opens_when, OpensWhen::Positive);
+        assert_eq!(assessment.polarities.len(), 2);
+        assert!(assessment.polarities.values().all(|stops| stops.len() == 2));
+    }
+    assert!(both.budget.polarity.is_none() && undeclared.budget.polarity.is_some());
+    let two_sided = samples(|t| half_sine(t, 0.0, 0.03, 12.0) + half_sine(t, 0.05, 0.03, -12.0));
+    assert_eq!(of(&two_sided, Polarity::Undeclared).answer, Answer::Fail);
+    let quiet = samples(|t| half_sine(t, 0.0, 0.03, 0.5));
+    assert_eq!(of(&quiet, Polarity::Undeclared).answer, Answer::Pass);
+    assert_eq!(of(&quiet, Polarity::Both).answer, Answer::Pass);
+}
+
+#[test]
+fn verif_answers_join_as_the_rule_says() {
+    use Answer::{Fail, Pass, Undecided};
+    for (answers, all, worst) in [
+        (&[Pass, Pass][..], Pass, Pass),
+        (&[Fail, Fail], Fail, Fail),
+        (&[Pass, Fail], Undecided, Fail),
+        (&[Fail, Undecided], Undecided, Fail),
+        (&[Pass, Undecided], Undecided, Undecided),
+        (&[Undecided, Undecided], Undecided, Undecided),
+        (&[Pass], Pass, Pass),
+        (&[], Undecided, Undecided),
+    ] {
+        assert_eq!(unanimous(answers), all, "{answers:?}");
+        assert_eq!(worse(answers), worst, "{answers:?}");
+    }
+}
+
+// ---------------------------------------------------------------- findings that block
+
+/// Crosses 0.1 rad soon after 0 and stays above for long.
+fn lost() -> Signal {
+    samples(|t| half_sine(t, 0.0, 0.03, -20.0))
+}
+
+fn blocking(at_s: Option<f64>) -> Vec<Finding> {
+    let finding = Finding::blocking("clipping", "the channel was saturated");
+    vec![match at_s {
+        Some(at_s) => finding.at(at_s),
+        None => finding,
+    }]
+}
+
+/// Part 1 before part 2: what was lost before the fault is a fail, whatever comes after.
+#[test]
+fn verif_a_blocking_finding_after_the_crossing_keeps_the_fail() {
+    let signal = lost();
+    let crossing = explicit(&signal, StopModel::Rigid, OpensWhen::Negative)
+        .run
+        .first_crossing_s
+        .unwrap();
+    let with = |at_s| {
+        judge(
+            &signal,
+            &blocking(at_s),
+            &Design::reference(),
+            &options(ModelChoice::Auto, NEGATIVE),
+        )
+    };
+    check_answer(
+        &with(Some(crossing + 0.002)),
+        Answer::Fail,
+        &[
+            "threshold-crossed",
+            "failed-before-fault",
+            "uncertainty",
+            "nominal-runs-only",
+        ],
+    );
+    let unusable = ["clipping", "threshold-crossed", "nominal-runs-only"];
+    check_answer(&with(Some(crossing)), Answer::Unusable, &unusable);
+    check_answer(&with(Some(0.0)), Answer::Unusable, &unusable);
+    check_answer(&with(Some(-0.05)), Answer::Unusable, &unusable);
+    check_answer(&with(Some(-7.0)), Answer::Unusable, &unusable);
+    check_answer(&with(None), Answer::Unusable, &unusable);
+    // The earliest of several counts, in whatever order they come.
+    let two = [blocking(Some(crossing + 0.002)), blocking(Some(0.001))].concat();
+    let both = judge(
+        &signal,
+        &two,
+        &Design::reference(),
+        &options(ModelChoice::Auto, NEGATIVE),
+    );
+    assert_eq!(both.answer, Answer::Unusable);
+}
+
+#[test]
+fn verif_a_blocking_finding_forbids_a_pass_and_an_undecided() {
+    let signal = samples(weak);
+    let (peak, _) = peak_and_uncertainty(&signal, StopModel::Rigid);
+    for threshold in [0.1, peak] {
+        for at_s in [None, Some(-0.05), Some(0.001), Some(0.25)] {
+            let assessment = judge(
+                &signal,
+                &blocking(at_s),
+                &with_threshold(threshold),
+                &options(RIGID, NEGATIVE),
+            );
+            assert_eq!(assessment.answer, Answer::Unusable, "{threshold} {at_s:?}");
+            assert_eq!(assessment.why[0].text, "The channel was saturated.");
+            assert!(
+                assessment.why[1]
+                    .text
+                    .ends_with("no verdict rests on that.")
+            );
+        }
+    }
+    let harmless = [Finding::info("a", "b"), Finding::warning("c", "d").at(0.0)];
+    let assessment = judge(
+        &signal,
+        &harmless,
+        &with_threshold(0.1),
+        &options(RIGID, NEGATIVE),
+    );
+    assert_eq!(assessment.answer, Answer::Pass);
+}
+
+#[test]
+fn verif_a_fault_after_the_window_does_not_count_and_is_told() {
+    let signal = samples(weak);
+    let judged = |at_s, end_s| {
+        let own = AssessOptions {
+            window_s: Some((-0.01, end_s)),
+            ..options(ModelChoice::Auto, NEGATIVE)
+        };
+        judge(&signal, &blocking(Some(at_s)), &Design::reference(), &own)
+    };
+    let late = judged(0.2, 0.15);
+    assert_eq!(late.answer, Answer::Pass);
+    let finding = late
+        .findings
+        .iter()
+        .find(|finding| finding.code == "fault-after-window")
+        .unwrap();
+    assert_eq!(finding.at_s, Some(0.2));
+    assert_eq!(late.why[1].code, "fault-after-window");
+    for (at_s, end_s) in [(0.15, 0.15), (0.1, 0.15), (-0.04, 0.15), (0.2, 9.0)] {
+        let early = judged(at_s, end_s);
+        assert_eq!(early.answer, Answer::Unusable, "{at_s} {end_s}");
+        assert!(
+            !early
+                .findings
+                .iter()
+                .any(|finding| finding.code == "fault-after-window")
+        );
+    }
+}
+
+#[test]
+fn verif_a_crossing_outside_the_window_is_told() {
+    let signal = lost();
+    let own = |from, to| AssessOptions {
+        window_s: Some((from, to)),
+        ..options(RIGID, NEGATIVE)
+    };
+    let early = judge(&signal, &[], &Design::reference(), &own(-0.04, -0.01));
+    check_answer(
+        &early,
+        Answer::Pass,
+        &[
+            "never-released",
+            "crossing-outside-window",
+            "uncertainty",
+            "nominal-runs-only",
+        ],
+    );
+    let crossing = explicit(&signal, StopModel::Rigid, OpensWhen::Negative)
+        .run
+        .first_crossing_s;
+    let finding = early
+        .findings
+        .iter()
+        .find(|finding| finding.code == "crossing-outside-window")
+        .unwrap();
+    assert_eq!(finding.at_s, crossing);
+    let whole = judge(&signal, &[], &Design::reference(), &own(-0.04, 0.2));
+    assert!(
+        !whole
+            .findings
+            .iter()
+            .any(|finding| finding.code == "crossing-outside-window")
+    );
+}
+
+/// A run that the method could not follow decides nothing, whatever numbers it left behind.
+#[test]
+fn verif_a_run_that_broke_down_decides_nothing() {
+    let mut outcome = explicit(&samples(weak), StopModel::Rigid, OpensWhen::Negative);
+    for peak in [0.0, 1.0, f64::MAX] {
+        outcome.run.peak_angle_rad = peak;
+        for broke_down in [false, true] {
+            outcome.broke_down = broke_down;
+            let judged = Judged {
+                outcome: outcome.clone(),
+                interpolation_error_rad: 0.0,
+            };
+            let expected = match (broke_down, peak > 0.1) {
+                (true, _) => Answer::Undecided,
+                (false, true) => Answer::Fail,
+                (false, false) => Answer::Pass,
+            };
+            assert_eq!(judged.answer(0.1), expected, "{peak} {broke_down}");
+        }
+    }
+    let own = AssessOptions {
+        method: Method::Rk4 {
+            steps_per_period: 3,
+        },
+        ..options(ModelChoice::Only(StopModel::Soft), NEGATIVE)
+    };
+    let assessment = judge(
+        &samples(|t| half_sine(t, -0.05, 0.2, -20.0)),
+        &[],
+        &Design::reference(),
+        &own,
+    );
+    assert_ne!(assessment.answer, Answer::Pass);
+    assert!(
+        assessment
+            .findings
+            .iter()
+            .any(|finding| finding.code == "method-known-to-fail")
+    );
+}
+
+// ---------------------------------------------------------------- the budget
+
+/// Each part is the difference of two runs that anybody can make.
+#[test]
+fn verif_each_part_of_the_budget_is_the_difference_of_two_runs() {
+    let channel = Channel {
+        name: "acc_y".into(),
+        unit: Some(AccelerationUnit::MetrePerSecondSquared),
+        unit_source: "option",
+        start_s: -0.05,
+        rate: SampleRate::from_hertz(10_000.0).unwrap(),
+        values: samples(|t| weak(t) + 0.05 * (t * 2_345.0).sin() + 0.2).samples,
+        findings: Vec::new(),
+    };
+    let conditioned = conditioning::condition(&channel, &ConditioningOptions::default()).unwrap();
+    assert!(conditioned.bias_samples > 100 && conditioned.filter.is_some());
+    let peak = |signal: &Signal, stop, sign| {
+        let mut design = Design::reference();
+        design.criterion.threshold_rad = 0.1;
+        replay::run(signal, &design, &RunOptions::new(stop, sign))
+            .unwrap()
+            .run
+            .peak_angle_rad
+    };
+    let used = &conditioned.used;
+    for (model, stop, other) in [
+        (RIGID, StopModel::Rigid, StopModel::Soft),
+        (
+            ModelChoice::Only(StopModel::Soft),
+            StopModel::Soft,
+            StopModel::Rigid,
+        ),
+    ] {
+        let sign = OpensWhen::Negative;
+        let assessment = assess(
+            &conditioned,
+            &[],
+            &Design::reference(),
+            &options(model, NEGATIVE),
+        )
+        .unwrap();
+        let own = peak(used, stop, sign);
+        assert_eq!(assessment.nominal.peak_angle_rad, own);
+        let budget = assessment.budget;
+        let run = explicit(used, stop, sign).run;
+        assert_eq!(budget.numerical, Some(run.numerical_error_rad));
+        let part = |signal: &Signal, stop, sign| Some((peak(signal, stop, sign) - own).abs());
+        assert_eq!(
+            budget.interpolation,
+            part(&resample::upsample_fourfold(used), stop, sign)
+        );
+        assert_eq!(budget.model, part(used, other, sign));
+        assert_eq!(
+            budget.filter,
+            part(
+                &conditioning::without_filter(&conditioned).unwrap(),
+                stop,
+                sign
+            )
+        );
+        assert!(budget.filter > Some(0.0));
+        let shifted = |shift: f64| {
+            let mut signal = used.clone();
+            signal.samples.iter_mut().for_each(|a| *a += shift);
+            part(&signal, stop, sign).unwrap()
+        };
+        let error = conditioned.bias_standard_error_m_s2;
+        assert!(error > 0.0);
+        assert_eq!(budget.bias, Some(shifted(error).max(shifted(-error))));
+        assert_eq!(budget.polarity, None, "declared");
+
+        let undeclared = assess(
+            &conditioned,
+            &[],
+            &Design::reference(),
+            &options(model, Polarity::Undeclared),
+        )
+        .unwrap();
+        let sign = undeclared.nominal.opens_when;
+        let change = peak(used, stop, sign) - peak(used, stop, sign.reversed());
+        assert_eq!(undeclared.budget.polarity, Some(change.abs()));
+        assert!(change > 0.0, "the nominal run is the larger");
+    }
+    // Nothing removed, nothing filtered.
+    let plain = judge(
+        &samples(weak),
+        &[],
+        &Design::reference(),
+        &options(RIGID, NEGATIVE),
+    );
+    assert_eq!(plain.budget.bias, None);
+    assert_eq!(plain.budget.filter, Some(0.0));
+}
+
+/// A lever that starts inside the soft stop was refused: the comparison with the rigid stop,
+/// which admits no such state, took the whole verdict with it.
+#[test]
+fn regress_a_start_inside_the_soft_stop_is_judged() {
+    let own = AssessOptions {
+        initial_angle_rad: Some(-1e-4),
+        ..options(ModelChoice::Only(StopModel::Soft), NEGATIVE)
+    };
+    let assessment = judge(&samples(weak), &[], &Design::reference(), &own);
+    assert_eq!(assessment.answer, Answer::Pass);
+    assert_eq!(assessment.budget.model, None);
+}
+
+#[test]
+fn verif_threads_and_evidence_change_no_number() {
+    let signal = samples(weak);
+    let plain = judge(
+        &signal,
+        &[],
+        &Design::reference(),
+        &options(ModelChoice::Auto, Polarity::Undeclared),
+    );
+    for threads in [2, 3, 16] {
+        let own = AssessOptions {
+            threads,
+            evidence: true,
+            ..options(ModelChoice::Auto, Polarity::Undeclared)
+        };
+        let mut other = judge(&signal, &[], &Design::reference(), &own);
+        assert!(other.evidence.take().is_some());
+        assert_eq!(other, plain);
+    }
+}
+
+#[test]
+fn verif_windows_that_hold_nothing_are_refused() {
+    for window in [(5.0, 6.0), (-3.0, -2.0), (0.000_01, 0.000_09), (0.25, 0.5)] {
+        let own = AssessOptions {
+            window_s: Some(window),
+            ..options(RIGID, NEGATIVE)
+        };
+        let error =
+            assess(&as_recorded(samples(weak)), &[], &Design::reference(), &own).unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .contains("at least two samples of the record, which runs from -0.05 to 0.25"),
+            "{error}"
+        );
+    }
+}
