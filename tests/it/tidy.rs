@@ -568,29 +568,38 @@ fn help(arguments: &[&str]) -> String {
         .to_string()
 }
 
-/// Returns docs/cli.md as the binary's own help texts make it.
-fn cli_document() -> String {
-    let main = help(&[]);
-    let commands: Vec<&str> = main
-        .lines()
+/// Returns the commands that a help text lists, `help` itself left out.
+fn commands_in(text: &str) -> Vec<String> {
+    text.lines()
         .skip_while(|line| *line != "Commands:")
         .skip(1)
         .take_while(|line| !line.is_empty())
         .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
         .filter_map(|line| line.split_whitespace().next())
         .filter(|name| *name != "help")
-        .collect();
-    assert!(commands.contains(&"replay"), "commands found: {commands:?}");
+        .map(str::to_string)
+        .collect()
+}
+
+/// Returns docs/cli.md as the binary's own help texts make it.
+fn cli_document() -> String {
+    let main = help(&[]);
+    let commands = commands_in(&main);
+    assert!(commands.iter().any(|name| name == "replay"), "commands found: {commands:?}");
     let mut document = format!(
         "# Command line\n\nThe help texts of the program, one after the other. This file is written by\n\
          `LATCHGATE_RENEW=1 cargo test --test it tidy_docs_cli` and compared with `--help` by every test run.\n\n\
          ## latchgate\n\n```text\n{main}\n```\n"
     );
-    for name in commands {
-        document.push_str(&format!(
-            "\n## latchgate {name}\n\n```text\n{}\n```\n",
-            help(&[name])
-        ));
+    for name in &commands {
+        let text = help(&[name]);
+        document.push_str(&format!("\n## latchgate {name}\n\n```text\n{text}\n```\n"));
+        for inner in commands_in(&text) {
+            document.push_str(&format!(
+                "\n## latchgate {name} {inner}\n\n```text\n{}\n```\n",
+                help(&[name, &inner])
+            ));
+        }
     }
     document
 }
