@@ -110,8 +110,12 @@ pub(super) fn run(
     let step = step_seconds(design, steps_per_period);
     let threshold = design.criterion.threshold_rad;
     let mut result = FixedStepRun {
-        peak: (f64::NEG_INFINITY, start),
-        first_crossing: None,
+        peak: if judged_from <= start {
+            (q, start)
+        } else {
+            (f64::NEG_INFINITY, start)
+        },
+        first_crossing: (judged_from <= start && q > threshold).then_some(start),
         time_above: 0.0,
         first_release: (q > 0.0).then_some(start),
         impacts: 0,
