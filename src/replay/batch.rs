@@ -82,6 +82,7 @@ pub fn peaks(
         }
         .into());
     }
+    let arch = pulp::Arch::new();
     let next = AtomicUsize::new(0);
     let take = || {
         let mut done: Vec<(usize, Vec<MemberPeak>)> = Vec::new();
@@ -95,8 +96,7 @@ pub fn peaks(
             for start in (first..last).step_by(LANES) {
                 let members: [Member; LANES] =
                     std::array::from_fn(|lane| member((start + lane).min(last - 1)));
-                let group =
-                    pulp::Arch::new().dispatch(|| Group::new(&members, signal, options).run());
+                let group = arch.dispatch(Wide(&members, signal, options));
                 results.extend_from_slice(&group[..LANES.min(last - start)]);
             }
             done.push((first, results));
@@ -119,6 +119,18 @@ pub fn peaks(
         .into_iter()
         .flat_map(|(_, results)| results)
         .collect())
+}
+
+/// A group's run, compiled once for each width of vectors and chosen by the machine.
+struct Wide<'a>(&'a [Member; LANES], &'a Signal, &'a BatchOptions);
+
+impl pulp::WithSimd for Wide<'_> {
+    type Output = [MemberPeak; LANES];
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) -> Self::Output {
+        Group::new(self.0, self.1, self.2).run()
+    }
 }
 
 /// Relative truncation that a lane's step lets pass, on ten coefficients.
@@ -269,25 +281,32 @@ impl<'a> Group<'a> {
                 self.refresh();
             }
             let step = self.step(from, to);
-            for lane in 0..LANES {
+            for (lane, stands) in stands.iter_mut().enumerate() {
                 let turns = step.slope_start.0[lane].abs() <= 1.01 * step.slope_curved.0[lane];
-                stands[lane] = self.flying[lane]
+                *stands = self.flying[lane]
                     && step.lowest.0[lane] > 0.0
                     && step.tail.0[lane] <= TRUNCATION * step.size.0[lane]
                     && step.turn.0[lane].abs() <= TURN_MAX
                     && !(turns && step.highest.0[lane] > self.best.0[lane]);
             }
-            for lane in 0..LANES {
-                if stands[lane] {
-                    self.state.angle.0[lane] = step.state.angle.0[lane];
-                    self.state.slope.0[lane] = step.state.slope.0[lane];
-                    self.state.sine.0[lane] = step.state.sine.0[lane];
-                    self.state.cosine.0[lane] = step.state.cosine.0[lane];
-                }
-            }
+            let keep = |new: Lanes, old: Lanes| {
+                Lanes(std::array::from_fn(|lane| {
+                    if stands[lane] {
+                        new.0[lane]
+                    } else {
+                        old.0[lane]
+                    }
+                }))
+            };
+            self.state = State {
+                angle: keep(step.state.angle, self.state.angle),
+                slope: keep(step.state.slope, self.state.slope),
+                sine: keep(step.state.sine, self.state.sine),
+                cosine: keep(step.state.cosine, self.state.cosine),
+            };
         }
-        for lane in 0..LANES {
-            if !stands[lane] {
+        for (lane, stands) in stands.iter().enumerate() {
+            if !stands {
                 self.by_kernel(lane, index, from, to);
             }
         }

@@ -31,6 +31,10 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
     if case.answer == Answer::Unusable {
         reasons.extend(blocking(case.findings));
     }
+    if case.answer == Answer::Undecided {
+        // What stands in the way of an answer comes before the size of the peak.
+        reasons.extend(disagreement(case));
+    }
     reasons.push(peak(case));
     reasons.extend(before_fault(case));
     reasons.extend(case.outside.map(|at| Reason {
@@ -49,7 +53,9 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
     }));
     if case.answer != Answer::Unusable {
         reasons.extend(coast(case));
-        reasons.extend(disagreement(case));
+        if case.answer != Answer::Undecided {
+            reasons.extend(disagreement(case));
+        }
         reasons.extend(uncertainty(case));
     }
     reasons.push(Reason {

@@ -235,13 +235,13 @@ fn verif_stops_that_differ_leave_it_undecided() {
         &both,
         Answer::Undecided,
         &[
-            "threshold-crossed",
             "stop-model-decides",
+            "threshold-crossed",
             "uncertainty",
             "nominal-runs-only",
         ],
     );
-    let text = &both.why[1].text;
+    let text = &both.why[0].text;
     assert!(
         text.contains("rigid stop, negative opens: ")
             && text.contains("pass")
@@ -285,13 +285,13 @@ fn verif_polarity_undeclared_must_agree_and_both_takes_the_worse() {
         &undeclared,
         Answer::Undecided,
         &[
-            "threshold-crossed",
             "polarity-decides",
+            "threshold-crossed",
             "uncertainty",
             "nominal-runs-only",
         ],
     );
-    assert!(undeclared.why[1].text.contains("--opens-when"));
+    assert!(undeclared.why[0].text.contains("--opens-when"));
     assert!(
         undeclared
             .findings
