@@ -277,7 +277,8 @@ fn event_driven(
         options.initial,
         options.tolerance_rad,
         tally,
-    );
+    )
+    .for_samples(last);
     if !options.error_bound {
         kernel = kernel.without_error_bound();
     }
@@ -343,15 +344,15 @@ fn event_driven(
             model: options.stop,
             method: options.method.name(),
             opens_when: options.opens_when,
-            peak_angle_rad: peak.angle,
+            peak_angle_rad: finite(peak.angle),
             peak_time_s: peak.time,
             first_crossing_s: finished.first_crossing,
             time_above_threshold_s: finished.time_above,
             first_release_s: finished.first_release,
             impacts: finished.impacts,
             impact_list: finished.impact_list,
-            final_angle_rad: angle,
-            final_velocity_rad_s: velocity,
+            final_angle_rad: finite(angle),
+            final_velocity_rad_s: finite(velocity),
             moving_at_end: moving,
             coast_peak_angle_rad: coast.map(|peak| peak.angle),
             numerical_error_rad: if !options.error_bound {
@@ -364,11 +365,17 @@ fn event_driven(
             work,
         },
         trace: trace.unwrap_or_default(),
-        coast_error_rad: coast.map_or(0.0, |peak| peak.bound()),
+        coast_error_rad: coast.map_or(0.0, |peak| finite(peak.bound())),
         broke_down,
         breakdown: None,
         lowest_angle_rad: None,
     }
+}
+
+/// The number, or the largest there is in place of what is none: a run that broke down still
+/// has to be written down.
+fn finite(value: f64) -> f64 {
+    if value.is_finite() { value } else { f64::MAX }
 }
 
 /// Returns how many sample intervals from the first on lie wholly above `lift_off`, in the

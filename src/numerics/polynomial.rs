@@ -35,7 +35,8 @@ pub fn evaluate_with_derivative(coefficients: &[f64], x: f64) -> (f64, f64) {
 /// polynomial rises there; stops when `visit` returns false.
 ///
 /// A point that is touched without a change of sign is not visited. Coefficients beyond
-/// [`CAPACITY`] are not looked at.
+/// [`CAPACITY`] are not looked at; of coefficients that are not finite, or overflow on the
+/// interval, nothing is visited.
 pub fn sign_changes(coefficients: &[f64], end: f64, visit: &mut impl FnMut(f64, bool) -> bool) {
     let count = coefficients.len().min(CAPACITY);
     if count < 2 {
@@ -43,6 +44,10 @@ pub fn sign_changes(coefficients: &[f64], end: f64, visit: &mut impl FnMut(f64, 
     }
     let coefficients = &coefficients[..count];
     let bernstein = to_bernstein(coefficients, end);
+    if bernstein[..count].iter().any(|b| !b.is_finite()) {
+        // No halving would ever settle the sign of what is not a number.
+        return;
+    }
     isolate(coefficients, &bernstein[..count], 0.0, end, 0, visit);
 }
 

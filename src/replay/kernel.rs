@@ -45,6 +45,14 @@ const TURNS_MAX: u32 = 64;
 /// Bounces within one sample before the kernel gives up.
 const EVENTS_PER_SAMPLE_MAX: u32 = 200_000;
 
+/// Steps before the kernel gives up: so many, and so many more per sample. A lever that
+/// bounces on a perfect stop for an hour would otherwise keep the machine for days.
+const STEPS_MAX: (u64, u64) = (20_000_000, 16);
+
+/// Angle [rad] that a step from rest may reach: the terms by which the cosine follows the
+/// angle then are beyond double precision from order 14 on, where they would come next.
+const FIRST_STEP_ANGLE: f64 = 1e-4;
+
 /// How the lever moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
@@ -80,7 +88,11 @@ pub(super) struct Kernel {
     pub(super) sensitivity: Sensitivity,
     pub(super) tally: Tally,
     pub(super) work: Work,
-    /// Set when one sample held more events than any chatter can.
+    /// Longest step in flight and in contact [s].
+    step_max: (f64, f64),
+    steps_max: u64,
+    /// Set when one sample held more events than any chatter can, the steps ran out, or the
+    /// state left what a double can hold.
     pub(super) stuck: bool,
 }
 
@@ -162,8 +174,14 @@ impl Kernel {
             sensitivity: Sensitivity::default(),
             tally,
             work: Work::default(),
+            step_max: (f64::INFINITY, f64::INFINITY),
+            steps_max: STEPS_MAX.0,
             stuck: false,
         };
+        // Over a longer step in contact the terms of the series grow before they fall, and a
+        // truncation relative to their sum says nothing of the angle.
+        let phase = CONTACT_PHASE_MAX / kernel.contact.stiffness.sqrt();
+        kernel.step_max = (kernel.free.step_max(), kernel.contact.step_max().min(phase));
         if stop == StopModel::Soft {
             // A static equilibrium computed in double precision is off by its rounding.
             kernel
@@ -171,6 +189,12 @@ impl Kernel {
                 .event(&Map([[1.0, 0.0], [0.0, 1.0]]), angle);
         }
         kernel
+    }
+
+    /// Allows the steps that a record of `samples` may need.
+    pub(super) fn for_samples(mut self, samples: usize) -> Self {
+        self.steps_max = STEPS_MAX.0 + STEPS_MAX.1 * samples as u64;
+        self
     }
 
     /// Leaves the error's bound out: the run's stated error is then meaningless.
@@ -243,6 +267,11 @@ impl Kernel {
                 break;
             }
         }
+        if self.work.steps > self.steps_max
+            || !(self.angle.is_finite() && self.velocity.is_finite())
+        {
+            self.stuck = true;
+        }
         self.tally.point(time + length, self.angle, self.velocity);
     }
 
@@ -286,7 +315,10 @@ impl Kernel {
             self.phase = Phase::Dwell;
             return local;
         }
-        let mut step = stretch.length - local;
+        let mut step = (stretch.length - local).min(self.step_max.0);
+        if self.angle <= 0.0 && self.velocity <= 0.0 {
+            step = step.min(libm::cbrt(6.0 * FIRST_STEP_ANGLE / stretch.slope.abs()));
+        }
         let pressed = self.free.pressing + stretch.excitation_at(local);
         if self.angle <= 0.0 && self.velocity > 0.0 && pressed > 0.0 {
             if let Some(rest) = self.chatter(stretch, local) {
@@ -311,6 +343,9 @@ impl Kernel {
         self.lifting = false;
         let series = Series::<FLIGHT_ORDER>::new(&self.free, &start, step, &self.tolerance);
         let reach = series.valid_part();
+        if reach.is_nan() || reach <= 0.0 {
+            return self.give_up(stretch);
+        }
         let hit = hit(&series, reach, 1.0);
         let part = hit.unwrap_or(reach);
         if self.bounds_error {
@@ -330,6 +365,13 @@ impl Kernel {
         self.tally
             .point(stretch.time + reached, self.angle, self.velocity);
         reached
+    }
+
+    /// The series holds numbers beyond a double: there is no step that could be taken.
+    #[cold]
+    fn give_up(&mut self, stretch: &Stretch) -> f64 {
+        self.stuck = true;
+        stretch.length
     }
 
     /// Takes in a step up to `part`: what is kept of the trajectory, the error, the new state.
@@ -354,21 +396,45 @@ impl Kernel {
         self.tally
             .stretch(series, part, stretch.time + local, step, || {
                 self.sensitivity.apply(damping, pressing);
-                self.sensitivity.angle_error()
+                // A peak in the first step from rest has no error but the step's own, and
+                // there the terms of the torque may all but cancel.
+                let torque =
+                    pressing + start.excitation.abs() + branch.stiffness * start.angle.abs();
+                let elapsed = part * step;
+                self.sensitivity.angle_error_within(
+                    start.angle.abs()
+                        + series.slope().abs()
+                        + series.curved.angle
+                        + torque * elapsed * elapsed,
+                )
             });
         let (angle, slope) = series.at(part);
         if self.bounds_error {
             let elapsed = part * step;
             let middle = start.excitation + 0.5 * stretch.slope * elapsed;
             let per_second = 1.0 / step;
+            let truncation = series.tail_at(part);
             self.sensitivity.smooth(&Smooth {
                 time: elapsed,
                 stiffness: branch.stiffness - middle * start.turned.sine,
                 push: middle * start.turned.cosine,
-                force: pressing + branch.stiffness * start.angle.abs().max(angle.abs()),
+                force: pressing
+                    + branch.stiffness * start.angle.abs().max(angle.abs())
+                    + if start.lifting {
+                        // The instant of release is rounded, and the torque grows from it.
+                        stretch.slope.abs() * stretch.length
+                    } else {
+                        0.0
+                    },
                 angle: start.angle.abs() + series.slope().abs() + series.curved.angle,
                 velocity: (series.slope().abs() + series.curved.slope) * per_second,
-                truncation: series.tail_at(part),
+                truncation,
+                truncation_velocity: if self.tolerance.absolute > 0.0 {
+                    truncation * series.tail_order() * per_second / part.max(f64::MIN_POSITIVE)
+                } else {
+                    // The last terms kept are below rounding, those cut off far below.
+                    0.0
+                },
             });
             if self.phase == Phase::Contact || self.sensitivity.is_full() {
                 self.sensitivity.apply(damping, pressing);
@@ -526,7 +592,7 @@ impl Kernel {
             self.tally.release(stretch.time + local);
             return local;
         }
-        let step = (stretch.length - local).min(self.contact_step_max());
+        let step = (stretch.length - local).min(self.step_max.1);
         let start = Start {
             angle: self.angle,
             turned: self.turned,
@@ -537,6 +603,9 @@ impl Kernel {
         };
         let series = Series::<CONTACT_ORDER>::new(&self.contact, &start, step, &self.tolerance);
         let reach = series.valid_part();
+        if reach.is_nan() || reach <= 0.0 {
+            return self.give_up(stretch);
+        }
         let hit = hit(&series, reach, -1.0);
         let part = hit.unwrap_or(reach);
         self.take_in(&series, stretch, local, part, step, &start);
@@ -558,12 +627,6 @@ impl Kernel {
         self.tally
             .point(stretch.time + reached, self.angle, self.velocity);
         reached
-    }
-
-    /// Returns the longest step in contact [s]: over a longer one the terms of the series grow
-    /// before they fall, and a truncation relative to their sum says nothing of the angle.
-    fn contact_step_max(&self) -> f64 {
-        CONTACT_PHASE_MAX / self.contact.stiffness.sqrt()
     }
 
     /// Widens the error after a pass so close to the stop that an impact could have been
@@ -632,8 +695,12 @@ impl Kernel {
             self.free.pressing * u + 0.5 * stiffness * u * u
         };
         let left = 0.5 * self.velocity * self.velocity + potential(self.angle);
+        if self.stop == StopModel::Soft && angle <= 0.0 {
+            // A compressed stop holds energy too: as long as there is any, it may throw the
+            // lever out. What remains here is worth a nanoradian per second.
+            return left <= 1e-18;
+        }
         left <= potential(angle) * (1.0 + 1e-12)
-            || (self.stop == StopModel::Soft && left <= 0.0 && angle <= 0.0)
     }
 }
 

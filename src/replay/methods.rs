@@ -23,7 +23,9 @@ mod rk4_located;
 
 use super::kernel::Kernel;
 use super::tally::Tally;
-use super::{MOVING_ENERGY_J, Method, Outcome, Run, RunOptions, TracePoint, Work, energy_j};
+use super::{
+    MOVING_ENERGY_J, Method, Outcome, Run, RunOptions, TracePoint, Work, energy_j, finite,
+};
 use crate::error::{Error, ErrorKind};
 use crate::model::design::Design;
 use crate::model::excitation::Excitation;
@@ -261,8 +263,8 @@ fn check<E>(problem: &Problem<'_, E>, options: &RunOptions) -> Result<(), Error>
 fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f64) -> Outcome {
     let (angle, velocity) = raw.state;
     let record = raw.record;
-    let finite = angle.is_finite() && velocity.is_finite() && record.peak.0.is_finite();
-    let breakdown = raw.breakdown.or((!finite).then_some(Breakdown::NotFinite));
+    let sound = angle.is_finite() && velocity.is_finite() && record.peak.0.is_finite();
+    let breakdown = raw.breakdown.or((!sound).then_some(Breakdown::NotFinite));
     let moving = breakdown.is_none()
         && energy_j(problem.design, problem.stop, angle, velocity) > MOVING_ENERGY_J;
     let coast = if moving {
@@ -275,25 +277,24 @@ fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f
     } else {
         None
     };
-    let held = |value: f64| if value.is_finite() { value } else { f64::MAX };
     Outcome {
         run: Run {
             model: problem.stop,
             method: options.method.name(),
             opens_when: options.opens_when,
-            peak_angle_rad: held(record.peak.0),
+            peak_angle_rad: finite(record.peak.0),
             peak_time_s: record.peak.1,
             first_crossing_s: record.first_crossing,
             time_above_threshold_s: record.time_above,
             first_release_s: record.first_release,
             impacts: record.impacts,
             impact_list: record.impact_list,
-            final_angle_rad: held(angle),
-            final_velocity_rad_s: held(velocity),
+            final_angle_rad: finite(angle),
+            final_velocity_rad_s: finite(velocity),
             moving_at_end: moving,
             coast_peak_angle_rad: coast.map(|peak| peak.angle),
             numerical_error_rad: if options.error_bound {
-                held(error)
+                finite(error)
             } else {
                 f64::INFINITY
             },

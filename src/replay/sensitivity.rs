@@ -42,7 +42,8 @@ struct Pending {
     push: f64,
     angle_square: f64,
     velocity_square: f64,
-    truncation_square: f64,
+    truncation: f64,
+    truncation_velocity: f64,
     count: u32,
 }
 
@@ -63,6 +64,8 @@ pub(super) struct Smooth {
     pub(super) velocity: f64,
     /// What the step neglects [rad].
     pub(super) truncation: f64,
+    /// The same of the velocity [rad/s]: what it is worth later on.
+    pub(super) truncation_velocity: f64,
 }
 
 /// A linear map of a state's deviation.
@@ -79,9 +82,17 @@ impl Sensitivity {
     /// Returns a bound on the error of the angle [rad].
     #[inline]
     pub(super) fn angle_error(&self) -> f64 {
-        COVERAGE
+        let error = COVERAGE
             * (self.variance_angle.sqrt()
-                + ROUNDING * (self.excitation[0].abs() + self.preload[0].abs()))
+                + ROUNDING * (self.excitation[0].abs() + self.preload[0].abs()));
+        // Beyond what a double holds nothing is known.
+        if error.is_nan() { f64::INFINITY } else { error }
+    }
+
+    /// Returns a bound on the error of an angle inside the next stretch [rad], `size` [rad]
+    /// being that of the terms it is the sum of.
+    pub(super) fn angle_error_within(&self, size: f64) -> f64 {
+        self.angle_error() + COVERAGE * ROUNDING * size
     }
 
     /// Takes in a smooth stretch; its effect is applied together with its neighbours'.
@@ -94,7 +105,8 @@ impl Sensitivity {
         let velocity = stretch.velocity + (stretch.push.abs() + stretch.force) * stretch.time;
         pending.velocity_square += velocity * velocity;
         pending.angle_square += stretch.angle * stretch.angle;
-        pending.truncation_square += stretch.truncation * stretch.truncation;
+        pending.truncation += stretch.truncation;
+        pending.truncation_velocity += stretch.truncation_velocity;
         pending.count += 1;
     }
 
@@ -118,9 +130,11 @@ impl Sensitivity {
         self.excitation[1] -= pending.push;
         self.preload[0] -= pressing * time * half;
         self.preload[1] -= pressing * time;
-        self.variance_angle +=
-            ROUNDING * ROUNDING * pending.angle_square + pending.truncation_square;
+        self.variance_angle += ROUNDING * ROUNDING * pending.angle_square;
         self.variance_velocity += ROUNDING * ROUNDING * pending.velocity_square;
+        // What is cut off has the same sign for steps on end: it adds up, not its square.
+        self.variance_angle = raised(self.variance_angle, pending.truncation);
+        self.variance_velocity = raised(self.variance_velocity, pending.truncation_velocity);
     }
 
     /// Carries the error through an event; `place` [rad] is the rounding of the event's place.
@@ -144,13 +158,25 @@ impl Sensitivity {
         let (p, q, r) = (self.variance_angle, self.covariance, self.variance_velocity);
         let (ap, aq) = (a * p + b * q, a * q + b * r);
         let (cp, cq) = (c * p + d * q, c * q + d * r);
-        self.variance_angle = (ap * a + aq * b).max(0.0);
+        self.variance_angle = not_negative(ap * a + aq * b);
         self.covariance = ap * c + aq * d;
-        self.variance_velocity = (cp * c + cq * d).max(0.0);
+        self.variance_velocity = not_negative(cp * c + cq * d);
         for vector in [&mut self.excitation, &mut self.preload] {
             *vector = [a * vector[0] + b * vector[1], c * vector[0] + d * vector[1]];
         }
     }
+}
+
+/// The variance after the standard deviation has grown by `more`.
+#[inline]
+fn raised(variance: f64, more: f64) -> f64 {
+    variance + more * (2.0 * variance.sqrt() + more)
+}
+
+/// Zero for what rounding has made negative; NaN stays.
+#[inline]
+fn not_negative(variance: f64) -> f64 {
+    if variance < 0.0 { 0.0 } else { variance }
 }
 
 impl Map {

@@ -108,6 +108,13 @@ impl Tally {
         if let Some(since) = self.above_since.take() {
             self.time_above += time - since;
         }
+        // A maximum within rounding of the threshold: the peak decides.
+        if self.peak.angle <= self.threshold {
+            self.first_crossing = None;
+            self.time_above = 0.0;
+        } else {
+            self.first_crossing.get_or_insert(self.peak.time);
+        }
     }
 
     /// Takes in the stretch of `series` up to `part`, which starts at `time` and whose whole
@@ -130,7 +137,8 @@ impl Tally {
         // hundredth more keeps a turn on the joint of two stretches from falling through.
         if slope.abs() <= 1.01 * curved.slope {
             let error = error();
-            if highest + error > self.peak.upper {
+            // An earlier, less certain maximum must not hide a higher one.
+            if highest > self.peak.angle || highest + error > self.peak.upper {
                 self.offer_maxima(series, part, time, step, error);
             }
         }
@@ -153,6 +161,11 @@ impl Tally {
         let shifted = &mut shifted[..series.coefficients().len()];
         shifted.copy_from_slice(series.coefficients());
         shifted[0] -= self.threshold;
+        if shifted[0] >= 0.0 && series.slope() > 0.0 && self.above_since.is_none() {
+            // A rise that begins on the threshold is no change of sign.
+            self.first_crossing.get_or_insert(time);
+            self.above_since = Some(time);
+        }
         polynomial::sign_changes(shifted, part, &mut |x, rises| {
             let instant = time + x * step;
             if rises && self.above_since.is_none() {
@@ -167,6 +180,7 @@ impl Tally {
         let end = series.at(part).0;
         let instant = time + part * step;
         if end > self.threshold && self.above_since.is_none() {
+            let instant = if shifted[0] >= 0.0 { time } else { instant };
             self.first_crossing.get_or_insert(instant);
             self.above_since = Some(instant);
         } else if end < self.threshold

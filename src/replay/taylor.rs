@@ -19,6 +19,14 @@ pub(super) struct Branch {
     pub(super) stiffness: f64,
 }
 
+impl Branch {
+    /// Returns the time in which a free lever turns or slows down by a few radians or factors
+    /// of e [s].
+    pub(super) fn step_max(&self) -> f64 {
+        STEP_MAX / (self.stiffness.sqrt() + self.damping)
+    }
+}
+
 /// Sine and cosine of an angle.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Turned {
@@ -101,7 +109,8 @@ pub(super) struct Series<const N: usize> {
     /// Bounds on what bends the step.
     pub(super) curved: Curved,
     /// Truncation let pass in this step [rad].
-    tolerance: f64,
+    allowed: f64,
+    tolerance: Tolerance,
 }
 
 /// Truncation let pass in a step: the larger of two.
@@ -123,8 +132,16 @@ pub(super) struct Curved {
     pub(super) slope: f64,
 }
 
+/// Longest step, times the lever's own frequency and damping: far beyond what the series can
+/// follow, close enough for its terms to stay finite.
+const STEP_MAX: f64 = 4.0;
+
 /// Coefficients that every series has: fewer could look finished by a chance zero.
 const COUNT_MIN: usize = 7;
+
+/// The same from rest: without spring and damper, the orders 4 to 7 of a lever that lifts off
+/// under a ramp are zero, and what the cosine adds comes with order 8.
+const COUNT_MIN_FROM_REST: usize = 11;
 
 impl Tolerance {
     #[inline]
@@ -160,6 +177,11 @@ impl<const N: usize> Series<N> {
         weighted[2] = 2.0 * x[2];
         let mut size = x[0].abs() + x[1].abs() + x[2].abs();
         let mut count = 3;
+        let count_min = if x[0] == 0.0 && x[1] == 0.0 {
+            COUNT_MIN_FROM_REST
+        } else {
+            COUNT_MIN
+        };
         // One order: C_n = −Σ j x_j S_{n−j}/n, S_n = Σ j x_j C_{n−j}/n, then x_{n+2}. True once
         // the last two terms are small.
         let mut order = |n: usize| -> bool {
@@ -179,7 +201,7 @@ impl<const N: usize> Series<N> {
             x[n + 2] = weighted[n + 2] * INVERSE[n + 2];
             count = n + 3;
             size += x[n + 2].abs();
-            count >= COUNT_MIN && x[n + 2].abs() + x[n + 1].abs() <= tolerance.of(size)
+            count >= count_min && x[n + 2].abs() + x[n + 1].abs() <= tolerance.of(size)
         };
         // The orders that most steps need are written out, for the compiler to unroll.
         let done = order(1)
@@ -214,7 +236,8 @@ impl<const N: usize> Series<N> {
             coefficients: x,
             count,
             curved,
-            tolerance: tolerance.of(size),
+            allowed: tolerance.of(size),
+            tolerance: *tolerance,
         }
     }
 
@@ -253,11 +276,33 @@ impl<const N: usize> Series<N> {
     #[inline]
     pub(super) fn valid_part(&self) -> f64 {
         let tail = self.tail();
-        if tail <= self.tolerance {
+        if tail <= self.allowed {
             1.0
         } else {
-            0.9 * libm::pow(self.tolerance / tail, 1.0 / self.tail_order())
+            self.shortened(tail)
         }
+    }
+
+    /// Returns the part over which `tail`, the size of the last two terms at the end of the
+    /// step, is small against the motion over that part: the motion over the whole step, where
+    /// the series may not even converge, is no measure.
+    #[cold]
+    #[inline(never)]
+    fn shortened(&self, tail: f64) -> f64 {
+        let mut part = 1.0;
+        for _ in 0..20 {
+            let size = self
+                .coefficients()
+                .iter()
+                .rev()
+                .fold(0.0, |sum, c| sum * part + c.abs());
+            let allowed = self.tolerance.of(size);
+            if part < 1.0 && self.tail_at(part) <= allowed {
+                break;
+            }
+            part = 0.9 * libm::pow(allowed / tail, 1.0 / self.tail_order()).min(part);
+        }
+        part
     }
 
     /// Returns the size of the last two terms at the end of the step [rad].
@@ -267,7 +312,7 @@ impl<const N: usize> Series<N> {
     }
 
     #[expect(clippy::cast_precision_loss, reason = "a small order")]
-    fn tail_order(&self) -> f64 {
+    pub(super) fn tail_order(&self) -> f64 {
         (self.count - 2) as f64
     }
 

@@ -95,7 +95,7 @@ pub struct Row {
     pub right_bound: f64,
     /// Its distance from the right one.
     pub error: Option<f64>,
-    /// The same relative to the right one [-].
+    /// The same relative to the right one [-]; absent where that is zero.
     pub relative_error: Option<f64>,
     /// How good the answer is.
     pub grade: Grade,
@@ -220,7 +220,9 @@ impl Setting {
             right,
             right_bound,
             error,
-            relative_error: error.map(|error| error / right.abs()),
+            relative_error: error
+                .map(|error| error / right.abs())
+                .filter(|share| share.is_finite()),
             grade: Grade::of(value, right, right_bound),
         }
     }

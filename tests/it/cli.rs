@@ -601,7 +601,7 @@ fn cli_wrong_usage_is_told_before_any_file_is_opened() {
     with(&["--model", "hard"], "[possible values: auto, rigid, soft]");
     with(
         &["--method", "euler"],
-        "[possible values: event-driven, rk4]",
+        "[possible values: event-driven, rk4, rk4-located, dopri5, dopri5-samples, moreau-jean]",
     );
     with(&["--steps-per-period", "0"], "0 is not in");
     with(&["--tolerance", "1"], "must lie between 1e-20 and 1e-2 rad");

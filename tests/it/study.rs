@@ -113,8 +113,9 @@ fn val_failures_are_marked_and_not_dropped() {
 
 #[test]
 fn verif_a_study_is_the_same_in_every_run() {
-    assert_eq!(compare(&small()), compare(&small()));
-    assert_eq!(stable(), stable());
+    // Thousands of rows: which one differs is better looked up in the CSV than printed here.
+    assert!(compare(&small()) == compare(&small()), "work-precision");
+    assert!(stable() == stable(), "stability");
 }
 
 fn grades(result: &Stability, subject: &str, method: &str) -> Vec<Grade> {

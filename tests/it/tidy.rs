@@ -585,7 +585,10 @@ fn commands_in(text: &str) -> Vec<String> {
 fn cli_document() -> String {
     let main = help(&[]);
     let commands = commands_in(&main);
-    assert!(commands.iter().any(|name| name == "replay"), "commands found: {commands:?}");
+    assert!(
+        commands.iter().any(|name| name == "replay"),
+        "commands found: {commands:?}"
+    );
     let mut document = format!(
         "# Command line\n\nThe help texts of the program, one after the other. This file is written by\n\
          `LATCHGATE_RENEW=1 cargo test --test it tidy_docs_cli` and compared with `--help` by every test run.\n\n\

@@ -321,8 +321,8 @@ fn cli_the_first_sentences_tell_a_crash_engineer_what_he_needs() {
     check(
         &[&surviving, "--set", "criterion.threshold_rad=0.02917"],
         [
-            "The lever crosses the limit of 0.02917 rad at 24.193 ms",
             "The two stop models answer differently: rigid stop, negative opens: pass with a peak of 0.02915 rad; soft stop, negative opens: fail with a peak of 0.02918 rad.",
+            "The lever crosses the limit of 0.02917 rad at 24.193 ms",
             "The error of the computation",
         ],
     );

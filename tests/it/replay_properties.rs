@@ -1,0 +1,200 @@
+//! What holds of every replay, over random levers and recordings; the seed of a failing case
+//! is in its message.
+
+use crate::lever_cases::{Random, options, random_design, random_signal, replay};
+use crate::oracle;
+use latchgate::conditioning::Signal;
+use latchgate::model::Design;
+use latchgate::model::stop::StopModel;
+use latchgate::replay::{Outcome, RunOptions};
+use latchgate::units::OpensWhen;
+
+/// Cases more in release mode, where they cost less.
+const MORE: u64 = if cfg!(debug_assertions) { 1 } else { 10 };
+
+#[track_caller]
+fn check_consistent(label: &str, outcome: &Outcome, design: &Design, options: &RunOptions) {
+    let run = &outcome.run;
+    assert!(!outcome.broke_down, "{label}: broke down");
+    for (name, number) in [
+        ("peak", run.peak_angle_rad),
+        ("peak time", run.peak_time_s),
+        ("time above", run.time_above_threshold_s),
+        ("final angle", run.final_angle_rad),
+        ("final velocity", run.final_velocity_rad_s),
+        ("error", run.numerical_error_rad),
+        ("coast error", outcome.coast_error_rad),
+        ("coast", run.coast_peak_angle_rad.unwrap_or(0.0)),
+    ] {
+        assert!(number.is_finite(), "{label}: {name} {number}");
+    }
+    let threshold = design.criterion.threshold_rad;
+    assert_eq!(
+        run.first_crossing_s.is_some(),
+        run.peak_angle_rad > threshold,
+        "{label}: peak {} crossing {:?}",
+        run.peak_angle_rad,
+        run.first_crossing_s
+    );
+    assert_eq!(
+        run.first_release_s.is_some(),
+        run.peak_angle_rad > 0.0,
+        "{label}: peak {} release {:?}",
+        run.peak_angle_rad,
+        run.first_release_s
+    );
+    if let Some(crossing) = run.first_crossing_s {
+        assert!(crossing <= run.peak_time_s, "{label}: crossing after peak");
+    } else {
+        assert_eq!(run.time_above_threshold_s, 0.0, "{label}");
+    }
+    if let Some(coast) = run.coast_peak_angle_rad {
+        assert!(
+            coast >= run.final_angle_rad,
+            "{label}: coast {coast} from {}",
+            run.final_angle_rad
+        );
+    }
+    assert_eq!(
+        run.impact_list.len() as u64,
+        run.impacts.min(200),
+        "{label}"
+    );
+    let mut before = f64::NEG_INFINITY;
+    for point in &outcome.trace {
+        assert!(
+            point.time_s >= before - 1e-12,
+            "{label}: time runs backwards at {}",
+            point.time_s
+        );
+        before = point.time_s;
+        assert!(
+            point.angle_rad <= run.peak_angle_rad,
+            "{label}: {} at {} above the peak {}",
+            point.angle_rad,
+            point.time_s,
+            run.peak_angle_rad
+        );
+        if options.stop == StopModel::Rigid {
+            assert!(
+                point.angle_rad >= -1e-12,
+                "{label}: {} at {} inside the stop",
+                point.angle_rad,
+                point.time_s
+            );
+        }
+    }
+}
+
+/// Every stated quantity is finite, agrees with the others and with the trace.
+#[test]
+fn prop_random_replays_are_consistent() {
+    for seed in 0..1000 * MORE {
+        let mut random = Random(seed);
+        let design = random_design(&mut random);
+        let signal = random_signal(&mut random, 150, 1.0, 1e4);
+        for stop in [StopModel::Rigid, StopModel::Soft] {
+            let options = options(stop);
+            let outcome = replay(&signal, &design, &options);
+            let label = format!("seed {seed} {}", stop.name());
+            check_consistent(&label, &outcome, &design, &options);
+        }
+    }
+}
+
+/// True and stated error of one replay.
+struct Errors {
+    label: String,
+    truth: f64,
+    stated: f64,
+    peak: f64,
+}
+
+fn errors_of(
+    label: String,
+    signal: &Signal,
+    design: &Design,
+    stop: StopModel,
+    initial: Option<(f64, f64)>,
+) -> Errors {
+    let options = RunOptions {
+        initial,
+        ..RunOptions::new(stop, OpensWhen::Negative)
+    };
+    let run = replay(signal, design, &options).run;
+    let truth = oracle::follow(signal, 1.0, design, stop, initial);
+    // What no double can hold is no error of the method.
+    let rounding = 0.5 * f64::EPSILON * truth.peak.to_f64().abs();
+    let difference = (truth.peak - run.peak_angle_rad.into()).to_f64().abs();
+    Errors {
+        label,
+        truth: (difference - rounding).max(0.0),
+        stated: run.numerical_error_rad,
+        peak: truth.peak.to_f64(),
+    }
+}
+
+/// The stated error covers the true one in 99.9 % of cases and exceeds it by less than two
+/// orders of magnitude in the middle.
+#[track_caller]
+fn check_coverage(what: &str, errors: &[Errors]) {
+    let bad: Vec<&Errors> = errors.iter().filter(|e| e.truth > e.stated).collect();
+    let mut ratios: Vec<f64> = errors
+        .iter()
+        .filter(|e| e.truth > 0.0)
+        .map(|e| e.stated / e.truth)
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    let median = ratios[ratios.len() / 2];
+    println!(
+        "{what}: {} cases, {} not covered, stated/true: median {median:.1}, 5 % {:.1}, 95 % {:.1}",
+        errors.len(),
+        bad.len(),
+        ratios[ratios.len() / 20],
+        ratios[ratios.len() * 19 / 20]
+    );
+    for e in &bad {
+        println!(
+            "  {}: true {:.2e} stated {:.2e} of {:.3e}",
+            e.label, e.truth, e.stated, e.peak
+        );
+    }
+    assert!(bad.len() * 1000 <= errors.len(), "{what}: {}", bad.len());
+    assert!(median < 100.0, "{what}: median {median}");
+}
+
+/// Random levers and records from a base seed on, both stops; `started` gives the lever a
+/// swing to begin with.
+fn random_errors(base: u64, cases: u64, longest: u64, started: bool) -> Vec<Errors> {
+    let mut errors = vec![];
+    for seed in base..base + cases {
+        let mut random = Random(seed);
+        let design = random_design(&mut random);
+        let signal = random_signal(&mut random, longest, 5.0, 3e3);
+        let initial = started.then(|| (random.between(0.0, 0.5), random.between(-20.0, 20.0)));
+        for stop in [StopModel::Rigid, StopModel::Soft] {
+            let label = format!("seed {seed} {}", stop.name());
+            errors.push(errors_of(label, &signal, &design, stop, initial));
+        }
+    }
+    errors
+}
+
+#[test]
+fn prop_stated_error_covers_the_true_one_from_rest() {
+    check_coverage(
+        "from rest",
+        &random_errors(1_000_000, 400 * MORE, 40, false),
+    );
+}
+
+#[test]
+fn prop_stated_error_covers_the_true_one_of_a_swing() {
+    check_coverage("swing", &random_errors(2_000_000, 100 * MORE, 40, true));
+}
+
+/// Longer records: dozens of impacts, by which the error grows a thousandfold.
+#[test]
+fn prop_stated_error_covers_the_true_one_after_many_impacts() {
+    check_coverage("long", &random_errors(3_000_000, 50 * MORE, 400, false));
+}
