@@ -231,7 +231,7 @@ pub enum Study {
 /// The lever of a study, and where its files go.
 #[derive(Debug, Clone, Args)]
 pub struct StudyCommon {
-    /// Folder of the study's files [default: reports/out/<NAME>]
+    /// Folder of the study's files [default: reports/out/NAME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Design file (TOML) [default: the paper's lever]
