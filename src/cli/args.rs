@@ -195,7 +195,7 @@ pub struct ReplayArguments {
     /// Initial angular velocity [rad/s] [default: at rest]
     #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true)]
     pub omega0: Option<f64>,
-    /// Folder of the report [default: reports/out/<recording>-<design>]
+    /// Folder of the report [default: reports/out/RECORDING-DESIGN]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Write no report

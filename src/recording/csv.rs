@@ -1,8 +1,8 @@
 //! Text tables: CSV and its relatives.
 //!
-//! A table is read in three steps: its bytes become UTF-8 text ([`encoding`]), its separator,
-//! comments and line lengths are found and checked ([`dialect`]), and its header says what the
-//! columns hold ([`header`]). Only then are the rows read, the needed columns alone.
+//! A table is read in three steps: its bytes become UTF-8 text (`encoding`), its separator,
+//! comments and line lengths are found and checked (`dialect`), and its header says what the
+//! columns hold (`header`). Only then are the rows read, the needed columns alone.
 //!
 //! What the file does not say is asked for, not guessed: a missing unit or time is an error,
 //! and so is a header that does not fit its rows. Units never come from a comment.
