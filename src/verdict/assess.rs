@@ -254,7 +254,19 @@ struct Bench<'a> {
     fine: &'a Signal,
 }
 
+/// Samples of a recording from which further threads gain more than their start costs.
+const SHARED_SAMPLES: usize = 20_000;
+
 impl Bench<'_> {
+    /// Threads that the runs are shared among: one for a short recording.
+    fn threads(&self) -> usize {
+        if self.signal.samples.len() < SHARED_SAMPLES {
+            1
+        } else {
+            self.options.threads
+        }
+    }
+
     /// The initial state asked for, what is left open being that of rest on the stop.
     fn initial(&self, stop: StopModel) -> Option<(f64, f64)> {
         let (angle, velocity) = (
@@ -312,7 +324,7 @@ impl Bench<'_> {
         let tasks: Vec<(usize, bool)> = (0..pairs.len())
             .flat_map(|pair| [(pair, true), (pair, false)])
             .collect();
-        let outcomes = in_parallel(self.options.threads, &tasks, |&(pair, fine)| {
+        let outcomes = in_parallel(self.threads(), &tasks, |&(pair, fine)| {
             if fine {
                 self.run(self.fine, pairs[pair], fine_window, Purpose::Comparison)
             } else {
@@ -362,7 +374,7 @@ impl Bench<'_> {
             .map(|(pair, _)| *pair)
             .collect();
         let mut first: Option<f64> = None;
-        for outcome in in_parallel(self.options.threads, &tasks, |pair| {
+        for outcome in in_parallel(self.threads(), &tasks, |pair| {
             self.run(self.signal, *pair, None, Purpose::Comparison)
         }) {
             let crossing = outcome?.run.first_crossing_s;
@@ -421,7 +433,7 @@ impl Bench<'_> {
         if model_peak.is_none() && admitted {
             reruns.push((Part::Model, self.signal.clone(), (sign, other_stop)));
         }
-        let outcomes = in_parallel(self.options.threads, &reruns, |(_, signal, pair)| {
+        let outcomes = in_parallel(self.threads(), &reruns, |(_, signal, pair)| {
             self.run(signal, *pair, window, Purpose::Comparison)
         });
         let mut budget = ErrorBudget {
