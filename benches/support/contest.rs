@@ -1,0 +1,121 @@
+//! Several programs timed in turns, so that whatever else the machine does hits them alike.
+
+use std::fmt;
+use std::time::{Duration, Instant};
+
+/// Time that an entry gets in each round, at least one run [s].
+const TURN: Duration = Duration::from_millis(4);
+
+/// One program on one task.
+pub struct Entry<'a> {
+    /// What the table calls it.
+    pub name: String,
+    /// Sample intervals of one run, times levers.
+    pub samples: usize,
+    /// How far it is off.
+    pub off: Off,
+    /// One run.
+    pub run: Box<dyn FnMut() + 'a>,
+}
+
+/// Distance of an answer from the truth; `None` where it was not asked or there is none.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Off {
+    /// Of the peak angle [rad].
+    pub peak_rad: Option<f64>,
+    /// Of the angle at the last sample [rad].
+    pub final_rad: Option<f64>,
+    /// Of the first crossing of the threshold [s].
+    pub crossing_s: Option<f64>,
+}
+
+/// What an entry needed.
+pub struct Timed {
+    /// What the table calls it.
+    pub name: String,
+    /// Least time of a run over its samples [ns].
+    pub ns_per_sample: f64,
+    off: Off,
+}
+
+/// Times `entries` in `rounds` rounds, each in the reverse order of the one before, and keeps
+/// the fastest run of each.
+#[must_use]
+pub fn race(mut entries: Vec<Entry<'_>>, rounds: usize) -> Vec<Timed> {
+    let mut least = vec![Duration::MAX; entries.len()];
+    for round in 0..rounds {
+        for place in 0..entries.len() {
+            let index = if round % 2 == 0 {
+                place
+            } else {
+                entries.len() - 1 - place
+            };
+            let turn = Instant::now();
+            loop {
+                let started = Instant::now();
+                (entries[index].run)();
+                least[index] = least[index].min(started.elapsed());
+                if turn.elapsed() >= TURN {
+                    break;
+                }
+            }
+        }
+    }
+    entries
+        .into_iter()
+        .zip(least)
+        .map(|(entry, least)| Timed {
+            name: entry.name,
+            ns_per_sample: least.as_secs_f64() * 1e9 / entry.samples as f64,
+            off: entry.off,
+        })
+        .collect()
+}
+
+/// The entries of one race as a table, the first being 1.
+pub struct Table<'a>(pub &'a str, pub &'a [Timed]);
+
+impl fmt::Display for Table<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(title, rows) = self;
+        writeln!(f, "{title}")?;
+        writeln!(
+            f,
+            "  {:42} {:>10} {:>9} {:>9} {:>9} {:>9}",
+            "", "ns/sample", "ratio", "peak", "final", "crossing"
+        )?;
+        writeln!(
+            f,
+            "  {:42} {:>10} {:>9} {:>9} {:>9} {:>9}",
+            "", "least", "first = 1", "off, rad", "off, rad", "off, s"
+        )?;
+        let Some(first) = rows.first() else {
+            return Ok(());
+        };
+        for row in *rows {
+            writeln!(
+                f,
+                "  {:42} {:>10.2} {:>9} {:>9} {:>9} {:>9}",
+                row.name,
+                row.ns_per_sample,
+                ratio(row.ns_per_sample / first.ns_per_sample),
+                off(row.off.peak_rad),
+                off(row.off.final_rad),
+                off(row.off.crossing_s),
+            )?;
+        }
+        Ok(())
+    }
+}
+
+fn ratio(value: f64) -> String {
+    match value {
+        value if value >= 100.0 => format!("{value:.0}"),
+        value if value >= 10.0 => format!("{value:.1}"),
+        value => format!("{value:.2}"),
+    }
+}
+
+fn off(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".into(), |value| format!("{value:.0e}"))
+}
