@@ -3,15 +3,20 @@
 use std::fmt;
 use std::time::{Duration, Instant};
 
-/// Time that an entry gets in each round, at least one run [s].
+/// Time that an entry gets in each round, at least one run.
 const TURN: Duration = Duration::from_millis(4);
+
+/// Time after which a race begins no further round.
+const ENOUGH: Duration = Duration::from_secs(11);
 
 /// One program on one task.
 pub struct Entry<'a> {
     /// What the table calls it.
     pub name: String,
-    /// Sample intervals of one run, times levers.
+    /// Sample intervals of one run.
     pub samples: usize,
+    /// Levers of one run.
+    pub levers: usize,
     /// How far it is off.
     pub off: Off,
     /// One run.
@@ -33,17 +38,23 @@ pub struct Off {
 pub struct Timed {
     /// What the table calls it.
     pub name: String,
-    /// Least time of a run over its samples [ns].
+    /// Least time of a run over its samples and levers [ns].
     pub ns_per_sample: f64,
+    /// Levers of one run.
+    pub levers: usize,
     off: Off,
 }
 
-/// Times `entries` in `rounds` rounds, each in the reverse order of the one before, and keeps
-/// the fastest run of each.
+/// Times `entries` in up to `rounds` rounds, each in the reverse order of the one before, and
+/// keeps the fastest run of each.
 #[must_use]
 pub fn race(mut entries: Vec<Entry<'_>>, rounds: usize) -> Vec<Timed> {
     let mut least = vec![Duration::MAX; entries.len()];
+    let begun = Instant::now();
     for round in 0..rounds {
+        if round > 0 && begun.elapsed() >= ENOUGH {
+            break;
+        }
         for place in 0..entries.len() {
             let index = if round % 2 == 0 {
                 place
@@ -66,7 +77,8 @@ pub fn race(mut entries: Vec<Entry<'_>>, rounds: usize) -> Vec<Timed> {
         .zip(least)
         .map(|(entry, least)| Timed {
             name: entry.name,
-            ns_per_sample: least.as_secs_f64() * 1e9 / entry.samples as f64,
+            ns_per_sample: least.as_secs_f64() * 1e9 / (entry.samples * entry.levers) as f64,
+            levers: entry.levers,
             off: entry.off,
         })
         .collect()

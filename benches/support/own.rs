@@ -1,6 +1,6 @@
-//! The entries of a contest that latchgate itself provides.
+//! The contest: what latchgate itself enters, and the tables that come of it.
 
-use super::contest::{Entry, Off};
+use super::contest::{Entry, Off, Table, race};
 use super::scenes;
 use latchgate::conditioning::Signal;
 use latchgate::model::Design;
@@ -10,18 +10,57 @@ use latchgate::replay::{self, Method, Run, RunOptions};
 use latchgate::units::OpensWhen;
 use std::hint::black_box;
 
-/// Rounds of a contest: as many as `cargo bench` needs for steady minima, one where the program
-/// only has to show that it runs.
-#[must_use]
-pub fn rounds(timed: bool) -> usize {
-    if timed { 24 } else { 1 }
+/// Rounds of a race where times count.
+const ROUNDS: usize = 24;
+
+/// Races on the recording and on its chattering twentieth, both stops, and prints the tables.
+///
+/// `others` adds entries to those on the recording. Unless `timed` each program runs for one
+/// round, to show that it runs.
+pub fn contest(
+    timed: bool,
+    others: &dyn for<'a> Fn(&'a Signal, StopModel, &Run) -> Vec<Entry<'a>>,
+) {
+    let rounds = if timed { ROUNDS } else { 1 };
+    let rounds_said = if timed {
+        format!("up to {ROUNDS} rounds")
+    } else {
+        "one round".into()
+    };
+    println!("Time: the least of {rounds_said}, in which the programs of a table run in turns,");
+    println!("per sample interval of one lever. Off: distance from the kernel's answer.\n");
+    for (scale, scene) in [
+        (1.0, "recording of 0.3 s, 10 kHz, 200 g"),
+        (scenes::CHATTER, "the same times 0.05: chatter"),
+    ] {
+        for stop in [StopModel::Rigid, StopModel::Soft] {
+            let signal = scenes::recording(scale);
+            let truth = truth(&signal, stop);
+            let mut entries = kernel(&signal, stop, &truth);
+            entries.push(paper(&signal, stop, &truth));
+            entries.extend(batches(&signal, stop));
+            if scale >= 1.0 {
+                entries.extend(others(&signal, stop, &truth));
+            }
+            let rows = race(entries, rounds);
+            let title = format!("{scene}; {} stop", stop.name());
+            print!("{}", Table(&title, &rows));
+            let million: Vec<String> = rows
+                .iter()
+                .filter(|row| row.levers > 1)
+                .map(|row| {
+                    let samples = 1e6 * (signal.samples.len() - 1) as f64;
+                    format!("{:.1} s", row.ns_per_sample * 1e-9 * samples)
+                })
+                .collect();
+            println!("  a million levers, scaled: {}\n", million.join(" and "));
+        }
+    }
 }
 
 /// Returns what the kernel says of `signal` for the reference lever, with its error bound.
-#[must_use]
-pub fn truth(signal: &Signal, stop: StopModel) -> Run {
-    let options = RunOptions::new(stop, OpensWhen::Negative);
-    run(signal, &options)
+fn truth(signal: &Signal, stop: StopModel) -> Run {
+    run(signal, &RunOptions::new(stop, OpensWhen::Negative))
 }
 
 fn run(signal: &Signal, options: &RunOptions) -> Run {
@@ -30,7 +69,7 @@ fn run(signal: &Signal, options: &RunOptions) -> Run {
         .run
 }
 
-/// Returns how far an answer is off the kernel's, no closer than the kernel itself claims to be.
+/// Returns how far an answer is off the kernel's.
 #[must_use]
 pub fn distance(truth: &Run, peak_rad: f64, final_rad: f64, crossing_s: Option<f64>) -> Off {
     Off {
@@ -43,8 +82,7 @@ pub fn distance(truth: &Run, peak_rad: f64, final_rad: f64, crossing_s: Option<f
 }
 
 /// The kernel without and with its error bound.
-#[must_use]
-pub fn kernel<'a>(signal: &'a Signal, stop: StopModel, truth: &Run) -> Vec<Entry<'a>> {
+fn kernel<'a>(signal: &'a Signal, stop: StopModel, truth: &Run) -> Vec<Entry<'a>> {
     let with_bound = RunOptions::new(stop, OpensWhen::Negative);
     let bound = Off {
         peak_rad: Some(truth.numerical_error_rad),
@@ -67,8 +105,7 @@ pub fn kernel<'a>(signal: &'a Signal, stop: StopModel, truth: &Run) -> Vec<Entry
 }
 
 /// The paper's method at the paper's step.
-#[must_use]
-pub fn paper<'a>(signal: &'a Signal, stop: StopModel, truth: &Run) -> Entry<'a> {
+fn paper<'a>(signal: &'a Signal, stop: StopModel, truth: &Run) -> Entry<'a> {
     let options = scenes::as_in_the_paper(stop);
     let got = run(signal, &options);
     let off = distance(
@@ -85,6 +122,7 @@ fn single<'a>(name: &str, signal: &'a Signal, options: RunOptions, off: Off) -> 
     Entry {
         name: name.into(),
         samples: signal.samples.len() - 1,
+        levers: 1,
         off,
         run: Box::new(move || {
             black_box(replay::run(black_box(signal), &design, &options).expect("ran before"));
@@ -94,8 +132,7 @@ fn single<'a>(name: &str, signal: &'a Signal, options: RunOptions, off: Off) -> 
 
 /// A batch on one and on two threads, and how far the farthest of 25 members is off its own
 /// scalar run.
-#[must_use]
-pub fn batches<'a>(signal: &'a Signal, stop: StopModel) -> Vec<Entry<'a>> {
+fn batches<'a>(signal: &'a Signal, stop: StopModel) -> Vec<Entry<'a>> {
     let peaks = all_peaks(signal, stop, 1);
     let farthest = (0..scenes::LEVERS)
         .step_by(scenes::LEVERS / 25)
@@ -117,7 +154,8 @@ pub fn batches<'a>(signal: &'a Signal, stop: StopModel) -> Vec<Entry<'a>> {
                 scenes::LEVERS,
                 if threads == 1 { "" } else { "s" }
             ),
-            samples: (signal.samples.len() - 1) * scenes::LEVERS,
+            samples: signal.samples.len() - 1,
+            levers: scenes::LEVERS,
             off: Off {
                 peak_rad: Some(farthest),
                 ..Off::default()

@@ -12,7 +12,7 @@ mod own;
 #[allow(dead_code, reason = "each program uses a part of it")]
 mod scenes;
 
-use contest::{Entry, Table, race};
+use contest::Entry;
 use latchgate::conditioning::Signal;
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
@@ -28,35 +28,15 @@ const TOLERANCES: [f64; 3] = [1e-6, 1e-9, 1e-12];
 const FAIR: f64 = 1e-6;
 
 fn main() {
-    let rounds = own::rounds(!std::env::args().any(|argument| argument == "--once"));
-    println!("A time is the least of {rounds} rounds; the programs of a table ran in turns.");
-    println!("Off: distance from the kernel's answer. diffsol: tsit45 with root finding.\n");
-    let signal = scenes::recording(1.0);
-    for stop in [StopModel::Rigid, StopModel::Soft] {
-        let truth = own::truth(&signal, stop);
-        let mut entries = own::kernel(&signal, stop, &truth);
-        entries.push(own::paper(&signal, stop, &truth));
-        entries.extend(own::batches(&signal, stop));
-        for stops in [Stops::AtEvents, Stops::AtSamplesToo] {
-            for tolerance in TOLERANCES {
-                entries.push(peer(&signal, stop, &truth, stops, tolerance));
-            }
-        }
-        let title = format!("recording of 0.3 s, 10 kHz, 200 g; {} stop", stop.name());
-        let rows = race(entries, rounds);
-        println!("{}", Table(&title, &rows));
-    }
-    for stop in [StopModel::Rigid, StopModel::Soft] {
-        let signal = scenes::recording(scenes::CHATTER);
-        let truth = own::truth(&signal, stop);
-        let mut entries = own::kernel(&signal, stop, &truth);
-        entries.extend(own::batches(&signal, stop));
-        let title = format!(
-            "the same at a twentieth of its strength: chatter; {} stop",
-            stop.name()
-        );
-        println!("{}", Table(&title, &race(entries, rounds)));
-    }
+    let timed = !std::env::args().any(|argument| argument == "--once");
+    own::contest(timed, &peers);
+}
+
+fn peers<'a>(signal: &'a Signal, stop: StopModel, truth: &Run) -> Vec<Entry<'a>> {
+    [Stops::AtEvents, Stops::AtSamplesToo]
+        .into_iter()
+        .flat_map(|stops| TOLERANCES.map(|tolerance| peer(signal, stop, truth, stops, tolerance)))
+        .collect()
 }
 
 fn peer<'a>(
@@ -75,24 +55,18 @@ fn peer<'a>(
         tolerance,
     };
     let answer = lever::run(&task).expect("diffsol follows the lever");
+    let where_stopped = match stops {
+        Stops::AtEvents => "",
+        Stops::AtSamplesToo => " at samples",
+    };
     let name = format!(
-        "diffsol {tolerance:.0e}{}",
-        match stops {
-            Stops::AtEvents => "",
-            Stops::AtSamplesToo => ", stopped at each sample",
-        }
-    );
-    println!(
-        "{} stop, {name}: peak {:.12} rad, impacts {} of {}, {} steps",
-        stop.name(),
-        answer.peak_angle_rad,
-        answer.impacts,
-        truth.impacts,
+        "diffsol {tolerance:.0e}{where_stopped}, {} steps",
         answer.steps
     );
     let entry = Entry {
         name,
         samples: signal.samples.len() - 1,
+        levers: 1,
         off: own::distance(
             truth,
             answer.peak_angle_rad,
