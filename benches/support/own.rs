@@ -9,6 +9,7 @@ use latchgate::replay::batch::{self, MemberPeak};
 use latchgate::replay::{self, Method, Run, RunOptions};
 use latchgate::units::OpensWhen;
 use std::hint::black_box;
+use std::ops::Range;
 
 /// Rounds of a race where times count.
 const ROUNDS: usize = 24;
@@ -28,7 +29,8 @@ pub fn contest(
         "one round".into()
     };
     println!("Time: the least of {rounds_said}, in which the programs of a table run in turns,");
-    println!("per sample interval of one lever. Off: distance from the kernel's answer.\n");
+    println!("lap by lap (two threads: as a whole), per sample interval of one lever.");
+    println!("Off: distance from the kernel's answer.\n");
     for (scale, scene) in [
         (1.0, "recording of 0.3 s, 10 kHz, 200 g"),
         (scenes::CHATTER, "the same times 0.05: chatter"),
@@ -124,7 +126,7 @@ fn single<'a>(name: &str, signal: &'a Signal, options: RunOptions, off: Off) -> 
         samples: signal.samples.len() - 1,
         levers: 1,
         off,
-        run: Box::new(move || {
+        run: Box::new(move |_| {
             black_box(replay::run(black_box(signal), &design, &options).expect("ran before"));
         }),
     }
@@ -133,7 +135,7 @@ fn single<'a>(name: &str, signal: &'a Signal, options: RunOptions, off: Off) -> 
 /// A batch on one and on two threads, and how far the farthest of 25 members is off its own
 /// scalar run.
 fn batches<'a>(signal: &'a Signal, stop: StopModel) -> Vec<Entry<'a>> {
-    let peaks = all_peaks(signal, stop, 1);
+    let peaks = peaks(signal, stop, 1, 0..scenes::LEVERS);
     let farthest = (0..scenes::LEVERS)
         .step_by(scenes::LEVERS / 25)
         .map(|index| {
@@ -146,28 +148,46 @@ fn batches<'a>(signal: &'a Signal, stop: StopModel) -> Vec<Entry<'a>> {
             (alone.run.peak_angle_rad - peaks[index].peak_angle_rad).abs()
         })
         .fold(0.0, f64::max);
-    [1, 2]
-        .into_iter()
-        .map(|threads| Entry {
-            name: format!(
-                "batch of {}, {threads} thread{}",
-                scenes::LEVERS,
-                if threads == 1 { "" } else { "s" }
-            ),
-            samples: signal.samples.len() - 1,
-            levers: scenes::LEVERS,
-            off: Off {
-                peak_rad: Some(farthest),
-                ..Off::default()
-            },
-            run: Box::new(move || {
-                black_box(all_peaks(black_box(signal), stop, threads));
+    let entry = |name: &str, run| Entry {
+        name: format!("batch of {}, {name}", scenes::LEVERS),
+        samples: signal.samples.len() - 1,
+        levers: scenes::LEVERS,
+        off: Off {
+            peak_rad: Some(farthest),
+            ..Off::default()
+        },
+        run,
+    };
+    vec![
+        entry(
+            "1 thread",
+            Box::new(move |laps| {
+                for first in (0..scenes::LEVERS).step_by(LAP_LEVERS) {
+                    let last = scenes::LEVERS.min(first + LAP_LEVERS);
+                    black_box(self::peaks(black_box(signal), stop, 1, first..last));
+                    laps.end_lap();
+                }
             }),
-        })
-        .collect()
+        ),
+        entry(
+            "2 threads",
+            Box::new(move |_| {
+                black_box(self::peaks(black_box(signal), stop, 2, 0..scenes::LEVERS));
+            }),
+        ),
+    ]
 }
 
-fn all_peaks(signal: &Signal, stop: StopModel, threads: usize) -> Vec<MemberPeak> {
+/// Levers that a batch on one thread takes in a lap: some milliseconds.
+const LAP_LEVERS: usize = 40;
+
+fn peaks(
+    signal: &Signal,
+    stop: StopModel,
+    threads: usize,
+    levers: Range<usize>,
+) -> Vec<MemberPeak> {
     let options = scenes::peaks_only(stop, threads);
-    batch::peaks(signal, scenes::LEVERS, &scenes::lever, &options).expect("the scene is valid")
+    let lever = |index| scenes::lever(levers.start + index);
+    batch::peaks(signal, levers.len(), &lever, &options).expect("the scene is valid")
 }

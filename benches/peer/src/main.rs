@@ -54,7 +54,7 @@ fn peer<'a>(
         stops,
         tolerance,
     };
-    let answer = lever::run(&task).expect("diffsol follows the lever");
+    let answer = lever::run(&task, &mut || ()).expect("diffsol follows the lever");
     let where_stopped = match stops {
         Stops::AtEvents => "",
         Stops::AtSamplesToo => " at samples",
@@ -73,8 +73,9 @@ fn peer<'a>(
             answer.final_angle_rad,
             answer.first_crossing_s,
         ),
-        run: Box::new(move || {
-            black_box(lever::run(black_box(&task)).expect("ran before"));
+        run: Box::new(move |laps| {
+            let mut end_lap = || laps.end_lap();
+            black_box(lever::run(black_box(&task), &mut end_lap).expect("ran before"));
         }),
     };
     if tolerance <= TOLERANCES[TOLERANCES.len() - 1] {
