@@ -2,6 +2,8 @@
 
 pub mod batch;
 mod cruise;
+mod forcing;
+mod harmonic;
 mod kernel;
 mod methods;
 mod plain;
@@ -298,6 +300,27 @@ impl pulp::WithSimd for EventDriven<'_> {
     }
 }
 
+/// Puts the lever of an event-driven run where it starts, at `start` [s].
+fn begin(start: f64, design: &Design, options: &RunOptions) -> Kernel {
+    let tally = Tally::new(design.criterion.threshold_rad, options.trace);
+    let mut kernel = Kernel::new(
+        design,
+        options.stop,
+        options.initial,
+        options.tolerance_rad,
+        tally,
+    );
+    if !options.error_bound {
+        kernel = kernel.without_error_bound();
+    }
+    let (angle, velocity) = kernel.state();
+    if angle > 0.0 || (angle >= 0.0 && velocity > 0.0) {
+        kernel.tally.release(start);
+    }
+    kernel.tally.point(start, angle, velocity);
+    kernel
+}
+
 #[inline(always)]
 fn event_driven(
     signal: &Signal,
@@ -306,25 +329,9 @@ fn event_driven(
     first: usize,
     last: usize,
 ) -> Outcome {
-    let tally = Tally::new(design.criterion.threshold_rad, options.trace);
-    let mut kernel = Kernel::new(
-        design,
-        options.stop,
-        options.initial,
-        options.tolerance_rad,
-        tally,
-    )
-    .for_samples(last);
-    if !options.error_bound {
-        kernel = kernel.without_error_bound();
-    }
+    let mut kernel = begin(signal.start_s, design, options).for_samples(last);
     let (sign, interval) = (options.opens_when.sign(), signal.rate.interval().seconds());
     let lift_off = kernel.lift_off_acceleration();
-    let (angle, velocity) = kernel.state();
-    if angle > 0.0 || (angle >= 0.0 && velocity > 0.0) {
-        kernel.tally.release(signal.start_s);
-    }
-    kernel.tally.point(signal.start_s, angle, velocity);
     let cruise = Cruise::new(&kernel, interval, sign);
     let pressed = Pressed::new(&kernel, interval, sign, 0.0);
     let mut index = 0;
@@ -374,7 +381,11 @@ fn event_driven(
             .tally
             .open_window(kernel.state().0, signal.time_s(last), error);
     }
-    let end = signal.time_s(last);
+    finish(kernel, signal.time_s(last), design, options)
+}
+
+/// Ends an event-driven run at `end` [s]: closes the window, coasts on, tells what there was.
+fn finish(mut kernel: Kernel, end: f64, design: &Design, options: &RunOptions) -> Outcome {
     let (angle, velocity) = kernel.state();
     let error = kernel.angle_error();
     kernel.tally.close_window(angle, end, error);
@@ -506,10 +517,13 @@ fn compared(
 
 /// Drives the lever with a smooth sine from time 0 to `end_s` [s], without samples between.
 ///
+/// The event-driven method takes the sine as it is, a quarter of a period at a time; the others
+/// evaluate it at their own instants.
+///
 /// # Errors
 ///
-/// As [`run`]; [`ErrorKind::OutOfRange`] for the event-driven method, which takes samples, a
-/// window, or an end that is not positive.
+/// As [`run`]; [`ErrorKind::OutOfRange`] for a window, an end that is not positive or more than
+/// 10⁷ periods away, an amplitude or a phase that is not finite.
 pub fn run_harmonic(
     excitation: &Harmonic,
     end_s: f64,
@@ -525,18 +539,18 @@ pub fn run_harmonic(
         }
         .into())
     };
-    if options.method == Method::EventDriven {
-        return refuse(
-            "method on a smooth sine",
-            "one of the methods to compare with; sample the sine for the event-driven one",
-            options.method.name().into(),
-        );
-    }
     if options.window.is_some() {
         return refuse("window", "none on a smooth sine", "a window".into());
     }
     if !(end_s > 0.0 && end_s.is_finite()) {
         return refuse("end [s]", "positive and finite", end_s.to_string());
+    }
+    if !(excitation.amplitude_m_s2.is_finite() && excitation.phase_rad.is_finite()) {
+        return refuse(
+            "amplitude [m/s²] and phase [rad]",
+            "finite",
+            format!("{} and {}", excitation.amplitude_m_s2, excitation.phase_rad),
+        );
     }
     // A hundredth of a period stands in for the sample interval.
     let longest_step_s = std::f64::consts::TAU / (100.0 * excitation.angular_frequency_rad_s);
@@ -547,9 +561,23 @@ pub fn run_harmonic(
             excitation.angular_frequency_rad_s.to_string(),
         );
     }
+    if end_s > harmonic::PERIODS_MAX * 100.0 * longest_step_s {
+        return refuse(
+            "end [s]",
+            "at most 10⁷ periods of the sine",
+            end_s.to_string(),
+        );
+    }
+    let excitation = Harmonic {
+        amplitude_m_s2: options.opens_when.sign() * excitation.amplitude_m_s2,
+        ..*excitation
+    };
+    if options.method == Method::EventDriven {
+        return Ok(harmonic::run(&excitation, end_s, design, options));
+    }
     methods::run(
         &Problem {
-            excitation,
+            excitation: &excitation,
             design,
             stop: options.stop,
             initial: options.initial,

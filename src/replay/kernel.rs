@@ -7,6 +7,7 @@
 //! ends at its accumulation time.
 
 use super::Work;
+use super::forcing::{Forcing, Line, SINE_ORDER, Sine};
 use super::sensitivity::{Map, Sensitivity, Smooth, Smooths};
 use super::tally::{COUNTED_SPEED, Peak, Tally};
 use super::taylor::{Branch, Series, Start, Tolerance, Turned};
@@ -94,25 +95,6 @@ pub(super) struct Kernel {
     /// Set when one sample held more events than any chatter can, the steps ran out, or the
     /// state left what a double can hold.
     pub(super) stuck: bool,
-}
-
-/// A stretch of linear excitation.
-#[derive(Debug, Clone, Copy)]
-struct Stretch {
-    /// Time of its start [s].
-    time: f64,
-    /// Its length [s].
-    length: f64,
-    /// b = m L a/I0 at its start [rad/s²].
-    excitation: f64,
-    /// Slope of b [rad/s³].
-    slope: f64,
-}
-
-impl Stretch {
-    fn excitation_at(&self, local: f64) -> f64 {
-        self.excitation + self.slope * local
-    }
 }
 
 impl Kernel {
@@ -302,19 +284,28 @@ impl Kernel {
     /// the base acceleration going linearly from `from` to `to` [m/s², model sign].
     pub(super) fn advance(&mut self, time: f64, length: f64, from: f64, to: f64) {
         let excitation = self.gain * from;
-        let stretch = Stretch {
+        self.pass::<_, FLIGHT_ORDER>(&Line {
             time,
             length,
             excitation,
             slope: (self.gain * to - excitation) / length,
-        };
+        });
+    }
+
+    /// Advances over a piece of a sine.
+    pub(super) fn advance_sine(&mut self, sine: &Sine) {
+        self.pass::<_, SINE_ORDER>(sine);
+    }
+
+    /// Advances over a stretch of smooth excitation, in flight by series of `N` coefficients.
+    fn pass<F: Forcing, const N: usize>(&mut self, stretch: &F) {
         let mut local = 0.0;
         let mut guard = 0;
-        while local < length {
+        while local < stretch.length() {
             local = match self.phase {
-                Phase::Dwell => self.dwell(&stretch, local),
-                Phase::Flight => self.flight(&stretch, local),
-                Phase::Contact => self.contact(&stretch, local),
+                Phase::Dwell => self.dwell(stretch, local),
+                Phase::Flight => self.flight::<F, N>(stretch, local),
+                Phase::Contact => self.contact(stretch, local),
             };
             guard += 1;
             if guard > EVENTS_PER_SAMPLE_MAX {
@@ -327,54 +318,55 @@ impl Kernel {
         {
             self.stuck = true;
         }
-        self.tally.point(time + length, self.angle, self.velocity);
+        let end = stretch.time() + stretch.length();
+        self.tally.point(end, self.angle, self.velocity);
     }
 
     /// Rest on the rigid stop: leaves where the net torque changes sign. Returns the local
     /// time reached.
-    fn dwell(&mut self, stretch: &Stretch, local: f64) -> f64 {
-        let now = self.free.pressing + stretch.excitation_at(local);
-        if now < 0.0 {
+    fn dwell<F: Forcing>(&mut self, stretch: &F, local: f64) -> f64 {
+        if self.free.pressing + stretch.at(local) < 0.0 {
             // The torque jumped: at the first sample, or at the end of a chatter.
             self.lift_off(stretch, local, false);
             return local;
         }
-        let end = self.free.pressing + stretch.excitation_at(stretch.length);
-        if end >= 0.0 {
-            return stretch.length;
-        }
-        let root = local + (stretch.length - local) * (now / (now - end));
+        let Some(root) = stretch.falls_below(self.free.pressing, local) else {
+            return stretch.length();
+        };
         self.lift_off(stretch, root, true);
-        root.min(stretch.length)
+        root.min(stretch.length())
     }
 
-    fn lift_off(&mut self, stretch: &Stretch, local: f64, lifting: bool) {
+    fn lift_off<F: Forcing>(&mut self, stretch: &F, local: f64, lifting: bool) {
         self.phase = Phase::Flight;
         self.set_on_stop(0.0);
         self.lifting = lifting;
         self.sensitivity.reset();
         self.work.events += 1;
-        self.tally.release(stretch.time + local);
-        self.tally.point(stretch.time + local, 0.0, 0.0);
+        self.tally.release(stretch.time() + local);
+        self.tally.point(stretch.time() + local, 0.0, 0.0);
     }
 
     /// Flight to the end of the sample, the end of the series' reach, or the stop.
-    fn flight(&mut self, stretch: &Stretch, local: f64) -> f64 {
+    fn flight<F: Forcing, const N: usize>(&mut self, stretch: &F, local: f64) -> f64 {
         if self.angle <= 0.0 && !self.lifting && !self.leaves(stretch, local) {
             self.land(stretch, local);
             return local;
         }
-        if self.lifting && stretch.slope >= 0.0 {
+        let slope = stretch.slope_at(local);
+        if self.lifting && slope >= 0.0 {
             // The torque vanished at the very end of a sample and comes back in the next.
             self.lifting = false;
             self.phase = Phase::Dwell;
             return local;
         }
-        let mut step = (stretch.length - local).min(self.step_max.0);
+        let mut step = (stretch.length() - local)
+            .min(self.step_max.0)
+            .min(stretch.step_max());
         if self.angle <= 0.0 && self.velocity <= 0.0 {
-            step = step.min(libm::cbrt(6.0 * FIRST_STEP_ANGLE / stretch.slope.abs()));
+            step = step.min(libm::cbrt(6.0 * FIRST_STEP_ANGLE / slope.abs()));
         }
-        let pressed = self.free.pressing + stretch.excitation_at(local);
+        let pressed = self.free.pressing + stretch.at(local);
         if self.angle <= 0.0 && self.velocity > 0.0 && pressed > 0.0 {
             if let Some(rest) = self.chatter(stretch, local) {
                 return rest;
@@ -387,16 +379,20 @@ impl Kernel {
             angle: self.angle,
             turned: self.turned,
             velocity: self.velocity,
-            excitation: if self.lifting {
-                -self.free.pressing
-            } else {
-                stretch.excitation_at(local)
-            },
-            excitation_slope: stretch.slope,
             lifting: self.lifting,
         };
         self.lifting = false;
-        let series = Series::<FLIGHT_ORDER>::new(&self.free, &start, step, &self.tolerance);
+        let mut excitation = stretch.series(local, step);
+        if start.lifting {
+            excitation.as_mut()[0] = -self.free.pressing;
+        }
+        let series = Series::<N>::new(
+            &self.free,
+            &start,
+            step,
+            excitation.as_ref(),
+            &self.tolerance,
+        );
         let reach = series.valid_part();
         if reach.is_nan() || reach <= 0.0 {
             return self.give_up(stretch);
@@ -408,33 +404,33 @@ impl Kernel {
         }
         self.take_in(&series, stretch, local, part, step, &start);
         if hit.is_some() {
-            let reached = (local + part * step).min(stretch.length);
+            let reached = (local + part * step).min(stretch.length());
             self.set_on_stop(self.velocity.min(0.0));
             self.land(stretch, reached);
             return reached;
         }
-        if part >= 1.0 && step >= stretch.length - local {
-            return stretch.length;
+        if part >= 1.0 && step >= stretch.length() - local {
+            return stretch.length();
         }
-        let reached = (local + part * step).min(stretch.length);
+        let reached = (local + part * step).min(stretch.length());
         self.tally
-            .point(stretch.time + reached, self.angle, self.velocity);
+            .point(stretch.time() + reached, self.angle, self.velocity);
         reached
     }
 
     /// The series holds numbers beyond a double: there is no step that could be taken.
     #[cold]
-    fn give_up(&mut self, stretch: &Stretch) -> f64 {
+    fn give_up<F: Forcing>(&mut self, stretch: &F) -> f64 {
         self.stuck = true;
-        stretch.length
+        stretch.length()
     }
 
     /// Takes in a step up to `part`: what is kept of the trajectory, the error, the new state.
     #[inline]
-    fn take_in<const N: usize>(
+    fn take_in<F: Forcing, const N: usize>(
         &mut self,
         series: &Series<N>,
-        stretch: &Stretch,
+        stretch: &F,
         local: f64,
         part: f64,
         step: f64,
@@ -449,12 +445,12 @@ impl Kernel {
         };
         let (damping, pressing) = (branch.damping, branch.pressing);
         self.tally
-            .stretch(series, part, stretch.time + local, step, || {
+            .stretch(series, part, stretch.time() + local, step, || {
                 self.sensitivity.apply(damping, pressing);
                 // A peak in the first step from rest has no error but the step's own, and
                 // there the terms of the torque may all but cancel.
                 let torque =
-                    pressing + start.excitation.abs() + branch.stiffness * start.angle.abs();
+                    pressing + stretch.at(local).abs() + branch.stiffness * start.angle.abs();
                 let elapsed = part * step;
                 self.sensitivity.angle_error_within(
                     start.angle.abs()
@@ -466,7 +462,7 @@ impl Kernel {
         let (angle, slope) = series.at(part);
         if self.bounds_error {
             let elapsed = part * step;
-            let middle = start.excitation + 0.5 * stretch.slope * elapsed;
+            let middle = stretch.at(local + 0.5 * elapsed);
             let per_second = 1.0 / step;
             let truncation = series.tail_at(part);
             self.sensitivity.smooth(&Smooth {
@@ -477,7 +473,7 @@ impl Kernel {
                     + branch.stiffness * start.angle.abs().max(angle.abs())
                     + if start.lifting {
                         // The instant of release is rounded, and the torque grows from it.
-                        stretch.slope.abs() * stretch.length
+                        stretch.slope_at(local).abs() * elapsed
                     } else {
                         0.0
                     },
@@ -491,7 +487,7 @@ impl Kernel {
                     0.0
                 },
             });
-            if self.sensitivity.is_full() {
+            if self.sensitivity.is_full() || F::LONG {
                 self.sensitivity.apply(damping, pressing);
             }
         }
@@ -535,29 +531,29 @@ impl Kernel {
     }
 
     /// Tells whether a lever at φ ≤ 0 in flight moves off the stop, and puts it on φ = 0.
-    fn leaves(&mut self, stretch: &Stretch, local: f64) -> bool {
+    fn leaves<F: Forcing>(&mut self, stretch: &F, local: f64) -> bool {
         self.set_on_stop(self.velocity);
         if self.velocity != 0.0 {
             return self.velocity > 0.0;
         }
-        let torque = self.free.pressing + stretch.excitation_at(local);
-        torque < 0.0 || (torque <= 0.0 && stretch.slope < 0.0)
+        let torque = self.free.pressing + stretch.at(local);
+        torque < 0.0 || (torque <= 0.0 && stretch.slope_at(local) < 0.0)
     }
 
     /// The lever meets the stop at φ = 0 with `self.velocity` ≤ 0.
-    fn land(&mut self, stretch: &Stretch, local: f64) {
+    fn land<F: Forcing>(&mut self, stretch: &F, local: f64) {
         let before = self.velocity;
-        let time = stretch.time + local;
+        let time = stretch.time() + local;
         self.settle_error();
         self.work.events += 1;
         self.tally.impact(time, before);
         self.tally.point(time, 0.0, before);
-        let pressed = self.free.pressing + stretch.excitation_at(local);
+        let pressed = self.free.pressing + stretch.at(local);
         match self.stop {
             StopModel::Soft => {
                 self.pass_stop(
                     self.free.damping - self.contact.damping,
-                    before * stretch.length,
+                    before * stretch.length(),
                 );
                 self.phase = Phase::Contact;
             }
@@ -573,7 +569,7 @@ impl Kernel {
                             (self.restitution * before_acceleration + after_acceleration) / before;
                         self.sensitivity.event(
                             &Map([[-self.restitution, 0.0], [shear, -self.restitution]]),
-                            before * stretch.length,
+                            before * stretch.length(),
                         );
                     }
                     self.velocity = after;
@@ -601,26 +597,28 @@ impl Kernel {
     /// With v the speed after an impact, α the pressing angular acceleration, β its rate and
     /// γ the damping, the bounces end after 2v/(α(1−R)) · (1 + v/(1−R) · (2β/(3α²) − γ/(3α)))
     /// to second order in v; latchgate takes the sum where the second order is below 1e-6.
-    fn chatter(&mut self, stretch: &Stretch, local: f64) -> Option<f64> {
+    fn chatter<F: Forcing>(&mut self, stretch: &F, local: f64) -> Option<f64> {
         let speed = self.velocity;
         if self.stop != StopModel::Rigid || speed > COUNTED_SPEED || self.restitution >= 1.0 {
             return None;
         }
-        let pressed = self.free.pressing + stretch.excitation_at(local);
+        let pressed = self.free.pressing + stretch.at(local);
         if pressed <= 0.0 {
             return None;
         }
         let loss = 1.0 - self.restitution;
         // β = −m L a'/I0 in the paper's sign of a; the excitation presses with +b here.
         let term = speed / loss
-            * (2.0 * -stretch.slope / (3.0 * pressed * pressed)
+            * (2.0 * -stretch.slope_at(local) / (3.0 * pressed * pressed)
                 - self.free.damping / (3.0 * pressed));
         let first = 2.0 * speed / (pressed * loss);
         let spring = self.free.stiffness * speed * speed / (pressed * pressed);
         let time = first * (1.0 + term);
+        let bend = stretch.bend() * time * time / pressed;
         if term.abs() > CHATTER_TERM_MAX
+            || bend > CHATTER_TERM_MAX * CHATTER_TERM_MAX
             || spring > CHATTER_TERM_MAX * CHATTER_TERM_MAX
-            || local + time > stretch.length
+            || local + time > stretch.length()
         {
             return None;
         }
@@ -629,12 +627,12 @@ impl Kernel {
             let error = self.angle_error();
             self.tally
                 .peak
-                .offer(height, stretch.time + local + speed / pressed, error);
+                .offer(height, stretch.time() + local + speed / pressed, error);
         }
         self.work.events += 1;
         let end = local + time;
-        self.tally.point(stretch.time + end, 0.0, 0.0);
-        self.rest_or_leave(self.free.pressing + stretch.excitation_at(end));
+        self.tally.point(stretch.time() + end, 0.0, 0.0);
+        self.rest_or_leave(self.free.pressing + stretch.at(end));
         Some(end)
     }
 
@@ -648,22 +646,28 @@ impl Kernel {
     }
 
     /// Contact to the end of the sample, the end of the series' reach, or lift-off.
-    fn contact(&mut self, stretch: &Stretch, local: f64) -> f64 {
+    fn contact<F: Forcing>(&mut self, stretch: &F, local: f64) -> f64 {
         if self.angle >= 0.0 && self.leaves(stretch, local) {
             self.phase = Phase::Flight;
-            self.tally.release(stretch.time + local);
+            self.tally.release(stretch.time() + local);
             return local;
         }
-        let step = (stretch.length - local).min(self.step_max.1);
+        let step = (stretch.length() - local)
+            .min(self.step_max.1)
+            .min(stretch.step_max());
         let start = Start {
             angle: self.angle,
             turned: self.turned,
             velocity: self.velocity,
-            excitation: stretch.excitation_at(local),
-            excitation_slope: stretch.slope,
             lifting: false,
         };
-        let series = Series::<CONTACT_ORDER>::new(&self.contact, &start, step, &self.tolerance);
+        let series = Series::<CONTACT_ORDER>::new(
+            &self.contact,
+            &start,
+            step,
+            stretch.series(local, step).as_ref(),
+            &self.tolerance,
+        );
         let reach = series.valid_part();
         if reach.is_nan() || reach <= 0.0 {
             return self.give_up(stretch);
@@ -671,10 +675,10 @@ impl Kernel {
         let hit = hit(&series, reach, -1.0);
         let part = hit.unwrap_or(reach);
         self.take_in(&series, stretch, local, part, step, &start);
-        if hit.is_none() && part >= 1.0 && step >= stretch.length - local {
-            return stretch.length;
+        if hit.is_none() && part >= 1.0 && step >= stretch.length() - local {
+            return stretch.length();
         }
-        let reached = (local + part * step).min(stretch.length);
+        let reached = (local + part * step).min(stretch.length());
         if hit.is_some() {
             self.settle_error();
             self.set_on_stop(self.velocity.max(0.0));
@@ -684,10 +688,10 @@ impl Kernel {
                 self.velocity * step,
             );
             self.phase = Phase::Flight;
-            self.tally.release(stretch.time + reached);
+            self.tally.release(stretch.time() + reached);
         }
         self.tally
-            .point(stretch.time + reached, self.angle, self.velocity);
+            .point(stretch.time() + reached, self.angle, self.velocity);
         reached
     }
 

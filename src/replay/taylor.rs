@@ -81,7 +81,7 @@ impl Turned {
     pub(super) const SMALL: f64 = 0.06;
 }
 
-/// State and excitation at the start of a step.
+/// State at the start of a step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Start {
     /// Angle [rad].
@@ -90,10 +90,6 @@ pub(super) struct Start {
     pub(super) turned: Turned,
     /// Angular velocity [rad/s].
     pub(super) velocity: f64,
-    /// b = m L a/I0 at the start [rad/s²].
-    pub(super) excitation: f64,
-    /// Its rate of change [rad/s³].
-    pub(super) excitation_slope: f64,
     /// The lever leaves rest at the instant at which the net torque is zero; the
     /// coefficient of τ² is then zero by definition, not by rounding.
     pub(super) lifting: bool,
@@ -152,9 +148,16 @@ impl Tolerance {
 
 impl<const N: usize> Series<N> {
     /// Computes the coefficients for a step of `step` [s]: until two in a row fall below the
-    /// tolerance together, or N of them.
+    /// tolerance together, or N of them. `excitation` is b = m L a/I0 [rad/s²] over the step in
+    /// powers of σ.
     #[inline]
-    pub(super) fn new(branch: &Branch, start: &Start, step: f64, tolerance: &Tolerance) -> Self {
+    pub(super) fn new(
+        branch: &Branch,
+        start: &Start,
+        step: f64,
+        excitation: &[f64],
+        tolerance: &Tolerance,
+    ) -> Self {
         let mut x = [0.0; N];
         let mut weighted = [0.0; N]; // j·x_j
         // (−sin, cos) side by side: one multiplication serves both recurrences.
@@ -162,8 +165,7 @@ impl<const N: usize> Series<N> {
         let step2 = step * step;
         let stiffness = branch.stiffness * step2;
         let damping = branch.damping * step;
-        let b0 = start.excitation * step2;
-        let b1 = start.excitation_slope * step2 * step;
+        let b0 = excitation[0] * step2;
         x[0] = start.angle;
         x[1] = start.velocity * step;
         weighted[1] = x[1];
@@ -193,10 +195,12 @@ impl<const N: usize> Series<N> {
             }
             let inverse = INVERSE[n];
             turned[n] = [-sum[1] * inverse, sum[0] * inverse];
-            let force = -stiffness * x[n]
-                - damping * weighted[n + 1]
-                - b0 * turned[n][1]
-                - b1 * turned[n - 1][1];
+            let mut push = 0.0;
+            for (b, t) in excitation[1..].iter().zip(turned[..n].iter().rev()).rev() {
+                push += b * t[1];
+            }
+            let force =
+                -stiffness * x[n] - damping * weighted[n + 1] - b0 * turned[n][1] - push * step2;
             weighted[n + 2] = force * INVERSE[n + 1];
             x[n + 2] = weighted[n + 2] * INVERSE[n + 2];
             count = n + 3;

@@ -462,10 +462,10 @@ fn verif_run_harmonic_refuses_what_it_cannot_do() {
         phase_rad: 0.0,
     };
     let design = Design::reference();
-    let kernel = options(StopModel::Rigid, Method::EventDriven);
-    assert!(replay::run_harmonic(&excitation, 0.1, &design, &kernel).is_err());
-    let good = options(StopModel::Rigid, DOPRI5);
+    let good = options(StopModel::Rigid, Method::EventDriven);
+    assert!(replay::run_harmonic(&excitation, 0.1, &design, &good).is_ok());
     assert!(replay::run_harmonic(&excitation, f64::NAN, &design, &good).is_err());
+    assert!(replay::run_harmonic(&excitation, 1e9, &design, &good).is_err());
     let windowed = RunOptions {
         window: Some((0, 1)),
         ..good.clone()
@@ -476,6 +476,11 @@ fn verif_run_harmonic_refuses_what_it_cannot_do() {
         ..excitation
     };
     assert!(replay::run_harmonic(&still, 0.1, &design, &good).is_err());
+    let lost = Harmonic {
+        phase_rad: f64::INFINITY,
+        ..excitation
+    };
+    assert!(replay::run_harmonic(&lost, 0.1, &design, &good).is_err());
 }
 
 #[test]

@@ -1,0 +1,189 @@
+//! The excitation over a stretch of smooth motion, as the kernel needs it.
+
+/// b = m L a/I0 over a stretch [rad/s²]; a local time [s] counts from the stretch's start.
+pub(super) trait Forcing {
+    /// Whether its steps are so long that each one's error is carried along by itself.
+    const LONG: bool;
+
+    /// Coefficients of b over a step.
+    type Series: AsRef<[f64]> + AsMut<[f64]>;
+
+    /// Returns the time of its start [s].
+    fn time(&self) -> f64;
+
+    /// Returns its length [s].
+    fn length(&self) -> f64;
+
+    /// Returns the longest step that the series is good for [s].
+    fn step_max(&self) -> f64;
+
+    /// Returns b at `local` [rad/s²].
+    fn at(&self, local: f64) -> f64;
+
+    /// Returns the slope of b at `local` [rad/s³].
+    fn slope_at(&self, local: f64) -> f64;
+
+    /// Returns a bound on the second derivative of b [rad/s⁴].
+    fn bend(&self) -> f64;
+
+    /// Returns b from `local` on in powers of the time over `step`.
+    fn series(&self, local: f64, step: f64) -> Self::Series;
+
+    /// Returns the first instant from `local` on, at the latest the stretch's end, at which
+    /// `level` + b falls below zero; at `local` it is not below.
+    fn falls_below(&self, level: f64, local: f64) -> Option<f64>;
+}
+
+/// A straight line between two samples.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Line {
+    /// Time of its start [s].
+    pub(super) time: f64,
+    /// Its length [s].
+    pub(super) length: f64,
+    /// b at its start [rad/s²].
+    pub(super) excitation: f64,
+    /// Slope of b [rad/s³].
+    pub(super) slope: f64,
+}
+
+impl Forcing for Line {
+    const LONG: bool = false;
+
+    type Series = [f64; 2];
+
+    #[inline]
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    #[inline]
+    fn length(&self) -> f64 {
+        self.length
+    }
+
+    #[inline]
+    fn step_max(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    #[inline]
+    fn at(&self, local: f64) -> f64 {
+        self.excitation + self.slope * local
+    }
+
+    #[inline]
+    fn slope_at(&self, _local: f64) -> f64 {
+        self.slope
+    }
+
+    #[inline]
+    fn bend(&self) -> f64 {
+        0.0
+    }
+
+    #[inline]
+    fn series(&self, local: f64, step: f64) -> [f64; 2] {
+        [self.at(local), self.slope * step]
+    }
+
+    #[inline]
+    fn falls_below(&self, level: f64, local: f64) -> Option<f64> {
+        let end = level + self.at(self.length);
+        if end >= 0.0 {
+            return None;
+        }
+        let now = level + self.at(local);
+        Some(local + (self.length - local) * (now / (now - end)))
+    }
+}
+
+/// A piece of a sine, b = B sin(θ + ω τ), with B ≥ 0.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sine {
+    /// Time of its start [s].
+    pub(super) time: f64,
+    /// Its length [s].
+    pub(super) length: f64,
+    /// B [rad/s²].
+    pub(super) amplitude: f64,
+    /// ω [rad/s].
+    pub(super) angular_frequency: f64,
+    /// θ, the phase at its start [rad].
+    pub(super) phase: f64,
+}
+
+/// Coefficients of a sine over a step: the terms beyond are below 1/22! of it.
+pub(super) const SINE_ORDER: usize = 22;
+
+/// Rounding of a phase, in turns.
+const ROUNDING: f64 = 1e-14;
+
+impl Sine {
+    fn turned(&self, local: f64) -> (f64, f64) {
+        libm::sincos(self.phase + self.angular_frequency * local)
+    }
+}
+
+impl Forcing for Sine {
+    const LONG: bool = true;
+
+    type Series = [f64; SINE_ORDER];
+
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn length(&self) -> f64 {
+        self.length
+    }
+
+    fn step_max(&self) -> f64 {
+        1.0 / self.angular_frequency
+    }
+
+    fn at(&self, local: f64) -> f64 {
+        self.amplitude * self.turned(local).0
+    }
+
+    fn slope_at(&self, local: f64) -> f64 {
+        self.amplitude * self.angular_frequency * self.turned(local).1
+    }
+
+    fn bend(&self) -> f64 {
+        self.amplitude * self.angular_frequency * self.angular_frequency
+    }
+
+    fn series(&self, local: f64, step: f64) -> [f64; SINE_ORDER] {
+        let (sine, cosine) = self.turned(local);
+        let turn = self.angular_frequency * step;
+        let mut factor = self.amplitude;
+        let mut order = 0.0;
+        // The derivatives go round: sine, cosine, −sine, −cosine.
+        let mut round = [sine, cosine, -sine, -cosine].into_iter().cycle();
+        std::array::from_fn(|_| {
+            let coefficient = factor * round.next().unwrap_or(0.0);
+            order += 1.0;
+            factor *= turn / order;
+            coefficient
+        })
+    }
+
+    fn falls_below(&self, level: f64, local: f64) -> Option<f64> {
+        use std::f64::consts::{PI, TAU};
+        if self.amplitude <= level {
+            return None;
+        }
+        // sin x = −level/B on its way down, at π + asin(level/B) and every turn later; where the
+        // lever is there but for rounding, that is the instant.
+        let down = PI + libm::asin((level / self.amplitude).max(-1.0));
+        let phase = self.phase + self.angular_frequency * local;
+        let turns = libm::ceil((phase - down) / TAU - ROUNDING);
+        let instant = (down + turns * TAU - self.phase) / self.angular_frequency;
+        if self.slope_at(instant) >= 0.0 {
+            // It touches zero, to rounding, and does not fall below.
+            return None;
+        }
+        (instant <= self.length).then_some(instant.max(local))
+    }
+}
