@@ -186,6 +186,8 @@ pub struct Outcome {
     pub trace: Vec<TracePoint>,
     /// Bound on the error of the coast's peak [rad].
     pub coast_error_rad: f64,
+    /// Bound on the error of the final angle [rad]; only the event-driven method states it.
+    pub final_error_rad: Option<f64>,
     /// The method could not follow the lever: its numbers mean nothing.
     pub broke_down: bool,
     /// Why, where the method can say it.
@@ -430,6 +432,7 @@ fn finish(mut kernel: Kernel, end: f64, design: &Design, options: &RunOptions) -
         },
         trace: trace.unwrap_or_default(),
         coast_error_rad: coast.map_or(0.0, |peak| finite(peak.bound())),
+        final_error_rad: options.error_bound.then(|| finite(error)),
         broke_down,
         breakdown: None,
         lowest_angle_rad: None,

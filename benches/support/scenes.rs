@@ -20,7 +20,9 @@ pub const LEVERS: usize = 1000;
 pub fn recording(scale: f64) -> Signal {
     cases::recording(scale * GRAVITY)
         .expect("the rate is valid")
-        .signal
+        .signal()
+        .expect("it is a recording")
+        .clone()
 }
 
 /// Scale at which the lever chatters through most of the recording.

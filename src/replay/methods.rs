@@ -302,6 +302,7 @@ fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f
         },
         trace: record.trace.unwrap_or_default(),
         coast_error_rad: error,
+        final_error_rad: None,
         broke_down: breakdown.is_some() || (moving && coast.is_none()),
         breakdown,
         lowest_angle_rad: Some(record.lowest),

@@ -1,10 +1,13 @@
 //! The cases that methods are compared on, by formula.
 //!
-//! Every method gets the same piecewise-linear problem: samples joined by straight lines. So the
+//! Every method gets the same problem: samples joined by straight lines, or a smooth sine. So the
 //! differences shown are those of the methods, not of the way in which a formula is sampled.
 
 use crate::conditioning::Signal;
 use crate::error::Error;
+use crate::model::Design;
+use crate::model::excitation::Harmonic;
+use crate::replay::{self, Outcome, RunOptions};
 use crate::units::SampleRate;
 use std::f64::consts::{PI, TAU};
 
@@ -15,14 +18,81 @@ pub struct Case {
     pub name: &'static str,
     /// What it is, in a few words.
     pub title: String,
-    /// The samples [m/s²]; negative opens.
-    pub signal: Signal,
+    /// What moves the base; negative opens.
+    pub drive: Drive,
     /// Initial angle [rad] and angular velocity [rad/s]; `None` for rest.
     pub initial: Option<(f64, f64)>,
 }
 
-/// Samples of the harmonic case in a period of the excitation.
-pub const SAMPLES_PER_PERIOD: u32 = 1000;
+/// What moves the base.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Drive {
+    /// Samples [m/s²] joined by straight lines.
+    Samples(Signal),
+    /// A smooth sine.
+    Sine {
+        /// The sine.
+        excitation: Harmonic,
+        /// How long it lasts [s].
+        end_s: f64,
+    },
+}
+
+impl Case {
+    /// Replays the case.
+    ///
+    /// # Errors
+    ///
+    /// As [`replay::run`] and [`replay::run_harmonic`].
+    pub fn replay(&self, design: &Design, options: &RunOptions) -> Result<Outcome, Error> {
+        match &self.drive {
+            Drive::Samples(signal) => replay::run(signal, design, options),
+            Drive::Sine { excitation, end_s } => {
+                replay::run_harmonic(excitation, *end_s, design, options)
+            }
+        }
+    }
+
+    /// Replays the case up to `time_s` [s], or to the sample after it.
+    ///
+    /// # Errors
+    ///
+    /// As [`replay::run`] and [`replay::run_harmonic`].
+    pub fn replay_until(
+        &self,
+        time_s: f64,
+        design: &Design,
+        options: &RunOptions,
+    ) -> Result<Outcome, Error> {
+        match &self.drive {
+            Drive::Samples(signal) => {
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "an instant inside the record"
+                )]
+                let index = ((time_s - signal.start_s) * signal.rate.hertz()) as usize;
+                let options = RunOptions {
+                    window: Some((0, index + 1)),
+                    ..options.clone()
+                };
+                replay::run(signal, design, &options)
+            }
+            Drive::Sine { excitation, .. } => {
+                replay::run_harmonic(excitation, time_s, design, options)
+            }
+        }
+    }
+
+    /// Returns the samples, if there are any.
+    #[must_use]
+    pub fn signal(&self) -> Option<&Signal> {
+        match &self.drive {
+            Drive::Samples(signal) => Some(signal),
+            Drive::Sine { .. } => None,
+        }
+    }
+}
 
 /// Σ sin(2π(20 j t + p_j)) over j = 1..24 with p_j = frac(q P j²) and P = (√5−1)/2: tones from 20
 /// to 480 Hz whose phases follow the golden ratio.
@@ -37,14 +107,14 @@ fn tones(t: f64, q: f64) -> f64 {
         .sum()
 }
 
-fn sampled(rate_hz: f64, intervals: u32, formula: impl Fn(f64) -> f64) -> Result<Signal, Error> {
-    Ok(Signal {
+fn sampled(rate_hz: f64, intervals: u32, formula: impl Fn(f64) -> f64) -> Result<Drive, Error> {
+    Ok(Drive::Samples(Signal {
         start_s: 0.0,
         rate: SampleRate::from_hertz(rate_hz)?,
         samples: (0..=intervals)
             .map(|index| formula(f64::from(index) / rate_hz))
             .collect(),
-    })
+    }))
 }
 
 /// Returns the shock of 35 ms: the burst of `signals/burst.csv` without its noise, near 1000 g,
@@ -58,7 +128,7 @@ pub fn shock(gravity: f64) -> Result<Case, Error> {
     Ok(Case {
         name: "shock",
         title: "shock of 35 ms, 1000 g, 20 kHz".into(),
-        signal: sampled(20_000.0, 700, |t| {
+        drive: sampled(20_000.0, 700, |t| {
             let envelope = libm::sin(PI * t / DURATION_S);
             148.8 * gravity * envelope * envelope * tones(t, 5.0)
         })?,
@@ -77,33 +147,28 @@ pub fn recording(gravity: f64) -> Result<Case, Error> {
     Ok(Case {
         name: "recording",
         title: "recording of 0.3 s, 200 g, 10 kHz".into(),
-        signal: sampled(10_000.0, 3000, |t| {
+        drive: sampled(10_000.0, 3000, |t| {
             28.7534 * gravity * (t / TAU_S) * libm::exp(1.0 - t / TAU_S) * tones(t, 1.0)
         })?,
         initial: None,
     })
 }
 
-/// Returns `periods` periods of a sine of `amplitude_g` [g] and `angular_frequency` [rad/s] from
-/// the state (0.1 rad, 0), in 1000 samples a period.
-///
-/// # Errors
-///
-/// [`crate::error::ErrorKind::NotPositive`] for an angular frequency that is not positive.
-pub fn harmonic(
-    gravity: f64,
-    amplitude_g: f64,
-    angular_frequency: f64,
-    periods: u32,
-) -> Result<Case, Error> {
-    let rate_hz = f64::from(SAMPLES_PER_PERIOD) * angular_frequency / TAU;
-    let amplitude = amplitude_g * gravity;
-    Ok(Case {
+/// Returns `periods` periods of a smooth sine of `amplitude_g` [g] and `angular_frequency`
+/// [rad/s] from the state (0.1 rad, 0).
+#[must_use]
+pub fn harmonic(gravity: f64, amplitude_g: f64, angular_frequency: f64, periods: u32) -> Case {
+    Case {
         name: "harmonic",
         title: format!("{periods} periods, A = {amplitude_g} g, ω = {angular_frequency} rad/s"),
-        signal: sampled(rate_hz, periods.saturating_mul(SAMPLES_PER_PERIOD), |t| {
-            amplitude * libm::sin(angular_frequency * t)
-        })?,
+        drive: Drive::Sine {
+            excitation: Harmonic {
+                amplitude_m_s2: amplitude_g * gravity,
+                angular_frequency_rad_s: angular_frequency,
+                phase_rad: 0.0,
+            },
+            end_s: f64::from(periods) * TAU / angular_frequency,
+        },
         initial: Some((0.1, 0.0)),
-    })
+    }
 }

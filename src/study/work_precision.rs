@@ -1,11 +1,12 @@
 //! Error against cost, for every method at several settings.
 //!
-//! Truth is the event-driven kernel on the same samples, with the error it states: no row claims
+//! Truth is the event-driven kernel on the same excitation, with the error it states: no row claims
 //! a smaller error than that. Time is the least of several repetitions, as a multiple of what the
 //! event-driven kernel needs for the same case in the same run, neither with an error statement.
 
 use super::cases::{self, Case};
 use super::{Clock, Headline};
+use crate::conditioning::Signal;
 use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
@@ -107,8 +108,8 @@ pub struct Truth {
     pub model: StopModel,
     /// What the case is.
     pub title: String,
-    /// Samples.
-    pub samples: usize,
+    /// Samples; absent for a smooth sine.
+    pub samples: Option<usize>,
     /// Peak angle [rad].
     pub peak_angle_rad: f64,
     /// Bound on its error [rad].
@@ -123,8 +124,10 @@ pub struct Truth {
     pub first_crossing_bound_s: Option<f64>,
     /// Impacts faster than 1e-3 rad/s.
     pub impacts: u64,
-    /// Time of the event-driven kernel [ns per sample interval].
-    pub kernel_ns_per_sample: f64,
+    /// Time of the event-driven kernel [s].
+    pub kernel_time_s: f64,
+    /// The same per sample interval [ns]; absent for a smooth sine.
+    pub kernel_ns_per_sample: Option<f64>,
 }
 
 /// The study's answer.
@@ -165,7 +168,7 @@ pub fn run(options: &Options, clock: Clock<'_>) -> Result<WorkPrecision, Error> 
             options.amplitude_g,
             options.angular_frequency_rad_s,
             options.periods,
-        )?,
+        ),
     ];
     let mut answer = WorkPrecision {
         truths: Vec::new(),
@@ -242,7 +245,6 @@ struct Bench<'a> {
     truth_velocity: f64,
     /// No stop lets a lever deeper than this [rad].
     deepest: f64,
-    kernel_time_s: f64,
     clock: Clock<'a>,
 }
 
@@ -257,37 +259,16 @@ impl<'a> Bench<'a> {
             initial: case.initial,
             ..RunOptions::new(model, OpensWhen::Negative)
         };
-        let ask = |run: &RunOptions| replay::run(&case.signal, &options.design, run);
-        let nominal = ask(&base)?;
+        let nominal = case.replay(&options.design, &base)?;
         let run = &nominal.run;
-        let last = case.signal.samples.len() - 1;
-        // The bound that a run states for its peak is, over one sample interval, that of the
-        // angle there.
-        let bound_over = |first: usize| -> Result<f64, Error> {
-            let outcome = ask(&RunOptions {
-                window: Some((first, first + 1)),
-                ..base.clone()
-            })?;
-            Ok(outcome.run.numerical_error_rad)
-        };
-        let final_bound = bound_over(last - 1)?;
+        let stated = |outcome: &Outcome| outcome.final_error_rad.unwrap_or(f64::INFINITY);
         let first_crossing_bound_s = match run.first_crossing_s {
             None => None,
             Some(crossing) => {
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "an instant inside the record"
-                )]
-                let index = ((crossing - case.signal.start_s) * case.signal.rate.hertz()) as usize;
-                let index = index.min(last - 1);
-                let after = ask(&RunOptions {
-                    window: Some((0, index + 1)),
-                    ..base.clone()
-                })?;
-                let speed = after.run.final_velocity_rad_s.abs().max(f64::MIN_POSITIVE);
+                let there = case.replay_until(crossing, &options.design, &base)?;
+                let speed = there.run.final_velocity_rad_s.abs().max(f64::MIN_POSITIVE);
                 // The rounding of the instant itself comes on top.
-                Some(bound_over(index)? / speed + f64::EPSILON * crossing.abs())
+                Some(stated(&there) / speed + f64::EPSILON * crossing.abs())
             }
         };
         let fastest = run
@@ -307,28 +288,29 @@ impl<'a> Bench<'a> {
                 case: case.name,
                 model,
                 title: case.title.clone(),
-                samples: case.signal.samples.len(),
+                samples: case.signal().map(|signal| signal.samples.len()),
                 peak_angle_rad: run.peak_angle_rad,
                 peak_angle_bound_rad: run.numerical_error_rad,
                 final_angle_rad: run.final_angle_rad,
-                final_angle_bound_rad: final_bound,
+                final_angle_bound_rad: stated(&nominal),
                 first_crossing_s: run.first_crossing_s,
                 first_crossing_bound_s,
                 impacts: run.impacts,
-                kernel_ns_per_sample: 0.0,
+                kernel_time_s: 0.0,
+                kernel_ns_per_sample: None,
             },
             truth_velocity: run.final_velocity_rad_s,
             deepest: -2.0 * fastest / frequency,
-            kernel_time_s: 0.0,
             clock,
         };
         let repetitions = options.repetitions.saturating_mul(10);
-        bench.kernel_time_s = bench
+        let kernel_time_s = bench
             .time(&bench.options_of(Method::EventDriven, None), repetitions)?
             .0;
         #[expect(clippy::cast_precision_loss, reason = "samples stay far below 2^53")]
-        let intervals = last as f64;
-        bench.truth.kernel_ns_per_sample = bench.kernel_time_s * 1e9 / intervals;
+        let per_sample = |signal: &Signal| kernel_time_s * 1e9 / (signal.samples.len() - 1) as f64;
+        bench.truth.kernel_time_s = kernel_time_s;
+        bench.truth.kernel_ns_per_sample = case.signal().map(per_sample);
         Ok(bench)
     }
 
@@ -350,7 +332,7 @@ impl<'a> Bench<'a> {
         let mut outcome = None;
         for _ in 0..repetitions.max(1) {
             let started = (self.clock)();
-            let got = replay::run(&self.case.signal, &self.options.design, run)?;
+            let got = self.case.replay(&self.options.design, run)?;
             least = least.min((self.clock)() - started);
             outcome = Some(got);
             if least > LONG_S {
@@ -363,16 +345,15 @@ impl<'a> Bench<'a> {
     fn row(&self, method: Method, tolerance_rad: Option<f64>) -> Result<Row, Error> {
         let quick = self.options_of(method, tolerance_rad);
         let (time_s, outcome) = self.time(&quick, self.options.repetitions)?;
-        let stated = replay::run(
-            &self.case.signal,
-            &self.options.design,
-            &RunOptions {
-                error_bound: true,
-                ..quick
-            },
-        )?
-        .run
-        .numerical_error_rad;
+        let bounded = RunOptions {
+            error_bound: true,
+            ..quick
+        };
+        let stated = self
+            .case
+            .replay(&self.options.design, &bounded)?
+            .run
+            .numerical_error_rad;
         let run = &outcome.run;
         let truth = &self.truth;
         let sound = !outcome.broke_down;
@@ -422,7 +403,7 @@ impl<'a> Bench<'a> {
             rhs: run.work.rhs,
             events: run.work.events,
             time_s,
-            time_ratio: time_s / self.kernel_time_s,
+            time_ratio: time_s / self.truth.kernel_time_s,
         })
     }
 
@@ -458,10 +439,10 @@ fn headlines(truth: &Truth, rows: &[Row], out: &mut Vec<Headline>) {
             value,
         });
     };
-    say(
-        "event-driven: time [ns per sample]".into(),
-        Some(truth.kernel_ns_per_sample),
-    );
+    match truth.kernel_ns_per_sample {
+        Some(time) => say("event-driven: time [ns per sample]".into(), Some(time)),
+        None => say("event-driven: time [s]".into(), Some(truth.kernel_time_s)),
+    }
     say(
         "event-driven: bound on the peak's error [rad]".into(),
         Some(truth.peak_angle_bound_rad),
