@@ -101,24 +101,20 @@ impl<T: Real> Coefficients<T> {
     #[inline(always)]
     pub(super) fn orders(&self, state: &State<T>, bounds: &Bounds<T>, b0: T, b1: T) -> Orders<T> {
         let zero = b0.constant(0.0);
-        let mut x = [zero; 12];
-        let mut w = [zero; 12];
-        let mut s = [zero; 10];
-        let mut c = [zero; 10];
-        (x[0], x[1], w[1]) = (state.angle, state.slope, state.slope);
-        (s[0], c[0]) = (state.sine, state.cosine);
+        let mut orders = Orders {
+            x: [zero; 12],
+            w: [zero; 12],
+            s: [zero; 10],
+            c: [zero; 10],
+            next: bounds.turn + self.damping + self.stiffness,
+        };
+        (orders.x[0], orders.x[1], orders.w[1]) = (state.angle, state.slope, state.slope);
+        (orders.s[0], orders.c[0]) = (state.sine, state.cosine);
         let own = self
             .stiffness
             .fused(state.angle, self.damping.fused(state.slope, self.pressing));
-        w[2] = -b0.fused(state.cosine, own);
-        x[2] = w[2] * 0.5;
-        let mut orders = Orders {
-            x,
-            w,
-            s,
-            c,
-            next: bounds.turn + self.damping + self.stiffness,
-        };
+        orders.w[2] = -b0.fused(state.cosine, own);
+        orders.x[2] = orders.w[2] * 0.5;
         orders.order(self, b0, b1, 1, []);
         orders.order(self, b0, b1, 2, []);
         orders.order(self, b0, b1, 3, [2]);
