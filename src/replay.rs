@@ -10,6 +10,7 @@ mod plain;
 mod pressed;
 mod sensitivity;
 mod tally;
+mod tangent;
 mod taylor;
 
 use crate::conditioning::Signal;
@@ -26,6 +27,8 @@ pub use methods::{
     ADAPTIVE_TOLERANCE, ADAPTIVE_TOLERANCE_MIN, Breakdown, REST_SPEED_RAD_S,
     step_seconds as fixed_step_s,
 };
+
+pub use harmonic::{Section, Strobe, StrobeMap};
 
 use cruise::Cruise;
 use kernel::Kernel;

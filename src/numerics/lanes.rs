@@ -135,9 +135,7 @@ impl<S: Simd> Lanes<S> {
         let simd = self.simd;
         Mask {
             simd,
-            vectors: together(|n| {
-                simd.less_than_f64s(other.vectors[n], self.vectors[n])
-            }),
+            vectors: together(|n| simd.less_than_f64s(other.vectors[n], self.vectors[n])),
         }
     }
 
@@ -148,9 +146,7 @@ impl<S: Simd> Lanes<S> {
         let simd = self.simd;
         Mask {
             simd,
-            vectors: together(|n| {
-                simd.less_than_or_equal_f64s(self.vectors[n], other.vectors[n])
-            }),
+            vectors: together(|n| simd.less_than_or_equal_f64s(self.vectors[n], other.vectors[n])),
         }
     }
 
@@ -240,9 +236,7 @@ impl<S: Simd> Mask<S> {
         let Self { simd, vectors } = self;
         Lanes {
             simd,
-            vectors: together(|n| {
-                simd.select_f64s(vectors[n], yes.vectors[n], no.vectors[n])
-            }),
+            vectors: together(|n| simd.select_f64s(vectors[n], yes.vectors[n], no.vectors[n])),
         }
     }
 

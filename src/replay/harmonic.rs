@@ -1,10 +1,14 @@
-//! The lever on a smooth sine, piece by piece.
+//! The lever on a smooth sine: a run, and the same observed once a period.
 
 use super::forcing::Sine;
 use super::kernel::Kernel;
+use super::tally::Tally;
+use super::tangent::Tangent;
 use super::{Outcome, RunOptions};
+use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::model::excitation::Harmonic;
+use crate::model::stop::StopModel;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Periods that a run may last.
@@ -94,5 +98,162 @@ impl pulp::WithSimd for Drive<'_> {
             index += 1;
         }
         super::finish(kernel, self.end, self.design, self.options)
+    }
+}
+
+/// The lever as a stroboscope sees it, at the same phase of each period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Section {
+    /// Angle [rad].
+    pub angle_rad: f64,
+    /// Angular velocity [rad/s].
+    pub velocity_rad_s: f64,
+    /// Largest angle in the period that has just ended [rad].
+    pub peak_angle_rad: f64,
+    /// Impacts (soft stop: contact entries) in it, faster than 1e-3 rad/s.
+    pub impacts: u64,
+    /// Whether the lever came to rest on the rigid stop in it.
+    pub rested: bool,
+}
+
+/// Derivatives of the state at the end of a stretch of periods.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrobeMap {
+    /// By the state at the start: d(angle, velocity)/d(angle, velocity), row by row.
+    pub by_state: [[f64; 2]; 2],
+    /// By the relative strength of the excitation: A d(angle, velocity)/dA [rad, rad/s].
+    pub by_amplitude: [f64; 2],
+}
+
+/// A lever on a smooth sine, observed once a period.
+///
+/// The excitation is a(t) = A sin(ω t + θ), negative opening; the first period starts at t = 0.
+///
+/// # Source
+///
+/// Section 3 of the paper: stroboscopic sections at t = 0 mod 2π/ω.
+#[derive(Debug, Clone)]
+pub struct Strobe {
+    kernel: Kernel,
+    quarters: Quarters,
+    impacts: Vec<[f64; 2]>,
+}
+
+impl Strobe {
+    /// Puts a lever in its initial state, (angle [rad], angular velocity [rad/s]) or rest.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::OutOfRange`] for an initial state that the stop does not admit, an angular
+    /// frequency that is not positive, an amplitude or a phase that is not finite.
+    pub fn new(
+        design: &Design,
+        stop: StopModel,
+        excitation: &Harmonic,
+        initial: Option<(f64, f64)>,
+    ) -> Result<Self, Error> {
+        let mut options = RunOptions::new(stop, crate::units::OpensWhen::Negative);
+        options.initial = initial;
+        super::check_initial(&options)?;
+        let quarter = FRAC_PI_2 / excitation.angular_frequency_rad_s;
+        let sound = quarter > 0.0
+            && quarter.is_finite()
+            && excitation.amplitude_m_s2.is_finite()
+            && excitation.phase_rad.is_finite();
+        if !sound {
+            return Err(ErrorKind::OutOfRange {
+                what: "excitation (amplitude [m/s²], angular frequency [rad/s], phase [rad])"
+                    .into(),
+                expected: "finite numbers, the frequency positive".into(),
+                found: format!(
+                    "({}, {}, {})",
+                    excitation.amplitude_m_s2,
+                    excitation.angular_frequency_rad_s,
+                    excitation.phase_rad
+                ),
+            }
+            .into());
+        }
+        let kernel = Kernel::new(design, stop, initial, None, Tally::peak_only())
+            .for_ever()
+            .without_error_bound();
+        Ok(Self {
+            quarters: Quarters::new(excitation, &kernel),
+            kernel,
+            impacts: Vec::new(),
+        })
+    }
+
+    /// Returns angle [rad] and angular velocity [rad/s].
+    #[must_use]
+    pub fn state(&self) -> (f64, f64) {
+        self.kernel.state()
+    }
+
+    /// Changes the excitation and keeps the state: a sweep carries the lever along.
+    pub fn excite(&mut self, excitation: &Harmonic) {
+        self.quarters = Quarters::new(excitation, &self.kernel);
+    }
+
+    /// Follows derivatives from here on; see [`Self::map`].
+    pub fn start_map(&mut self) {
+        self.kernel.tangent = Some(Tangent::START);
+    }
+
+    /// Returns the derivatives since [`Self::start_map`]; `None` if nobody called that.
+    #[must_use]
+    pub fn map(&self) -> Option<StrobeMap> {
+        self.kernel
+            .tangent
+            .map(|Tangent([first, second, third])| StrobeMap {
+                by_state: [[first[0], second[0]], [first[1], second[1]]],
+                by_amplitude: third,
+            })
+    }
+
+    /// Moves on by a period; `None` if the lever can no longer be followed.
+    pub fn advance(&mut self) -> Option<Section> {
+        pulp::Arch::new().dispatch(Period { strobe: self })
+    }
+
+    /// Returns the impacts of the last period, at most 200: time from its start [s], velocity
+    /// before [rad/s].
+    #[must_use]
+    pub fn impacts(&self) -> &[[f64; 2]] {
+        &self.impacts
+    }
+}
+
+/// A period, compiled for what the machine has.
+struct Period<'a> {
+    strobe: &'a mut Strobe,
+}
+
+impl pulp::WithSimd for Period<'_> {
+    type Output = Option<Section>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) -> Self::Output {
+        let Strobe {
+            kernel,
+            quarters,
+            impacts,
+        } = self.strobe;
+        kernel.tally.impact_list.clear();
+        let (impacts_before, rests_before) = (kernel.tally.impacts, kernel.rests);
+        kernel.tally.open_window(kernel.state().0, 0.0, 0.0);
+        for index in 0..4 {
+            kernel.advance_sine(&quarters.piece(index, f64::INFINITY));
+        }
+        impacts.clear();
+        impacts.extend_from_slice(&kernel.tally.impact_list);
+        let (angle_rad, velocity_rad_s) = kernel.state();
+        (!kernel.stuck).then(|| Section {
+            angle_rad,
+            velocity_rad_s,
+            peak_angle_rad: kernel.tally.peak.angle.max(angle_rad),
+            impacts: kernel.tally.impacts - impacts_before,
+            rested: kernel.rests > rests_before,
+        })
     }
 }

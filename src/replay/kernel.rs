@@ -10,6 +10,7 @@ use super::Work;
 use super::forcing::{Forcing, Line, SINE_ORDER, Sine};
 use super::sensitivity::{Map, Sensitivity, Smooth, Smooths};
 use super::tally::{COUNTED_SPEED, Peak, Tally};
+use super::tangent::{Step, Tangent};
 use super::taylor::{Branch, Series, Start, Tolerance, Turned};
 use crate::model::design::Design;
 use crate::model::lever::Lever;
@@ -87,6 +88,10 @@ pub(super) struct Kernel {
     /// Carry the error along; a rerun for a comparison does not need it.
     bounds_error: bool,
     pub(super) sensitivity: Sensitivity,
+    /// Changes that are carried along, if anyone asks for them.
+    pub(super) tangent: Option<Tangent>,
+    /// Times the lever has come to rest on the rigid stop.
+    pub(super) rests: u64,
     pub(super) tally: Tally,
     pub(super) work: Work,
     /// Longest step in flight and in contact [s].
@@ -154,6 +159,8 @@ impl Kernel {
             lifting: false,
             bounds_error: true,
             sensitivity: Sensitivity::default(),
+            tangent: None,
+            rests: 0,
             tally,
             work: Work::default(),
             step_max: (f64::INFINITY, f64::INFINITY),
@@ -176,6 +183,12 @@ impl Kernel {
     /// Allows the steps that a record of `samples` may need.
     pub(super) fn for_samples(mut self, samples: usize) -> Self {
         self.steps_max = STEPS_MAX.0 + STEPS_MAX.1 * samples as u64;
+        self
+    }
+
+    /// Allows any number of steps: whoever drives the lever stops by himself.
+    pub(super) fn for_ever(mut self) -> Self {
+        self.steps_max = u64::MAX;
         self
     }
 
@@ -342,6 +355,7 @@ impl Kernel {
         self.set_on_stop(0.0);
         self.lifting = lifting;
         self.sensitivity.reset();
+        self.rest_tangent();
         self.work.events += 1;
         self.tally.release(stretch.time() + local);
         self.tally.point(stretch.time() + local, 0.0, 0.0);
@@ -418,6 +432,18 @@ impl Kernel {
         reached
     }
 
+    fn rest_tangent(&mut self) {
+        if let Some(tangent) = &mut self.tangent {
+            tangent.rest();
+        }
+    }
+
+    fn event_tangent(&mut self, map: &Map) {
+        if let Some(tangent) = &mut self.tangent {
+            tangent.event(map);
+        }
+    }
+
     /// The series holds numbers beyond a double: there is no step that could be taken.
     #[cold]
     fn give_up<F: Forcing>(&mut self, stretch: &F) -> f64 {
@@ -459,6 +485,16 @@ impl Kernel {
                         + torque * elapsed * elapsed,
                 )
             });
+        if let Some(tangent) = &mut self.tangent {
+            tangent.smooth(&Step {
+                branch,
+                angle: series.coefficients(),
+                excitation: stretch.series(local, step).as_ref(),
+                turned: start.turned,
+                step,
+                part,
+            });
+        }
         let (angle, slope) = series.at(part);
         if self.bounds_error {
             let elapsed = part * step;
@@ -562,16 +598,15 @@ impl Kernel {
                 if after <= SPEED_MIN {
                     self.rest_or_leave(pressed);
                 } else {
+                    let before_acceleration = -pressed - self.free.damping * before;
+                    let after_acceleration = -pressed - self.free.damping * after;
+                    let shear =
+                        (self.restitution * before_acceleration + after_acceleration) / before;
+                    let map = Map([[-self.restitution, 0.0], [shear, -self.restitution]]);
                     if self.bounds_error {
-                        let before_acceleration = -pressed - self.free.damping * before;
-                        let after_acceleration = -pressed - self.free.damping * after;
-                        let shear =
-                            (self.restitution * before_acceleration + after_acceleration) / before;
-                        self.sensitivity.event(
-                            &Map([[-self.restitution, 0.0], [shear, -self.restitution]]),
-                            before * stretch.length(),
-                        );
+                        self.sensitivity.event(&map, before * stretch.length());
                     }
+                    self.event_tangent(&map);
                     self.velocity = after;
                     self.phase = Phase::Flight;
                     self.tally.point(time, 0.0, after);
@@ -584,7 +619,9 @@ impl Kernel {
         self.set_on_stop(0.0);
         if pressed >= 0.0 {
             self.phase = Phase::Dwell;
+            self.rests += 1;
             self.sensitivity.reset();
+            self.rest_tangent();
         } else {
             // A graze: touched at zero speed and pushed off again.
             self.phase = Phase::Flight;
@@ -639,10 +676,11 @@ impl Kernel {
     /// Carries the error's map through φ = 0 of the soft stop, where the damping changes by
     /// `drop` [1/s]; `place` is the size of the terms that placed the event [rad].
     fn pass_stop(&mut self, drop: f64, place: f64) {
+        let map = Map([[1.0, 0.0], [drop, 1.0]]);
         if self.bounds_error {
-            self.sensitivity
-                .event(&Map([[1.0, 0.0], [drop, 1.0]]), place);
+            self.sensitivity.event(&map, place);
         }
+        self.event_tangent(&map);
     }
 
     /// Contact to the end of the sample, the end of the series' reach, or lift-off.

@@ -3,7 +3,7 @@
 use latchgate::model::Design;
 use latchgate::model::excitation::Harmonic;
 use latchgate::model::stop::StopModel;
-use latchgate::replay::{self, Method, Outcome, Run, RunOptions};
+use latchgate::replay::{self, Method, Outcome, Run, RunOptions, Section, Strobe};
 use latchgate::units::OpensWhen;
 use serde_json::Value;
 use std::f64::consts::TAU;
@@ -341,4 +341,116 @@ fn val_histories_agree_with_quad_precision() {
             .fold(f64::INFINITY, f64::min);
         assert!(nearest <= 1e-11, "{name}: {nearest:e} off its attractor");
     }
+}
+
+/// ω = 100 rad/s, A g in its own unit, at the phase of a stroboscope.
+fn strobe(stop: StopModel, amplitude: f64, start: (f64, f64)) -> Strobe {
+    let excitation = sine(amplitude, 100.0, 0.0, REFERENCE_GRAVITY);
+    Strobe::new(&Design::reference(), stop, &excitation, Some(start)).unwrap()
+}
+
+fn run_periods(strobe: &mut Strobe, periods: u32) -> Section {
+    (0..periods)
+        .map(|_| strobe.advance().unwrap())
+        .last()
+        .unwrap()
+}
+
+/// A stroboscope sees what a run over as many periods ends in, impacts and peak included.
+#[test]
+fn verif_a_stroboscope_sees_the_run() {
+    for stop in [StopModel::Rigid, StopModel::Soft] {
+        let excitation = sine(5.0, 100.0, 0.0, REFERENCE_GRAVITY);
+        let run = drive(&excitation, 20.0 * TAU / 100.0, &from(stop, 0.1, 0.0)).run;
+        let mut strobe = strobe(stop, 5.0, (0.1, 0.0));
+        let sections: Vec<Section> = (0..20).map(|_| strobe.advance().unwrap()).collect();
+        let last = sections.last().unwrap();
+        check_near(stop.name(), last.angle_rad, run.final_angle_rad, 1e-12);
+        let impacts: u64 = sections.iter().map(|section| section.impacts).sum();
+        assert_eq!(impacts, run.impacts);
+        let peak = sections
+            .iter()
+            .map(|section| section.peak_angle_rad)
+            .fold(0.0, f64::max);
+        check_near(stop.name(), peak, run.peak_angle_rad, 1e-12);
+    }
+}
+
+/// Derivatives over a period with impacts agree with differences, and the excitation's with
+/// those of the amplitude.
+#[test]
+fn verif_derivatives_agree_with_differences() {
+    const STEP: f64 = 1e-4;
+    for stop in [StopModel::Rigid, StopModel::Soft] {
+        for start in [(0.069, 2.7), (0.3, -4.0)] {
+            let end = |angle: f64, velocity: f64, factor: f64| {
+                let mut strobe = strobe(stop, factor, (start.0 + angle, start.1 + velocity));
+                let section = run_periods(&mut strobe, 2);
+                [section.angle_rad, section.velocity_rad_s]
+            };
+            // Of fourth order in the step.
+            let slope = |of: &dyn Fn(f64) -> [f64; 2], row: usize, step: f64| {
+                let at = |n: f64| of(n * step)[row];
+                (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * step)
+            };
+            let mut exact = strobe(stop, 1.0, start);
+            exact.start_map();
+            run_periods(&mut exact, 2);
+            let map = exact.map().unwrap();
+            for row in 0..2 {
+                let what = format!("{} from {start:?}, row {row}", stop.name());
+                let by_angle = slope(&|x| end(x, 0.0, 1.0), row, 0.1 * STEP);
+                let by_velocity = slope(&|x| end(0.0, x, 1.0), row, STEP);
+                let by_amplitude = slope(&|x| end(0.0, 0.0, 1.0 + x), row, 0.1 * STEP);
+                let scale = 1e-8 * (1.0 + by_angle.abs().max(by_velocity.abs()));
+                check_near(&what, map.by_state[row][0], by_angle, scale);
+                check_near(&what, map.by_state[row][1], by_velocity, scale);
+                check_near(&what, map.by_amplitude[row], by_amplitude, scale);
+            }
+        }
+    }
+}
+
+/// Liouville: with one impact a period on the rigid stop the map's determinant is
+/// R² exp(−c0 T/I0), whatever the orbit.
+#[test]
+fn verif_the_map_shrinks_areas_as_it_must() {
+    let design = Design::reference();
+    let mut strobe = strobe(StopModel::Rigid, 1.0, (0.0702, 2.7159));
+    for _ in 0..5 {
+        strobe.start_map();
+        let section = strobe.advance().unwrap();
+        assert_eq!(section.impacts, 1);
+        let [[a, b], [c, d]] = strobe.map().unwrap().by_state;
+        let lever = &design.lever;
+        let decay = -lever.pivot_damping_nm_s_per_rad * TAU / 100.0 / lever.moment_of_inertia_kg_m2;
+        let want = design.stop.restitution.powi(2) * decay.exp();
+        check_near("determinant", a * d - b * c, want, 1e-13);
+    }
+}
+
+/// A lever that rests forgets where it came from.
+#[test]
+fn verif_rest_wipes_out_every_difference() {
+    let mut strobe = strobe(StopModel::Rigid, 1.0, (0.56, 0.0));
+    strobe.start_map();
+    let section = run_periods(&mut strobe, 60);
+    assert_eq!((section.angle_rad, section.velocity_rad_s), (0.0, 0.0));
+    assert_eq!(strobe.map().unwrap().by_state, [[0.0; 2]; 2]);
+}
+
+#[test]
+fn verif_a_stroboscope_refuses_what_it_cannot_do() {
+    let design = Design::reference();
+    let good = sine(1.0, 100.0, 0.0, REFERENCE_GRAVITY);
+    let refused = |excitation: &Harmonic, start| {
+        Strobe::new(&design, StopModel::Rigid, excitation, Some(start)).is_err()
+    };
+    assert!(!refused(&good, (0.1, 0.0)));
+    assert!(refused(&good, (-0.1, 0.0)));
+    assert!(refused(&good, (0.1, f64::NAN)));
+    for frequency in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(refused(&sine(1.0, frequency, 0.0, 9.81), (0.1, 0.0)));
+    }
+    assert!(refused(&sine(f64::NAN, 100.0, 0.0, 9.81), (0.1, 0.0)));
 }
