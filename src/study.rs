@@ -4,6 +4,7 @@
 //! and reads no clock of its own.
 
 pub mod cases;
+pub mod orbit;
 pub mod stability;
 pub mod work_precision;
 

@@ -31,6 +31,7 @@ mod lever_cases;
 mod mcap;
 mod methods;
 mod oracle;
+mod orbit;
 mod pictures;
 mod polynomial;
 mod reference;

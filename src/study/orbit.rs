@@ -1,0 +1,635 @@
+//! Periodic orbits of the stroboscopic map, where they are born and where their period doubles.
+//!
+//! An orbit is a solution of P^p(x) = x, found by Newton's method with the exact derivative of P
+//! through impacts. A bifurcation is a solution of that and of one equation on the multipliers,
+//! 1 − tr + det = 0 for a saddle-node and 1 + tr + det = 0 for a period doubling.
+//!
+//! # Source
+//!
+//! Kuznetsov, "Elements of Applied Bifurcation Theory", ch. 10; the map is section 3 of the paper.
+
+use crate::error::Error;
+use crate::model::Design;
+use crate::model::excitation::Harmonic;
+use crate::model::stop::StopModel;
+use crate::replay::{Section, Strobe};
+use serde::Serialize;
+
+/// A lever on sines of one frequency.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rig {
+    /// The lever.
+    pub design: Design,
+    /// Its stop.
+    pub stop: StopModel,
+    /// What one g is [m/s²].
+    pub gravity_m_s2: f64,
+    /// ω [rad/s].
+    pub angular_frequency_rad_s: f64,
+}
+
+/// Angle [rad] and angular velocity [rad/s].
+pub type State = (f64, f64);
+
+impl Rig {
+    /// Returns the sine of `amplitude_g` [g].
+    #[must_use]
+    pub fn sine(&self, amplitude_g: f64) -> Harmonic {
+        Harmonic {
+            amplitude_m_s2: amplitude_g * self.gravity_m_s2,
+            angular_frequency_rad_s: self.angular_frequency_rad_s,
+            phase_rad: 0.0,
+        }
+    }
+
+    /// Puts the lever into `state` under a sine of `amplitude_g` [g].
+    ///
+    /// # Errors
+    ///
+    /// As [`Strobe::new`].
+    pub fn strobe(&self, amplitude_g: f64, state: Option<State>) -> Result<Strobe, Error> {
+        Strobe::new(&self.design, self.stop, &self.sine(amplitude_g), state)
+    }
+
+    /// Returns the amplitude at which a lever at rest leaves the rigid stop [g].
+    #[must_use]
+    pub fn lift_off_g(&self) -> f64 {
+        let lever = &self.design.lever;
+        lever.preload_torque_nm / (lever.unbalance_kg_m() * self.gravity_m_s2)
+    }
+
+    /// Size of a change of state, in radians of the excitation's motion.
+    fn size(&self, change: State) -> f64 {
+        change
+            .0
+            .abs()
+            .max(change.1.abs() / self.angular_frequency_rad_s)
+    }
+
+    /// Distance of two states [rad].
+    #[must_use]
+    pub fn distance(&self, a: State, b: State) -> f64 {
+        self.size((a.0 - b.0, a.1 - b.1))
+    }
+}
+
+/// A periodic orbit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Orbit {
+    /// Amplitude [g].
+    pub amplitude_g: f64,
+    /// Period, in periods of the excitation.
+    pub period: u32,
+    /// State at the start of each period: angle [rad], angular velocity [rad/s].
+    pub points: Vec<State>,
+    /// Trace of the map's derivative over the whole orbit.
+    pub trace: f64,
+    /// Its determinant.
+    pub determinant: f64,
+    /// Largest angle on the orbit [rad].
+    pub peak_angle_rad: f64,
+    /// Impacts on it.
+    pub impacts: u64,
+}
+
+impl Orbit {
+    /// Returns the multipliers: real and imaginary part of each.
+    #[must_use]
+    pub fn multipliers(&self) -> [(f64, f64); 2] {
+        let half = 0.5 * self.trace;
+        let discriminant = half * half - self.determinant;
+        if discriminant < 0.0 {
+            let imaginary = (-discriminant).sqrt();
+            return [(half, imaginary), (half, -imaginary)];
+        }
+        // The larger first, the smaller by the product, so that nothing cancels.
+        let larger = half + half.signum() * discriminant.sqrt();
+        let smaller = if larger == 0.0 {
+            0.0
+        } else {
+            self.determinant / larger
+        };
+        [(larger, 0.0), (smaller, 0.0)]
+    }
+
+    /// Returns the larger modulus of the multipliers: below one the orbit attracts.
+    #[must_use]
+    pub fn spectral_radius(&self) -> f64 {
+        self.multipliers()
+            .iter()
+            .map(|(re, im)| libm::hypot(*re, *im))
+            .fold(0.0, f64::max)
+    }
+}
+
+/// How an orbit changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// Born together with an unstable one: a multiplier of +1.
+    SaddleNode,
+    /// Gives way to one of twice the period: a multiplier of −1.
+    PeriodDoubling,
+}
+
+/// Where an orbit changes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Bifurcation {
+    /// How.
+    pub kind: Kind,
+    /// The orbit there.
+    pub orbit: Orbit,
+}
+
+/// What `period` periods make of a state.
+struct Image {
+    to: State,
+    points: Vec<State>,
+    /// d(to)/d(from), row by row.
+    by_state: [[f64; 2]; 2],
+    /// A d(to)/dA.
+    by_amplitude: [f64; 2],
+    peak_angle_rad: f64,
+    impacts: u64,
+}
+
+fn image(rig: &Rig, amplitude_g: f64, from: State, period: u32) -> Option<Image> {
+    let mut strobe = rig.strobe(amplitude_g, Some(from)).ok()?;
+    strobe.start_map();
+    let mut image = Image {
+        to: from,
+        points: Vec::with_capacity(period as usize),
+        by_state: [[0.0; 2]; 2],
+        by_amplitude: [0.0; 2],
+        peak_angle_rad: f64::NEG_INFINITY,
+        impacts: 0,
+    };
+    for _ in 0..period {
+        image.points.push(strobe.state());
+        let section = strobe.advance()?;
+        image.peak_angle_rad = image.peak_angle_rad.max(section.peak_angle_rad);
+        image.impacts += section.impacts;
+    }
+    let map = strobe.map()?;
+    (image.to, image.by_state, image.by_amplitude) =
+        (strobe.state(), map.by_state, map.by_amplitude);
+    Some(image)
+}
+
+impl Image {
+    fn residual(&self, from: State) -> State {
+        (self.to.0 - from.0, self.to.1 - from.1)
+    }
+
+    fn trace(&self) -> f64 {
+        self.by_state[0][0] + self.by_state[1][1]
+    }
+
+    fn determinant(&self) -> f64 {
+        let [[a, b], [c, d]] = self.by_state;
+        a * d - b * c
+    }
+
+    fn condition(&self, kind: Kind) -> f64 {
+        match kind {
+            Kind::SaddleNode => 1.0 - self.trace() + self.determinant(),
+            Kind::PeriodDoubling => 1.0 + self.trace() + self.determinant(),
+        }
+    }
+
+    fn into_orbit(self, amplitude_g: f64, period: u32) -> Orbit {
+        Orbit {
+            amplitude_g,
+            period,
+            trace: self.trace(),
+            determinant: self.determinant(),
+            points: self.points,
+            peak_angle_rad: self.peak_angle_rad,
+            impacts: self.impacts,
+        }
+    }
+}
+
+/// Steps of Newton's method at most.
+const STEPS_MAX: u32 = 40;
+
+/// Size of a step [rad] at which the method has converged if the next is no smaller.
+const CONVERGED: f64 = 1e-11;
+
+/// Longest step [rad]: further away the derivative says nothing.
+const STEP_MAX: f64 = 0.05;
+
+/// Finds the orbit of `period` periods near `guess`; `None` if there is none within reach.
+///
+/// A superstable orbit, one that rests, is found as well: there the map's derivative is zero and
+/// a step is an iteration.
+#[must_use]
+pub fn find(rig: &Rig, amplitude_g: f64, period: u32, guess: State) -> Option<Orbit> {
+    let mut at = guess;
+    let mut least = f64::INFINITY;
+    for _ in 0..STEPS_MAX {
+        let image = image(rig, amplitude_g, at, period)?;
+        let (f, g) = image.residual(at);
+        let [[a, b], [c, d]] = image.by_state;
+        let (a, d) = (a - 1.0, d - 1.0);
+        let determinant = a * d - b * c;
+        let step = ((b * g - d * f) / determinant, (c * f - a * g) / determinant);
+        let size = rig.size(step);
+        if !size.is_finite() || size > 1e3 * STEP_MAX {
+            return None;
+        }
+        // Rounding leaves steps that no longer shrink.
+        if size <= 1e-15 || (least <= CONVERGED && size >= 0.5 * least) {
+            return Some(image.into_orbit(amplitude_g, period));
+        }
+        least = least.min(size);
+        let part = (STEP_MAX / size).min(1.0);
+        at = (at.0 + part * step.0, at.1 + part * step.1);
+        if rig.stop == StopModel::Rigid && at.0 < 0.0 {
+            at.0 = 0.0;
+        }
+    }
+    None
+}
+
+/// Solves three linear equations by elimination with the largest pivot.
+fn solve(mut rows: [[f64; 4]; 3]) -> Option<[f64; 3]> {
+    for column in 0..3 {
+        let pivot =
+            (column..3).max_by(|a, b| rows[*a][column].abs().total_cmp(&rows[*b][column].abs()))?;
+        rows.swap(column, pivot);
+        let head = rows[column];
+        if head[column] == 0.0 || !head[column].is_finite() {
+            return None;
+        }
+        for (index, row) in rows.iter_mut().enumerate() {
+            if index != column {
+                let factor = row[column] / head[column];
+                for (to, from) in row.iter_mut().zip(head) {
+                    *to -= factor * from;
+                }
+            }
+        }
+    }
+    Some([0, 1, 2].map(|n| rows[n][3] / rows[n][n]))
+}
+
+/// Finds the bifurcation of the orbit of `period` periods near `guess` and `amplitude_g` [g].
+///
+/// The equation on the multipliers is differentiated by differences: that slows the method down,
+/// and leaves its solution alone.
+#[must_use]
+pub fn locate(
+    rig: &Rig,
+    kind: Kind,
+    period: u32,
+    guess: State,
+    amplitude_g: f64,
+) -> Option<Bifurcation> {
+    /// Steps of the differences: angle [rad], velocity over ω [rad], relative amplitude.
+    const STEP: f64 = 1e-7;
+    let omega = rig.angular_frequency_rad_s;
+    let (mut at, mut amplitude) = (guess, amplitude_g);
+    let mut least = f64::INFINITY;
+    for _ in 0..STEPS_MAX {
+        let here = image(rig, amplitude, at, period)?;
+        let (f, g) = here.residual(at);
+        let condition = |at: State, amplitude: f64| {
+            image(rig, amplitude, at, period).map(|image| image.condition(kind))
+        };
+        let slope = |angle: f64, velocity: f64, strength: f64| -> Option<f64> {
+            let towards = |way: f64| {
+                let step = way * STEP;
+                condition(
+                    (at.0 + step * angle, at.1 + step * velocity * omega),
+                    amplitude * (1.0 + step * strength),
+                )
+            };
+            Some((towards(1.0)? - towards(-1.0)?) / (2.0 * STEP))
+        };
+        let [[a, b], [c, d]] = here.by_state;
+        let [step_angle, step_velocity, step_strength] = solve([
+            [a - 1.0, b * omega, here.by_amplitude[0], -f],
+            [c, (d - 1.0) * omega, here.by_amplitude[1], -g],
+            [
+                slope(1.0, 0.0, 0.0)?,
+                slope(0.0, 1.0, 0.0)?,
+                slope(0.0, 0.0, 1.0)?,
+                -here.condition(kind),
+            ],
+        ])?;
+        let size = step_angle
+            .abs()
+            .max(step_velocity.abs())
+            .max(step_strength.abs());
+        if !size.is_finite() {
+            return None;
+        }
+        if size <= 1e-15 || (least <= CONVERGED && size >= 0.5 * least) {
+            return Some(Bifurcation {
+                kind,
+                orbit: here.into_orbit(amplitude, period),
+            });
+        }
+        least = least.min(size);
+        let part = (0.2 * STEP_MAX / size).min(1.0);
+        at = (
+            at.0 + part * step_angle,
+            at.1 + part * step_velocity * omega,
+        );
+        amplitude *= 1.0 + part * step_strength;
+    }
+    None
+}
+
+/// Moves on by `periods` periods; `None` if the lever can no longer be followed.
+///
+/// # Errors
+///
+/// As [`Strobe::new`].
+pub fn settle(
+    rig: &Rig,
+    amplitude_g: f64,
+    state: Option<State>,
+    periods: u32,
+) -> Result<Option<State>, Error> {
+    let mut strobe = rig.strobe(amplitude_g, state)?;
+    for _ in 0..periods {
+        if strobe.advance().is_none() {
+            return Ok(None);
+        }
+    }
+    Ok(Some(strobe.state()))
+}
+
+/// Returns the period of a settled sequence of sections: the least p with which it repeats
+/// itself to `tolerance` [rad]; `None` if none up to a third of its length does.
+#[must_use]
+pub fn period_of(rig: &Rig, sections: &[Section], tolerance: f64) -> Option<u32> {
+    let state = |section: &Section| (section.angle_rad, section.velocity_rad_s);
+    (1..=sections.len() / 3)
+        .find(|p| {
+            sections
+                .iter()
+                .zip(&sections[*p..])
+                .all(|(a, b)| rig.distance(state(a), state(b)) <= tolerance)
+        })
+        .and_then(|p| u32::try_from(p).ok())
+}
+
+/// The end of a branch, and the doublings after it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cascade {
+    /// Where the first orbit is born.
+    pub birth: Option<Bifurcation>,
+    /// Where the period doubles, one after the other.
+    pub doublings: Vec<Bifurcation>,
+}
+
+impl Cascade {
+    /// Returns the ratios of successive distances, which tend to Feigenbaum's 4.6692.
+    #[must_use]
+    pub fn ratios(&self) -> Vec<f64> {
+        let at: Vec<f64> = self
+            .doublings
+            .iter()
+            .map(|found| found.orbit.amplitude_g)
+            .collect();
+        at.windows(3)
+            .map(|three| (three[1] - three[0]) / (three[2] - three[1]))
+            .collect()
+    }
+
+    /// Returns the amplitude to which the doublings tend [g], by Feigenbaum's ratio.
+    #[must_use]
+    pub fn accumulation_g(&self) -> Option<f64> {
+        /// Feigenbaum's δ.
+        const RATIO: f64 = 4.669_201_609_102_99;
+        let [.., before, last] = self.doublings.as_slice() else {
+            return None;
+        };
+        let gap = last.orbit.amplitude_g - before.orbit.amplitude_g;
+        Some(last.orbit.amplitude_g + gap / (RATIO - 1.0))
+    }
+}
+
+/// Follows a stable orbit to where it is born, at smaller amplitudes, and through up to `levels`
+/// doublings at larger ones.
+#[must_use]
+pub fn cascade(rig: &Rig, orbit: &Orbit, levels: u32) -> Cascade {
+    let mut doublings: Vec<Bifurcation> = Vec::new();
+    let mut current = orbit.clone();
+    // The first doubling is looked for in steps of a hundredth.
+    let mut pace = 0.01 * orbit.amplitude_g;
+    for _ in 0..levels {
+        let Some(found) = doubling(rig, &current, pace) else {
+            break;
+        };
+        let gap = doublings
+            .last()
+            .map_or(0.1 * found.orbit.amplitude_g, |before| {
+                found.orbit.amplitude_g - before.orbit.amplitude_g
+            });
+        let next = doubled(rig, &found, gap);
+        doublings.push(found);
+        let Some(next) = next else {
+            break;
+        };
+        pace = 0.25 * (next.amplitude_g - doublings[doublings.len() - 1].orbit.amplitude_g);
+        current = next;
+    }
+    Cascade {
+        birth: birth(rig, orbit),
+        doublings,
+    }
+}
+
+/// Steps of an orbit's amplitude at most.
+const PACES_MAX: u32 = 4000;
+
+/// Follows `orbit` to larger amplitudes until a multiplier passes −1.
+#[must_use]
+pub fn doubling(rig: &Rig, orbit: &Orbit, pace: f64) -> Option<Bifurcation> {
+    let condition = |orbit: &Orbit| 1.0 + orbit.trace + orbit.determinant;
+    let mut at = orbit.clone();
+    let mut pace = pace;
+    let least = 1e-9 * orbit.amplitude_g;
+    for _ in 0..PACES_MAX {
+        let next = find(rig, at.amplitude_g + pace, at.period, at.points[0])
+            .filter(|next| rig.distance(next.points[0], at.points[0]) <= STEP_MAX);
+        match next {
+            Some(next) if condition(&next) > 0.0 => at = next,
+            Some(next) => {
+                // Between the two; the nearer is the better guess.
+                let near = if condition(&next).abs() < condition(&at) {
+                    next
+                } else {
+                    at
+                };
+                return locate(
+                    rig,
+                    Kind::PeriodDoubling,
+                    near.period,
+                    near.points[0],
+                    near.amplitude_g,
+                );
+            }
+            None => {
+                pace *= 0.5;
+                if pace < least {
+                    return None;
+                }
+            }
+        }
+    }
+    None
+}
+
+/// Finds a stable orbit of twice the period beyond a doubling; `gap` is the distance to the
+/// doubling before [g].
+fn doubled(rig: &Rig, doubling: &Bifurcation, gap: f64) -> Option<Orbit> {
+    let old = &doubling.orbit;
+    let mut beyond = 0.05 * gap;
+    for _ in 0..20 {
+        let amplitude = old.amplitude_g + beyond;
+        let start = old.points[0];
+        let nudged = (start.0 + 1e-3 * start.0.abs().max(1e-3), start.1);
+        let settled = settle(rig, amplitude, Some(nudged), 60 * old.period).ok()??;
+        let orbit = find(rig, amplitude, 2 * old.period, settled);
+        if let Some(orbit) = orbit {
+            let half = orbit.points[old.period as usize];
+            let apart = rig.distance(orbit.points[0], half) > 1e-7;
+            if apart && orbit.spectral_radius() < 1.0 {
+                return Some(orbit);
+            }
+        }
+        beyond *= 0.5;
+    }
+    None
+}
+
+/// Follows `orbit` to smaller amplitudes until it is no more, and finds the saddle-node there.
+#[must_use]
+pub fn birth(rig: &Rig, orbit: &Orbit) -> Option<Bifurcation> {
+    let mut at = orbit.clone();
+    let mut before: Option<Orbit> = None;
+    let mut pace = 0.05 * orbit.amplitude_g;
+    for _ in 0..PACES_MAX {
+        if pace >= at.amplitude_g {
+            pace *= 0.5;
+        }
+        // Along the line through the last two.
+        let guess = before.as_ref().map_or(at.points[0], |before| {
+            let part = pace / (before.amplitude_g - at.amplitude_g);
+            let on = |a: f64, b: f64| a + part * (a - b);
+            (
+                on(at.points[0].0, before.points[0].0),
+                on(at.points[0].1, before.points[0].1),
+            )
+        });
+        let next = find(rig, at.amplitude_g - pace, at.period, guess).filter(|next| {
+            rig.distance(next.points[0], at.points[0]) <= STEP_MAX
+                && 1.0 - next.trace + next.determinant > 0.0
+        });
+        match next {
+            Some(next) => before = Some(std::mem::replace(&mut at, next)),
+            None => {
+                pace *= 0.5;
+                if pace < 1e-6 * orbit.amplitude_g {
+                    break;
+                }
+            }
+        }
+    }
+    locate(
+        rig,
+        Kind::SaddleNode,
+        at.period,
+        at.points[0],
+        at.amplitude_g,
+    )
+    .filter(|found| (found.orbit.amplitude_g - at.amplitude_g).abs() < 0.01 * at.amplitude_g)
+}
+
+/// The largest Lyapunov exponent.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Lyapunov {
+    /// Exponent per period of the excitation [-]; `None` where the lever rests again and again,
+    /// which wipes out any difference: no exponent then describes the motion.
+    pub per_period: Option<f64>,
+    /// Standard error from means over batches.
+    pub standard_error: f64,
+    /// Periods averaged over.
+    pub periods: u32,
+    /// Periods in which the lever rested.
+    pub rests: u32,
+}
+
+/// Measures the largest Lyapunov exponent over `periods` periods after `transient`; `None` if the
+/// lever cannot be followed.
+///
+/// # Errors
+///
+/// As [`Strobe::new`].
+///
+/// # Source
+///
+/// Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9, with saltation at impacts:
+/// Müller, Chaos, Solitons & Fractals 5 (1995) 1671.
+pub fn lyapunov(
+    rig: &Rig,
+    amplitude_g: f64,
+    state: Option<State>,
+    transient: u32,
+    periods: u32,
+) -> Result<Option<Lyapunov>, Error> {
+    /// Batches for the standard error.
+    const BATCHES: usize = 20;
+    let mut strobe = rig.strobe(amplitude_g, state)?;
+    for _ in 0..transient {
+        if strobe.advance().is_none() {
+            return Ok(None);
+        }
+    }
+    let omega = rig.angular_frequency_rad_s;
+    let mut way = [1.0, omega];
+    let mut logs = Vec::with_capacity(periods as usize);
+    let mut rests = 0;
+    for _ in 0..periods {
+        strobe.start_map();
+        let Some(section) = strobe.advance() else {
+            return Ok(None);
+        };
+        let Some(map) = strobe.map() else {
+            return Ok(None);
+        };
+        rests += u32::from(section.rested);
+        let [[a, b], [c, d]] = map.by_state;
+        let moved = [a * way[0] + b * way[1], c * way[0] + d * way[1]];
+        let length = |way: [f64; 2]| libm::hypot(way[0], way[1] / omega);
+        let factor = length(moved) / length(way);
+        if factor > 0.0 {
+            logs.push(libm::log(factor));
+            let scale = 1.0 / length(moved);
+            way = moved.map(|part| part * scale);
+        } else {
+            way = [1.0, omega];
+        }
+    }
+    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let whole = mean(&logs);
+    let batches: Vec<f64> = logs
+        .chunks(logs.len().div_ceil(BATCHES).max(1))
+        .map(mean)
+        .collect();
+    let spread: f64 = batches.iter().map(|batch| (batch - whole).powi(2)).sum();
+    #[expect(clippy::cast_precision_loss, reason = "a few batches")]
+    let count = batches.len() as f64;
+    Ok(Some(Lyapunov {
+        per_period: (rests == 0 && !logs.is_empty()).then_some(whole),
+        standard_error: (spread / (count * (count - 1.0).max(1.0))).sqrt(),
+        periods,
+        rests,
+    }))
+}

@@ -1,0 +1,151 @@
+//! Periodic orbits and their bifurcations against quad-precision values (the tables are the
+//! results of a separate program; g = 9.81 m/s²).
+
+use latchgate::model::Design;
+use latchgate::model::stop::StopModel;
+use latchgate::study::orbit::{self, Cascade, Kind, Orbit, Rig, State};
+
+fn rig(stop: StopModel, angular_frequency_rad_s: f64) -> Rig {
+    Rig {
+        design: Design::reference(),
+        stop,
+        gravity_m_s2: 9.81,
+        angular_frequency_rad_s,
+    }
+}
+
+#[track_caller]
+fn check_near(what: &str, got: f64, want: f64, tolerance: f64) {
+    assert!(
+        (got - want).abs() <= tolerance,
+        "{what}: got {got:.16e}, want {want:.16e}, off by {:e}",
+        got - want
+    );
+}
+
+#[track_caller]
+fn find(rig: &Rig, amplitude: f64, period: u32, guess: State) -> Orbit {
+    orbit::find(rig, amplitude, period, guess).expect("an orbit near the guess")
+}
+
+#[test]
+fn val_orbits_of_the_basins() {
+    let soft = rig(StopModel::Soft, 100.0);
+    let third = find(&soft, 1.0, 1, (0.07, 2.7));
+    check_near(
+        "III angle",
+        third.points[0].0,
+        0.069_436_590_396_707_85,
+        1e-13,
+    );
+    check_near(
+        "III velocity",
+        third.points[0].1,
+        2.714_407_357_353_373_7,
+        1e-11,
+    );
+    check_near(
+        "III peak",
+        third.peak_angle_rad,
+        0.088_881_716_444_083_3,
+        1e-12,
+    );
+    check_near("III determinant", third.determinant, 0.635_737, 1e-6);
+    let [(re, im), _] = third.multipliers();
+    check_near("III multiplier", re, -0.081_55, 1e-5);
+    check_near("III multiplier", im, 0.793, 1e-3);
+    let second = find(&soft, 1.0, 2, (0.016_3, 0.169));
+    check_near(
+        "II angle",
+        second.points[0].0,
+        0.016_315_723_135_980_73,
+        1e-12,
+    );
+    assert_eq!(second.impacts, 4);
+    let rigid = rig(StopModel::Rigid, 100.0);
+    let third = find(&rigid, 1.0, 1, (0.07, 2.7));
+    check_near("rigid III", third.points[0].0, 0.070_207_868_965_3, 1e-12);
+}
+
+#[track_caller]
+fn check_cascade(name: &str, cascade: &Cascade, birth: f64, doublings: &[f64]) {
+    let found = cascade.birth.as_ref().expect("a birth");
+    assert_eq!(found.kind, Kind::SaddleNode);
+    check_near(name, found.orbit.amplitude_g, birth, 1e-9);
+    assert_eq!(cascade.doublings.len(), doublings.len(), "{name}");
+    for (index, (found, want)) in cascade.doublings.iter().zip(doublings).enumerate() {
+        let what = format!("{name} PD{}", index + 1);
+        println!("{what} off {:e}", found.orbit.amplitude_g - want);
+        check_near(&what, found.orbit.amplitude_g, *want, 1e-9);
+    }
+}
+
+#[test]
+fn val_cascades() {
+    for (name, stop, start, guess, birth, doublings) in [
+        (
+            "soft III",
+            StopModel::Soft,
+            1.0,
+            (0.069, 2.71),
+            0.415_660_115_422_949_8,
+            [
+                1.753_715_585_397_385,
+                2.085_106_076_038_248,
+                2.149_008_291_822_270_6,
+                2.159_468_878_485_024,
+                2.161_658_104_234_564_6,
+                2.162_127_210_957_830_2,
+            ],
+        ),
+        (
+            "rigid III",
+            StopModel::Rigid,
+            1.0,
+            (0.07, 2.71),
+            0.418_637_738_151_618_6,
+            [
+                1.758_247_378_163_540_2,
+                2.088_094_212_997_889,
+                2.151_644_021_855_348_3,
+                2.162_045_348_182_782_6,
+                2.164_222_036_629_215_3,
+                2.164_688_453_329_971,
+            ],
+        ),
+        (
+            "soft II",
+            StopModel::Soft,
+            0.97,
+            (0.0177, 0.124),
+            0.888_156_704_883_802_5,
+            [
+                0.985_769_527_728_497_7,
+                1.007_932_551_878_239_8,
+                1.011_794_645_669_725,
+                1.012_595_444_763_319_4,
+                1.012_767_321_168_545_5,
+                1.012_804_168_692_631_2,
+            ],
+        ),
+        (
+            "rigid II",
+            StopModel::Rigid,
+            0.97,
+            (0.0177, 0.124),
+            0.891_682_740_591_421_5,
+            [
+                0.989_309_508_772_555_5,
+                1.011_431_468_013_381_6,
+                1.015_281_764_146_538,
+                1.016_079_656_859_288_5,
+                1.016_250_908_549_559,
+                1.016_287_622_162_008_5,
+            ],
+        ),
+    ] {
+        let rig = rig(stop, 100.0);
+        let cascade = orbit::cascade(&rig, &find(&rig, start, 1, guess), 6);
+        check_cascade(name, &cascade, birth, &doublings);
+    }
+}
