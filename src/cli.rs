@@ -6,7 +6,7 @@ mod log;
 mod manual;
 mod output;
 mod replay;
-mod study;
+pub mod study;
 
 use args::{Arguments, Command};
 use clap::Parser;

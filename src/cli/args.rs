@@ -2,6 +2,7 @@
 
 use crate::conditioning::resample::LEAST_RATE_HZ;
 use crate::conditioning::{BiasWindow, Cfc, FilterChoice, FilterStandard};
+use crate::model::stop::StopModel;
 use crate::recording::card::CardPolarity;
 use crate::replay::Method;
 use crate::units::{AccelerationUnit, TimeUnit};
@@ -216,16 +217,7 @@ pub struct InspectArguments {
 pub struct StudyArguments {
     /// The study.
     #[command(subcommand)]
-    pub study: Study,
-}
-
-/// The studies.
-#[derive(Debug, Clone, Subcommand)]
-pub enum Study {
-    /// Error against cost of each method, on a shock, a recording and a sine, on both stops
-    WorkPrecision(WorkPrecisionArguments),
-    /// Where each method fails: step against stiffness, grazing, chatter, events inside a sample
-    Stability(StabilityArguments),
+    pub study: super::study::Study,
 }
 
 /// The lever of a study, and where its files go.
@@ -240,49 +232,6 @@ pub struct StudyCommon {
     /// Override of one design key, for example lever.preload_torque_nm=2.82
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-}
-
-/// Options of `study work-precision`.
-#[derive(Debug, Clone, Args)]
-pub struct WorkPrecisionArguments {
-    /// Lever and files.
-    #[command(flatten)]
-    pub study: StudyCommon,
-    /// Stop model; auto: both
-    #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
-    pub model: ModelArgument,
-    /// Angular frequency of the sine [rad/s]
-    #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0)]
-    pub omega: f64,
-    /// Amplitude of the sine [g]
-    #[arg(long, value_name = "A", value_parser = parse_positive, default_value_t = 5.0)]
-    pub amplitude: f64,
-    /// Length of the sine [periods of the excitation]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 100)]
-    pub periods: u32,
-    /// Settings of each method, from coarse to fine
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=50), default_value_t = 6)]
-    pub points: u32,
-    /// Repetitions of each run, of which the fastest counts
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 5)]
-    pub repetitions: u32,
-    /// What one g is [m/s²]
-    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY)]
-    pub gravity: f64,
-}
-
-/// Options of `study stability`.
-#[derive(Debug, Clone, Args)]
-pub struct StabilityArguments {
-    /// Lever and files.
-    #[command(flatten)]
-    pub study: StudyCommon,
-    /// Steps on the map of step against stiffness
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=400), default_value_t = 96)]
-    pub points: u32,
-    /// What one g is [m/s²]
-    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY)]
-    pub gravity: f64,
 }
 
 /// Options of `completions`.
@@ -308,6 +257,18 @@ pub enum ModelArgument {
     Rigid,
     /// Spring and damper.
     Soft,
+}
+
+impl ModelArgument {
+    /// Returns the stops that a study runs; `auto` are both.
+    #[must_use]
+    pub fn stops(self) -> Vec<StopModel> {
+        match self {
+            Self::Auto => vec![StopModel::Rigid, StopModel::Soft],
+            Self::Rigid => vec![StopModel::Rigid],
+            Self::Soft => vec![StopModel::Soft],
+        }
+    }
 }
 
 /// Integrator asked for.
@@ -385,13 +346,13 @@ fn parse_log(text: &str) -> Result<Log, String> {
     Ok(Log { format, level })
 }
 
-fn parse_number(text: &str) -> Result<f64, String> {
+pub(super) fn parse_number(text: &str) -> Result<f64, String> {
     text.trim()
         .parse::<f64>()
         .map_err(|_| format!("`{text}` is not a number"))
 }
 
-fn parse_finite(text: &str) -> Result<f64, String> {
+pub(super) fn parse_finite(text: &str) -> Result<f64, String> {
     parse_number(text).and_then(|value| {
         if value.is_finite() {
             Ok(value)
@@ -401,7 +362,7 @@ fn parse_finite(text: &str) -> Result<f64, String> {
     })
 }
 
-fn parse_positive(text: &str) -> Result<f64, String> {
+pub(super) fn parse_positive(text: &str) -> Result<f64, String> {
     parse_finite(text).and_then(|value| {
         if value > 0.0 {
             Ok(value)
@@ -422,11 +383,11 @@ fn parse_within(text: &str, most: f64, unit: &str) -> Result<f64, String> {
     })
 }
 
-fn parse_angle(text: &str) -> Result<f64, String> {
+pub(super) fn parse_angle(text: &str) -> Result<f64, String> {
     parse_within(text, 100.0, "rad")
 }
 
-fn parse_velocity(text: &str) -> Result<f64, String> {
+pub(super) fn parse_velocity(text: &str) -> Result<f64, String> {
     parse_within(text, 1e5, "rad/s")
 }
 

@@ -2,9 +2,9 @@
 
 use super::json;
 use crate::error::{Error, ErrorKind, Place};
+use crate::model::stop::StopModel;
 use crate::study::Headline;
-use crate::study::stability::Stability;
-use crate::study::work_precision::{Truth, WorkPrecision};
+use crate::study::work_precision::Truth;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fs;
@@ -24,10 +24,48 @@ pub struct Summary {
     /// The truth of each case, where the study has cases.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub cases: Vec<Truth>,
+    /// What else the study found, in its own form.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub results: Option<serde_json::Value>,
     /// Version of the program.
     pub version: &'static str,
     /// Time that the study took [s].
     pub elapsed_s: f64,
+}
+
+/// Rows of a study, as CSV.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Table {
+    /// What its file's name ends in before `.csv`: nothing, or a stop's name after a hyphen.
+    pub suffix: String,
+    /// The file.
+    pub csv: Vec<u8>,
+}
+
+impl Table {
+    /// Lays out the rows of `NAME.csv`.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Io`] if a row cannot be written.
+    pub fn of<T: Serialize>(rows: &[T]) -> Result<Self, Error> {
+        Ok(Self {
+            suffix: String::new(),
+            csv: csv(rows)?,
+        })
+    }
+
+    /// Lays out the rows of one stop, `NAME-rigid.csv` or `NAME-soft.csv`.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Io`] if a row cannot be written.
+    pub fn of_stop<T: Serialize>(stop: StopModel, rows: &[T]) -> Result<Self, Error> {
+        Ok(Self {
+            suffix: format!("-{}", stop.name()),
+            csv: csv(rows)?,
+        })
+    }
 }
 
 /// A study ready to be written.
@@ -36,7 +74,7 @@ pub struct Files {
     /// The study's name, and the files' without their ends.
     pub name: &'static str,
     /// Its rows.
-    pub csv: Vec<u8>,
+    pub tables: Vec<Table>,
     /// Its chart.
     pub svg: String,
     /// Its figures.
@@ -44,35 +82,18 @@ pub struct Files {
 }
 
 impl Files {
-    /// Lays out the study of error against cost.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorKind::Io`] if a row cannot be written.
-    pub fn work_precision(result: &WorkPrecision, summary: &Summary) -> Result<Self, Error> {
-        Ok(Self {
+    /// Puts together what a study writes.
+    #[must_use]
+    pub fn new(summary: &Summary, tables: Vec<Table>, svg: String) -> Self {
+        Self {
             name: summary.study,
-            csv: csv(&result.rows)?,
-            svg: super::plot::work_precision(result),
+            tables,
+            svg,
             json: json::render(summary),
-        })
+        }
     }
 
-    /// Lays out the study of where methods fail.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorKind::Io`] if a row cannot be written.
-    pub fn stability(result: &Stability, summary: &Summary) -> Result<Self, Error> {
-        Ok(Self {
-            name: summary.study,
-            csv: csv(&result.rows)?,
-            svg: super::plot::stability(result),
-            json: json::render(summary),
-        })
-    }
-
-    /// Writes `NAME.csv`, `NAME.svg` and `NAME.json` into `dir`, which is created if absent, and
+    /// Writes the tables, `NAME.svg` and `NAME.json` into `dir`, which is created if absent, and
     /// returns their paths.
     ///
     /// # Errors
@@ -87,13 +108,19 @@ impl Files {
             .at(Place::file(path.display().to_string()))
         };
         fs::create_dir_all(dir).map_err(|error| failed("make the study's folder", dir, &error))?;
+        let mut contents: Vec<(String, &[u8])> = self
+            .tables
+            .iter()
+            .map(|table| {
+                let name = format!("{}{}.csv", self.name, table.suffix);
+                (name, table.csv.as_slice())
+            })
+            .collect();
+        contents.push((format!("{}.svg", self.name), self.svg.as_bytes()));
+        contents.push((format!("{}.json", self.name), self.json.as_bytes()));
         let mut written = Vec::new();
-        for (end, content) in [
-            ("csv", self.csv.as_slice()),
-            ("svg", self.svg.as_bytes()),
-            ("json", self.json.as_bytes()),
-        ] {
-            let path = dir.join(format!("{}.{end}", self.name));
+        for (name, content) in contents {
+            let path = dir.join(name);
             fs::write(&path, content).map_err(|error| failed("write the study", &path, &error))?;
             written.push(path);
         }
@@ -119,9 +146,9 @@ fn csv<T: Serialize>(rows: &[T]) -> Result<Vec<u8>, Error> {
         .map_err(|error| refused(error.to_string()))
 }
 
-/// Returns the summary for a terminal.
+/// Returns the summary for a terminal, with the files that were written.
 #[must_use]
-pub fn text(summary: &Summary, folder: &Path) -> String {
+pub fn text(summary: &Summary, written: &[PathBuf]) -> String {
     let mut out = format!("study {}\n", summary.study);
     let mut last = String::new();
     for line in &summary.headlines {
@@ -139,10 +166,16 @@ pub fn text(summary: &Summary, folder: &Path) -> String {
         );
         out.push_str(&format!("  {}: {value}\n", line.what));
     }
+    let names: Vec<String> = written
+        .iter()
+        .filter_map(|path| path.file_name())
+        .map(|name| name.to_string_lossy().into_owned())
+        .collect();
+    let folder = written.first().and_then(|path| path.parent());
     out.push_str(&format!(
-        "\nwritten to {}: {name}.csv, {name}.svg, {name}.json\n",
-        folder.display(),
-        name = summary.study
+        "\nwritten to {}: {}\n",
+        folder.unwrap_or(Path::new(".")).display(),
+        names.join(", ")
     ));
     out
 }

@@ -2,11 +2,11 @@
 
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
-use latchgate::report::study::{Files, Summary};
+use latchgate::report::plot;
+use latchgate::report::study::Table;
 use latchgate::study::stability::{self, Grade, Stability, situations};
 use latchgate::study::work_precision::{self, Options, Status, WorkPrecision};
 use std::cell::Cell;
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
@@ -232,19 +232,12 @@ fn verif_grades_follow_their_shares() {
 /// Charts are well-formed, hold no number that is none, and name every method.
 #[test]
 fn verif_charts_are_whole() {
-    let summary = Summary {
-        schema: "latchgate.study/1",
-        study: "work-precision",
-        parameters: BTreeMap::new(),
-        headlines: Vec::new(),
-        cases: Vec::new(),
-        version: "0",
-        elapsed_s: 0.0,
-    };
     let compared = compare(&small());
-    for (files, methods) in [
+    let stable = stable();
+    for (svg, table, methods) in [
         (
-            Files::work_precision(&compared, &summary).unwrap(),
+            plot::work_precision(&compared),
+            Table::of(&compared.rows).unwrap(),
             [
                 "event-driven",
                 "rk4",
@@ -256,7 +249,8 @@ fn verif_charts_are_whole() {
             .as_slice(),
         ),
         (
-            Files::stability(&stable(), &summary).unwrap(),
+            plot::stability(&stable),
+            Table::of(&stable.rows).unwrap(),
             [
                 "rk4",
                 "rk4-located",
@@ -267,14 +261,14 @@ fn verif_charts_are_whole() {
             .as_slice(),
         ),
     ] {
-        assert!(files.svg.starts_with("<svg ") && files.svg.ends_with("</svg>\n"));
-        assert!(!files.svg.contains("NaN") && !files.svg.contains("inf"));
-        assert!(files.svg.contains("prefers-color-scheme:dark"));
-        assert!(!files.svg.contains("var(--"), "a rule kept its variable");
+        assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
+        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+        assert!(svg.contains("prefers-color-scheme:dark"));
+        assert!(!svg.contains("var(--"), "a rule kept its variable");
         for method in methods {
-            assert!(files.svg.contains(&format!(">{method}<")), "{method}");
+            assert!(svg.contains(&format!(">{method}<")), "{method}");
         }
-        let text = String::from_utf8(files.csv).unwrap();
+        let text = String::from_utf8(table.csv).unwrap();
         assert!(text.lines().count() > 20);
         assert!(
             !text.contains("NaN") && !text.contains("inf"),

@@ -1,0 +1,81 @@
+//! `latchgate study work-precision`.
+
+use super::{Analysis, Answer, Failure, Session};
+use crate::cli::args::{ModelArgument, StudyCommon, parse_positive};
+use crate::model::Design;
+use crate::report::plot;
+use crate::report::study::Table;
+use crate::study::work_precision;
+use clap::Args;
+use serde_json::json;
+use std::collections::BTreeMap;
+
+/// Options of `study work-precision`.
+#[derive(Debug, Clone, Args)]
+pub struct Arguments {
+    /// Lever and files.
+    #[command(flatten)]
+    pub study: StudyCommon,
+    /// Stop model; auto: both
+    #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
+    pub model: ModelArgument,
+    /// Angular frequency of the sine [rad/s]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0)]
+    pub omega: f64,
+    /// Amplitude of the sine [g]
+    #[arg(long, value_name = "A", value_parser = parse_positive, default_value_t = 5.0)]
+    pub amplitude: f64,
+    /// Length of the sine [periods of the excitation]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 100)]
+    pub periods: u32,
+    /// Settings of each method, from coarse to fine
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=50), default_value_t = 6)]
+    pub points: u32,
+    /// Repetitions of each run, of which the fastest counts
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 5)]
+    pub repetitions: u32,
+    /// What one g is [m/s²]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY)]
+    pub gravity: f64,
+}
+
+impl Analysis for Arguments {
+    fn name(&self) -> &'static str {
+        "work-precision"
+    }
+
+    fn common(&self) -> &StudyCommon {
+        &self.study
+    }
+
+    fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
+        let options = work_precision::Options {
+            design: design.clone(),
+            models: self.model.stops(),
+            gravity_m_s2: self.gravity,
+            angular_frequency_rad_s: self.omega,
+            amplitude_g: self.amplitude,
+            periods: self.periods,
+            points: self.points,
+            repetitions: self.repetitions,
+        };
+        let result =
+            work_precision::run(&options, &|| session.elapsed_s()).map_err(Failure::Data)?;
+        Ok(Answer {
+            parameters: BTreeMap::from([
+                ("amplitude_g", json!(self.amplitude)),
+                ("gravity_m_s2", json!(self.gravity)),
+                ("model", json!(options.models)),
+                ("omega_rad_s", json!(self.omega)),
+                ("periods", json!(self.periods)),
+                ("points", json!(self.points)),
+                ("repetitions", json!(self.repetitions)),
+            ]),
+            tables: vec![Table::of(&result.rows).map_err(Failure::Data)?],
+            svg: plot::work_precision(&result),
+            headlines: result.headlines,
+            cases: result.truths,
+            ..Answer::default()
+        })
+    }
+}
