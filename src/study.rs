@@ -3,8 +3,13 @@
 //! A study computes rows and headline figures and hands them on as values; it writes no file
 //! and reads no clock of its own.
 
+pub mod attractor;
+pub mod basins;
+pub mod bifurcation;
 pub mod cases;
+pub mod excitation_map;
 pub mod orbit;
+pub mod parallel;
 pub mod stability;
 pub mod work_precision;
 

@@ -9,8 +9,10 @@ mod angle;
 mod axis;
 mod canvas;
 mod colour;
+mod dynamics;
 mod panel;
 mod phase;
+mod raster;
 mod series;
 mod spectra;
 mod spectrogram;
@@ -21,6 +23,10 @@ mod work_precision;
 
 use crate::report::escape;
 use crate::report::words;
+use crate::study::attractor::Attractor;
+use crate::study::basins::Basins;
+use crate::study::bifurcation::Diagram;
+use crate::study::excitation_map::ExcitationMap;
 use crate::study::stability::Stability;
 use crate::study::work_precision::WorkPrecision;
 use crate::verdict::{Document, Evidence};
@@ -134,6 +140,30 @@ pub fn work_precision(result: &WorkPrecision) -> String {
 #[must_use]
 pub fn stability(result: &Stability) -> String {
     stability::draw(result).stand_alone_with(series::RULES)
+}
+
+/// Draws sections against the amplitude, one panel per stop, as a file of its own.
+#[must_use]
+pub fn bifurcation(diagrams: &[Diagram]) -> String {
+    dynamics::bifurcation(diagrams).stand_alone_with(dynamics::RULES)
+}
+
+/// Draws the section at one amplitude, as a file of its own.
+#[must_use]
+pub fn attractor(attractors: &[Attractor]) -> String {
+    dynamics::attractor(attractors).stand_alone_with(dynamics::RULES)
+}
+
+/// Draws the basins of attraction, one panel per stop, as a file of its own.
+#[must_use]
+pub fn basins(basins: &[Basins]) -> String {
+    dynamics::basins(basins).stand_alone_with(dynamics::RULES)
+}
+
+/// Draws what excitation opens the latch, one panel per stop, as a file of its own.
+#[must_use]
+pub fn excitation_map(maps: &[ExcitationMap]) -> String {
+    dynamics::excitation_map(maps).stand_alone_with(dynamics::RULES)
 }
 
 /// What every plot needs: the results, and one time axis for all of them.

@@ -4,12 +4,12 @@ use super::axis::Axis;
 use super::canvas::{Anchor, Canvas};
 use super::colour::viridis;
 use super::panel::{self, Panel, RIGHT};
+use super::raster::encode;
 use super::{Context, Figure};
 use crate::conditioning::spectrum::Spectrogram;
 use crate::report::number::trimmed;
 use crate::report::words::instant;
 use crate::units::STANDARD_GRAVITY;
-use base64::Engine as _;
 
 pub(super) const NAME: &str = "spectrogram";
 
@@ -147,24 +147,6 @@ fn picture(
 fn stretch(part: usize, parts: usize, cells: usize) -> std::ops::Range<usize> {
     let from = part * cells / parts;
     from..((part + 1) * cells / parts).max(from + 1)
-}
-
-/// Returns the pixels as base64 of a PNG; `None` only if the encoder refuses, which it does
-/// for sizes that do not occur here.
-fn encode(pixels: &[u8], width: usize, height: usize) -> Option<String> {
-    let mut file = Vec::new();
-    let mut encoder = png::Encoder::new(
-        &mut file,
-        u32::try_from(width).ok()?,
-        u32::try_from(height).ok()?,
-    );
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::Fast);
-    let mut writer = encoder.write_header().ok()?;
-    writer.write_image_data(pixels).ok()?;
-    writer.finish().ok()?;
-    Some(base64::engine::general_purpose::STANDARD.encode(&file))
 }
 
 fn colour_bar(canvas: &mut Canvas, panel: &Panel, low_db: f64, high_db: f64) -> Option<()> {

@@ -1,0 +1,522 @@
+//! Charts of the lever's motion on sines: diagrams over the amplitude, sections, basins, and what
+//! excitation opens.
+
+use super::axis::Axis;
+use super::canvas::{Anchor, Canvas};
+use super::colour::viridis;
+use super::panel::{LEFT, Panel, RIGHT};
+use super::raster::{self, BLUE, ORANGE};
+use super::{Figure, WIDTH};
+use crate::report::number::{significant, trimmed};
+use crate::study::attractor::Attractor;
+use crate::study::basins::Basins;
+use crate::study::bifurcation::Diagram;
+use crate::study::excitation_map::ExcitationMap;
+use crate::study::orbit::Kind;
+
+/// Rules of these charts.
+pub(super) const RULES: &str = "\
+.plot image{image-rendering:pixelated}
+.plot .birth{fill:none;stroke:var(--pass);stroke-width:1.25;stroke-dasharray:2 3}
+.plot .doubling{fill:none;stroke:var(--fail);stroke-width:1.25;stroke-dasharray:7 4}
+.plot .contour{fill:none;stroke:var(--paper);stroke-width:4;stroke-linejoin:round}
+.plot .contour-ink{fill:none;stroke:#e02020;stroke-width:2;stroke-linejoin:round}
+.plot .ring{fill:none;stroke:var(--ink);stroke-width:1.5}
+.plot .tiny{font-size:11.5px}
+";
+
+/// Widens a stretch by a part of it at both ends.
+fn widened((low, high): (f64, f64), part: f64) -> (f64, f64) {
+    if low.is_finite() && high > low {
+        let room = part * (high - low);
+        (low - room, high + room)
+    } else if low.is_finite() {
+        (low - 1.0, low + 1.0)
+    } else {
+        (0.0, 1.0)
+    }
+}
+
+fn span(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values
+        .filter(|value| value.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        })
+}
+
+fn heading(canvas: &mut Canvas, title: &str, lines: &[String]) -> f64 {
+    canvas.text("title", (LEFT, 24.0), Anchor::Start, title);
+    let mut y = 24.0;
+    for line in lines {
+        y += 20.0;
+        canvas.text("muted", (LEFT, y), Anchor::Start, line);
+    }
+    y + 16.0
+}
+
+fn cloud_panel(
+    canvas: &mut Canvas,
+    panel: &Panel,
+    points: impl Iterator<Item = (f64, f64)>,
+    dot: usize,
+    colour: raster::Colour,
+) {
+    let size = (RIGHT - LEFT, panel.bottom - panel.top);
+    if let Some(png) = raster::cloud(points, &panel.x, &panel.y, size, dot, colour) {
+        canvas.png(&png, (LEFT, panel.top), size);
+    }
+}
+
+/// Draws sections against the amplitude, one panel per stop, with births and doublings.
+pub(super) fn bifurcation(diagrams: &[Diagram]) -> Figure {
+    const HEIGHT: f64 = 330.0;
+    let mut canvas = Canvas::with_capacity(512 * 1024);
+    let Some(first) = diagrams.first() else {
+        return empty("bifurcation");
+    };
+    let omega = first.options.rig.angular_frequency_rad_s;
+    let title = format!("Stroboscopic sections against amplitude, ω = {omega} rad/s");
+    let legend = "State at the start of each period of the excitation; the darker, the more points. \
+                  Dotted green: an orbit is born. Dashed red: its period doubles.";
+    let mut top = heading(
+        &mut canvas,
+        &title,
+        &[
+            legend[..legend.find(" Dotted").unwrap_or(0)].to_string(),
+            legend[legend.find("Dotted").unwrap_or(0)..].to_string(),
+        ],
+    );
+    let amplitudes = first.options.amplitudes_g;
+    let mut description = String::new();
+    for diagram in diagrams {
+        top += 30.0;
+        let stop = diagram.options.rig.stop.name();
+        let rows = diagram.rows();
+        let velocities = widened(
+            span(rows.iter().map(|row| row.angular_velocity_rad_s)),
+            0.04,
+        );
+        let panel = Panel::linear(amplitudes, velocities, top, top + HEIGHT);
+        canvas.text(
+            "strong",
+            (LEFT, top - 9.0),
+            Anchor::Start,
+            &format!("{stop} stop"),
+        );
+        panel.grid(
+            &mut canvas,
+            Some("amplitude A [g]"),
+            "angular velocity [rad/s]",
+        );
+        let dot = if diagram.columns.len() > 400 { 2 } else { 3 };
+        let points = rows
+            .iter()
+            .map(|row| (row.amplitude_g, row.angular_velocity_rad_s));
+        cloud_panel(&mut canvas, &panel, points, dot, BLUE);
+        for found in &diagram.found {
+            let x = panel.x.place(found.orbit.amplitude_g);
+            let class = match found.kind {
+                Kind::SaddleNode => "birth",
+                Kind::PeriodDoubling => "doubling",
+            };
+            if panel.x.contains(found.orbit.amplitude_g) {
+                canvas.line(class, (x, panel.top), (x, panel.bottom));
+            }
+        }
+        panel.frame(&mut canvas);
+        description.push_str(&format!(
+            " {stop} stop: {} points at {} amplitudes, {} births and doublings.",
+            rows.len(),
+            diagram.columns.len(),
+            diagram.found.len()
+        ));
+        top += HEIGHT + 44.0;
+    }
+    Figure {
+        name: "bifurcation",
+        title,
+        caption: legend.into(),
+        description: format!("Scatter of angular velocity against amplitude.{description}"),
+        height: top + 8.0,
+        body: canvas.into_string(),
+    }
+}
+
+fn empty(name: &'static str) -> Figure {
+    Figure {
+        name,
+        title: "nothing computed".into(),
+        caption: String::new(),
+        description: "nothing computed".into(),
+        height: 60.0,
+        body: String::new(),
+    }
+}
+
+/// Draws the section at one amplitude: for each stop what the mechanics do, and beside it what the
+/// fixed-step method makes of it.
+pub(super) fn attractor(attractors: &[Attractor]) -> Figure {
+    const HEIGHT: f64 = 330.0;
+    const GAP: f64 = 74.0;
+    let mut canvas = Canvas::with_capacity(512 * 1024);
+    let Some(first) = attractors.first() else {
+        return empty("attractor");
+    };
+    let (low, high) = first.options.amplitudes_g;
+    let amplitude = if first.options.points > 1 {
+        format!("{low} to {high}")
+    } else {
+        low.to_string()
+    };
+    let title = format!(
+        "Stroboscopic section, A = {amplitude} g, ω = {} rad/s",
+        first.options.rig.angular_frequency_rad_s
+    );
+    let mut top = heading(
+        &mut canvas,
+        &title,
+        &["State at the start of each period of the excitation, after the transient.".into()],
+    );
+    let compared = attractors
+        .iter()
+        .any(|a| a.options.compared_steps.is_some());
+    let right = WIDTH - 24.0;
+    let width = if compared {
+        0.5 * (right - LEFT - GAP)
+    } else {
+        right - LEFT
+    };
+    let mut description = String::new();
+    for attractor in attractors {
+        top += 30.0;
+        let stop = attractor.options.rig.stop.name();
+        let angles = widened(span(attractor.rows.iter().map(|row| row.angle_rad)), 0.06);
+        let velocities = widened(
+            span(attractor.rows.iter().map(|row| row.angular_velocity_rad_s)),
+            0.06,
+        );
+        let summary = summary(attractor);
+        let mut draw = |left: f64, method: &str, name: &str, colour: raster::Colour| {
+            let bottom = top + HEIGHT;
+            let x = Axis::linear(angles.0, angles.1, left, left + width);
+            let y = Axis::linear(velocities.0, velocities.1, bottom, top);
+            canvas.text(
+                "strong",
+                (left, top - 9.0),
+                Anchor::Start,
+                &format!("{stop} stop: {name}"),
+            );
+            super::series::grid(&mut canvas, &x, &y, (left, left + width), (top, bottom));
+            let rows: Vec<(f64, f64)> = attractor
+                .rows
+                .iter()
+                .filter(|row| row.method == method)
+                .map(|row| (row.angle_rad, row.angular_velocity_rad_s))
+                .collect();
+            let size = (width, HEIGHT);
+            let dot = if rows.len() > 20_000 { 1 } else { 3 };
+            if let Some(png) = raster::cloud(rows.iter().copied(), &x, &y, size, dot, colour) {
+                canvas.png(&png, (left, top), size);
+            }
+            if method == "event-driven"
+                && let Some(orbit) = &attractor.orbit
+            {
+                for point in &orbit.points {
+                    canvas.circle("ring", (x.place(point.0), y.place(point.1)), 7.0);
+                }
+            }
+            canvas.rectangle("frame", (left, top), size);
+            canvas.text(
+                "",
+                (left + 0.5 * width, bottom + 40.0),
+                Anchor::Middle,
+                "angle [rad]",
+            );
+            canvas.upward_text(
+                "",
+                (left - 54.0, f64::midpoint(top, bottom)),
+                "angular velocity [rad/s]",
+            );
+        };
+        draw(LEFT, "event-driven", &summary, BLUE);
+        if let Some(steps) = attractor.options.compared_steps {
+            let name = format!("Runge-Kutta, {steps} steps a period, events on the grid");
+            draw(LEFT + width + GAP, "rk4", &name, ORANGE);
+        }
+        description.push_str(&format!(" {stop} stop: {summary}."));
+        top += HEIGHT + 48.0;
+    }
+    Figure {
+        name: "attractor",
+        title,
+        caption: "Rings: the points of a periodic orbit.".into(),
+        description: format!("Angular velocity against angle once a period.{description}"),
+        height: top + 8.0,
+        body: canvas.into_string(),
+    }
+}
+
+fn summary(attractor: &Attractor) -> String {
+    if let Some(orbit) = &attractor.orbit {
+        let how = if attractor.superstable {
+            ", through rest"
+        } else {
+            ""
+        };
+        return format!("period {}{how}", orbit.period);
+    }
+    if let Some(lyapunov) = &attractor.lyapunov {
+        return lyapunov.per_period.map_or_else(
+            || format!("no period in {} periods", attractor.options.periods),
+            |exponent| {
+                format!(
+                    "exponent {} ± {} per period",
+                    significant(exponent, 3),
+                    significant(1.96 * lyapunov.standard_error, 1)
+                )
+            },
+        );
+    }
+    attractor.statistics.map_or_else(
+        || "event-driven".into(),
+        |statistics| {
+            format!(
+                "{} of {} amplitudes with a period",
+                statistics.periodic, statistics.amplitudes
+            )
+        },
+    )
+}
+
+/// Colours of up to eight attractors; more go round.
+const BASIN_COLOURS: [[u8; 3]; 8] = [
+    [206, 214, 222],
+    [222, 112, 32],
+    [45, 125, 205],
+    [44, 150, 116],
+    [150, 88, 186],
+    [200, 170, 30],
+    [190, 60, 60],
+    [90, 100, 110],
+];
+
+/// Draws the basins, one panel per stop.
+pub(super) fn basins(all: &[Basins]) -> Figure {
+    const HEIGHT: f64 = 400.0;
+    let mut canvas = Canvas::with_capacity(1024 * 1024);
+    let Some(first) = all.first() else {
+        return empty("basins");
+    };
+    let title = format!(
+        "Basins of attraction, A = {} g, ω = {} rad/s",
+        first.options.amplitude_g, first.options.rig.angular_frequency_rad_s
+    );
+    let mut top = heading(
+        &mut canvas,
+        &title,
+        &[format!(
+            "Where the lever ends up from each initial state; {} × {} states.",
+            first.options.grid.0, first.options.grid.1
+        )],
+    );
+    let mut description = String::new();
+    for basins in all {
+        top += 30.0;
+        let stop = basins.options.rig.stop.name();
+        canvas.text(
+            "strong",
+            (LEFT, top - 9.0),
+            Anchor::Start,
+            &format!("{stop} stop"),
+        );
+        let mut x = LEFT + 110.0;
+        for attractor in &basins.attractors {
+            let text = format!(
+                "{}: {} %",
+                attractor.name,
+                significant(100.0 * attractor.share, 3)
+            );
+            let [r, g, b] = basin_colour(attractor.index);
+            if let Some(png) = raster::encode(&[r, g, b], 1, 1) {
+                canvas.png(&png, (x, top - 21.0), (22.0, 13.0));
+            }
+            canvas.text("", (x + 29.0, top - 9.0), Anchor::Start, &text);
+            #[expect(clippy::cast_precision_loss, reason = "a few letters")]
+            let width = 29.0 + text.chars().count() as f64 * 7.6 + 20.0;
+            x += width;
+            description.push_str(&format!(" {stop} stop, {text}."));
+        }
+        let panel = Panel::linear(
+            basins.options.angle_rad,
+            basins.options.velocity_rad_s,
+            top,
+            top + HEIGHT,
+        );
+        panel.grid(
+            &mut canvas,
+            Some("initial angle [rad]"),
+            "initial angular velocity [rad/s]",
+        );
+        let (columns, rows) = (
+            basins.options.grid.0 as usize,
+            basins.options.grid.1 as usize,
+        );
+        let mut pixels = Vec::with_capacity(4 * columns * rows);
+        for row in (0..rows).rev() {
+            for cell in &basins.cells[row * columns..(row + 1) * columns] {
+                match cell {
+                    Some(index) => {
+                        let [r, g, b] = basin_colour(*index);
+                        pixels.extend_from_slice(&[r, g, b, 255]);
+                    }
+                    None => pixels.extend_from_slice(&[0; 4]),
+                }
+            }
+        }
+        if let Some(png) = raster::encode(&pixels, columns, rows) {
+            canvas.png(&png, (LEFT, top), (RIGHT - LEFT, HEIGHT));
+        }
+        panel.frame(&mut canvas);
+        top += HEIGHT + 48.0;
+    }
+    Figure {
+        name: "basins",
+        title,
+        caption: "Each pixel is one initial state.".into(),
+        description: format!("Map of initial states by attractor.{description}"),
+        height: top + 8.0,
+        body: canvas.into_string(),
+    }
+}
+
+fn basin_colour(index: u32) -> [u8; 3] {
+    BASIN_COLOURS[index as usize % BASIN_COLOURS.len()]
+}
+
+/// Draws the largest angle over amplitude and frequency with the threshold's contour.
+pub(super) fn excitation_map(maps: &[ExcitationMap]) -> Figure {
+    const HEIGHT: f64 = 380.0;
+    /// Decades of the colour scale.
+    const DECADES: f64 = 4.0;
+    let mut canvas = Canvas::with_capacity(512 * 1024);
+    let Some(first) = maps.first() else {
+        return empty("excitation-map");
+    };
+    let threshold = first.options.rig.design.criterion.threshold_rad;
+    let title = "What excitation opens the latch".to_string();
+    let mut top = heading(
+        &mut canvas,
+        &title,
+        &[format!(
+            "Largest angle from rest within {} periods. Red: the threshold of {threshold} rad; dashed: lift-off at A = {} g.",
+            first.options.periods,
+            significant(first.lift_off_g, 5)
+        )],
+    );
+    let mut description = String::new();
+    for map in maps {
+        top += 30.0;
+        let stop = map.options.rig.stop.name();
+        canvas.text(
+            "strong",
+            (LEFT, top - 9.0),
+            Anchor::Start,
+            &format!("{stop} stop"),
+        );
+        let bottom = top + HEIGHT;
+        let (low, high) = map.options.angular_frequencies_rad_s;
+        let panel = Panel {
+            top,
+            bottom,
+            x: Axis::logarithmic(low, high, LEFT, RIGHT),
+            y: Axis::linear(
+                map.options.amplitudes_g.0,
+                map.options.amplitudes_g.1,
+                bottom,
+                top,
+            ),
+        };
+        panel.grid(
+            &mut canvas,
+            Some("angular frequency ω [rad/s]"),
+            "amplitude A [g]",
+        );
+        let (amplitudes, lines) = (map.options.grid.0 as usize, map.options.grid.1 as usize);
+        let mut pixels = vec![0_u8; 3 * amplitudes * lines];
+        for (index, row) in map.rows.iter().enumerate() {
+            let (column, line) = (index / amplitudes, index % amplitudes);
+            let share =
+                1.0 + libm::log10(row.peak_angle_rad.max(1e-12) / (10.0 * threshold)) / DECADES;
+            let at = 3 * ((amplitudes - 1 - line) * lines + column);
+            pixels[at..at + 3].copy_from_slice(&viridis(share));
+        }
+        if let Some(png) = raster::encode(&pixels, lines, amplitudes) {
+            canvas.png(&png, (LEFT, top), (RIGHT - LEFT, HEIGHT));
+        }
+        for class in ["contour", "contour-ink"] {
+            canvas.polyline(
+                class,
+                map.boundary.iter().map(|at| {
+                    (
+                        panel.x.place(at.angular_frequency_rad_s),
+                        at.amplitude_g.map_or(f64::NAN, |a| panel.y.place(a)),
+                    )
+                }),
+            );
+        }
+        if panel.y.contains(map.lift_off_g) {
+            let y = panel.y.place(map.lift_off_g);
+            canvas.line("edge", (LEFT, y), (RIGHT, y));
+        }
+        panel.frame(&mut canvas);
+        bar(&mut canvas, &panel, threshold, DECADES);
+        let least = map
+            .boundary
+            .iter()
+            .filter_map(|at| at.amplitude_g)
+            .fold(f64::INFINITY, f64::min);
+        description.push_str(&format!(
+            " {stop} stop: least amplitude beyond the threshold {} g.",
+            trimmed(least, 5)
+        ));
+        top += HEIGHT + 48.0;
+    }
+    Figure {
+        name: "excitation-map",
+        title,
+        caption: "Colours by decades of the largest angle.".into(),
+        description: format!("Map of the largest angle over amplitude and frequency.{description}"),
+        height: top + 8.0,
+        body: canvas.into_string(),
+    }
+}
+
+fn bar(canvas: &mut Canvas, panel: &Panel, threshold: f64, decades: f64) {
+    let steps: Vec<u8> = (0..64)
+        .rev()
+        .flat_map(|step| viridis((f64::from(step) + 0.5) / 64.0))
+        .collect();
+    let corner = (RIGHT + 10.0, panel.top);
+    let size = (14.0, panel.bottom - panel.top);
+    if let Some(png) = raster::encode(&steps, 1, 64) {
+        canvas.png(&png, corner, size);
+    }
+    canvas.rectangle("frame", corner, size);
+    let top = 10.0 * threshold;
+    let axis = Axis::logarithmic(
+        top * libm::pow(10.0, -decades),
+        top,
+        panel.bottom,
+        panel.top,
+    );
+    for tick in axis.ticks(46.0, 0.0) {
+        if tick.label.is_empty() {
+            continue;
+        }
+        let y = axis.place(tick.value);
+        canvas.line("tick", (RIGHT + 24.0, y), (RIGHT + 29.0, y));
+        canvas.text("muted", (RIGHT + 33.0, y + 5.0), Anchor::Start, &tick.label);
+    }
+    canvas.text("", (RIGHT + 80.0, panel.top - 12.0), Anchor::End, "rad");
+}

@@ -1,0 +1,373 @@
+//! What a lever does for good at one amplitude, or over a few close by: its period, or the largest
+//! Lyapunov exponent; and what a fixed-step method makes of the same motion.
+
+use super::Headline;
+use super::orbit::{self, Lyapunov, Orbit, Rig, State};
+use super::parallel::Control;
+use crate::error::Error;
+use crate::model::excitation::Harmonic;
+use crate::replay::{self, Method, RunOptions, Section};
+use crate::units::OpensWhen;
+use serde::Serialize;
+
+/// What is asked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Lever, stop, frequency.
+    pub rig: Rig,
+    /// Least and largest amplitude [g]; the same for one.
+    pub amplitudes_g: (f64, f64),
+    /// Amplitudes, one or more.
+    pub points: u32,
+    /// Periods left out at each.
+    pub transient: u32,
+    /// Periods kept at each.
+    pub periods: u32,
+    /// Initial state; `None` for rest.
+    pub initial: Option<State>,
+    /// Steps per period of the excitation of the fixed-step method to compare with.
+    pub compared_steps: Option<u32>,
+}
+
+/// One point of the section.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Row {
+    /// `event-driven`, or `rk4` with its steps on the grid.
+    pub method: &'static str,
+    /// Amplitude [g].
+    pub amplitude_g: f64,
+    /// Angle at the start of a period [rad].
+    pub angle_rad: f64,
+    /// Angular velocity there [rad/s].
+    pub angular_velocity_rad_s: f64,
+}
+
+/// Mean over amplitudes with its standard error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Mean {
+    /// Mean.
+    pub mean: f64,
+    /// Standard error, the amplitudes being the sample.
+    pub standard_error: f64,
+}
+
+/// Statistics over all amplitudes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Statistics {
+    /// Angle [rad].
+    pub angle_rad: Mean,
+    /// Angular velocity [rad/s].
+    pub angular_velocity_rad_s: Mean,
+    /// Share of sections beyond 1 rad [-].
+    pub share_beyond_1_rad: Mean,
+    /// Amplitudes with a period of at most a third of the periods kept.
+    pub periodic: u32,
+    /// Amplitudes.
+    pub amplitudes: u32,
+}
+
+/// The study's answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Attractor {
+    /// What was asked.
+    pub options: Options,
+    /// Points of the section.
+    pub rows: Vec<Row>,
+    /// Period at each amplitude, where one was seen.
+    pub periods: Vec<(f64, Option<u32>)>,
+    /// The orbit at a single amplitude, where there is a period.
+    pub orbit: Option<Orbit>,
+    /// Whether the orbit rests on the stop, which makes it attract at once.
+    pub superstable: bool,
+    /// The exponent at a single amplitude, where there is none.
+    pub lyapunov: Option<Lyapunov>,
+    /// Over several amplitudes.
+    pub statistics: Option<Statistics>,
+    /// Whether the work was done to its end.
+    pub complete: bool,
+}
+
+/// Distance of two states that are taken for the same [rad].
+const SAME: f64 = 1e-9;
+
+/// Sections that one amplitude gave.
+struct Seen {
+    amplitude_g: f64,
+    sections: Vec<Section>,
+    compared: Vec<State>,
+}
+
+/// Follows the lever.
+///
+/// # Errors
+///
+/// As [`crate::replay::Strobe::new`] and [`replay::run_harmonic`].
+pub fn run(options: &Options, control: &Control<'_>) -> Result<Attractor, Error> {
+    let count = options.points.max(1);
+    let (low, high) = options.amplitudes_g;
+    let amplitude = |index: u32| {
+        if count == 1 {
+            low
+        } else {
+            low + (high - low) * f64::from(index) / f64::from(count - 1)
+        }
+    };
+    let seen: Vec<Seen> = control
+        .map(count as usize, |index| {
+            see(options, amplitude(u32::try_from(index).unwrap_or(0)))
+        })
+        .into_iter()
+        .flatten()
+        .collect::<Result<_, _>>()?;
+    let complete = seen.len() == count as usize;
+    let periods: Vec<(f64, Option<u32>)> = seen
+        .iter()
+        .map(|seen| {
+            let period = orbit::period_of(&options.rig, &seen.sections, SAME);
+            (seen.amplitude_g, period)
+        })
+        .collect();
+    let mut answer = Attractor {
+        options: options.clone(),
+        rows: seen.iter().flat_map(rows).collect(),
+        orbit: None,
+        superstable: false,
+        lyapunov: None,
+        statistics: (count > 1).then(|| statistics(&seen, &periods)),
+        periods,
+        complete,
+    };
+    if let ([only], [(amplitude_g, period)]) = (seen.as_slice(), answer.periods.as_slice()) {
+        if let (Some(period), Some(last)) = (period, only.sections.last()) {
+            let start = (last.angle_rad, last.velocity_rad_s);
+            answer.orbit = orbit::find(&options.rig, *amplitude_g, *period, start);
+            answer.superstable = answer
+                .orbit
+                .as_ref()
+                .is_some_and(|orbit| orbit.spectral_radius() < 1e-12);
+        } else {
+            answer.lyapunov = orbit::lyapunov(
+                &options.rig,
+                *amplitude_g,
+                options.initial,
+                options.transient,
+                options.periods.max(1000),
+            )?;
+        }
+    }
+    Ok(answer)
+}
+
+fn see(options: &Options, amplitude_g: f64) -> Result<Seen, Error> {
+    let mut strobe = options.rig.strobe(amplitude_g, options.initial)?;
+    let mut sections = Vec::with_capacity(options.periods as usize);
+    let followed = (0..options.transient).all(|_| strobe.advance().is_some());
+    while followed && sections.len() < options.periods as usize {
+        let Some(section) = strobe.advance() else {
+            break;
+        };
+        sections.push(section);
+    }
+    let compared = options
+        .compared_steps
+        .map_or(Ok(Vec::new()), |steps| compare(options, amplitude_g, steps))?;
+    Ok(Seen {
+        amplitude_g,
+        sections,
+        compared,
+    })
+}
+
+/// The same by the fixed-step method with `steps` per period of the excitation. Its grid begins
+/// anew with each period, on the very instants on which it would go on.
+fn compare(options: &Options, amplitude_g: f64, steps: u32) -> Result<Vec<State>, Error> {
+    let rig = &options.rig;
+    let period = std::f64::consts::TAU / rig.angular_frequency_rad_s;
+    let excitation: Harmonic = rig.sine(amplitude_g);
+    let mut run = RunOptions {
+        method: Method::Rk4 {
+            steps_per_period: steps,
+        },
+        step_s: Some(period / f64::from(steps)),
+        initial: options.initial,
+        error_bound: false,
+        ..RunOptions::new(rig.stop, OpensWhen::Negative)
+    };
+    let mut states = Vec::new();
+    for index in 0..options.transient + options.periods {
+        let outcome = replay::run_harmonic(&excitation, period, &rig.design, &run)?;
+        let state = (
+            outcome.run.final_angle_rad,
+            outcome.run.final_velocity_rad_s,
+        );
+        let state = if rig.stop == crate::model::stop::StopModel::Rigid {
+            (state.0.max(0.0), state.1)
+        } else {
+            state
+        };
+        let bounded = state.0.abs() <= 100.0 && state.1.abs() <= 1e5;
+        if outcome.broke_down || !bounded {
+            break;
+        }
+        run.initial = Some(state);
+        if index >= options.transient {
+            states.push(state);
+        }
+    }
+    Ok(states)
+}
+
+fn rows(seen: &Seen) -> Vec<Row> {
+    let exact = seen.sections.iter().map(|section| Row {
+        method: "event-driven",
+        amplitude_g: seen.amplitude_g,
+        angle_rad: section.angle_rad,
+        angular_velocity_rad_s: section.velocity_rad_s,
+    });
+    let compared = seen.compared.iter().map(|state| Row {
+        method: "rk4",
+        amplitude_g: seen.amplitude_g,
+        angle_rad: state.0,
+        angular_velocity_rad_s: state.1,
+    });
+    exact.chain(compared).collect()
+}
+
+#[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+fn statistics(seen: &[Seen], periods: &[(f64, Option<u32>)]) -> Statistics {
+    let mean_of = |of: &dyn Fn(&Section) -> f64| {
+        let means: Vec<f64> = seen
+            .iter()
+            .filter(|seen| !seen.sections.is_empty())
+            .map(|seen| seen.sections.iter().map(of).sum::<f64>() / seen.sections.len() as f64)
+            .collect();
+        let count = means.len() as f64;
+        let mean = means.iter().sum::<f64>() / count;
+        let spread: f64 = means.iter().map(|one| (one - mean).powi(2)).sum();
+        Mean {
+            mean,
+            standard_error: (spread / (count * (count - 1.0).max(1.0))).sqrt(),
+        }
+    };
+    Statistics {
+        angle_rad: mean_of(&|section| section.angle_rad),
+        angular_velocity_rad_s: mean_of(&|section| section.velocity_rad_s),
+        share_beyond_1_rad: mean_of(&|section| f64::from(u8::from(section.angle_rad > 1.0))),
+        periodic: u32::try_from(
+            periods
+                .iter()
+                .filter(|(_, period)| period.is_some())
+                .count(),
+        )
+        .unwrap_or(u32::MAX),
+        amplitudes: u32::try_from(seen.len()).unwrap_or(u32::MAX),
+    }
+}
+
+impl Attractor {
+    /// Returns what to take away.
+    #[must_use]
+    pub fn headlines(&self) -> Vec<Headline> {
+        let rig = &self.options.rig;
+        let (low, high) = self.options.amplitudes_g;
+        let subject = if self.options.points > 1 {
+            format!(
+                "A = {low} to {high} g, ω = {} rad/s",
+                rig.angular_frequency_rad_s
+            )
+        } else {
+            format!("A = {low} g, ω = {} rad/s", rig.angular_frequency_rad_s)
+        };
+        let mut lines = Vec::new();
+        let mut say = |what: &str, value: Option<f64>| {
+            lines.push(Headline {
+                subject: subject.clone(),
+                model: Some(rig.stop),
+                what: what.into(),
+                value,
+            });
+        };
+        if let Some(statistics) = &self.statistics {
+            say(
+                "mean angle of the sections [rad]",
+                Some(statistics.angle_rad.mean),
+            );
+            say(
+                "its standard error [rad]",
+                Some(statistics.angle_rad.standard_error),
+            );
+            say(
+                "mean angular velocity [rad/s]",
+                Some(statistics.angular_velocity_rad_s.mean),
+            );
+            say(
+                "its standard error [rad/s]",
+                Some(statistics.angular_velocity_rad_s.standard_error),
+            );
+            say(
+                "share of sections beyond 1 rad [-]",
+                Some(statistics.share_beyond_1_rad.mean),
+            );
+            say(
+                "its standard error [-]",
+                Some(statistics.share_beyond_1_rad.standard_error),
+            );
+            say(
+                "amplitudes with a period [-]",
+                Some(f64::from(statistics.periodic)),
+            );
+            return lines;
+        }
+        let period = self.periods.first().and_then(|(_, period)| *period);
+        say("period [periods of the excitation]", period.map(f64::from));
+        if let Some(orbit) = &self.orbit {
+            say(
+                "largest modulus of its multipliers [-]",
+                Some(orbit.spectral_radius()),
+            );
+            say("largest angle [rad]", Some(orbit.peak_angle_rad));
+        }
+        if let Some(lyapunov) = &self.lyapunov {
+            say(
+                "largest Lyapunov exponent per period [-]",
+                lyapunov.per_period,
+            );
+            say("its standard error [-]", Some(lyapunov.standard_error));
+            say(
+                "periods in which the lever rested [-]",
+                Some(f64::from(lyapunov.rests)),
+            );
+        }
+        if self.options.compared_steps.is_some() {
+            let compared: Vec<State> = self
+                .rows
+                .iter()
+                .filter(|row| row.method == "rk4")
+                .map(|row| (row.angle_rad, row.angular_velocity_rad_s))
+                .collect();
+            #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+            say(
+                "rk4: distinct points of its section, 1e-6 rad apart [-]",
+                Some(distinct(rig, &compared, 1e-6) as f64),
+            );
+        }
+        lines
+    }
+}
+
+/// Returns how many of `states` are further than `apart` [rad] from all before them.
+fn distinct(rig: &Rig, states: &[State], apart: f64) -> usize {
+    let mut kept: Vec<State> = Vec::new();
+    for state in states {
+        if kept.len() >= 5000 {
+            break;
+        }
+        if kept
+            .iter()
+            .all(|other| rig.distance(*state, *other) > apart)
+        {
+            kept.push(*state);
+        }
+    }
+    kept.len()
+}

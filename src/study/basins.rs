@@ -1,0 +1,563 @@
+//! Which attractor a lever reaches from each initial state.
+//!
+//! The attractors are found first, from a coarse grid followed to the end. Then every cell is
+//! followed until it rests, or comes so near a known orbit that it can only end there: within a
+//! radius from which a ring of states around each of the orbit's points was seen to converge. A cell
+//! that does neither is followed to the end and may add an attractor.
+
+use super::Headline;
+use super::orbit::{self, Orbit, Rig, State};
+use super::parallel::Control;
+use crate::error::Error;
+use crate::replay::{Section, Strobe};
+use serde::Serialize;
+
+/// What is asked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Lever, stop, frequency.
+    pub rig: Rig,
+    /// Amplitude [g].
+    pub amplitude_g: f64,
+    /// Least and largest initial angle [rad].
+    pub angle_rad: (f64, f64),
+    /// Least and largest initial angular velocity [rad/s].
+    pub velocity_rad_s: (f64, f64),
+    /// Cells along angle and velocity; a cell stands for its midpoint.
+    pub grid: (u32, u32),
+    /// Periods after which motion is taken for settled.
+    pub transient: u32,
+}
+
+/// Where a lever may end.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Attractor {
+    /// Number, as in the rows.
+    pub index: u32,
+    /// Roman numeral and kind, for people.
+    pub name: String,
+    /// Period, in periods of the excitation; 0 for one that is not periodic.
+    pub period: u32,
+    /// State at the start of each period: angle [rad], angular velocity [rad/s].
+    pub points: Vec<State>,
+    /// Largest angle [rad].
+    pub peak_angle_rad: f64,
+    /// Share of the cells [-].
+    pub share: f64,
+    /// Share with the cells at a boundary cut into four [-].
+    pub refined_share: f64,
+    /// Standard error of that, from the cut cells [-].
+    pub standard_error: f64,
+    /// Distance from its points within which a lever counts as caught [rad].
+    pub capture_radius_rad: f64,
+}
+
+/// One cell.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Row {
+    /// Initial angle [rad].
+    pub angle_rad: f64,
+    /// Initial angular velocity [rad/s].
+    pub angular_velocity_rad_s: f64,
+    /// Number of the attractor reached.
+    pub attractor: u32,
+}
+
+/// The study's answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Basins {
+    /// What was asked.
+    pub options: Options,
+    /// The attractors, rest first, then by their largest angle.
+    pub attractors: Vec<Attractor>,
+    /// Attractor of each cell, the angle running fastest; `None` where the work was stopped.
+    pub cells: Vec<Option<u32>>,
+    /// Share of cells with a neighbour that goes elsewhere [-].
+    pub boundary_share: f64,
+    /// Whether the work was done to its end.
+    pub complete: bool,
+}
+
+/// Distance of two states that are taken for the same [rad].
+const SAME: f64 = 1e-6;
+
+/// Cells along either side of the grid that finds the attractors.
+const COARSE: u32 = 20;
+
+/// Largest radius of capture [rad].
+const CAPTURE_MAX: f64 = 0.02;
+
+/// Longest period that is looked for.
+const PERIOD_MAX: usize = 32;
+
+/// Where a lever has come to.
+#[derive(Debug, Clone, PartialEq)]
+enum End {
+    Rest,
+    Orbit(Vec<State>, f64),
+    Irregular(f64),
+}
+
+/// Follows a lever from one initial state.
+struct Tracker<'a> {
+    rig: &'a Rig,
+    known: &'a [Attractor],
+    resting: u32,
+}
+
+impl Tracker<'_> {
+    /// Takes in a section; returns the attractor's number once it is certain.
+    fn see(&mut self, section: &Section) -> Option<u32> {
+        self.resting = if rests(section) { self.resting + 1 } else { 0 };
+        let state = (section.angle_rad, section.velocity_rad_s);
+        for attractor in self.known {
+            let caught = if attractor.points.is_empty() {
+                false
+            } else if attractor.peak_angle_rad <= REST_ANGLE_RAD {
+                self.resting >= 2
+            } else {
+                attractor
+                    .points
+                    .iter()
+                    .any(|point| self.rig.distance(state, *point) <= attractor.capture_radius_rad)
+            };
+            if caught {
+                return Some(attractor.index);
+            }
+        }
+        None
+    }
+}
+
+/// Largest angle of a lever that counts as resting on its stop [rad].
+const REST_ANGLE_RAD: f64 = 1e-9;
+
+fn rests(section: &Section) -> bool {
+    section.impacts == 0 && section.peak_angle_rad <= REST_ANGLE_RAD
+}
+
+/// Follows `state` to its end.
+fn follow(options: &Options, state: State) -> Result<End, Error> {
+    let mut strobe = options.rig.strobe(options.amplitude_g, Some(state))?;
+    let mut resting = 0;
+    for _ in 0..options.transient {
+        let Some(section) = strobe.advance() else {
+            return Ok(End::Irregular(f64::NAN));
+        };
+        resting = if rests(&section) { resting + 1 } else { 0 };
+        if resting >= 2 {
+            return Ok(End::Rest);
+        }
+    }
+    settled(options, &mut strobe)
+}
+
+fn settled(options: &Options, strobe: &mut Strobe) -> Result<End, Error> {
+    let mut sections = Vec::with_capacity(3 * PERIOD_MAX);
+    for _ in 0..3 * PERIOD_MAX {
+        let Some(section) = strobe.advance() else {
+            return Ok(End::Irregular(f64::NAN));
+        };
+        sections.push(section);
+    }
+    let peak = sections
+        .iter()
+        .map(|section| section.peak_angle_rad)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let Some(period) = orbit::period_of(&options.rig, &sections, SAME) else {
+        return Ok(End::Irregular(peak));
+    };
+    let last = &sections[sections.len() - 1];
+    let start = (last.angle_rad, last.velocity_rad_s);
+    let points = orbit::find(&options.rig, options.amplitude_g, period, start).map_or_else(
+        || {
+            sections[sections.len() - period as usize..]
+                .iter()
+                .map(|section| (section.angle_rad, section.velocity_rad_s))
+                .collect()
+        },
+        |Orbit { points, .. }| points,
+    );
+    Ok(End::Orbit(points, peak))
+}
+
+/// Finds the attractors and the basins.
+///
+/// # Errors
+///
+/// As [`Strobe::new`].
+pub fn run(options: &Options, control: &Control<'_>) -> Result<Basins, Error> {
+    let coarse = Options {
+        grid: (options.grid.0.min(COARSE), options.grid.1.min(COARSE)),
+        ..options.clone()
+    };
+    let quiet = Control {
+        threads: control.threads,
+        proceed: &|_| (control.proceed)(0.0),
+    };
+    let ends: Vec<End> = quiet
+        .map(count(coarse.grid), |index| {
+            follow(options, midpoint(&coarse, index))
+        })
+        .into_iter()
+        .flatten()
+        .collect::<Result<_, _>>()?;
+    let mut attractors = Vec::new();
+    for end in ends {
+        admit(options, &mut attractors, end);
+    }
+    for attractor in &mut attractors {
+        attractor.capture_radius_rad = capture_radius(options, attractor)?;
+    }
+    let (cells, complete) = classify(options, &mut attractors, control)?;
+    let mut basins = Basins {
+        options: options.clone(),
+        attractors,
+        cells,
+        boundary_share: 0.0,
+        complete,
+    };
+    basins.order();
+    if complete {
+        basins.measure(control)?;
+    }
+    Ok(basins)
+}
+
+fn count(grid: (u32, u32)) -> usize {
+    grid.0 as usize * grid.1 as usize
+}
+
+fn midpoint(options: &Options, index: usize) -> State {
+    let columns = options.grid.0 as usize;
+    #[expect(clippy::cast_precision_loss, reason = "cells stay far below 2^53")]
+    let at = |place: usize, cells: u32, (low, high): (f64, f64)| {
+        low + (high - low) * (place as f64 + 0.5) / f64::from(cells)
+    };
+    (
+        at(index % columns, options.grid.0, options.angle_rad),
+        at(index / columns, options.grid.1, options.velocity_rad_s),
+    )
+}
+
+/// Returns the number of the attractor that `end` is, which is added if it is new.
+fn admit(options: &Options, attractors: &mut Vec<Attractor>, end: End) -> u32 {
+    let (period, points, peak) = match end {
+        End::Rest => (1, vec![(0.0, 0.0)], 0.0),
+        End::Orbit(points, peak) => (u32::try_from(points.len()).unwrap_or(0), points, peak),
+        End::Irregular(peak) => (0, Vec::new(), peak),
+    };
+    let same = |known: &Attractor| {
+        known.period == period
+            && (period == 0
+                || known
+                    .points
+                    .iter()
+                    .any(|point| options.rig.distance(*point, points[0]) <= 100.0 * SAME))
+    };
+    if let Some(known) = attractors.iter().find(|known| same(known)) {
+        return known.index;
+    }
+    let index = u32::try_from(attractors.len()).unwrap_or(u32::MAX);
+    attractors.push(Attractor {
+        index,
+        name: String::new(),
+        period,
+        points,
+        peak_angle_rad: peak,
+        share: 0.0,
+        refined_share: 0.0,
+        standard_error: 0.0,
+        capture_radius_rad: 0.0,
+    });
+    index
+}
+
+/// Returns the largest radius, halved from the largest tried, from which a ring of states around
+/// each point of the orbit converges to it.
+fn capture_radius(options: &Options, attractor: &Attractor) -> Result<f64, Error> {
+    /// States on a ring.
+    const RING: u32 = 16;
+    if attractor.period == 0 || attractor.peak_angle_rad <= REST_ANGLE_RAD {
+        return Ok(0.0);
+    }
+    let rig = &options.rig;
+    let returns = |from: State| -> Result<bool, Error> {
+        let mut strobe = rig.strobe(options.amplitude_g, Some(from))?;
+        for _ in 0..options.transient {
+            let Some(section) = strobe.advance() else {
+                return Ok(false);
+            };
+            let state = (section.angle_rad, section.velocity_rad_s);
+            let near = |point: &State| rig.distance(*point, state) <= SAME;
+            if attractor.points.iter().any(near) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    };
+    let mut radius = CAPTURE_MAX;
+    'smaller: while radius > SAME {
+        for point in &attractor.points {
+            for part in [1.0, 0.5] {
+                for step in 0..RING {
+                    let turn = std::f64::consts::TAU * f64::from(step) / f64::from(RING);
+                    let (sine, cosine) = libm::sincos(turn);
+                    let ring = part * radius * std::f64::consts::SQRT_2;
+                    let from = (
+                        (point.0 + ring * cosine).max(0.0),
+                        point.1 + ring * sine * rig.angular_frequency_rad_s,
+                    );
+                    if !returns(from)? {
+                        radius *= 0.5;
+                        continue 'smaller;
+                    }
+                }
+            }
+        }
+        return Ok(radius);
+    }
+    Ok(SAME)
+}
+
+/// Returns the attractor of each cell, and whether all were done.
+fn classify(
+    options: &Options,
+    attractors: &mut Vec<Attractor>,
+    control: &Control<'_>,
+) -> Result<(Vec<Option<u32>>, bool), Error> {
+    let states: Vec<State> = (0..count(options.grid))
+        .map(|index| midpoint(options, index))
+        .collect();
+    reach(options, attractors, &states, control)
+}
+
+/// Returns the attractor that each of `states` reaches.
+fn reach(
+    options: &Options,
+    attractors: &mut Vec<Attractor>,
+    states: &[State],
+    control: &Control<'_>,
+) -> Result<(Vec<Option<u32>>, bool), Error> {
+    /// Cells that a thread takes at a time.
+    const BLOCK: usize = 64;
+    /// A cell that no known attractor has caught, to be followed to its end.
+    const UNKNOWN: u32 = u32::MAX;
+    let known: &[Attractor] = attractors;
+    let blocks = control.map(states.len().div_ceil(BLOCK), |block| {
+        let first = block * BLOCK;
+        states[first..(first + BLOCK).min(states.len())]
+            .iter()
+            .map(|state| {
+                let mut strobe = options.rig.strobe(options.amplitude_g, Some(*state))?;
+                let mut tracker = Tracker {
+                    rig: &options.rig,
+                    known,
+                    resting: 0,
+                };
+                for _ in 0..options.transient {
+                    let Some(section) = strobe.advance() else {
+                        break;
+                    };
+                    if let Some(index) = tracker.see(&section) {
+                        return Ok(index);
+                    }
+                }
+                Ok(UNKNOWN)
+            })
+            .collect::<Result<Vec<u32>, Error>>()
+    });
+    let complete = blocks.iter().all(Option::is_some);
+    let mut cells = Vec::with_capacity(states.len());
+    for (index, block) in blocks.into_iter().enumerate() {
+        match block {
+            Some(block) => cells.extend(block?.into_iter().map(Some)),
+            None => {
+                let length = BLOCK.min(states.len() - index * BLOCK);
+                cells.extend(std::iter::repeat_n(None, length));
+            }
+        }
+    }
+    for (cell, state) in cells.iter_mut().zip(states) {
+        if *cell == Some(UNKNOWN) {
+            *cell = Some(admit(options, attractors, follow(options, *state)?));
+        }
+    }
+    Ok((cells, complete))
+}
+
+impl Basins {
+    /// Puts rest first and the others by their largest angle, and names them.
+    fn order(&mut self) {
+        let mut order: Vec<usize> = (0..self.attractors.len()).collect();
+        order.sort_by(|a, b| {
+            let peak = |n: usize| self.attractors[n].peak_angle_rad;
+            peak(*a).total_cmp(&peak(*b))
+        });
+        let mut renumbered = vec![0; order.len()];
+        let mut attractors = Vec::with_capacity(order.len());
+        for (new, old) in order.into_iter().enumerate() {
+            let index = u32::try_from(new).unwrap_or(u32::MAX);
+            renumbered[old] = index;
+            let mut attractor = self.attractors[old].clone();
+            attractor.index = index;
+            let kind = if attractor.period == 0 {
+                "not periodic".to_string()
+            } else if attractor.peak_angle_rad <= REST_ANGLE_RAD {
+                "rest".to_string()
+            } else {
+                format!("period {}", attractor.period)
+            };
+            attractor.name = format!("{} ({kind})", roman(new + 1));
+            attractors.push(attractor);
+        }
+        self.attractors = attractors;
+        for cell in self.cells.iter_mut().flatten() {
+            *cell = renumbered[*cell as usize];
+        }
+    }
+
+    /// Counts the shares, and cuts the cells at a boundary into four for better ones.
+    #[expect(clippy::cast_precision_loss, reason = "cells stay far below 2^53")]
+    fn measure(&mut self, control: &Control<'_>) -> Result<(), Error> {
+        let total = self.cells.len() as f64;
+        let (columns, rows) = (self.options.grid.0 as usize, self.options.grid.1 as usize);
+        let at_boundary = |index: usize| {
+            let (column, row) = (index % columns, index / columns);
+            let differs = |other: usize| self.cells[other] != self.cells[index];
+            (column > 0 && differs(index - 1))
+                || (column + 1 < columns && differs(index + 1))
+                || (row > 0 && differs(index - columns))
+                || (row + 1 < rows && differs(index + columns))
+        };
+        let boundary: Vec<usize> = (0..self.cells.len()).filter(|n| at_boundary(*n)).collect();
+        self.boundary_share = boundary.len() as f64 / total;
+        let (quarter_angle, quarter_velocity) = (
+            0.25 * (self.options.angle_rad.1 - self.options.angle_rad.0) / columns as f64,
+            0.25 * (self.options.velocity_rad_s.1 - self.options.velocity_rad_s.0) / rows as f64,
+        );
+        // Of very many cells at a boundary a part tells as much.
+        let every = boundary.len().div_ceil(20_000).max(1);
+        let cut: Vec<usize> = boundary.iter().copied().step_by(every).collect();
+        let states: Vec<State> = cut
+            .iter()
+            .flat_map(|index| {
+                let (angle, velocity) = midpoint(&self.options, *index);
+                [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
+                    .map(|(x, y)| (angle + x * quarter_angle, velocity + y * quarter_velocity))
+            })
+            .collect();
+        let quiet = Control {
+            threads: control.threads,
+            proceed: &|_| (control.proceed)(1.0),
+        };
+        let known = self.attractors.len();
+        let (parts, complete) = reach(&self.options, &mut self.attractors, &states, &quiet)?;
+        // What only a quarter of a cell reaches is not listed.
+        self.attractors.truncate(known);
+        self.complete = complete;
+        if !complete {
+            return Ok(());
+        }
+        for attractor in &mut self.attractors {
+            let here = |cell: &Option<u32>| *cell == Some(attractor.index);
+            let counted = self.cells.iter().filter(|cell| here(cell)).count() as f64;
+            attractor.share = counted / total;
+            let inside = boundary.iter().filter(|n| here(&self.cells[**n])).count() as f64;
+            let quarters: Vec<f64> = parts
+                .chunks(4)
+                .map(|four| four.iter().filter(|cell| here(cell)).count() as f64 / 4.0)
+                .collect();
+            let mean = quarters.iter().sum::<f64>() / quarters.len().max(1) as f64;
+            attractor.refined_share = (counted - inside + mean * boundary.len() as f64) / total;
+            // A cut cell's four points tell its share to within that of a coin thrown four times.
+            let spread: f64 = quarters.iter().map(|q| q * (1.0 - q) / 3.0).sum();
+            let sampled: f64 = quarters.iter().map(|q| (q - mean).powi(2)).sum();
+            let cells = boundary.len() as f64;
+            let left_out = cells * (1.0 - quarters.len() as f64 / cells.max(1.0));
+            let per_cell = sampled / quarters.len().max(1) as f64;
+            let factor = cells / quarters.len().max(1) as f64;
+            attractor.standard_error =
+                (spread * factor + left_out * factor * per_cell).sqrt() / total;
+        }
+        Ok(())
+    }
+
+    /// Returns the cells as rows.
+    #[must_use]
+    pub fn rows(&self) -> Vec<Row> {
+        self.cells
+            .iter()
+            .enumerate()
+            .filter_map(|(index, cell)| {
+                let (angle_rad, angular_velocity_rad_s) = midpoint(&self.options, index);
+                cell.map(|attractor| Row {
+                    angle_rad,
+                    angular_velocity_rad_s,
+                    attractor,
+                })
+            })
+            .collect()
+    }
+
+    /// Returns what to take away.
+    #[must_use]
+    pub fn headlines(&self) -> Vec<Headline> {
+        let rig = &self.options.rig;
+        let subject = format!(
+            "A = {} g, ω = {} rad/s",
+            self.options.amplitude_g, rig.angular_frequency_rad_s
+        );
+        let mut lines = Vec::new();
+        let mut say = |what: String, value: f64| {
+            lines.push(Headline {
+                subject: subject.clone(),
+                model: Some(rig.stop),
+                what,
+                value: Some(value),
+            });
+        };
+        for attractor in &self.attractors {
+            let name = &attractor.name;
+            say(
+                format!("{name}: largest angle [rad]"),
+                attractor.peak_angle_rad,
+            );
+            say(format!("{name}: share of the cells [-]"), attractor.share);
+            say(
+                format!("{name}: share, boundary refined [-]"),
+                attractor.refined_share,
+            );
+            say(
+                format!("{name}: its standard error [-]"),
+                attractor.standard_error,
+            );
+        }
+        say("cells at a boundary [-]".into(), self.boundary_share);
+        lines
+    }
+}
+
+/// Returns a number in Roman numerals.
+fn roman(number: usize) -> String {
+    const NUMERALS: [(usize, &str); 9] = [
+        (100, "C"),
+        (90, "XC"),
+        (50, "L"),
+        (40, "XL"),
+        (10, "X"),
+        (9, "IX"),
+        (5, "V"),
+        (4, "IV"),
+        (1, "I"),
+    ];
+    let mut left = number;
+    let mut out = String::new();
+    for (value, numeral) in NUMERALS {
+        while left >= value {
+            out.push_str(numeral);
+            left -= value;
+        }
+    }
+    out
+}

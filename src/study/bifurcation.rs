@@ -1,0 +1,309 @@
+//! Stroboscopic sections against the excitation's amplitude, and where orbits are born and double.
+
+use super::Headline;
+use super::orbit::{self, Bifurcation, Kind, Rig, State};
+use super::parallel::Control;
+use crate::error::Error;
+use crate::replay::Section;
+use serde::Serialize;
+
+/// Whether the state at the end of one amplitude starts the next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sweep {
+    /// Every amplitude starts from the same state.
+    None,
+    /// From the least to the largest, the state carried along.
+    Up,
+    /// From the largest to the least.
+    Down,
+}
+
+/// What is asked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Lever, stop, frequency.
+    pub rig: Rig,
+    /// Least and largest amplitude [g].
+    pub amplitudes_g: (f64, f64),
+    /// Amplitudes.
+    pub points: u32,
+    /// Periods left out at each.
+    pub transient: u32,
+    /// Periods kept at each.
+    pub periods: u32,
+    /// Initial state; `None` for rest.
+    pub initial: Option<State>,
+    /// Whether the state is carried along.
+    pub sweep: Sweep,
+}
+
+/// One point of the diagram.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Row {
+    /// Amplitude [g].
+    pub amplitude_g: f64,
+    /// Angle at the start of a period [rad].
+    pub angle_rad: f64,
+    /// Angular velocity there [rad/s].
+    pub angular_velocity_rad_s: f64,
+}
+
+/// What happens at one amplitude.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Column {
+    /// Amplitude [g].
+    pub amplitude_g: f64,
+    /// Period, in periods of the excitation; `None` if none was seen.
+    pub period: Option<u32>,
+    /// Largest angle among the periods kept [rad].
+    pub peak_angle_rad: f64,
+    /// Impacts per period.
+    pub impacts_per_period: f64,
+    /// The sections.
+    #[serde(skip)]
+    pub sections: Vec<Section>,
+}
+
+/// The study's answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Diagram {
+    /// What was asked.
+    pub options: Options,
+    /// Columns, by amplitude; those left out when the work was stopped are missing.
+    pub columns: Vec<Column>,
+    /// Births and doublings found, by amplitude.
+    pub found: Vec<Bifurcation>,
+    /// Whether the work was done to its end.
+    pub complete: bool,
+}
+
+/// Distance of two states that are taken for the same [rad].
+const SAME: f64 = 1e-7;
+
+/// Longest period of which births and doublings are looked for.
+const PERIOD_MAX: u32 = 32;
+
+/// Changes of period that are followed up.
+const CHANGES_MAX: usize = 64;
+
+/// Draws the diagram's points and looks where orbits change.
+///
+/// # Errors
+///
+/// As [`crate::replay::Strobe::new`].
+pub fn run(options: &Options, control: &Control<'_>) -> Result<Diagram, Error> {
+    let amplitude = |index: usize| {
+        let (low, high) = options.amplitudes_g;
+        let last = f64::from(options.points.max(2) - 1);
+        #[expect(clippy::cast_precision_loss, reason = "a few thousand points")]
+        let part = index as f64 / last;
+        low + (high - low) * part
+    };
+    let count = options.points.max(2) as usize;
+    let columns: Vec<Option<Result<Column, Error>>> = match options.sweep {
+        Sweep::None => control.map(count, |index| {
+            column(options, amplitude(index), options.initial).map(|(column, _)| column)
+        }),
+        Sweep::Up | Sweep::Down => {
+            let mut columns: Vec<Option<Result<Column, Error>>> = Vec::with_capacity(count);
+            let mut state = options.initial;
+            for step in 0..count {
+                let index = if options.sweep == Sweep::Up {
+                    step
+                } else {
+                    count - 1 - step
+                };
+                let (column, reached) = column(options, amplitude(index), state)?;
+                state = reached.or(options.initial);
+                columns.push(Some(Ok(column)));
+                #[expect(clippy::cast_precision_loss, reason = "a few thousand points")]
+                if !(control.proceed)((step + 1) as f64 / count as f64) {
+                    break;
+                }
+            }
+            if options.sweep == Sweep::Down {
+                columns.reverse();
+            }
+            columns
+        }
+    };
+    let columns: Vec<Column> = columns.into_iter().flatten().collect::<Result<_, _>>()?;
+    let complete = columns.len() == count;
+    let found = if complete {
+        changes(options, &columns, control)
+    } else {
+        Vec::new()
+    };
+    Ok(Diagram {
+        options: options.clone(),
+        columns,
+        found,
+        complete,
+    })
+}
+
+fn column(
+    options: &Options,
+    amplitude_g: f64,
+    initial: Option<State>,
+) -> Result<(Column, Option<State>), Error> {
+    let mut strobe = options.rig.strobe(amplitude_g, initial)?;
+    let mut sections = Vec::with_capacity(options.periods as usize);
+    let mut followed = (0..options.transient).all(|_| strobe.advance().is_some());
+    while followed && sections.len() < options.periods as usize {
+        match strobe.advance() {
+            Some(section) => sections.push(section),
+            None => followed = false,
+        }
+    }
+    let peak_angle_rad = sections
+        .iter()
+        .map(|section| section.peak_angle_rad)
+        .fold(f64::NAN, f64::max);
+    let impacts: u64 = sections.iter().map(|section| section.impacts).sum();
+    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+    let impacts_per_period = impacts as f64 / sections.len().max(1) as f64;
+    let column = Column {
+        amplitude_g,
+        period: orbit::period_of(&options.rig, &sections, SAME),
+        peak_angle_rad,
+        impacts_per_period,
+        sections,
+    };
+    Ok((column, followed.then(|| strobe.state())))
+}
+
+fn state(section: &Section) -> State {
+    (section.angle_rad, section.velocity_rad_s)
+}
+
+/// Follows up where the period doubles from one amplitude to the next, or an orbit appears.
+fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> Vec<Bifurcation> {
+    let mut wanted: Vec<(Kind, &Column, u32)> = Vec::new();
+    for pair in columns.windows(2) {
+        let (before, after) = (&pair[0], &pair[1]);
+        let (Some(from), Some(to)) = (
+            before.period,
+            after.period.filter(|period| *period <= PERIOD_MAX),
+        ) else {
+            // Out of a cloud, or into one: what comes after may have been born here.
+            if let Some(to) = after.period.filter(|period| *period <= PERIOD_MAX) {
+                wanted.push((Kind::SaddleNode, after, to));
+            }
+            continue;
+        };
+        if to == 2 * from {
+            wanted.push((Kind::PeriodDoubling, before, from));
+        } else if from == 2 * to && from <= PERIOD_MAX {
+            wanted.push((Kind::PeriodDoubling, after, to));
+        } else if from != to || !continues(options, before, after) {
+            wanted.push((Kind::SaddleNode, after, to));
+        }
+    }
+    // Orbits that rest every period have neither: their multipliers are zero.
+    wanted.retain(|(_, column, _)| !column.sections.iter().all(|section| section.rested));
+    wanted.truncate(CHANGES_MAX);
+    let (low, high) = options.amplitudes_g;
+    let pace = (high - low) / f64::from(options.points.max(2) - 1);
+    let mut found: Vec<Bifurcation> = control
+        .map(wanted.len(), |index| {
+            let (kind, column, period) = wanted[index];
+            let start = column.sections.last().map(state)?;
+            let orbit = orbit::find(&options.rig, column.amplitude_g, period, start)?;
+            match kind {
+                Kind::PeriodDoubling => orbit::doubling(&options.rig, &orbit, 0.25 * pace),
+                Kind::SaddleNode => orbit::birth(&options.rig, &orbit),
+            }
+        })
+        .into_iter()
+        .flatten()
+        .flatten()
+        .filter(|found| (low - pace..=high + pace).contains(&found.orbit.amplitude_g))
+        .collect();
+    found.sort_by(|a, b| a.orbit.amplitude_g.total_cmp(&b.orbit.amplitude_g));
+    found.dedup_by(|a, b| {
+        a.kind == b.kind
+            && a.orbit.period == b.orbit.period
+            && (a.orbit.amplitude_g - b.orbit.amplitude_g).abs() <= 1e-9 * b.orbit.amplitude_g
+    });
+    found
+}
+
+/// Tells whether the orbit at one amplitude is that at the next, a little moved.
+fn continues(options: &Options, before: &Column, after: &Column) -> bool {
+    /// Largest move of a section that is still taken for one [rad].
+    const MOVED: f64 = 0.1;
+    let Some(last) = after.sections.last().map(state) else {
+        return false;
+    };
+    before
+        .sections
+        .iter()
+        .any(|section| options.rig.distance(state(section), last) <= MOVED)
+}
+
+impl Diagram {
+    /// Returns the diagram's points.
+    #[must_use]
+    pub fn rows(&self) -> Vec<Row> {
+        self.columns
+            .iter()
+            .flat_map(|column| {
+                column.sections.iter().map(|section| Row {
+                    amplitude_g: column.amplitude_g,
+                    angle_rad: section.angle_rad,
+                    angular_velocity_rad_s: section.velocity_rad_s,
+                })
+            })
+            .collect()
+    }
+
+    /// Returns what to take away.
+    #[must_use]
+    pub fn headlines(&self) -> Vec<Headline> {
+        let rig = &self.options.rig;
+        let subject = format!("sine of {} rad/s", rig.angular_frequency_rad_s);
+        let line = |what: String, value: Option<f64>| Headline {
+            subject: subject.clone(),
+            model: Some(rig.stop),
+            what,
+            value,
+        };
+        let threshold = rig.design.criterion.threshold_rad;
+        let moves = |column: &&Column| column.peak_angle_rad > 1e-3 * threshold;
+        let exceeds = |column: &&Column| column.peak_angle_rad > threshold;
+        let mut lines = vec![
+            line(
+                "a lever at rest leaves the rigid stop at A [g]".into(),
+                Some(rig.lift_off_g()),
+            ),
+            line(
+                "least A with lasting motion [g]".into(),
+                self.columns.iter().find(moves).map(|c| c.amplitude_g),
+            ),
+            line(
+                "least A with lasting motion beyond the threshold [g]".into(),
+                self.columns.iter().find(exceeds).map(|c| c.amplitude_g),
+            ),
+        ];
+        #[expect(clippy::cast_precision_loss, reason = "a few thousand columns")]
+        let share = |count: usize| count as f64 / self.columns.len().max(1) as f64;
+        let irregular = self.columns.iter().filter(|c| c.period.is_none()).count();
+        lines.push(line(
+            "share of amplitudes without a period seen [-]".into(),
+            Some(share(irregular)),
+        ));
+        for found in &self.found {
+            let what = match found.kind {
+                Kind::SaddleNode => "saddle-node",
+                Kind::PeriodDoubling => "period doubling",
+            };
+            lines.push(line(
+                format!("{what} of period {} at A [g]", found.orbit.period),
+                Some(found.orbit.amplitude_g),
+            ));
+        }
+        lines
+    }
+}
