@@ -25,6 +25,8 @@ struct Listing {
 struct Source {
     file: String,
     sha256: String,
+    /// Further files that were read with it.
+    parts: Vec<recording::Part>,
     format: &'static str,
 }
 
@@ -46,6 +48,9 @@ struct Entry {
     /// Value of largest magnitude, in `unit`.
     peak: f64,
     peak_time_s: f64,
+    /// SHA-256 of the signal itself, whatever file it came from; `None` without a unit.
+    content_sha256: Option<String>,
+    stated: recording::Stated,
     findings: Vec<Finding>,
     #[serde(skip)]
     spark: String,
@@ -118,6 +123,7 @@ fn listing(recording: Recording, choice: Choice, conditioning: &ConditioningOpti
         recording: Source {
             file: recording.file,
             sha256: recording.sha256,
+            parts: recording.parts,
             format: recording.format,
         },
         channels: recording
@@ -140,6 +146,8 @@ fn entry(channel: Channel, conditioning: &ConditioningOptions) -> Entry {
         }
     }
     let peak_time_s = channel.time_s(peak.0);
+    let content_sha256 = channel.content_sha256();
+    let range_g = conditioning.range_g.or(channel.full_scale_g());
     let mut findings = channel.findings;
     if let Some(unit) = channel.unit {
         let factor = unit.metres_per_second_squared();
@@ -149,7 +157,11 @@ fn entry(channel: Channel, conditioning: &ConditioningOptions) -> Entry {
             samples: channel.values.iter().map(|value| value * factor).collect(),
         };
         if count >= 2 {
-            findings.extend(quality::findings(&signal, conditioning));
+            let conditioning = ConditioningOptions {
+                range_g,
+                ..*conditioning
+            };
+            findings.extend(quality::findings(&signal, &conditioning));
         }
     }
     Entry {
@@ -163,6 +175,8 @@ fn entry(channel: Channel, conditioning: &ConditioningOptions) -> Entry {
         end_s,
         peak: peak.1,
         peak_time_s,
+        content_sha256,
+        stated: channel.stated,
         findings,
     }
 }

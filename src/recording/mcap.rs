@@ -23,7 +23,7 @@ mod records;
 mod schema;
 mod series;
 
-use super::{Finding, Limits, ReadOptions, ReadOutcome, Selection, source::Reader};
+use super::{Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, source::Reader};
 use crate::error::{Error, ErrorKind, Place};
 use ::mcap::McapError;
 use ::mcap::records::op;
@@ -40,8 +40,8 @@ const READ_BYTES: usize = 64 << 10;
 
 /// Tells whether the head carries MCAP's magic bytes.
 #[must_use]
-pub fn recognises(head: &[u8], _file_name: &str) -> bool {
-    head.starts_with(::mcap::MAGIC)
+pub fn recognises(head: &Head<'_>) -> bool {
+    head.bytes.starts_with(::mcap::MAGIC)
 }
 
 /// Reads an MCAP log.

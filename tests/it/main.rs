@@ -26,6 +26,8 @@ mod conditioning_resample;
 mod conditioning_spectrum;
 mod conditioning_support;
 mod csv;
+mod ev5;
+mod ingest_support;
 mod lever_cases;
 mod mcap;
 mod methods;

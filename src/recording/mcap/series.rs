@@ -5,7 +5,7 @@ use super::schema::{Definitions, Number, Plan, plain_name};
 use super::{cdr, name_of};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::time_base::TimeBase;
-use crate::recording::{Channel, Finding, Limits, ReadOptions};
+use crate::recording::{Channel, Finding, Limits, ReadOptions, Stated};
 use crate::units::AccelerationUnit;
 
 /// Message types whose lateral acceleration is known, with the path to it. REP 103: x
@@ -527,6 +527,7 @@ impl Column {
             start_s: base.start_s,
             rate: base.rate,
             values: base.apply(stamps, self.values)?,
+            stated: Stated::default(),
             findings,
         })
     }
