@@ -10,7 +10,9 @@ pub mod csv;
 pub mod ev5;
 pub mod finding;
 mod laboratory;
+mod lateral;
 pub mod limits;
+pub mod lvm;
 pub mod mcap;
 pub mod source;
 mod text;
@@ -242,6 +244,11 @@ pub const FORMATS: &[Format] = &[
         name: "ev5",
         recognises: ev5::recognises,
         read: ev5::read,
+    },
+    Format {
+        name: "lvm",
+        recognises: lvm::recognises,
+        read: lvm::read,
     },
     Format {
         name: "csv",

@@ -29,6 +29,7 @@ mod csv;
 mod ev5;
 mod ingest_support;
 mod lever_cases;
+mod lvm;
 mod mcap;
 mod methods;
 mod oracle;

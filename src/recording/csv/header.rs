@@ -121,6 +121,23 @@ impl Column {
         has(LATERAL_ACCELERATION) || (accelerates && has(LATERAL)) || is_mme_lateral(&self.label)
     }
 
+    /// Tells whether the name says a second sensor at a place that has one.
+    pub(in crate::recording) fn says_redundant(&self) -> bool {
+        let words = words(&self.label);
+        words
+            .iter()
+            .any(|word| matches!(word.as_str(), "redundant" | "red" | "backup" | "secondary"))
+    }
+
+    /// Takes the unit that stands in a header line of its own.
+    pub(in crate::recording) fn with_unit(mut self, text: &str) -> Self {
+        let text = strip_brackets(text.trim());
+        if !text.is_empty() {
+            self.take_unit(text, "header");
+        }
+        self
+    }
+
     /// Tells whether the name says another axis than the lateral one.
     pub(in crate::recording) fn says_other_axis(&self) -> bool {
         let words = words(&self.label);
@@ -250,7 +267,8 @@ fn is_mme_lateral(label: &str) -> bool {
         && code
             .iter()
             .all(|byte| byte.is_ascii_uppercase() || byte.is_ascii_digit() || *byte == b'?')
-        && &code[12..15] == b"ACY"
+        // Direction 2 is Y with a sign that diverges from SAE J211.
+        && (&code[12..15] == b"ACY" || &code[12..15] == b"AC2")
 }
 
 /// Splits a name into lower-case words, at everything but letters and digits and where a
