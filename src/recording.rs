@@ -14,6 +14,7 @@ mod lateral;
 pub mod limits;
 pub mod lvm;
 pub mod mcap;
+pub mod mme;
 pub mod source;
 mod text;
 pub mod time_base;
@@ -246,6 +247,11 @@ pub const FORMATS: &[Format] = &[
         read: ev5::read,
     },
     Format {
+        name: "iso-mme",
+        recognises: mme::recognises,
+        read: mme::read,
+    },
+    Format {
         name: "lvm",
         recognises: lvm::recognises,
         read: lvm::read,
@@ -273,7 +279,7 @@ pub fn read(
     let bytes = reader.head().map_err(|error| error.at(place.clone()))?;
     let entries = if reader.is_folder() {
         reader
-            .list(limits)
+            .list(true, limits)
             .map_err(|error| error.at(place.clone()))?
     } else {
         Vec::new()
@@ -304,17 +310,17 @@ pub fn read(
 const REFUSED: &[(&[u8], &str, &str)] = &[
     (
         b"MDF     ",
-        "ASAM MDF4",
+        "ASAM MDF4 (.mf4)",
         "export the channel as CSV, for example with asammdf or the logger's converter",
     ),
     (
         b"UnFinMF ",
-        "unfinalised ASAM MDF4",
+        "unfinalised ASAM MDF4 (.mf4)",
         "finalise it, then export the channel as CSV, for example with asammdf",
     ),
     (
         b"TDSm",
-        "NI TDMS",
+        "NI TDMS (.tdms)",
         "export the channel as CSV from DIAdem or with the npTDMS package",
     ),
     (
@@ -323,13 +329,8 @@ const REFUSED: &[(&[u8], &str, &str)] = &[
         "save the sheet as CSV",
     ),
     (
-        b"PK\x03\x04",
-        "a zip container (.xlsx or an archive)",
-        "save the sheet, or unpack the file, as CSV",
-    ),
-    (
         b"\x89HDF\r\n\x1A\n",
-        "HDF5",
+        "HDF5 (.h5)",
         "export the channel as CSV, for example with h5py",
     ),
     (
@@ -337,7 +338,29 @@ const REFUSED: &[(&[u8], &str, &str)] = &[
         "a MATLAB .mat file",
         "write the channel as CSV with writematrix",
     ),
-    (b"\x1F\x8B", "a gzip file", "unpack it first"),
+    (
+        b"MATLAB 7.3 MAT-file",
+        "a MATLAB .mat file",
+        "write the channel as CSV with writematrix",
+    ),
+    (
+        b"MDF  ",
+        "ASAM MDF",
+        "export the channel as CSV, for example with asammdf",
+    ),
+    (b"BZh", "a bzip2 file", "unpack it first"),
+    (b"\xFD7zXZ\x00", "an xz file", "unpack it first"),
+    (b"7z\xBC\xAF\x27\x1C", "a 7z archive", "unpack it first"),
+    (
+        b"SQLite format 3\x00",
+        "an SQLite database, as older ROS 2 bags are",
+        "convert the bag to MCAP with `ros2 bag convert`",
+    ),
+    (
+        b"#ROSBAG V2.0",
+        "a ROS 1 bag",
+        "convert it to MCAP with `mcap convert`",
+    ),
     (b"\x28\xB5\x2F\xFD", "a zstd file", "unpack it first"),
 ];
 

@@ -76,7 +76,7 @@ pub fn read(
 ) -> Result<ReadOutcome, Error> {
     let head = source.head()?;
     if source.is_folder() {
-        let names = source.list(limits)?;
+        let names = source.list(false, limits)?;
         let Some(name) = names.iter().find(|name| is_header_name(name)) else {
             return Err(missing("the test's .EV5 file"));
         };
@@ -181,7 +181,7 @@ fn header_beside(
     if found.is_none() {
         // A stem in other letters, as after a copy through a DOS disk. A folder too large to
         // look through holds no test.
-        let names = source.list(limits).unwrap_or_default();
+        let names = source.list(false, limits).unwrap_or_default();
         let alike = names.into_iter().find(|name| {
             is_header_name(name)
                 && name
@@ -291,7 +291,7 @@ impl CurveFiles {
     fn find(source: &Reader, header_name: &str, limits: &Limits) -> Result<Self, Error> {
         let stem = header_name.rsplit_once('.').map_or("", |(stem, _)| stem);
         let names = source
-            .list(limits)?
+            .list(false, limits)?
             .into_iter()
             .filter(|name| {
                 name.rsplit_once('.')

@@ -21,6 +21,8 @@ pub struct Limits {
     pub archive_entries: u64,
     /// Bytes of an archive's files after decompression, those held at a time.
     pub unpacked_bytes: u64,
+    /// Bytes of an archive's stream after decompression, those passed over included.
+    pub unpacked_stream_bytes: u64,
     /// Ratio of bytes after decompression to bytes before it, past the first 4 MiB.
     pub unpacked_ratio: u64,
     /// Bytes of one MCAP record, a chunk included.
@@ -43,6 +45,7 @@ impl Default for Limits {
             archive_bytes: 64 << 20,
             archive_entries: 20_000,
             unpacked_bytes: 64 << 20,
+            unpacked_stream_bytes: 1 << 30,
             unpacked_ratio: 200,
             mcap_record_bytes: 64 << 20,
             mcap_chunk_bytes: 64 << 20,

@@ -197,15 +197,15 @@ impl Reader {
         self.is_folder
     }
 
-    /// Lists, in order, the files beside the recording, or those in it and in the folders one
-    /// level down if it is a folder; names are relative, with `/` between folder and file.
-    /// Standard input and bytes in memory have none.
+    /// Lists, in order, the files beside the recording, or those in it if it is a folder; if
+    /// `deep`, with those in the folders one level down. Names are relative, with `/` between
+    /// folder and file. Standard input and bytes in memory have none.
     ///
     /// # Errors
     ///
     /// [`ErrorKind::Io`] if a folder cannot be listed, [`ErrorKind::LimitExceeded`] beyond
     /// `limits.archive_entries`.
-    pub fn list(&self, limits: &Limits) -> Result<Vec<String>, Error> {
+    pub fn list(&self, deep: bool, limits: &Limits) -> Result<Vec<String>, Error> {
         let mut names = Vec::new();
         let Some(folder) = &self.folder else {
             return Ok(names);
@@ -220,7 +220,7 @@ impl Reader {
         for (name, is_folder) in entries(folder, &mut seen, limits)? {
             if !is_folder {
                 names.push(name);
-            } else if self.is_folder {
+            } else if deep {
                 inner.push(name);
             }
         }
@@ -242,6 +242,28 @@ impl Reader {
     ///
     /// [`ErrorKind::LimitExceeded`] beyond the limit, [`ErrorKind::Io`] if reading fails.
     pub fn read_beside(&mut self, name: &str, limits: &Limits) -> Result<Option<Vec<u8>>, Error> {
+        let Some(bytes) = self.read_head_of(name, limits.text_bytes.saturating_add(1))? else {
+            return Ok(None);
+        };
+        if bytes.len() as u64 > limits.text_bytes {
+            return Err(Error::from(ErrorKind::LimitExceeded {
+                limit: "text_bytes",
+                value: limits.text_bytes,
+                found: "more bytes".into(),
+            })
+            .at(Place::file(name).byte(limits.text_bytes)));
+        }
+        self.parts.insert(name.to_string(), sha256(&bytes));
+        Ok(Some(bytes))
+    }
+
+    /// Reads up to `most` bytes from the start of a file that [`Self::list`] names, only to see
+    /// what it is. `None` if there is no such file.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Io`] if reading fails.
+    pub fn read_head_of(&self, name: &str, most: u64) -> Result<Option<Vec<u8>>, Error> {
         let Some(folder) = &self.folder else {
             return Ok(None);
         };
@@ -253,18 +275,9 @@ impl Reader {
         let file = File::open(&path)
             .map_err(|error| io_error("open the file", &error).at(place.clone()))?;
         let mut bytes = Vec::new();
-        file.take(limits.text_bytes.saturating_add(1))
+        file.take(most)
             .read_to_end(&mut bytes)
-            .map_err(|error| io_error("read the file", &error).at(place.clone()))?;
-        if bytes.len() as u64 > limits.text_bytes {
-            return Err(Error::from(ErrorKind::LimitExceeded {
-                limit: "text_bytes",
-                value: limits.text_bytes,
-                found: "more bytes".into(),
-            })
-            .at(place.byte(limits.text_bytes)));
-        }
-        self.parts.insert(name.to_string(), sha256(&bytes));
+            .map_err(|error| io_error("read the file", &error).at(place))?;
         Ok(Some(bytes))
     }
 

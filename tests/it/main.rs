@@ -32,6 +32,7 @@ mod lever_cases;
 mod lvm;
 mod mcap;
 mod methods;
+mod mme;
 mod oracle;
 mod pictures;
 mod polynomial;
