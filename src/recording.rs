@@ -310,17 +310,17 @@ pub fn read(
 const REFUSED: &[(&[u8], &str, &str)] = &[
     (
         b"MDF     ",
-        "ASAM MDF4 (.mf4)",
+        "ASAM MDF4",
         "export the channel as CSV, for example with asammdf or the logger's converter",
     ),
     (
         b"UnFinMF ",
-        "unfinalised ASAM MDF4 (.mf4)",
+        "unfinalised ASAM MDF4",
         "finalise it, then export the channel as CSV, for example with asammdf",
     ),
     (
         b"TDSm",
-        "NI TDMS (.tdms)",
+        "NI TDMS",
         "export the channel as CSV from DIAdem or with the npTDMS package",
     ),
     (
@@ -330,7 +330,7 @@ const REFUSED: &[(&[u8], &str, &str)] = &[
     ),
     (
         b"\x89HDF\r\n\x1A\n",
-        "HDF5 (.h5)",
+        "HDF5",
         "export the channel as CSV, for example with h5py",
     ),
     (

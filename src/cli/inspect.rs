@@ -79,11 +79,20 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
     let everything =
         recording::read(&source, &options, Selection::Every, &limits).map_err(Failure::Data)?;
     if everything.channels.is_empty() {
+        // What the reader passed over is all there is to tell.
+        let passed_over: Vec<&str> = everything
+            .findings
+            .iter()
+            .map(|finding| finding.text.as_str())
+            .collect();
+        let known = if passed_over.is_empty() {
+            "no channel of numbers".into()
+        } else {
+            format!("no channel of numbers ({})", passed_over.join("; "))
+        };
         return Err(Failure::Data(
-            ErrorKind::NoChannel {
-                known: "no channel of numbers".into(),
-            }
-            .into(),
+            crate::error::Error::from(ErrorKind::NoChannel { known })
+                .at(crate::error::Place::file(source.name())),
         ));
     }
     let choice = match recording::read(&source, &options, Selection::Lateral, &limits) {

@@ -78,6 +78,19 @@ pub fn read(
             "the numbers are written with a decimal comma",
         ));
     }
+    if let Some((count, line)) = rows.repeated {
+        findings.push(Finding::warning(
+            "rows-repeated",
+            format!(
+                "{count} {} to the last cell, the first on line {line}; each was taken once",
+                if count == 1 {
+                    "row repeats the one before"
+                } else {
+                    "rows repeat the ones before"
+                }
+            ),
+        ));
+    }
     let base = find_base(&rows, &layout, &time, options, limits, &mut findings)?;
     let zero = options.time_zero_s.unwrap_or(0.0);
     let mut channels = Vec::with_capacity(choice.columns.len());

@@ -82,8 +82,15 @@ impl Archive {
         if entries > limits.archive_entries {
             return Err(too_many_entries(entries, limits));
         }
-        let archive = zip::ZipArchive::new(Cursor::new(bytes))
-            .map_err(|error| damaged(&error.to_string()))?;
+        let archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| {
+            Error::from(ErrorKind::Malformed {
+                expected: "a .zip that opens".into(),
+                found: error.to_string(),
+                hint:
+                    "the archive is damaged, fetch it again; of a spreadsheet save the sheet as CSV"
+                        .into(),
+            })
+        })?;
         if archive.len() as u64 > limits.archive_entries {
             return Err(too_many_entries(archive.len() as u64, limits));
         }
