@@ -33,7 +33,10 @@ struct Source {
 #[derive(Debug, Serialize)]
 struct Choice {
     channel: Option<String>,
+    /// Why this channel, or why none.
     reason: Option<String>,
+    /// The channels among which `--channel` has to choose.
+    candidates: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -96,13 +99,32 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
         ));
     }
     let choice = match recording::read(&source, &options, Selection::Lateral, &limits) {
-        Ok(chosen) => Choice {
-            channel: chosen.channels.first().map(|channel| channel.name.clone()),
-            reason: None,
-        },
+        Ok(chosen) => {
+            let channel = chosen.channels.first();
+            let of_channel = channel.into_iter().flat_map(|channel| &channel.findings);
+            let why = chosen
+                .findings
+                .iter()
+                .chain(of_channel)
+                .find(|finding| finding.code == "channel-chosen");
+            Choice {
+                channel: channel.map(|channel| channel.name.clone()),
+                reason: why.map(|finding| finding.text.clone()),
+                candidates: Vec::new(),
+            }
+        }
         Err(error) => Choice {
             channel: None,
             reason: Some(error.to_string()),
+            candidates: match error.kind() {
+                ErrorKind::AmbiguousChannel { candidates } => everything
+                    .channels
+                    .iter()
+                    .map(|channel| channel.name.clone())
+                    .filter(|name| candidates.split(", ").any(|candidate| candidate == name))
+                    .collect(),
+                _ => Vec::new(),
+            },
         },
     };
     let listing = listing(everything, choice, &conditioning);
@@ -241,13 +263,26 @@ fn table(listing: &Listing) -> String {
         text.push('\n');
     }
     match (&listing.replay.channel, &listing.replay.reason) {
-        (Some(name), _) => {
+        (Some(name), reason) => {
             let _ = writeln!(text, "replay takes: {}", escape::terminal(name));
+            if let Some(reason) = reason {
+                let _ = writeln!(text, "because {}", escape::terminal(reason));
+            }
         }
         (None, Some(reason)) => {
             let _ = writeln!(text, "replay takes none: {}", escape::terminal(reason));
         }
         (None, None) => {}
+    }
+    for name in &listing.replay.candidates {
+        let spark = listing.channels.iter().find(|entry| entry.name == *name);
+        let _ = writeln!(
+            text,
+            "choose: latchgate replay {} --channel '{}'  {}",
+            escape::terminal(&source.file),
+            escape::terminal(name),
+            spark.map_or("", |entry| entry.spark.as_str())
+        );
     }
     let of_channels = listing.channels.iter().flat_map(|entry| {
         entry

@@ -17,7 +17,7 @@ use super::source::Reader;
 use super::{Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection};
 use super::{csv::encoding, laboratory, text, time_base};
 use crate::error::{Error, ErrorKind, Place};
-use crate::units::{AccelerationUnit, SampleRate};
+use crate::units::{AccelerationUnit, SampleRate, TimeUnit};
 use curve::Curve;
 use header::{Entry, Test};
 
@@ -141,6 +141,18 @@ fn read_bare(
         Some(entry) => entry.name(),
         None => name.clone(),
     };
+    if options.time_column.is_some()
+        || options
+            .time_unit
+            .is_some_and(|unit| unit != TimeUnit::Second)
+    {
+        return Err(ErrorKind::Malformed {
+            expected: "a curve file of NHTSA: stamps in seconds, then values".into(),
+            found: "options that say otherwise".into(),
+            hint: "leave out --time-column and --time-unit, or read the file as a table with --input-format csv".into(),
+        }
+        .into());
+    }
     if let Some(wanted) = &options.channel {
         let number = curve::number_of(&name);
         let fits = match &entry {

@@ -473,3 +473,35 @@ fn val_bombs_end_at_a_limit() {
         assert!(started.elapsed().as_secs() < 10, "{limit}");
     }
 }
+
+/// Archives with bytes changed end in samples or in an error, never in a panic.
+#[test]
+fn prop_damaged_archives_never_panic() {
+    use crate::csv::Random;
+    let folder = Folder::new("mme-damaged");
+    let files = test_of(&[File::new(PILLAR), File::new("14BPILLO0000ACXA")]);
+    let tar = tar_of(&files);
+    for (kind, whole) in [("zip", zip_of(&files)), ("gz", gzip_of(&tar)), ("tar", tar)] {
+        for seed in 0..100 {
+            let mut random = Random(seed);
+            let mut bytes = whole.clone();
+            for _ in 0..=random.below(3) {
+                let at = random.below(bytes.len());
+                match random.below(3) {
+                    0 => bytes.truncate(at.max(4)),
+                    // Directories stand at the end, headers at the start.
+                    1 if at % 2 == 0 => bytes[at % 600] = (random.next() & 0xFF) as u8,
+                    _ => {
+                        let near = bytes.len() - 1 - at % bytes.len().min(400);
+                        bytes[near] = (random.next() & 0xFF) as u8;
+                    }
+                }
+            }
+            let path = folder.write(&format!("{seed}.{kind}"), bytes);
+            let read = std::panic::catch_unwind(|| {
+                read_path(&path, &ReadOptions::default(), Selection::Every)
+            });
+            assert!(read.is_ok(), "{kind}, seed {seed}");
+        }
+    }
+}

@@ -359,7 +359,7 @@ impl Layout {
                 let candidates = if twins.is_empty() {
                     names
                 } else {
-                    self.list(twins.into_iter())
+                    self.list(twins)
                 };
                 Err(ErrorKind::AmbiguousChannel { candidates }.into())
             }

@@ -82,13 +82,10 @@ impl Archive {
         if entries > limits.archive_entries {
             return Err(too_many_entries(entries, limits));
         }
-        let archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| {
-            Error::from(ErrorKind::Malformed {
-                expected: "a .zip that opens".into(),
-                found: error.to_string(),
-                hint:
-                    "the archive is damaged, fetch it again; of a spreadsheet save the sheet as CSV"
-                        .into(),
+        let archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|_| {
+            Error::from(ErrorKind::RefusedFormat {
+                format: "a zip container (.xlsx or an archive) that does not open",
+                way_out: "if it is a sheet, save the sheet as CSV; if it is a test, fetch it again",
             })
         })?;
         if archive.len() as u64 > limits.archive_entries {

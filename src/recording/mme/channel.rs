@@ -408,8 +408,8 @@ impl Samples {
 fn fill(values: &mut [f64], start: usize, end: usize) {
     let (before, after) = (values[start - 1], values[end]);
     let steps = to_f64(end - start + 1);
-    for index in start..end {
-        values[index] = before + (after - before) * (to_f64(index - start + 1) / steps);
+    for (index, value) in values[start..end].iter_mut().enumerate() {
+        *value = before + (after - before) * (to_f64(index + 1) / steps);
     }
 }
 
