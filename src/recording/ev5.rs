@@ -284,10 +284,15 @@ fn read_test(
                 }
                 outcome.channels.push(channel);
             }
-            Err(error) if selection == Selection::Every => outcome.findings.push(Finding::warning(
-                "channel-left-out",
-                format!("{label} is left out: {error}"),
-            )),
+            Err(error)
+                if selection == Selection::Every
+                    && !matches!(error.kind(), ErrorKind::LimitExceeded { .. }) =>
+            {
+                outcome.findings.push(Finding::warning(
+                    "channel-left-out",
+                    format!("{label} is left out: {error}"),
+                ))
+            }
             Err(error) => return Err(error.at(place())),
         }
     }

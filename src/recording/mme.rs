@@ -109,10 +109,15 @@ pub fn read(
             }
             // A time channel serves others.
             Ok(None) => {}
-            Err(error) if selection == Selection::Every => outcome.findings.push(Finding::warning(
-                "channel-left-out",
-                format!("{} is left out: {error}", entry.label),
-            )),
+            Err(error)
+                if selection == Selection::Every
+                    && !matches!(error.kind(), ErrorKind::LimitExceeded { .. }) =>
+            {
+                outcome.findings.push(Finding::warning(
+                    "channel-left-out",
+                    format!("{} is left out: {error}", entry.label),
+                ))
+            }
             Err(error) => return Err(error.at(place)),
         }
     }

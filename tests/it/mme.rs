@@ -490,7 +490,9 @@ fn prop_damaged_archives_never_panic() {
                 match random.below(3) {
                     0 => bytes.truncate(at.max(4)),
                     // Directories stand at the end, headers at the start.
-                    1 if at.is_multiple_of(2) && bytes.len() > 600 => bytes[at % 600] = (random.next() & 0xFF) as u8,
+                    1 if at.is_multiple_of(2) && bytes.len() > 600 => {
+                        bytes[at % 600] = (random.next() & 0xFF) as u8
+                    }
                     _ => {
                         let near = bytes.len() - 1 - at % bytes.len().min(400);
                         bytes[near] = (random.next() & 0xFF) as u8;

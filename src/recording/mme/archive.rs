@@ -38,7 +38,11 @@ fn is_tar(head: &[u8]) -> bool {
 
 /// An archive.
 pub(super) enum Archive {
-    Zip(Box<zip::ZipArchive<Cursor<Vec<u8>>>>),
+    Zip {
+        archive: Box<zip::ZipArchive<Cursor<Vec<u8>>>>,
+        /// Bytes unpacked so far.
+        out: u64,
+    },
     /// Files of a test, unpacked; and the names of all.
     Tar {
         files: BTreeMap<String, Vec<u8>>,
@@ -91,13 +95,16 @@ impl Archive {
         if archive.len() as u64 > limits.archive_entries {
             return Err(too_many_entries(archive.len() as u64, limits));
         }
-        Ok(Self::Zip(Box::new(archive)))
+        Ok(Self::Zip {
+            archive: Box::new(archive),
+            out: 0,
+        })
     }
 
     /// Lists the files.
     pub(super) fn names(&self) -> Vec<String> {
         match self {
-            Self::Zip(archive) => archive
+            Self::Zip { archive, .. } => archive
                 .file_names()
                 .filter_map(|name| Some(name.ok()?.into_owned()))
                 .collect(),
@@ -109,7 +116,7 @@ impl Archive {
     /// Says what the archive is, if it holds no test.
     pub(super) fn refused(&self) -> Error {
         let (format, way_out) = match self {
-            Self::Zip(archive)
+            Self::Zip { archive, .. }
                 if archive
                     .file_names()
                     .filter_map(Result::ok)
@@ -117,7 +124,7 @@ impl Archive {
             {
                 ("Excel (.xlsx)", "save the sheet as CSV")
             }
-            Self::Zip(_) => (
+            Self::Zip { .. } => (
                 "a .zip that holds no ISO-MME test",
                 "unpack it and name the recording, or export the channel as CSV",
             ),
@@ -144,7 +151,7 @@ impl Archive {
         limits: &Limits,
     ) -> Result<Vec<u8>, Error> {
         match self {
-            Self::Zip(archive) => unzip(archive, name, most, limits),
+            Self::Zip { archive, out } => unzip(archive, out, name, most, limits),
             Self::Tar { files, .. } => {
                 let bytes = files.get(name).map(Vec::as_slice).unwrap_or_default();
                 let end = bytes.len().min(usize::try_from(most).unwrap_or(usize::MAX));
@@ -172,6 +179,7 @@ impl Archive {
 
 fn unzip(
     archive: &mut zip::ZipArchive<Cursor<Vec<u8>>>,
+    out: &mut u64,
     name: &str,
     most: u64,
     limits: &Limits,
@@ -198,6 +206,15 @@ fn unzip(
             break;
         }
         bytes.extend_from_slice(&buffer[..count]);
+        *out += count as u64;
+        if *out > limits.unpacked_stream_bytes {
+            return Err(over(
+                "unpacked_stream_bytes",
+                limits.unpacked_stream_bytes,
+                "more bytes in all files",
+            )
+            .at(Place::default().byte(start)));
+        }
         check_ratio(bytes.len() as u64, packed, limits)
             .map_err(|error| error.at(Place::default().byte(start)))?;
     }
