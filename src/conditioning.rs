@@ -201,7 +201,14 @@ pub fn condition(channel: &Channel, options: &ConditioningOptions) -> Result<Con
 
 fn conditioned(channel: &Channel, options: &ConditioningOptions) -> Result<Conditioned, Error> {
     let raw = in_si(channel)?;
-    let mut findings = quality::findings(&raw, options);
+    // What a card declares comes before what the file states.
+    let mut findings = quality::findings(
+        &raw,
+        &ConditioningOptions {
+            range_g: options.range_g.or(channel.full_scale_g()),
+            ..*options
+        },
+    );
 
     let (bias, odd) = bias::bias(&raw, options.bias)?;
     findings.extend(odd);

@@ -7,24 +7,32 @@
 
 pub mod card;
 pub mod csv;
+pub mod ev5;
 pub mod finding;
+mod laboratory;
+mod lateral;
 pub mod limits;
+pub mod lvm;
 pub mod mcap;
+pub mod mme;
 pub mod source;
+mod text;
 pub mod time_base;
 
 pub use card::Card;
 pub use finding::{Finding, Severity};
 pub use limits::Limits;
-pub use source::Source;
+pub use source::{Part, Source};
 
 use crate::error::{Error, ErrorKind, Place};
-use crate::units::{AccelerationUnit, SampleRate, TimeUnit};
+use crate::units::{AccelerationUnit, STANDARD_GRAVITY, SampleRate, TimeUnit};
+use serde::Serialize;
 
 /// What the user says about a recording, from options and card (option before card).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReadOptions {
-    /// Column name or 1-based number, or MCAP `topic:field.path`.
+    /// Column name or 1-based number, MCAP `topic:field.path`, EV5 curve number, or ISO-MME
+    /// code, pattern or file number.
     pub channel: Option<String>,
     /// Name or 1-based number of the column that holds the time.
     pub time_column: Option<String>,
@@ -67,8 +75,25 @@ pub struct Channel {
     pub rate: SampleRate,
     /// The samples, in `unit`.
     pub values: Vec<f64>,
+    /// What the file says of the channel beside its samples.
+    pub stated: Stated,
     /// What was found odd while reading.
     pub findings: Vec<Finding>,
+}
+
+/// What a file says of a channel beside its samples; `None` where it says nothing.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Stated {
+    /// Place and axis of the sensor, in the format's own codes.
+    pub location: Option<String>,
+    /// Full scale, in the channel's unit.
+    pub full_scale: Option<f64>,
+    /// Corner frequency of the analogue filter [Hz].
+    pub prefilter_hz: Option<f64>,
+    /// Channel frequency class that the laboratory has already applied.
+    pub filter_class: Option<String>,
+    /// The laboratory's word on the data, in the format's own codes.
+    pub status: Option<String>,
 }
 
 impl Channel {
@@ -79,6 +104,79 @@ impl Channel {
         let steps = index as f64;
         self.start_s + steps / self.rate.hertz()
     }
+
+    /// Returns the full scale that the file states [g].
+    #[must_use]
+    pub fn full_scale_g(&self) -> Option<f64> {
+        let factor = self.unit?.metres_per_second_squared();
+        Some(self.stated.full_scale? * factor / STANDARD_GRAVITY)
+    }
+
+    /// Returns the SHA-256 of the signal itself, lower-case hexadecimal: of the text
+    /// `latchgate.signal/1` and a line feed, then of rate [Hz], time of the first sample [s] and
+    /// samples [m/s²], each a little-endian IEEE 754 double. The same signal has the same hash
+    /// whatever file it comes from. `None` without a unit.
+    #[must_use]
+    pub fn content_sha256(&self) -> Option<String> {
+        let factor = self.unit?.metres_per_second_squared();
+        let mut hasher = source::Hasher::default();
+        hasher.update(b"latchgate.signal/1\n");
+        // Adding zero turns a negative zero, which no measurement means, into a plain one.
+        hasher.update(&(self.rate.hertz() + 0.0).to_le_bytes());
+        hasher.update(&(self.start_s + 0.0).to_le_bytes());
+        for value in &self.values {
+            hasher.update(&(value * factor + 0.0).to_le_bytes());
+        }
+        Some(hasher.finish())
+    }
+}
+
+/// Channel frequency classes below that of a latch's gate.
+const HEAVY_CLASSES: [&str; 4] = ["20", "60", "180", "600"];
+
+/// Corner frequency below which an analogue filter takes from a latch's excitation [Hz].
+const LEAST_PREFILTER_HZ: f64 = 1000.0;
+
+impl Stated {
+    /// Returns what the statements mean at a sample rate: filters that were applied before
+    /// the samples were stored cannot be taken back.
+    #[must_use]
+    pub fn findings(&self, rate: SampleRate) -> Vec<Finding> {
+        let mut found = Vec::new();
+        if let Some(class) = &self.filter_class {
+            let text = format!(
+                "the laboratory has already filtered the channel with CFC {class}; what that \
+                 took away no choice of filter brings back"
+            );
+            found.push(if HEAVY_CLASSES.contains(&class.as_str()) {
+                Finding::warning("already-filtered", text)
+            } else {
+                Finding::info("already-filtered", text)
+            });
+        }
+        let Some(corner) = self.prefilter_hz else {
+            return found;
+        };
+        if corner >= 0.5 * rate.hertz() {
+            found.push(Finding::warning(
+                "aliasing-suspected",
+                format!(
+                    "the analogue filter ends at {corner} Hz, beyond half the sample rate of {} \
+                     Hz: motion above that half shows as another, lower one",
+                    rate.hertz()
+                ),
+            ));
+        } else if corner < LEAST_PREFILTER_HZ {
+            found.push(Finding::warning(
+                "already-filtered",
+                format!(
+                    "the analogue filter ends at {corner} Hz, below what CFC 1000 lets through; \
+                     what it took away no choice of filter brings back"
+                ),
+            ));
+        }
+        found
+    }
 }
 
 /// A file that was read: its identity and its channels.
@@ -86,8 +184,10 @@ impl Channel {
 pub struct Recording {
     /// File name without folders; `-` for standard input.
     pub file: String,
-    /// SHA-256 of the file's bytes, lower-case hexadecimal.
+    /// SHA-256 of the file's bytes, lower-case hexadecimal; of a folder, that of its list of parts.
     pub sha256: String,
+    /// Further files that were read with it.
+    pub parts: Vec<Part>,
     /// Format name of [`FORMATS`].
     pub format: &'static str,
     /// The channels delivered: exactly one under [`Selection::Lateral`].
@@ -96,13 +196,26 @@ pub struct Recording {
     pub findings: Vec<Finding>,
 }
 
+/// What a format is recognised from.
+#[derive(Debug, Clone, Copy)]
+pub struct Head<'a> {
+    /// The first bytes, up to 4096; none of a folder.
+    pub bytes: &'a [u8],
+    /// File name without folders.
+    pub file_name: &'a str,
+    /// Whether it is a folder.
+    pub is_folder: bool,
+    /// Names of the files in it, if it is a folder.
+    pub entries: &'a [String],
+}
+
 /// A reader: how its files are recognised and how they are read.
 #[derive(Debug)]
 pub struct Format {
     /// Name for `--input-format` and verdicts.
     pub name: &'static str,
-    /// Tells from the first bytes (up to 4096) and the file name whether the file is of this format.
-    pub recognises: fn(head: &[u8], file_name: &str) -> bool,
+    /// Tells whether the file is of this format.
+    pub recognises: fn(head: &Head<'_>) -> bool,
     /// Reads the channels; streams from `source`, within `limits`.
     pub read: fn(
         source: &mut source::Reader,
@@ -129,6 +242,21 @@ pub const FORMATS: &[Format] = &[
         read: mcap::read,
     },
     Format {
+        name: "ev5",
+        recognises: ev5::recognises,
+        read: ev5::read,
+    },
+    Format {
+        name: "iso-mme",
+        recognises: mme::recognises,
+        read: mme::read,
+    },
+    Format {
+        name: "lvm",
+        recognises: lvm::recognises,
+        read: lvm::read,
+    },
+    Format {
         name: "csv",
         recognises: csv::recognises,
         read: csv::read,
@@ -148,16 +276,30 @@ pub fn read(
 ) -> Result<Recording, Error> {
     let place = Place::file(source.name());
     let mut reader = source.open().map_err(|error| error.at(place.clone()))?;
-    let head = reader.head().map_err(|error| error.at(place.clone()))?;
-    let format = find_format(&head, &source.name(), options.input_format.as_deref())
+    let bytes = reader.head().map_err(|error| error.at(place.clone()))?;
+    let entries = if reader.is_folder() {
+        reader
+            .list(true, limits)
+            .map_err(|error| error.at(place.clone()))?
+    } else {
+        Vec::new()
+    };
+    let head = Head {
+        bytes: &bytes,
+        file_name: reader.name(),
+        is_folder: reader.is_folder(),
+        entries: &entries,
+    };
+    let format = find_format(&head, options.input_format.as_deref())
         .map_err(|error| error.at(place.clone()))?;
     let outcome = (format.read)(&mut reader, options, selection, limits)
         .map_err(|error| error.at(place.clone()))?;
-    let sha256 = reader.finish().map_err(|error| error.at(place))?;
+    let (sha256, parts) = reader.finish_parts().map_err(|error| error.at(place))?;
     tracing::info!(file = %source.name(), format = format.name, channels = outcome.channels.len(), "recording read");
     Ok(Recording {
         file: source.name(),
         sha256,
+        parts,
         format: format.name,
         channels: outcome.channels,
         findings: outcome.findings,
@@ -187,11 +329,6 @@ const REFUSED: &[(&[u8], &str, &str)] = &[
         "save the sheet as CSV",
     ),
     (
-        b"PK\x03\x04",
-        "a zip container (.xlsx or an archive)",
-        "save the sheet, or unpack the file, as CSV",
-    ),
-    (
         b"\x89HDF\r\n\x1A\n",
         "HDF5",
         "export the channel as CSV, for example with h5py",
@@ -201,15 +338,33 @@ const REFUSED: &[(&[u8], &str, &str)] = &[
         "a MATLAB .mat file",
         "write the channel as CSV with writematrix",
     ),
-    (b"\x1F\x8B", "a gzip file", "unpack it first"),
+    (
+        b"MATLAB 7.3 MAT-file",
+        "a MATLAB .mat file",
+        "write the channel as CSV with writematrix",
+    ),
+    (
+        b"MDF  ",
+        "ASAM MDF",
+        "export the channel as CSV, for example with asammdf",
+    ),
+    (b"BZh", "a bzip2 file", "unpack it first"),
+    (b"\xFD7zXZ\x00", "an xz file", "unpack it first"),
+    (b"7z\xBC\xAF\x27\x1C", "a 7z archive", "unpack it first"),
+    (
+        b"SQLite format 3\x00",
+        "an SQLite database, as older ROS 2 bags are",
+        "convert the bag to MCAP with `ros2 bag convert`",
+    ),
+    (
+        b"#ROSBAG V2.0",
+        "a ROS 1 bag",
+        "convert it to MCAP with `mcap convert`",
+    ),
     (b"\x28\xB5\x2F\xFD", "a zstd file", "unpack it first"),
 ];
 
-fn find_format(
-    head: &[u8],
-    file_name: &str,
-    named: Option<&str>,
-) -> Result<&'static Format, Error> {
+fn find_format(head: &Head<'_>, named: Option<&str>) -> Result<&'static Format, Error> {
     let known: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
     if let Some(name) = named {
         return FORMATS
@@ -225,23 +380,37 @@ fn find_format(
                 .into()
             });
     }
-    if head.is_empty() {
+    if head.is_folder {
+        return FORMATS
+            .iter()
+            .find(|format| (format.recognises)(head))
+            .ok_or_else(|| {
+                ErrorKind::Io {
+                    action: "read the recording",
+                    reason: "it is a folder; name a file in it".into(),
+                }
+                .into()
+            });
+    }
+    if head.bytes.is_empty() {
         return Err(ErrorKind::Empty {
             found: "the file is empty".into(),
             expected: "a recording".into(),
         }
         .into());
     }
-    if let Some((_, format, way_out)) = REFUSED.iter().find(|(magic, _, _)| head.starts_with(magic))
+    if let Some((_, format, way_out)) = REFUSED
+        .iter()
+        .find(|(magic, _, _)| head.bytes.starts_with(magic))
     {
         return Err(ErrorKind::RefusedFormat { format, way_out }.into());
     }
     FORMATS
         .iter()
-        .find(|format| (format.recognises)(head, file_name))
+        .find(|format| (format.recognises)(head))
         .ok_or_else(|| {
             ErrorKind::UnknownFormat {
-                found: describe_head(head),
+                found: describe_head(head.bytes),
                 expected: known.join(", "),
             }
             .into()

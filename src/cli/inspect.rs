@@ -25,13 +25,18 @@ struct Listing {
 struct Source {
     file: String,
     sha256: String,
+    /// Further files that were read with it.
+    parts: Vec<recording::Part>,
     format: &'static str,
 }
 
 #[derive(Debug, Serialize)]
 struct Choice {
     channel: Option<String>,
+    /// Why this channel, or why none.
     reason: Option<String>,
+    /// The channels among which `--channel` has to choose.
+    candidates: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -46,6 +51,9 @@ struct Entry {
     /// Value of largest magnitude, in `unit`.
     peak: f64,
     peak_time_s: f64,
+    /// SHA-256 of the signal itself, whatever file it came from; `None` without a unit.
+    content_sha256: Option<String>,
+    stated: recording::Stated,
     findings: Vec<Finding>,
     #[serde(skip)]
     spark: String,
@@ -74,21 +82,49 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
     let everything =
         recording::read(&source, &options, Selection::Every, &limits).map_err(Failure::Data)?;
     if everything.channels.is_empty() {
+        // What the reader passed over is all there is to tell.
+        let passed_over: Vec<&str> = everything
+            .findings
+            .iter()
+            .map(|finding| finding.text.as_str())
+            .collect();
+        let known = if passed_over.is_empty() {
+            "no channel of numbers".into()
+        } else {
+            format!("no channel of numbers ({})", passed_over.join("; "))
+        };
         return Err(Failure::Data(
-            ErrorKind::NoChannel {
-                known: "no channel of numbers".into(),
-            }
-            .into(),
+            crate::error::Error::from(ErrorKind::NoChannel { known })
+                .at(crate::error::Place::file(source.name())),
         ));
     }
     let choice = match recording::read(&source, &options, Selection::Lateral, &limits) {
-        Ok(chosen) => Choice {
-            channel: chosen.channels.first().map(|channel| channel.name.clone()),
-            reason: None,
-        },
+        Ok(chosen) => {
+            let channel = chosen.channels.first();
+            let of_channel = channel.into_iter().flat_map(|channel| &channel.findings);
+            let why = chosen
+                .findings
+                .iter()
+                .chain(of_channel)
+                .find(|finding| finding.code == "channel-chosen");
+            Choice {
+                channel: channel.map(|channel| channel.name.clone()),
+                reason: why.map(|finding| finding.text.clone()),
+                candidates: Vec::new(),
+            }
+        }
         Err(error) => Choice {
             channel: None,
             reason: Some(error.to_string()),
+            candidates: match error.kind() {
+                ErrorKind::AmbiguousChannel { candidates } => everything
+                    .channels
+                    .iter()
+                    .map(|channel| channel.name.clone())
+                    .filter(|name| candidates.split(", ").any(|candidate| candidate == name))
+                    .collect(),
+                _ => Vec::new(),
+            },
         },
     };
     let listing = listing(everything, choice, &conditioning);
@@ -118,6 +154,7 @@ fn listing(recording: Recording, choice: Choice, conditioning: &ConditioningOpti
         recording: Source {
             file: recording.file,
             sha256: recording.sha256,
+            parts: recording.parts,
             format: recording.format,
         },
         channels: recording
@@ -140,6 +177,8 @@ fn entry(channel: Channel, conditioning: &ConditioningOptions) -> Entry {
         }
     }
     let peak_time_s = channel.time_s(peak.0);
+    let content_sha256 = channel.content_sha256();
+    let range_g = conditioning.range_g.or(channel.full_scale_g());
     let mut findings = channel.findings;
     if let Some(unit) = channel.unit {
         let factor = unit.metres_per_second_squared();
@@ -149,7 +188,11 @@ fn entry(channel: Channel, conditioning: &ConditioningOptions) -> Entry {
             samples: channel.values.iter().map(|value| value * factor).collect(),
         };
         if count >= 2 {
-            findings.extend(quality::findings(&signal, conditioning));
+            let conditioning = ConditioningOptions {
+                range_g,
+                ..*conditioning
+            };
+            findings.extend(quality::findings(&signal, &conditioning));
         }
     }
     Entry {
@@ -163,6 +206,8 @@ fn entry(channel: Channel, conditioning: &ConditioningOptions) -> Entry {
         end_s,
         peak: peak.1,
         peak_time_s,
+        content_sha256,
+        stated: channel.stated,
         findings,
     }
 }
@@ -218,13 +263,26 @@ fn table(listing: &Listing) -> String {
         text.push('\n');
     }
     match (&listing.replay.channel, &listing.replay.reason) {
-        (Some(name), _) => {
+        (Some(name), reason) => {
             let _ = writeln!(text, "replay takes: {}", escape::terminal(name));
+            if let Some(reason) = reason {
+                let _ = writeln!(text, "because {}", escape::terminal(reason));
+            }
         }
         (None, Some(reason)) => {
             let _ = writeln!(text, "replay takes none: {}", escape::terminal(reason));
         }
         (None, None) => {}
+    }
+    for name in &listing.replay.candidates {
+        let spark = listing.channels.iter().find(|entry| entry.name == *name);
+        let _ = writeln!(
+            text,
+            "choose: latchgate replay {} --channel '{}'  {}",
+            escape::terminal(&source.file),
+            escape::terminal(name),
+            spark.map_or("", |entry| entry.spark.as_str())
+        );
     }
     let of_channels = listing.channels.iter().flat_map(|entry| {
         entry

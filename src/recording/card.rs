@@ -164,7 +164,8 @@ pub fn read_beside(source: &Source, limits: &Limits) -> Result<Option<(Card, Str
         return Ok(None);
     };
     let place = Place::file(format!("{}.toml", source.name()));
-    let mut name = path.as_os_str().to_os_string();
+    // A folder may be named with a slash at its end.
+    let mut name = path.components().as_path().as_os_str().to_os_string();
     name.push(".toml");
     let unreadable = |error: std::io::Error| {
         Error::from(ErrorKind::Io {

@@ -8,15 +8,15 @@
 //! and so is a header that does not fit its rows. Units never come from a comment.
 
 mod dialect;
-mod encoding;
-mod header;
+pub(super) mod encoding;
+pub(super) mod header;
 mod layout;
-mod number;
+pub(super) mod number;
 mod rows;
 
 use super::source::Reader;
 use super::time_base::TimeBase;
-use super::{Channel, Finding, Limits, ReadOptions, ReadOutcome, Selection};
+use super::{Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, Stated};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, SampleRate};
 use layout::{Layout, TimeSource};
@@ -33,8 +33,8 @@ const RATE_AGREEMENT: f64 = 1e-3;
 
 /// Tells whether the head looks like text.
 #[must_use]
-pub fn recognises(head: &[u8], _file_name: &str) -> bool {
-    encoding::looks_like_text(head)
+pub fn recognises(head: &Head<'_>) -> bool {
+    !head.is_folder && encoding::looks_like_text(head.bytes)
 }
 
 /// Reads a text table.
@@ -78,6 +78,19 @@ pub fn read(
             "the numbers are written with a decimal comma",
         ));
     }
+    if let Some((count, line)) = rows.repeated {
+        findings.push(Finding::warning(
+            "rows-repeated",
+            format!(
+                "{count} {} to the last cell, the first on line {line}; each was taken once",
+                if count == 1 {
+                    "row repeats the one before"
+                } else {
+                    "rows repeat the ones before"
+                }
+            ),
+        ));
+    }
     let base = find_base(&rows, &layout, &time, options, limits, &mut findings)?;
     let zero = options.time_zero_s.unwrap_or(0.0);
     let mut channels = Vec::with_capacity(choice.columns.len());
@@ -115,6 +128,7 @@ pub fn read(
             start_s: base.start_s - zero,
             rate: base.rate,
             values,
+            stated: Stated::default(),
             findings: own,
         });
     }

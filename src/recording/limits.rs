@@ -15,6 +15,16 @@ pub struct Limits {
     pub table_cells: u64,
     /// Bytes of one line of text.
     pub line_bytes: u64,
+    /// Bytes of an archive (.zip, .tar.gz), which is held in memory.
+    pub archive_bytes: u64,
+    /// Entries of an archive, or files of a folder.
+    pub archive_entries: u64,
+    /// Bytes of an archive's files after decompression, those held at a time.
+    pub unpacked_bytes: u64,
+    /// Bytes of an archive's stream after decompression, those passed over included.
+    pub unpacked_stream_bytes: u64,
+    /// Ratio of bytes after decompression to bytes before it, past the first 4 MiB.
+    pub unpacked_ratio: u64,
     /// Bytes of one MCAP record, a chunk included.
     pub mcap_record_bytes: u64,
     /// Bytes of one MCAP chunk after decompression.
@@ -32,6 +42,11 @@ impl Default for Limits {
             columns: 4096,
             table_cells: 48_000_000,
             line_bytes: 1 << 20,
+            archive_bytes: 64 << 20,
+            archive_entries: 20_000,
+            unpacked_bytes: 64 << 20,
+            unpacked_stream_bytes: 1 << 30,
+            unpacked_ratio: 200,
             mcap_record_bytes: 64 << 20,
             mcap_chunk_bytes: 64 << 20,
             mcap_channels: 4096,

@@ -1,4 +1,4 @@
-//! MCAP logs: ROS 2 messages (CDR) and JSON.
+//! MCAP logs: messages of ROS 2 (CDR) and ROS 1, protobuf by its own descriptor, and JSON.
 //!
 //! The file is read once, from the first byte to the last, record by record. Memory is
 //! bounded by one record (`mcap_record_bytes`), one chunk unpacked (`mcap_chunk_bytes`; the
@@ -19,11 +19,12 @@
 mod cdr;
 mod decompress;
 mod json;
+mod protobuf;
 mod records;
 mod schema;
 mod series;
 
-use super::{Finding, Limits, ReadOptions, ReadOutcome, Selection, source::Reader};
+use super::{Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, source::Reader};
 use crate::error::{Error, ErrorKind, Place};
 use ::mcap::McapError;
 use ::mcap::records::op;
@@ -40,15 +41,16 @@ const READ_BYTES: usize = 64 << 10;
 
 /// Tells whether the head carries MCAP's magic bytes.
 #[must_use]
-pub fn recognises(head: &[u8], _file_name: &str) -> bool {
-    head.starts_with(::mcap::MAGIC)
+pub fn recognises(head: &Head<'_>) -> bool {
+    head.bytes.starts_with(::mcap::MAGIC)
 }
 
 /// Reads an MCAP log.
 ///
 /// Without a name the one topic of type `sensor_msgs/msg/Imu` or
 /// `geometry_msgs/msg/AccelStamped` (or of JSON messages with such a field) is taken, and of
-/// it the y axis. Times are those of `header.stamp`, or of logging where there is none.
+/// it the y axis; failing that, the one field of any other type whose name says lateral
+/// acceleration. Times are those of `header.stamp`, or of logging where there is none.
 ///
 /// # Errors
 ///
@@ -388,6 +390,11 @@ impl Log<'_> {
                 name: record.name.to_string(),
                 encoding: record.encoding.to_string(),
                 data: record.data.to_vec(),
+                has_lateral_field: series::has_lateral_field(
+                    record.name,
+                    record.encoding,
+                    record.data,
+                ),
             },
         );
         Ok(())
@@ -440,7 +447,9 @@ impl Log<'_> {
     /// Tells what is wanted of a topic, if anything.
     fn wanted(&self, record: &ChannelRecord<'_>, schema: Option<&Schema>) -> Option<Wanted> {
         let likely = record.encoding == "json"
-            || schema.is_some_and(|schema| series::is_acceleration(&schema.name));
+            || schema.is_some_and(|schema| {
+                series::is_acceleration(&schema.name) || schema.has_lateral_field
+            });
         match (self.selection, &self.options.channel) {
             (Selection::Every, _) => likely.then_some(Wanted::Every),
             (Selection::Lateral, None) => likely.then_some(Wanted::Lateral),
@@ -562,6 +571,21 @@ impl Log<'_> {
                 if let Standing::Doubtful(error) = found.standing() {
                     outcome.findings.push(left_out(&found.name(), error));
                 }
+            }
+        }
+        if !named && self.selection == Selection::Lateral {
+            // A type that is known to be an acceleration comes before a name that says so.
+            let is_known = |(id, _): &(u16, Series)| {
+                self.topics.get(id).is_some_and(|topic| {
+                    topic.encoding == "json"
+                        || self
+                            .schemas
+                            .get(&topic.schema_id)
+                            .is_some_and(|schema| series::is_acceleration(&schema.name))
+                })
+            };
+            if series.iter().any(is_known) {
+                series.retain(is_known);
             }
         }
         match self.selection {
@@ -691,7 +715,11 @@ impl Log<'_> {
             .map(|topic| {
                 let schema = self.schemas.get(&topic.schema_id);
                 let schema = schema.map_or("no schema", |schema| schema.name.as_str());
-                format!("{} ({schema}, {})", topic.name, topic.encoding)
+                let messages = match topic.messages {
+                    1 => "1 message".to_string(),
+                    count => format!("{count} messages"),
+                };
+                format!("{} ({schema}, {}): {messages}", topic.name, topic.encoding)
             })
             .collect();
         if ids.len() > LISTED {

@@ -1,7 +1,10 @@
 //! Where the bytes come from: a file or standard input, hashed while they are read.
 
-use crate::error::{Error, ErrorKind};
+use super::Limits;
+use crate::error::{Error, ErrorKind, Place};
+use serde::Serialize;
 use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -64,7 +67,7 @@ impl Source {
     /// # Errors
     ///
     /// [`ErrorKind::LimitExceeded`] beyond the limit, [`ErrorKind::Io`] if reading fails.
-    pub fn held_in_memory(self, limits: &super::Limits) -> Result<Self, Error> {
+    pub fn held_in_memory(self, limits: &Limits) -> Result<Self, Error> {
         match self {
             Self::Stdin => Ok(Self::Bytes {
                 name: self.name(),
@@ -74,30 +77,37 @@ impl Source {
         }
     }
 
-    /// Opens the source.
+    /// Opens the source. A folder opens as a reader without bytes of its own, whose files are
+    /// reached with [`Reader::read_beside`].
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if there is no such file, it is a folder, or it may not be read.
+    /// [`ErrorKind::Io`] if there is no such file, or it may not be read.
     pub fn open(&self) -> Result<Reader, Error> {
+        let mut folder = None;
+        let mut is_folder = false;
         let inner: Box<dyn Read> = match self {
             Self::File(path) => {
                 let metadata =
                     std::fs::metadata(path).map_err(|error| io_error("open the file", &error))?;
-                if metadata.is_dir() {
-                    return Err(ErrorKind::Io {
-                        action: "read the recording",
-                        reason: "it is a folder; name a file in it".into(),
-                    }
-                    .into());
+                is_folder = metadata.is_dir();
+                if is_folder {
+                    folder = Some(path.clone());
+                    Box::new(io::empty())
+                } else {
+                    folder = path.parent().map(Path::to_path_buf);
+                    Box::new(File::open(path).map_err(|error| io_error("open the file", &error))?)
                 }
-                Box::new(File::open(path).map_err(|error| io_error("open the file", &error))?)
             }
             Self::Stdin => Box::new(io::stdin()),
             Self::Bytes { bytes, .. } => Box::new(io::Cursor::new(bytes.clone())),
         };
         Ok(Reader {
             inner,
+            name: self.name(),
+            folder,
+            is_folder,
+            parts: BTreeMap::new(),
             hasher: Sha256::new(),
             head: Vec::new(),
             consumed: 0,
@@ -105,9 +115,23 @@ impl Source {
     }
 }
 
+/// A further file that belongs to a recording and was read with it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Part {
+    /// File name, relative to the recording's folder.
+    pub file: String,
+    /// SHA-256 of its bytes, lower-case hexadecimal.
+    pub sha256: String,
+}
+
 /// A stream of a recording's bytes that hashes what passes.
 pub struct Reader {
     inner: Box<dyn Read>,
+    name: String,
+    /// Where files that belong to the recording are: its folder, or itself if it is one.
+    folder: Option<PathBuf>,
+    is_folder: bool,
+    parts: BTreeMap<String, String>,
     hasher: Sha256,
     head: Vec<u8>,
     consumed: usize,
@@ -161,6 +185,123 @@ impl Reader {
         Ok(bytes)
     }
 
+    /// Returns the recording's file name without folders.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Tells whether the recording is a folder.
+    #[must_use]
+    pub fn is_folder(&self) -> bool {
+        self.is_folder
+    }
+
+    /// Lists, in order, the files beside the recording, or those in it if it is a folder; if
+    /// `deep`, with those in the folders one level down. Names are relative, with `/` between
+    /// folder and file. Standard input and bytes in memory have none.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Io`] if a folder cannot be listed, [`ErrorKind::LimitExceeded`] beyond
+    /// `limits.archive_entries`.
+    pub fn list(&self, deep: bool, limits: &Limits) -> Result<Vec<String>, Error> {
+        let mut names = Vec::new();
+        let Some(folder) = &self.folder else {
+            return Ok(names);
+        };
+        let folder = if folder.as_os_str().is_empty() {
+            Path::new(".")
+        } else {
+            folder
+        };
+        let mut seen = 0;
+        let mut inner = Vec::new();
+        for (name, is_folder) in entries(folder, &mut seen, limits)? {
+            if !is_folder {
+                names.push(name);
+            } else if deep {
+                inner.push(name);
+            }
+        }
+        for name in inner {
+            for (file, is_folder) in entries(&folder.join(&name), &mut seen, limits)? {
+                if !is_folder {
+                    names.push(format!("{name}/{file}"));
+                }
+            }
+        }
+        names.sort();
+        Ok(names)
+    }
+
+    /// Reads a file that [`Self::list`] names, of at most `limits.text_bytes`, and notes it as
+    /// part of the recording. `None` if there is no such file.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::LimitExceeded`] beyond the limit, [`ErrorKind::Io`] if reading fails.
+    pub fn read_beside(&mut self, name: &str, limits: &Limits) -> Result<Option<Vec<u8>>, Error> {
+        let Some(bytes) = self.read_head_of(name, limits.text_bytes.saturating_add(1))? else {
+            return Ok(None);
+        };
+        if bytes.len() as u64 > limits.text_bytes {
+            return Err(Error::from(ErrorKind::LimitExceeded {
+                limit: "text_bytes",
+                value: limits.text_bytes,
+                found: "more bytes".into(),
+            })
+            .at(Place::file(name).byte(limits.text_bytes)));
+        }
+        self.parts.insert(name.to_string(), sha256(&bytes));
+        Ok(Some(bytes))
+    }
+
+    /// Reads up to `most` bytes from the start of a file that [`Self::list`] names, only to see
+    /// what it is. `None` if there is no such file.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Io`] if reading fails.
+    pub fn read_head_of(&self, name: &str, most: u64) -> Result<Option<Vec<u8>>, Error> {
+        let Some(folder) = &self.folder else {
+            return Ok(None);
+        };
+        let path = folder.join(name);
+        if !std::fs::metadata(&path).is_ok_and(|metadata| metadata.is_file()) {
+            return Ok(None);
+        }
+        let place = Place::file(name);
+        let file = File::open(&path)
+            .map_err(|error| io_error("open the file", &error).at(place.clone()))?;
+        let mut bytes = Vec::new();
+        file.take(most)
+            .read_to_end(&mut bytes)
+            .map_err(|error| io_error("read the file", &error).at(place))?;
+        Ok(Some(bytes))
+    }
+
+    /// Reads to the end and returns the SHA-256 of all bytes, lower-case hexadecimal, with the
+    /// further files that were read. The hash of a folder is that of a list of its files that
+    /// were read: hash, two blanks, name and line feed each.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Io`] if reading fails.
+    pub fn finish_parts(mut self) -> Result<(String, Vec<Part>), Error> {
+        let parts: Vec<Part> = std::mem::take(&mut self.parts)
+            .into_iter()
+            .map(|(file, sha256)| Part { file, sha256 })
+            .collect();
+        if self.is_folder {
+            for part in &parts {
+                self.hasher
+                    .update(format!("{}  {}\n", part.sha256, part.file));
+            }
+        }
+        Ok((self.finish()?, parts))
+    }
+
     /// Reads to the end and returns the SHA-256 of all bytes, lower-case hexadecimal.
     ///
     /// # Errors
@@ -188,10 +329,48 @@ impl Read for Reader {
     }
 }
 
+/// A running SHA-256.
+#[derive(Default)]
+pub(super) struct Hasher(Sha256);
+
+impl Hasher {
+    pub(super) fn update(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
+    }
+
+    /// Returns the hash, lower-case hexadecimal.
+    pub(super) fn finish(self) -> String {
+        hexadecimal(&self.0.finalize())
+    }
+}
+
 /// Returns the SHA-256 of `bytes`, lower-case hexadecimal.
 #[must_use]
 pub fn sha256(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
+}
+
+/// Lists a folder: names with whether each is a folder, in order.
+fn entries(folder: &Path, seen: &mut u64, limits: &Limits) -> Result<Vec<(String, bool)>, Error> {
+    let failed = |error: io::Error| io_error("list the folder", &error);
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        *seen += 1;
+        if *seen > limits.archive_entries {
+            return Err(ErrorKind::LimitExceeded {
+                limit: "archive_entries",
+                value: limits.archive_entries,
+                found: "a folder of more files".into(),
+            }
+            .into());
+        }
+        if let Some(name) = path.file_name().and_then(|name| name.to_str()) {
+            found.push((name.to_string(), path.is_dir()));
+        }
+    }
+    found.sort();
+    Ok(found)
 }
 
 fn hexadecimal(bytes: &[u8]) -> String {

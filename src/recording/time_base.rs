@@ -41,6 +41,24 @@ pub struct Regular {
     pub findings: Vec<Finding>,
 }
 
+/// Returns the rate that an interval [s] printed with a last digit of `printed_digit_s` [s]
+/// means: the plainest one within half that digit, as for stamps.
+///
+/// # Errors
+///
+/// [`ErrorKind::NotPositive`] if the interval is not finite and positive.
+pub fn rate_of_interval(interval_s: f64, printed_digit_s: f64) -> Result<SampleRate, Error> {
+    let stated = crate::units::SampleInterval::from_seconds(interval_s)?;
+    let digit = if printed_digit_s.is_finite() {
+        printed_digit_s.clamp(0.0, interval_s)
+    } else {
+        0.0
+    };
+    let slack = 0.5 * digit * (1.0 + 1e-9) + 4.0 * f64::EPSILON * interval_s;
+    let plain = plain_rates(interval_s, slack, 15).next();
+    SampleRate::from_hertz(plain.unwrap_or(stated.rate().hertz()))
+}
+
 /// Brings samples at increasing stamps [s] to a uniform time base, within the usual limits.
 ///
 /// `printed_digit_s` is the size of the last printed digit of a stamp [s], 0 if unknown.

@@ -6,7 +6,7 @@ use latchgate::error::ErrorKind;
 use latchgate::recording::{Limits, ReadOptions, Selection, read};
 use std::mem::{Discriminant, discriminant};
 
-fn kinds() -> [Discriminant<ErrorKind>; 5] {
+fn kinds() -> [Discriminant<ErrorKind>; 4] {
     let text = String::new;
     [
         discriminant(&ErrorKind::Truncated {
@@ -23,10 +23,6 @@ fn kinds() -> [Discriminant<ErrorKind>; 5] {
             value: 0,
             found: text(),
         }),
-        discriminant(&ErrorKind::RefusedFormat {
-            format: "",
-            way_out: "",
-        }),
         discriminant(&ErrorKind::NonFinite { found: text() }),
     ]
 }
@@ -34,8 +30,7 @@ fn kinds() -> [Discriminant<ErrorKind>; 5] {
 const TRUNCATED: usize = 0;
 const MALFORMED: usize = 1;
 const LIMIT: usize = 2;
-const REFUSED: usize = 3;
-const NON_FINITE: usize = 4;
+const NON_FINITE: usize = 3;
 
 /// The file is refused with an error of this kind whose message holds `fragment`, both when
 /// one channel is read and, but for faults of one topic alone, when all are.
@@ -324,12 +319,29 @@ fn val_messages_that_cannot_be_read_are_refused() {
     let mut cases: Vec<(&str, Vec<u8>, usize, &str)> = Vec::new();
     let mut add = |what, bytes, kind, fragment| cases.push((what, bytes, kind, fragment));
 
-    add("ros1", topic("ros1", "ros1msg", "", &one), REFUSED, "ROS 1");
     add(
-        "protobuf",
+        "cdr called ros1",
+        topic("ros1", "ros1msg", imu::IMU_SCHEMA, &one),
+        MALFORMED,
+        "message 1",
+    );
+    add(
+        "ros1 with a schema of ROS 2",
+        topic("ros1", "ros2msg", imu::IMU_SCHEMA, &one),
+        MALFORMED,
+        "ros1msg",
+    );
+    add(
+        "protobuf without a descriptor",
         topic("protobuf", "protobuf", "", &one),
-        REFUSED,
-        "protobuf",
+        MALFORMED,
+        "a definition of",
+    );
+    add(
+        "a protobuf descriptor of other bytes",
+        topic("protobuf", "protobuf", "float64 x", &one),
+        MALFORMED,
+        "protobuf fields",
     );
     add("cbor", topic("cbor", "", "", &one), MALFORMED, "`cbor`");
     add(

@@ -15,6 +15,7 @@ fn channel(rate_hz: f64, start_s: f64, values: Vec<f64>) -> Channel {
         name: "door y".into(),
         unit: Some(AccelerationUnit::StandardGravity),
         unit_source: "option",
+        stated: latchgate::recording::Stated::default(),
         start_s,
         rate: SampleRate::from_hertz(rate_hz).unwrap(),
         values,

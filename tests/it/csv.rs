@@ -778,7 +778,8 @@ fn shared(path: &str) -> Option<PathBuf> {
     }
 }
 
-/// NHTSA channel files: two tab-separated columns, no header, seconds and g (needs ../shared).
+/// NHTSA channel files as plain tables: two tab-separated columns, no header, seconds and g
+/// (needs ../shared).
 #[test]
 fn val_nhtsa_channel_files() {
     for curve in ["038", "056", "145", "146", "147", "148", "149", "150"] {
@@ -792,7 +793,10 @@ fn val_nhtsa_channel_files() {
             .collect();
         let recording = recording::read(
             &Source::File(path),
-            &in_g(),
+            &ReadOptions {
+                input_format: Some("csv".into()),
+                ..in_g()
+            },
             Selection::Lateral,
             &Limits::default(),
         )

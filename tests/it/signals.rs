@@ -363,6 +363,7 @@ fn peaks(samples: &[(f64, f64)], rate_hz: f64) -> (Vec<&'static str>, Vec<(Opens
         name: "acceleration y (g)".into(),
         unit: Some(AccelerationUnit::StandardGravity),
         unit_source: "header",
+        stated: latchgate::recording::Stated::default(),
         start_s: samples[0].0,
         rate: SampleRate::from_hertz(rate_hz).unwrap(),
         values: samples.iter().map(|(_, value)| *value).collect(),

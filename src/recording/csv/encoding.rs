@@ -13,7 +13,7 @@ const WINDOWS_1252: [char; 32] = [
 
 /// Tells whether the head looks like text: marked UTF-16, or free of control characters
 /// other than tab, line ends and form feed.
-pub(super) fn looks_like_text(head: &[u8]) -> bool {
+pub(in crate::recording) fn looks_like_text(head: &[u8]) -> bool {
     if is_utf_16(head) {
         return true;
     }
@@ -29,7 +29,7 @@ pub(super) fn looks_like_text(head: &[u8]) -> bool {
 ///
 /// [`ErrorKind::Malformed`] at the line where the bytes are not in the encoding that the file
 /// is marked with, or hold a NUL character.
-pub(super) fn decode(bytes: Vec<u8>) -> Result<(Vec<u8>, Vec<Finding>), Error> {
+pub(in crate::recording) fn decode(bytes: Vec<u8>) -> Result<(Vec<u8>, Vec<Finding>), Error> {
     let mut findings = Vec::new();
     let mut text = if is_utf_16(&bytes) {
         decode_utf_16(&bytes)?

@@ -4,24 +4,24 @@ use crate::units::{AccelerationUnit, TimeUnit};
 
 /// A column as its header describes it.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Column {
+pub(in crate::recording) struct Column {
     /// The header cell as it stands, or `column N`.
-    pub(super) name: String,
+    pub(in crate::recording) name: String,
     /// The header cell without a unit that was recognised in it.
-    pub(super) label: String,
+    pub(in crate::recording) label: String,
     /// The unit as it stands, be it one of acceleration or not.
-    pub(super) unit_text: Option<String>,
+    pub(in crate::recording) unit_text: Option<String>,
     /// The unit of acceleration.
-    pub(super) unit: Option<AccelerationUnit>,
+    pub(in crate::recording) unit: Option<AccelerationUnit>,
     /// What states the unit: `header` or `units row`.
-    pub(super) unit_source: &'static str,
+    pub(in crate::recording) unit_source: &'static str,
     /// The unit of time.
-    pub(super) time_unit: Option<TimeUnit>,
+    pub(in crate::recording) time_unit: Option<TimeUnit>,
 }
 
 impl Column {
     /// Describes a column without a header; `number` counts from 1.
-    pub(super) fn unnamed(number: usize) -> Self {
+    pub(in crate::recording) fn unnamed(number: usize) -> Self {
         Self {
             name: format!("column {number}"),
             ..Self::default()
@@ -29,7 +29,7 @@ impl Column {
     }
 
     /// Reads a header cell.
-    pub(super) fn from_header(cell: &str, number: usize) -> Self {
+    pub(in crate::recording) fn from_header(cell: &str, number: usize) -> Self {
         let cell = cell.trim();
         if cell.is_empty() {
             return Self::unnamed(number);
@@ -47,7 +47,7 @@ impl Column {
     }
 
     /// Takes in the cell of a units row. Returns false if it contradicts the header cell.
-    pub(super) fn take_units_row(&mut self, cell: &str) -> bool {
+    pub(in crate::recording) fn take_units_row(&mut self, cell: &str) -> bool {
         let text = strip_brackets(cell.trim());
         if text.is_empty() || text == "-" {
             return true;
@@ -70,17 +70,17 @@ impl Column {
     }
 
     /// Tells whether the header states a unit that is not one of acceleration.
-    pub(super) fn has_foreign_unit(&self) -> bool {
+    pub(in crate::recording) fn has_foreign_unit(&self) -> bool {
         self.unit_text.is_some() && self.unit.is_none()
     }
 
     /// Tells whether the name is one for time.
-    pub(super) fn says_time(&self) -> bool {
+    pub(in crate::recording) fn says_time(&self) -> bool {
         says_time(&self.label)
     }
 
     /// Tells whether the name is one for a running number.
-    pub(super) fn says_index(&self) -> bool {
+    pub(in crate::recording) fn says_index(&self) -> bool {
         matches!(
             words(&self.label).join(" ").as_str(),
             "index"
@@ -108,7 +108,7 @@ impl Column {
     }
 
     /// Tells whether the name says lateral acceleration.
-    pub(super) fn says_lateral_acceleration(&self) -> bool {
+    pub(in crate::recording) fn says_lateral_acceleration(&self) -> bool {
         if self.has_foreign_unit() {
             return false;
         }
@@ -121,8 +121,25 @@ impl Column {
         has(LATERAL_ACCELERATION) || (accelerates && has(LATERAL)) || is_mme_lateral(&self.label)
     }
 
+    /// Tells whether the name says a second sensor at a place that has one.
+    pub(in crate::recording) fn says_redundant(&self) -> bool {
+        let words = words(&self.label);
+        words
+            .iter()
+            .any(|word| matches!(word.as_str(), "redundant" | "red" | "backup" | "secondary"))
+    }
+
+    /// Takes the unit that stands in a header line of its own.
+    pub(in crate::recording) fn with_unit(mut self, text: &str) -> Self {
+        let text = strip_brackets(text.trim());
+        if !text.is_empty() {
+            self.take_unit(text, "header");
+        }
+        self
+    }
+
     /// Tells whether the name says another axis than the lateral one.
-    pub(super) fn says_other_axis(&self) -> bool {
+    pub(in crate::recording) fn says_other_axis(&self) -> bool {
         let words = words(&self.label);
         words.iter().any(|word| OTHER_AXES.contains(&word.as_str()))
     }
@@ -250,7 +267,8 @@ fn is_mme_lateral(label: &str) -> bool {
         && code
             .iter()
             .all(|byte| byte.is_ascii_uppercase() || byte.is_ascii_digit() || *byte == b'?')
-        && &code[12..15] == b"ACY"
+        // Direction 2 is Y with a sign that diverges from SAE J211.
+        && (&code[12..15] == b"ACY" || &code[12..15] == b"AC2")
 }
 
 /// Splits a name into lower-case words, at everything but letters and digits and where a
@@ -274,7 +292,7 @@ fn words(label: &str) -> Vec<String> {
 }
 
 /// Tells whether a text is a unit of acceleration or time.
-pub(super) fn is_known_unit(text: &str) -> bool {
+pub(in crate::recording) fn is_known_unit(text: &str) -> bool {
     let text = strip_brackets(text.trim());
     AccelerationUnit::from_spelling(text).is_some() || TimeUnit::from_spelling(text).is_some()
 }

@@ -5,7 +5,7 @@ use super::header::{Column, is_known_unit};
 use super::number::{self, Decimal};
 use super::rows::{next, shown};
 use crate::error::{Error, ErrorKind, Place};
-use crate::recording::{Finding, ReadOptions, Selection};
+use crate::recording::{Finding, ReadOptions, Selection, lateral};
 use crate::units::{SampleRate, TimeUnit};
 use ::csv::ByteRecord;
 
@@ -341,49 +341,29 @@ impl Layout {
     }
 
     fn lateral(&self, candidates: &[usize]) -> Result<Choice, Error> {
-        if let [only] = candidates {
-            let column = &self.columns[*only];
-            let findings = if self.named && column.says_other_axis() {
-                vec![Finding::warning(
-                    "channel-not-lateral",
-                    format!(
-                        "`{}` is the only channel, but its name says another axis than the lateral one",
-                        column.name
-                    ),
-                )]
-            } else {
-                Vec::new()
-            };
-            return Ok(Choice {
-                columns: vec![*only],
-                findings,
-            });
-        }
-        let lateral: Vec<usize> = candidates
-            .iter()
-            .copied()
-            .filter(|i| self.columns[*i].says_lateral_acceleration())
-            .collect();
-        match lateral.as_slice() {
-            [only] => Ok(Choice {
-                columns: vec![*only],
-                findings: vec![Finding::info(
-                    "channel-chosen",
-                    format!(
-                        "`{}` was chosen among {} channels, since its name alone says lateral acceleration",
-                        self.columns[*only].name,
-                        candidates.len()
-                    ),
-                )],
+        let columns: Vec<&Column> = candidates.iter().map(|i| &self.columns[*i]).collect();
+        let known = self.list(0..self.columns.len());
+        match lateral::choose(&columns, &known) {
+            Ok((index, finding)) => Ok(Choice {
+                columns: vec![candidates[index]],
+                // What an unnamed column is called says nothing.
+                findings: finding.into_iter().filter(|_| self.named).collect(),
             }),
-            [] => Err(ErrorKind::NoChannel {
-                known: self.list(0..self.columns.len()),
+            Err(ErrorKind::AmbiguousChannel { candidates: names }) => {
+                // Twins are told apart by their number.
+                let twins: Vec<usize> = candidates
+                    .iter()
+                    .copied()
+                    .filter(|i| names.split(", ").any(|name| name == self.columns[*i].name))
+                    .collect();
+                let candidates = if twins.is_empty() {
+                    names
+                } else {
+                    self.list(twins)
+                };
+                Err(ErrorKind::AmbiguousChannel { candidates }.into())
             }
-            .into()),
-            several => Err(ErrorKind::AmbiguousChannel {
-                candidates: self.list(several.iter().copied()),
-            }
-            .into()),
+            Err(other) => Err(other.into()),
         }
     }
 

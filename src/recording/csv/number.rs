@@ -4,7 +4,7 @@ use std::ops::Range;
 
 /// The decimal mark of a table, as far as it is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Decimal {
+pub(in crate::recording) enum Decimal {
     /// No number had one yet.
     Unknown,
     /// A point.
@@ -17,7 +17,7 @@ pub(super) enum Decimal {
 
 /// Why a cell holds no usable number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Fault {
+pub(in crate::recording) enum Fault {
     /// Nothing in it.
     Empty,
     /// No number.
@@ -33,7 +33,7 @@ pub(super) enum Fault {
 const LONGEST: usize = 64;
 
 /// Reads a cell, and learns the decimal mark from the first number that has one.
-pub(super) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<f64, Fault> {
+pub(in crate::recording) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<f64, Fault> {
     let cell = cell.trim_ascii();
     if cell.is_empty() {
         return Err(Fault::Empty);
@@ -87,7 +87,7 @@ fn plain(cell: &[u8]) -> Result<f64, Fault> {
 }
 
 /// Tells whether somebody meant a number here, be it a bad one.
-pub(super) fn is_numeric(cell: &[u8]) -> bool {
+pub(in crate::recording) fn is_numeric(cell: &[u8]) -> bool {
     matches!(
         parse(cell, &mut Decimal::Unknown),
         Ok(_) | Err(Fault::NonFinite | Fault::OtherMark)
@@ -103,7 +103,7 @@ const DECADES: Range<i32> = -24..24;
 /// digits is printed, the last one depends on the size of the number, and trailing zeros may
 /// be left out; so each decade keeps its finest digit, and the coarsest decade that holds
 /// enough stamps to trust counts.
-pub(super) struct PrintedDigits {
+pub(in crate::recording) struct PrintedDigits {
     decades: [(i32, u32); 48],
 }
 
@@ -111,14 +111,14 @@ impl PrintedDigits {
     /// Stamps below which a decade is not trusted.
     const ENOUGH: u32 = 10;
 
-    pub(super) fn new() -> Self {
+    pub(in crate::recording) fn new() -> Self {
         Self {
             decades: [(i32::MAX, 0); 48],
         }
     }
 
     /// Takes in a cell that [`parse`] accepted.
-    pub(super) fn count(&mut self, cell: &[u8]) {
+    pub(in crate::recording) fn count(&mut self, cell: &[u8]) {
         let mut decimals = 0;
         let mut whole_digits = 0;
         let mut seen_mark = false;
@@ -158,7 +158,7 @@ impl PrintedDigits {
     }
 
     /// Returns the size of the last printed digit, in the column's unit; 0 if unknown.
-    pub(super) fn last_digit(&self) -> f64 {
+    pub(in crate::recording) fn last_digit(&self) -> f64 {
         let trusted = self
             .decades
             .iter()

@@ -26,6 +26,8 @@ pub(super) struct Rows {
     pub(super) values: Vec<Fate>,
     /// Number of rows.
     pub(super) count: usize,
+    /// Rows that repeat the one before to the last cell, and the line of the first.
+    pub(super) repeated: Option<(usize, u64)>,
     /// Whether the numbers have a decimal comma.
     pub(super) decimal_comma: bool,
 }
@@ -47,6 +49,8 @@ impl Rows {
     ) -> Result<Self, Error> {
         let mut reader = dialect::reader(text, layout.separator, layout.quoted);
         let mut record = ::csv::ByteRecord::new();
+        let mut last_byte = 0_u64;
+        let mut repeated: Option<(usize, u64)> = None;
         let mut stamps_s: Vec<f64> = Vec::new();
         let mut digits = PrintedDigits::new();
         let (time_column, per_second) = match time {
@@ -93,6 +97,15 @@ impl Rows {
                 if let Some(previous) = stamps_s.last().copied()
                     && stamp <= previous
                 {
+                    let byte = record.position().map_or(0, ::csv::Position::byte);
+                    if row_at(text, last_byte) == row_at(text, byte) {
+                        // A row written twice says nothing new; it takes no sample away.
+                        let line = at(column).line.unwrap_or(0);
+                        let (rows, first) = repeated.unwrap_or((0, line));
+                        repeated = Some((rows + 1, first));
+                        count -= 1;
+                        continue;
+                    }
                     return Err(Error::from(ErrorKind::TimeNotIncreasing {
                         previous,
                         found: stamp,
@@ -101,6 +114,7 @@ impl Rows {
                 }
                 digits.count(cell);
                 stamps_s.push(stamp);
+                last_byte = record.position().map_or(0, ::csv::Position::byte);
             }
             for (column, fate) in wanted.iter().zip(&mut values) {
                 let Fate::Kept(samples) = fate else { continue };
@@ -124,9 +138,19 @@ impl Rows {
             stamps_s,
             values,
             count,
+            repeated,
             decimal_comma: decimal == Decimal::Comma,
         })
     }
+}
+
+/// Returns the row that the table reader began to read at `byte`, comments passed over.
+fn row_at(text: &[u8], byte: u64) -> Option<&[u8]> {
+    let start = usize::try_from(byte).ok()?;
+    text.get(start..)?
+        .split(|byte| *byte == b'\n')
+        .find(|line| dialect::is_row(line))
+        .map(<[u8]>::trim_ascii_end)
 }
 
 /// Reads the next row.

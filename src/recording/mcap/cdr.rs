@@ -1,4 +1,5 @@
-//! CDR, the encoding of ROS 2 messages: numbers aligned to their size, in either byte order.
+//! CDR, the encoding of ROS 2 messages: numbers aligned to their size, in either byte order;
+//! and that of ROS 1, which is the same without alignment and header.
 //!
 //! Read is plain CDR (XCDR version 1), which every ROS 2 middleware writes into logs.
 
@@ -31,14 +32,38 @@ pub(super) fn read(plan: &Plan, message: &[u8], slots: &mut [f64]) -> Result<(),
             ));
         }
     };
-    let mut walk = Walk {
-        body,
+    finish(
+        Walk {
+            body,
+            at: 0,
+            little,
+            aligned: true,
+        },
+        plan,
+        slots,
+        PADDING,
+    )
+}
+
+/// Walks one ROS 1 message: little-endian numbers one after another, without a header.
+///
+/// # Errors
+///
+/// As [`read`].
+pub(super) fn read_ros1(plan: &Plan, message: &[u8], slots: &mut [f64]) -> Result<(), Fault> {
+    let walk = Walk {
+        body: message,
         at: 0,
-        little,
+        little: true,
+        aligned: false,
     };
+    finish(walk, plan, slots, 0)
+}
+
+fn finish(mut walk: Walk<'_>, plan: &Plan, slots: &mut [f64], padding: usize) -> Result<(), Fault> {
     walk.run(&plan.steps, slots)?;
-    let left = body.len() - walk.at;
-    if left > PADDING {
+    let left = walk.body.len() - walk.at;
+    if left > padding {
         return Err(fault(
             "a message as long as its schema says",
             &format!("{left} bytes more"),
@@ -65,6 +90,7 @@ struct Walk<'a> {
     body: &'a [u8],
     at: usize,
     little: bool,
+    aligned: bool,
 }
 
 impl<'a> Walk<'a> {
@@ -122,6 +148,9 @@ impl<'a> Walk<'a> {
             self.aligned(*size, bytes.unwrap_or(usize::MAX))?;
             return Ok(());
         }
+        if element.is_empty() && picks.is_empty() {
+            return Ok(());
+        }
         let mut picks = picks.iter().peekable();
         for index in 0..length {
             match picks.next_if(|(wanted, _)| *wanted == index) {
@@ -173,7 +202,11 @@ impl<'a> Walk<'a> {
 
     /// Steps to a multiple of `size` [byte] and takes `count` bytes.
     fn aligned(&mut self, size: usize, count: usize) -> Result<&'a [u8], Fault> {
-        let start = self.at.next_multiple_of(size);
+        let start = if self.aligned {
+            self.at.next_multiple_of(size)
+        } else {
+            self.at
+        };
         let taken = start
             .checked_add(count)
             .and_then(|end| self.body.get(start..end));

@@ -1,4 +1,4 @@
-//! ROS 2 message definitions (`ros2msg`): from the text in the file to a plan that finds
+//! ROS message definitions (`ros2msg`, `ros1msg`): from the text in the file to a plan that finds
 //! numbers in a message.
 //!
 //! The text holds the definition of one type, then those of the types it uses, divided by
@@ -71,6 +71,26 @@ pub(super) struct Plan {
     pub(super) steps: Vec<Step>,
 }
 
+/// Whose definitions and encoding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Dialect {
+    /// Numbers aligned to their size.
+    Ros2,
+    /// Numbers one after another; `time` and `duration` are types of their own.
+    Ros1,
+}
+
+impl Dialect {
+    /// Returns the dialect of a schema encoding.
+    pub(super) fn of_schema(encoding: &str) -> Option<Self> {
+        match encoding {
+            "ros2msg" => Some(Self::Ros2),
+            "ros1msg" => Some(Self::Ros1),
+            _ => None,
+        }
+    }
+}
+
 #[derive(Debug, Clone, PartialEq)]
 enum Kind {
     Number(Number),
@@ -112,13 +132,14 @@ pub(super) struct Target {
 /// The definitions of a message type and of all types it uses.
 #[derive(Debug, Clone)]
 pub(super) struct Definitions {
+    dialect: Dialect,
     root: String,
     types: BTreeMap<String, Vec<Field>>,
 }
 
 impl Definitions {
-    /// Reads the text of a `ros2msg` schema whose first part defines `root`.
-    pub(super) fn read(root: &str, text: &str) -> Result<Self, Error> {
+    /// Reads the text of a schema whose first part defines `root`.
+    pub(super) fn read(root: &str, text: &str, dialect: Dialect) -> Result<Self, Error> {
         let root = plain_name(root);
         let mut types = BTreeMap::new();
         let mut name = root.clone();
@@ -142,7 +163,7 @@ impl Definitions {
                 opening = false;
             } else {
                 let package = name.split('/').next().unwrap_or_default();
-                if let Some(field) = field(line, package)? {
+                if let Some(field) = field(line, package, dialect)? {
                     if fields.iter().any(|known| known.name == field.name) {
                         return Err(unreadable(
                             &format!("each field of {name} once"),
@@ -166,8 +187,26 @@ impl Definitions {
             types
                 .entry(format!("builtin_interfaces/{name}"))
                 .or_insert_with(|| vec![part("sec", Number::I32), part("nanosec", Number::U32)]);
+            // ROS 1 has both as types of their own, the time without a sign.
+            let seconds = if name == "Time" {
+                Number::U32
+            } else {
+                Number::I32
+            };
+            let rest = if name == "Time" {
+                Number::U32
+            } else {
+                Number::I32
+            };
+            types
+                .entry(format!("ros1/{}", name.to_lowercase()))
+                .or_insert_with(|| vec![part("secs", seconds), part("nsecs", rest)]);
         }
-        Ok(Self { root, types })
+        Ok(Self {
+            dialect,
+            root,
+            types,
+        })
     }
 
     /// Returns the number field that `path` leads to.
@@ -295,7 +334,7 @@ impl Definitions {
                 &format!("more, at {type_name}"),
             ));
         }
-        if fields.is_empty() {
+        if fields.is_empty() && self.dialect == Dialect::Ros2 {
             // An empty type travels as one byte that stands for nothing.
             return Ok(vec![Step::Skip { size: 1, count: 1 }]);
         }
@@ -417,7 +456,8 @@ fn define(
 /// Appends `count` times `element`.
 fn repeat(count: u64, element: &[Step], steps: &mut Vec<Step>) {
     match (count, element) {
-        (0, _) => {}
+        // An empty ROS 1 type takes no byte, however many of it there are.
+        (0, _) | (_, []) => {}
         (1, _) => steps.extend_from_slice(element),
         (_, [Step::Skip { size, count: 1 }]) => steps.push(Step::Skip { size: *size, count }),
         _ => steps.push(Step::Repeat {
@@ -428,7 +468,7 @@ fn repeat(count: u64, element: &[Step], steps: &mut Vec<Step>) {
 }
 
 /// Reads one line of a definition; `None` for comments, constants and empty lines.
-fn field(line: &str, package: &str) -> Result<Option<Field>, Error> {
+fn field(line: &str, package: &str, dialect: Dialect) -> Result<Option<Field>, Error> {
     let line = line.split('#').next().unwrap_or_default().trim();
     if line.is_empty() {
         return Ok(None);
@@ -473,6 +513,10 @@ fn field(line: &str, package: &str) -> Result<Option<Field>, Error> {
     // A bounded string reads as a string: the bound changes nothing in the message.
     let element = element.split("<=").next().unwrap_or_default();
     let kind = match element {
+        "time" if dialect == Dialect::Ros1 => Kind::Message("ros1/time".into()),
+        "duration" if dialect == Dialect::Ros1 => Kind::Message("ros1/duration".into()),
+        "Header" if dialect == Dialect::Ros1 => Kind::Message("std_msgs/Header".into()),
+        "byte" if dialect == Dialect::Ros1 => Kind::Number(Number::I8),
         "bool" => Kind::Bool,
         "byte" | "char" | "uint8" => Kind::Number(Number::U8),
         "int8" => Kind::Number(Number::I8),

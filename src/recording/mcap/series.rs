@@ -1,11 +1,13 @@
 //! One topic's messages turned into numbers: which fields, at which stamps.
 
 use super::json::{self, Leaf};
-use super::schema::{Definitions, Number, Plan, plain_name};
-use super::{cdr, name_of};
+use super::schema::{Definitions, Dialect, Number, Plan, plain_name};
+use super::{cdr, name_of, protobuf};
+
 use crate::error::{Error, ErrorKind, Place};
+use crate::recording::csv::header::Column as Named;
 use crate::recording::time_base::TimeBase;
-use crate::recording::{Channel, Finding, Limits, ReadOptions};
+use crate::recording::{Channel, Finding, Limits, ReadOptions, Stated};
 use crate::units::AccelerationUnit;
 
 /// Message types whose lateral acceleration is known, with the path to it. REP 103: x
@@ -31,8 +33,53 @@ pub(super) fn is_acceleration(schema_name: &str) -> bool {
     lateral_path(schema_name).is_some()
 }
 
+/// Tells whether a message type of our users' own has a field whose name says lateral
+/// acceleration.
+pub(super) fn has_lateral_field(name: &str, encoding: &str, data: &[u8]) -> bool {
+    let paths: Vec<String> = match encoding {
+        "protobuf" => protobuf::Descriptor::read(name, data)
+            .map(|descriptor| descriptor.numbers(LISTED))
+            .unwrap_or_default()
+            .into_iter()
+            .filter_map(|(path, is_float)| is_float.then_some(path))
+            .collect(),
+        _ => Dialect::of_schema(encoding)
+            .and_then(|dialect| {
+                let text = std::str::from_utf8(data).ok()?;
+                Definitions::read(name, text, dialect).ok()
+            })
+            .map(|definitions| definitions.numbers(LISTED))
+            .unwrap_or_default()
+            .into_iter()
+            .filter_map(|(path, number)| number.is_float().then_some(path))
+            .collect(),
+    };
+    paths.iter().any(|path| says_lateral(path))
+}
+
+/// Tells whether a path's own words say lateral acceleration.
+fn says_lateral(path: &str) -> bool {
+    !path.contains('[') && named(path).says_lateral_acceleration()
+}
+
+/// Reads a path as a column's name, with the unit that its end may state (`ay_g`).
+fn named(path: &str) -> Named {
+    let (parents, own) = path.rsplit_once('.').unwrap_or(("", path));
+    let column = Named::from_header(own, 0);
+    // The unit is that of the field; words on the way to it tell what it is.
+    let mut whole = Named::from_header(&format!("{parents} {}", column.label), 0);
+    whole.unit = column.unit;
+    whole.unit_text = column.unit_text;
+    whole
+}
+
+/// Returns the unit of acceleration that the end of a field's name states.
+fn unit_in_name(path: &str) -> Option<AccelerationUnit> {
+    named(path).unit
+}
+
 fn lateral_path(schema_name: &str) -> Option<&'static str> {
-    let plain = plain_name(schema_name);
+    let plain = plain_name(&schema_name.replace('.', "/"));
     LATERAL
         .iter()
         .find(|(name, _)| *name == plain)
@@ -45,11 +92,15 @@ const LISTED: usize = 60;
 const NANO: i128 = 1_000_000_000;
 /// Paths of the two numbers of a stamp.
 const STAMP: [&str; 2] = ["header.stamp.sec", "header.stamp.nanosec"];
+/// The same in ROS 1.
+const ROS1_STAMP: [&str; 2] = ["header.stamp.secs", "header.stamp.nsecs"];
 
 /// How the numbers of a message are found.
 #[derive(Debug)]
 enum Extractor {
     Cdr(Plan),
+    Ros1(Plan),
+    Protobuf(Vec<protobuf::Target>),
     /// JSON tells its fields only in the first message.
     JsonUnseen(Wanted),
     Json(Vec<String>),
@@ -113,15 +164,16 @@ impl Series {
             logged: Vec::new(),
             error: None,
         };
-        if encoding != "json"
-            && let Err(error) = series.prepare_cdr(encoding, schema, &wanted)
-        {
-            series.error = Some(error);
-        }
+        let prepared = match encoding {
+            "json" => Ok(()),
+            "protobuf" => series.prepare_protobuf(schema, &wanted),
+            _ => series.prepare_ros(encoding, schema, &wanted),
+        };
+        series.error = prepared.err();
         series
     }
 
-    fn prepare_cdr(
+    fn prepare_ros(
         &mut self,
         encoding: &str,
         schema: Option<&Schema>,
@@ -134,49 +186,136 @@ impl Series {
                 "none: the topic is without schema",
             ));
         };
-        if schema.encoding != "ros2msg" {
+        let expected = if encoding == "ros1" {
+            "ros1msg"
+        } else {
+            "ros2msg"
+        };
+        let Some(dialect) =
+            Dialect::of_schema(&schema.encoding).filter(|_| schema.encoding == expected)
+        else {
             return Err(refused(
-                "a schema in the ros2msg encoding",
+                &format!("a schema in the {expected} encoding"),
+                &format!("`{}`", schema.encoding),
+            ));
+        };
+        let text = std::str::from_utf8(&schema.data)
+            .map_err(|_| refused("a schema in UTF-8", "other bytes"))?;
+        let definitions = Definitions::read(&schema.name, text, dialect)?;
+        let floats: Vec<String> = definitions
+            .numbers(LISTED)
+            .into_iter()
+            .filter(|(path, number)| number.is_float() && !path.contains('['))
+            .map(|(path, _)| path)
+            .collect();
+        let known: Vec<String> = definitions
+            .numbers(LISTED)
+            .into_iter()
+            .map(|(path, _)| path)
+            .collect();
+        let paths = self.wanted_paths(&schema.name, wanted, floats, &known)?;
+        for path in &paths {
+            let Some(target) = definitions.target(path) else {
+                return Err(no_field(&self.topic, path, known));
+            };
+            self.add_column(path, target.unit.or_else(|| unit_in_name(path)));
+        }
+        let (stamp, kinds) = match dialect {
+            Dialect::Ros2 => (STAMP, [Number::I32, Number::U32]),
+            Dialect::Ros1 => (ROS1_STAMP, [Number::U32, Number::U32]),
+        };
+        let found = stamp.map(|path| definitions.target(path).map(|target| target.number));
+        self.stamped = found == kinds.map(Some);
+        let mut all: Vec<&str> = paths.iter().map(String::as_str).collect();
+        if self.stamped {
+            all.extend(stamp);
+        }
+        self.slots = vec![0.0; all.len()];
+        let plan = definitions.plan(&all)?;
+        self.extractor = match dialect {
+            Dialect::Ros2 => Extractor::Cdr(plan),
+            Dialect::Ros1 => Extractor::Ros1(plan),
+        };
+        Ok(())
+    }
+
+    fn prepare_protobuf(&mut self, schema: Option<&Schema>, wanted: &Wanted) -> Result<(), Error> {
+        let Some(schema) = schema else {
+            return Err(refused(
+                "a schema for the topic's messages",
+                "none: the topic is without schema",
+            ));
+        };
+        if schema.encoding != "protobuf" {
+            return Err(refused(
+                "a schema in the protobuf encoding",
                 &format!("`{}`", schema.encoding),
             ));
         }
-        let text = std::str::from_utf8(&schema.data)
-            .map_err(|_| refused("a schema in UTF-8", "other bytes"))?;
-        let definitions = Definitions::read(&schema.name, text)?;
-        let paths: Vec<String> = match wanted {
-            Wanted::Path(path) => vec![path.clone()],
-            Wanted::Lateral => lateral_path(&schema.name)
-                .map(|path| vec![path.to_string()])
-                .unwrap_or_default(),
-            Wanted::Every => definitions
-                .numbers(LISTED)
-                .into_iter()
-                .filter(|(path, number)| number.is_float() && !path.contains('['))
-                .map(|(path, _)| path)
-                .collect(),
-        };
+        let descriptor = protobuf::Descriptor::read(&schema.name, &schema.data)?;
+        let numbers = descriptor.numbers(LISTED);
+        let floats: Vec<String> = numbers
+            .iter()
+            .filter(|(path, is_float)| *is_float && !path.contains('['))
+            .map(|(path, _)| path.clone())
+            .collect();
+        let known: Vec<String> = numbers.into_iter().map(|(path, _)| path).collect();
+        let paths = self.wanted_paths(&schema.name, wanted, floats, &known)?;
+        let mut targets = Vec::new();
         for path in &paths {
-            let Some(target) = definitions.target(path) else {
-                let names = definitions.numbers(LISTED);
-                let known = names.into_iter().map(|(path, _)| path).collect();
+            let Some(target) = descriptor.target(path) else {
                 return Err(no_field(&self.topic, path, known));
             };
-            self.add_column(path, target.unit);
+            // The types of ROS keep their units when they travel as protobuf.
+            let of_type = lateral_path(&schema.name).filter(|lateral| {
+                path.trim_end_matches(['x', 'y', 'z']) == lateral.trim_end_matches('y')
+            });
+            let unit = of_type.map(|_| AccelerationUnit::MetrePerSecondSquared);
+            self.add_column(path, unit.or_else(|| unit_in_name(path)));
+            targets.push(target);
         }
-        if paths.is_empty() {
-            let names = definitions.numbers(LISTED);
-            let known = names.into_iter().map(|(path, _)| path).collect();
-            return Err(no_field(&self.topic, "", known));
+        if let Some(stamp) = descriptor.stamp() {
+            self.stamped = true;
+            targets.extend(stamp);
         }
-        let kinds = STAMP.map(|path| definitions.target(path).map(|target| target.number));
-        self.stamped = kinds == [Some(Number::I32), Some(Number::U32)];
-        let mut all: Vec<&str> = paths.iter().map(String::as_str).collect();
-        if self.stamped {
-            all.extend(STAMP);
-        }
-        self.slots = vec![0.0; all.len()];
-        self.extractor = Extractor::Cdr(definitions.plan(&all)?);
+        self.slots = vec![0.0; targets.len()];
+        self.extractor = Extractor::Protobuf(targets);
         Ok(())
+    }
+
+    /// Returns the paths of the fields that are wanted of a message type.
+    fn wanted_paths(
+        &self,
+        schema_name: &str,
+        wanted: &Wanted,
+        floats: Vec<String>,
+        known: &[String],
+    ) -> Result<Vec<String>, Error> {
+        let paths = match wanted {
+            Wanted::Path(path) => vec![path.clone()],
+            Wanted::Every => floats,
+            Wanted::Lateral => match lateral_path(schema_name) {
+                Some(path) => vec![path.to_string()],
+                None => floats
+                    .into_iter()
+                    .filter(|path| says_lateral(path))
+                    .collect(),
+            },
+        };
+        match (wanted, paths.as_slice()) {
+            (_, []) => Err(no_field(&self.topic, "", known.to_vec())),
+            (Wanted::Lateral, [_, _, ..]) => {
+                let names: Vec<String> = paths
+                    .iter()
+                    .map(|path| name_of(&self.topic, path))
+                    .collect();
+                Err(ErrorKind::AmbiguousChannel {
+                    candidates: names.join(", "),
+                }
+                .into())
+            }
+            _ => Ok(paths),
+        }
     }
 
     fn add_column(&mut self, path: &str, unit: Option<AccelerationUnit>) {
@@ -239,6 +378,16 @@ impl Series {
             Extractor::Cdr(plan) => {
                 cdr::read(plan, data, &mut self.slots).map_err(|fault| {
                     damaged_message(&fault.expected, &fault.found).at(place(""))
+                })?;
+            }
+            Extractor::Ros1(plan) => {
+                cdr::read_ros1(plan, data, &mut self.slots).map_err(|fault| {
+                    damaged_message(&fault.expected, &fault.found).at(place(""))
+                })?;
+            }
+            Extractor::Protobuf(targets) => {
+                protobuf::read(targets, data, &mut self.slots).map_err(|(expected, found)| {
+                    damaged_message(&expected, &found).at(place(""))
                 })?;
             }
             Extractor::Json(paths) => {
@@ -306,6 +455,15 @@ impl Series {
                     .filter(|path| has(path))
                     .map(|path| (*path).to_string())
                     .collect();
+                let found = if found.is_empty() {
+                    numbers
+                        .iter()
+                        .filter(|path| says_lateral(path))
+                        .cloned()
+                        .collect()
+                } else {
+                    found
+                };
                 if found.len() > 1 {
                     let names: Vec<String> = found
                         .iter()
@@ -323,10 +481,16 @@ impl Series {
                     .iter()
                     .filter(|path| has(path))
                     .map(|path| path.trim_end_matches('y'));
-                bases
+                let triples: Vec<String> = bases
                     .flat_map(|base| ["x", "y", "z"].map(|axis| format!("{base}{axis}")))
                     .filter(|path| has(path))
-                    .collect()
+                    .collect();
+                if triples.is_empty() && numbers.iter().any(|path| says_lateral(path)) {
+                    let no_stamp = |path: &&String| !STAMP.contains(&path.as_str());
+                    numbers.iter().filter(no_stamp).cloned().collect()
+                } else {
+                    triples
+                }
             }
         };
         if chosen.is_empty() {
@@ -334,7 +498,7 @@ impl Series {
         }
         self.stamped = STAMP.iter().all(|path| has(path));
         for path in &chosen {
-            self.add_column(path, None);
+            self.add_column(path, unit_in_name(path));
         }
         let mut paths = chosen;
         if self.stamped {
@@ -487,6 +651,8 @@ pub(super) struct Schema {
     pub(super) name: String,
     pub(super) encoding: String,
     pub(super) data: Vec<u8>,
+    /// Whether a field's name says lateral acceleration.
+    pub(super) has_lateral_field: bool,
 }
 
 impl Column {
@@ -527,6 +693,7 @@ impl Column {
             start_s: base.start_s,
             rate: base.rate,
             values: base.apply(stamps, self.values)?,
+            stated: Stated::default(),
             findings,
         })
     }
@@ -535,17 +702,9 @@ impl Column {
 /// Refuses a message encoding that is not read, by its name.
 fn refuse_encoding(encoding: &str) -> Result<(), Error> {
     Err(match encoding {
-        "cdr" => return Ok(()),
-        "ros1" => ErrorKind::RefusedFormat {
-            format: "MCAP with ROS 1 messages (encoding ros1)",
-            way_out: "convert the bag to ROS 2 with rosbags-convert, or export the topic as CSV",
-        },
-        "protobuf" => ErrorKind::RefusedFormat {
-            format: "MCAP with protobuf messages",
-            way_out: "export the topic as CSV, or write it as JSON or ROS 2 messages",
-        },
+        "cdr" | "ros1" => return Ok(()),
         other => ErrorKind::Malformed {
-            expected: "messages encoded as cdr or json".into(),
+            expected: "messages encoded as cdr, ros1, protobuf or json".into(),
             found: format!("`{other}`"),
             hint: "export the topic as CSV, or write it as JSON or ROS 2 messages".into(),
         },

@@ -1,0 +1,570 @@
+//! NHTSA EV5 ASCII X-Y: a test's `.EV5` with its curve files, or one curve file.
+//!
+//! A curve file (`v01234.146`) holds stamps and values, nothing else. What a curve is stands in
+//! one line of the `.EV5` beside it, whose second field is the curve's number, the file's
+//! extension. First and last sample index and interval state the clock; time 0 is first
+//! contact. They are preferred to the printed stamps, which are rounded to a microsecond, and
+//! held against them. The laboratory's status and comment decide what the samples are worth.
+//!
+//! # Source
+//!
+//! NHTSA Test Reference Guide, volume I (instrumentation fields).
+
+mod curve;
+mod header;
+
+use super::source::Reader;
+use super::{Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection};
+use super::{csv::encoding, laboratory, text, time_base};
+use crate::error::{Error, ErrorKind, Place};
+use crate::units::{AccelerationUnit, SampleRate, TimeUnit};
+use curve::Curve;
+use header::{Entry, Test};
+
+/// Recognises an `.EV5`, or a curve file by its numeric extension and its two columns.
+#[must_use]
+pub fn recognises(head: &Head<'_>) -> bool {
+    if head.is_folder {
+        return head
+            .entries
+            .iter()
+            .filter(|name| is_header_name(name))
+            .count()
+            == 1;
+    }
+    if !encoding::looks_like_text(head.bytes) {
+        return false;
+    }
+    is_header(head.bytes)
+        || (is_header_name(head.file_name) && !curve::looks_like_curve(head.bytes))
+        || (curve::number_of(head.file_name).is_some() && curve::looks_like_curve(head.bytes))
+}
+
+fn is_header_name(name: &str) -> bool {
+    name.rsplit_once('.')
+        .is_some_and(|(stem, end)| !stem.is_empty() && end.eq_ignore_ascii_case("ev5"))
+}
+
+fn is_header(head: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(head);
+    text.lines().any(|line| {
+        matches!(
+            line.trim(),
+            "----- EV5 -----" | "----- INSTRUMENTATION -----"
+        )
+    })
+}
+
+/// Reads curves of a test.
+///
+/// Of an `.EV5`, the curve that `ReadOptions::channel` names is read, else the one lateral
+/// acceleration of the vehicle's structure, primary before redundant.
+///
+/// # Errors
+///
+/// - [`ErrorKind::NoSuchChannel`], [`ErrorKind::AmbiguousChannel`], [`ErrorKind::NoChannel`]
+///   where the curve is not clear,
+/// - [`ErrorKind::Io`] where a curve that is needed has no file,
+/// - [`ErrorKind::Malformed`], [`ErrorKind::NonFinite`] or [`ErrorKind::TimeNotIncreasing`] at
+///   the first bad line, [`ErrorKind::MissingUnit`] where nothing states a unit,
+/// - [`ErrorKind::LimitExceeded`] beyond a limit.
+pub fn read(
+    source: &mut Reader,
+    options: &ReadOptions,
+    selection: Selection,
+    limits: &Limits,
+) -> Result<ReadOutcome, Error> {
+    let head = source.head()?;
+    if source.is_folder() {
+        let names = source.list(false, limits)?;
+        let Some(name) = names.iter().find(|name| is_header_name(name)) else {
+            return Err(missing("the test's .EV5 file"));
+        };
+        let name = name.clone();
+        let bytes = source
+            .read_beside(&name, limits)?
+            .ok_or_else(|| missing("the test's .EV5 file"))?;
+        return read_test(source, &name, bytes, options, selection, limits);
+    }
+    if curve::looks_like_curve(&head) && !is_header(&head) {
+        return read_bare(source, options, selection, limits);
+    }
+    let name = source.name().to_string();
+    let bytes = source.read_all("text_bytes", limits.text_bytes)?;
+    read_test(source, &name, bytes, options, selection, limits)
+}
+
+fn missing(what: &str) -> Error {
+    ErrorKind::Io {
+        action: "read the test",
+        reason: format!("{what} is not there"),
+    }
+    .into()
+}
+
+/// Reads a curve file, with the `.EV5` beside it if there is one.
+fn read_bare(
+    source: &mut Reader,
+    options: &ReadOptions,
+    selection: Selection,
+    limits: &Limits,
+) -> Result<ReadOutcome, Error> {
+    let mut outcome = ReadOutcome::default();
+    let name = source.name().to_string();
+    let bytes = source.read_all("text_bytes", limits.text_bytes)?;
+    let entry = match header_beside(source, &name, limits)? {
+        Some((header_name, test)) => {
+            let number = curve::number_of(&name);
+            let entry = number.and_then(|number| test.find(number));
+            outcome.findings.push(match entry {
+                Some(_) => Finding::info(
+                    "header-beside",
+                    format!("what the curve is stands in {header_name} beside it"),
+                ),
+                None => Finding::warning(
+                    "header-lacks-curve",
+                    format!("{header_name} beside the curve has no line for it"),
+                ),
+            });
+            entry.cloned()
+        }
+        None => {
+            outcome.findings.push(Finding::warning(
+                "header-missing",
+                "no .EV5 lies beside the curve: unit, axis, range and the laboratory's word on \
+                 the data are not known",
+            ));
+            None
+        }
+    };
+    let label = match &entry {
+        Some(entry) => entry.name(),
+        None => name.clone(),
+    };
+    if options.time_column.is_some()
+        || options
+            .time_unit
+            .is_some_and(|unit| unit != TimeUnit::Second)
+    {
+        return Err(ErrorKind::Malformed {
+            expected: "a curve file of NHTSA: stamps in seconds, then values".into(),
+            found: "options that say otherwise".into(),
+            hint: "leave out --time-column and --time-unit, or read the file as a table with --input-format csv".into(),
+        }
+        .into());
+    }
+    if let Some(wanted) = &options.channel {
+        let number = curve::number_of(&name);
+        let fits = match &entry {
+            Some(entry) => entry.answers_to(wanted),
+            None => number.is_some() && wanted.trim().parse::<u32>().ok() == number,
+        };
+        if !fits && *wanted != name {
+            return Err(ErrorKind::NoSuchChannel {
+                wanted: wanted.clone(),
+                known: label,
+            }
+            .into());
+        }
+    }
+    let channel = channel(bytes, entry.as_ref(), &label, options, selection, limits)
+        .map_err(|error| error.at(Place::default().channel(label)))?;
+    outcome.channels.push(channel);
+    Ok(outcome)
+}
+
+/// Finds the `.EV5` that belongs to a curve file.
+fn header_beside(
+    source: &mut Reader,
+    curve: &str,
+    limits: &Limits,
+) -> Result<Option<(String, Test)>, Error> {
+    let Some((stem, _)) = curve.rsplit_once('.') else {
+        return Ok(None);
+    };
+    let mut found = None;
+    for suffix in ["EV5", "ev5", "Ev5"] {
+        let name = format!("{stem}.{suffix}");
+        if let Some(bytes) = source.read_beside(&name, limits)? {
+            found = Some((name, bytes));
+            break;
+        }
+    }
+    if found.is_none() {
+        // A stem in other letters, as after a copy through a DOS disk. A folder too large to
+        // look through holds no test.
+        let names = source.list(false, limits).unwrap_or_default();
+        let alike = names.into_iter().find(|name| {
+            is_header_name(name)
+                && name
+                    .rsplit_once('.')
+                    .is_some_and(|(other, _)| other.eq_ignore_ascii_case(stem))
+        });
+        if let Some(name) = alike {
+            found = source
+                .read_beside(&name, limits)?
+                .map(|bytes| (name, bytes));
+        }
+    }
+    match found {
+        Some((name, bytes)) => {
+            let test =
+                Test::read(bytes, limits).map_err(|error| error.at(Place::file(name.clone())))?;
+            Ok(Some((name, test)))
+        }
+        None => Ok(None),
+    }
+}
+
+fn read_test(
+    source: &mut Reader,
+    header_name: &str,
+    bytes: Vec<u8>,
+    options: &ReadOptions,
+    selection: Selection,
+    limits: &Limits,
+) -> Result<ReadOutcome, Error> {
+    let test = Test::read(bytes, limits)
+        .map_err(|error| error.at(Place::file(header_name.to_string())))?;
+    if test.entries.is_empty() {
+        return Err(ErrorKind::Empty {
+            found: "the .EV5 has no line of instrumentation".into(),
+            expected: "one line for each curve".into(),
+        }
+        .into());
+    }
+    let files = CurveFiles::find(source, header_name, limits)?;
+    let mut outcome = ReadOutcome::default();
+    let chosen: Vec<&Entry> = match selection {
+        Selection::Every => {
+            let (there, absent): (Vec<&Entry>, Vec<&Entry>) = test
+                .entries
+                .iter()
+                .partition(|entry| files.name_of(entry.number).is_some());
+            if !absent.is_empty() {
+                outcome.findings.push(Finding::info(
+                    "curves-without-file",
+                    format!(
+                        "{} of {} curves have no file beside the .EV5",
+                        absent.len(),
+                        test.entries.len()
+                    ),
+                ));
+            }
+            there
+        }
+        Selection::Lateral => {
+            let (entry, finding) = choose(&test, &files, options)?;
+            outcome.findings.extend(finding);
+            vec![entry]
+        }
+    };
+    let mut cells = 0_u64;
+    for entry in chosen {
+        let label = entry.name();
+        let place = || Place::default().channel(entry.name());
+        let file = files
+            .name_of(entry.number)
+            .map(ToString::to_string)
+            .unwrap_or_else(|| format!("curve file .{:03}", entry.number));
+        let read = source.read_beside(&file, limits).and_then(|bytes| {
+            let bytes = bytes.ok_or_else(|| missing(&format!("the {file}")))?;
+            channel(bytes, Some(entry), &label, options, selection, limits)
+        });
+        match read {
+            Ok(channel) => {
+                cells += channel.values.len() as u64;
+                if cells > limits.table_cells {
+                    return Err(Error::from(ErrorKind::LimitExceeded {
+                        limit: "table_cells",
+                        value: limits.table_cells,
+                        found: "more samples in all curves".into(),
+                    })
+                    .at(place()));
+                }
+                outcome.channels.push(channel);
+            }
+            Err(error)
+                if selection == Selection::Every
+                    && !matches!(error.kind(), ErrorKind::LimitExceeded { .. }) =>
+            {
+                outcome.findings.push(Finding::warning(
+                    "channel-left-out",
+                    format!("{label} is left out: {error}"),
+                ))
+            }
+            Err(error) => return Err(error.at(place())),
+        }
+    }
+    Ok(outcome)
+}
+
+/// The curve files beside an `.EV5`.
+struct CurveFiles {
+    names: Vec<(u32, String)>,
+}
+
+impl CurveFiles {
+    fn find(source: &Reader, header_name: &str, limits: &Limits) -> Result<Self, Error> {
+        let stem = header_name.rsplit_once('.').map_or("", |(stem, _)| stem);
+        let names = source
+            .list(false, limits)?
+            .into_iter()
+            .filter(|name| {
+                name.rsplit_once('.')
+                    .is_some_and(|(other, _)| other.eq_ignore_ascii_case(stem))
+            })
+            .filter_map(|name| Some((curve::number_of(&name)?, name)))
+            .collect();
+        Ok(Self { names })
+    }
+
+    fn name_of(&self, number: u32) -> Option<&str> {
+        self.names
+            .iter()
+            .find(|(known, _)| *known == number)
+            .map(|(_, name)| name.as_str())
+    }
+}
+
+/// Chooses the curve that is meant.
+fn choose<'a>(
+    test: &'a Test,
+    files: &CurveFiles,
+    options: &ReadOptions,
+) -> Result<(&'a Entry, Option<Finding>), Error> {
+    let list = |entries: &[&Entry]| {
+        const LISTED: usize = 40;
+        let mut names: Vec<String> = entries.iter().take(LISTED).map(|e| e.name()).collect();
+        if entries.len() > LISTED {
+            names.push(format!("{} more", entries.len() - LISTED));
+        }
+        names.join(", ")
+    };
+    let accelerations: Vec<&Entry> = test
+        .entries
+        .iter()
+        .filter(|entry| entry.sensor == "AC" && files.name_of(entry.number).is_some())
+        .collect();
+    if let Some(wanted) = &options.channel {
+        let found: Vec<&Entry> = test
+            .entries
+            .iter()
+            .filter(|entry| entry.answers_to(wanted))
+            .collect();
+        return match found.as_slice() {
+            [only] => Ok((only, None)),
+            [] => Err(ErrorKind::NoSuchChannel {
+                wanted: wanted.clone(),
+                known: list(&accelerations),
+            }
+            .into()),
+            several => Err(ErrorKind::AmbiguousChannel {
+                candidates: list(several),
+            }
+            .into()),
+        };
+    }
+    let mut candidates: Vec<&Entry> = accelerations
+        .iter()
+        .copied()
+        .filter(|entry| entry.is_lateral() && entry.is_structure())
+        .collect();
+    // A redundant channel counts only where its place has no primary one.
+    let primaries: Vec<(u32, String, String)> = candidates
+        .iter()
+        .filter(|entry| !entry.is_redundant())
+        .map(|entry| entry.place())
+        .collect();
+    candidates.retain(|entry| !entry.is_redundant() || !primaries.contains(&entry.place()));
+    let near_a_latch: Vec<&Entry> = candidates
+        .iter()
+        .copied()
+        .filter(|entry| entry.is_near_a_latch())
+        .collect();
+    if !near_a_latch.is_empty() {
+        candidates = near_a_latch;
+    }
+    match candidates.as_slice() {
+        [only] => Ok((
+            only,
+            Some(Finding::info(
+                "channel-chosen",
+                format!(
+                    "{} was chosen among {} curves of acceleration as the one lateral \
+                     acceleration of the vehicle's structure",
+                    only.name(),
+                    accelerations.len()
+                ),
+            )),
+        )),
+        [] => Err(ErrorKind::NoChannel {
+            known: list(&accelerations),
+        }
+        .into()),
+        several => Err(ErrorKind::AmbiguousChannel {
+            candidates: list(several),
+        }
+        .into()),
+    }
+}
+
+/// Turns a curve file into a channel, with what its line of the `.EV5` says.
+fn channel(
+    bytes: Vec<u8>,
+    entry: Option<&Entry>,
+    label: &str,
+    options: &ReadOptions,
+    selection: Selection,
+    limits: &Limits,
+) -> Result<Channel, Error> {
+    let curve = Curve::read(bytes, limits)?;
+    let mut findings = Vec::new();
+    let (unit, unit_source) = unit(entry, options, &mut findings);
+    if unit.is_none() && selection == Selection::Lateral {
+        return Err(match entry {
+            Some(entry) if !entry.y_unit.is_empty() => ErrorKind::Malformed {
+                expected: "a unit of acceleration".into(),
+                found: format!("`{}` in the .EV5", entry.y_unit),
+                hint: "choose another curve, or state the unit with --unit".into(),
+            }
+            .into(),
+            _ => ErrorKind::MissingUnit.into(),
+        });
+    }
+    if let Some(entry) = entry
+        && selection == Selection::Lateral
+    {
+        findings.extend(entry.not_lateral_finding());
+    }
+    let clock = Clock::find(&curve, entry, options, limits, &mut findings)?;
+    let zero = options.time_zero_s.unwrap_or(0.0);
+    if let Some(entry) = entry {
+        findings.extend(entry.validity_findings());
+        findings.extend(entry.peak_finding(&clock.values));
+        let end_s =
+            clock.start_s + to_f64(clock.values.len().saturating_sub(1)) / clock.rate.hertz();
+        findings.extend(entry.count_finding(curve.values.len(), end_s));
+    }
+    for finding in &mut findings {
+        finding.at_s = finding.at_s.map(|at| at - zero);
+    }
+    let stated = entry.map(Entry::stated).unwrap_or_default();
+    findings.extend(stated.findings(clock.rate));
+    Ok(Channel {
+        name: label.to_string(),
+        unit,
+        unit_source,
+        start_s: clock.start_s - zero,
+        rate: clock.rate,
+        values: clock.values,
+        stated,
+        findings,
+    })
+}
+
+fn unit(
+    entry: Option<&Entry>,
+    options: &ReadOptions,
+    findings: &mut Vec<Finding>,
+) -> (Option<AccelerationUnit>, &'static str) {
+    let own = entry.and_then(Entry::unit);
+    let source = if options.unit_from_card {
+        "card"
+    } else {
+        "option"
+    };
+    match (own, options.unit) {
+        (Some(own), Some(said)) if own != said => {
+            findings.push(Finding::warning(
+                "unit-overridden",
+                format!(
+                    "the .EV5 says {}, the {source} says {}, which was used",
+                    own.name(),
+                    said.name()
+                ),
+            ));
+            (Some(said), source)
+        }
+        (_, Some(said)) => (Some(said), source),
+        (Some(own), None) => (Some(own), "format"),
+        (None, None) => (None, "none"),
+    }
+}
+
+/// The uniform clock of a curve.
+struct Clock {
+    start_s: f64,
+    rate: SampleRate,
+    values: Vec<f64>,
+}
+
+impl Clock {
+    /// Takes the clock that the `.EV5` states where the stamps agree with it, else theirs.
+    fn find(
+        curve: &Curve,
+        entry: Option<&Entry>,
+        options: &ReadOptions,
+        limits: &Limits,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Self, Error> {
+        let stated = entry.and_then(Entry::clock);
+        let Some((start_s, rate)) = stated else {
+            return Self::of_stamps(curve, options, limits, findings);
+        };
+        let stated = options.rate_hz.unwrap_or(rate.hertz());
+        let half_digit = 0.5 * curve.printed_digit_s * (1.0 + 1e-6) + 1e-12;
+        let off = curve
+            .stamps_s
+            .iter()
+            .enumerate()
+            .map(|(index, stamp)| (stamp - (start_s + to_f64(index) / stated)).abs())
+            .fold(0.0, f64::max);
+        if off <= half_digit + 0.01 / stated {
+            return Ok(Self {
+                start_s,
+                rate: SampleRate::from_hertz(stated)?,
+                values: curve.values.clone(),
+            });
+        }
+        findings.push(Finding::blocking(
+            "time-contradicted",
+            format!(
+                "the printed stamps differ by up to {off:.3e} s from the clock that the header \
+                 states ({start_s} s, {stated} Hz); one of the two is wrong, the stamps were used"
+            ),
+        ));
+        Self::of_stamps(curve, options, limits, findings)
+    }
+
+    fn of_stamps(
+        curve: &Curve,
+        options: &ReadOptions,
+        limits: &Limits,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Self, Error> {
+        let base = time_base::TimeBase::fit(&curve.stamps_s, curve.printed_digit_s, limits)?;
+        let found = base.rate.hertz();
+        if let Some(rate) = options.rate_hz
+            && (rate - found).abs() > 1e-3 * found
+        {
+            return Err(ErrorKind::Malformed {
+                expected: format!("a rate of {rate} Hz, as option or card say"),
+                found: format!("{found} Hz by the stamps"),
+                hint: "leave out the rate".into(),
+            }
+            .into());
+        }
+        findings.extend(base.findings.iter().cloned());
+        Ok(Self {
+            start_s: base.start_s,
+            rate: base.rate,
+            values: base.apply(&curve.stamps_s, curve.values.clone())?,
+        })
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts stay far below 2^53")]
+fn to_f64(count: usize) -> f64 {
+    count as f64
+}

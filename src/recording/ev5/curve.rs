@@ -1,0 +1,91 @@
+//! Curve files: two columns of numbers, no header.
+
+use super::{encoding, text};
+use crate::error::{Error, ErrorKind, Place};
+use crate::recording::Limits;
+use crate::recording::csv::number::{Decimal, PrintedDigits};
+
+/// The numbers of a curve file.
+#[derive(Debug)]
+pub(super) struct Curve {
+    pub(super) stamps_s: Vec<f64>,
+    pub(super) values: Vec<f64>,
+    /// Size of the last printed digit of a stamp [s].
+    pub(super) printed_digit_s: f64,
+}
+
+/// Returns the curve number in a file's extension: three digits or more.
+pub(super) fn number_of(file_name: &str) -> Option<u32> {
+    let (stem, end) = file_name.rsplit_once('.')?;
+    let digits = end.len() >= 3 && end.bytes().all(|byte| byte.is_ascii_digit());
+    (digits && !stem.is_empty()).then(|| end.parse().ok())?
+}
+
+/// Tells whether the first line is two numbers, divided by blanks or tabs.
+pub(super) fn looks_like_curve(head: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(head);
+    text.lines()
+        .find(|line| !line.trim().is_empty())
+        .is_some_and(|line| {
+            let cells: Vec<&str> = line.split_whitespace().collect();
+            cells.len() == 2
+                && cells
+                    .iter()
+                    .all(|cell| cell.parse::<f64>().is_ok_and(f64::is_finite))
+        })
+}
+
+impl Curve {
+    pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Error> {
+        let (bytes, _) = encoding::decode(bytes)?;
+        text::check_line_lengths(&bytes, limits)?;
+        let text_of_file = String::from_utf8_lossy(&bytes);
+        let mut curve = Self {
+            stamps_s: Vec::new(),
+            values: Vec::new(),
+            printed_digit_s: 0.0,
+        };
+        let mut digits = PrintedDigits::new();
+        for (number, line) in text::lines(&text_of_file) {
+            let at = |column: u64| Place::default().line(number).column(column);
+            let mut cells = line.split_whitespace();
+            let Some(stamp) = cells.next() else { continue };
+            let (Some(value), None) = (cells.next(), cells.next()) else {
+                return Err(Error::from(ErrorKind::Malformed {
+                    expected: "a stamp and a value".into(),
+                    found: format!("`{}`", text::shown(line)),
+                    hint: "the curve file is damaged; fetch it again".into(),
+                })
+                .at(at(1)));
+            };
+            // The format writes decimal points, so that a comma is damage.
+            let mut point = Decimal::PointOnly;
+            let second = text::sample(stamp, &mut point).map_err(|error| error.at(at(1)))?;
+            if let Some(previous) = curve.stamps_s.last().copied()
+                && second <= previous
+            {
+                return Err(Error::from(ErrorKind::TimeNotIncreasing {
+                    previous,
+                    found: second,
+                })
+                .at(at(1)));
+            }
+            digits.count(stamp.as_bytes());
+            let sample = text::sample(value, &mut point).map_err(|error| error.at(at(2)))?;
+            curve.stamps_s.push(second);
+            curve.values.push(sample);
+            if curve.values.len() as u64 > limits.samples {
+                return Err(text::too_many_samples(limits).at(at(1)));
+            }
+        }
+        if curve.values.is_empty() {
+            return Err(ErrorKind::Empty {
+                found: "the curve file holds no sample".into(),
+                expected: "lines of stamp and value".into(),
+            }
+            .into());
+        }
+        curve.printed_digit_s = digits.last_digit();
+        Ok(curve)
+    }
+}

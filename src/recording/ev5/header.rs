@@ -1,0 +1,343 @@
+//! The `.EV5`: one line for each curve, fields divided by `|`.
+
+use super::{encoding, laboratory, text, time_base};
+use crate::error::{Error, ErrorKind, Place};
+use crate::recording::{Finding, Limits, Stated};
+use crate::units::{AccelerationUnit, SampleRate};
+
+/// Fields of a line of instrumentation.
+const FIELDS: usize = 20;
+
+/// What stands in for a sensor without a seat: the vehicle itself.
+const NO_SEAT: &[&str] = &["", "NA", "N/A", "0", "00"];
+
+/// Attachments of a sensor close to a latch: door sills, pillars, doors, rockers.
+const NEAR_A_LATCH: &[&str] = &["DS", "DO", "DR", "AP", "BP", "CP", "PI", "PL", "SI", "LT"];
+
+/// The instrumentation of a test.
+#[derive(Debug)]
+pub(super) struct Test {
+    pub(super) entries: Vec<Entry>,
+}
+
+/// A curve as its line describes it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Entry {
+    vehicle: u32,
+    pub(super) number: u32,
+    /// Type of sensor: `AC` for acceleration.
+    pub(super) sensor: String,
+    seat: String,
+    attachment: String,
+    axis: String,
+    x_unit: String,
+    pub(super) y_unit: String,
+    prefilter_hz: Option<f64>,
+    rating: Option<f64>,
+    /// Largest magnitude, in percent of the rating.
+    peak_percent: Option<f64>,
+    first_index: Option<i64>,
+    last_index: Option<i64>,
+    /// Interval as printed [µs].
+    interval_us: String,
+    status: String,
+    rank: String,
+    comment: String,
+}
+
+impl Test {
+    pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Error> {
+        let (bytes, _) = encoding::decode(bytes)?;
+        text::check_line_lengths(&bytes, limits)?;
+        let content = String::from_utf8_lossy(&bytes);
+        let mut entries: Vec<Entry> = Vec::new();
+        let mut inside = false;
+        for (number, line) in text::lines(&content) {
+            let line = line.trim();
+            if line.is_empty() || line.starts_with('#') {
+                continue;
+            }
+            if let Some(section) = line.strip_prefix("-----") {
+                inside = section.trim_end_matches('-').trim() == "INSTRUMENTATION";
+                continue;
+            }
+            if !inside {
+                continue;
+            }
+            let place = Place::default().line(number);
+            let entry = Entry::read(line).map_err(|error| error.at(place.clone()))?;
+            if entries.iter().any(|known| known.number == entry.number) {
+                return Err(Error::from(ErrorKind::Malformed {
+                    expected: "one line for each curve".into(),
+                    found: format!("curve {} twice", entry.number),
+                    hint: "which of the two holds is not known; mend the .EV5".into(),
+                })
+                .at(place));
+            }
+            if entries.len() as u64 >= limits.archive_entries {
+                return Err(Error::from(ErrorKind::LimitExceeded {
+                    limit: "archive_entries",
+                    value: limits.archive_entries,
+                    found: "more curves".into(),
+                })
+                .at(place));
+            }
+            entries.push(entry);
+        }
+        Ok(Self { entries })
+    }
+
+    pub(super) fn find(&self, number: u32) -> Option<&Entry> {
+        self.entries.iter().find(|entry| entry.number == number)
+    }
+}
+
+impl Entry {
+    fn read(line: &str) -> Result<Self, Error> {
+        let mut fields: Vec<&str> = line.split('|').map(str::trim).collect();
+        // The comment stands last and may hold a `|` of its own; other sections' lines end
+        // with one.
+        let comment = if fields.len() > FIELDS {
+            fields.split_off(FIELDS - 1).join("|")
+        } else {
+            fields.get(FIELDS - 1).unwrap_or(&"").to_string()
+        };
+        if fields.len() < FIELDS - 1 {
+            return Err(ErrorKind::Malformed {
+                expected: format!("{FIELDS} fields divided by |"),
+                found: format!("{}", fields.len()),
+                hint: "the .EV5 is damaged; fetch it again".into(),
+            }
+            .into());
+        }
+        let whole = |index: usize, what: &str| -> Result<u32, Error> {
+            fields[index].parse().map_err(|_| {
+                ErrorKind::Malformed {
+                    expected: format!("{what} in field {}", index + 1),
+                    found: format!("`{}`", text::shown(fields[index])),
+                    hint: "the .EV5 is damaged; fetch it again".into(),
+                }
+                .into()
+            })
+        };
+        let positive =
+            |index: usize| text::header_number(fields[index]).filter(|value| *value > 0.0);
+        Ok(Self {
+            vehicle: whole(0, "the vehicle's number")?,
+            number: whole(1, "the curve's number")?,
+            sensor: fields[2].to_ascii_uppercase(),
+            seat: fields[3].to_ascii_uppercase(),
+            attachment: fields[4].to_ascii_uppercase(),
+            axis: fields[5].to_ascii_uppercase(),
+            x_unit: fields[6].to_ascii_uppercase(),
+            y_unit: fields[7].to_string(),
+            prefilter_hz: positive(8),
+            rating: positive(11),
+            peak_percent: text::header_number(fields[12]),
+            first_index: fields[14].parse().ok(),
+            last_index: fields[15].parse().ok(),
+            interval_us: fields[16].to_string(),
+            status: fields[17].to_ascii_uppercase(),
+            rank: fields[18].to_ascii_uppercase(),
+            comment: comment.trim_end_matches('|').trim().to_string(),
+        })
+    }
+
+    /// Returns the channel's name: number, vehicle, sensor, attachment, axis and rank.
+    pub(super) fn name(&self) -> String {
+        let mut name = format!("{} V{} {}", self.number, self.vehicle, self.sensor);
+        if !self.is_structure() {
+            name.push_str(&format!(" seat {}", self.seat));
+        }
+        name.push_str(&format!(" {} {}", self.attachment, self.axis));
+        if self.is_redundant() {
+            name.push_str(" redundant");
+        }
+        name
+    }
+
+    /// Tells whether a user's word means this curve: its number, its name, or attachment and
+    /// axis.
+    pub(super) fn answers_to(&self, wanted: &str) -> bool {
+        let wanted = wanted.trim().to_ascii_uppercase();
+        wanted
+            .parse::<u32>()
+            .is_ok_and(|number| number == self.number)
+            || wanted == self.name().to_ascii_uppercase()
+            || wanted == format!("{} {}", self.attachment, self.axis)
+    }
+
+    /// Tells whether the axis is the lateral one, local or global.
+    pub(super) fn is_lateral(&self) -> bool {
+        self.axis.starts_with('Y')
+    }
+
+    /// Tells whether the sensor sits on the vehicle, not in a dummy.
+    pub(super) fn is_structure(&self) -> bool {
+        NO_SEAT.contains(&self.seat.as_str())
+    }
+
+    /// Tells whether a second sensor at a place that has one.
+    pub(super) fn is_redundant(&self) -> bool {
+        self.rank == "R"
+    }
+
+    /// Tells whether the attachment is close to a door latch.
+    pub(super) fn is_near_a_latch(&self) -> bool {
+        NEAR_A_LATCH
+            .iter()
+            .any(|start| self.attachment.starts_with(start))
+    }
+
+    /// Returns what primary and redundant sensors share.
+    pub(super) fn place(&self) -> (u32, String, String) {
+        (self.vehicle, self.attachment.clone(), self.axis.clone())
+    }
+
+    pub(super) fn unit(&self) -> Option<AccelerationUnit> {
+        let plain = self.y_unit.to_ascii_uppercase();
+        match plain.as_str() {
+            "METERS/SEC**2" | "M/S**2" => Some(AccelerationUnit::MetrePerSecondSquared),
+            _ => AccelerationUnit::from_spelling(&self.y_unit),
+        }
+        .filter(|_| self.sensor == "AC" || self.sensor.is_empty())
+    }
+
+    /// Returns time of the first sample [s] and rate as the line states them.
+    pub(super) fn clock(&self) -> Option<(f64, SampleRate)> {
+        if !matches!(self.x_unit.as_str(), "SEC" | "S" | "") {
+            return None;
+        }
+        let interval_us = text::header_number(&self.interval_us).filter(|us| *us > 0.0)?;
+        let digit = text::last_digit(&self.interval_us);
+        let rate = time_base::rate_of_interval(interval_us / 1e6, digit / 1e6).ok()?;
+        #[expect(
+            clippy::cast_precision_loss,
+            reason = "sample indices are far below 2^53"
+        )]
+        let first = self.first_index? as f64;
+        // The product of whole microseconds is exact, and so is the nearest double to its
+        // quotient; index over rate may be off by a last bit.
+        let product = first * interval_us;
+        let by_rate = first / rate.hertz();
+        let by_product = product / 1e6;
+        let start = if (by_rate - by_product).abs() <= 8.0 * f64::EPSILON * by_rate.abs() {
+            by_product
+        } else {
+            by_rate
+        };
+        Some((start, rate))
+    }
+
+    pub(super) fn stated(&self) -> Stated {
+        let some = |text: &String| (!text.is_empty()).then(|| text.clone());
+        Stated {
+            location: Some(format!("{} {}", self.attachment, self.axis)),
+            full_scale: self.rating,
+            prefilter_hz: self.prefilter_hz,
+            filter_class: None,
+            status: some(&self.status),
+        }
+    }
+
+    pub(super) fn not_lateral_finding(&self) -> Option<Finding> {
+        let reason = if self.sensor != "AC" {
+            format!("its sensor type is {}, not AC (acceleration)", self.sensor)
+        } else if !self.is_lateral() {
+            format!("its axis is {}, not a lateral one", self.axis)
+        } else if !self.is_structure() {
+            "it sits in a dummy, not on the vehicle's structure".into()
+        } else {
+            return None;
+        };
+        Some(Finding::warning(
+            "channel-not-lateral",
+            format!(
+                "{} is no lateral acceleration of the structure: {reason}",
+                self.name()
+            ),
+        ))
+    }
+
+    /// Returns what status and comment say of the samples.
+    pub(super) fn validity_findings(&self) -> Vec<Finding> {
+        let mut found: Vec<Finding> = laboratory::finding(&self.comment, None)
+            .into_iter()
+            .collect();
+        let said = found
+            .iter()
+            .any(|finding| finding.severity == crate::recording::Severity::Blocking);
+        let comment = match self.comment.as_str() {
+            "" => "no comment".to_string(),
+            comment => format!("\"{comment}\""),
+        };
+        let word = match self.status.as_str() {
+            "QD" => "questionable data",
+            "CF" => "data that become invalid part-way",
+            "MN" => "meaningless data",
+            "NO" => "no data",
+            _ => "",
+        };
+        match self.status.as_str() {
+            "" | "AM" => {}
+            "CM" => found.push(Finding::info(
+                "channel-computed",
+                "the laboratory computed this channel from others",
+            )),
+            // The comment has said from when on.
+            "QD" | "CF" if said => {}
+            "QD" | "CF" | "MN" | "NO" => found.push(Finding::blocking(
+                "invalid-by-laboratory",
+                format!(
+                    "the laboratory states {word} (status {}, {comment}) without an instant",
+                    self.status
+                ),
+            )),
+            other => found.push(Finding::warning(
+                "laboratory-remark",
+                format!("the laboratory's status `{other}` is not known here ({comment})"),
+            )),
+        }
+        found
+    }
+
+    /// Holds the stated peak, in percent of the rating, against the samples.
+    pub(super) fn peak_finding(&self, values: &[f64]) -> Option<Finding> {
+        let (rating, stated) = (self.rating?, self.peak_percent?);
+        let peak = values
+            .iter()
+            .fold(0.0_f64, |peak, value| peak.max(value.abs()));
+        let found = 100.0 * peak / rating;
+        // The percentage is printed whole; a shortened or filtered copy is further off.
+        ((found - stated).abs() > 1.0 + 0.02 * stated.abs()).then(|| {
+            Finding::warning(
+                "peak-contradicted",
+                format!(
+                    "the header says that the channel reached {stated} % of its range of \
+                     {rating}, the samples reach {found:.1} %: unit, range or samples are \
+                     not what the header says"
+                ),
+            )
+        })
+    }
+
+    /// Holds the stated number of samples against the file.
+    pub(super) fn count_finding(&self, found: usize, end_s: f64) -> Option<Finding> {
+        let (first, last) = (self.first_index?, self.last_index?);
+        let stated = last.checked_sub(first)?.checked_add(1)?;
+        let found = i64::try_from(found).ok()?;
+        if found == stated {
+            return None;
+        }
+        let text = format!("the header announces {stated} samples, the file holds {found}");
+        Some(if found > stated || self.status == "CF" {
+            Finding::warning("count-contradicted", text)
+        } else {
+            Finding::blocking(
+                "samples-missing",
+                format!("{text}; what came after is not known"),
+            )
+            .at(end_s)
+        })
+    }
+}

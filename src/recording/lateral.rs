@@ -1,0 +1,91 @@
+//! Which of several named columns is the lateral acceleration.
+
+use super::Finding;
+use super::csv::header::Column;
+use crate::error::ErrorKind;
+
+/// Chooses among columns of numbers. Taken is the only one; else the one whose name says
+/// lateral acceleration; else the only one with a unit of acceleration among columns that all
+/// state their units. Whatever was weighed is said in a finding.
+///
+/// # Errors
+///
+/// [`ErrorKind::AmbiguousChannel`] with the names of several candidates,
+/// [`ErrorKind::NoChannel`] with all names where nothing tells.
+pub(super) fn choose(
+    columns: &[&Column],
+    known: &str,
+) -> Result<(usize, Option<Finding>), ErrorKind> {
+    if let [only] = columns {
+        let finding = only.says_other_axis().then(|| {
+            Finding::warning(
+                "channel-not-lateral",
+                format!(
+                    "`{}` is the only channel, but its name says another axis than the lateral one",
+                    only.name
+                ),
+            )
+        });
+        return Ok((0, finding));
+    }
+    let of = |wanted: &dyn Fn(&Column) -> bool| -> Vec<usize> {
+        (0..columns.len()).filter(|i| wanted(columns[*i])).collect()
+    };
+    let named = of(&|column| column.says_lateral_acceleration());
+    // Redundant sensors count only where no primary one does.
+    let primary: Vec<usize> = named
+        .iter()
+        .copied()
+        .filter(|i| !columns[*i].says_redundant())
+        .collect();
+    let named = if primary.is_empty() { named } else { primary };
+    match named.as_slice() {
+        [only] => {
+            let column = columns[*only];
+            Ok((
+                *only,
+                Some(Finding::info(
+                    "channel-chosen",
+                    format!(
+                        "`{}` was chosen among {} channels, since its name alone says lateral acceleration",
+                        column.name,
+                        columns.len()
+                    ),
+                )),
+            ))
+        }
+        [] => {
+            let accelerations = of(&|column| column.unit.is_some());
+            let silent = of(&|column| column.unit.is_none() && !column.has_foreign_unit());
+            match accelerations.as_slice() {
+                [only] if silent.is_empty() => {
+                    let column = columns[*only];
+                    let text = format!(
+                        "`{}` was chosen among {} channels, since it alone has a unit of \
+                         acceleration; its name does not say that it is lateral",
+                        column.name,
+                        columns.len()
+                    );
+                    Ok((
+                        *only,
+                        Some(if column.says_other_axis() {
+                            Finding::warning("channel-not-lateral", text)
+                        } else {
+                            Finding::info("channel-chosen", text)
+                        }),
+                    ))
+                }
+                _ => Err(ErrorKind::NoChannel {
+                    known: known.to_string(),
+                }),
+            }
+        }
+        several => Err(ErrorKind::AmbiguousChannel {
+            candidates: several
+                .iter()
+                .map(|i| columns[*i].name.clone())
+                .collect::<Vec<_>>()
+                .join(", "),
+        }),
+    }
+}

@@ -1,0 +1,480 @@
+//! LabVIEW measurement files (.lvm): text in two headers and a table.
+//!
+//! The header says much that the table does not keep: a number of samples, an interval where a
+//! time column runs otherwise, a decimal mark. What the table shows counts; where the two
+//! differ a finding says so. Words in the Comment column are the operator's, and count as a
+//! laboratory's do.
+//!
+//! # Source
+//!
+//! NI, "Specification for the LabVIEW Measurement File (.lvm)".
+
+mod header;
+
+use super::csv::header::Column;
+use super::csv::number::{Decimal, PrintedDigits};
+use super::source::Reader;
+use super::time_base::{self, TimeBase};
+use super::{
+    Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, Stated, csv::encoding,
+    laboratory, lateral, text,
+};
+use crate::error::{Error, ErrorKind, Place};
+use crate::units::{AccelerationUnit, SampleRate};
+use header::{Header, TimeColumns};
+
+/// Tells whether the file begins as LabVIEW's do.
+#[must_use]
+pub fn recognises(head: &Head<'_>) -> bool {
+    let start = head
+        .bytes
+        .strip_prefix(b"\xEF\xBB\xBF")
+        .unwrap_or(head.bytes);
+    start.starts_with(b"LabVIEW Measurement")
+}
+
+/// Reads a LabVIEW measurement file.
+///
+/// # Errors
+///
+/// - [`ErrorKind::Malformed`] for a header that cannot be read, a second section of data, a cell
+///   that is no number, or a cell that is missing among others,
+/// - [`ErrorKind::MissingTime`] and [`ErrorKind::MissingUnit`] where nothing says,
+/// - [`ErrorKind::NoSuchChannel`], [`ErrorKind::AmbiguousChannel`], [`ErrorKind::NoChannel`],
+/// - [`ErrorKind::Empty`] without samples, [`ErrorKind::LimitExceeded`] beyond a limit.
+pub fn read(
+    source: &mut Reader,
+    options: &ReadOptions,
+    selection: Selection,
+    limits: &Limits,
+) -> Result<ReadOutcome, Error> {
+    let bytes = source.read_all("text_bytes", limits.text_bytes)?;
+    let (bytes, mut findings) = encoding::decode(bytes)?;
+    text::check_line_lengths(&bytes, limits)?;
+    let content = String::from_utf8_lossy(&bytes);
+    let (header, first_row) = Header::read(&content, limits)?;
+    let table = Table::read(&content, &header, first_row, options, selection, limits)?;
+    findings.extend(header.decimal_finding(table.decimal));
+    let silent: Vec<&str> = (0..header.channels.len())
+        .filter(|index| table.lengths[*index] == 0)
+        .map(|index| header.channels[index].column.name.as_str())
+        .collect();
+    if !silent.is_empty() {
+        findings.push(Finding::info(
+            "channels-empty",
+            format!(
+                "{} channels hold no sample: {}",
+                silent.len(),
+                silent.join(", ")
+            ),
+        ));
+    }
+    findings.extend(header.notes.as_ref().map(|notes| {
+        laboratory::finding(notes, None).unwrap_or_else(|| {
+            Finding::info(
+                "notes",
+                format!("the file's notes say: \"{}\"", text::shown(notes)),
+            )
+        })
+    }));
+    findings.extend(table.remarks.iter().cloned());
+    let (wanted, chosen) = choose(&header, &table, options, selection)?;
+    let mut outcome = ReadOutcome {
+        channels: Vec::new(),
+        findings,
+    };
+    for index in wanted {
+        let name = header.channels[index].column.name.clone();
+        match channel(&header, &table, index, options, selection, limits) {
+            Ok(mut channel) => {
+                channel.findings.extend(chosen.clone());
+                outcome.channels.push(channel);
+            }
+            Err(error) if selection == Selection::Every => outcome.findings.push(Finding::warning(
+                "channel-left-out",
+                format!("{name} is left out: {error}"),
+            )),
+            Err(error) => return Err(error.at(Place::default().channel(name))),
+        }
+    }
+    let zero = options.time_zero_s.unwrap_or(0.0);
+    for finding in &mut outcome.findings {
+        finding.at_s = finding.at_s.map(|at| at - zero);
+    }
+    Ok(outcome)
+}
+
+/// The table of a file.
+struct Table {
+    /// Samples of each channel; empty where they are not wanted.
+    values: Vec<Vec<f64>>,
+    /// Number of samples of each channel.
+    lengths: Vec<usize>,
+    /// Stamps of each time column [s], with the size of their last digit.
+    stamps: Vec<(Vec<f64>, f64)>,
+    decimal: Decimal,
+    /// What the Comment column says.
+    remarks: Vec<Finding>,
+}
+
+/// Most remarks that are told one by one.
+const REMARKS: usize = 3;
+
+impl Table {
+    fn read(
+        content: &str,
+        header: &Header,
+        first_row: u64,
+        options: &ReadOptions,
+        selection: Selection,
+        limits: &Limits,
+    ) -> Result<Self, Error> {
+        let count = header.channels.len();
+        let kept: Vec<bool> = (0..count)
+            .map(|index| match (&options.channel, selection) {
+                (Some(wanted), Selection::Lateral) => {
+                    header.channels[index].answers_to(wanted, index)
+                }
+                _ => true,
+            })
+            .collect();
+        let mut table = Self {
+            values: vec![Vec::new(); count],
+            lengths: vec![0; count],
+            stamps: Vec::new(),
+            decimal: Decimal::Unknown,
+            remarks: Vec::new(),
+        };
+        let time_columns = header.time_columns();
+        let mut digits: Vec<PrintedDigits> =
+            time_columns.iter().map(|_| PrintedDigits::new()).collect();
+        table.stamps = time_columns.iter().map(|_| (Vec::new(), 0.0)).collect();
+        let mut cells_kept = 0_u64;
+        let mut remarked = 0_usize;
+        for (number, line) in text::lines(content) {
+            if number < first_row || line.trim().is_empty() {
+                continue;
+            }
+            let at = |column: usize| Place::default().line(number).column(column as u64 + 1);
+            let cells: Vec<&str> = line.split(header.separator).map(str::trim).collect();
+            if Header::begins_again(&cells) {
+                return Err(Error::from(ErrorKind::Malformed {
+                    expected: "one section of data".into(),
+                    found: "a second header".into(),
+                    hint: "which samples belong together is not known; write each section to a file of its own, or export as CSV".into(),
+                })
+                .at(at(0)));
+            }
+            let words = cells
+                .get(header.comment_column)
+                .copied()
+                .unwrap_or_default();
+            let beyond = cells
+                .iter()
+                .skip(header.comment_column + 1)
+                .find(|cell| !cell.is_empty());
+            if let Some(cell) = beyond {
+                return Err(Error::from(ErrorKind::Malformed {
+                    expected: "nothing after the Comment column".into(),
+                    found: format!("`{}`", text::shown(cell)),
+                    hint: "mend the export".into(),
+                })
+                .at(at(header.comment_column + 1)));
+            }
+            let mut instant = None;
+            for (slot, column) in time_columns.iter().enumerate() {
+                let cell = cells.get(*column).copied().unwrap_or_default();
+                if cell.is_empty() {
+                    continue;
+                }
+                let stamp = text::sample(cell, &mut table.decimal)
+                    .map_err(|error| error.at(at(*column)))?;
+                let (stamps, _) = &mut table.stamps[slot];
+                if let Some(previous) = stamps.last().copied()
+                    && stamp <= previous
+                {
+                    return Err(Error::from(ErrorKind::TimeNotIncreasing {
+                        previous,
+                        found: stamp,
+                    })
+                    .at(at(*column)));
+                }
+                digits[slot].count(cell.as_bytes());
+                stamps.push(stamp);
+                instant = instant.or(Some(stamp));
+            }
+            let row = table.lengths.iter().copied().max().unwrap_or(0);
+            for (index, channel) in header.channels.iter().enumerate() {
+                let cell = cells.get(channel.index).copied().unwrap_or_default();
+                if cell.is_empty() {
+                    continue;
+                }
+                if let Some(slot) = header.time_slot(index)
+                    && table.stamps[slot].0.len() != table.lengths[index] + 1
+                {
+                    return Err(missing_cell(&channel.column.name, at(channel.index)));
+                }
+                if header.time_slot(index).is_none()
+                    && table.lengths[index] != row
+                    && table.lengths[index] + 1 != row
+                {
+                    return Err(missing_cell(&channel.column.name, at(channel.index)));
+                }
+                table.lengths[index] += 1;
+                if table.lengths[index] as u64 > limits.samples {
+                    return Err(text::too_many_samples(limits).at(at(channel.index)));
+                }
+                let value = text::sample(cell, &mut table.decimal)
+                    .map_err(|error| error.at(at(channel.index)));
+                if kept[index] {
+                    table.values[index].push(value?);
+                    cells_kept += 1;
+                }
+            }
+            if cells_kept > limits.table_cells {
+                return Err(Error::from(ErrorKind::LimitExceeded {
+                    limit: "table_cells",
+                    value: limits.table_cells,
+                    found: "more cells".into(),
+                })
+                .at(at(0)));
+            }
+            if let Some(finding) = laboratory::finding(words, instant) {
+                remarked += 1;
+                // The first blocking remark decides from when on nothing counts.
+                if remarked <= REMARKS {
+                    table.remarks.push(finding);
+                }
+            }
+        }
+        if table.lengths.iter().all(|length| *length == 0) {
+            return Err(ErrorKind::Empty {
+                found: "the table holds no sample".into(),
+                expected: "rows of numbers after the second header".into(),
+            }
+            .into());
+        }
+        for ((_, digit), digits) in table.stamps.iter_mut().zip(&digits) {
+            *digit = digits.last_digit();
+        }
+        Ok(table)
+    }
+}
+
+fn missing_cell(name: &str, place: Place) -> Error {
+    Error::from(ErrorKind::Malformed {
+        expected: format!("samples of {name} without a break"),
+        found: "one after an empty cell".into(),
+        hint: "a missing sample is not taken for zero; export the channels one by one".into(),
+    })
+    .at(place)
+}
+
+/// Chooses the channels to deliver.
+fn choose(
+    header: &Header,
+    table: &Table,
+    options: &ReadOptions,
+    selection: Selection,
+) -> Result<(Vec<usize>, Option<Finding>), Error> {
+    let filled: Vec<usize> = (0..header.channels.len())
+        .filter(|index| table.lengths[*index] > 0)
+        .collect();
+    if selection == Selection::Every {
+        return Ok((filled, None));
+    }
+    let known = header.list();
+    if let Some(wanted) = &options.channel {
+        let found: Vec<usize> = (0..header.channels.len())
+            .filter(|index| header.channels[*index].answers_to(wanted, *index))
+            .collect();
+        return match found.as_slice() {
+            [only] => Ok((vec![*only], None)),
+            [] => Err(ErrorKind::NoSuchChannel {
+                wanted: wanted.clone(),
+                known,
+            }
+            .into()),
+            several => Err(ErrorKind::AmbiguousChannel {
+                candidates: several
+                    .iter()
+                    .map(|index| format!("{} (channel {})", wanted, index + 1))
+                    .collect::<Vec<_>>()
+                    .join(", "),
+            }
+            .into()),
+        };
+    }
+    // Here units stand with every channel, so that forces and temperatures do not compete.
+    let possible: Vec<usize> = filled
+        .iter()
+        .copied()
+        .filter(|index| !header.channels[*index].column.has_foreign_unit())
+        .collect();
+    let columns: Vec<&Column> = possible
+        .iter()
+        .map(|index| &header.channels[*index].column)
+        .collect();
+    match lateral::choose(&columns, &known) {
+        Ok((index, finding)) => Ok((vec![possible[index]], finding)),
+        Err(kind) => Err(kind.into()),
+    }
+}
+
+fn channel(
+    header: &Header,
+    table: &Table,
+    index: usize,
+    options: &ReadOptions,
+    selection: Selection,
+    limits: &Limits,
+) -> Result<Channel, Error> {
+    let described = &header.channels[index];
+    let column = &described.column;
+    let values = &table.values[index];
+    let mut findings = Vec::new();
+    if values.is_empty() {
+        return Err(ErrorKind::Empty {
+            found: format!("channel {} holds no sample", column.name),
+            expected: "a channel with samples".into(),
+        }
+        .into());
+    }
+    let (unit, unit_source) = unit(column, options, &mut findings);
+    if unit.is_none() && selection == Selection::Lateral {
+        return Err(match &column.unit_text {
+            Some(text) => ErrorKind::Malformed {
+                expected: "a unit of acceleration".into(),
+                found: format!("`{text}` in the header"),
+                hint: "choose another channel, or state the unit with --unit".into(),
+            }
+            .into(),
+            None => ErrorKind::MissingUnit.into(),
+        });
+    }
+    if let Some(stated) = described.samples
+        && stated != values.len() as u64
+    {
+        // LabVIEW counts the samples of one write, so that either direction is common.
+        findings.push(Finding::warning(
+            "count-contradicted",
+            format!(
+                "the header says {stated} samples of {}, the table holds {}",
+                column.name,
+                values.len()
+            ),
+        ));
+    }
+    let (start_s, rate, values) = match header.time_slot(index) {
+        Some(slot) => {
+            let (stamps, digit) = &table.stamps[slot];
+            let stamps = stamps.get(..values.len()).unwrap_or(stamps);
+            let base = TimeBase::fit(stamps, *digit, limits)?;
+            findings.extend(base.findings.iter().cloned());
+            findings.extend(interval_finding(described.interval(), base.rate));
+            (base.start_s, base.rate, base.apply(stamps, values.clone())?)
+        }
+        None => {
+            let rate = match (described.interval(), options.rate_hz) {
+                (_, Some(hertz)) => SampleRate::from_hertz(hertz)?,
+                (Some(rate), None) => rate,
+                (None, None) => return Err(ErrorKind::MissingTime.into()),
+            };
+            if values.len() < 2 {
+                return Err(ErrorKind::TooShort {
+                    what: "a recording",
+                    needed: 2,
+                    found: values.len(),
+                }
+                .into());
+            }
+            (described.start_s, rate, values.clone())
+        }
+    };
+    let zero = options.time_zero_s.unwrap_or(0.0);
+    for finding in &mut findings {
+        finding.at_s = finding.at_s.map(|at| at - zero);
+    }
+    Ok(Channel {
+        name: column.name.clone(),
+        unit,
+        unit_source,
+        start_s: start_s - zero,
+        rate,
+        values,
+        stated: Stated::default(),
+        findings,
+    })
+}
+
+/// Says where `Delta_X` is not the interval of the time column.
+fn interval_finding(stated: Option<SampleRate>, found: SampleRate) -> Option<Finding> {
+    let stated = stated?.hertz();
+    let found = found.hertz();
+    ((stated - found).abs() > 0.01 * found).then(|| {
+        Finding::warning(
+            "rate-contradicted",
+            format!(
+                "Delta_X in the header means {stated} Hz, the time column runs at {found} Hz; \
+                 the time column was used"
+            ),
+        )
+    })
+}
+
+fn unit(
+    column: &Column,
+    options: &ReadOptions,
+    findings: &mut Vec<Finding>,
+) -> (Option<AccelerationUnit>, &'static str) {
+    let source = if options.unit_from_card {
+        "card"
+    } else {
+        "option"
+    };
+    match (&column.unit_text, options.unit) {
+        (text, Some(said)) => {
+            if let Some(text) = text
+                && column.unit != Some(said)
+            {
+                findings.push(Finding::warning(
+                    "unit-overridden",
+                    format!(
+                        "the header says `{text}` for `{}`, the {source} says `{}`, which was used",
+                        column.name,
+                        said.name()
+                    ),
+                ));
+            }
+            (Some(said), source)
+        }
+        (_, None) if column.unit.is_some() => (column.unit, "header"),
+        _ => (None, "none"),
+    }
+}
+
+impl Header {
+    fn time_columns(&self) -> Vec<usize> {
+        match self.time {
+            TimeColumns::No => Vec::new(),
+            TimeColumns::One => vec![0],
+            TimeColumns::Multi => (0..self.channels.len()).map(|index| 2 * index).collect(),
+        }
+    }
+
+    fn time_slot(&self, channel: usize) -> Option<usize> {
+        match self.time {
+            TimeColumns::No => None,
+            TimeColumns::One => Some(0),
+            TimeColumns::Multi => Some(channel),
+        }
+    }
+}
+
+impl header::Described {
+    fn interval(&self) -> Option<SampleRate> {
+        let cell = self.interval.as_deref()?;
+        let interval = text::header_number(cell)?;
+        time_base::rate_of_interval(interval, text::last_digit(cell)).ok()
+    }
+}

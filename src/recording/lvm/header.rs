@@ -1,0 +1,271 @@
+//! The two headers of a LabVIEW measurement file.
+
+use crate::error::{Error, ErrorKind, Place};
+use crate::recording::csv::header::Column;
+use crate::recording::csv::number::Decimal;
+use crate::recording::{Finding, Limits, text};
+
+/// What closes each header.
+const END: &str = "***End_of_Header***";
+
+/// Where the times of the samples stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum TimeColumns {
+    /// Nowhere: start and interval are in the header.
+    No,
+    /// In the first column, for all channels.
+    One,
+    /// In a column before each channel.
+    Multi,
+}
+
+/// A channel as the second header describes it.
+#[derive(Debug)]
+pub(super) struct Described {
+    /// Column of the table, counted from 0.
+    pub(super) index: usize,
+    pub(super) column: Column,
+    /// Number of samples that the header says.
+    pub(super) samples: Option<u64>,
+    /// Time of the first sample [s], where there is no time column.
+    pub(super) start_s: f64,
+    /// Interval as printed [s].
+    pub(super) interval: Option<String>,
+}
+
+impl Described {
+    /// Tells whether a user's word means this channel: its name, with or without unit, or its
+    /// number, counted from 1.
+    pub(super) fn answers_to(&self, wanted: &str, index: usize) -> bool {
+        let wanted = wanted.trim();
+        self.column.name == wanted
+            || (!self.column.label.trim().is_empty() && self.column.label.trim() == wanted)
+            || wanted
+                .parse::<usize>()
+                .is_ok_and(|number| number == index + 1)
+    }
+}
+
+/// Both headers.
+#[derive(Debug)]
+pub(super) struct Header {
+    pub(super) separator: char,
+    pub(super) time: TimeColumns,
+    pub(super) channels: Vec<Described>,
+    /// Column of the Comment, counted from 0; beyond the last one if there is none.
+    pub(super) comment_column: usize,
+    pub(super) notes: Option<String>,
+    /// The decimal mark that the header declares.
+    decimal: Option<char>,
+}
+
+impl Header {
+    /// Reads both headers; returns them with the line on which the table begins.
+    pub(super) fn read(content: &str, limits: &Limits) -> Result<(Self, u64), Error> {
+        let mut header = Self {
+            separator: '\t',
+            time: TimeColumns::One,
+            channels: Vec::new(),
+            comment_column: 0,
+            notes: None,
+            decimal: None,
+        };
+        let mut lines = text::lines(content);
+        let first = lines
+            .by_ref()
+            .take_while(|(_, line)| !line.starts_with(END));
+        let mut closed = 0;
+        for (number, line) in first {
+            closed = number;
+            let (key, value) = line.split_once(['\t', ',']).unwrap_or((line, ""));
+            let value = value.trim_end_matches(['\t', ',', ' ']);
+            header
+                .take(key.trim(), value, line)
+                .map_err(|error| error.at(Place::default().line(number)))?;
+        }
+        let mut rows: Vec<(u64, Vec<String>)> = Vec::new();
+        let mut names = None;
+        for (number, line) in lines {
+            if line.starts_with(END) {
+                continue;
+            }
+            let cells: Vec<String> = line
+                .split(header.separator)
+                .map(|cell| cell.trim().to_string())
+                .collect();
+            if cells.len() as u64 > limits.columns {
+                return Err(Error::from(ErrorKind::LimitExceeded {
+                    limit: "columns",
+                    value: limits.columns,
+                    found: format!("{} cells on a line", cells.len()),
+                })
+                .at(Place::default().line(number)));
+            }
+            if cells[0] == "X_Value" {
+                names = Some((number, cells));
+                break;
+            }
+            if rows.len() > 64 {
+                break;
+            }
+            rows.push((number, cells));
+        }
+        let Some((line, names)) = names else {
+            return Err(Error::from(ErrorKind::Malformed {
+                expected: "a second header that ends with a line X_Value and the channels' names"
+                    .into(),
+                found: "none".into(),
+                hint: "the file is cut or was written without headers; export it as CSV".into(),
+            })
+            .at(Place::default().line(closed + 1)));
+        };
+        header
+            .describe(&names, &rows)
+            .map_err(|error| error.at(Place::default().line(line)))?;
+        Ok((header, line + 1))
+    }
+
+    /// Tells whether a row of the table is the start of another header.
+    pub(super) fn begins_again(cells: &[&str]) -> bool {
+        matches!(
+            cells.first(),
+            Some(&"Channels" | &"X_Value" | &"LabVIEW Measurement")
+        ) || cells.first().is_some_and(|cell| cell.starts_with(END))
+    }
+
+    fn take(&mut self, key: &str, value: &str, line: &str) -> Result<(), Error> {
+        let unknown = |expected: &str| {
+            Error::from(ErrorKind::Malformed {
+                expected: expected.to_string(),
+                found: format!("`{}`", text::shown(line)),
+                hint: "export the file as CSV".into(),
+            })
+        };
+        match key {
+            "Separator" => {
+                self.separator = match value.trim() {
+                    "Tab" | "" => '\t',
+                    "Comma" | "," => ',',
+                    "Semicolon" | ";" => ';',
+                    _ => return Err(unknown("Separator Tab or Comma")),
+                };
+            }
+            "X_Columns" => {
+                self.time = match value.trim() {
+                    "No" => TimeColumns::No,
+                    "One" => TimeColumns::One,
+                    "Multi" => TimeColumns::Multi,
+                    _ => return Err(unknown("X_Columns No, One or Multi")),
+                };
+            }
+            "Decimal_Separator" => self.decimal = line.trim_end().chars().last(),
+            "Description" | "Notes" => self.notes = Some(value.trim().to_string()),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn describe(&mut self, names: &[String], rows: &[(u64, Vec<String>)]) -> Result<(), Error> {
+        let row = |key: &str| rows.iter().find(|(_, cells)| cells[0] == key);
+        let cell = |key: &str, index: usize| -> Option<String> {
+            row(key)
+                .and_then(|(_, cells)| cells.get(index))
+                .filter(|cell| !cell.is_empty())
+                .cloned()
+        };
+        if let Some((_, cells)) = row("Notes") {
+            self.notes = Some(cells[1..].join(" ").trim().to_string());
+        }
+        let comment = names.iter().rposition(|name| name == "Comment");
+        let filled = names.iter().rposition(|name| !name.is_empty()).unwrap_or(0);
+        self.comment_column = comment.unwrap_or(filled + 1);
+        let columns = self.comment_column;
+        let step = if self.time == TimeColumns::Multi {
+            2
+        } else {
+            1
+        };
+        for index in (1..columns).step_by(step) {
+            let mut column = Column::from_header(&names[index], index);
+            if let Some(unit) = cell("Y_Unit_Label", index) {
+                column = column.with_unit(&unit);
+            }
+            let start = cell("X0", index).unwrap_or_else(|| "0".into());
+            let Some(start_s) = text::header_number(&start) else {
+                return Err(ErrorKind::Malformed {
+                    expected: "X0 as a number".into(),
+                    found: format!("`{}`", text::shown(&start)),
+                    hint: "mend the header".into(),
+                }
+                .into());
+            };
+            self.channels.push(Described {
+                index,
+                column,
+                samples: cell("Samples", index).and_then(|cell| cell.parse().ok()),
+                start_s,
+                interval: cell("Delta_X", index),
+            });
+        }
+        if let Some(dimension) = (1..columns)
+            .filter_map(|index| cell("X_Dimension", index))
+            .find(|dimension| dimension != "Time")
+        {
+            return Err(ErrorKind::Malformed {
+                expected: "X_Dimension Time".into(),
+                found: format!("`{}`", text::shown(&dimension)),
+                hint: "this is no signal over time; choose another export".into(),
+            }
+            .into());
+        }
+        if let Some(stated) =
+            row("Channels").and_then(|(_, cells)| cells.get(1)?.parse::<usize>().ok())
+            && stated != self.channels.len()
+        {
+            return Err(ErrorKind::Malformed {
+                expected: format!("{stated} channel names, as the header says"),
+                found: format!("{}", self.channels.len()),
+                hint: "which column is which is not known; mend the header".into(),
+            }
+            .into());
+        }
+        if self.channels.is_empty() {
+            return Err(ErrorKind::NoChannel {
+                known: "no channel".into(),
+            }
+            .into());
+        }
+        Ok(())
+    }
+
+    /// Lists the channels; twins carry their number.
+    pub(super) fn list(&self) -> String {
+        self.channels
+            .iter()
+            .map(|channel| channel.column.name.as_str())
+            .collect::<Vec<_>>()
+            .join(", ")
+    }
+
+    /// Says what the numbers' decimal mark is, where it is a comma or not the declared one.
+    pub(super) fn decimal_finding(&self, found: Decimal) -> Option<Finding> {
+        let mark = match found {
+            Decimal::Comma => ',',
+            Decimal::Point | Decimal::PointOnly => '.',
+            Decimal::Unknown => return None,
+        };
+        match self.decimal {
+            Some(stated) if stated != mark => Some(Finding::warning(
+                "decimal-contradicted",
+                format!(
+                    "the header declares `{stated}` as decimal mark, the numbers have `{mark}`"
+                ),
+            )),
+            _ if mark == ',' => Some(Finding::info(
+                "decimal-comma",
+                "the numbers are written with a decimal comma",
+            )),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,507 @@
+//! ISO/TS 13499 (ISO-MME): a test as folder, .zip, .tar.gz or .tar, or one channel of it.
+//!
+//! A channel is a file of its own: header lines `Key :value`, then one value a line. Its code
+//! of 16 characters says where it was measured, in which direction and how it was filtered.
+//! Codes may come twice, so channels are told apart by file. What the header states of the
+//! samples (their number, extremes and the times of these) serves as a checksum.
+//!
+//! # Source
+//!
+//! ISO/TS 13499 and its related electronic document B (codes), as far as they show in the files.
+
+mod archive;
+mod channel;
+mod code;
+mod package;
+
+use super::source::Reader;
+use super::time_base::{self, TimeBase};
+use super::{
+    Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, csv::encoding, laboratory,
+    text,
+};
+use crate::error::{Error, ErrorKind, Place};
+use crate::units::{AccelerationUnit, SampleRate, TimeUnit};
+use channel::{ChannelHeader, Samples};
+use package::{Entry, Package};
+
+/// Recognises archives, folders with an .mme or .chn file, and single files of a test.
+#[must_use]
+pub fn recognises(head: &Head<'_>) -> bool {
+    if head.is_folder {
+        return head.entries.iter().any(|name| package::is_test_file(name));
+    }
+    archive::is_archive(head.bytes)
+        || (encoding::looks_like_text(head.bytes)
+            && (package::is_test_file(head.file_name) || channel::looks_like_channel(head.bytes)))
+}
+
+/// Reads channels of a test.
+///
+/// `ReadOptions::channel` names a channel by its code, by a pattern of it (`?` for one
+/// character, `[Y2]` for one of several, `*` for any), or by the number of its file.
+///
+/// # Errors
+///
+/// - [`ErrorKind::RefusedFormat`] for an archive without a test,
+/// - [`ErrorKind::NoSuchChannel`], [`ErrorKind::AmbiguousChannel`], [`ErrorKind::NoChannel`],
+/// - [`ErrorKind::MissingTime`], [`ErrorKind::MissingUnit`] where header and options say nothing,
+/// - [`ErrorKind::Malformed`], [`ErrorKind::Truncated`] or [`ErrorKind::NonFinite`] for damage,
+///   [`ErrorKind::LimitExceeded`] beyond a limit, at the byte where it was crossed.
+pub fn read(
+    source: &mut Reader,
+    options: &ReadOptions,
+    selection: Selection,
+    limits: &Limits,
+) -> Result<ReadOutcome, Error> {
+    let mut package = Package::open(source, limits)?;
+    let mut outcome = ReadOutcome::default();
+    let impact_side = package.impact_side(source, limits)?;
+    let mut channels = package.channels(source, limits, &mut outcome.findings)?;
+    name_twins(&mut channels);
+    if channels.is_empty() {
+        return Err(ErrorKind::NoChannel {
+            known: "no channel file".into(),
+        }
+        .into());
+    }
+    let only = package.only_channel();
+    let (wanted, finding) = match (selection, only) {
+        (Selection::Every, None) => ((0..channels.len()).collect(), None),
+        (Selection::Lateral, None) => {
+            let (index, finding) = choose(&channels, impact_side, options)?;
+            (vec![index], finding)
+        }
+        (_, Some(index)) => {
+            check_named(&channels[index], options)?;
+            let finding = channels[index].header.not_lateral_finding();
+            (
+                vec![index],
+                finding.filter(|_| selection == Selection::Lateral),
+            )
+        }
+    };
+    outcome.findings.extend(finding);
+    let mut cells = 0_u64;
+    for index in wanted {
+        let entry = &channels[index];
+        let place = Place::default().channel(entry.label.clone());
+        match read_channel(
+            &mut package,
+            source,
+            &channels,
+            index,
+            options,
+            selection,
+            limits,
+        ) {
+            Ok(Some(channel)) => {
+                cells += channel.values.len() as u64;
+                if cells > limits.table_cells {
+                    return Err(Error::from(ErrorKind::LimitExceeded {
+                        limit: "table_cells",
+                        value: limits.table_cells,
+                        found: "more samples in all channels".into(),
+                    })
+                    .at(place));
+                }
+                outcome.channels.push(channel);
+            }
+            // A time channel serves others.
+            Ok(None) => {}
+            Err(error)
+                if selection == Selection::Every
+                    && !matches!(error.kind(), ErrorKind::LimitExceeded { .. }) =>
+            {
+                outcome.findings.push(Finding::warning(
+                    "channel-left-out",
+                    format!("{} is left out: {error}", entry.label),
+                ))
+            }
+            Err(error) => return Err(error.at(place)),
+        }
+    }
+    Ok(outcome)
+}
+
+/// Refuses a name that the one channel file given does not bear.
+fn check_named(entry: &Entry, options: &ReadOptions) -> Result<(), Error> {
+    match &options.channel {
+        Some(wanted) if !entry.answers_to(wanted) => Err(ErrorKind::NoSuchChannel {
+            wanted: wanted.clone(),
+            known: entry.label.clone(),
+        }
+        .into()),
+        _ => Ok(()),
+    }
+}
+
+/// Gives channels that share a code the number of their file.
+fn name_twins(channels: &mut [Entry]) {
+    let labels: Vec<String> = channels.iter().map(|entry| entry.label.clone()).collect();
+    for (index, entry) in channels.iter_mut().enumerate() {
+        let twins = labels
+            .iter()
+            .enumerate()
+            .any(|(other, label)| other != index && *label == labels[index]);
+        if twins {
+            entry.label = format!("{} (file {})", entry.label, entry.suffix);
+        }
+    }
+}
+
+/// Lists channels for a message.
+fn list<'a>(entries: impl Iterator<Item = &'a Entry>) -> String {
+    const LISTED: usize = 40;
+    let mut names: Vec<String> = entries.map(|entry| entry.label.clone()).collect();
+    let more = names.len().saturating_sub(LISTED);
+    names.truncate(LISTED);
+    if more > 0 {
+        names.push(format!("{more} more"));
+    }
+    names.join(", ")
+}
+
+/// Chooses the channel that is meant.
+fn choose(
+    channels: &[Entry],
+    impact_side: Option<code::Side>,
+    options: &ReadOptions,
+) -> Result<(usize, Option<Finding>), Error> {
+    let ambiguous = |several: &[usize]| {
+        Error::from(ErrorKind::AmbiguousChannel {
+            candidates: list(several.iter().map(|index| &channels[*index])),
+        })
+    };
+    let of = |wanted: &dyn Fn(&Entry) -> bool| -> Vec<usize> {
+        (0..channels.len())
+            .filter(|index| wanted(&channels[*index]))
+            .collect()
+    };
+    if let Some(wanted) = &options.channel {
+        // A literal name comes before a pattern: codes may hold question marks.
+        let mut found = of(&|entry| entry.is_named(wanted));
+        if found.is_empty() {
+            found = of(&|entry| entry.answers_to(wanted));
+        }
+        return match found.as_slice() {
+            [only] => Ok((*only, channels[*only].header.not_lateral_finding())),
+            [] => Err(ErrorKind::NoSuchChannel {
+                wanted: wanted.clone(),
+                known: list(channels.iter()),
+            }
+            .into()),
+            several => Err(ambiguous(several)),
+        };
+    }
+    let accelerations = of(&|entry| entry.header.is_acceleration());
+    if let [only] = accelerations.as_slice() {
+        return Ok((*only, channels[*only].header.not_lateral_finding()));
+    }
+    let mut candidates = of(&|entry| {
+        entry.header.is_acceleration()
+            && entry
+                .header
+                .code()
+                .is_some_and(|code| code.is_lateral() && code.is_structure())
+    });
+    let near = |index: &usize| {
+        channels[*index]
+            .header
+            .code()
+            .is_some_and(code::Code::is_near_a_latch)
+    };
+    if candidates.iter().any(near) {
+        candidates.retain(near);
+    }
+    let primary = |index: &usize| !channels[*index].header.is_redundant();
+    if candidates.iter().any(primary) {
+        candidates.retain(primary);
+    }
+    let mut by_side = "";
+    if candidates.len() > 1
+        && let Some(side) = impact_side
+    {
+        let struck = |index: &usize| {
+            channels[*index]
+                .header
+                .code()
+                .is_some_and(|code| code.side() == Some(side))
+        };
+        if candidates.iter().any(struck) {
+            candidates.retain(struck);
+            by_side = " on the struck side";
+        }
+    }
+    match candidates.as_slice() {
+        [only] => Ok((
+            *only,
+            Some(Finding::info(
+                "channel-chosen",
+                format!(
+                    "{} was chosen among {} channels of acceleration as the one lateral \
+                     acceleration of the structure{by_side}",
+                    channels[*only].label,
+                    accelerations.len()
+                ),
+            )),
+        )),
+        [] => Err(ErrorKind::NoChannel {
+            known: list(channels.iter()),
+        }
+        .into()),
+        several => Err(ambiguous(several)),
+    }
+}
+
+/// Reads one channel; `None` for a channel of times.
+fn read_channel(
+    package: &mut Package,
+    source: &mut Reader,
+    channels: &[Entry],
+    index: usize,
+    options: &ReadOptions,
+    selection: Selection,
+    limits: &Limits,
+) -> Result<Option<Channel>, Error> {
+    let entry = &channels[index];
+    let header = &entry.header;
+    if selection == Selection::Every && header.is_time() {
+        return Ok(None);
+    }
+    let mut findings = Vec::new();
+    let (unit, unit_source) = unit(header, options, &mut findings);
+    if unit.is_none() && selection == Selection::Lateral {
+        return Err(match header.value("Unit") {
+            Some(text) => ErrorKind::Malformed {
+                expected: "a unit of acceleration".into(),
+                found: format!("`{}` in the channel's header", text::shown(text)),
+                hint: "choose another channel, or state the unit with --unit".into(),
+            }
+            .into(),
+            None => ErrorKind::MissingUnit.into(),
+        });
+    }
+    let bytes = package.whole(&entry.file, source, limits)?;
+    let samples =
+        Samples::read(bytes, limits).map_err(|error| error.at(Place::file(&entry.file)))?;
+    let clock = Clock::find(
+        package,
+        source,
+        channels,
+        header,
+        &samples,
+        options,
+        limits,
+        &mut findings,
+    )?;
+    findings.extend(header.count_finding(samples.count, clock.end_s()));
+    findings.extend(header.extreme_findings(&clock.values, clock.start_s, clock.rate));
+    for (from, to) in &samples.holes {
+        let at = clock.start_s + to_f64(from.saturating_sub(1)) / clock.rate.hertz();
+        findings.push(
+            Finding::blocking(
+                "gap",
+                format!(
+                    "samples {} to {to} of {} are NOVALUE; what happened there is not known",
+                    from + 1,
+                    samples.count
+                ),
+            )
+            .at(at),
+        );
+    }
+    findings.extend(header.validity_findings());
+    let stated = header.stated();
+    findings.extend(stated.findings(clock.rate));
+    findings.extend(header.sign_finding());
+    let zero = options.time_zero_s.unwrap_or(0.0);
+    for finding in &mut findings {
+        finding.at_s = finding.at_s.map(|at| at - zero);
+    }
+    Ok(Some(Channel {
+        name: entry.label.clone(),
+        unit,
+        unit_source,
+        start_s: clock.start_s - zero,
+        rate: clock.rate,
+        values: clock.values,
+        stated,
+        findings,
+    }))
+}
+
+fn unit(
+    header: &ChannelHeader,
+    options: &ReadOptions,
+    findings: &mut Vec<Finding>,
+) -> (Option<AccelerationUnit>, &'static str) {
+    let text = header.value("Unit");
+    let own = text
+        .and_then(AccelerationUnit::from_spelling)
+        .filter(|_| header.code().is_none() || header.is_acceleration());
+    let source = if options.unit_from_card {
+        "card"
+    } else {
+        "option"
+    };
+    match (own, options.unit) {
+        (_, Some(said)) => {
+            if let Some(text) = text
+                && own != Some(said)
+            {
+                findings.push(Finding::warning(
+                    "unit-overridden",
+                    format!(
+                        "the channel's header says `{}`, the {source} says {}, which was used",
+                        text::shown(text),
+                        said.name()
+                    ),
+                ));
+            }
+            (Some(said), source)
+        }
+        (Some(own), None) => (Some(own), "header"),
+        (None, None) => (None, "none"),
+    }
+}
+
+/// The uniform clock of a channel.
+struct Clock {
+    start_s: f64,
+    rate: SampleRate,
+    values: Vec<f64>,
+}
+
+impl Clock {
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "an explicit clock stands in another channel of the package"
+    )]
+    fn find(
+        package: &mut Package,
+        source: &mut Reader,
+        channels: &[Entry],
+        header: &ChannelHeader,
+        samples: &Samples,
+        options: &ReadOptions,
+        limits: &Limits,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Self, Error> {
+        if let Some(name) = header.reference_channel() {
+            let found = channels.iter().find(|entry| entry.is_named(name));
+            if let Some(times) = found {
+                return Self::explicit(package, source, times, samples, limits, findings);
+            }
+            findings.push(Finding::warning(
+                "time-reference-missing",
+                format!(
+                    "the header names {} as the channel of times, which is not there",
+                    text::shown(name)
+                ),
+            ));
+        }
+        let stated = header.interval()?;
+        let rate = match (options.rate_hz, stated) {
+            (Some(hertz), stated) => {
+                if let Some(stated) = stated
+                    && (stated.hertz() - hertz).abs() > 1e-3 * hertz
+                {
+                    return Err(ErrorKind::Malformed {
+                        expected: format!("a rate of {hertz} Hz, as option or card say"),
+                        found: format!("{} Hz in the channel's header", stated.hertz()),
+                        hint: "leave out the rate".into(),
+                    }
+                    .into());
+                }
+                SampleRate::from_hertz(hertz)?
+            }
+            (None, Some(stated)) => stated,
+            (None, None) => return Err(ErrorKind::MissingTime.into()),
+        };
+        let first = match header.first_time()? {
+            Some(first) => first,
+            None => {
+                findings.push(Finding::warning(
+                    "time-start-assumed",
+                    "the header does not state the time of the first sample; 0 was taken, so \
+                     that first contact may be elsewhere",
+                ));
+                0.0
+            }
+        };
+        if samples.values.len() < 2 {
+            return Err(ErrorKind::TooShort {
+                what: "a recording",
+                needed: 2,
+                found: samples.values.len(),
+            }
+            .into());
+        }
+        // Samples left out at the start move it by whole intervals.
+        let start_s = if samples.skipped == 0 {
+            first
+        } else {
+            first + to_f64(samples.skipped) / rate.hertz()
+        };
+        Ok(Self {
+            start_s,
+            rate,
+            values: samples.values.clone(),
+        })
+    }
+
+    fn explicit(
+        package: &mut Package,
+        source: &mut Reader,
+        times: &Entry,
+        samples: &Samples,
+        limits: &Limits,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Self, Error> {
+        let place = || Place::file(&times.file).channel(times.label.clone());
+        let unit = match times.header.value("Unit") {
+            None => TimeUnit::Second,
+            Some(text) => TimeUnit::from_spelling(text).ok_or_else(|| {
+                Error::from(ErrorKind::Malformed {
+                    expected: "a time in s, ms or us".into(),
+                    found: format!("`{}`", text::shown(text)),
+                    hint: "mend the header of the channel of times".into(),
+                })
+                .at(place())
+            })?,
+        };
+        let bytes = package.whole(&times.file, source, limits)?;
+        let stamps = Samples::read(bytes, limits).map_err(|error| error.at(place()))?;
+        if stamps.count != samples.count || !stamps.holes.is_empty() || stamps.skipped > 0 {
+            return Err(Error::from(ErrorKind::Malformed {
+                expected: format!("{} times, one for each sample", samples.count),
+                found: format!("{}", stamps.values.len()),
+                hint: "fetch or export the test again".into(),
+            })
+            .at(place()));
+        }
+        let end = samples.skipped + samples.values.len();
+        let stamps_s: Vec<f64> = stamps.values[samples.skipped..end]
+            .iter()
+            .map(|stamp| stamp / unit.per_second())
+            .collect();
+        let digit = stamps.last_digit / unit.per_second();
+        let base = TimeBase::fit(&stamps_s, digit, limits).map_err(|error| error.at(place()))?;
+        findings.extend(base.findings.iter().cloned());
+        Ok(Self {
+            start_s: base.start_s,
+            rate: base.rate,
+            values: base.apply(&stamps_s, samples.values.clone())?,
+        })
+    }
+
+    fn end_s(&self) -> f64 {
+        self.start_s + to_f64(self.values.len().saturating_sub(1)) / self.rate.hertz()
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts stay far below 2^53")]
+fn to_f64(count: usize) -> f64 {
+    count as f64
+}

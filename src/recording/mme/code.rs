@@ -1,0 +1,180 @@
+//! Channel codes: 16 characters that say what was measured where.
+
+/// Locations of a sensor close to a door latch: pillars, doors, locks, sills.
+const NEAR_A_LATCH: &[&str] = &[
+    "APIL", "BPIL", "CPIL", "DPIL", "DOOR", "DOPA", "LOCK", "LOSY", "LATC", "SILB", "SILL",
+];
+
+/// Other locations of the vehicle's structure.
+const STRUCTURE: &[&str] = &[
+    "VEHC", "VEHI", "TUNN", "SEAT", "SEBA", "SECU", "ROOF", "FLOO", "RAIL", "CROS", "DASH", "FIRE",
+    "ENGN", "BRCA", "COWL", "TRUN", "REAR", "AXLE", "SUBF", "BUMP", "WHEE", "STCO", "BODY", "RESI",
+];
+
+/// A side of the vehicle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Side {
+    Left,
+    Right,
+}
+
+/// A channel code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Code([u8; 16]);
+
+impl Code {
+    /// Reads a code: 16 capitals, digits or question marks.
+    pub(super) fn new(text: &str) -> Option<Self> {
+        let bytes: [u8; 16] = text.trim().as_bytes().try_into().ok()?;
+        bytes
+            .iter()
+            .all(|byte| byte.is_ascii_uppercase() || byte.is_ascii_digit() || *byte == b'?')
+            .then_some(Self(bytes))
+    }
+
+    fn location(&self) -> &[u8] {
+        &self.0[2..6]
+    }
+
+    /// Tells whether the physical dimension is a linear acceleration.
+    pub(super) fn is_acceleration(&self) -> bool {
+        &self.0[12..14] == b"AC"
+    }
+
+    /// Tells whether the physical dimension is time.
+    pub(super) fn is_time(&self) -> bool {
+        &self.0[12..14] == b"TI" || self.location() == b"TIRS"
+    }
+
+    /// Tells whether it is an acceleration along Y, whatever its sign.
+    pub(super) fn is_lateral(&self) -> bool {
+        self.is_acceleration() && matches!(self.0[14], b'Y' | b'2')
+    }
+
+    /// Tells whether the sign diverges from SAE J211: directions 1, 2 and 3.
+    pub(super) fn diverges(&self) -> bool {
+        matches!(self.0[14], b'1' | b'2' | b'3')
+    }
+
+    /// Tells whether the sensor sits on a vehicle's structure, not in a dummy or on a barrier.
+    pub(super) fn is_structure(&self) -> bool {
+        !matches!(self.0[0], b'M' | b'B')
+            && (self.is_near_a_latch()
+                || STRUCTURE
+                    .iter()
+                    .any(|known| known.as_bytes() == self.location()))
+    }
+
+    /// Tells whether the location is close to a door latch.
+    pub(super) fn is_near_a_latch(&self) -> bool {
+        !matches!(self.0[0], b'M' | b'B')
+            && NEAR_A_LATCH
+                .iter()
+                .any(|known| known.as_bytes() == self.location())
+    }
+
+    /// Returns the side that position or fine location name.
+    pub(super) fn side(&self) -> Option<Side> {
+        match self.0[1] {
+            b'1' | b'4' | b'7' => return Some(Side::Left),
+            b'3' | b'6' | b'9' => return Some(Side::Right),
+            _ => {}
+        }
+        self.0[6..12].chunks(2).find_map(|fine| match fine {
+            b"LE" => Some(Side::Left),
+            b"RI" => Some(Side::Right),
+            _ => None,
+        })
+    }
+
+    /// Returns the channel frequency class that the last character states.
+    pub(super) fn filter_class(&self) -> Option<&'static str> {
+        match self.0[15] {
+            b'L' => Some("20"),
+            b'D' | b'H' => Some("60"),
+            b'C' | b'G' => Some("180"),
+            b'B' | b'F' => Some("600"),
+            b'A' | b'E' => Some("1000"),
+            _ => None,
+        }
+    }
+
+    pub(super) fn text(&self) -> String {
+        String::from_utf8_lossy(&self.0).into_owned()
+    }
+}
+
+/// Tells whether `text` fits a pattern: `?` for one character, `[Y2]` for one of several, `*`
+/// for any number of them. Case counts not.
+pub(super) fn fits(pattern: &str, text: &str) -> bool {
+    let pattern: Vec<char> = pattern.trim().to_uppercase().chars().collect();
+    let text: Vec<char> = text.trim().to_uppercase().chars().collect();
+    // Positions of the pattern that the text so far can lead to; no backtracking.
+    let mut open = vec![0_usize];
+    let skip_stars = |open: &mut Vec<usize>| {
+        let mut index = 0;
+        while index < open.len() {
+            let at = open[index];
+            if pattern.get(at) == Some(&'*') && !open.contains(&(at + 1)) {
+                open.push(at + 1);
+            }
+            index += 1;
+        }
+    };
+    skip_stars(&mut open);
+    for character in text {
+        let mut next = Vec::new();
+        for at in open {
+            let (taken, after) = match pattern.get(at) {
+                Some('*') => (true, at),
+                Some('?') => (true, at + 1),
+                Some('[') => {
+                    let end = pattern[at..].iter().position(|c| *c == ']');
+                    match end {
+                        Some(end) => (pattern[at + 1..at + end].contains(&character), at + end + 1),
+                        None => (character == '[', at + 1),
+                    }
+                }
+                Some(other) => (*other == character, at + 1),
+                None => (false, at),
+            };
+            if taken && !next.contains(&after) {
+                next.push(after);
+            }
+        }
+        open = next;
+        skip_stars(&mut open);
+    }
+    open.contains(&pattern.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fits;
+
+    #[test]
+    fn val_patterns_of_codes() {
+        let code = "14BPILLO0000ACYA";
+        for pattern in [
+            code,
+            "1?BPIL??????AC[Y2]?",
+            "*BPIL*AC[2Y]*",
+            "14bpil*",
+            "*",
+            "????????????????",
+        ] {
+            assert!(fits(pattern, code), "{pattern}");
+        }
+        for pattern in [
+            "",
+            "1?BPIL??????AC[X2]?",
+            "*SILB*",
+            "???",
+            "14BPIL*Z",
+            "[",
+            "*B",
+        ] {
+            assert!(!fits(pattern, code), "{pattern}");
+        }
+    }
+}

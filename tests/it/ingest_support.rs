@@ -1,0 +1,121 @@
+//! What the tests of the laboratory formats share: folders that vanish, reading, findings.
+
+use latchgate::error::{Error, ErrorKind};
+use latchgate::recording::{
+    self, Channel, Finding, Limits, ReadOptions, Recording, Selection, Severity, Source,
+};
+use std::path::{Path, PathBuf};
+
+/// A folder of files that is removed at the end of the test.
+pub(crate) struct Folder(PathBuf);
+
+impl Folder {
+    pub(crate) fn new(name: &str) -> Self {
+        let path =
+            std::env::temp_dir().join(format!("latchgate-ingest-{}-{name}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&path);
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    pub(crate) fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.0.join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, bytes).unwrap();
+        path
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Recordings of others that lie beside the project on some machines; tests that use them
+/// are left out elsewhere, and say so.
+pub(crate) fn real(name: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../shared/recordings")
+        .join(name);
+    if path.exists() {
+        return Some(path);
+    }
+    println!("left out: {name} is not on this machine");
+    None
+}
+
+pub(crate) fn with_channel(channel: &str) -> ReadOptions {
+    ReadOptions {
+        channel: Some(channel.into()),
+        ..ReadOptions::default()
+    }
+}
+
+pub(crate) fn read_path(
+    path: &Path,
+    options: &ReadOptions,
+    selection: Selection,
+) -> Result<Recording, Error> {
+    recording::read(
+        &Source::File(path.to_path_buf()),
+        options,
+        selection,
+        &Limits::default(),
+    )
+}
+
+/// Reads the one channel, with the findings of file and channel together.
+#[track_caller]
+pub(crate) fn one(path: &Path, options: &ReadOptions) -> (Channel, Vec<Finding>) {
+    let recording = read_path(path, options, Selection::Lateral)
+        .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let [channel] = recording.channels.as_slice() else {
+        panic!("{} channels", recording.channels.len());
+    };
+    let findings = recording.findings.iter().chain(&channel.findings);
+    (channel.clone(), findings.cloned().collect())
+}
+
+/// Checks that a file is refused with an error of a kind and with words in its message.
+#[track_caller]
+pub(crate) fn check_refused(
+    path: &Path,
+    options: &ReadOptions,
+    kind: fn(&ErrorKind) -> bool,
+    words: &[&str],
+) {
+    let error = match read_path(path, options, Selection::Lateral) {
+        Ok(recording) => panic!("read: {:?}", recording.channels[0].name),
+        Err(error) => error,
+    };
+    assert!(kind(error.kind()), "{error}");
+    for word in words {
+        assert!(error.to_string().contains(word), "`{word}` in: {error}");
+    }
+}
+
+/// Checks which findings of a severity there are.
+#[track_caller]
+pub(crate) fn check_codes(findings: &[Finding], severity: Severity, expected: &[&str]) {
+    let mut codes: Vec<&str> = findings
+        .iter()
+        .filter(|finding| finding.severity == severity)
+        .map(|finding| finding.code)
+        .collect();
+    codes.sort_unstable();
+    assert_eq!(codes, expected, "{findings:#?}");
+}
+
+#[track_caller]
+pub(crate) fn check_at(findings: &[Finding], code: &str, at_s: Option<f64>) {
+    let finding = findings
+        .iter()
+        .find(|finding| finding.code == code)
+        .unwrap_or_else(|| panic!("no finding {code}: {findings:#?}"));
+    assert_eq!(finding.at_s, at_s, "{finding:?}");
+}

@@ -1,0 +1,298 @@
+//! LabVIEW measurement files: the dialects that its versions write, and what is refused.
+
+use crate::ingest_support::{
+    Folder, check_at, check_codes, check_refused, one, read_path, real, with_channel,
+};
+use latchgate::error::ErrorKind;
+use latchgate::recording::{ReadOptions, Selection, Severity};
+use latchgate::units::AccelerationUnit;
+
+#[derive(Clone, Copy)]
+struct Dialect {
+    time: &'static str,
+    decimal: char,
+    declared: &'static str,
+    samples: &'static str,
+    delta: &'static str,
+    newline: &'static str,
+}
+
+const PLAIN: Dialect = Dialect {
+    time: "One",
+    decimal: '.',
+    declared: "Decimal_Separator\t.\n",
+    samples: "300",
+    delta: "1.0E-4",
+    newline: "\n",
+};
+
+fn sample(index: usize) -> f64 {
+    ((index * 37) % 101) as f64 - 50.25
+}
+
+impl Dialect {
+    /// Two channels, `Kraft` [N] and `a quer` [g], 300 samples at 10 kHz from −5 ms on.
+    fn write(self) -> Vec<u8> {
+        let multi = self.time == "Multi";
+        let pair = |value: &str| {
+            if multi {
+                format!("\t{value}\t\t{value}\t")
+            } else {
+                format!("\t{value}\t{value}\t")
+            }
+        };
+        let mut text = format!(
+            "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\n{}X_Columns\t{}\nTime\t09:51:39,19705\n***End_of_Header***\t\n\t\nChannels\t2\t\t\nSamples{}\nY_Unit_Label{}\nX_Dimension{}\nX0{}\nDelta_X{}\n***End_of_Header***\t\t\t\n",
+            self.declared,
+            self.time,
+            pair(self.samples),
+            if multi { "\tN\t\tg\t" } else { "\tN\tg\t" },
+            pair("Time"),
+            pair("-5.0E-3"),
+            pair(self.delta),
+        );
+        text.push_str(if multi {
+            "X_Value\tKraft\tX_Value\ta quer\tComment\n"
+        } else {
+            "X_Value\tKraft\ta quer\tComment\n"
+        });
+        for index in 0..300 {
+            let stamp = format!("{:.6}", (index as f64 - 50.0) * 1e-4);
+            let value = format!("{:.6}", sample(index));
+            text.push_str(&match self.time {
+                "No" => format!("\t1.5\t{value}\n"),
+                "One" => format!("{stamp}\t1.5\t{value}\n"),
+                _ => format!("{stamp}\t1.5\t{stamp}\t{value}\n"),
+            });
+        }
+        let (head, table) = text.split_at(text.find("X_Value").unwrap());
+        let table = table.replace('.', &self.decimal.to_string());
+        format!("{head}{table}")
+            .replace('\n', self.newline)
+            .into_bytes()
+    }
+}
+
+#[track_caller]
+fn check_dialect(dialect: Dialect, warnings: &[&str]) {
+    let folder = Folder::new("lvm-dialect");
+    let path = folder.write("a.lvm", dialect.write());
+    let (channel, findings) = one(&path, &ReadOptions::default());
+    assert_eq!(channel.name, "a quer");
+    assert_eq!(channel.unit, Some(AccelerationUnit::StandardGravity));
+    assert_eq!((channel.rate.hertz(), channel.start_s), (10_000.0, -0.005));
+    let expected: Vec<f64> = (0..300).map(sample).collect();
+    assert_eq!(channel.values, expected);
+    check_codes(&findings, Severity::Warning, warnings);
+    check_codes(&findings, Severity::Blocking, &[]);
+}
+
+#[test]
+fn val_every_dialect_gives_the_same_samples() {
+    check_dialect(PLAIN, &[]);
+    let comma = Dialect {
+        decimal: ',',
+        declared: "Decimal_Separator\t,\n",
+        ..PLAIN
+    };
+    check_dialect(comma, &[]);
+    for time in ["No", "One", "Multi"] {
+        for newline in ["\n", "\r\n"] {
+            check_dialect(
+                Dialect {
+                    time,
+                    newline,
+                    ..PLAIN
+                },
+                &[],
+            );
+            check_dialect(
+                Dialect {
+                    time,
+                    newline,
+                    ..comma
+                },
+                &[],
+            );
+        }
+    }
+    // The header says nothing of the mark, or something else than the numbers.
+    check_dialect(
+        Dialect {
+            declared: "",
+            ..comma
+        },
+        &[],
+    );
+    check_dialect(
+        Dialect {
+            declared: "Decimal_Separator\t,\n",
+            ..PLAIN
+        },
+        &["decimal-contradicted"],
+    );
+    check_dialect(
+        Dialect {
+            samples: "100",
+            ..PLAIN
+        },
+        &["count-contradicted"],
+    );
+    check_dialect(
+        Dialect {
+            samples: "999",
+            ..PLAIN
+        },
+        &["count-contradicted"],
+    );
+    check_dialect(
+        Dialect {
+            delta: "1.0",
+            ..PLAIN
+        },
+        &["rate-contradicted"],
+    );
+}
+
+fn plain() -> String {
+    String::from_utf8(PLAIN.write()).unwrap()
+}
+
+#[test]
+fn val_what_cannot_be_read_is_refused_with_its_place() {
+    let folder = Folder::new("lvm-refused");
+    let malformed: fn(&ErrorKind) -> bool = |kind| matches!(kind, ErrorKind::Malformed { .. });
+    let text = plain();
+    let second = format!("{text}Channels\t2\t\n");
+    let hole = text.replace("0.010000\t1.5\t", "0.010000\t\t");
+    for (content, kind, words) in [
+        (second, malformed, vec!["second header", ":317"]),
+        (hole, malformed, vec!["without a break", "column 2"]),
+        (
+            text.replace("Channels\t2", "Channels\t3"),
+            malformed,
+            vec!["3 channel names"],
+        ),
+        (
+            text.replace("X_Dimension\tTime", "X_Dimension\tFrequency"),
+            malformed,
+            vec!["Frequency"],
+        ),
+        (
+            text.replace("0.010000\t1.5", "0.010000\tx"),
+            malformed,
+            vec!["`x`"],
+        ),
+        (
+            text.replace("0.010000\t", "0.009900\t"),
+            |kind| matches!(kind, ErrorKind::TimeNotIncreasing { .. }),
+            vec![":167"],
+        ),
+        (
+            text.split("X_Value").next().unwrap().to_string(),
+            malformed,
+            vec!["X_Value"],
+        ),
+        (
+            text.split_inclusive('\n').take(16).collect::<String>(),
+            |kind| matches!(kind, ErrorKind::Empty { .. }),
+            vec!["no sample"],
+        ),
+    ] {
+        let path = folder.write("a.lvm", content);
+        check_refused(&path, &ReadOptions::default(), kind, &words);
+    }
+    let path = folder.write("a.lvm", plain());
+    check_refused(&path, &with_channel("Kraft"), malformed, &["`N`", "--unit"]);
+    check_refused(
+        &path,
+        &with_channel("b"),
+        |kind| matches!(kind, ErrorKind::NoSuchChannel { .. }),
+        &["Kraft, a quer"],
+    );
+    assert_eq!(one(&path, &with_channel("2")).0.name, "a quer");
+}
+
+/// Words in the last column count from their row on.
+#[test]
+fn val_words_in_the_comment_column_block_from_their_row_on() {
+    let folder = Folder::new("lvm-words");
+    let text: String = plain()
+        .lines()
+        .map(|line| {
+            let words = if line.starts_with("0.010000\t") {
+                "\tsensor lost"
+            } else {
+                ""
+            };
+            format!("{line}{words}\n")
+        })
+        .collect();
+    let path = folder.write("a.lvm", text);
+    let (_, findings) = one(&path, &ReadOptions::default());
+    if findings
+        .iter()
+        .any(|finding| finding.severity == Severity::Blocking)
+    {
+        check_at(&findings, "invalid-by-laboratory", Some(0.01));
+    } else {
+        panic!("the remark was overlooked: {findings:#?}");
+    }
+}
+
+/// Files of other people's instruments, where they are at hand (needs ../shared).
+#[test]
+fn val_real_files() {
+    let options = ReadOptions::default();
+    let Some(path) = real("lvm_short.lvm") else {
+        return;
+    };
+    let (channel, findings) = one(&path, &options);
+    assert_eq!(
+        (channel.rate.hertz(), channel.values[0]),
+        (25_600.0, 1.204792)
+    );
+    assert_eq!(channel.unit, Some(AccelerationUnit::MetrePerSecondSquared));
+    check_at(&findings, "decimal-comma", None);
+
+    let (channel, _) = one(&real("lvm_no_decimal_separator.lvm").unwrap(), &options);
+    assert_eq!(
+        (channel.name.as_str(), channel.rate.hertz()),
+        ("ay", 4000.0)
+    );
+    assert_eq!(channel.values, [-0.028189, -0.031060, -0.013517, -0.021172]);
+
+    let empty = read_path(
+        &real("lvm_with_empty_fields.lvm").unwrap(),
+        &options,
+        Selection::Every,
+    )
+    .unwrap();
+    assert_eq!(empty.channels.len(), 3);
+    assert!(
+        empty
+            .findings
+            .iter()
+            .any(|finding| finding.code == "channels-empty"
+                && finding.text.starts_with("4 channels"))
+    );
+
+    let path = real("lvm_with_comments.lvm").unwrap();
+    let irregular = read_path(&path, &options, Selection::Every).unwrap();
+    check_codes(
+        &irregular.channels[0].findings,
+        Severity::Warning,
+        &["count-contradicted", "rate-contradicted", "time-irregular"],
+    );
+    check_codes(
+        &irregular.findings,
+        Severity::Blocking,
+        &["invalid-by-laboratory"; 3],
+    );
+    check_refused(
+        &path,
+        &options,
+        |kind| matches!(kind, ErrorKind::NoChannel { .. }),
+        &["Temperatura (°C)"],
+    );
+}

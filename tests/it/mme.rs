@@ -1,0 +1,509 @@
+//! ISO-MME tests: the same channels from folder and archives, what headers state against what
+//! files hold, and archives that are no tests or mean harm.
+
+use crate::ingest_support::{
+    Folder, check_at, check_codes, check_refused, one, read_path, real, with_channel,
+};
+use latchgate::error::ErrorKind;
+use latchgate::recording::{ReadOptions, Selection, Severity};
+use latchgate::units::AccelerationUnit;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::time::Instant;
+
+const PILLAR: &str = "14BPILLO0000ACYA";
+
+/// A channel file: header lines and samples.
+#[derive(Clone)]
+struct File {
+    lines: Vec<(String, String)>,
+    samples: Vec<String>,
+}
+
+impl File {
+    /// 10 kHz from −10 ms on, 400 samples, at most 250 m/s².
+    fn new(code: &str) -> Self {
+        let samples: Vec<f64> = (0..400).map(sample).collect();
+        let lines = [
+            ("Test object number", "1"),
+            ("Name of the channel", "B-Pillar, left: lower"),
+            ("Channel code", code),
+            ("Unit", "m/(s*s)"),
+            ("Reference channel", "implicit"),
+            ("Reference channel name", "NOVALUE"),
+            ("Data status", "ok"),
+            ("Pre-filter type", "2000"),
+            ("Channel frequency class", "NOVALUE"),
+            ("Channel amplitude class", "5000"),
+            ("Sampling interval", "1.0E-4"),
+            ("Time of first sample", "-1.000000E-2"),
+            ("Number of samples", "400"),
+            ("First global maximum value", "2.500000E+2"),
+            ("Time of maximum value", "1.000000E-2"),
+            ("First global minimum value", "0.0"),
+        ];
+        Self {
+            lines: lines
+                .map(|(key, value)| (key.to_string(), value.to_string()))
+                .to_vec(),
+            samples: samples.iter().map(|value| format!("{value:.6}")).collect(),
+        }
+    }
+
+    fn with(mut self, key: &str, value: &str) -> Self {
+        match self.lines.iter_mut().find(|(known, _)| known == key) {
+            Some((_, old)) => *old = value.to_string(),
+            None => self.lines.push((key.to_string(), value.to_string())),
+        }
+        self
+    }
+
+    fn without(mut self, key: &str) -> Self {
+        self.lines.retain(|(known, _)| known != key);
+        self
+    }
+
+    fn text(&self) -> String {
+        let mut text = String::new();
+        for (key, value) in &self.lines {
+            writeln!(text, "{key:<28}:{value}").unwrap();
+        }
+        for sample in &self.samples {
+            writeln!(text, "{sample}").unwrap();
+        }
+        text.replace('\n', "\r\n")
+    }
+}
+
+fn sample(index: usize) -> f64 {
+    if (100..300).contains(&index) {
+        250.0 - (index as f64 - 200.0).abs() * 2.5
+    } else {
+        0.0
+    }
+}
+
+const TEST: &str = "Data format edition number  :1.6\r\nTest number                 :7\r\nImpact side test object 1   :left\r\n";
+
+/// The files of a test with these channels.
+fn test_of(channels: &[File]) -> Vec<(String, Vec<u8>)> {
+    let mut files = vec![("T7.mme".to_string(), format!("\u{feff}{TEST}").into_bytes())];
+    let mut list = format!("Number of channels          :{}\r\n", channels.len());
+    for (index, channel) in channels.iter().enumerate() {
+        let number = index + 1;
+        let code = &channel
+            .lines
+            .iter()
+            .find(|(key, _)| key == "Channel code")
+            .map_or("", |(_, code)| code);
+        write!(
+            list,
+            "Name of channel {number:03}         :{code} / a text\r\n"
+        )
+        .unwrap();
+        files.push((
+            format!("Channel/T7.{number:03}"),
+            channel.text().into_bytes(),
+        ));
+    }
+    files.push(("Channel/T7.chn".to_string(), list.into_bytes()));
+    files
+}
+
+fn folder_of(name: &str, files: &[(String, Vec<u8>)]) -> Folder {
+    let folder = Folder::new(name);
+    for (name, bytes) in files {
+        folder.write(name, bytes);
+    }
+    folder
+}
+
+fn zip_of(files: &[(String, Vec<u8>)]) -> Vec<u8> {
+    let mut writer = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    for (name, bytes) in files {
+        let options = zip::write::SimpleFileOptions::default()
+            .compression_method(zip::CompressionMethod::Deflated);
+        writer.start_file(name.as_str(), options).unwrap();
+        writer.write_all(bytes).unwrap();
+    }
+    writer.finish().unwrap().into_inner()
+}
+
+fn tar_of(files: &[(String, Vec<u8>)]) -> Vec<u8> {
+    let mut tar = Vec::new();
+    for (name, bytes) in files {
+        let mut header = [0_u8; 512];
+        header[..name.len()].copy_from_slice(name.as_bytes());
+        header[100..107].copy_from_slice(b"0000644");
+        header[124..135].copy_from_slice(format!("{:011o}", bytes.len()).as_bytes());
+        header[156] = b'0';
+        header[257..263].copy_from_slice(b"ustar\0");
+        header[148..156].fill(b' ');
+        let sum: u32 = header.iter().map(|byte| u32::from(*byte)).sum();
+        header[148..155].copy_from_slice(format!("{sum:06o}\0").as_bytes());
+        tar.extend_from_slice(&header);
+        tar.extend_from_slice(bytes);
+        tar.resize(tar.len().next_multiple_of(512), 0);
+    }
+    tar.resize(tar.len() + 1024, 0);
+    tar
+}
+
+fn gzip_of(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    encoder.write_all(bytes).unwrap();
+    encoder.finish().unwrap()
+}
+
+#[test]
+fn val_a_test_is_the_same_from_folder_archives_and_single_file() {
+    let files = test_of(&[
+        File::new("11HEAD0000??ACYA"),
+        File::new(PILLAR),
+        File::new("14BPILLO0000ACXA"),
+        File::new("M0MBARLEMIUPACYP"),
+    ]);
+    let folder = folder_of("mme-same", &files);
+    let archives = Folder::new("mme-same-archives");
+    let mut hashes = Vec::new();
+    for path in [
+        folder.path().to_path_buf(),
+        folder.path().join("T7.mme"),
+        folder.path().join("Channel/T7.chn"),
+        folder.path().join("Channel/T7.002"),
+        archives.write("T7.zip", zip_of(&files)),
+        archives.write("T7.tar.gz", gzip_of(&tar_of(&files))),
+        archives.write("T7.tar", tar_of(&files)),
+    ] {
+        let (channel, findings) = one(&path, &ReadOptions::default());
+        assert_eq!(channel.name, PILLAR, "{}", path.display());
+        assert_eq!(channel.unit, Some(AccelerationUnit::MetrePerSecondSquared));
+        assert_eq!((channel.rate.hertz(), channel.start_s), (10_000.0, -0.01));
+        assert_eq!(channel.values, (0..400).map(sample).collect::<Vec<_>>());
+        assert_eq!(channel.stated.prefilter_hz, Some(2000.0));
+        assert_eq!(channel.stated.full_scale, Some(5000.0));
+        assert_eq!(channel.stated.filter_class.as_deref(), Some("1000"));
+        check_codes(&findings, Severity::Warning, &[]);
+        check_codes(&findings, Severity::Blocking, &[]);
+        hashes.push(channel.content_sha256().unwrap());
+    }
+    hashes.dedup();
+    assert_eq!(hashes.len(), 1);
+}
+
+#[test]
+fn val_the_lateral_channel_of_the_struck_side_is_found() {
+    let twins = [File::new(PILLAR), File::new(PILLAR)];
+    let far = File::new("16BPILLO0000ACYA");
+    let tunnel = File::new("10TUNN000000ACYA");
+    let check = |channels: &[File], expected: &str| {
+        let folder = folder_of("mme-choice", &test_of(channels));
+        let (channel, findings) = one(folder.path(), &ReadOptions::default());
+        assert_eq!(channel.name, expected);
+        check_at(&findings, "channel-chosen", None);
+    };
+    check(&[far.clone(), twins[0].clone(), tunnel.clone()], PILLAR);
+    check(
+        &[tunnel.clone(), File::new("10TUNN000000ACXA")],
+        "10TUNN000000ACYA",
+    );
+    // Twins: the redundant one stands back; without a word of it both are listed.
+    let redundant = twins[1].clone().with("Comments", "redundant sensor");
+    check(
+        &[twins[0].clone(), redundant],
+        "14BPILLO0000ACYA (file 001)",
+    );
+    let folder = folder_of("mme-twins", &test_of(&twins));
+    let ambiguous: fn(&ErrorKind) -> bool =
+        |kind| matches!(kind, ErrorKind::AmbiguousChannel { .. });
+    let both = "14BPILLO0000ACYA (file 001), 14BPILLO0000ACYA (file 002)";
+    check_refused(folder.path(), &ReadOptions::default(), ambiguous, &[both]);
+    check_refused(folder.path(), &with_channel(PILLAR), ambiguous, &[both]);
+    for name in ["2", "002", "14BPILLO0000ACYA (file 002)"] {
+        let (channel, _) = one(folder.path(), &with_channel(name));
+        assert_eq!(channel.name, "14BPILLO0000ACYA (file 002)");
+    }
+    let folder = folder_of("mme-pattern", &test_of(&[twins[0].clone(), tunnel.clone()]));
+    for name in ["1?BPIL??????AC[Y2]?", "14bpillo0000acya", "*BPIL*"] {
+        assert_eq!(one(folder.path(), &with_channel(name)).0.name, PILLAR);
+    }
+    check_refused(
+        folder.path(),
+        &with_channel("*LOCK*"),
+        |kind| matches!(kind, ErrorKind::NoSuchChannel { .. }),
+        &[PILLAR],
+    );
+    let dummies = [File::new("11HEAD0000??ACYA"), File::new("11CHST0000??ACYC")];
+    let folder = folder_of("mme-dummies", &test_of(&dummies));
+    check_refused(
+        folder.path(),
+        &ReadOptions::default(),
+        |kind| matches!(kind, ErrorKind::NoChannel { .. }),
+        &["11HEAD0000??ACYA"],
+    );
+}
+
+#[track_caller]
+fn check_findings(file: File, severity: Severity, expected: &[&str]) {
+    let folder = folder_of("mme-findings", &test_of(&[file]));
+    let (_, findings) = one(folder.path(), &ReadOptions::default());
+    check_codes(&findings, severity, expected);
+}
+
+#[test]
+fn val_what_the_header_states_is_held_against_the_samples() {
+    let file = || File::new(PILLAR);
+    let (warning, blocking) = (Severity::Warning, Severity::Blocking);
+    check_findings(
+        file().with("Number of samples", "401"),
+        blocking,
+        &["samples-missing"],
+    );
+    check_findings(
+        file().with("Number of samples", "399"),
+        warning,
+        &["count-contradicted"],
+    );
+    for (key, value) in [
+        ("First global maximum value", "2.500000E+8"),
+        ("First global minimum value", "-1.0"),
+        ("Time of maximum value", "2.0E-2"),
+    ] {
+        check_findings(file().with(key, value), warning, &["peak-contradicted"]);
+    }
+    check_findings(
+        file().with("Data status", "questionable data"),
+        blocking,
+        &["invalid-by-laboratory"],
+    );
+    check_findings(
+        file().with("Comments", "signal lost after 15 ms"),
+        blocking,
+        &["invalid-by-laboratory"],
+    );
+    check_findings(
+        file().with("Data status", "fine"),
+        warning,
+        &["laboratory-remark"],
+    );
+    check_findings(
+        file().with("Pre-filter type", "8000"),
+        warning,
+        &["aliasing-suspected"],
+    );
+    check_findings(
+        file().with("Channel frequency class", "60"),
+        warning,
+        &["already-filtered"],
+    );
+    check_findings(File::new("14BPILLO0000AC2A"), warning, &["sign-diverges"]);
+    check_findings(
+        File::new("14BPILLO0000ACXA"),
+        warning,
+        &["channel-not-lateral"],
+    );
+    // The stated time of the maximum shows that the assumption is wrong.
+    check_findings(
+        file().without("Time of first sample"),
+        warning,
+        &["peak-contradicted", "time-start-assumed"],
+    );
+}
+
+#[test]
+fn val_missing_samples_block_and_are_not_zero() {
+    let mut file = File::new(PILLAR);
+    for index in [0, 1, 150, 151, 399] {
+        file.samples[index] = "NOVALUE".into();
+    }
+    let folder = folder_of("mme-novalue", &test_of(&[file]));
+    let (channel, findings) = one(folder.path(), &ReadOptions::default());
+    check_codes(&findings, Severity::Blocking, &["gap"; 3]);
+    assert_eq!(channel.values.len(), 397);
+    assert!((channel.start_s + 0.0098).abs() < 1e-12);
+    assert!((channel.values[148] - sample(150)).abs() < 1e-9);
+    let mut file = File::new(PILLAR);
+    file.samples.fill("NOVALUE".into());
+    let folder = folder_of("mme-novalue", &test_of(&[file]));
+    check_refused(
+        folder.path(),
+        &ReadOptions::default(),
+        |kind| matches!(kind, ErrorKind::Empty { .. }),
+        &["no sample"],
+    );
+}
+
+#[test]
+fn val_explicit_times_are_read_from_their_channel() {
+    let mut times = File::new("10TIRS000000TI00").with("Unit", "ms");
+    times.samples = (0..400)
+        .map(|index| format!("{:.2}", index as f64 * 0.1 - 10.0))
+        .collect();
+    let file = File::new(PILLAR)
+        .with("Reference channel", "explicit")
+        .with("Reference channel name", "10TIRS000000TI00")
+        .without("Sampling interval")
+        .without("Time of first sample");
+    let files = test_of(&[times.clone(), file.clone()]);
+    let folder = folder_of("mme-explicit", &files);
+    for path in [
+        folder.path().to_path_buf(),
+        folder.path().join("Channel/T7.002"),
+    ] {
+        let (channel, _) = one(&path, &ReadOptions::default());
+        assert_eq!((channel.rate.hertz(), channel.start_s), (10_000.0, -0.01));
+    }
+    let everything = read_path(folder.path(), &ReadOptions::default(), Selection::Every).unwrap();
+    assert_eq!(everything.channels.len(), 1);
+    // One time too few, no times at all, and nothing that says anything of time.
+    let malformed: fn(&ErrorKind) -> bool = |kind| matches!(kind, ErrorKind::Malformed { .. });
+    let missing: fn(&ErrorKind) -> bool = |kind| matches!(kind, ErrorKind::MissingTime);
+    times.samples.pop();
+    for (channels, kind, words) in [
+        (vec![times, file.clone()], malformed, "400 times"),
+        (vec![file.clone()], missing, "--rate-hz"),
+        (
+            vec![file.with("Reference channel", "implicit")],
+            missing,
+            "--rate-hz",
+        ),
+    ] {
+        let folder = folder_of("mme-explicit", &test_of(&channels));
+        check_refused(folder.path(), &ReadOptions::default(), kind, &[words]);
+    }
+}
+
+#[test]
+fn val_encodings_and_odd_headers() {
+    for (name, bytes) in [
+        ("B-Säule: unten", None),
+        ("B-S\u{e4}ule: unten", Some(0xE4_u8)),
+    ] {
+        let text = File::new(PILLAR)
+            .with("Name of the channel", name)
+            .text()
+            .replace("Unit   ", "Unit\t");
+        let content = match bytes {
+            Some(_) => text.chars().map(|c| c as u32 as u8).collect(),
+            None => text.into_bytes(),
+        };
+        let folder = folder_of("mme-encoding", &[("T7.001".to_string(), content)]);
+        let (channel, _) = one(&folder.path().join("T7.001"), &ReadOptions::default());
+        assert_eq!(channel.stated.location.as_deref(), Some("B-Säule: unten"));
+    }
+}
+
+#[test]
+fn val_archives_without_a_test_are_refused_by_name() {
+    let folder = Folder::new("mme-refused");
+    let refused: fn(&ErrorKind) -> bool = |kind| matches!(kind, ErrorKind::RefusedFormat { .. });
+    let files = |name: &str| vec![(name.to_string(), b"content".to_vec())];
+    for (bytes, words) in [
+        (zip_of(&files("xl/workbook.xml")), "Excel (.xlsx)"),
+        (zip_of(&files("a.txt")), ".zip that holds no ISO-MME"),
+        (
+            gzip_of(&tar_of(&files("a.txt"))),
+            ".tar.gz that holds no ISO-MME",
+        ),
+        (tar_of(&files("a.txt")), ".tar that holds no ISO-MME"),
+        (gzip_of(b"t,a\n0,1\n"), "gzip file"),
+    ] {
+        let path = folder.write("a.bin", bytes);
+        check_refused(&path, &ReadOptions::default(), refused, &[words]);
+    }
+    let cut = gzip_of(&tar_of(&test_of(&[File::new(PILLAR)])));
+    let path = folder.write("a.bin", &cut[..cut.len() / 2]);
+    check_refused(
+        &path,
+        &ReadOptions::default(),
+        |kind| {
+            matches!(
+                kind,
+                ErrorKind::Malformed { .. } | ErrorKind::Truncated { .. }
+            )
+        },
+        &["byte"],
+    );
+    if let Some(path) =
+        real("mcap_conformance_NoData_OneMessage_OneSchemalessMessage_OneMetadata.tar.gz")
+    {
+        check_refused(
+            &path,
+            &ReadOptions::default(),
+            refused,
+            &["holds no ISO-MME"],
+        );
+    }
+}
+
+/// Archives that would unpack to gigabytes end soon, at a limit with a name and a byte.
+#[test]
+fn val_bombs_end_at_a_limit() {
+    let folder = Folder::new("mme-bombs");
+    let mut zeros = File::new(PILLAR).text().into_bytes();
+    zeros.resize(48 << 20, b'\n');
+    let channel = |name: &str| {
+        vec![
+            ("T7.mme".to_string(), TEST.into()),
+            (name.to_string(), zeros.clone()),
+        ]
+    };
+    let many: Vec<(String, Vec<u8>)> = (0..20_001)
+        .map(|i| (format!("{i}.txt"), Vec::new()))
+        .collect();
+    for (bytes, limit) in [
+        (gzip_of(&tar_of(&channel("a.bin"))), "unpacked_ratio"),
+        (
+            gzip_of(&tar_of(&channel("Channel/T7.001"))),
+            "unpacked_ratio",
+        ),
+        (
+            zip_of(&[channel("Channel/T7.001"), vec![]].concat()),
+            "unpacked_ratio",
+        ),
+        (zip_of(&many), "archive_entries"),
+        (tar_of(&many), "archive_entries"),
+        (gzip_of(&vec![0; 32 << 20]), "gzip"),
+    ] {
+        let path = folder.write("a.bin", bytes);
+        let started = Instant::now();
+        let error = read_path(&path, &ReadOptions::default(), Selection::Lateral).unwrap_err();
+        assert!(error.to_string().contains(limit), "{limit}: {error}");
+        // Generous, for a busy machine: what matters is that it does not run for minutes.
+        assert!(started.elapsed().as_secs() < 10, "{limit}");
+    }
+}
+
+/// Archives with bytes changed end in samples or in an error, never in a panic.
+#[test]
+fn prop_damaged_archives_never_panic() {
+    use crate::csv::Random;
+    let folder = Folder::new("mme-damaged");
+    let files = test_of(&[File::new(PILLAR), File::new("14BPILLO0000ACXA")]);
+    let tar = tar_of(&files);
+    for (kind, whole) in [("zip", zip_of(&files)), ("gz", gzip_of(&tar)), ("tar", tar)] {
+        for seed in 0..100 {
+            let mut random = Random(seed);
+            let mut bytes = whole.clone();
+            for _ in 0..=random.below(3) {
+                let at = random.below(bytes.len());
+                match random.below(3) {
+                    0 => bytes.truncate(at.max(4)),
+                    // Directories stand at the end, headers at the start.
+                    1 if at.is_multiple_of(2) && bytes.len() > 600 => {
+                        bytes[at % 600] = (random.next() & 0xFF) as u8
+                    }
+                    _ => {
+                        let near = bytes.len() - 1 - at % bytes.len().min(400);
+                        bytes[near] = (random.next() & 0xFF) as u8;
+                    }
+                }
+            }
+            let path = folder.write(&format!("{seed}.{kind}"), bytes);
+            let read = std::panic::catch_unwind(|| {
+                read_path(&path, &ReadOptions::default(), Selection::Every)
+            });
+            assert!(read.is_ok(), "{kind}, seed {seed}");
+        }
+    }
+}
