@@ -1,11 +1,19 @@
 //! `latchgate study`: one file per study, one line each in [`Study`] and in [`Study::analysis`].
 
+mod free_vibration;
+mod histories;
+mod restitution;
+mod shock;
+mod spectrogram;
 mod stability;
+mod step_size;
 mod work_precision;
 
-use super::args::{Common, OutputFormat, StudyArguments, StudyCommon};
+use super::args::{Common, OutputFormat, StudyArguments, StudyCommon, parse_positive};
 use super::{Failure, output};
+use crate::error::ErrorKind;
 use crate::model::Design;
+use crate::model::stop::StopModel;
 use crate::recording::Limits;
 use crate::report;
 use crate::report::study::{Files, Summary, Table};
@@ -20,6 +28,18 @@ use std::time::Instant;
 /// The studies.
 #[derive(Debug, Clone, Subcommand)]
 pub enum Study {
+    /// Fig. 2: the damping ratio that stands for a restitution, and how far that holds
+    Restitution(restitution::Arguments),
+    /// Fig. 3: fixed-step Runge-Kutta on free impacts, and the limit where it fails
+    StepSize(step_size::Arguments),
+    /// Fig. 4: free vibration with and without impact, without and with preload
+    FreeVibration(free_vibration::Arguments),
+    /// Fig. 5: spectrogram of the free vibration with preload, with its rising bounce frequency
+    Spectrogram(spectrogram::Arguments),
+    /// Fig. 10: where the lever ends up from different starts under one sine
+    Histories(histories::Arguments),
+    /// Fig. 11: response to the shock of a side impact
+    Shock(shock::Arguments),
     /// Error against cost of each method, on a shock, a recording and a sine, on both stops
     WorkPrecision(work_precision::Arguments),
     /// Where each method fails: step against stiffness, grazing, chatter, events inside a sample
@@ -29,6 +49,12 @@ pub enum Study {
 impl Study {
     fn analysis(&self) -> &dyn Analysis {
         match self {
+            Self::Restitution(own) => own,
+            Self::StepSize(own) => own,
+            Self::FreeVibration(own) => own,
+            Self::Spectrogram(own) => own,
+            Self::Histories(own) => own,
+            Self::Shock(own) => own,
             Self::WorkPrecision(own) => own,
             Self::Stability(own) => own,
         }
@@ -78,6 +104,35 @@ struct Answer {
     results: Option<serde_json::Value>,
     tables: Vec<Table>,
     svg: String,
+}
+
+/// Returns an initial state that every one of `stops` admits.
+fn start(phi0: f64, omega0: f64, stops: &[StopModel]) -> Result<(f64, f64), Failure> {
+    if phi0 < 0.0 && stops.contains(&StopModel::Rigid) {
+        return Err(Failure::Usage(
+            ErrorKind::OutOfRange {
+                what: "--phi0 [rad]".into(),
+                expected: "0 or more on a rigid stop; choose --model soft to start inside the stop"
+                    .into(),
+                found: phi0.to_string(),
+            }
+            .into(),
+        ));
+    }
+    Ok((phi0, omega0))
+}
+
+/// Most natural periods that a free motion is followed for.
+const PERIODS_MAX: f64 = 1000.0;
+
+fn parse_periods(text: &str) -> Result<f64, String> {
+    parse_positive(text).and_then(|periods| {
+        if periods <= PERIODS_MAX {
+            Ok(periods)
+        } else {
+            Err(format!("must be at most {PERIODS_MAX}"))
+        }
+    })
 }
 
 /// Runs the command; returns the exit code.

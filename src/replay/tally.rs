@@ -245,7 +245,9 @@ impl Tally {
         time: f64,
         step: f64,
     ) {
-        let pieces = (part * step / self.trace_gap_s).ceil().min(POINTS_WITHIN_MAX);
+        let pieces = (part * step / self.trace_gap_s)
+            .ceil()
+            .min(POINTS_WITHIN_MAX);
         let mut piece = 1.0;
         while piece < pieces {
             let x = part * piece / pieces;

@@ -188,7 +188,12 @@ impl Motion {
     pub fn intervals(&self) -> Vec<(f64, f64)> {
         self.impacts
             .windows(2)
-            .map(|pair| (f64::midpoint(pair[0][0], pair[1][0]), pair[1][0] - pair[0][0]))
+            .map(|pair| {
+                (
+                    f64::midpoint(pair[0][0], pair[1][0]),
+                    pair[1][0] - pair[0][0],
+                )
+            })
             .collect()
     }
 

@@ -81,7 +81,10 @@ fn headlines(motions: &[Motion], half_period_s: f64) -> Vec<Headline> {
             Against::Rigid => StopModel::Rigid,
             Against::Soft => StopModel::Soft,
         };
-        let subject = format!("T0 = {} N·m", crate::units::plain(motion.preload_torque_nm, 4));
+        let subject = format!(
+            "T0 = {} N·m",
+            crate::units::plain(motion.preload_torque_nm, 4)
+        );
         let mut say = |what: &str, value: Option<f64>| {
             headlines.push(Headline {
                 subject: subject.clone(),
@@ -105,15 +108,11 @@ fn headlines(motions: &[Motion], half_period_s: f64) -> Vec<Headline> {
         );
         say(
             "the same over π/ω0 [-]",
-            intervals
-                .first()
-                .map(|interval| interval.1 / half_period_s),
+            intervals.first().map(|interval| interval.1 / half_period_s),
         );
         say(
             "fifth over first time from impact to impact [-]",
-            intervals
-                .get(4)
-                .map(|fifth| fifth.1 / intervals[0].1),
+            intervals.get(4).map(|fifth| fifth.1 / intervals[0].1),
         );
         #[expect(clippy::cast_precision_loss, reason = "at most 200")]
         say(

@@ -241,7 +241,11 @@ impl Settled {
         if self.rests {
             return "rest on the stop".into();
         }
-        let impacts = if self.impacts == 1 { "impact" } else { "impacts" };
+        let impacts = if self.impacts == 1 {
+            "impact"
+        } else {
+            "impacts"
+        };
         match self.period {
             Some(period) => format!("period {period}, {} {impacts}", self.impacts),
             None => "no period up to 64".into(),

@@ -81,6 +81,9 @@ const SPEED: f64 = 14.678_784;
 /// Speeds of entry that are looked at [rad/s].
 const SPEEDS: (f64, f64) = (1e-3, 100.0);
 
+/// Points of the curve below its first regular one, two in a decade.
+pub const FOOT: u32 = 24;
+
 /// A contact with the soft stop, solved exactly: between entry and exit the equation of a lever
 /// without excitation is linear.
 ///
@@ -209,8 +212,11 @@ pub fn run(options: &Options) -> Result<Equivalence, Error> {
     let inertia = lever.moment_of_inertia_kg_m2;
     let damping = |ratio: f64| 2.0 * inertia * frequency * ratio / radius;
     let mut rows = Vec::new();
-    for index in 1..=options.points {
-        let restitution = f64::from(index) / f64::from(options.points);
+    // Towards R = 0 the curve turns upright, so its foot is laid out by decades.
+    let last = f64::from(options.points);
+    let foot = (1..=FOOT).map(|index| libm::pow(10.0, -0.5 * f64::from(FOOT + 1 - index)) / last);
+    let body = (1..=options.points).map(|index| f64::from(index) / last);
+    for restitution in foot.chain(body) {
         let ratio = damping_ratio(Restitution::from_ratio(restitution)?);
         rows.push(Row {
             restitution,

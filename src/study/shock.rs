@@ -80,7 +80,7 @@ pub struct Shock {
 const PEAK_G: f64 = 1000.0;
 
 /// Longest that the lever is watched [s].
-const DURATION_MAX_S: f64 = 100.0;
+pub const DURATION_MAX_S: f64 = 100.0;
 
 /// Runs the study.
 ///
@@ -171,10 +171,7 @@ fn headlines(options: &Options, responses: &[Response]) -> Vec<Headline> {
             headlines.push(Headline {
                 subject: format!(
                     "peak {} g",
-                    crate::units::plain(
-                        response.peak_acceleration_m_s2 / options.gravity_m_s2,
-                        4
-                    )
+                    crate::units::plain(response.peak_acceleration_m_s2 / options.gravity_m_s2, 4)
                 ),
                 model: Some(run.model),
                 what: what.into(),

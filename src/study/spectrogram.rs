@@ -56,6 +56,8 @@ pub struct Spectrogram {
     pub bounces: Vec<Bounce>,
     /// Short-time amplitudes of the angular velocity [rad/s].
     pub amplitudes: ShortTime,
+    /// Highest frequency kept: 1.6 times that of the tenth bounce, or of the last [Hz].
+    pub highest_hz: f64,
     /// Length of the motion [s].
     pub duration_s: f64,
     /// What to take away.
@@ -109,7 +111,7 @@ pub fn run(options: &Options) -> Result<Spectrogram, Error> {
         reason = "at most the samples of a motion"
     )]
     let length = (options.window_periods * POINTS_PER_PERIOD) as usize;
-    let amplitudes = spectrum::short_time(&velocities, 0.0, rate, length, COLUMNS);
+    let mut amplitudes = spectrum::short_time(&velocities, 0.0, rate, length, COLUMNS);
     let bounces: Vec<Bounce> = motion
         .intervals()
         .into_iter()
@@ -118,6 +120,22 @@ pub fn run(options: &Options) -> Result<Spectrogram, Error> {
             frequency_hz: 1.0 / length,
         })
         .collect();
+    let half_the_rate = 0.5 * rate_hz;
+    let highest_hz = bounces
+        .get(9)
+        .or(bounces.last())
+        .map_or(half_the_rate, |bounce| {
+            (1.6 * bounce.frequency_hz).min(half_the_rate)
+        });
+    let bins = amplitudes
+        .frequency_hz
+        .iter()
+        .take_while(|frequency| **frequency <= highest_hz)
+        .count();
+    amplitudes.frequency_hz.truncate(bins);
+    for row in &mut amplitudes.amplitudes {
+        row.truncate(bins);
+    }
     let mut headlines = Vec::new();
     let mut say = |what: &str, value: Option<f64>| {
         headlines.push(Headline {
@@ -142,6 +160,7 @@ pub fn run(options: &Options) -> Result<Spectrogram, Error> {
         motion,
         bounces,
         amplitudes,
+        highest_hz,
         duration_s,
         headlines,
     })
@@ -168,8 +187,7 @@ fn uniform(motion: &Motion, rate_hz: f64, duration_s: f64) -> Vec<f64> {
             match (next.checked_sub(1).map(|last| trace[last]), trace.get(next)) {
                 (Some(before), Some(after)) => {
                     let share = (time - before.time_s) / (after.time_s - before.time_s);
-                    before.velocity_rad_s
-                        + share * (after.velocity_rad_s - before.velocity_rad_s)
+                    before.velocity_rad_s + share * (after.velocity_rad_s - before.velocity_rad_s)
                 }
                 (Some(last), None) => last.velocity_rad_s,
                 (None, Some(first)) => first.velocity_rad_s,

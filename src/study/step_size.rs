@@ -150,7 +150,13 @@ pub fn run(options: &Options) -> Result<StepSize, Error> {
     for index in 0..options.points {
         let share = f64::from(index) / f64::from(options.points - 1);
         let steps = SCAN.0 * libm::pow(SCAN.1 / SCAN.0, share);
-        scan.push(one_step(design, steps, period / steps, frequency, entry_speed_rad_s)?);
+        scan.push(one_step(
+            design,
+            steps,
+            period / steps,
+            frequency,
+            entry_speed_rad_s,
+        )?);
     }
     let mut answer = StepSize {
         exact,

@@ -1,9 +1,9 @@
 //! Spectrogram of a free vibration, with the frequency of its bounces over it.
 
-use super::canvas::{Anchor, Canvas};
+use super::canvas::Canvas;
+use super::colour::viridis;
 use super::frame::{self, Frame};
 use super::spectrogram::{decibel_bar, encode};
-use super::colour::viridis;
 use super::{Figure, WIDTH};
 use crate::report::number::{exact, significant, trimmed};
 use crate::study::spectrogram::Spectrogram;
@@ -25,7 +25,7 @@ pub(super) fn draw(result: &Spectrogram) -> Figure {
         72.0,
         title,
         &format!(
-            "T0 = {} N·m, {} stop. Colour: amplitude of the angular velocity in windows of {} s.",
+            "T0 = {} N·m, {} stop. Colour: amplitude of the angular velocity, windows of {} s; line: 1/time between impacts.",
             exact(motion.preload_torque_nm),
             motion.against.name(),
             significant(result.amplitudes.window_s, 3)
@@ -48,24 +48,24 @@ pub(super) fn draw(result: &Spectrogram) -> Figure {
     canvas.end_group();
     history.frame(&mut canvas);
 
-    let place = (72.0, right, top + 146.0, top + 496.0);
+    let place = (72.0, right, top + 166.0, top + 516.0);
     picture(&mut canvas, result, place);
     Figure {
         name: NAME,
         title: title.into(),
         caption: "The paper's Fig. 5.".into(),
         description: description(result),
-        height: top + 496.0 + 54.0,
+        height: top + 516.0 + 54.0,
         body: canvas.into_string(),
     }
 }
 
 fn description(result: &Spectrogram) -> String {
     let at = |index: usize| {
-        result
-            .bounces
-            .get(index)
-            .map_or_else(|| "none".into(), |bounce| significant(bounce.frequency_hz, 4))
+        result.bounces.get(index).map_or_else(
+            || "none".into(),
+            |bounce| significant(bounce.frequency_hz, 4),
+        )
     };
     format!(
         "Short-time amplitude over time and frequency; the bounce frequency rises from {} Hz over {} \
@@ -76,26 +76,11 @@ fn description(result: &Spectrogram) -> String {
     )
 }
 
-/// Returns the highest frequency shown [Hz]: a few harmonics of the tenth bounce.
-fn highest_hz(result: &Spectrogram) -> f64 {
-    let last = result.amplitudes.frequency_hz.last().copied().unwrap_or(1.0);
-    let bounce = result
-        .bounces
-        .get(9)
-        .or(result.bounces.last())
-        .map_or(10.0, |bounce| bounce.frequency_hz);
-    (1.6 * bounce).min(last)
-}
-
 fn picture(canvas: &mut Canvas, result: &Spectrogram, place: frame::Place) {
     let data = &result.amplitudes;
-    let highest = highest_hz(result);
+    let highest = result.highest_hz;
     let panel = Frame::linear(place, (0.0, result.duration_s), (0.0, highest));
-    let bins = data
-        .frequency_hz
-        .iter()
-        .take_while(|frequency| **frequency <= highest)
-        .count();
+    let bins = data.frequency_hz.len();
     let largest = data
         .amplitudes
         .iter()
@@ -154,13 +139,4 @@ fn picture(canvas: &mut Canvas, result: &Spectrogram, place: frame::Place) {
         (-DEPTH_DB, 0.0),
         &format!("dB re {} rad/s", trimmed(largest, 3)),
     );
-    if let Some((time, frequency)) = ridge.get(3.min(ridge.len().saturating_sub(1))) {
-        let at = panel.place(*time, *frequency);
-        canvas.text(
-            "halo small",
-            (at.0 + 26.0, at.1 + 34.0),
-            Anchor::Start,
-            "dots: one over the time from impact to impact",
-        );
-    }
 }

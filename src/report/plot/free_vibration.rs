@@ -12,7 +12,12 @@ const NAME: &str = "free-vibration";
 pub(super) fn draw(result: &FreeVibration) -> Figure {
     let mut canvas = Canvas::with_capacity(128 * 1024);
     let title = "Free vibration with and without impact";
-    let shown = |against| result.motions.iter().any(|motion| motion.against == against);
+    let shown = |against| {
+        result
+            .motions
+            .iter()
+            .any(|motion| motion.against == against)
+    };
     let legend: Vec<(&str, &str)> = [
         (Against::Nothing, "without a stop"),
         (Against::Rigid, "rigid stop"),
@@ -31,7 +36,10 @@ pub(super) fn draw(result: &FreeVibration) -> Figure {
     ) + 22.0;
     let mut preloads: Vec<f64> = Vec::new();
     for motion in &result.motions {
-        if preloads.last().is_none_or(|last| *last < motion.preload_torque_nm) {
+        if preloads
+            .last()
+            .is_none_or(|last| *last < motion.preload_torque_nm)
+        {
             preloads.push(motion.preload_torque_nm);
         }
     }
@@ -68,8 +76,7 @@ fn class(against: Against) -> &'static str {
 fn description(result: &FreeVibration) -> String {
     let mut text = String::from("Angle against time after a release away from the stop.");
     for motion in &result.motions {
-        if let (Some(first), Some(interval)) =
-            (motion.impacts.first(), motion.intervals().first())
+        if let (Some(first), Some(interval)) = (motion.impacts.first(), motion.intervals().first())
         {
             text.push_str(&format!(
                 " T0 = {} N·m, {} stop: first impact at {} s, the next {} s later.",
@@ -93,12 +100,10 @@ fn history(
     let angles = motions
         .iter()
         .flat_map(|motion| motion.trace.iter().map(|point| point.angle_rad));
-    let panel = Frame::linear(
-        place,
-        (0.0, result.duration_s),
-        frame::range(angles, 0.06),
-    );
-    let preload = motions.first().map_or(0.0, |motion| motion.preload_torque_nm);
+    let panel = Frame::linear(place, (0.0, result.duration_s), frame::range(angles, 0.06));
+    let preload = motions
+        .first()
+        .map_or(0.0, |motion| motion.preload_torque_nm);
     let letter = if index == 0 { 'a' } else { 'b' };
     let words = if preload > 0.0 {
         "the time between impacts shrinks"
@@ -147,16 +152,35 @@ fn intervals(canvas: &mut Canvas, result: &FreeVibration, place: frame::Place) {
     let (_, high) = frame::range(all.iter().map(|interval| interval.1), 0.1);
     let panel = Frame::linear(place, (0.0, result.duration_s), (0.0, high));
     panel.title(canvas, "Time from each impact to the next");
-    panel.grid(canvas, Some("time [s]"), Some(("to the next impact [s]", 50.0)));
+    panel.grid(
+        canvas,
+        Some("time [s]"),
+        Some(("to the next impact [s]", 50.0)),
+    );
     panel.begin_inside(canvas, "free-vibration-intervals");
     panel.level(canvas, "edge", result.half_period_s);
+    // Two stops all but agree: the dots of one are enough.
+    let marked = result
+        .motions
+        .iter()
+        .map(|motion| motion.against)
+        .find(|against| *against != Against::Nothing);
     for motion in &result.motions {
         let points = motion.intervals();
         if points.is_empty() {
             continue;
         }
         panel.function(canvas, class(motion.against), points.iter().copied());
-        if motion.against != Against::Soft {
+        if Some(motion.against) == marked {
+            if let Some((time, interval)) = points.first() {
+                let at = panel.place(*time, *interval);
+                canvas.text(
+                    "small halo",
+                    (at.0 + 4.0, at.1 + 22.0),
+                    Anchor::Start,
+                    &format!("T0 = {} N·m", exact(motion.preload_torque_nm)),
+                );
+            }
             for (time, interval) in points.iter().take(40) {
                 canvas.circle("spot", panel.place(*time, *interval), 2.4);
             }

@@ -20,7 +20,12 @@ pub(super) fn draw(result: &Histories) -> Figure {
         exact(amplitude),
         exact(frequency)
     );
-    let shown = |model| result.histories.iter().any(|history| history.model == model);
+    let shown = |model| {
+        result
+            .histories
+            .iter()
+            .any(|history| history.model == model)
+    };
     let legend: Vec<(&str, &str)> = [
         (StopModel::Rigid, "rigid stop"),
         (StopModel::Soft, "soft stop"),
@@ -106,7 +111,11 @@ fn row(canvas: &mut Canvas, result: &Histories, group: &[&History], index: usize
         (from, result.duration_s),
         (low, high),
     );
-    let letter = char::from(b'a' + u8::try_from(index / group.len().max(1)).unwrap_or(25).min(25));
+    let letter = char::from(
+        b'a' + u8::try_from(index / group.len().max(1))
+            .unwrap_or(25)
+            .min(25),
+    );
     let start = group[0].start;
     whole.title(
         canvas,
@@ -129,13 +138,16 @@ fn row(canvas: &mut Canvas, result: &Histories, group: &[&History], index: usize
         canvas.end_group();
         panel.frame(canvas);
     }
-    for (line, history) in group.iter().rev().enumerate() {
+    for (line, history) in group.iter().enumerate() {
         #[expect(clippy::cast_precision_loss, reason = "two lines")]
         let y = whole.top + 18.0 + 17.0 * line as f64;
         let peak = if history.settled.rests {
             String::new()
         } else {
-            format!(", up to {} rad", significant(history.settled.peak_angle_rad, 4))
+            format!(
+                ", up to {} rad",
+                significant(history.settled.peak_angle_rad, 4)
+            )
         };
         canvas.text(
             "small halo",

@@ -61,15 +61,13 @@ fn curve(canvas: &mut Canvas, result: &Equivalence) {
     canvas.line("edge", at, foot);
     canvas.line("edge", at, wall);
     canvas.circle("spot", at, 5.0);
-    let (x, anchor) = if at.0 > 500.0 {
-        (at.0 - 12.0, Anchor::End)
-    } else {
-        (at.0 + 12.0, Anchor::Start)
-    };
+    let x = at.0.clamp(panel.left + 190.0, panel.right - 170.0);
+    let y = (at.1 - 92.0).max(panel.top + 22.0);
+    canvas.line("tick", (at.0, y + 26.0), (at.0, at.1 - 6.0));
     canvas.text(
         "halo",
-        (x, at.1 - 30.0),
-        anchor,
+        (x, y),
+        Anchor::Middle,
         &format!(
             "this stop: ξ = cs ls²/(2 I0 ωR) = {}",
             significant(result.damping_ratio, 5)
@@ -77,8 +75,8 @@ fn curve(canvas: &mut Canvas, result: &Equivalence) {
     );
     canvas.text(
         "halo",
-        (x, at.1 - 11.0),
-        anchor,
+        (x, y + 19.0),
+        Anchor::Middle,
         &format!(
             "gives back {} of the speed; R = {} asked",
             significant(result.half_period_ratio, 6),
@@ -135,7 +133,13 @@ fn pushes(canvas: &mut Canvas, result: &Equivalence) {
         (0.0, end_ms * 1.02),
         frame::range(torques().chain(std::iter::once(0.0)), 0.08),
     );
-    panel.title(canvas, "(c) at its end the stop as written pulls");
+    panel.title(
+        canvas,
+        &format!(
+            "(c) entry at {} rad/s: at its end the stop pulls",
+            trimmed(result.speed_rad_s, 4)
+        ),
+    );
     panel.grid(
         canvas,
         Some("time from the entry [ms]"),
@@ -163,18 +167,19 @@ fn pushes(canvas: &mut Canvas, result: &Equivalence) {
     canvas.end_group();
     panel.frame(canvas);
     if let (Some(from), Some(ratio)) = (result.tension_from_s, result.released_ratio) {
-        let x = panel.x.place(from * 1e3) - 10.0;
+        let x = panel.x.place(from * 1e3) - 70.0;
+        let zero = panel.y.place(0.0);
         canvas.text(
             "small halo",
-            (x, panel.top + 20.0),
+            (x, zero - 24.0),
             Anchor::End,
             &format!("tension from {} ms on;", trimmed(from * 1e3, 4)),
         );
         canvas.text(
             "small halo",
-            (x, panel.top + 36.0),
+            (x, zero - 8.0),
             Anchor::End,
-            &format!("let go there: {}", significant(ratio, 4)),
+            &format!("if it let go there: {}", significant(ratio, 4)),
         );
     }
 }

@@ -12,7 +12,12 @@ const NAME: &str = "shock";
 pub(super) fn draw(result: &Shock) -> Figure {
     let mut canvas = Canvas::with_capacity(128 * 1024);
     let title = "Response to the shock of a side impact";
-    let shown = |model| result.responses.iter().any(|response| response.run.model == model);
+    let shown = |model| {
+        result
+            .responses
+            .iter()
+            .any(|response| response.run.model == model)
+    };
     let mut legend: Vec<(&str, &str)> = [
         (StopModel::Rigid, "rigid stop"),
         (StopModel::Soft, "soft stop"),
@@ -66,7 +71,8 @@ fn class(model: StopModel) -> &'static str {
 }
 
 fn description(result: &Shock) -> String {
-    let mut text = String::from("Acceleration of the base, and angle of the lever for two readings.");
+    let mut text =
+        String::from("Acceleration of the base, and angle of the lever for two readings.");
     for response in &result.responses {
         text.push_str(&format!(
             " Peak {} m/s², {} stop: peak angle {} rad.",
@@ -167,7 +173,10 @@ fn response(
         .map(|point| point.1)
         .chain([0.0, threshold]);
     let end_ms = result.signals[0].end_s() * 1e3;
-    let panel = Frame::linear(place, (0.0, end_ms), frame::range(angles, 0.06));
+    let (low, high) = frame::range(angles, 0.06);
+    // Room for the words at the top.
+    let high = high + 0.22 * (high - low);
+    let panel = Frame::linear(place, (0.0, end_ms), (low, high));
     let (peak, reading) = responses.first().map_or((f64::NAN, ""), |first| {
         let words = if letter == 'b' {
             "the text's reading, in g"
@@ -200,7 +209,7 @@ fn response(
     panel.frame(canvas);
     canvas.text(
         "muted small halo",
-        (panel.x.place(result.shock_s * 1e3) + 6.0, panel.bottom - 8.0),
+        (panel.x.place(result.shock_s * 1e3) + 6.0, panel.top + 18.0),
         Anchor::Start,
         "end of the shock",
     );

@@ -27,7 +27,13 @@ pub(super) fn draw(result: &StepSize) -> Figure {
     let columns = [(72.0, 438.0), (522.0, WIDTH - 16.0)];
     for (index, run) in result.runs.iter().enumerate() {
         let (left, right) = columns[index % 2];
-        phase(&mut canvas, result, run, index, (left, right, top, top + 270.0));
+        phase(
+            &mut canvas,
+            result,
+            run,
+            index,
+            (left, right, top, top + 270.0),
+        );
         if index % 2 == 1 || index + 1 == result.runs.len() {
             top += 270.0 + 82.0;
         }
@@ -76,7 +82,10 @@ fn phase(
     let panel = Frame::linear(
         place,
         frame::range(both().map(|point| point.angle_rad.clamp(-1e3, 1e3)), 0.04),
-        frame::range(both().map(|point| point.velocity_rad_s.clamp(-1e5, 1e5)), 0.06),
+        frame::range(
+            both().map(|point| point.velocity_rad_s.clamp(-1e5, 1e5)),
+            0.06,
+        ),
     );
     let letter = char::from(b'a' + u8::try_from(index.min(25)).unwrap_or(25));
     let verdict = if run.gains_energy {
@@ -102,9 +111,14 @@ fn phase(
     panel.begin_inside(canvas, &format!("{NAME}-phase-{index}"));
     panel.level(canvas, "zero", 0.0);
     panel.upright(canvas, "zero", 0.0);
-    let points = run.trace.iter().map(|point| (point.angle_rad, point.velocity_rad_s));
+    let points = run
+        .trace
+        .iter()
+        .map(|point| (point.angle_rad, point.velocity_rad_s));
     panel.curve(canvas, "line soft", points, MOST_POINTS);
-    let points = exact.iter().map(|point| (point.angle_rad, point.velocity_rad_s));
+    let points = exact
+        .iter()
+        .map(|point| (point.angle_rad, point.velocity_rad_s));
     panel.curve(canvas, "line nothing", points, MOST_POINTS);
     canvas.end_group();
     panel.frame(canvas);
@@ -135,8 +149,14 @@ fn phase(
 
 fn limit(canvas: &mut Canvas, result: &StepSize, place: (f64, f64, f64, f64)) {
     let steps = (
-        result.scan.first().map_or(1.0, |scan| scan.steps_per_period),
-        result.scan.last().map_or(10.0, |scan| scan.steps_per_period),
+        result
+            .scan
+            .first()
+            .map_or(1.0, |scan| scan.steps_per_period),
+        result
+            .scan
+            .last()
+            .map_or(10.0, |scan| scan.steps_per_period),
     );
     let (low, high) = (0.0, 1.6);
     let panel = Frame::logarithmic_x(place, steps, (low, high));
