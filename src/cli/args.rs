@@ -271,6 +271,26 @@ impl ModelArgument {
     }
 }
 
+/// One stop asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum StopArgument {
+    /// Newton's restitution.
+    Rigid,
+    /// Spring and damper.
+    Soft,
+}
+
+impl StopArgument {
+    /// Returns the stop.
+    #[must_use]
+    pub fn stop(self) -> StopModel {
+        match self {
+            Self::Rigid => StopModel::Rigid,
+            Self::Soft => StopModel::Soft,
+        }
+    }
+}
+
 /// Integrator asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum MethodArgument {

@@ -14,6 +14,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 /// Periods that a run may last.
 pub(super) const PERIODS_MAX: f64 = 1e7;
 
+/// Points of a trace in a quarter of a period, at least: enough to draw the curve by lines.
+const TRACE_POINTS_PER_QUARTER: f64 = 16.0;
+
 /// A sine cut into quarters of its period, so that no phase grows with time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Quarters {
@@ -89,6 +92,9 @@ impl pulp::WithSimd for Drive<'_> {
     fn with_simd<S: pulp::Simd>(self, _simd: S) -> Outcome {
         let mut kernel = super::begin(0.0, self.design, self.options);
         let quarters = Quarters::new(self.excitation, &kernel);
+        if self.options.trace {
+            kernel.tally.trace_gap_s = quarters.length / TRACE_POINTS_PER_QUARTER;
+        }
         let error = kernel.angle_error();
         let angle = kernel.state().0;
         kernel.tally.open_window(angle, 0.0, error);

@@ -54,13 +54,15 @@ impl Analysis for Arguments {
     }
 
     fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
+        let stops = self.model.stops();
+        let initial = self.start.state(&stops)?;
         let mut answer = Answer {
             parameters: BTreeMap::from([
                 ("amplitude_g", json!([self.amplitude.low, self.amplitude.high])),
                 ("compare_steps", json!(self.compare_steps)),
                 ("gravity_m_s2", json!(self.sine.gravity)),
-                ("initial", json!(self.start.state())),
-                ("model", json!(self.model.stops())),
+                ("initial", json!(initial)),
+                ("model", json!(stops)),
                 ("omega_rad_s", json!(self.sine.omega)),
                 ("periods", json!(self.periods)),
                 ("points", json!(self.points)),
@@ -68,7 +70,6 @@ impl Analysis for Arguments {
             ]),
             ..Answer::default()
         };
-        let stops = self.model.stops();
         let mut attractors = Vec::new();
         for stop in &stops {
             let several = self.amplitude.low < self.amplitude.high;
@@ -78,7 +79,7 @@ impl Analysis for Arguments {
                 points: if several { self.points } else { 1 },
                 transient: self.transient,
                 periods: self.periods,
-                initial: self.start.state(),
+                initial,
                 compared_steps: self.compare_steps,
             };
             let attractor = session

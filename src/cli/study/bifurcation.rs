@@ -64,12 +64,14 @@ impl Analysis for Arguments {
     }
 
     fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
+        let stops = self.model.stops();
+        let initial = self.start.state(&stops)?;
         let mut answer = Answer {
             parameters: BTreeMap::from([
                 ("amplitude_g", json!([self.amplitude.low, self.amplitude.high])),
                 ("gravity_m_s2", json!(self.sine.gravity)),
-                ("initial", json!(self.start.state())),
-                ("model", json!(self.model.stops())),
+                ("initial", json!(initial)),
+                ("model", json!(stops)),
                 ("omega_rad_s", json!(self.sine.omega)),
                 ("periods", json!(self.periods)),
                 ("points", json!(self.points)),
@@ -77,7 +79,6 @@ impl Analysis for Arguments {
             ]),
             ..Answer::default()
         };
-        let stops = self.model.stops();
         let mut diagrams = Vec::new();
         for stop in &stops {
             let options = bifurcation::Options {
@@ -86,7 +87,7 @@ impl Analysis for Arguments {
                 points: self.points,
                 transient: self.transient,
                 periods: self.periods,
-                initial: self.start.state(),
+                initial,
                 sweep: match self.sweep {
                     SweepArgument::None => Sweep::None,
                     SweepArgument::Up => Sweep::Up,

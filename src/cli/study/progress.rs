@@ -1,6 +1,5 @@
 //! How far a study has come, on a terminal, and Ctrl-C, which ends it with what is done.
 
-use crate::study::parallel::Control;
 use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -71,14 +70,6 @@ impl Progress {
             let _ = err.flush();
         }
         !interrupted()
-    }
-
-    /// Returns what threads are told.
-    pub(super) fn control<'a>(
-        threads: usize,
-        proceed: &'a (dyn Fn(f64) -> bool + Sync),
-    ) -> Control<'a> {
-        Control { threads, proceed }
     }
 }
 

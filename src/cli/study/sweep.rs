@@ -1,5 +1,6 @@
 //! Options that the studies of sines share.
 
+use super::Failure;
 use crate::cli::args::{parse_angle, parse_finite, parse_positive, parse_velocity};
 use crate::model::Design;
 use crate::model::stop::StopModel;
@@ -29,10 +30,13 @@ pub struct Start {
 }
 
 impl Start {
-    /// Returns the initial state; `None` for rest.
-    pub(super) fn state(&self) -> Option<State> {
-        (self.phi0.is_some() || self.omega0.is_some())
-            .then(|| (self.phi0.unwrap_or(0.0), self.omega0.unwrap_or(0.0)))
+    /// Returns the initial state, which every one of `stops` admits; `None` for rest.
+    pub(super) fn state(&self, stops: &[StopModel]) -> Result<Option<State>, Failure> {
+        if self.phi0.is_none() && self.omega0.is_none() {
+            return Ok(None);
+        }
+        let (angle, velocity) = (self.phi0.unwrap_or(0.0), self.omega0.unwrap_or(0.0));
+        super::start(angle, velocity, stops).map(Some)
     }
 }
 
