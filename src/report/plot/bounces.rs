@@ -3,7 +3,8 @@
 use super::canvas::Canvas;
 use super::colour::viridis;
 use super::frame::{self, Frame};
-use super::spectrogram::{decibel_bar, encode};
+use super::raster::encode;
+use super::spectrogram::decibel_bar;
 use super::{Figure, WIDTH};
 use crate::report::number::{exact, significant, trimmed};
 use crate::study::spectrogram::Spectrogram;
