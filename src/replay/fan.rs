@@ -409,6 +409,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
         let mut followed = self.lanes[lane].take()?.followed;
         let surplus = followed.sections.len().saturating_sub(options.keep);
         followed.sections.drain(..surplus);
+        followed.sections.shrink_to_fit();
         Some(followed)
     }
 
@@ -460,9 +461,11 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
     /// One lane's piece by the scalar kernel.
     #[inline(always)]
     fn by_kernel(&mut self, lane: usize, index: usize, piece: &Piece) {
+        let pressing = self.cut.pressing;
         if let Some(of) = &self.lanes[lane]
             && !of.kernel.stuck
-            && !(of.kernel.dwells() && piece.lowest(of.strength) + self.cut.pressing > 0.0)
+            && !of.sleeps(pressing)
+            && !(of.kernel.dwells() && piece.lowest(of.strength) + pressing > 0.0)
         {
             self.advance(lane, index, piece);
         }

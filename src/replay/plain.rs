@@ -180,17 +180,18 @@ impl<T: Real> Orders<T> {
         x[n + 2] = force * (-1.0 / ((n + 1) * (n + 2)) as f64);
     }
 
-    /// Takes into account that the excitation itself bends, by a factor `swing` from order to
-    /// order.
+    /// Takes into account that the excitation itself turns, by `swing` [rad]: order n of a turn is
+    /// smaller than the one before by the turn over n, and n is more than eight where it counts.
     #[inline(always)]
     pub(super) fn swinging(&mut self, swing: T) {
-        self.next = self.next + swing;
+        self.next = (self.next + swing) * 0.125;
     }
 
-    /// Returns a bound on what is neglected of sine and cosine after order 9.
+    /// Returns a bound on what is neglected of sine and cosine after order 9, of a swinging
+    /// excitation.
     #[inline(always)]
     pub(super) fn tail_turned(&self) -> T {
-        let of = |s: &[T; 10]| s[9].magnitude() + s[8].magnitude();
+        let of = |s: &[T; 10]| s[8].magnitude().fused(self.next, s[9].magnitude());
         of(&self.s).upper(of(&self.c)) * self.next
     }
 
@@ -216,36 +217,53 @@ impl<T: Real> Orders<T> {
     /// Returns the state at the end of the sample from the orders up to 9.
     #[inline(always)]
     pub(super) fn end_of_nine(&self, state: &State<T>) -> State<T> {
-        // In pairs, so that none waits for many others; the late ones last.
-        let sum = |x: &[T; 12]| ((x[4] + x[5]) + (x[2] + x[3])) + ((x[6] + x[7]) + (x[8] + x[9]));
-        let turned = |s: &[T; 10]| ((s[3] + s[4]) + (s[1] + s[2])) + ((s[5] + s[6]) + s[7]);
-        self.end(state, sum, turned)
+        let Self { x, w, s, c, .. } = self;
+        let sums = [
+            sum_of_nine(x),
+            sum_of_nine(w),
+            turn_of_seven(s),
+            turn_of_seven(c),
+        ];
+        state.moved(sums)
     }
 
     /// Returns the same from the orders up to 11.
     #[inline(always)]
     pub(super) fn end_of_eleven(&self, state: &State<T>) -> State<T> {
-        let sum = |x: &[T; 12]| {
-            (((x[4] + x[5]) + (x[2] + x[3])) + ((x[6] + x[7]) + (x[8] + x[9]))) + (x[10] + x[11])
-        };
-        let turned = |s: &[T; 10]| {
-            (((s[3] + s[4]) + (s[1] + s[2])) + ((s[5] + s[6]) + s[7])) + (s[8] + s[9])
-        };
-        self.end(state, sum, turned)
+        let Self { x, w, s, c, .. } = self;
+        let (x, w) = (
+            sum_of_nine(x) + (x[10] + x[11]),
+            sum_of_nine(w) + (w[10] + w[11]),
+        );
+        let (s, c) = (
+            turn_of_seven(s) + (s[8] + s[9]),
+            turn_of_seven(c) + (c[8] + c[9]),
+        );
+        state.moved([x, w, s, c])
     }
+}
 
+// The sums go in pairs, so that none waits for many others, and the late ones come last.
+
+#[inline(always)]
+fn sum_of_nine<T: Real>(x: &[T; 12]) -> T {
+    ((x[4] + x[5]) + (x[2] + x[3])) + ((x[6] + x[7]) + (x[8] + x[9]))
+}
+
+#[inline(always)]
+fn turn_of_seven<T: Real>(s: &[T; 10]) -> T {
+    ((s[3] + s[4]) + (s[1] + s[2])) + ((s[5] + s[6]) + s[7])
+}
+
+impl<T: Real> State<T> {
+    /// Moves on by what the orders add to angle, slope, sine and cosine.
     #[inline(always)]
-    fn end(
-        &self,
-        state: &State<T>,
-        sum: impl Fn(&[T; 12]) -> T,
-        turned: impl Fn(&[T; 10]) -> T,
-    ) -> State<T> {
-        State {
-            angle: state.angle + (state.slope + sum(&self.x)),
-            slope: state.slope + sum(&self.w),
-            sine: state.sine + turned(&self.s),
-            cosine: state.cosine + turned(&self.c),
+    fn moved(&self, [angle, slope, sine, cosine]: [T; 4]) -> Self {
+        Self {
+            angle: self.angle + (self.slope + angle),
+            slope: self.slope + slope,
+            sine: self.sine + sine,
+            cosine: self.cosine + cosine,
         }
     }
 }

@@ -26,6 +26,7 @@ mod conditioning_resample;
 mod conditioning_spectrum;
 mod conditioning_support;
 mod csv;
+mod fan;
 mod harmonic;
 mod lever_cases;
 mod mcap;
