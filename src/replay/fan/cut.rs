@@ -16,8 +16,9 @@ pub(super) const TERMS: usize = 10;
 /// Fewest and most pieces of a period.
 const PIECES: (usize, usize) = (48, 1 << 15);
 
-/// Turn of a lever within a piece that is aimed at [rad].
-const TURN: f64 = 0.045;
+/// Largest truncation of a step over a piece that is aimed at, relative to the motion: a fifth of
+/// what is let pass.
+const TRUNCATION: f64 = 2e-17;
 
 /// Depth in the soft stop [rad] down to which cos φ = 1: what that leaves out is 5e-11 of the
 /// excitation, 1e-15 rad at 100 g.
@@ -27,13 +28,21 @@ const SHALLOW: f64 = 1e-5;
 pub(super) fn pieces(design: &Design, angular_frequency: f64, amplitude: f64) -> usize {
     let kernel = lever(design, StopModel::Rigid);
     let period = TAU / angular_frequency;
-    // How fast levers are, by and large; one that is faster takes its pieces by the kernel.
-    let speed = 15.0 + 0.2 * (kernel.gain() * amplitude).abs() / angular_frequency;
+    let strength = (kernel.gain() * amplitude).abs();
+    // How fast levers are that a sine keeps going, by and large, from the reference lever's runs
+    // at ω = 20 and 100 rad/s; one that is faster takes its pieces by the kernel.
+    let speed = (1.2 * strength).sqrt().max(10.0);
     let mut pieces = PIECES.0;
     while pieces < PIECES.1 {
         #[expect(clippy::cast_precision_loss, reason = "a small count")]
         let length = period / pieces as f64;
-        if length * speed <= TURN && Coefficients::scaled(kernel.free_branch(), length).is_some() {
+        // Order ten of the angle is the excitation times order eight of what turns, and that
+        // times an eighth of the turn is what a step takes for its truncation.
+        let turn = (speed + angular_frequency) * length;
+        let bend = (strength + kernel.free_branch().pressing) * length / speed;
+        let truncation = bend * libm::pow(turn, 9.0) / (8.0 * 40_320.0 * 90.0);
+        if truncation <= TRUNCATION && Coefficients::scaled(kernel.free_branch(), length).is_some()
+        {
             break;
         }
         // By four thirds and by one and a half in turns: 48, 64, 96, 128 ...
