@@ -85,7 +85,7 @@ fn check_agrees(rides: &[Ride], options: &FanOptions, tolerance: f64) {
             ];
             assert!(
                 off.iter().all(|off| off.abs() <= tolerance),
-                "{what}: off by {off:e?}"
+                "{what}: off by {off:?}"
             );
             assert_eq!(got.impacts, want.impacts, "{what}");
             assert_eq!(got.rested, want.rested, "{what}");

@@ -31,7 +31,10 @@ pub(super) fn pieces(design: &Design, angular_frequency: f64, amplitude: f64) ->
     let strength = (kernel.gain() * amplitude).abs();
     // How fast levers are that a sine keeps going, by and large, from the reference lever's runs
     // at ω = 20 and 100 rad/s; one that is faster takes its pieces by the kernel.
-    let speed = (1.2 * strength).sqrt().max(10.0);
+    let speed = (strength / angular_frequency)
+        .max((1.2 * strength).sqrt())
+        .min((16.0 * strength).sqrt())
+        .max(10.0);
     let mut pieces = PIECES.0;
     while pieces < PIECES.1 {
         #[expect(clippy::cast_precision_loss, reason = "a small count")]
@@ -175,11 +178,23 @@ impl Cut {
         if !(high + ring < 0.0 && low - ring > -SHALLOW) {
             return false;
         }
+        let (rest_angle, rest_velocity_after) = settled.response(strength, to);
+        if kernel.tally.judging && high + ring > kernel.tally.peak.angle {
+            // Where the settled motion is slower than the ringing, a turn may be the peak.
+            let speed = ring * settled.stiffness.sqrt() + settled.bend(strength, self.swing);
+            let slowest = if rest_velocity * rest_velocity_after > 0.0 {
+                rest_velocity.abs().min(rest_velocity_after.abs())
+            } else {
+                0.0
+            };
+            if slowest <= 1.01 * speed {
+                return false;
+            }
+        }
         let [[a, b], [c, d]] = settled.ring;
-        let (rest_angle, rest_velocity) = settled.response(strength, to);
         kernel.put_pressed(
             rest_angle + (a * angle + b * velocity),
-            rest_velocity + (c * angle + d * velocity),
+            rest_velocity_after + (c * angle + d * velocity),
         );
         true
     }
@@ -228,6 +243,12 @@ impl Settled {
             self.rest + (with * sine + across * cosine),
             self.angular_frequency * (with * cosine - across * sine),
         )
+    }
+
+    /// Returns how far that velocity is off its chord over a piece, at most [rad/s].
+    fn bend(&self, strength: f64, turn: f64) -> f64 {
+        let size = strength.abs() * (self.response.0.abs() + self.response.1.abs());
+        0.125 * turn * turn * self.angular_frequency * size
     }
 
     /// Returns bounds on that angle over `piece` [rad].
