@@ -2,6 +2,7 @@
 
 pub mod batch;
 mod cruise;
+pub mod fan;
 mod forcing;
 mod harmonic;
 mod kernel;

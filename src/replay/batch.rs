@@ -420,11 +420,11 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
         let constant = |value: f64| Lanes::splat(simd, value);
         let b0 = self.gain.fused(constant(from), self.offset);
         let end = self.gain.fused(constant(to), self.offset);
-        let b1 = end - b0;
-        let bounds = coefficients.bounds(state, b0, end);
+        let b = [b0, end - b0];
+        let bounds = coefficients.bounds(state, b0.magnitude().upper(end.magnitude()));
         let turns = state.slope.magnitude().at_most(bounds.curve * 1.01);
         let calm = bounds.lowest.above(constant(0.0)) & !(turns & bounds.highest.above(self.best));
-        let mut orders = coefficients.orders(state, &bounds, b0, b1);
+        let mut orders = coefficients.orders(state, &bounds, &b);
         let allowed = orders.motion() * TRUNCATION;
         let within = |tail: Lanes<S>, turn_max: f64| {
             tail.at_most(allowed) & bounds.turn.at_most(constant(turn_max))
@@ -434,7 +434,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
         if (nine | !calm).all() {
             return (short, calm & nine);
         }
-        coefficients.more_orders(&mut orders, b0, b1);
+        coefficients.more_orders(&mut orders, &b);
         let eleven = within(orders.tail_of_eleven(), TURN_MAX.1);
         let long = orders.end_of_eleven(state);
         // A lane that needs no more keeps what it would have alone.

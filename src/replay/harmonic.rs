@@ -107,6 +107,34 @@ impl pulp::WithSimd for Drive<'_> {
     }
 }
 
+/// Checks what a stroboscope starts from.
+pub(super) fn check(
+    stop: StopModel,
+    excitation: &Harmonic,
+    initial: Option<(f64, f64)>,
+) -> Result<(), Error> {
+    let mut options = RunOptions::new(stop, crate::units::OpensWhen::Negative);
+    options.initial = initial;
+    super::check_initial(&options)?;
+    let quarter = FRAC_PI_2 / excitation.angular_frequency_rad_s;
+    let sound = quarter > 0.0
+        && quarter.is_finite()
+        && excitation.amplitude_m_s2.is_finite()
+        && excitation.phase_rad.is_finite();
+    if !sound {
+        return Err(ErrorKind::OutOfRange {
+            what: "excitation (amplitude [m/s²], angular frequency [rad/s], phase [rad])".into(),
+            expected: "finite numbers, the frequency positive".into(),
+            found: format!(
+                "({}, {}, {})",
+                excitation.amplitude_m_s2, excitation.angular_frequency_rad_s, excitation.phase_rad
+            ),
+        }
+        .into());
+    }
+    Ok(())
+}
+
 /// The lever as a stroboscope sees it, at the same phase of each period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Section {
@@ -158,28 +186,7 @@ impl Strobe {
         excitation: &Harmonic,
         initial: Option<(f64, f64)>,
     ) -> Result<Self, Error> {
-        let mut options = RunOptions::new(stop, crate::units::OpensWhen::Negative);
-        options.initial = initial;
-        super::check_initial(&options)?;
-        let quarter = FRAC_PI_2 / excitation.angular_frequency_rad_s;
-        let sound = quarter > 0.0
-            && quarter.is_finite()
-            && excitation.amplitude_m_s2.is_finite()
-            && excitation.phase_rad.is_finite();
-        if !sound {
-            return Err(ErrorKind::OutOfRange {
-                what: "excitation (amplitude [m/s²], angular frequency [rad/s], phase [rad])"
-                    .into(),
-                expected: "finite numbers, the frequency positive".into(),
-                found: format!(
-                    "({}, {}, {})",
-                    excitation.amplitude_m_s2,
-                    excitation.angular_frequency_rad_s,
-                    excitation.phase_rad
-                ),
-            }
-            .into());
-        }
+        check(stop, excitation, initial)?;
         let kernel = Kernel::new(design, stop, initial, None, Tally::peak_only())
             .for_ever()
             .without_error_bound();

@@ -27,6 +27,7 @@ mod conditioning_spectrum;
 mod conditioning_support;
 mod csv;
 mod ev5;
+mod fan;
 mod harmonic;
 mod ingest_agreement;
 mod ingest_support;

@@ -58,7 +58,10 @@ impl Analysis for Arguments {
         let initial = self.start.state(&stops)?;
         let mut answer = Answer {
             parameters: BTreeMap::from([
-                ("amplitude_g", json!([self.amplitude.low, self.amplitude.high])),
+                (
+                    "amplitude_g",
+                    json!([self.amplitude.low, self.amplitude.high]),
+                ),
                 ("compare_steps", json!(self.compare_steps)),
                 ("gravity_m_s2", json!(self.sine.gravity)),
                 ("initial", json!(initial)),
@@ -85,7 +88,9 @@ impl Analysis for Arguments {
             let attractor = session
                 .watch(stop.name(), |control| attractor::run(&options, control))
                 .map_err(Failure::Data)?;
-            answer.tables.push(Table::of_stops(&stops, *stop, &attractor.rows).map_err(Failure::Data)?);
+            answer
+                .tables
+                .push(Table::of_stops(&stops, *stop, &attractor.rows).map_err(Failure::Data)?);
             answer.headlines.extend(attractor.headlines());
             answer.complete &= attractor.complete;
             attractors.push(attractor);

@@ -59,7 +59,10 @@ impl Analysis for Arguments {
                 ("model", json!(self.model.stops())),
                 ("omega_rad_s", json!(self.sine.omega)),
                 ("transient", json!(self.transient)),
-                ("velocity_rad_s", json!([self.velocity.low, self.velocity.high])),
+                (
+                    "velocity_rad_s",
+                    json!([self.velocity.low, self.velocity.high]),
+                ),
             ]),
             ..Answer::default()
         };
@@ -77,7 +80,9 @@ impl Analysis for Arguments {
             let basins = session
                 .watch(stop.name(), |control| basins::run(&options, control))
                 .map_err(Failure::Data)?;
-            answer.tables.push(Table::of_stops(&stops, *stop, &basins.rows()).map_err(Failure::Data)?);
+            answer
+                .tables
+                .push(Table::of_stops(&stops, *stop, &basins.rows()).map_err(Failure::Data)?);
             answer.headlines.extend(basins.headlines());
             answer.complete &= basins.complete;
             all.push(basins);
@@ -88,6 +93,7 @@ impl Analysis for Arguments {
                     "model": basins.options.rig.stop,
                     "complete": basins.complete,
                     "boundary_share": basins.boundary_share,
+                    "uncertainty_exponent": basins.uncertainty_exponent,
                     "attractors": basins.attractors,
                 }))
                 .collect::<Vec<_>>()

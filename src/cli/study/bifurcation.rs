@@ -68,7 +68,10 @@ impl Analysis for Arguments {
         let initial = self.start.state(&stops)?;
         let mut answer = Answer {
             parameters: BTreeMap::from([
-                ("amplitude_g", json!([self.amplitude.low, self.amplitude.high])),
+                (
+                    "amplitude_g",
+                    json!([self.amplitude.low, self.amplitude.high]),
+                ),
                 ("gravity_m_s2", json!(self.sine.gravity)),
                 ("initial", json!(initial)),
                 ("model", json!(stops)),
@@ -97,12 +100,16 @@ impl Analysis for Arguments {
             let diagram = session
                 .watch(stop.name(), |control| bifurcation::run(&options, control))
                 .map_err(Failure::Data)?;
-            answer.tables.push(Table::of_stops(&stops, *stop, &diagram.rows()).map_err(Failure::Data)?);
+            answer
+                .tables
+                .push(Table::of_stops(&stops, *stop, &diagram.rows()).map_err(Failure::Data)?);
             answer.headlines.extend(diagram.headlines());
             answer.complete &= diagram.complete;
             diagrams.push(diagram);
         }
-        answer.parameters.insert("sweep", json!(diagrams.first().map(|d| d.options.sweep)));
+        answer
+            .parameters
+            .insert("sweep", json!(diagrams.first().map(|d| d.options.sweep)));
         answer.results = Some(json!(
             diagrams
                 .iter()

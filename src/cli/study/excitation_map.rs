@@ -49,7 +49,10 @@ impl Analysis for Arguments {
     fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
         let mut answer = Answer {
             parameters: BTreeMap::from([
-                ("amplitude_g", json!([self.amplitude.low, self.amplitude.high])),
+                (
+                    "amplitude_g",
+                    json!([self.amplitude.low, self.amplitude.high]),
+                ),
                 ("gravity_m_s2", json!(self.gravity)),
                 ("grid", json!(self.grid)),
                 ("model", json!(self.model.stops())),
@@ -69,9 +72,13 @@ impl Analysis for Arguments {
                 periods: self.periods,
             };
             let map = session
-                .watch(stop.name(), |control| excitation_map::run(&options, control))
+                .watch(stop.name(), |control| {
+                    excitation_map::run(&options, control)
+                })
                 .map_err(Failure::Data)?;
-            answer.tables.push(Table::of_stops(&stops, *stop, &map.rows).map_err(Failure::Data)?);
+            answer
+                .tables
+                .push(Table::of_stops(&stops, *stop, &map.rows).map_err(Failure::Data)?);
             answer.headlines.extend(map.headlines());
             answer.complete &= map.complete;
             maps.push(map);
