@@ -40,5 +40,6 @@ mod replay_properties;
 mod report;
 mod signals;
 mod study;
+mod study_scenes;
 mod tidy;
 mod verdict;
