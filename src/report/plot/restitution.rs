@@ -136,7 +136,7 @@ fn pushes(canvas: &mut Canvas, result: &Equivalence) {
     panel.title(
         canvas,
         &format!(
-            "(c) {} rad/s: at its end the stop pulls",
+            "(c) entry at {} rad/s: late, the stop pulls",
             trimmed(result.speed_rad_s, 4)
         ),
     );
