@@ -1,4 +1,4 @@
-//! `latchgate study`: one file per study, one line each in [`Study`] and in [`Study::analysis`].
+//! `latchgate study`: one file per study, one line each in [`Study`] and in its `analysis`.
 
 mod attractor;
 mod basins;

@@ -196,21 +196,6 @@ impl Motion {
             })
             .collect()
     }
-
-    /// Returns the largest angle between each impact and the next: when [s], and how large [rad].
-    /// Without a stop, the turns on the far side.
-    ///
-    /// Taken from the points of the history, so as fine as those.
-    #[must_use]
-    pub fn turns(&self) -> Vec<(f64, f64)> {
-        self.trace
-            .windows(3)
-            .filter(|near| {
-                near[1].angle_rad > near[0].angle_rad && near[1].angle_rad >= near[2].angle_rad
-            })
-            .map(|near| (near[1].time_s, near[1].angle_rad))
-            .collect()
-    }
 }
 
 /// A row of a history.

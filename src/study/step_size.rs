@@ -394,8 +394,10 @@ impl StepSize {
         };
         let exact = self.exact.trace.iter().map(move |point| row(None, point));
         let runs = self.runs.iter().flat_map(move |run| {
+            // What has left all numbers is no row.
             run.trace
                 .iter()
+                .filter(|point| point.angle_rad.is_finite() && point.velocity_rad_s.is_finite())
                 .map(move |point| row(Some(run.steps_per_period), point))
         });
         exact.chain(runs)

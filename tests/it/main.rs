@@ -48,5 +48,6 @@ mod replay_properties;
 mod report;
 mod signals;
 mod study;
+mod study_scenes;
 mod tidy;
 mod verdict;

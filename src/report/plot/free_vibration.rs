@@ -176,7 +176,7 @@ fn intervals(canvas: &mut Canvas, result: &FreeVibration, place: frame::Place) {
                 let at = panel.place(*time, *interval);
                 canvas.text(
                     "small halo",
-                    (at.0 + 4.0, at.1 + 22.0),
+                    (at.0 + 4.0, at.1 + 34.0),
                     Anchor::Start,
                     &format!("T0 = {} N·m", exact(motion.preload_torque_nm)),
                 );

@@ -46,7 +46,7 @@ pub(super) fn draw(result: &Histories) -> Figure {
         let start = result.histories[index].start;
         let group: Vec<&History> = result.histories[index..]
             .iter()
-            .take_while(|history| history.start == start)
+            .take_while(|history| history.start.map(f64::to_bits) == start.map(f64::to_bits))
             .collect();
         row(&mut canvas, result, &group, index, top);
         index += group.len();

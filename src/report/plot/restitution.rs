@@ -61,7 +61,7 @@ fn curve(canvas: &mut Canvas, result: &Equivalence) {
     canvas.line("edge", at, foot);
     canvas.line("edge", at, wall);
     canvas.circle("spot", at, 5.0);
-    let x = at.0.clamp(panel.left + 190.0, panel.right - 170.0);
+    let x = at.0.clamp(panel.left + 190.0, panel.right - 190.0);
     let y = (at.1 - 92.0).max(panel.top + 22.0);
     canvas.line("tick", (at.0, y + 26.0), (at.0, at.1 - 6.0));
     canvas.text(
@@ -136,7 +136,7 @@ fn pushes(canvas: &mut Canvas, result: &Equivalence) {
     panel.title(
         canvas,
         &format!(
-            "(c) entry at {} rad/s: at its end the stop pulls",
+            "(c) entry at {} rad/s: late, the stop pulls",
             trimmed(result.speed_rad_s, 4)
         ),
     );

@@ -169,7 +169,7 @@ fn response(
     };
     let angles = responses
         .iter()
-        .flat_map(|response| points(response))
+        .flat_map(points)
         .map(|point| point.1)
         .chain([0.0, threshold]);
     let end_ms = result.signals[0].end_s() * 1e3;
