@@ -27,6 +27,7 @@ mod conditioning_spectrum;
 mod conditioning_support;
 mod csv;
 mod harmonic;
+mod known_cases;
 mod lever_cases;
 mod mcap;
 mod methods;
