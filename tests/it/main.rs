@@ -31,6 +31,7 @@ mod fan;
 mod harmonic;
 mod ingest_agreement;
 mod ingest_support;
+mod known_cases;
 mod lever_cases;
 mod lvm;
 mod mcap;
