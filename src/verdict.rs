@@ -2,11 +2,19 @@
 
 pub mod assess;
 pub mod decision;
+pub mod ensemble;
+pub mod filters;
+pub mod ribbon;
 pub mod screen;
+pub mod what_if;
 mod why;
 
 pub use assess::{AssessOptions, Assessment, ModelChoice, Polarity, assess};
-pub use decision::DECISION_RULE;
+pub use decision::{DECISION_RULE, NOMINAL_DECISION_RULE};
+pub use ensemble::Ensemble;
+pub use filters::FilterRow;
+pub use ribbon::Ribbon;
+pub use what_if::WhatIf;
 
 use crate::conditioning::Signal;
 use crate::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
@@ -197,6 +205,10 @@ pub struct Request {
     pub phi0_rad: Option<f64>,
     /// Initial angular velocity [rad/s].
     pub omega0_rad_s: Option<f64>,
+    /// Largest ensemble; 0 for nominal runs alone.
+    pub members: u32,
+    /// Seed of the ensemble.
+    pub seed: u64,
 }
 
 /// Version and time of the run; the only block that may differ between two runs.
@@ -229,12 +241,21 @@ pub struct Document {
     /// What each stop and polarity says by itself, where something was replayed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub answers: Vec<RunAnswer>,
-    /// The ensemble; `None` while only nominal runs are judged.
-    pub ensemble: Option<()>,
+    /// The ensemble of the stop and polarity with the largest nominal peak; `None` where only
+    /// nominal runs are judged.
+    pub ensemble: Option<Ensemble>,
+    /// That of each stop and polarity, where there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub ensembles: Vec<Ensemble>,
+    /// What one input moved by one standard deviation does to the nominal run.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub what_if: Vec<WhatIf>,
     /// Where the peak's uncertainty comes from.
     pub error_budget_rad: ErrorBudget,
     /// Closed-form bounds.
     pub screens: Screens,
+    /// What the nominal runs say after each filter.
+    pub filters: Vec<FilterRow>,
     /// Everything odd.
     pub findings: Vec<Finding>,
     /// What was read.
@@ -271,6 +292,8 @@ pub struct Evidence {
     pub used: Signal,
     /// Trajectories, the nominal run's first.
     pub traces: Vec<Trace>,
+    /// How members of the nominal run's ensemble spread around it.
+    pub ribbon: Option<Ribbon>,
     /// Amplitude spectrum before conditioning.
     pub spectrum_raw: AmplitudeSpectrum,
     /// Amplitude spectrum as used.

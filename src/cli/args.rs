@@ -5,6 +5,7 @@ use crate::conditioning::{BiasWindow, Cfc, FilterChoice, FilterStandard};
 use crate::recording::card::CardPolarity;
 use crate::replay::Method;
 use crate::units::{AccelerationUnit, TimeUnit};
+use crate::verdict::ensemble::MEMBERS_MAX;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use tracing::level_filters::LevelFilter;
@@ -28,6 +29,12 @@ pub struct Arguments {
     #[command(subcommand)]
     pub command: Command,
 }
+
+/// Largest ensemble unless an option says otherwise.
+pub const MEMBERS_DEFAULT: u32 = 10_000;
+
+/// Seed of the ensemble unless an option says otherwise.
+pub const SEED_DEFAULT: u64 = 1;
 
 /// Options of every command.
 #[derive(Debug, Clone, Args)]
@@ -173,21 +180,12 @@ pub struct ReplayArguments {
     /// absolute and relative, 1e-14 at least]
     #[arg(long, value_name = "RAD", value_parser = parse_tolerance, allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
-    /// Largest ensemble; only nominal runs are made so far, as with 0
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 10_000,
-        allow_negative_numbers = true
-    )]
+    /// Largest ensemble of levers scattered as design and input are uncertain; it ends earlier
+    /// where fewer decide; 0: the nominal runs alone
+    #[arg(long, value_name = "N", default_value_t = MEMBERS_DEFAULT, value_parser = clap::value_parser!(u32).range(..=i64::from(MEMBERS_MAX)), allow_negative_numbers = true)]
     pub members: u32,
     /// Seed of the ensemble
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "N", default_value_t = SEED_DEFAULT, allow_negative_numbers = true)]
     pub seed: u64,
     /// Initial angle [rad] [default: at rest on the stop]
     #[arg(long, value_name = "RAD", value_parser = parse_angle, allow_negative_numbers = true)]

@@ -1,6 +1,9 @@
 //! `latchgate replay`: one recording, one design, one verdict.
 
-use super::args::{Common, ModelArgument, OutputFormat, ReadArguments, ReplayArguments, Resample};
+use super::args::{
+    Common, MEMBERS_DEFAULT, ModelArgument, OutputFormat, ReadArguments, ReplayArguments, Resample,
+    SEED_DEFAULT,
+};
 use super::{Failure, output};
 use crate::conditioning::{self, BiasWindow, Conditioned, ConditioningOptions, FilterChoice, cfc};
 use crate::error::{Error, ErrorKind, Place};
@@ -15,7 +18,8 @@ use crate::report;
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
 use crate::verdict::{
     self, Answer, AssessOptions, Assessment, ConditioningBlock, DECISION_RULE, Document,
-    ErrorBudget, ModelChoice, Polarity, Reason, RecordingBlock, Request, RunBlock, assess, screen,
+    ErrorBudget, ModelChoice, NOMINAL_DECISION_RULE, Polarity, Reason, RecordingBlock, Request,
+    RunBlock, assess, ensemble, screen,
 };
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -31,6 +35,13 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
     check_initial(own)?;
     check_method(own)?;
     let design = design(own.design.as_deref(), &own.set, &limits)?;
+    if own.members > 0 {
+        ensemble::check(&design).map_err(match own.design {
+            None => Failure::Usage,
+            // Here it takes the file to see that value and tolerance do not go together.
+            Some(_) => Failure::Data,
+        })?;
+    }
     let source = source(&own.read.recording);
     let mut facts = Facts::new(own, &source);
     let outcome = judge(own, common, &design, &source, &limits, &mut facts);
@@ -120,6 +131,8 @@ impl Facts {
                 window_s: own.window.map(|window| (window.start_s, window.end_s)),
                 phi0_rad: own.phi0,
                 omega0_rad_s: own.omega0,
+                members: own.members,
+                seed: own.seed,
             },
         }
     }
@@ -199,6 +212,8 @@ fn assess_options(own: &ReplayArguments, common: &Common, polarity: Polarity) ->
         initial_angle_rad: own.phi0,
         initial_velocity_rad_s: own.omega0,
         window_s: own.window.map(|window| (window.start_s, window.end_s)),
+        members: own.members,
+        seed: own.seed,
         threads: common.thread_count(),
         evidence: !own.no_report,
     }
@@ -441,6 +456,10 @@ fn answered(facts: &Facts, design: &Design, assessment: Assessment) -> Document 
         models: assessment.models,
         polarities: assessment.polarities,
         answers: assessment.answers,
+        ensemble: assessment.ensemble,
+        ensembles: assessment.ensembles,
+        what_if: assessment.what_if,
+        filters: assessment.filters,
         error_budget_rad: assessment.budget,
         findings,
         ..skeleton(facts, design)
@@ -486,6 +505,8 @@ fn skeleton(facts: &Facts, design: &Design) -> Document {
         polarities: BTreeMap::new(),
         answers: Vec::new(),
         ensemble: None,
+        ensembles: Vec::new(),
+        what_if: Vec::new(),
         error_budget_rad: ErrorBudget::default(),
         screens: screen::screens(
             design,
@@ -494,6 +515,7 @@ fn skeleton(facts: &Facts, design: &Design) -> Document {
                 .as_ref()
                 .map(|conditioned| &conditioned.used),
         ),
+        filters: Vec::new(),
         findings: Vec::new(),
         recording: facts.block.clone(),
         conditioning: facts
@@ -501,7 +523,11 @@ fn skeleton(facts: &Facts, design: &Design) -> Document {
             .as_ref()
             .map(|conditioned| conditioning_block(conditioned, &facts.card)),
         design: design.clone(),
-        decision_rule: DECISION_RULE,
+        decision_rule: if facts.request.members == 0 {
+            NOMINAL_DECISION_RULE
+        } else {
+            DECISION_RULE
+        },
         request: facts.request.clone(),
         run: RunBlock {
             version: env!("CARGO_PKG_VERSION"),
@@ -598,7 +624,12 @@ fn command_line(own: &ReplayArguments, source: &Source) -> String {
         "tolerance",
         own.tolerance.map(|tolerance| tolerance.to_string()),
     );
-    option("members", Some("0".into()));
+    if own.members != MEMBERS_DEFAULT {
+        option("members", Some(own.members.to_string()));
+    }
+    if own.seed != SEED_DEFAULT {
+        option("seed", Some(own.seed.to_string()));
+    }
     option("phi0", own.phi0.map(|angle| angle.to_string()));
     option("omega0", own.omega0.map(|velocity| velocity.to_string()));
     words

@@ -1,12 +1,16 @@
 //! From a conditioned channel to an answer: which runs are made, and what they say together.
 
-use super::decision::{Judged, unanimous, worse};
-use super::{Answer, ErrorBudget, Evidence, Reason, RunAnswer, Trace, why};
-use crate::conditioning::{self, Cfc, Conditioned, Signal, bias, resample, spectrum};
+use super::decision::{Judged, Share, decide, unanimous, worse};
+use super::ensemble::{self, Count, End, Ensemble, Scatter};
+use super::filters::{self, FilterRow};
+use super::what_if::{self, WhatIf};
+use super::{Answer, ErrorBudget, Evidence, Reason, RunAnswer, Trace, ribbon, why};
+use crate::conditioning::{Cfc, Conditioned, Signal, bias, resample, spectrum};
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::recording::{Finding, Severity};
+use crate::replay::batch::{self, BatchOptions};
 use crate::replay::{self, Method, Outcome, Run, RunOptions};
 use crate::units::{OpensWhen, SampleInterval};
 use std::collections::BTreeMap;
@@ -77,6 +81,10 @@ pub struct AssessOptions {
     pub initial_velocity_rad_s: Option<f64>,
     /// Judged window [s].
     pub window_s: Option<(f64, f64)>,
+    /// Largest ensemble; 0 for nominal runs alone.
+    pub members: u32,
+    /// Seed of the ensemble.
+    pub seed: u64,
     /// Threads to use; the numbers do not depend on it.
     pub threads: usize,
     /// Keep trajectories and spectra for a report.
@@ -98,6 +106,14 @@ pub struct Assessment {
     pub polarities: BTreeMap<&'static str, BTreeMap<&'static str, Run>>,
     /// What each stop and polarity says by itself.
     pub answers: Vec<RunAnswer>,
+    /// The ensemble of the stop and polarity with the largest nominal peak.
+    pub ensemble: Option<Ensemble>,
+    /// That of each stop and polarity, where there are several.
+    pub ensembles: Vec<Ensemble>,
+    /// What one input moved by one standard deviation does to the nominal run.
+    pub what_if: Vec<WhatIf>,
+    /// What the nominal runs say after each filter.
+    pub filters: Vec<FilterRow>,
     /// Where the nominal peak's uncertainty comes from.
     pub budget: ErrorBudget,
     /// Findings of the replay; those of reading and conditioning are not repeated.
@@ -110,7 +126,8 @@ pub struct Assessment {
 ///
 /// # Errors
 ///
-/// As [`replay::run`]; [`ErrorKind::OutOfRange`] for a window without two samples.
+/// As [`replay::run`]; [`ErrorKind::OutOfRange`] for a window without two samples, or for
+/// tolerances that leave what is physical, as [`ensemble::check`].
 pub fn assess(
     conditioned: &Conditioned,
     findings: &[Finding],
@@ -129,23 +146,19 @@ pub fn assess(
         signal,
         fine: &fine,
     };
-    let pairs: Vec<(OpensWhen, StopModel)> = options
+    let pairs: Vec<Pair> = options
         .polarity
         .signs()
         .iter()
         .flat_map(|sign| options.model.stops().iter().map(|stop| (*sign, *stop)))
         .collect();
-    let judged = bench.judge_all(
-        &pairs,
-        window,
-        if options.evidence {
-            Purpose::Drawing
-        } else {
-            Purpose::Deciding
-        },
-    )?;
+    let purpose = if options.evidence {
+        Purpose::Drawing
+    } else {
+        Purpose::Deciding
+    };
+    let mut judged = bench.judge_all(&pairs, window, purpose)?;
     let threshold = design.criterion.threshold_rad;
-    let of_rule_3 = combine(options.polarity, &pairs, &judged, threshold);
     let counted = |finding: &&Finding| counts(finding, options.window_s);
     let first_bad = findings
         .iter()
@@ -153,27 +166,54 @@ pub fn assess(
         .filter(counted)
         .map(|finding| finding.at_s.unwrap_or(f64::NEG_INFINITY))
         .min_by(f64::total_cmp);
-    let answer = match first_bad {
-        None => of_rule_3,
-        Some(bad_s) => match samples_before(signal, bad_s, window) {
-            Some(good) => {
-                let before = bench.judge_all(&pairs, Some(good), Purpose::Deciding)?;
-                match combine(options.polarity, &pairs, &before, threshold) {
-                    Answer::Fail => Answer::Fail,
-                    _ => Answer::Unusable,
-                }
-            }
-            None => Answer::Unusable,
-        },
+    let scope = first_bad.map_or(Scope::Whole, |bad_s| {
+        samples_before(signal, bad_s, window).map_or(Scope::Nothing, Scope::Until)
+    });
+    let mut before = match scope {
+        Scope::Until(good) => bench.judge_all(&pairs, Some(good), Purpose::Deciding)?,
+        Scope::Whole | Scope::Nothing => Vec::new(),
     };
+    let scatter = (options.members > 0)
+        .then(|| Scatter::new(design, conditioned.bias_standard_error_m_s2, options.seed))
+        .transpose()?;
+    let ensembles = match (&scatter, scope) {
+        (None, _) | (_, Scope::Nothing) => Vec::new(),
+        (Some(scatter), Scope::Whole) => {
+            bench.ensembles(scatter, &pairs, &mut judged, window, false)?
+        }
+        (Some(scatter), Scope::Until(good)) => {
+            bench.ensembles(scatter, &pairs, &mut before, Some(good), true)?
+        }
+    };
+    let joined = |judged: &[Judged]| {
+        let answers: Vec<Answer> = judged.iter().map(|run| run.answer(threshold)).collect();
+        combine(options.polarity, &pairs, &answers)
+    };
+    let answer = scope.answer(joined(&judged), joined(&before));
 
     let nominal_index = index_of_largest(&judged);
     let (sign, stop) = pairs[nominal_index];
-    let budget = bench.budget(conditioned, window, &pairs, &judged, nominal_index)?;
+    let filtered = filters::table(&bench, conditioned, &pairs, window, scope, &judged, &before)?;
+    let budget = bench.budget(
+        conditioned,
+        window,
+        &pairs,
+        &judged,
+        nominal_index,
+        filters::unfiltered_peak(&filtered, nominal_index),
+    )?;
+    let filters: Vec<FilterRow> = filtered.into_iter().map(|filtered| filtered.row).collect();
     let mut own_findings = replay_findings(design, options, signal.rate.interval(), &judged);
+    own_findings.extend(filters::filter_decides(&filters));
     let outside = bench.crossing_outside(&pairs, &judged, window)?;
     own_findings.extend(outside.map(|at| crossing_outside_window(at, design)));
     own_findings.extend(late_faults(findings, options.window_s));
+    let what_if = match (&scatter, scope) {
+        (Some(scatter), Scope::Whole) => {
+            what_if::reruns(&bench, conditioned, scatter, &pairs, &judged, window)?
+        }
+        _ => Vec::new(),
+    };
     let why = why::reasons(&why::Case {
         answer,
         design,
@@ -186,6 +226,8 @@ pub fn assess(
         outside,
         late_fault: first_late_fault(findings, options.window_s),
         budget: &budget,
+        ensembles: &ensembles,
+        what_if: &what_if,
     });
     let mut models = BTreeMap::new();
     for stop in options.model.stops() {
@@ -213,10 +255,15 @@ pub fn assess(
                 .insert(stop.name(), judged.run().clone());
         }
     }
+    let ribbon = match &scatter {
+        Some(scatter) if options.evidence => ribbon::around(&bench, scatter, (sign, stop), window)?,
+        _ => None,
+    };
     let evidence = options.evidence.then(|| Evidence {
         raw: conditioned.raw.clone(),
         used: conditioned.used.clone(),
         traces: traces(&pairs, &judged, (sign, stop)),
+        ribbon,
         spectrum_raw: spectrum::amplitude_spectrum(&conditioned.raw),
         spectrum_used: spectrum::amplitude_spectrum(&conditioned.used),
         spectrogram: spectrum::spectrogram(&conditioned.used),
@@ -228,15 +275,48 @@ pub fn assess(
         models,
         polarities,
         answers: judged.iter().map(|run| run.stated(threshold)).collect(),
+        ensemble: ensembles.get(nominal_index).cloned(),
+        ensembles: if ensembles.len() > 1 {
+            ensembles
+        } else {
+            Vec::new()
+        },
+        what_if,
+        filters,
         budget,
         findings: own_findings,
         evidence,
     })
 }
 
+/// A stop and the sign that opens.
+pub(super) type Pair = (OpensWhen, StopModel);
+
+/// Which samples an answer may rest on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Scope {
+    /// All of the judged window.
+    Whole,
+    /// Those from first to last, before a blocking finding.
+    Until((usize, usize)),
+    /// None: a blocking finding holds from the start.
+    Nothing,
+}
+
+impl Scope {
+    /// Parts 1 and 2 of the rule, from what part 3 says of all samples and of the good ones.
+    pub(super) fn answer(self, of_all: Answer, of_good: Answer) -> Answer {
+        match self {
+            Self::Whole => of_all,
+            Self::Until(_) if of_good == Answer::Fail => Answer::Fail,
+            Self::Until(_) | Self::Nothing => Answer::Unusable,
+        }
+    }
+}
+
 /// What a run is for, which says what it need not carry along.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Purpose {
+pub(super) enum Purpose {
     /// Decides, and is drawn.
     Drawing,
     /// Decides.
@@ -246,21 +326,25 @@ enum Purpose {
 }
 
 /// What every run of one assessment shares.
-struct Bench<'a> {
-    design: &'a Design,
-    options: &'a AssessOptions,
-    signal: &'a Signal,
+#[derive(Clone, Copy)]
+pub(super) struct Bench<'a> {
+    pub(super) design: &'a Design,
+    pub(super) options: &'a AssessOptions,
+    pub(super) signal: &'a Signal,
     /// The band-limited fourfold of the samples.
-    fine: &'a Signal,
+    pub(super) fine: &'a Signal,
 }
 
-/// Samples of a recording from which further threads gain more than their start costs.
+/// Samples, of all runs, from which further threads gain more than their start costs.
 const SHARED_SAMPLES: usize = 20_000;
 
+/// Members that a thread takes at a time.
+const MEMBERS_TAKEN: usize = 64;
+
 impl Bench<'_> {
-    /// Threads that the runs are shared among: one for a short recording.
-    fn threads(&self) -> usize {
-        if self.signal.samples.len() < SHARED_SAMPLES {
+    /// Threads that `runs` runs are shared among: one for a few of a short recording.
+    pub(super) fn threads(&self, runs: usize) -> usize {
+        if self.signal.samples.len().saturating_mul(runs) < SHARED_SAMPLES {
             1
         } else {
             self.options.threads
@@ -268,7 +352,7 @@ impl Bench<'_> {
     }
 
     /// The initial state asked for, what is left open being that of rest on the stop.
-    fn initial(&self, stop: StopModel) -> Option<(f64, f64)> {
+    pub(super) fn initial(&self, stop: StopModel) -> Option<(f64, f64)> {
         let (angle, velocity) = (
             self.options.initial_angle_rad,
             self.options.initial_velocity_rad_s,
@@ -283,10 +367,10 @@ impl Bench<'_> {
         Some((angle.unwrap_or(rest), velocity.unwrap_or(0.0)))
     }
 
-    fn run(
+    pub(super) fn run(
         &self,
         signal: &Signal,
-        pair: (OpensWhen, StopModel),
+        pair: Pair,
         window: Option<(usize, usize)>,
         purpose: Purpose,
     ) -> Result<Outcome, Error> {
@@ -314,9 +398,9 @@ impl Bench<'_> {
     }
 
     /// Runs every pair on the samples and on their fourfold.
-    fn judge_all(
+    pub(super) fn judge_all(
         &self,
-        pairs: &[(OpensWhen, StopModel)],
+        pairs: &[Pair],
         window: Option<(usize, usize)>,
         purpose: Purpose,
     ) -> Result<Vec<Judged>, Error> {
@@ -324,7 +408,7 @@ impl Bench<'_> {
         let tasks: Vec<(usize, bool)> = (0..pairs.len())
             .flat_map(|pair| [(pair, true), (pair, false)])
             .collect();
-        let outcomes = in_parallel(self.threads(), &tasks, |&(pair, fine)| {
+        let outcomes = in_parallel(self.threads(1), &tasks, |&(pair, fine)| {
             if fine {
                 self.run(self.fine, pairs[pair], fine_window, Purpose::Comparison)
             } else {
@@ -354,27 +438,131 @@ impl Bench<'_> {
                 } else {
                     interpolation_error_rad
                 },
+                share: None,
             });
         }
         Ok(judged)
+    }
+
+    /// Runs the ensemble of every pair, look by look, until the rule decides or what is still
+    /// open can no longer change the answer; notes in `judged` what it adds. `limited`: the
+    /// samples end before a fault.
+    fn ensembles(
+        &self,
+        scatter: &Scatter,
+        pairs: &[Pair],
+        judged: &mut [Judged],
+        window: Option<(usize, usize)>,
+        limited: bool,
+    ) -> Result<Vec<Ensemble>, Error> {
+        let threshold = self.design.criterion.threshold_rad;
+        let polarity = self.options.polarity;
+        // The largest nominal peak comes first: its ensemble is the one that is shown.
+        let mut order: Vec<usize> = (0..pairs.len()).collect();
+        order.sort_by(|a, b| {
+            let peak = |index: &usize| judged[*index].run().peak_angle_rad;
+            peak(b).total_cmp(&peak(a))
+        });
+        let mut peaks: Vec<Vec<f64>> = vec![Vec::new(); pairs.len()];
+        let mut looks = vec![0; pairs.len()];
+        let mut answers: Vec<Option<Answer>> = vec![None; pairs.len()];
+        let mut ends = vec![End::NoMatter; pairs.len()];
+        for (number, look) in (1..).zip(ensemble::looks(self.options.members)) {
+            for &pair in &order {
+                let settled =
+                    looks[pair] > 0 && settled(polarity, pairs, &answers, judged, threshold);
+                if answers[pair].is_some() || settled {
+                    continue;
+                }
+                self.extend(scatter, pairs[pair], window, look, &mut peaks[pair])?;
+                looks[pair] = number;
+                let share = Count::of(&peaks[pair], threshold).share();
+                judged[pair].share = Some(share);
+                let answer = judged[pair].answer(threshold);
+                if answer != Answer::Undecided {
+                    (answers[pair], ends[pair]) = (Some(answer), End::Decided);
+                } else if look == self.options.members {
+                    (answers[pair], ends[pair]) = (Some(answer), End::LastLook);
+                }
+            }
+        }
+        let until = window
+            .filter(|_| limited)
+            .map(|(_, last)| self.signal.time_s(last));
+        Ok((0..pairs.len())
+            .map(|pair| {
+                ensemble::summarise(
+                    scatter,
+                    &peaks[pair],
+                    threshold,
+                    pairs[pair],
+                    (looks[pair], ends[pair]),
+                    until,
+                )
+            })
+            .collect())
+    }
+
+    /// Runs the members of one pair up to `look`, those that are in `peaks` not again.
+    fn extend(
+        &self,
+        scatter: &Scatter,
+        pair: Pair,
+        window: Option<(usize, usize)>,
+        look: u32,
+        peaks: &mut Vec<f64>,
+    ) -> Result<(), Error> {
+        let known = u32::try_from(peaks.len()).unwrap_or(look);
+        let tasks: Vec<u32> = (known..look).step_by(MEMBERS_TAKEN).collect();
+        let threads = self.threads(tasks.len().saturating_mul(MEMBERS_TAKEN));
+        for result in in_parallel(threads, &tasks, |&first| {
+            let count = MEMBERS_TAKEN.min((look - first) as usize);
+            self.peaks(pair, window, count, &|index| {
+                scatter.member(first.saturating_add(u32::try_from(index).unwrap_or(0)))
+            })
+        }) {
+            peaks.extend(result?);
+        }
+        Ok(())
+    }
+
+    /// Returns the peaks of `count` members on one stop and polarity [rad], NaN where one could
+    /// not be followed.
+    pub(super) fn peaks(
+        &self,
+        pair: Pair,
+        window: Option<(usize, usize)>,
+        count: usize,
+        member: &(impl Fn(usize) -> batch::Member + Sync),
+    ) -> Result<Vec<f64>, Error> {
+        let options = BatchOptions {
+            stop: pair.1,
+            opens_when: pair.0,
+            initial: self.initial(pair.1),
+            window,
+            coast: false,
+            threads: 1,
+        };
+        let peaks = batch::peaks(self.signal, count, member, &options)?;
+        Ok(peaks.iter().map(|peak| peak.peak_angle_rad).collect())
     }
 
     /// When the lever first crosses the threshold outside the judged window, if it does so on
     /// a stop and polarity that do not cross inside.
     fn crossing_outside(
         &self,
-        pairs: &[(OpensWhen, StopModel)],
+        pairs: &[Pair],
         judged: &[Judged],
         window: Option<(usize, usize)>,
     ) -> Result<Option<f64>, Error> {
-        let tasks: Vec<(OpensWhen, StopModel)> = pairs
+        let tasks: Vec<Pair> = pairs
             .iter()
             .zip(judged)
             .filter(|(_, judged)| window.is_some() && judged.run().first_crossing_s.is_none())
             .map(|(pair, _)| *pair)
             .collect();
         let mut first: Option<f64> = None;
-        for outcome in in_parallel(self.threads(), &tasks, |pair| {
+        for outcome in in_parallel(self.threads(1), &tasks, |pair| {
             self.run(self.signal, *pair, None, Purpose::Comparison)
         }) {
             let crossing = outcome?.run.first_crossing_s;
@@ -390,9 +578,10 @@ impl Bench<'_> {
         &self,
         conditioned: &Conditioned,
         window: Option<(usize, usize)>,
-        pairs: &[(OpensWhen, StopModel)],
+        pairs: &[Pair],
         judged: &[Judged],
         nominal: usize,
+        unfiltered_peak: Option<f64>,
     ) -> Result<ErrorBudget, Error> {
         let (sign, stop) = pairs[nominal];
         let peak = judged[nominal].run().peak_angle_rad;
@@ -407,14 +596,7 @@ impl Bench<'_> {
                 .map(|index| judged[index].run().peak_angle_rad)
         };
         // Each entry is a rerun: the signal to use and the pair to run it with.
-        let mut reruns: Vec<(Part, Signal, (OpensWhen, StopModel))> = Vec::new();
-        if conditioned.filter.is_some() {
-            reruns.push((
-                Part::Filter,
-                conditioning::without_filter(conditioned)?,
-                (sign, stop),
-            ));
-        }
+        let mut reruns: Vec<(Part, Signal, Pair)> = Vec::new();
         if conditioned.bias_samples > 0 {
             for direction in [-1.0, 1.0] {
                 let mut shifted = self.signal.clone();
@@ -433,21 +615,20 @@ impl Bench<'_> {
         if model_peak.is_none() && admitted {
             reruns.push((Part::Model, self.signal.clone(), (sign, other_stop)));
         }
-        let outcomes = in_parallel(self.threads(), &reruns, |(_, signal, pair)| {
+        let outcomes = in_parallel(self.threads(1), &reruns, |(_, signal, pair)| {
             self.run(signal, *pair, window, Purpose::Comparison)
         });
         let mut budget = ErrorBudget {
             numerical: Some(judged[nominal].run().numerical_error_rad),
             interpolation: Some(judged[nominal].interpolation_error_rad),
             model: model_peak.map(|other| (other - peak).abs()),
-            filter: conditioned.filter.is_none().then_some(0.0),
+            filter: unfiltered_peak.map(|other| (other - peak).abs()),
             bias: None,
             polarity: None,
         };
         for ((part, _, _), outcome) in reruns.iter().zip(outcomes) {
             let change = (outcome?.run.peak_angle_rad - peak).abs();
             let entry = match part {
-                Part::Filter => &mut budget.filter,
                 Part::Bias => &mut budget.bias,
                 Part::Model => &mut budget.model,
             };
@@ -462,13 +643,12 @@ impl Bench<'_> {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {
-    Filter,
     Bias,
     Model,
 }
 
 /// Calls `work` on each item, on up to `threads` threads; results in the items' order.
-fn in_parallel<T: Sync, R: Send>(
+pub(super) fn in_parallel<T: Sync, R: Send>(
     threads: usize,
     items: &[T],
     work: impl Fn(&T) -> R + Sync,
@@ -503,30 +683,61 @@ fn in_parallel<T: Sync, R: Send>(
     results.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Joins what the pairs say by parts 3 and 4 of the rule.
-fn combine(
-    polarity: Polarity,
-    pairs: &[(OpensWhen, StopModel)],
-    judged: &[Judged],
-    threshold: f64,
-) -> Answer {
+/// Joins what the pairs say by parts 3 and 4 of the rule; no answers, no pass.
+pub(super) fn combine(polarity: Polarity, pairs: &[Pair], answers: &[Answer]) -> Answer {
     let per_sign: Vec<Answer> = polarity
         .signs()
         .iter()
         .map(|sign| {
-            let answers: Vec<Answer> = pairs
+            let own: Vec<Answer> = pairs
                 .iter()
-                .zip(judged)
+                .zip(answers)
                 .filter(|((s, _), _)| s == sign)
-                .map(|(_, judged)| judged.answer(threshold))
+                .map(|(_, answer)| *answer)
                 .collect();
-            unanimous(&answers)
+            unanimous(&own)
         })
         .collect();
     match polarity {
         Polarity::Both => worse(&per_sign),
         Polarity::Declared(_) | Polarity::Undeclared => unanimous(&per_sign),
     }
+}
+
+/// Returns whether all answers that the open pairs may still give lead to one.
+fn settled(
+    polarity: Polarity,
+    pairs: &[Pair],
+    answers: &[Option<Answer>],
+    judged: &[Judged],
+    threshold: f64,
+) -> bool {
+    let none_exceeds = Share {
+        lower: 0.0,
+        upper: 0.0,
+    };
+    let mut joined: Vec<Vec<Answer>> = vec![Vec::new()];
+    for (answer, judged) in answers.iter().zip(judged) {
+        let mut possible = vec![Answer::Fail, Answer::Undecided];
+        if decide(&judged.standing(), threshold, Some(none_exceeds)) == Answer::Pass {
+            possible.push(Answer::Pass);
+        }
+        let possible = answer.map_or(possible, |answer| vec![answer]);
+        // At most four pairs of three answers.
+        joined = joined
+            .iter()
+            .flat_map(|before| {
+                possible
+                    .iter()
+                    .map(|answer| [before.as_slice(), &[*answer]].concat())
+            })
+            .collect();
+    }
+    let mut outcomes = joined
+        .iter()
+        .map(|answers| combine(polarity, pairs, answers));
+    let first = outcomes.next();
+    outcomes.all(|outcome| Some(outcome) == first)
 }
 
 fn index_of_largest(judged: &[Judged]) -> usize {
@@ -631,11 +842,7 @@ fn samples_before(
     (good > first + 1).then_some((first, good))
 }
 
-fn traces(
-    pairs: &[(OpensWhen, StopModel)],
-    judged: &[Judged],
-    nominal: (OpensWhen, StopModel),
-) -> Vec<Trace> {
+fn traces(pairs: &[Pair], judged: &[Judged], nominal: (OpensWhen, StopModel)) -> Vec<Trace> {
     let mut traces: Vec<Trace> = pairs
         .iter()
         .zip(judged)

@@ -59,6 +59,8 @@ fn options(model: ModelChoice, polarity: Polarity) -> AssessOptions {
         initial_angle_rad: None,
         initial_velocity_rad_s: None,
         window_s: None,
+        members: 0,
+        seed: 1,
         threads: 1,
         evidence: false,
     }
@@ -505,6 +507,7 @@ fn verif_a_run_that_broke_down_decides_nothing() {
         for broke_down in [false, true] {
             outcome.broke_down = broke_down;
             let judged = Judged {
+                share: None,
                 outcome: outcome.clone(),
                 interpolation_error_rad: 0.0,
             };

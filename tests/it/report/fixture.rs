@@ -276,6 +276,9 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             })
             .collect(),
         ensemble: None,
+        ensembles: Vec::new(),
+        what_if: Vec::new(),
+        filters: Vec::new(),
         error_budget_rad: ErrorBudget {
             numerical: Some(3.1e-13),
             interpolation: Some(4.2e-4),
@@ -337,6 +340,8 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             window_s: None,
             phi0_rad: None,
             omega0_rad_s: None,
+            members: 0,
+            seed: 1,
         },
         run: RunBlock {
             version: "0.1.0",
@@ -352,6 +357,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         raw,
         used,
         traces,
+        ribbon: None,
     };
     Case { document, evidence }
 }
