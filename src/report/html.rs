@@ -4,6 +4,7 @@
 //! on; findings that block an answer come before everything else.
 
 mod card;
+mod ensemble;
 mod markup;
 mod results;
 mod sheet;
@@ -49,9 +50,15 @@ pub(super) fn page(document: &Document, evidence: Option<&Evidence>, figures: &[
         results::findings(&mut page, document);
     }
     plots(&mut page, evidence, figures);
+    ensemble::ensemble(
+        &mut page,
+        document,
+        figures.iter().find(|figure| figure.name == plot::DRIVERS),
+    );
     results::runs(&mut page, document);
     results::impacts(&mut page, document);
     results::budget(&mut page, document);
+    ensemble::filters(&mut page, document);
     results::screens(&mut page, document);
     if !blocked {
         results::findings(&mut page, document);
@@ -76,13 +83,10 @@ fn plots(page: &mut Page, evidence: Option<&Evidence>, figures: &[Figure]) {
         });
     }
     for figure in figures {
-        page.raw("<figure id=\"");
-        page.raw(figure.name);
-        page.raw("\">\n");
-        page.raw(&figure.inline());
-        page.raw("<figcaption>");
-        page.text(&figure.caption);
-        page.raw("</figcaption>\n</figure>\n");
+        // What drives the peak stands beside the ensemble.
+        if figure.name != plot::DRIVERS {
+            page.figure(figure);
+        }
     }
     page.end_section();
 }

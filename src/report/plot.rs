@@ -9,11 +9,13 @@ mod angle;
 mod axis;
 mod canvas;
 mod colour;
+mod drivers;
 mod panel;
 mod phase;
 mod series;
 mod spectra;
 mod spectrogram;
+mod spread;
 mod stability;
 pub mod style;
 pub mod thin;
@@ -26,10 +28,15 @@ use crate::study::work_precision::WorkPrecision;
 use crate::verdict::{Document, Evidence};
 use std::fmt::Write as _;
 
+/// Name of the plot that stands beside the ensemble.
+pub const DRIVERS: &str = drivers::NAME;
+
 /// Every plot's name, in the order of the report; its file is the name plus `.svg`.
-pub const NAMES: [&str; 5] = [
+pub const NAMES: [&str; 7] = [
     acceleration::NAME,
     angle::NAME,
+    spread::NAME,
+    drivers::NAME,
     phase::NAME,
     spectrogram::NAME,
     spectra::NAME,
@@ -115,6 +122,8 @@ pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> 
     [
         acceleration::draw(&context),
         angle::draw(&context),
+        spread::draw(&context),
+        drivers::draw(&context),
         phase::draw(&context),
         spectrogram::draw(&context),
         spectra::draw(&context),

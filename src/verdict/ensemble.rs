@@ -61,6 +61,8 @@ pub struct PeakQuantiles {
 pub struct Driver {
     /// Design key of the parameter.
     pub parameter: &'static str,
+    /// One standard deviation of it, in the key's unit.
+    pub standard_deviation: f64,
     /// Spearman's rank correlation of its draws with the peak [-]; `None` if either does not
     /// vary.
     pub rank_correlation: Option<f64>,
@@ -428,8 +430,7 @@ pub(super) fn summarise(
 ) -> Ensemble {
     let count = Count::of(peaks, threshold_rad);
     let share = count.share();
-    let names: Vec<&'static str> = scatter.parameters.iter().map(|p| p.name).collect();
-    let drivers = drivers::drivers(peaks, &names, |member, parameter| {
+    let drivers = drivers::drivers(peaks, &scatter.parameters, |member, parameter| {
         let member = u32::try_from(member).unwrap_or(u32::MAX);
         scatter.draw(member, &scatter.parameters[parameter])
     });

@@ -45,10 +45,6 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
     }
     reasons.push(peak(case));
     reasons.extend(before_fault(case));
-    if case.answer != Answer::Undecided {
-        reasons.extend(ensemble(case));
-        reasons.extend(deciding_inputs(case));
-    }
     reasons.extend(case.outside.map(|at| Reason {
         code: "crossing-outside-window",
         text: format!(
@@ -63,6 +59,10 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
             instant(at)
         ),
     }));
+    if case.answer != Answer::Undecided {
+        reasons.extend(ensemble(case));
+        reasons.extend(deciding_inputs(case));
+    }
     if case.answer != Answer::Unusable {
         reasons.extend(coast(case));
         if case.answer != Answer::Undecided {
@@ -117,7 +117,7 @@ fn ensemble(case: &Case<'_>) -> Option<Reason> {
                 "{} of {} levers{lost}, {share} of all such ({})",
                 ensemble.exceeded,
                 ensemble.members,
-                describe((ensemble.opens_when, ensemble.model), case.options),
+                briefly((ensemble.opens_when, ensemble.model)),
             )
         })
         .collect();
@@ -189,14 +189,17 @@ fn deciding_inputs(case: &Case<'_>) -> Vec<Reason> {
         .filter(is_bias)
         .filter_map(|what_if| {
             let how = match what_if.how {
-                Change::More => "one standard deviation of it added",
-                Change::Less => "one standard deviation of it taken off",
-                Change::BiasKept => "the mean before the event left in",
+                Change::More => "one standard deviation more",
+                Change::Less => "one standard deviation less",
+                Change::BiasKept => "left in the recording",
             };
+            let (side, before) = side(case, what_if)?;
             Some(format!(
-                "{how} ({} g), {}",
+                "{how} ({} g), {} rad instead of {} rad ({})",
                 signed(what_if.change),
-                side(case, what_if)?
+                plain(side.peak_angle_rad, 4),
+                plain(before, 4),
+                briefly((side.opens_when, side.model)),
             ))
         })
         .collect();
@@ -205,8 +208,8 @@ fn deciding_inputs(case: &Case<'_>) -> Vec<Reason> {
         reasons.push(Reason {
             code: "bias-decides",
             text: format!(
-                "The bias of the recording decides on which side of the limit the nominal lever stays: with {}.",
-                bias.join("; with ")
+                "The bias decides on which side of the limit a nominal lever stays: {}.",
+                bias.join("; ")
             ),
         });
     }
@@ -216,11 +219,12 @@ fn deciding_inputs(case: &Case<'_>) -> Vec<Reason> {
         .filter(moved)
         .filter(|what_if| !is_bias(what_if))
         .filter_map(|what_if| {
+            let (side, _) = side(case, what_if)?;
             Some(format!(
-                "{} by {}, {}",
+                "{} {} ({} rad)",
                 what_if.input,
                 signed(what_if.change),
-                side(case, what_if)?
+                plain(side.peak_angle_rad, 4)
             ))
         })
         .collect();
@@ -228,8 +232,8 @@ fn deciding_inputs(case: &Case<'_>) -> Vec<Reason> {
         reasons.push(Reason {
             code: "tolerance-decides",
             text: format!(
-                "One standard deviation of a tolerance moves the nominal lever across the limit: {}.",
-                others.join("; ")
+                "One standard deviation of a single tolerance takes a nominal lever across the limit: {}.",
+                others.join(", ")
             ),
         });
     }
@@ -241,22 +245,22 @@ fn signed(change: f64) -> String {
     format!("{sign}{}", plain(change, 3))
 }
 
-/// Says where the lever that changes sides goes; that of the nominal run, if it is among them.
-fn side(case: &Case<'_>, what_if: &WhatIf) -> Option<String> {
+/// Returns the stop and polarity that changes sides, that of the nominal run if it is among
+/// them, and its nominal peak [rad].
+fn side(case: &Case<'_>, what_if: &WhatIf) -> Option<(Side, f64)> {
     let nominal = case.pairs[case.nominal];
-    let side: &Side = what_if
+    let side = what_if
         .changes_side
         .iter()
         .find(|side| (side.opens_when, side.model) == nominal)
         .or(what_if.changes_side.first())?;
     let pair = (side.opens_when, side.model);
     let index = case.pairs.iter().position(|known| *known == pair)?;
-    Some(format!(
-        "{} rad instead of {} rad ({})",
-        plain(side.peak_angle_rad, 4),
-        plain(case.judged[index].run().peak_angle_rad, 4),
-        describe(pair, case.options)
-    ))
+    Some((*side, case.judged[index].run().peak_angle_rad))
+}
+
+fn briefly((sign, stop): (OpensWhen, StopModel)) -> String {
+    format!("{} stop, {} opens", stop.name(), sign.name())
 }
 
 /// One reason for each blocking finding.
@@ -405,8 +409,7 @@ fn each(case: &Case<'_>, threshold: f64) -> String {
     case.pairs
         .iter()
         .zip(case.judged)
-        .enumerate()
-        .map(|(index, ((sign, stop), judged))| {
+        .map(|((sign, stop), judged)| {
             let coast = judged
                 .run()
                 .coast_peak_angle_rad
@@ -414,19 +417,8 @@ fn each(case: &Case<'_>, threshold: f64) -> String {
                 .map_or_else(String::new, |coast| {
                     format!(", coasting to {} rad", plain(coast, 4))
                 });
-            let members = case
-                .ensembles
-                .get(index)
-                .filter(|ensemble| ensemble.judged_until_s.is_none())
-                .map_or_else(String::new, |ensemble| {
-                    format!(
-                        ", {} to {} % of members crossing",
-                        percent(ensemble.p_lower),
-                        percent(ensemble.p_upper)
-                    )
-                });
             format!(
-                "{} stop, {} opens: {} with a peak of {} rad{coast}{members}",
+                "{} stop, {} opens: {} with a peak of {} rad{coast}",
                 stop.name(),
                 sign.name(),
                 judged.answer(threshold).name(),

@@ -1,6 +1,9 @@
 //! Guards the decision: each branch of the rule, and the error budget.
 
 mod document;
+mod draws;
+mod ensemble;
+mod rule;
 
 use latchgate::conditioning::{
     self, BiasWindow, Conditioned, ConditioningOptions, FilterChoice, Signal, resample,

@@ -1,5 +1,6 @@
 //! The head of the page and the verdict card.
 
+use super::ensemble;
 use super::markup::Page;
 use crate::recording::Severity;
 use crate::replay::Run;
@@ -45,6 +46,7 @@ pub(super) fn verdict(page: &mut Page, document: &Document) {
         gauge(page, document, run);
         coast(page, run);
     }
+    ensemble::gauge(page, document);
     page.raw("<ul class=\"why\">\n");
     for reason in &document.why {
         page.raw("<li>");

@@ -1,6 +1,6 @@
 //! What drives the peak, and how it is spread.
 
-use super::{Driver, PeakQuantiles};
+use super::{Driver, Parameter, PeakQuantiles};
 
 /// Returns quantiles of the peaks that could be followed; `None` if there is none.
 ///
@@ -39,24 +39,25 @@ pub(in crate::verdict) fn quantile(sorted: &[f64], share: f64) -> f64 {
 /// by name; `draws` gives a member's draw of a parameter.
 pub(super) fn drivers(
     peaks: &[f64],
-    names: &[&'static str],
+    parameters: &[Parameter],
     draw: impl Fn(usize, usize) -> f64,
 ) -> Vec<Driver> {
     let followed: Vec<usize> = (0..peaks.len()).filter(|i| peaks[*i].is_finite()).collect();
     // Adding 0 makes one zero of both, so that levers that never move share a rank.
     let peak_ranks = ranks(&followed.iter().map(|i| peaks[*i] + 0.0).collect::<Vec<_>>());
-    let correlations: Vec<Option<f64>> = (0..names.len())
+    let correlations: Vec<Option<f64>> = (0..parameters.len())
         .map(|parameter| {
             let draws: Vec<f64> = followed.iter().map(|i| draw(*i, parameter)).collect();
             correlation(&ranks(&draws), &peak_ranks)
         })
         .collect();
     let sum: f64 = correlations.iter().flatten().map(|c| c * c).sum();
-    let mut drivers: Vec<Driver> = names
+    let mut drivers: Vec<Driver> = parameters
         .iter()
         .zip(correlations)
         .map(|(parameter, correlation)| Driver {
-            parameter,
+            parameter: parameter.name,
+            standard_deviation: parameter.deviation,
             rank_correlation: correlation,
             share: correlation
                 .filter(|_| sum > 0.0)
