@@ -254,7 +254,8 @@ pub struct Document {
     pub error_budget_rad: ErrorBudget,
     /// Closed-form bounds.
     pub screens: Screens,
-    /// What the nominal runs say after each filter.
+    /// What the nominal runs say after each filter; empty where it was not asked for, as with
+    /// nominal runs alone and no report.
     pub filters: Vec<FilterRow>,
     /// Everything odd.
     pub findings: Vec<Finding>,

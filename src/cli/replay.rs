@@ -214,6 +214,8 @@ fn assess_options(own: &ReplayArguments, common: &Common, polarity: Polarity) ->
         window_s: own.window.map(|window| (window.start_s, window.end_s)),
         members: own.members,
         seed: own.seed,
+        // The nominal run alone, for a program that reads one number, is not to wait for four more.
+        filter_table: own.members > 0 || !own.no_report,
         threads: common.thread_count(),
         evidence: !own.no_report,
     }

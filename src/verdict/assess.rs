@@ -85,6 +85,8 @@ pub struct AssessOptions {
     pub members: u32,
     /// Seed of the ensemble.
     pub seed: u64,
+    /// Judge the recording after each filter as well.
+    pub filter_table: bool,
     /// Threads to use; the numbers do not depend on it.
     pub threads: usize,
     /// Keep trajectories and spectra for a report.
@@ -193,7 +195,11 @@ pub fn assess(
 
     let nominal_index = index_of_largest(&judged);
     let (sign, stop) = pairs[nominal_index];
-    let filtered = filters::table(&bench, conditioned, &pairs, window, scope, &judged, &before)?;
+    let filtered = if options.filter_table {
+        filters::table(&bench, conditioned, &pairs, window, scope, &judged, &before)?
+    } else {
+        Vec::new()
+    };
     let budget = bench.budget(
         conditioned,
         window,
@@ -597,6 +603,10 @@ impl Bench<'_> {
         };
         // Each entry is a rerun: the signal to use and the pair to run it with.
         let mut reruns: Vec<(Part, Signal, Pair)> = Vec::new();
+        if unfiltered_peak.is_none() && conditioned.filter.is_some() {
+            let unfiltered = filters::filtered(conditioned, None)?;
+            reruns.push((Part::Filter, unfiltered, (sign, stop)));
+        }
         if conditioned.bias_samples > 0 {
             for direction in [-1.0, 1.0] {
                 let mut shifted = self.signal.clone();
@@ -622,13 +632,16 @@ impl Bench<'_> {
             numerical: Some(judged[nominal].run().numerical_error_rad),
             interpolation: Some(judged[nominal].interpolation_error_rad),
             model: model_peak.map(|other| (other - peak).abs()),
-            filter: unfiltered_peak.map(|other| (other - peak).abs()),
+            filter: unfiltered_peak
+                .or(conditioned.filter.is_none().then_some(peak))
+                .map(|other| (other - peak).abs()),
             bias: None,
             polarity: None,
         };
         for ((part, _, _), outcome) in reruns.iter().zip(outcomes) {
             let change = (outcome?.run.peak_angle_rad - peak).abs();
             let entry = match part {
+                Part::Filter => &mut budget.filter,
                 Part::Bias => &mut budget.bias,
                 Part::Model => &mut budget.model,
             };
@@ -643,6 +656,7 @@ impl Bench<'_> {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {
+    Filter,
     Bias,
     Model,
 }

@@ -30,7 +30,7 @@ pub struct Ribbon {
 }
 
 /// Members shown of a recording of ordinary length.
-const MEMBERS_MAX: usize = 128;
+const MEMBERS_MAX: usize = 64;
 
 /// Members shown of the longest recording.
 const MEMBERS_MIN: usize = 16;

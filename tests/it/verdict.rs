@@ -64,6 +64,7 @@ fn options(model: ModelChoice, polarity: Polarity) -> AssessOptions {
         window_s: None,
         members: 0,
         seed: 1,
+        filter_table: true,
         threads: 1,
         evidence: false,
     }
