@@ -1,153 +1,245 @@
-//! Wall-clock times of the parts that a verdict is made of. Run with `cargo bench`.
+//! Wall-clock times of the parts that a verdict is made of. Run with `cargo bench --bench speed`.
 //!
-//! Times differ from machine to machine and hour to hour: compare the rows of one run.
+//! Times differ from machine to machine and hour to hour: compare the rows of one run, or take
+//! `cargo bench --bench ratios`, which measures in turns.
 
 #![allow(
     missing_docs,
+    unreachable_pub,
     clippy::unwrap_used,
     reason = "benches are run, not linked"
 )]
 
+#[path = "../examples/support/imu.rs"]
+mod imu;
+#[path = "support/scenes.rs"]
+mod scenes;
+
 use divan::counter::{BytesCount, ItemsCount};
 use divan::{Bencher, black_box};
-use latchgate::conditioning::{Cfc, FilterStandard, Signal, cfc::CfcFilter, resample};
+use latchgate::conditioning::{
+    self, Cfc, ConditioningOptions, FilterStandard, Signal, cfc::CfcFilter, resample,
+};
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
-use latchgate::recording::{self, Limits, ReadOptions, Selection, Source};
-use latchgate::replay::batch::{self, BatchOptions, Member};
+use latchgate::recording::{self, Limits, ReadOptions, Recording, Selection, Source};
+use latchgate::replay::batch;
 use latchgate::replay::{self, Method, RunOptions};
-use latchgate::units::{AccelerationUnit, OpensWhen, SampleRate};
+use latchgate::units::{AccelerationUnit, OpensWhen};
+use latchgate::verdict::{AssessOptions, ModelChoice, Polarity, assess};
+use std::fmt::Write as _;
 
 fn main() {
     divan::main();
 }
 
-/// Samples of a recording of 0.3 s at 10 kHz.
-const SAMPLES: usize = 3000;
+/// What a lever does all through a recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Phase {
+    /// Impacts and flights of the reference lever.
+    Recording,
+    /// A lever that meets no stop.
+    Flight,
+    /// Mostly bounces that die away.
+    Chatter,
+    /// Nothing: a rigid stop carries the lever, or it sinks into a soft one by less than 1e-5 rad.
+    Rest,
+    /// Motion inside the soft stop, pressed by 150 g and more.
+    PressedContact,
+}
 
-/// A decaying sum of 24 tones up to 480 Hz whose largest value is near `peak` [m/s²].
-fn recording_of(peak: f64) -> Signal {
-    let value = |k: usize| {
-        let t = k as f64 / 1e4;
-        let tones: f64 = (1..=24)
-            .map(|j| {
-                let phase = (0.618_033_988_749_895 * f64::from(j * j)).fract();
-                libm::sin(std::f64::consts::TAU * (20.0 * f64::from(j) * t + phase))
-            })
-            .sum();
-        peak / 8.0 * (t / 0.03) * libm::exp(1.0 - t / 0.03) * tones
-    };
-    Signal {
-        start_s: 0.0,
-        rate: SampleRate::from_hertz(1e4).unwrap(),
-        samples: (0..SAMPLES).map(value).collect(),
+impl Phase {
+    fn signal(self) -> Signal {
+        match self {
+            Self::Recording | Self::Flight => scenes::recording(1.0),
+            Self::Chatter => scenes::recording(scenes::CHATTER),
+            Self::Rest => scenes::recording(scenes::QUIET),
+            Self::PressedContact => {
+                let mut signal = scenes::recording(0.5);
+                for sample in &mut signal.samples {
+                    *sample += 150.0 * 9.81;
+                }
+                signal
+            }
+        }
+    }
+
+    /// A lever that does so, with options without an error statement.
+    fn run(self, stop: StopModel) -> (Design, RunOptions) {
+        let mut design = Design::reference();
+        let mut options = scenes::plain(stop, Method::EventDriven);
+        if self == Self::Flight {
+            // A weak spring and a start far out keep it away from the stop.
+            design.lever.spring_stiffness_nm_per_rad = 1e-3;
+            design.lever.preload_torque_nm = 1e-3;
+            options.initial = Some((20.0, 0.0));
+        }
+        (design, options)
     }
 }
 
-/// Kernel per sample: a lever that flies, one that chatters, one that only rests.
-#[divan::bench(args = [("flight", 2000.0), ("chatter", 100.0), ("rest", 5.0)], consts = [true, false])]
-fn kernel<const RIGID: bool>(bencher: Bencher<'_, '_>, (_, peak): (&str, f64)) {
-    let signal = recording_of(peak);
-    let stop = if RIGID {
-        StopModel::Rigid
-    } else {
-        StopModel::Soft
+/// Kernel per sample.
+#[divan::bench(args = [
+    (Phase::Recording, StopModel::Rigid),
+    (Phase::Recording, StopModel::Soft),
+    (Phase::Flight, StopModel::Rigid),
+    (Phase::Chatter, StopModel::Rigid),
+    (Phase::Chatter, StopModel::Soft),
+    (Phase::Rest, StopModel::Rigid),
+    (Phase::Rest, StopModel::Soft),
+    (Phase::PressedContact, StopModel::Soft),
+])]
+fn kernel(bencher: Bencher<'_, '_>, (phase, stop): (Phase, StopModel)) {
+    let signal = phase.signal();
+    let (design, options) = phase.run(stop);
+    let run = replay::run(&signal, &design, &options).unwrap().run;
+    let as_meant = match phase {
+        Phase::Recording | Phase::Chatter => run.impacts > 0,
+        Phase::Flight => run.impacts == 0 && run.peak_angle_rad > 20.0,
+        Phase::Rest | Phase::PressedContact => run.impacts == 0 && run.peak_angle_rad <= 0.0,
     };
+    assert!(as_meant, "{phase:?} is another motion: {run:?}");
+    bencher
+        .counter(ItemsCount::new(signal.samples.len() - 1))
+        .bench(|| replay::run(black_box(&signal), &design, &options).unwrap());
+}
+
+/// Kernel per sample with the bound on its error.
+#[divan::bench(args = [StopModel::Rigid, StopModel::Soft])]
+fn kernel_with_error_bound(bencher: Bencher<'_, '_>, stop: StopModel) {
+    let signal = scenes::recording(1.0);
     let options = RunOptions::new(stop, OpensWhen::Negative);
     bencher
-        .counter(ItemsCount::new(SAMPLES))
+        .counter(ItemsCount::new(signal.samples.len() - 1))
         .bench(|| replay::run(black_box(&signal), &Design::reference(), &options).unwrap());
 }
 
-/// The paper's method at the paper's step, on the same recording as `kernel`'s flight.
-#[divan::bench]
-fn rk4_of_the_paper(bencher: Bencher<'_, '_>) {
-    let signal = recording_of(2000.0);
-    let mut options = RunOptions::new(StopModel::Rigid, OpensWhen::Negative);
-    options.method = Method::Rk4 {
-        steps_per_period: 10_000,
-    };
+/// The paper's method at the paper's step, three to a sample.
+#[divan::bench(args = [StopModel::Rigid, StopModel::Soft])]
+fn rk4_of_the_paper(bencher: Bencher<'_, '_>, stop: StopModel) {
+    let signal = scenes::recording(1.0);
+    let options = scenes::as_in_the_paper(stop);
     bencher
-        .counter(ItemsCount::new(SAMPLES))
+        .counter(ItemsCount::new(signal.samples.len() - 1))
         .bench(|| replay::run(black_box(&signal), &Design::reference(), &options).unwrap());
 }
 
-/// Batch per lane-sample: 1000 designs on one thread.
-#[divan::bench(args = [("flight", 2000.0), ("chatter", 100.0)], consts = [true, false])]
-fn batch_of_1000<const RIGID: bool>(bencher: Bencher<'_, '_>, (_, peak): (&str, f64)) {
-    let signal = recording_of(peak);
-    let design = Design::reference();
-    let member = |index: usize| {
-        let mut lever = design.lever;
-        lever.preload_torque_nm *= 0.5 + 1.5 * (index % 40) as f64 / 40.0;
-        lever.spring_stiffness_nm_per_rad *= 0.5 + 1.5 * (index / 40) as f64 / 25.0;
-        Member {
-            lever,
-            stop: design.stop,
-            scale: 1.0,
-            bias_m_s2: 0.0,
-        }
-    };
-    let options = BatchOptions {
-        stop: if RIGID {
-            StopModel::Rigid
-        } else {
-            StopModel::Soft
-        },
-        opens_when: OpensWhen::Negative,
-        initial: None,
-        window: None,
-        coast: false,
-        threads: 1,
-    };
+/// Batch per lane-sample: 1000 designs, peak only.
+#[divan::bench(sample_count = 20, args = [
+    (Phase::Recording, StopModel::Rigid),
+    (Phase::Recording, StopModel::Soft),
+    (Phase::Chatter, StopModel::Rigid),
+    (Phase::Chatter, StopModel::Soft),
+], consts = [1, 2])]
+fn batch_on_threads<const THREADS: usize>(
+    bencher: Bencher<'_, '_>,
+    (phase, stop): (Phase, StopModel),
+) {
+    let signal = phase.signal();
+    let options = scenes::peaks_only(stop, THREADS);
     bencher
-        .counter(ItemsCount::new(1000 * SAMPLES))
-        .bench(|| batch::peaks(black_box(&signal), 1000, &member, &options).unwrap());
+        .counter(ItemsCount::new(scenes::LEVERS * (signal.samples.len() - 1)))
+        .bench(|| {
+            batch::peaks(black_box(&signal), scenes::LEVERS, &scenes::lever, &options).unwrap()
+        });
 }
 
-/// Channel frequency class 1000, both passes and both paddings.
-#[divan::bench]
-fn cfc_1000(bencher: Bencher<'_, '_>) {
-    let signal = recording_of(2000.0);
-    let filter = CfcFilter::new(Cfc::Cfc1000, FilterStandard::Iso6487);
+/// Channel frequency class 1000, both passes and both paddings, per sample.
+#[divan::bench(args = [FilterStandard::Iso6487, FilterStandard::SaeJ211])]
+fn cfc_1000(bencher: Bencher<'_, '_>, standard: FilterStandard) {
+    let signal = scenes::recording(1.0);
+    let filter = CfcFilter::new(Cfc::Cfc1000, standard);
     bencher
-        .counter(ItemsCount::new(SAMPLES))
+        .counter(ItemsCount::new(signal.samples.len()))
         .bench(|| filter.apply(black_box(&signal)).unwrap());
 }
 
 /// Band-limited fourfold of the samples.
 #[divan::bench]
 fn fourfold(bencher: Bencher<'_, '_>) {
-    let signal = recording_of(2000.0);
+    let signal = scenes::recording(1.0);
     bencher
-        .counter(ItemsCount::new(SAMPLES))
+        .counter(ItemsCount::new(signal.samples.len()))
         .bench(|| resample::upsample_fourfold(black_box(&signal)));
 }
 
-/// Reading a two-column CSV from memory, its hash included.
-#[divan::bench]
-fn parse_csv(bencher: Bencher<'_, '_>) {
-    let signal = recording_of(2000.0);
+/// The recording `times` times over as a CSV file of two columns.
+fn csv_file(times: usize) -> Vec<u8> {
+    let signal = scenes::recording(1.0);
     let mut text = String::from("time_s,acc_y\n");
-    for (k, a) in signal.samples.iter().enumerate() {
-        text.push_str(&format!("{:.4},{a:.5}\n", k as f64 / 1e4));
+    let samples = signal.samples.iter().cycle();
+    for (k, a) in samples.take(times * signal.samples.len()).enumerate() {
+        writeln!(text, "{:.4},{a:.5}", k as f64 / 1e4).unwrap();
     }
-    let bytes = text.into_bytes();
+    text.into_bytes()
+}
+
+/// The recording `times` times over as an MCAP log of IMU messages.
+fn mcap_file(times: usize) -> Vec<u8> {
+    let signal = scenes::recording(1.0);
+    let count = times * signal.samples.len();
+    let lateral: Vec<f64> = signal.samples.iter().copied().cycle().take(count).collect();
+    imu::imu_recording("/imu", 1_000_000_000, 100_000, &lateral)
+}
+
+fn read(source: &Source) -> Recording {
     let options = ReadOptions {
         unit: Some(AccelerationUnit::MetrePerSecondSquared),
         ..ReadOptions::default()
     };
-    let source = Source::Bytes {
-        name: "bench.csv".into(),
-        bytes: bytes.clone(),
+    recording::read(source, &options, Selection::Lateral, &Limits::default()).unwrap()
+}
+
+fn file(name: &str, bytes: Vec<u8>) -> Source {
+    Source::Bytes {
+        name: name.into(),
+        bytes,
+    }
+}
+
+/// Reading a CSV file from memory, its hash included: one recording, and twenty of them.
+#[divan::bench(sample_count = 20, args = [1, 20])]
+fn parse_csv(bencher: Bencher<'_, '_>, times: usize) {
+    let bytes = csv_file(times);
+    let count = BytesCount::of_slice(&bytes);
+    let source = file("bench.csv", bytes);
+    bencher.counter(count).bench(|| read(black_box(&source)));
+}
+
+/// Reading an MCAP log from memory, its hash included: one recording, and twenty of them.
+#[divan::bench(sample_count = 20, args = [1, 20])]
+fn parse_mcap(bencher: Bencher<'_, '_>, times: usize) {
+    let bytes = mcap_file(times);
+    let count = BytesCount::of_slice(&bytes);
+    let source = file("bench.mcap", bytes);
+    bencher.counter(count).bench(|| read(black_box(&source)));
+}
+
+/// A whole replay without its report: read, condition, both stops with error budget, decide.
+#[divan::bench(sample_count = 20)]
+fn whole_replay(bencher: Bencher<'_, '_>) {
+    let bytes = csv_file(1);
+    let count = BytesCount::of_slice(&bytes);
+    let source = file("bench.csv", bytes);
+    let options = AssessOptions {
+        model: ModelChoice::Auto,
+        polarity: Polarity::Declared(OpensWhen::Negative),
+        method: Method::EventDriven,
+        tolerance_rad: None,
+        initial_angle_rad: None,
+        initial_velocity_rad_s: None,
+        window_s: None,
+        threads: 1,
+        evidence: false,
     };
-    bencher.counter(BytesCount::of_slice(&bytes)).bench(|| {
-        recording::read(
-            black_box(&source),
-            &options,
-            Selection::Lateral,
-            &Limits::default(),
-        )
-        .unwrap()
+    bencher.counter(count).bench(|| {
+        let recording = read(black_box(&source));
+        let channel = &recording.channels[0];
+        let conditioned =
+            conditioning::condition(channel, &ConditioningOptions::default()).unwrap();
+        let mut findings = recording.findings.clone();
+        findings.extend(channel.findings.iter().cloned());
+        findings.extend(conditioned.findings.iter().cloned());
+        assess(&conditioned, &findings, &Design::reference(), &options).unwrap()
     });
 }

@@ -1,8 +1,11 @@
 //! Replay: drives the lever with a signal and records what it does.
 
 pub mod batch;
+mod cruise;
 mod kernel;
 mod methods;
+mod plain;
+mod pressed;
 mod sensitivity;
 mod tally;
 mod taylor;
@@ -22,8 +25,10 @@ pub use methods::{
     step_seconds as fixed_step_s,
 };
 
+use cruise::Cruise;
 use kernel::Kernel;
 use methods::Problem;
+use pressed::Pressed;
 use serde::Serialize;
 use tally::Tally;
 
@@ -218,7 +223,13 @@ pub fn run(signal: &Signal, design: &Design, options: &RunOptions) -> Result<Out
     let (first, last) = options.window.unwrap_or((0, count - 1));
     let (first, last) = (first.min(count - 1), last.min(count - 1));
     let outcome = match options.method {
-        Method::EventDriven => event_driven(signal, design, options, first, last),
+        Method::EventDriven => pulp::Arch::new().dispatch(EventDriven {
+            signal,
+            design,
+            options,
+            first,
+            last,
+        }),
         _ => compared(signal, design, options, first, last)?,
     };
     tracing::debug!(
@@ -263,6 +274,31 @@ const ANGLE_LIMIT: f64 = 100.0;
 /// Largest initial angular velocity taken [rad/s].
 const VELOCITY_LIMIT: f64 = 1e5;
 
+/// The event-driven run, compiled for what the machine has and chosen when it runs.
+struct EventDriven<'a> {
+    signal: &'a Signal,
+    design: &'a Design,
+    options: &'a RunOptions,
+    first: usize,
+    last: usize,
+}
+
+impl pulp::WithSimd for EventDriven<'_> {
+    type Output = Outcome;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) -> Outcome {
+        event_driven(
+            self.signal,
+            self.design,
+            self.options,
+            self.first,
+            self.last,
+        )
+    }
+}
+
+#[inline(always)]
 fn event_driven(
     signal: &Signal,
     design: &Design,
@@ -289,6 +325,8 @@ fn event_driven(
         kernel.tally.release(signal.start_s);
     }
     kernel.tally.point(signal.start_s, angle, velocity);
+    let cruise = Cruise::new(&kernel, interval, sign);
+    let pressed = Pressed::new(&kernel, interval, sign, 0.0);
     let mut index = 0;
     while index < last {
         if index == first {
@@ -302,6 +340,21 @@ fn event_driven(
             let moved = index + pressed_samples(&signal.samples[index..=stop_at], sign, lift_off);
             if moved > index {
                 index = moved;
+                continue;
+            }
+        } else {
+            let stop_at = if index < first { first } else { last };
+            let mut taken = 0;
+            if let Some(cruise) = &cruise {
+                taken += cruise.fly(&mut kernel, signal, index, stop_at);
+            }
+            if taken == 0
+                && let Some(pressed) = &pressed
+            {
+                taken += pressed.press(&mut kernel, signal, index, stop_at);
+            }
+            if taken > 0 {
+                index += taken;
                 continue;
             }
         }

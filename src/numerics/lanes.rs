@@ -1,110 +1,326 @@
-//! Several numbers side by side: plain arrays whose element-wise arithmetic the compiler turns
-//! into vector instructions of whatever width the code around is compiled for.
+//! Several numbers side by side, in the machine's vectors.
 //!
 //! Every operation is the IEEE operation of its element, so a lane's result does not depend on
-//! its neighbours, nor on the width of the machine's vectors.
+//! its neighbours, nor on the width of the machine's vectors. [`Real`] lets one formula serve one
+//! number and several alike, with the same bits for each.
 
-use std::ops::{Add, Mul, Neg, Sub};
+use pulp::{Simd, bytemuck};
+use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Not, Sub};
 
-/// Lanes of a vector: two registers of four where there are 256 bits.
-pub const LANES: usize = 8;
+/// Vectors that are worked on together, so that one's waits are the other's work.
+const TOGETHER: usize = 2;
 
-/// A vector of [`LANES`] numbers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(align(64))]
-pub struct Lanes(pub [f64; LANES]);
+/// Most lanes that any machine has: two vectors of 512 bits.
+pub const LANES_MAX: usize = 8 * TOGETHER;
 
-impl Lanes {
-    /// Puts `value` into every lane.
-    #[inline(always)]
+/// Returns the lanes of the machine's vectors that `S` stands for.
+#[must_use]
+pub const fn lanes<S: Simd>() -> usize {
+    S::F64_LANES * TOGETHER
+}
+
+/// What a formula needs of a number, or of several side by side.
+pub trait Real:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Mul<f64, Output = Self>
+    + Neg<Output = Self>
+{
+    /// Returns `value`, as many times as `self` has lanes.
     #[must_use]
-    pub fn splat(value: f64) -> Self {
-        Self([value; LANES])
+    fn constant(self, value: f64) -> Self;
+
+    /// Returns `self`·`factor` + `term` with one rounding.
+    ///
+    /// The machine's own instruction where the code around is compiled for it; else a slow
+    /// routine with the same result.
+    #[must_use]
+    fn fused(self, factor: Self, term: Self) -> Self;
+
+    /// Returns the absolute value.
+    #[must_use]
+    fn magnitude(self) -> Self;
+
+    /// Returns the smaller of two.
+    #[must_use]
+    fn lower(self, other: Self) -> Self;
+
+    /// Returns the larger of two.
+    #[must_use]
+    fn upper(self, other: Self) -> Self;
+}
+
+impl Real for f64 {
+    #[inline(always)]
+    fn constant(self, value: f64) -> Self {
+        value
     }
 
-    /// Returns the absolute values.
     #[inline(always)]
-    #[must_use]
-    pub fn abs(self) -> Self {
-        self.map(f64::abs)
+    fn fused(self, factor: Self, term: Self) -> Self {
+        self.mul_add(factor, term)
     }
 
-    /// Applies `function` to every lane.
     #[inline(always)]
-    #[must_use]
-    pub fn map(mut self, function: impl Fn(f64) -> f64) -> Self {
-        for value in &mut self.0 {
-            *value = function(*value);
-        }
-        self
+    fn magnitude(self) -> Self {
+        self.abs()
     }
 
-    /// Combines two vectors lane by lane.
     #[inline(always)]
-    #[must_use]
-    pub fn zip(mut self, other: Self, function: impl Fn(f64, f64) -> f64) -> Self {
-        for (value, other) in self.0.iter_mut().zip(other.0) {
-            *value = function(*value, other);
-        }
-        self
+    fn lower(self, other: Self) -> Self {
+        if self < other { self } else { other }
     }
 
-    /// Returns the smaller values; of a NaN and a number the number.
     #[inline(always)]
-    #[must_use]
-    pub fn min(self, other: Self) -> Self {
-        self.zip(other, |a, b| if a < b { a } else { b })
-    }
-
-    /// Returns the larger values.
-    #[inline(always)]
-    #[must_use]
-    pub fn max(self, other: Self) -> Self {
-        self.zip(other, |a, b| if a > b { a } else { b })
+    fn upper(self, other: Self) -> Self {
+        if self > other { self } else { other }
     }
 }
 
-impl Add for Lanes {
+/// [`lanes`] numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct Lanes<S: Simd> {
+    simd: S,
+    vectors: [S::f64s; TOGETHER],
+}
+
+impl<S: Simd> Lanes<S> {
+    /// Puts `value` into every lane.
+    #[inline(always)]
+    #[must_use]
+    pub fn splat(simd: S, value: f64) -> Self {
+        Self {
+            simd,
+            vectors: [simd.splat_f64s(value); TOGETHER],
+        }
+    }
+
+    /// Fills every lane by its number.
+    #[inline(always)]
+    #[must_use]
+    pub fn from_fn(simd: S, value: impl Fn(usize) -> f64) -> Self {
+        let mut all = Self::splat(simd, 0.0);
+        for lane in 0..lanes::<S>() {
+            all.set(lane, value(lane));
+        }
+        all
+    }
+
+    /// Returns one lane's number.
+    #[inline(always)]
+    #[must_use]
+    pub fn lane(&self, lane: usize) -> f64 {
+        bytemuck::cast_slice::<S::f64s, f64>(&self.vectors)[lane]
+    }
+
+    /// Sets one lane's number.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, value: f64) {
+        bytemuck::cast_slice_mut::<S::f64s, f64>(&mut self.vectors)[lane] = value;
+    }
+
+    /// Tells of every lane whether it is greater than the other's.
+    #[inline(always)]
+    #[must_use]
+    pub fn above(self, other: Self) -> Mask<S> {
+        let simd = self.simd;
+        Mask {
+            simd,
+            vectors: std::array::from_fn(|n| {
+                simd.less_than_f64s(other.vectors[n], self.vectors[n])
+            }),
+        }
+    }
+
+    /// Tells of every lane whether it is less than the other's, or equal.
+    #[inline(always)]
+    #[must_use]
+    pub fn at_most(self, other: Self) -> Mask<S> {
+        let simd = self.simd;
+        Mask {
+            simd,
+            vectors: std::array::from_fn(|n| {
+                simd.less_than_or_equal_f64s(self.vectors[n], other.vectors[n])
+            }),
+        }
+    }
+
+    #[inline(always)]
+    fn each(self, function: impl Fn(S, S::f64s) -> S::f64s) -> Self {
+        let Self { simd, vectors } = self;
+        Self {
+            simd,
+            vectors: std::array::from_fn(|n| function(simd, vectors[n])),
+        }
+    }
+
+    #[inline(always)]
+    fn with(self, other: Self, function: impl Fn(S, S::f64s, S::f64s) -> S::f64s) -> Self {
+        let Self { simd, vectors } = self;
+        Self {
+            simd,
+            vectors: std::array::from_fn(|n| function(simd, vectors[n], other.vectors[n])),
+        }
+    }
+}
+
+impl<S: Simd> Real for Lanes<S> {
+    #[inline(always)]
+    fn constant(self, value: f64) -> Self {
+        Self::splat(self.simd, value)
+    }
+
+    #[inline(always)]
+    fn fused(self, factor: Self, term: Self) -> Self {
+        let Self { simd, vectors } = self;
+        Self {
+            simd,
+            vectors: std::array::from_fn(|n| {
+                simd.mul_add_f64s(vectors[n], factor.vectors[n], term.vectors[n])
+            }),
+        }
+    }
+
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        self.each(|simd, a| simd.abs_f64s(a))
+    }
+
+    #[inline(always)]
+    fn lower(self, other: Self) -> Self {
+        self.with(other, |simd, a, b| simd.min_f64s(a, b))
+    }
+
+    #[inline(always)]
+    fn upper(self, other: Self) -> Self {
+        self.with(other, |simd, a, b| simd.max_f64s(a, b))
+    }
+}
+
+/// A yes or no for every lane.
+#[derive(Debug, Clone, Copy)]
+pub struct Mask<S: Simd> {
+    simd: S,
+    vectors: [S::m64s; TOGETHER],
+}
+
+impl<S: Simd> Mask<S> {
+    /// Returns one lane's answer.
+    #[inline(always)]
+    #[must_use]
+    pub fn lane(&self, lane: usize) -> bool {
+        let (zero, one) = (self.simd.splat_f64s(0.0), self.simd.splat_f64s(1.0));
+        let chosen = self
+            .simd
+            .select_f64s(self.vectors[lane / S::F64_LANES], one, zero);
+        bytemuck::cast_slice::<S::f64s, f64>(&[chosen])[lane % S::F64_LANES] > 0.0
+    }
+
+    /// Tells whether every lane says yes.
+    #[inline(always)]
+    #[must_use]
+    pub fn all(self) -> bool {
+        let both = self.simd.and_m64s(self.vectors[0], self.vectors[1]);
+        self.simd.first_true_m64s(self.simd.not_m64s(both)) >= S::F64_LANES
+    }
+
+    /// Takes `yes` where the lane says yes, else `no`.
+    #[inline(always)]
+    #[must_use]
+    pub fn choose(self, yes: Lanes<S>, no: Lanes<S>) -> Lanes<S> {
+        let Self { simd, vectors } = self;
+        Lanes {
+            simd,
+            vectors: std::array::from_fn(|n| {
+                simd.select_f64s(vectors[n], yes.vectors[n], no.vectors[n])
+            }),
+        }
+    }
+
+    #[inline(always)]
+    fn with(self, other: Self, function: impl Fn(S, S::m64s, S::m64s) -> S::m64s) -> Self {
+        let Self { simd, vectors } = self;
+        Self {
+            simd,
+            vectors: std::array::from_fn(|n| function(simd, vectors[n], other.vectors[n])),
+        }
+    }
+}
+
+impl<S: Simd> BitAnd for Mask<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        self.with(other, |simd, a, b| simd.and_m64s(a, b))
+    }
+}
+
+impl<S: Simd> BitOr for Mask<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        self.with(other, |simd, a, b| simd.or_m64s(a, b))
+    }
+}
+
+impl<S: Simd> Not for Mask<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn not(self) -> Self {
+        let Self { simd, vectors } = self;
+        Self {
+            simd,
+            vectors: std::array::from_fn(|n| simd.not_m64s(vectors[n])),
+        }
+    }
+}
+
+impl<S: Simd> Add for Lanes<S> {
     type Output = Self;
 
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        self.zip(other, |a, b| a + b)
+        self.with(other, |simd, a, b| simd.add_f64s(a, b))
     }
 }
 
-impl Sub for Lanes {
+impl<S: Simd> Sub for Lanes<S> {
     type Output = Self;
 
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        self.zip(other, |a, b| a - b)
+        self.with(other, |simd, a, b| simd.sub_f64s(a, b))
     }
 }
 
-impl Mul for Lanes {
+impl<S: Simd> Mul for Lanes<S> {
     type Output = Self;
 
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        self.zip(other, |a, b| a * b)
+        self.with(other, |simd, a, b| simd.mul_f64s(a, b))
     }
 }
 
-impl Mul<f64> for Lanes {
+impl<S: Simd> Mul<f64> for Lanes<S> {
     type Output = Self;
 
     #[inline(always)]
     fn mul(self, other: f64) -> Self {
-        self.map(|a| a * other)
+        self.each(|simd, a| simd.mul_f64s(a, simd.splat_f64s(other)))
     }
 }
 
-impl Neg for Lanes {
+impl<S: Simd> Neg for Lanes<S> {
     type Output = Self;
 
     #[inline(always)]
     fn neg(self) -> Self {
-        self.map(|a| -a)
+        self.each(|simd, a| simd.neg_f64s(a))
     }
 }

@@ -43,12 +43,35 @@ pub fn sign_changes(coefficients: &[f64], end: f64, visit: &mut impl FnMut(f64, 
         return;
     }
     let coefficients = &coefficients[..count];
+    if is_monotone(coefficients, end) {
+        let (first, last) = (coefficients[0], evaluate(coefficients, end));
+        if (first < 0.0 && last > 0.0) || (first > 0.0 && last < 0.0) {
+            let guess = -first / coefficients[1];
+            let rises = last > 0.0;
+            visit(refine(coefficients, 0.0, end, guess, rises), rises);
+        }
+        return;
+    }
     let bernstein = to_bernstein(coefficients, end);
     if bernstein[..count].iter().any(|b| !b.is_finite()) {
         // No halving would ever settle the sign of what is not a number.
         return;
     }
     isolate(coefficients, &bernstein[..count], 0.0, end, 0, visit);
+}
+
+/// Tells whether the first derivative's constant term outweighs all others on (0, `end`).
+#[inline]
+fn is_monotone(coefficients: &[f64], end: f64) -> bool {
+    let mut spread = 0.0;
+    let mut slope = 0.0;
+    for c in coefficients[1..].iter().rev() {
+        slope = slope * end + spread;
+        spread = spread * end + c.abs();
+    }
+    // With |c_1| + |c_2| x + ... the derivative by x of x times it is Σ n |c_n| x^(n−1); NaN and
+    // infinity compare as not less.
+    slope * end + spread < coefficients[1].abs() * (2.0 - 1e-12)
 }
 
 /// Returns the first place in (0, `end`) where the polynomial falls through zero.
@@ -111,7 +134,8 @@ fn isolate(
     let n = bernstein.len() - 1;
     let (first, end) = (bernstein[0], bernstein[n]);
     if variations == 1 && first != 0.0 && end != 0.0 {
-        return visit(refine(coefficients, low, high, end > 0.0), end > 0.0);
+        let guess = 0.5 * (low + high);
+        return visit(refine(coefficients, low, high, guess, end > 0.0), end > 0.0);
     }
     if depth >= DEPTH_MAX {
         return true;
@@ -151,10 +175,14 @@ fn crosses(left: &[f64], right: &[f64]) -> bool {
     matches!((before, after), (Some(b), Some(a)) if (*b < 0.0) != (*a < 0.0))
 }
 
-/// Newton's method inside a bracket with one simple root.
-fn refine(coefficients: &[f64], low: f64, high: f64, rises: bool) -> f64 {
+/// Newton's method from `guess` inside a bracket with one simple root.
+fn refine(coefficients: &[f64], low: f64, high: f64, guess: f64, rises: bool) -> f64 {
     let (mut low, mut high) = (low, high);
-    let mut x = 0.5 * (low + high);
+    let mut x = if guess > low && guess < high {
+        guess
+    } else {
+        0.5 * (low + high)
+    };
     for _ in 0..80 {
         let (value, derivative) = evaluate_with_derivative(coefficients, x);
         if (value > 0.0) == rises {

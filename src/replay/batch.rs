@@ -8,15 +8,19 @@
 //! than the error that the scalar run states.
 
 use super::kernel::Kernel;
+use super::plain::{Coefficients, State, TURN_MAX};
+use super::pressed::Pressed;
 use super::pressed_samples;
 use super::tally::Tally;
+use super::taylor::Turned;
 use super::{MOVING_ENERGY_J, energy_of};
 use crate::conditioning::Signal;
 use crate::error::{Error, ErrorKind};
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
-use crate::numerics::lanes::{LANES, Lanes};
+use crate::numerics::lanes::{LANES_MAX, Lanes, Mask, Real, lanes};
 use crate::units::OpensWhen;
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// One lever of a batch and how it sees the recording.
@@ -61,7 +65,7 @@ pub struct BatchOptions {
 }
 
 /// Members that one thread takes at a time.
-const CHUNK: usize = 32 * LANES;
+const CHUNK: usize = 2 * LANES_MAX;
 
 /// Replays `count` members, of which `member` gives each, and returns their peaks in order.
 ///
@@ -91,14 +95,12 @@ pub fn peaks(
             if first >= count {
                 return done;
             }
-            let last = (first + CHUNK).min(count);
-            let mut results = Vec::with_capacity(last - first);
-            for start in (first..last).step_by(LANES) {
-                let members: [Member; LANES] =
-                    std::array::from_fn(|lane| member((start + lane).min(last - 1)));
-                let group = arch.dispatch(Wide(&members, signal, options));
-                results.extend_from_slice(&group[..LANES.min(last - start)]);
-            }
+            let results = arch.dispatch(Chunk {
+                members: first..(first + CHUNK).min(count),
+                member,
+                signal,
+                options,
+            });
             done.push((first, results));
         }
     };
@@ -121,132 +123,145 @@ pub fn peaks(
         .collect())
 }
 
-/// A group's run, compiled once for each width of vectors and chosen by the machine.
-struct Wide<'a>(&'a [Member; LANES], &'a Signal, &'a BatchOptions);
+/// A chunk's run, compiled once for each width of vectors and chosen by the machine.
+struct Chunk<'a, M> {
+    members: Range<usize>,
+    member: &'a M,
+    signal: &'a Signal,
+    options: &'a BatchOptions,
+}
 
-impl pulp::WithSimd for Wide<'_> {
-    type Output = [MemberPeak; LANES];
+impl<M: Fn(usize) -> Member> pulp::WithSimd for Chunk<'_, M> {
+    type Output = Vec<MemberPeak>;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _simd: S) -> Self::Output {
-        Group::new(self.0, self.1, self.2).run()
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> Self::Output {
+        let mut results = Vec::with_capacity(self.members.len());
+        for start in self.members.clone().step_by(lanes::<S>()) {
+            let of = |lane: usize| (self.member)((start + lane).min(self.members.end - 1));
+            let members: Vec<Member> = (0..lanes::<S>()).map(of).collect();
+            let group = Group::new(simd, members, self.signal, self.options).run();
+            results.extend(group.take(self.members.end - start));
+        }
+        results
     }
 }
 
-/// Relative truncation that a lane's step lets pass, on ten coefficients.
-const TRUNCATION: f64 = 1e-15;
+/// Relative truncation that a lane's step lets pass.
+const TRUNCATION: f64 = 1e-16;
 
 /// Samples after which sine and cosine are computed afresh.
 const FRESH_EVERY: usize = 64;
 
-/// Largest turn within a sample for which sine and cosine are turned on [rad].
-const TURN_MAX: f64 = 0.06;
-
 /// Levers that advance together.
-struct Group<'a> {
+struct Group<'a, S: pulp::Simd> {
+    simd: S,
     signal: &'a Signal,
     options: &'a BatchOptions,
-    kernels: [Kernel; LANES],
-    /// Base acceleration to the model's: scale and bias, with the polarity's sign.
-    scale: [f64; LANES],
-    bias: [f64; LANES],
-    constants: Constants,
-    /// Lanes in plain flight, whose state is in `state`; the others' is in their kernel.
-    flying: [bool; LANES],
-    state: State,
+    lanes: Vec<Lane>,
+    coefficients: Coefficients<Lanes<S>>,
+    /// Recorded acceleration to b with time in sample intervals: factor and offset.
+    gain: Lanes<S>,
+    offset: Lanes<S>,
+    /// State of the lanes in plain flight; the others' is in their kernel.
+    state: State<Lanes<S>>,
+    /// Lanes in plain flight.
+    flying: usize,
     /// Largest angle so far, of judged samples.
-    best: Lanes,
-    scalar_samples: [u32; LANES],
-    members: [Member; LANES],
+    best: Lanes<S>,
 }
 
-/// Coefficients of the lanes' right-hand sides in scaled time.
-#[derive(Clone, Copy)]
-struct Constants {
-    pressing: Lanes,
-    stiffness: Lanes,
-    damping: Lanes,
-    /// Recorded acceleration to h² b: factor and offset.
-    gain: Lanes,
-    offset: Lanes,
+/// One lever of a group.
+struct Lane {
+    member: Member,
+    kernel: Kernel,
+    pressed: Option<Pressed>,
+    /// Base acceleration to the model's: scale and bias, with the polarity's sign.
+    scale: f64,
+    bias: f64,
+    lift_off: f64,
+    flying: bool,
+    scalar_samples: u32,
 }
 
-/// Angle, derivative by the sample interval, sine and cosine.
-#[derive(Clone, Copy)]
-struct State {
-    angle: Lanes,
-    slope: Lanes,
-    sine: Lanes,
-    cosine: Lanes,
-}
-
-/// A step of all lanes and what tells whether it stands.
-struct Step {
-    state: State,
-    lowest: Lanes,
-    highest: Lanes,
-    slope_start: Lanes,
-    slope_curved: Lanes,
-    tail: Lanes,
-    size: Lanes,
-    turn: Lanes,
-}
-
-impl<'a> Group<'a> {
-    #[inline(always)]
-    fn new(members: &[Member; LANES], signal: &'a Signal, options: &'a BatchOptions) -> Self {
-        let length = signal.rate.interval().seconds();
+impl Lane {
+    fn new(member: Member, interval: f64, options: &BatchOptions) -> Self {
+        let kernel = Kernel::of_parts(
+            &member.lever,
+            &member.stop,
+            options.stop,
+            options.initial,
+            None,
+            Tally::peak_only(),
+        )
+        .without_error_bound();
         let sign = options.opens_when.sign();
-        let kernels: [Kernel; LANES] = std::array::from_fn(|lane| {
-            let member = &members[lane];
-            let tally = Tally::peak_only();
-            Kernel::of_parts(
-                &member.lever,
-                &member.stop,
-                options.stop,
-                options.initial,
-                None,
-                tally,
-            )
-            .without_error_bound()
-        });
-        let lanes = |value: &dyn Fn(usize) -> f64| Lanes(std::array::from_fn(value));
-        let free = |lane: usize| *kernels[lane].free_branch();
-        let square = length * length;
-        let constants = Constants {
-            pressing: lanes(&|lane| free(lane).pressing * square),
-            stiffness: lanes(&|lane| free(lane).stiffness * square),
-            damping: lanes(&|lane| free(lane).damping * length),
-            gain: lanes(&|lane| kernels[lane].gain() * sign * members[lane].scale * square),
-            offset: lanes(&|lane| kernels[lane].gain() * sign * members[lane].bias_m_s2 * square),
-        };
-        let zero = Lanes::splat(0.0);
+        let (scale, bias) = (sign * member.scale, sign * member.bias_m_s2);
         Self {
-            signal,
-            options,
-            scale: std::array::from_fn(|lane| sign * members[lane].scale),
-            bias: std::array::from_fn(|lane| sign * members[lane].bias_m_s2),
-            kernels,
-            constants,
-            flying: [false; LANES],
+            pressed: Pressed::new(&kernel, interval, scale, bias),
+            lift_off: kernel.lift_off_acceleration(),
+            member,
+            kernel,
+            scale,
+            bias,
+            flying: false,
+            scalar_samples: 0,
+        }
+    }
+
+    /// Sample intervals from the first on that press the lever onto its stop.
+    fn pressed_samples(&self, samples: &[f64]) -> usize {
+        let limit = (self.lift_off - self.bias) / self.scale.abs();
+        if limit.is_finite() {
+            pressed_samples(samples, self.scale.signum(), limit)
+        } else {
+            0
+        }
+    }
+}
+
+impl<'a, S: pulp::Simd> Group<'a, S> {
+    #[inline(always)]
+    fn new(simd: S, members: Vec<Member>, signal: &'a Signal, options: &'a BatchOptions) -> Self {
+        let interval = signal.rate.interval().seconds();
+        let lanes: Vec<Lane> = members
+            .into_iter()
+            .map(|member| Lane::new(member, interval, options))
+            .collect();
+        let scaled: Vec<Option<Coefficients<f64>>> = lanes
+            .iter()
+            .map(|lane| Coefficients::scaled(lane.kernel.free_branch(), interval))
+            .collect();
+        let gain = |lane: usize| lanes[lane].kernel.gain() * interval * interval;
+        let zero = Lanes::splat(simd, 0.0);
+        Self {
+            coefficients: Coefficients::gather(|of| {
+                // A lane whose samples are too long for its own motion never flies by the vector.
+                Lanes::from_fn(simd, |lane| scaled[lane].as_ref().map_or(f64::NAN, of))
+            }),
+            gain: Lanes::from_fn(simd, |lane| gain(lane) * lanes[lane].scale),
+            offset: Lanes::from_fn(simd, |lane| gain(lane) * lanes[lane].bias),
             state: State {
                 angle: zero,
                 slope: zero,
                 sine: zero,
-                cosine: Lanes::splat(1.0),
+                cosine: zero.constant(1.0),
             },
-            best: Lanes::splat(f64::INFINITY),
-            scalar_samples: [0; LANES],
-            members: *members,
+            flying: 0,
+            best: zero.constant(f64::INFINITY),
+            simd,
+            signal,
+            options,
+            lanes,
         }
     }
 
     #[inline(always)]
-    fn run(mut self) -> [MemberPeak; LANES] {
+    fn run(mut self) -> impl Iterator<Item = MemberPeak> {
         let count = self.signal.samples.len();
         let (first, last) = self.options.window.unwrap_or((0, count - 1));
         let (first, last) = (first.min(count - 1), last.min(count - 1));
-        for lane in 0..LANES {
+        for lane in 0..self.lanes.len() {
             self.load(lane);
         }
         let mut index = 0;
@@ -254,7 +269,7 @@ impl<'a> Group<'a> {
             if index == first {
                 self.open_window();
             }
-            if !self.flying.contains(&true) && self.kernels.iter().all(Kernel::dwells) {
+            if self.flying == 0 && self.lanes.iter().all(|lane| lane.kernel.dwells()) {
                 let stop_at = if index < first { first } else { last };
                 let moved = index + self.pressed(&self.signal.samples[index..=stop_at]);
                 if moved > index {
@@ -268,45 +283,36 @@ impl<'a> Group<'a> {
         if first >= last {
             self.open_window();
         }
-        std::array::from_fn(|lane| self.finish(lane, last))
+        for lane in 0..self.lanes.len() {
+            self.store(lane);
+        }
+        let (signal, options) = (self.signal, self.options);
+        self.lanes
+            .into_iter()
+            .map(move |lane| finish(lane, signal.time_s(last), options))
     }
 
     /// Advances every lane over the sample interval from `index`.
     #[inline(always)]
     fn sample(&mut self, index: usize) {
         let (from, to) = (self.signal.samples[index], self.signal.samples[index + 1]);
-        let mut stands = [false; LANES];
-        if self.flying.contains(&true) {
-            if index.is_multiple_of(FRESH_EVERY) {
-                self.refresh();
+        if self.flying == 0 {
+            for lane in 0..self.lanes.len() {
+                self.by_kernel(lane, index, from, to);
             }
-            let step = self.step(from, to);
-            for (lane, stands) in stands.iter_mut().enumerate() {
-                let turns = step.slope_start.0[lane].abs() <= 1.01 * step.slope_curved.0[lane];
-                *stands = self.flying[lane]
-                    && step.lowest.0[lane] > 0.0
-                    && step.tail.0[lane] <= TRUNCATION * step.size.0[lane]
-                    && step.turn.0[lane].abs() <= TURN_MAX
-                    && !(turns && step.highest.0[lane] > self.best.0[lane]);
-            }
-            let keep = |new: Lanes, old: Lanes| {
-                Lanes(std::array::from_fn(|lane| {
-                    if stands[lane] {
-                        new.0[lane]
-                    } else {
-                        old.0[lane]
-                    }
-                }))
-            };
-            self.state = State {
-                angle: keep(step.state.angle, self.state.angle),
-                slope: keep(step.state.slope, self.state.slope),
-                sine: keep(step.state.sine, self.state.sine),
-                cosine: keep(step.state.cosine, self.state.cosine),
-            };
+            return;
         }
-        for (lane, stands) in stands.iter().enumerate() {
-            if !stands {
+        if index.is_multiple_of(FRESH_EVERY) {
+            self.refresh();
+        }
+        let (state, stands) = self.step(from, to);
+        if self.flying == self.lanes.len() && stands.all() {
+            self.state = state;
+            return;
+        }
+        self.state = chosen(stands, &state, &self.state);
+        for lane in 0..self.lanes.len() {
+            if !(self.lanes[lane].flying && stands.lane(lane)) {
                 self.by_kernel(lane, index, from, to);
             }
         }
@@ -315,23 +321,34 @@ impl<'a> Group<'a> {
     /// One lane's sample by the scalar kernel.
     #[inline(never)]
     fn by_kernel(&mut self, lane: usize, index: usize, from: f64, to: f64) {
-        self.store(lane);
-        let seen = |a: f64| self.scale[lane] * a + self.bias[lane];
-        let (from, to) = (seen(from), seen(to));
-        let kernel = &mut self.kernels[lane];
-        let lift_off = kernel.lift_off_acceleration();
-        if kernel.stuck || (kernel.dwells() && from > lift_off && to > lift_off) {
+        let Lane {
+            kernel,
+            scale,
+            bias,
+            lift_off,
+            ..
+        } = &self.lanes[lane];
+        let (from, to) = (scale * from + bias, scale * to + bias);
+        if kernel.stuck || (kernel.dwells() && from > *lift_off && to > *lift_off) {
             return;
         }
-        kernel.advance(
-            self.signal.time_s(index),
-            self.signal.rate.interval().seconds(),
-            from,
-            to,
-        );
-        self.scalar_samples[lane] += 1;
+        self.store(lane);
+        let Lane {
+            kernel,
+            pressed,
+            scalar_samples,
+            ..
+        } = &mut self.lanes[lane];
+        let stayed = pressed
+            .as_ref()
+            .is_some_and(|pressed| pressed.press(kernel, self.signal, index, index + 1) > 0);
+        if !stayed {
+            let interval = self.signal.rate.interval().seconds();
+            kernel.advance(self.signal.time_s(index), interval, from, to);
+        }
+        *scalar_samples += 1;
         if kernel.tally.judging {
-            self.best.0[lane] = kernel.tally.peak.angle;
+            self.best.set(lane, kernel.tally.peak.angle);
         }
         self.load(lane);
     }
@@ -339,182 +356,123 @@ impl<'a> Group<'a> {
     /// Takes a lane that its kernel left in free flight into the vector.
     #[inline(always)]
     fn load(&mut self, lane: usize) {
-        let kernel = &self.kernels[lane];
-        self.flying[lane] = kernel.flies_free();
-        if self.flying[lane] {
+        let Lane { kernel, flying, .. } = &mut self.lanes[lane];
+        *flying = kernel.flies_free();
+        if *flying {
+            self.flying += 1;
             let (angle, velocity) = kernel.state();
-            let (sine, cosine) = libm::sincos(angle);
-            self.state.angle.0[lane] = angle;
-            self.state.slope.0[lane] = velocity * self.signal.rate.interval().seconds();
-            self.state.sine.0[lane] = sine;
-            self.state.cosine.0[lane] = cosine;
+            let Turned { sine, cosine } = kernel.turned();
+            let interval = self.signal.rate.interval().seconds();
+            self.state.angle.set(lane, angle);
+            self.state.slope.set(lane, velocity * interval);
+            self.state.sine.set(lane, sine);
+            self.state.cosine.set(lane, cosine);
         }
     }
 
     /// Gives a flying lane's state back to its kernel.
     #[inline(always)]
     fn store(&mut self, lane: usize) {
-        if self.flying[lane] {
-            let velocity = self.state.slope.0[lane] * self.signal.rate.hertz();
-            self.kernels[lane].fly_on(self.state.angle.0[lane], velocity);
+        let Lane { kernel, flying, .. } = &mut self.lanes[lane];
+        if std::mem::take(flying) {
+            self.flying -= 1;
+            let velocity = self.state.slope.lane(lane) * self.signal.rate.hertz();
+            let turned = Turned {
+                sine: self.state.sine.lane(lane),
+                cosine: self.state.cosine.lane(lane),
+            };
+            kernel.put(self.state.angle.lane(lane), velocity, turned);
         }
     }
 
     fn refresh(&mut self) {
-        for lane in 0..LANES {
-            let (sine, cosine) = libm::sincos(self.state.angle.0[lane]);
-            self.state.sine.0[lane] = sine;
-            self.state.cosine.0[lane] = cosine;
+        for lane in 0..self.lanes.len() {
+            let (sine, cosine) = libm::sincos(self.state.angle.lane(lane));
+            self.state.sine.set(lane, sine);
+            self.state.cosine.set(lane, cosine);
         }
     }
 
     /// Sample intervals from the first on that press every lane onto its stop.
     fn pressed(&self, samples: &[f64]) -> usize {
-        (0..LANES)
-            .map(|lane| {
-                let limit = (self.kernels[lane].lift_off_acceleration() - self.bias[lane])
-                    / self.scale[lane].abs();
-                if limit.is_finite() {
-                    pressed_samples(samples, self.scale[lane].signum(), limit)
-                } else {
-                    0
-                }
-            })
+        self.lanes
+            .iter()
+            .map(|lane| lane.pressed_samples(samples))
             .min()
             .unwrap_or(0)
     }
 
     fn open_window(&mut self) {
-        for lane in 0..LANES {
+        for lane in 0..self.lanes.len() {
             self.store(lane);
-            let angle = self.kernels[lane].state().0;
-            self.kernels[lane].tally.open_window(angle, 0.0, 0.0);
-            self.best.0[lane] = angle;
+            let kernel = &mut self.lanes[lane].kernel;
+            let angle = kernel.state().0;
+            kernel.tally.open_window(angle, 0.0, 0.0);
+            self.best.set(lane, angle);
+            self.load(lane);
         }
     }
 
-    fn finish(&mut self, lane: usize, last: usize) -> MemberPeak {
-        self.store(lane);
-        let end = self.signal.time_s(last);
-        let kernel = &mut self.kernels[lane];
-        let (angle, velocity) = kernel.state();
-        kernel.tally.close_window(angle, end, 0.0);
-        let peak = if kernel.stuck {
-            f64::NAN
-        } else {
-            kernel.tally.peak.angle
-        };
-        let member = &self.members[lane];
-        let energy = energy_of(
-            &member.lever,
-            &member.stop,
-            self.options.stop,
-            angle,
-            velocity,
-        );
-        let coast = (self.options.coast && !kernel.stuck && energy > MOVING_ENERGY_J).then(|| {
-            kernel
-                .clone()
-                .coast(end)
-                .map_or(f64::NAN, |peak| peak.angle)
-        });
-        MemberPeak {
-            peak_angle_rad: peak,
-            coast_peak_angle_rad: coast,
-            scalar_samples: self.scalar_samples[lane],
-        }
-    }
-
-    /// One Taylor step of all lanes over a whole sample; the recurrence of the scalar series.
-    #[expect(unused_assignments, reason = "the last order's sine has no successor")]
+    /// One step of all lanes over a whole sample, and for which of them it stands.
     #[inline(always)]
-    fn step(&self, from: f64, to: f64) -> Step {
-        let Constants {
-            pressing,
-            stiffness,
-            damping,
-            gain,
-            offset,
-        } = self.constants;
-        let b0 = gain * from + offset;
-        let b1 = gain * (to - from);
-        let State {
-            angle,
-            slope,
-            sine,
-            cosine,
-        } = self.state;
-        let zero = Lanes::splat(0.0);
-        let mut x = [zero; 10];
-        let mut w = [zero; 10];
-        let mut s = [zero; 8];
-        let mut c = [zero; 8];
-        (x[0], x[1], w[1]) = (angle, slope, slope);
-        (s[0], c[0]) = (sine, cosine);
-        w[2] = -(pressing + stiffness * angle + damping * slope + b0 * cosine);
-        x[2] = w[2] * 0.5;
-        macro_rules! order {
-            ($n:literal: $($j:literal)*) => {
-                let mut s_sum = zero;
-                let mut c_sum = zero;
-                $(
-                    s_sum = s_sum + w[$j] * c[$n - $j];
-                    c_sum = c_sum + w[$j] * s[$n - $j];
-                )*
-                s[$n] = s_sum * (1.0 / $n as f64);
-                c[$n] = c_sum * (-1.0 / $n as f64);
-                let force = stiffness * x[$n] + damping * w[$n + 1] + b1 * c[$n - 1] + b0 * c[$n];
-                w[$n + 2] = force * (-1.0 / ($n + 1) as f64);
-                x[$n + 2] = w[$n + 2] * (1.0 / ($n + 2) as f64);
-            };
+    fn step(&self, from: f64, to: f64) -> (State<Lanes<S>>, Mask<S>) {
+        let (simd, state, coefficients) = (self.simd, &self.state, &self.coefficients);
+        let constant = |value: f64| Lanes::splat(simd, value);
+        let b0 = self.gain.fused(constant(from), self.offset);
+        let end = self.gain.fused(constant(to), self.offset);
+        let b1 = end - b0;
+        let bounds = coefficients.bounds(state, b0, end);
+        let turns = state.slope.magnitude().at_most(bounds.curve * 1.01);
+        let calm = bounds.lowest.above(constant(0.0)) & !(turns & bounds.highest.above(self.best));
+        let mut orders = coefficients.orders(state, &bounds, b0, b1);
+        let allowed = orders.motion() * TRUNCATION;
+        let within = |tail: Lanes<S>, turn_max: f64| {
+            tail.at_most(allowed) & bounds.turn.at_most(constant(turn_max))
+        };
+        let nine = within(orders.tail_of_nine(), TURN_MAX.0);
+        let short = orders.end_of_nine(state);
+        if (nine | !calm).all() {
+            return (short, calm & nine);
         }
-        order!(1: 1);
-        order!(2: 2 1);
-        order!(3: 3 2 1);
-        order!(4: 4 3 2 1);
-        order!(5: 5 4 3 2 1);
-        order!(6: 6 5 4 3 2 1);
-        order!(7: 7 6 5 4 3 2 1);
-        let bend = (x[9] + x[8]) + (x[7] + x[6]) + (x[5] + x[4]) + x[3] + x[2];
-        let turned = (w[9] + w[8]) + (w[7] + w[6]) + (w[5] + w[4]) + w[3] + w[2];
-        let tail = x[9].abs() + x[8].abs();
-        let curved = tail
-            + (x[7].abs() + x[6].abs())
-            + (x[5].abs() + x[4].abs())
-            + (x[3].abs() + x[2].abs());
-        let slope_curved = (w[9].abs() + w[8].abs())
-            + (w[7].abs() + w[6].abs())
-            + (w[5].abs() + w[4].abs())
-            + (w[3].abs() + w[2].abs());
-        let turn = slope + bend;
-        let (turn_sine, versine) = turned_by(turn);
-        Step {
-            state: State {
-                angle: angle + turn,
-                slope: slope + turned,
-                sine: sine + (cosine * turn_sine - sine * versine),
-                cosine: cosine - (sine * turn_sine + cosine * versine),
-            },
-            lowest: angle + slope.min(zero) - curved,
-            highest: angle + slope.max(zero) + curved,
-            slope_start: slope,
-            slope_curved,
-            tail,
-            size: angle.abs() + slope.abs() + curved,
-            turn,
-        }
+        coefficients.more_orders(&mut orders, b0, b1);
+        let eleven = within(orders.tail_of_eleven(), TURN_MAX.1);
+        let long = orders.end_of_eleven(state);
+        // A lane that needs no more keeps what it would have alone.
+        (chosen(nine, &short, &long), calm & (nine | eleven))
     }
 }
 
-/// Sine and versine (1 − cos) of a small angle.
-#[inline(always)]
-fn turned_by(angle: Lanes) -> (Lanes, Lanes) {
-    let one = Lanes::splat(1.0);
-    let square = angle * angle;
-    let nested = |a: f64, b: f64, c: f64, d: f64| {
-        one - square * a * (one - square * b * (one - square * c * (one - square * d)))
+fn finish(lane: Lane, end: f64, options: &BatchOptions) -> MemberPeak {
+    let Lane {
+        member, mut kernel, ..
+    } = lane;
+    let (angle, velocity) = kernel.state();
+    kernel.tally.close_window(angle, end, 0.0);
+    let peak = if kernel.stuck {
+        f64::NAN
+    } else {
+        kernel.tally.peak.angle
     };
-    let sine = angle * nested(1.0 / 6.0, 1.0 / 20.0, 1.0 / 42.0, 1.0 / 72.0);
-    let versine = square * 0.5 * nested(1.0 / 12.0, 1.0 / 30.0, 1.0 / 56.0, 1.0 / 90.0);
-    (sine, versine)
+    let energy = energy_of(&member.lever, &member.stop, options.stop, angle, velocity);
+    let coasts = options.coast && !kernel.stuck && energy > MOVING_ENERGY_J;
+    MemberPeak {
+        peak_angle_rad: peak,
+        coast_peak_angle_rad: coasts.then(|| kernel.coast(end).map_or(f64::NAN, |peak| peak.angle)),
+        scalar_samples: lane.scalar_samples,
+    }
+}
+
+/// Takes the states of one or the other.
+#[inline(always)]
+fn chosen<S: pulp::Simd>(
+    which: Mask<S>,
+    yes: &State<Lanes<S>>,
+    no: &State<Lanes<S>>,
+) -> State<Lanes<S>> {
+    State {
+        angle: which.choose(yes.angle, no.angle),
+        slope: which.choose(yes.slope, no.slope),
+        sine: which.choose(yes.sine, no.sine),
+        cosine: which.choose(yes.cosine, no.cosine),
+    }
 }

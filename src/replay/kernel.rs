@@ -7,7 +7,7 @@
 //! ends at its accumulation time.
 
 use super::Work;
-use super::sensitivity::{Map, Sensitivity, Smooth};
+use super::sensitivity::{Map, Sensitivity, Smooth, Smooths};
 use super::tally::{COUNTED_SPEED, Peak, Tally};
 use super::taylor::{Branch, Series, Start, Tolerance, Turned};
 use crate::model::design::Design;
@@ -223,13 +223,68 @@ impl Kernel {
         self.phase == Phase::Flight && self.angle > 0.0 && !self.lifting && !self.stuck
     }
 
-    /// Puts a lever that flies free where it has got to [rad, rad/s].
-    pub(super) fn fly_on(&mut self, angle: f64, velocity: f64) {
-        self.phase = Phase::Flight;
+    /// Returns sine and cosine of the angle.
+    pub(super) fn turned(&self) -> Turned {
+        self.turned
+    }
+
+    /// Returns the truncation that a step lets pass: absolute [rad] and relative.
+    pub(super) fn truncation(&self) -> (f64, f64) {
+        (self.tolerance.absolute, self.tolerance.relative)
+    }
+
+    /// Puts a lever that flies free where it has got to [rad, rad/s], with sine and cosine.
+    pub(super) fn put(&mut self, angle: f64, velocity: f64, turned: Turned) {
         self.angle = angle;
         self.velocity = velocity;
-        self.turned = Turned::of(angle);
+        self.turned = turned;
+        self.turns = TURNS_MAX / 2;
+    }
+
+    /// Returns the coefficients in contact, if the stop is a soft one.
+    pub(super) fn contact_branch(&self) -> Option<&Branch> {
+        (self.stop == StopModel::Soft).then_some(&self.contact)
+    }
+
+    /// Returns whether the lever is in the soft stop, off φ = 0.
+    pub(super) fn is_pressed(&self) -> bool {
+        self.phase == Phase::Contact && self.angle < 0.0 && !self.stuck
+    }
+
+    /// Puts a lever in contact where it has got to [rad, rad/s].
+    pub(super) fn put_pressed(&mut self, angle: f64, velocity: f64) {
+        self.angle = angle;
+        self.velocity = velocity;
+        self.turned = Turned::ZERO.by(angle);
         self.turns = 0;
+    }
+
+    /// Takes in what steps in contact do to the error, of which `map` carries a deviation along.
+    pub(super) fn take_pressed_error(&mut self, steps: &Smooths, map: &Map) {
+        if self.bounds_error {
+            self.settle_error();
+            self.sensitivity
+                .apply_together(steps, map, self.contact.pressing);
+        }
+    }
+
+    /// Takes in what steps taken elsewhere do to the error.
+    pub(super) fn take_error(&mut self, steps: &Smooths) {
+        if self.bounds_error {
+            self.sensitivity.smooths(steps);
+            if self.sensitivity.is_full() {
+                self.settle_error();
+            }
+        }
+    }
+
+    /// Returns a bound on the error of the angle within the next `time` [s] of free flight [rad].
+    pub(super) fn error_soon(&mut self, time: f64) -> f64 {
+        if !self.bounds_error {
+            return 0.0;
+        }
+        self.settle_error();
+        self.sensitivity.angle_error_soon(time)
     }
 
     /// Returns whether the lever is at rest on the rigid stop.
@@ -436,7 +491,7 @@ impl Kernel {
                     0.0
                 },
             });
-            if self.phase == Phase::Contact || self.sensitivity.is_full() {
+            if self.sensitivity.is_full() {
                 self.sensitivity.apply(damping, pressing);
             }
         }
@@ -468,6 +523,9 @@ impl Kernel {
 
     /// Applies what is pending to the error.
     fn settle_error(&mut self) {
+        if !self.bounds_error {
+            return;
+        }
         let branch = if self.phase == Phase::Contact {
             &self.contact
         } else {
@@ -508,14 +566,16 @@ impl Kernel {
                 if after <= SPEED_MIN {
                     self.rest_or_leave(pressed);
                 } else {
-                    let before_acceleration = -pressed - self.free.damping * before;
-                    let after_acceleration = -pressed - self.free.damping * after;
-                    let shear =
-                        (self.restitution * before_acceleration + after_acceleration) / before;
-                    self.sensitivity.event(
-                        &Map([[-self.restitution, 0.0], [shear, -self.restitution]]),
-                        before * stretch.length,
-                    );
+                    if self.bounds_error {
+                        let before_acceleration = -pressed - self.free.damping * before;
+                        let after_acceleration = -pressed - self.free.damping * after;
+                        let shear =
+                            (self.restitution * before_acceleration + after_acceleration) / before;
+                        self.sensitivity.event(
+                            &Map([[-self.restitution, 0.0], [shear, -self.restitution]]),
+                            before * stretch.length,
+                        );
+                    }
                     self.velocity = after;
                     self.phase = Phase::Flight;
                     self.tally.point(time, 0.0, after);
@@ -581,8 +641,10 @@ impl Kernel {
     /// Carries the error's map through φ = 0 of the soft stop, where the damping changes by
     /// `drop` [1/s]; `place` is the size of the terms that placed the event [rad].
     fn pass_stop(&mut self, drop: f64, place: f64) {
-        self.sensitivity
-            .event(&Map([[1.0, 0.0], [drop, 1.0]]), place);
+        if self.bounds_error {
+            self.sensitivity
+                .event(&Map([[1.0, 0.0], [drop, 1.0]]), place);
+        }
     }
 
     /// Contact to the end of the sample, the end of the series' reach, or lift-off.

@@ -27,24 +27,31 @@ pub(super) struct Sensitivity {
     /// The same for the preload.
     preload: [f64; 2],
     /// Stretches not yet applied.
-    pending: Pending,
+    pending: Smooths,
 }
 
 /// Stretches applied together at most: short against any swing, long enough to cost little.
 const PENDING_MAX: u32 = 16;
 
+/// What several smooth stretches in a row do to the error.
 #[derive(Debug, Clone, Copy, Default)]
-struct Pending {
-    time: f64,
-    /// ∫ stiffness dt.
-    stiffness: f64,
-    /// ∫ b cos u dt.
-    push: f64,
-    angle_square: f64,
-    velocity_square: f64,
-    truncation: f64,
-    truncation_velocity: f64,
-    count: u32,
+pub(super) struct Smooths {
+    /// Their length [s].
+    pub(super) time: f64,
+    /// ∫ stiffness dt [1/s].
+    pub(super) stiffness: f64,
+    /// ∫ b cos u dt [rad/s].
+    pub(super) push: f64,
+    /// Sum of the squared sizes of the angle [rad²].
+    pub(super) angle_square: f64,
+    /// Sum of the squared sizes of the velocity and of what changes it [rad²/s²].
+    pub(super) velocity_square: f64,
+    /// Sum of what the steps neglect [rad].
+    pub(super) truncation: f64,
+    /// The same of the velocity [rad/s]: what it is worth later on.
+    pub(super) truncation_velocity: f64,
+    /// How many they are.
+    pub(super) count: u32,
 }
 
 /// What a smooth stretch does to the error.
@@ -110,6 +117,29 @@ impl Sensitivity {
         pending.count += 1;
     }
 
+    /// Takes in several stretches at once.
+    #[inline]
+    pub(super) fn smooths(&mut self, more: &Smooths) {
+        let pending = &mut self.pending;
+        pending.time += more.time;
+        pending.stiffness += more.stiffness;
+        pending.push += more.push;
+        pending.angle_square += more.angle_square;
+        pending.velocity_square += more.velocity_square;
+        pending.truncation += more.truncation;
+        pending.truncation_velocity += more.truncation_velocity;
+        pending.count += more.count;
+    }
+
+    /// Returns a bound on the error of the angle within the next `time` [s], of smooth motion.
+    ///
+    /// What is pending must have been applied.
+    pub(super) fn angle_error_soon(&self, time: f64) -> f64 {
+        let velocity = self.variance_velocity.sqrt()
+            + ROUNDING * (self.excitation[1].abs() + self.preload[1].abs());
+        2.0 * (self.angle_error() + COVERAGE * velocity * time)
+    }
+
     /// Tells whether so much is pending that it should be applied.
     #[inline]
     pub(super) fn is_full(&self) -> bool {
@@ -123,18 +153,39 @@ impl Sensitivity {
         if pending.count == 0 || pending.time <= 0.0 {
             return;
         }
-        let time = pending.time;
-        self.map(&Map::oscillator(pending.stiffness / time, damping, time));
-        let half = 0.5 * time;
-        self.excitation[0] -= pending.push * half;
-        self.excitation[1] -= pending.push;
-        self.preload[0] -= pressing * time * half;
-        self.preload[1] -= pressing * time;
-        self.variance_angle += ROUNDING * ROUNDING * pending.angle_square;
-        self.variance_velocity += ROUNDING * ROUNDING * pending.velocity_square;
+        let stiffness = pending.stiffness / pending.time;
+        let map = Map::oscillator(stiffness, damping, pending.time);
+        self.apply_together(&pending, &map, pressing);
+    }
+
+    /// Applies stretches of which `map` is the flow.
+    pub(super) fn apply_together(&mut self, stretches: &Smooths, map: &Map, pressing: f64) {
+        let time = stretches.time;
+        let Map([[kept, lever], _]) = *map;
+        self.map(map);
+        // The response to a constant force f is f (1 - kept)/stiffness and f lever; both in the
+        // limit of a short time where the stiffness does not count.
+        let stiffness = stretches.stiffness / time;
+        let long = is_long(stiffness, time);
+        let (angle, velocity) = if long {
+            ((1.0 - kept) / (stiffness * time), lever / time)
+        } else {
+            (0.5 * time, 1.0)
+        };
+        self.excitation[0] -= stretches.push * angle;
+        self.excitation[1] -= stretches.push * velocity;
+        self.preload[0] -= pressing * time * angle;
+        self.preload[1] -= pressing * time * velocity;
+        let (mut angle, mut velocity) = (stretches.angle_square, stretches.velocity_square);
+        if long && stiffness > 0.0 {
+            // What was rounded early has swung from the one to the other since.
+            (angle, velocity) = (angle + velocity / stiffness, velocity + angle * stiffness);
+        }
+        self.variance_angle += ROUNDING * ROUNDING * angle;
+        self.variance_velocity += ROUNDING * ROUNDING * velocity;
         // What is cut off has the same sign for steps on end: it adds up, not its square.
-        self.variance_angle = raised(self.variance_angle, pending.truncation);
-        self.variance_velocity = raised(self.variance_velocity, pending.truncation_velocity);
+        self.variance_angle = raised(self.variance_angle, stretches.truncation);
+        self.variance_velocity = raised(self.variance_velocity, stretches.truncation_velocity);
     }
 
     /// Carries the error through an event; `place` [rad] is the rounding of the event's place.
@@ -173,6 +224,12 @@ fn raised(variance: f64, more: f64) -> f64 {
     variance + more * (2.0 * variance.sqrt() + more)
 }
 
+/// Tells whether a deviation swings in `time`.
+#[inline]
+fn is_long(stiffness: f64, time: f64) -> bool {
+    stiffness.abs() * time * time >= 0.5 * SHORT
+}
+
 /// Zero for what rounding has made negative; NaN stays.
 #[inline]
 fn not_negative(variance: f64) -> f64 {
@@ -183,7 +240,7 @@ impl Map {
     /// Returns the flow over `time` [s] of δ'' = −damping δ' − stiffness δ, both constant.
     #[inline]
     pub(super) fn oscillator(stiffness: f64, damping: f64, time: f64) -> Self {
-        if stiffness.abs() * time * time + damping * time < SHORT {
+        if !is_long(stiffness, time) && damping * time < 0.5 * SHORT {
             let (kt2, ct) = (stiffness * time * time, damping * time);
             let a = 1.0 - 0.5 * kt2;
             let b = time * (1.0 - 0.5 * ct);
@@ -210,5 +267,5 @@ impl Map {
     }
 }
 
-/// Below this size of (ωt)² + γt two terms of the flow's series are good to 1e-4.
+/// Up to half of this size of (ωt)² and γt two terms of the flow's series are good to 1e-4.
 const SHORT: f64 = 1e-2;

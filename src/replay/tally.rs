@@ -117,6 +117,19 @@ impl Tally {
         }
     }
 
+    /// Returns what a stretch must stay clear of to need no look: the height up to which a turn
+    /// cannot be the peak, given the angle's `error` [rad], the threshold, and whether the lever is
+    /// above it.
+    #[inline]
+    pub(super) fn awaits(&self, error: f64) -> (f64, f64, bool) {
+        if self.judging {
+            let peak = self.peak.angle.min(self.peak.upper - error);
+            (peak, self.threshold, self.above_since.is_some())
+        } else {
+            (f64::INFINITY, f64::INFINITY, false)
+        }
+    }
+
     /// Takes in the stretch of `series` up to `part`, which starts at `time` and whose whole
     /// step is `step` [s].
     #[inline]

@@ -1,0 +1,193 @@
+//! The contest: what latchgate itself enters, and the tables that come of it.
+
+use super::contest::{Entry, Off, Table, race};
+use super::scenes;
+use latchgate::conditioning::Signal;
+use latchgate::model::Design;
+use latchgate::model::stop::StopModel;
+use latchgate::replay::batch::{self, MemberPeak};
+use latchgate::replay::{self, Method, Run, RunOptions};
+use latchgate::units::OpensWhen;
+use std::hint::black_box;
+use std::ops::Range;
+
+/// Rounds of a race where times count.
+const ROUNDS: usize = 24;
+
+/// Races on the recording and on its chattering twentieth, both stops, and prints the tables.
+///
+/// `others` adds entries to those on the recording. Unless `timed` each program runs for one
+/// round, to show that it runs.
+pub fn contest(
+    timed: bool,
+    others: &dyn for<'a> Fn(&'a Signal, StopModel, &Run) -> Vec<Entry<'a>>,
+) {
+    let rounds = if timed { ROUNDS } else { 1 };
+    let rounds_said = if timed {
+        format!("up to {ROUNDS} rounds")
+    } else {
+        "one round".into()
+    };
+    println!("Time: the least of {rounds_said}, in which the programs of a table run in turns,");
+    println!("lap by lap (two threads: as a whole), per sample interval of one lever.");
+    println!("Off: distance from the kernel's answer.\n");
+    for (scale, scene) in [
+        (1.0, "recording of 0.3 s, 10 kHz, 200 g"),
+        (scenes::CHATTER, "the same times 0.05: chatter"),
+    ] {
+        for stop in [StopModel::Rigid, StopModel::Soft] {
+            let signal = scenes::recording(scale);
+            let truth = truth(&signal, stop);
+            let mut entries = kernel(&signal, stop, &truth);
+            entries.push(paper(&signal, stop, &truth));
+            entries.extend(batches(&signal, stop));
+            if scale >= 1.0 {
+                entries.extend(others(&signal, stop, &truth));
+            }
+            let rows = race(entries, rounds);
+            let title = format!("{scene}; {} stop", stop.name());
+            print!("{}", Table(&title, &rows));
+            let million: Vec<String> = rows
+                .iter()
+                .filter(|row| row.levers > 1)
+                .map(|row| {
+                    let samples = 1e6 * (signal.samples.len() - 1) as f64;
+                    format!("{:.1} s", row.ns_per_sample * 1e-9 * samples)
+                })
+                .collect();
+            println!("  a million levers, scaled: {}\n", million.join(" and "));
+        }
+    }
+}
+
+/// Returns what the kernel says of `signal` for the reference lever, with its error bound.
+fn truth(signal: &Signal, stop: StopModel) -> Run {
+    run(signal, &RunOptions::new(stop, OpensWhen::Negative))
+}
+
+fn run(signal: &Signal, options: &RunOptions) -> Run {
+    replay::run(signal, &Design::reference(), options)
+        .expect("the scene is valid")
+        .run
+}
+
+/// Returns how far an answer is off the kernel's.
+#[must_use]
+pub fn distance(truth: &Run, peak_rad: f64, final_rad: f64, crossing_s: Option<f64>) -> Off {
+    Off {
+        peak_rad: Some((peak_rad - truth.peak_angle_rad).abs()),
+        final_rad: Some((final_rad - truth.final_angle_rad).abs()),
+        crossing_s: crossing_s
+            .zip(truth.first_crossing_s)
+            .map(|(got, want)| (got - want).abs()),
+    }
+}
+
+/// The kernel without and with its error bound.
+fn kernel<'a>(signal: &'a Signal, stop: StopModel, truth: &Run) -> Vec<Entry<'a>> {
+    let with_bound = RunOptions::new(stop, OpensWhen::Negative);
+    let bound = Off {
+        peak_rad: Some(truth.numerical_error_rad),
+        ..Off::default()
+    };
+    vec![
+        single(
+            "kernel",
+            signal,
+            scenes::plain(stop, Method::EventDriven),
+            Off::default(),
+        ),
+        single(
+            "kernel, error bound (shown) included",
+            signal,
+            with_bound,
+            bound,
+        ),
+    ]
+}
+
+/// The paper's method at the paper's step.
+fn paper<'a>(signal: &'a Signal, stop: StopModel, truth: &Run) -> Entry<'a> {
+    let options = scenes::as_in_the_paper(stop);
+    let got = run(signal, &options);
+    let off = distance(
+        truth,
+        got.peak_angle_rad,
+        got.final_angle_rad,
+        got.first_crossing_s,
+    );
+    single("the paper's RK4, 3 steps a sample", signal, options, off)
+}
+
+fn single<'a>(name: &str, signal: &'a Signal, options: RunOptions, off: Off) -> Entry<'a> {
+    let design = Design::reference();
+    Entry {
+        name: name.into(),
+        samples: signal.samples.len() - 1,
+        levers: 1,
+        off,
+        run: Box::new(move |_| {
+            black_box(replay::run(black_box(signal), &design, &options).expect("ran before"));
+        }),
+    }
+}
+
+/// A batch on one and on two threads, and how far the farthest of 25 members is off its own
+/// scalar run.
+fn batches<'a>(signal: &'a Signal, stop: StopModel) -> Vec<Entry<'a>> {
+    let peaks = peaks(signal, stop, 1, 0..scenes::LEVERS);
+    let farthest = (0..scenes::LEVERS)
+        .step_by(scenes::LEVERS / 25)
+        .map(|index| {
+            let design = Design {
+                lever: scenes::lever(index).lever,
+                ..Design::reference()
+            };
+            let alone = replay::run(signal, &design, &scenes::plain(stop, Method::EventDriven))
+                .expect("the scene is valid");
+            (alone.run.peak_angle_rad - peaks[index].peak_angle_rad).abs()
+        })
+        .fold(0.0, f64::max);
+    let entry = |name: &str, run| Entry {
+        name: format!("batch of {}, {name}", scenes::LEVERS),
+        samples: signal.samples.len() - 1,
+        levers: scenes::LEVERS,
+        off: Off {
+            peak_rad: Some(farthest),
+            ..Off::default()
+        },
+        run,
+    };
+    vec![
+        entry(
+            "1 thread",
+            Box::new(move |laps| {
+                for first in (0..scenes::LEVERS).step_by(LAP_LEVERS) {
+                    let last = scenes::LEVERS.min(first + LAP_LEVERS);
+                    black_box(self::peaks(black_box(signal), stop, 1, first..last));
+                    laps.end_lap();
+                }
+            }),
+        ),
+        entry(
+            "2 threads",
+            Box::new(move |_| {
+                black_box(self::peaks(black_box(signal), stop, 2, 0..scenes::LEVERS));
+            }),
+        ),
+    ]
+}
+
+/// Levers that a batch on one thread takes in a lap: some milliseconds.
+const LAP_LEVERS: usize = 40;
+
+fn peaks(
+    signal: &Signal,
+    stop: StopModel,
+    threads: usize,
+    levers: Range<usize>,
+) -> Vec<MemberPeak> {
+    let options = scenes::peaks_only(stop, threads);
+    let lever = |index| scenes::lever(levers.start + index);
+    batch::peaks(signal, levers.len(), &lever, &options).expect("the scene is valid")
+}

@@ -1,0 +1,227 @@
+//! The kernel's fast lane: whole samples of free flight in which nothing can happen.
+//!
+//! A sample belongs here if bounds known before the step exclude an impact, a turning point that
+//! could be the peak, and a crossing of the threshold. Then only the state at its end is wanted:
+//! no polynomial is kept and no root sought. Every other sample is left to
+//! [`super::kernel::Kernel::advance`].
+//!
+//! The arithmetic is fused (one rounding for a product and a sum), by the machine's instruction
+//! where there is one and by a slow but equal routine where there is none: the numbers are the
+//! same on every machine.
+
+use super::kernel::Kernel;
+use super::plain::{Bounds, Coefficients, State, TURN_MAX};
+use super::sensitivity::Smooths;
+use super::taylor::Turned;
+use crate::conditioning::Signal;
+
+/// Steps whose error is carried along together.
+const TOGETHER: u32 = 16;
+
+/// Samples after which sine and cosine are computed afresh, so that their rounding does not add
+/// up; a multiple of [`TOGETHER`].
+const FRESH_EVERY: usize = 64;
+
+/// A lever's flight with time in sample intervals.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cruise {
+    /// Sample interval [s].
+    interval: f64,
+    coefficients: Coefficients<f64>,
+    /// Recorded acceleration to b, sign included.
+    gain: f64,
+    /// Truncation let pass: absolute [rad], relative.
+    tolerance: (f64, f64),
+}
+
+/// What excludes events for the next few samples.
+struct Calm {
+    /// A turning point up to here cannot be the peak.
+    peak: f64,
+    /// No impact, nor a doubt about one, above here.
+    floor: f64,
+    threshold: f64,
+    above: bool,
+}
+
+impl Cruise {
+    /// Scales the right-hand side of `kernel` to samples of `interval` [s] of accelerations that
+    /// count with `sign`; `None` if a sample is too long for the lever's own motion.
+    pub(super) fn new(kernel: &Kernel, interval: f64, sign: f64) -> Option<Self> {
+        Some(Self {
+            interval,
+            coefficients: Coefficients::scaled(kernel.free_branch(), interval)?,
+            gain: sign * kernel.gain() * interval * interval,
+            tolerance: kernel.truncation(),
+        })
+    }
+
+    /// Flies through the intervals between the samples of `signal` from `first` to `last` until
+    /// one is not plain; returns how many it has taken.
+    #[inline(always)]
+    pub(super) fn fly(
+        &self,
+        kernel: &mut Kernel,
+        signal: &Signal,
+        first: usize,
+        last: usize,
+    ) -> usize {
+        if !kernel.flies_free() {
+            return 0;
+        }
+        let mut taken = 0;
+        let (angle, velocity) = kernel.state();
+        let turned = kernel.turned();
+        let mut state = State {
+            angle,
+            slope: velocity * self.interval,
+            sine: turned.sine,
+            cosine: turned.cosine,
+        };
+        let mut calm = Calm::of(kernel, self.interval);
+        let mut gathered = Gathered::default();
+        let mut orders = 0;
+        let mut excitation = self.gain * signal.samples[first];
+        for sample in &signal.samples[first + 1..=last] {
+            let next = self.gain * sample;
+            let bounds = self.coefficients.bounds(&state, excitation, next);
+            if calm.may_be_disturbed(&state, &bounds) {
+                break;
+            }
+            let Some((after, tail, count)) =
+                self.step(&state, &bounds, excitation, next - excitation)
+            else {
+                break;
+            };
+            gathered.take(self, &state, &bounds, 0.5 * (excitation + next), tail);
+            orders += count;
+            state = after;
+            excitation = next;
+            taken += 1;
+            if kernel.tally.trace.is_some() {
+                let time = signal.time_s(first + taken);
+                kernel
+                    .tally
+                    .point(time, state.angle, state.slope / self.interval);
+            }
+            if gathered.count == TOGETHER {
+                gathered.give(self, kernel);
+                calm = Calm::of(kernel, self.interval);
+                if taken.is_multiple_of(FRESH_EVERY) {
+                    let turned = Turned::of(state.angle);
+                    (state.sine, state.cosine) = (turned.sine, turned.cosine);
+                }
+            }
+        }
+        if taken > 0 {
+            gathered.give(self, kernel);
+            let turned = Turned {
+                sine: state.sine,
+                cosine: state.cosine,
+            };
+            kernel.put(state.angle, state.slope / self.interval, turned);
+            kernel.work.steps += taken as u64;
+            kernel.work.rhs += orders;
+        }
+        taken
+    }
+
+    /// Takes one step over a whole sample: new state, neglected part [rad], orders.
+    #[inline(always)]
+    fn step(
+        &self,
+        state: &State<f64>,
+        bounds: &Bounds<f64>,
+        b0: f64,
+        b1: f64,
+    ) -> Option<(State<f64>, f64, u64)> {
+        let mut orders = self.coefficients.orders(state, bounds, b0, b1);
+        let allowed = self.tolerance.0.max(self.tolerance.1 * orders.motion());
+        let tail = orders.tail_of_nine();
+        if tail <= allowed && bounds.turn <= TURN_MAX.0 {
+            return Some((orders.end_of_nine(state), tail, 9));
+        }
+        self.coefficients.more_orders(&mut orders, b0, b1);
+        let tail = orders.tail_of_eleven();
+        (tail <= allowed && bounds.turn <= TURN_MAX.1)
+            .then(|| (orders.end_of_eleven(state), tail, 11))
+    }
+}
+
+impl Calm {
+    #[inline(always)]
+    fn of(kernel: &mut Kernel, interval: f64) -> Self {
+        let error = kernel.error_soon(f64::from(TOGETHER) * interval);
+        let (peak, threshold, above) = kernel.tally.awaits(error);
+        Self {
+            peak,
+            floor: error,
+            threshold,
+            above,
+        }
+    }
+
+    /// Tells whether the sample may hold an impact, a peak or a crossing.
+    #[inline(always)]
+    fn may_be_disturbed(&self, state: &State<f64>, bounds: &Bounds<f64>) -> bool {
+        let turns = state.slope.abs() <= 1.01 * bounds.curve;
+        (bounds.lowest <= self.floor)
+            | bounds.lowest.is_nan()
+            | (turns & (bounds.highest > self.peak))
+            | ((bounds.lowest <= self.threshold) & ((bounds.highest > self.threshold) | self.above))
+    }
+}
+
+/// What the steps do to the error, in a sample's time.
+#[derive(Default)]
+struct Gathered {
+    stiffness: f64,
+    push: f64,
+    angle_square: f64,
+    slope_square: f64,
+    truncation: f64,
+    count: u32,
+}
+
+impl Gathered {
+    #[inline(always)]
+    fn take(
+        &mut self,
+        of: &Cruise,
+        state: &State<f64>,
+        bounds: &Bounds<f64>,
+        middle: f64,
+        tail: f64,
+    ) {
+        let speed = state.slope.abs();
+        let angle = state.angle.abs() + speed + bounds.curve;
+        // The slope, its change, and the terms that the change is the sum of.
+        let slope = speed + 2.0 * bounds.curve;
+        self.stiffness += of.coefficients.stiffness - middle * state.sine;
+        self.push += middle * state.cosine;
+        self.angle_square += angle * angle;
+        self.slope_square += slope * slope;
+        self.truncation += tail;
+        self.count += 1;
+    }
+
+    #[inline(always)]
+    fn give(&mut self, of: &Cruise, kernel: &mut Kernel) {
+        let gathered = std::mem::take(self);
+        kernel.take_error(&Smooths {
+            count: gathered.count,
+            time: f64::from(gathered.count) * of.interval,
+            stiffness: gathered.stiffness / of.interval,
+            push: gathered.push / of.interval,
+            angle_square: gathered.angle_square,
+            velocity_square: gathered.slope_square / (of.interval * of.interval),
+            truncation: gathered.truncation,
+            truncation_velocity: if of.tolerance.0 > 0.0 {
+                10.0 * gathered.truncation / of.interval
+            } else {
+                // The last terms kept are below rounding, those cut off far below.
+                0.0
+            },
+        });
+    }
+}
