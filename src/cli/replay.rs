@@ -15,7 +15,7 @@ use crate::report;
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
 use crate::verdict::{
     self, Answer, AssessOptions, Assessment, ConditioningBlock, DECISION_RULE, Document,
-    ErrorBudget, ModelChoice, Polarity, Reason, RecordingBlock, Request, RunBlock, assess, screen,
+    ErrorBudget, ModelChoice, Polarity, Reason, RecordingBlock, Request, RunBlock, Screens, assess, screen,
 };
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -434,6 +434,7 @@ fn answered(facts: &Facts, design: &Design, assessment: Assessment) -> Document 
     findings.extend(assessment.findings);
     // The worst first; within a severity in the order of the line from file to replay.
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    let empty = skeleton(facts, design);
     Document {
         verdict: assessment.answer,
         why: assessment.why,
@@ -442,8 +443,12 @@ fn answered(facts: &Facts, design: &Design, assessment: Assessment) -> Document 
         polarities: assessment.polarities,
         answers: assessment.answers,
         error_budget_rad: assessment.budget,
+        screens: Screens {
+            runs: assessment.screens,
+            ..empty.screens
+        },
         findings,
-        ..skeleton(facts, design)
+        ..empty
     }
 }
 

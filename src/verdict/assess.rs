@@ -1,7 +1,7 @@
 //! From a conditioned channel to an answer: which runs are made, and what they say together.
 
 use super::decision::{Judged, unanimous, worse};
-use super::{Answer, ErrorBudget, Evidence, Reason, RunAnswer, Trace, why};
+use super::{Answer, ErrorBudget, Evidence, Reason, RunAnswer, ScreenedRun, Trace, screen, why};
 use crate::conditioning::{self, Cfc, Conditioned, Signal, bias, resample, spectrum};
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
@@ -100,6 +100,8 @@ pub struct Assessment {
     pub answers: Vec<RunAnswer>,
     /// Where the nominal peak's uncertainty comes from.
     pub budget: ErrorBudget,
+    /// What the closed-form bounds prove, per polarity and stop.
+    pub screens: Vec<ScreenedRun>,
     /// Findings of the replay; those of reading and conditioning are not repeated.
     pub findings: Vec<Finding>,
     /// What a report draws, if asked for.
@@ -229,6 +231,7 @@ pub fn assess(
         polarities,
         answers: judged.iter().map(|run| run.stated(threshold)).collect(),
         budget,
+        screens: screen::of_runs(design, signal, &pairs, |stop| bench.initial(stop), window),
         findings: own_findings,
         evidence,
     })
