@@ -15,7 +15,8 @@ use crate::report;
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
 use crate::verdict::{
     self, Answer, AssessOptions, Assessment, ConditioningBlock, DECISION_RULE, Document,
-    ErrorBudget, ModelChoice, Polarity, Reason, RecordingBlock, Request, RunBlock, Screens, assess, screen,
+    ErrorBudget, ModelChoice, Polarity, Reason, RecordingBlock, Request, RunBlock, Screens, assess,
+    screen,
 };
 use std::collections::BTreeMap;
 use std::io::Read;

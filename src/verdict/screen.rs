@@ -121,17 +121,35 @@ pub struct Seen<'a> {
     interval_s: f64,
     factor: f64,
     offset_m_s2: f64,
+    /// Of the samples as recorded: least, largest, and ∫|a| dt. Known once for all members.
+    least: f64,
+    most: f64,
+    impulse: f64,
 }
 
 impl<'a> Seen<'a> {
     /// Returns the recording as it stands.
+    ///
+    /// One pass over the samples; what it finds serves all members that see the recording
+    /// [changed](Self::changed).
     #[must_use]
     pub fn of(signal: &'a Signal, opens_when: OpensWhen) -> Self {
+        // A sample that is no number may slip through here; the impulse keeps it.
+        let extreme = |wins: fn(f64, f64) -> bool, from: f64| {
+            signal
+                .samples
+                .iter()
+                .fold(from, |best, a| if wins(best, *a) { best } else { *a })
+        };
+        let impulse = absolute_impulse(signal);
         Self {
             samples: &signal.samples,
             interval_s: signal.rate.interval().seconds(),
             factor: opens_when.sign(),
             offset_m_s2: 0.0,
+            least: extreme(|best, a| best <= a, f64::INFINITY),
+            most: extreme(|best, a| best >= a, f64::NEG_INFINITY),
+            impulse,
         }
     }
 
@@ -148,6 +166,18 @@ impl<'a> Seen<'a> {
 
     fn at(&self, index: usize) -> f64 {
         self.factor * self.samples[index] + self.offset_m_s2
+    }
+
+    /// Least acceleration in the model's sign.
+    fn at_least(&self) -> f64 {
+        (self.factor * self.least).min(self.factor * self.most) + self.offset_m_s2
+    }
+
+    /// Upper bound on ∫|a| dt over the whole record.
+    fn impulse_at_most(&self) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+        let length = self.samples.len() as f64 * self.interval_s;
+        self.factor.abs() * self.impulse + self.offset_m_s2.abs() * length
     }
 
     /// First judged sample and last sample that drives the lever.
@@ -168,9 +198,14 @@ pub fn screen(subject: &Subject, seen: &Seen) -> Screened {
 
 /// Returns what the bounds prove, and stops as soon as nothing more can be proven.
 ///
-/// This is [`screen`] without its numbers, for members of an ensemble.
+/// This is [`screen`] without its numbers, for members of an ensemble: far from the threshold
+/// it does not look at the samples at all.
 #[must_use]
 pub fn decide(subject: &Subject, seen: &Seen) -> Option<Decided> {
+    let terms = Terms::of(subject, seen)?;
+    if terms.passes_at_once(subject, seen) {
+        return Some(Decided::Pass);
+    }
     measure(subject, seen, true).answer()
 }
 
@@ -264,7 +299,9 @@ impl Measured {
                 .iter()
                 .find(|bound| bound.decides.is_some())
                 .map(|bound| bound.screen),
-            peak_at_most_rad: self.peak_at_most.filter(|_| self.answer() == Some(Decided::Pass)),
+            peak_at_most_rad: self
+                .peak_at_most
+                .filter(|_| self.answer() == Some(Decided::Pass)),
         }
     }
 }
@@ -361,6 +398,20 @@ impl Terms {
         })
     }
 
+    /// Returns whether what is known of the recording as a whole proves a pass from rest.
+    fn passes_at_once(&self, subject: &Subject, seen: &Seen) -> bool {
+        /// Keeps clear of what the pass over the samples would allow for in rounding.
+        const CLEAR: f64 = 1e-9;
+        let sound = seen.impulse.is_finite() && seen.least.is_finite() && seen.most.is_finite();
+        if !sound || subject.initial.is_some() {
+            return false;
+        }
+        let pressed = subject.model == StopModel::Rigid
+            && self.pressing + self.gain * seen.at_least() > CLEAR * self.pressing;
+        let impulse = self.gain * seen.impulse_at_most();
+        pressed || impulse <= self.limit * (1.0 - CLEAR - self.slack)
+    }
+
     /// Returns the speed that potential energy alone comes to at `angle` ≥ 0 [rad/s].
     fn speed_at(&self, angle: f64) -> f64 {
         (angle * (2.0 * self.pressing + self.stiffness * angle)).sqrt()
@@ -371,8 +422,7 @@ impl Terms {
         let square = speed * speed;
         if square > 0.0 {
             square
-                / (self.pressing
-                    + (self.pressing * self.pressing + self.stiffness * square).sqrt())
+                / (self.pressing + (self.pressing * self.pressing + self.stiffness * square).sqrt())
         } else {
             0.0
         }

@@ -29,6 +29,15 @@ pub(super) fn measure(
     let mut index = 0;
     let mut from = seen.at(0);
     while index < last {
+        if pass.moving.is_none() {
+            let still = pass.pressed(seen, index, last);
+            if still > index {
+                pass.skip(index, still);
+                index = still;
+                from = seen.at(index);
+                continue;
+            }
+        }
         let to = seen.at(index + 1);
         pass.interval(index, from, to);
         index += 1;
@@ -73,7 +82,7 @@ struct Pass<'a> {
 
 /// What is known of a lever that may be off its stop.
 struct Moving {
-    /// Gain of W since the start, and the most it may be off by in terms of its size.
+    /// Gain of W since the start, G.
     gained: f64,
     /// Largest of W − gain over the instants at which the first rise may have ended.
     turned: f64,
@@ -174,7 +183,7 @@ impl<'a> Pass<'a> {
         } else {
             f64::NEG_INFINITY
         };
-        self.energy = if falling { turned } else { speed };
+        self.energy = if falling { turned } else { potential };
         if angle > self.terms.threshold {
             self.energy_holds = false;
         }
@@ -201,6 +210,32 @@ impl<'a> Pass<'a> {
             }),
             quiet: None,
         });
+    }
+
+    /// Returns the sample up to which the net torque presses from sample `index` on.
+    fn pressed(&self, seen: &Seen, index: usize, last: usize) -> usize {
+        /// Samples looked at together, so that the compiler compares them side by side.
+        const BLOCK: usize = 16;
+        let terms = self.terms;
+        let level = -terms.pressing * (1.0 - 2.0 * terms.slack) / terms.gain;
+        let above = |a: &f64| seen.factor * a + seen.offset_m_s2 > level;
+        let samples = &seen.samples[index..=last];
+        let mut count = 0;
+        for block in samples.chunks_exact(BLOCK) {
+            if !block.iter().fold(true, |all, a| all & above(a)) {
+                break;
+            }
+            count += BLOCK;
+        }
+        count += samples[count..].iter().take_while(|a| above(a)).count();
+        index + count.saturating_sub(1)
+    }
+
+    /// Rest from sample `from` to sample `to`.
+    fn skip(&mut self, from: usize, to: usize) {
+        if (from..=to).contains(&self.first) {
+            self.clean_before = self.energy_holds;
+        }
     }
 
     fn hopeless(&self) -> bool {
@@ -379,8 +414,9 @@ impl<'a> Pass<'a> {
         }
         self.energy = self.energy.max(far);
         if !rises_on {
-            // (R4) A turn here leaves W at most what the angle reached holds.
-            let turned = far - moving.gained;
+            // (R4) A turn here leaves W at most what the angle reached holds; by energy the
+            // interval's gain counts once, before the turn or after it.
+            let turned = rise.speed.min(by_angle) - moving.gained;
             if !(turned <= moving.turned) {
                 moving.turned = turned;
             }
@@ -452,11 +488,15 @@ impl<'a> Pass<'a> {
             * (terms.gain * from.abs().max(to.abs())
                 + terms.pressing
                 + terms.stiffness * lower.state.0.abs());
-        lower.state = arc.advance(
-            lower.state,
-            terms.torque_at_least(from, terms.cosine),
-            terms.torque_at_least(to, terms.cosine),
-        );
+        lower.state = match &moving.rise {
+            // (R6) As long as the first rise has not ended, its own comparison is the closer.
+            Some(rise) if moving.turned <= f64::NEG_INFINITY => rise.lower,
+            _ => arc.advance(
+                lower.state,
+                terms.torque_at_least(from, terms.cosine),
+                terms.torque_at_least(to, terms.cosine),
+            ),
+        };
     }
 
     /// (R7) Weak excitation for long enough brings the lever to rest.
@@ -478,7 +518,10 @@ impl<'a> Pass<'a> {
         }
         // From the end of this interval on.
         let turned = moving.turned + moving.gained * (1.0 + terms.slack);
-        let speed = moving.rise.as_ref().map_or(turned, |rise| turned.max(rise.speed));
+        let speed = moving
+            .rise
+            .as_ref()
+            .map_or(turned, |rise| turned.max(rise.speed));
         let needed = 2.0 / rule.pressing
             * (speed + terms.damping * terms.reach(speed) + rule.bounces * speed);
         moving.quiet = Some(Quiet {
@@ -496,7 +539,11 @@ impl<'a> Pass<'a> {
             return;
         }
         let terms = self.terms;
-        if let Some(lower) = self.moving.as_ref().and_then(|moving| moving.lower.as_ref()) {
+        if let Some(lower) = self
+            .moving
+            .as_ref()
+            .and_then(|moving| moving.lower.as_ref())
+        {
             let doubt = terms.slack * (lower.start_angle + lower.size * lower.elapsed);
             let angle = lower.state.0 - doubt;
             self.lower = self.lower.max(angle);
@@ -525,8 +572,7 @@ impl<'a> Pass<'a> {
     fn measured(self, opening: Option<f64>) -> Measured {
         let terms = self.terms;
         let passes_energy = self.energy_holds && !self.fails;
-        let passes_impulse = passes_energy
-            && terms.stays_below(self.impulse, self.impulse);
+        let passes_impulse = passes_energy && terms.stays_below(self.impulse, self.impulse);
         Measured {
             opening,
             impulse: Some(self.impulse),

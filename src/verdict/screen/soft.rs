@@ -82,12 +82,47 @@ struct Contact {
     drag: f64,
     /// b = gain times acceleration.
     gain: f64,
-    /// The sample interval and what it does to a deviation (Ω y, y').
-    interval: f64,
-    turn: [[f64; 2]; 2],
-    decay: f64,
+    /// The sample interval as a whole, and in parts that are short against 1/Ω.
+    whole: Turn,
+    part: Turn,
+    parts: u32,
     slack: f64,
+    /// 1/Ω, √(1 − ξ²) and 1/(Ω √(1 − ξ²)).
+    period: f64,
+    spread: f64,
+    swing: f64,
 }
+
+/// What a length of time does to a deviation (Ω y, y') from the moving balance.
+struct Turn {
+    length: f64,
+    per_length: f64,
+    matrix: [[f64; 2]; 2],
+    decay: f64,
+}
+
+impl Turn {
+    fn new(length: f64, frequency: f64, ratio: f64) -> Self {
+        let phase = frequency * length;
+        let damped = (1.0 - ratio * ratio).max(0.0).sqrt();
+        let decay = libm::exp(-ratio * phase);
+        let (sine, cosine) = libm::sincos(damped * phase);
+        let across = sine / damped;
+        Self {
+            length,
+            per_length: 1.0 / length,
+            matrix: [
+                [decay * (cosine + ratio * across), decay * across],
+                [-decay * across, decay * (cosine - ratio * across)],
+            ],
+            decay,
+        }
+    }
+}
+
+/// Phase Ω h of a part of an interval [rad], and the most parts that one is cut into.
+const PART_PHASE: f64 = 0.07;
+const PARTS_MAX: f64 = 64.0;
 
 impl Contact {
     fn of(terms: &Terms, subject: &Subject) -> Self {
@@ -95,35 +130,41 @@ impl Contact {
         let inertia = lever.moment_of_inertia_kg_m2;
         let frequency = stop.contact_angular_frequency_rad_s(lever);
         let ratio = 0.5 * stop.contact_damping_nm_s_per_rad(lever) / (inertia * frequency);
-        let phase = frequency * terms.interval;
-        let damped = (1.0 - ratio * ratio).max(0.0).sqrt();
-        let decay = libm::exp(-ratio * phase);
-        let (sine, cosine) = libm::sincos(damped * phase);
-        let across = sine / damped;
+        let parts = (frequency * terms.interval / PART_PHASE)
+            .ceil()
+            .clamp(1.0, PARTS_MAX);
+        let spread = (1.0 - ratio * ratio).max(0.0).sqrt();
         Self {
             frequency,
             ratio,
             rest: -stop.rest_angle_rad(lever),
             drag: stop.damping_n_s_per_m * stop.radius_m * stop.radius_m / inertia,
             gain: terms.gain,
-            interval: terms.interval,
-            turn: [
-                [decay * (cosine + ratio * across), decay * across],
-                [-decay * across, decay * (cosine - ratio * across)],
-            ],
-            decay,
+            whole: Turn::new(terms.interval, frequency, ratio),
+            part: Turn::new(terms.interval / parts, frequency, ratio),
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "between 1 and 64"
+            )]
+            parts: parts as u32,
             slack: terms.slack,
+            period: 1.0 / frequency,
+            spread,
+            swing: 1.0 / (frequency * spread),
         }
     }
 
     /// A lever that starts in the stop at `angle` with `velocity`; nothing where its motion
     /// there is not followed.
     fn enter(&self, angle: f64, velocity: f64) -> Option<Inside> {
-        (angle < 0.0 && self.ratio < 0.999 && self.turn[0][0].is_finite()).then_some(Inside {
-            angle,
-            velocity,
-            doubt: 0.0,
-        })
+        (angle < 0.0 && self.ratio < 0.999 && self.whole.matrix[0][0].is_finite()).then_some(
+            Inside {
+                angle,
+                velocity,
+                doubt: 0.0,
+            },
+        )
     }
 
     /// √(2Ê/I0), Ê being the energy above that of rest [rad/s].
@@ -145,6 +186,7 @@ impl Contact {
 }
 
 /// A lever that is certainly in contact.
+#[derive(Clone, Copy)]
 struct Inside {
     angle: f64,
     velocity: f64,
@@ -156,48 +198,76 @@ impl Inside {
     /// Advances over an interval if the lever certainly stays in contact all through it;
     /// else it stays where it is.
     fn stays(&mut self, stop: &Contact, from: f64, to: f64) -> bool {
+        let mut ahead = *self;
+        if ahead.stays_over(stop, &stop.whole, from, to) {
+            *self = ahead;
+            return true;
+        }
+        ahead = *self;
+        let step = (to - from) / f64::from(stop.parts);
+        for part in 0..stop.parts {
+            let begin = from + step * f64::from(part);
+            if !ahead.stays_over(stop, &stop.part, begin, begin + step) {
+                return false;
+            }
+        }
+        *self = ahead;
+        true
+    }
+
+    fn stays_over(&mut self, stop: &Contact, turn: &Turn, from: f64, to: f64) -> bool {
         let Contact {
-            frequency, ratio, ..
+            frequency,
+            ratio,
+            period,
+            ..
         } = *stop;
-        let square = frequency * frequency;
+        let compliance = period * period;
         let (begin, end) = (stop.gain * from, stop.gain * to);
-        let slope = (end - begin) / stop.interval;
+        let slope = (end - begin) * turn.per_length;
         // (S1) The particular solution under a ramp.
-        let lag = 2.0 * ratio * slope / (square * frequency);
-        let balance = |push: f64| -stop.rest - push / square + lag;
-        let drift = -slope / square;
+        let lag = 2.0 * ratio * slope * compliance * period;
+        let balance = |push: f64| -stop.rest - push * compliance + lag;
+        let drift = -slope * compliance;
         let (stiff, fast) = (
             frequency * (self.angle - balance(begin)),
             self.velocity - drift,
         );
-        // (S2) y'² + 2ξΩ y y' + Ω² y² falls as e^(−2ξΩt), and is at least (1 − ξ²) Ω² y².
+        // (S2) y'² + 2ξΩ y y' + Ω² y² falls as e^(−2ξΩt), and is at least 1 − ξ² times Ω² y²
+        // or y'².
         let measure = (fast * fast + 2.0 * ratio * stiff * fast + stiff * stiff)
             .max(0.0)
             .sqrt();
-        let size = measure + frequency * stop.rest + begin.abs().max(end.abs()) / frequency;
-        let doubt = self.doubt + stop.slack * size;
-        let swing = (measure + doubt) / (frequency * (1.0 - ratio * ratio).sqrt());
-        let highest = balance(begin).max(balance(end)) + swing;
-        let deepest = balance(begin).min(balance(end)) - swing;
-        // (S3) What the cosine takes from the torque drives the deviation.
         let most = begin.abs().max(end.abs());
-        let added = stop.interval * most * 0.5 * deepest * deepest;
-        let added_swing = added / (frequency * (1.0 - ratio * ratio).sqrt());
-        // Twice what is added covers that the lever may be that much deeper itself.
+        let size = measure + frequency * stop.rest + most * period;
+        let doubt = self.doubt + stop.slack * size;
+        let swing = (measure + doubt) * stop.swing;
+        let [[ss, sf], [fs, ff]] = turn.matrix;
+        let (stiff_end, fast_end) = (ss * stiff + sf * fast, fs * stiff + ff * fast);
+        let angle_end = balance(end) + stiff_end * period;
+        // (S3) Between its ends the angle rises above both by no more than its curvature lets it.
+        let curvature = frequency * measure * (1.0 + 2.0 * ratio) / stop.spread;
+        let arched = self.angle.max(angle_end)
+            + 0.125 * turn.length * turn.length * curvature
+            + doubt * stop.swing;
+        let highest = arched.min(balance(begin).max(balance(end)) + swing);
+        let deepest = balance(begin).min(balance(end)) - swing;
+        // (S4) What the cosine takes from the torque drives the deviation; twice what it adds
+        // covers that the lever may be that much deeper itself.
+        let added = turn.length * most * 0.5 * deepest * deepest;
+        let added_swing = 2.0 * added * stop.swing;
         if !(highest + added_swing < 0.0 && added_swing <= 0.1 * deepest.abs()) {
             return false;
         }
-        let [[ss, sf], [fs, ff]] = stop.turn;
-        let (stiff, fast) = (ss * stiff + sf * fast, fs * stiff + ff * fast);
-        self.angle = balance(end) + stiff / frequency;
-        self.velocity = drift + fast;
-        self.doubt = stop.decay * doubt + 2.0 * added;
+        self.angle = angle_end;
+        self.velocity = drift + fast_end;
+        self.doubt = turn.decay * doubt + 2.0 * added;
         true
     }
 
     /// Angle, velocity and how far either may be off, the angle times Ω [rad/s].
     fn state(&self, stop: &Contact) -> (f64, f64, f64) {
-        let doubt = 2.0 * self.doubt / (1.0 - stop.ratio * stop.ratio).sqrt()
+        let doubt = 2.0 * self.doubt / stop.spread
             + stop.slack * (self.velocity.abs() + stop.frequency * self.angle.abs());
         (self.angle, self.velocity, doubt)
     }
@@ -250,8 +320,7 @@ impl Pass<'_> {
         self.check();
         // (S7) The bound on the cosine holds as deep as the lever can be.
         let depth = stop.rest + self.speed / stop.frequency;
-        let (Some(lower), Some(arc), true) =
-            (&mut self.lower, self.arc, depth <= terms.threshold)
+        let (Some(lower), Some(arc), true) = (&mut self.lower, self.arc, depth <= terms.threshold)
         else {
             self.lower = None;
             return;
