@@ -448,6 +448,11 @@ impl Terms {
     }
 }
 
+/// Returns the speed whose energy is that of two speeds together.
+fn together(first: f64, second: f64) -> f64 {
+    (first * first + second * second).sqrt()
+}
+
 /// Returns ∫ max(−a, 0) dt and ∫ max(a, 0) dt of a straight line from `from` to `to` over
 /// `length`, exactly.
 fn areas(from: f64, to: f64, length: f64) -> (f64, f64) {

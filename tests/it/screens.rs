@@ -621,7 +621,7 @@ fn random_case(
     }
 }
 
-/// What the bounds decided, and how close to the truth.
+/// What the bounds decided.
 #[derive(Default)]
 struct Tally {
     cases: u32,
@@ -629,8 +629,6 @@ struct Tally {
     passes: u32,
     fails: u32,
     truly_fail: u32,
-    /// Decided cases whose peak is within 5 % of the threshold.
-    close: u32,
 }
 
 const CASES_PER_RECORDING: usize = 16;

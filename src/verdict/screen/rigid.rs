@@ -6,7 +6,7 @@
 //! plus R times the holding one. Numbers in comments are those of `docs/screens.md`.
 
 use super::arc::{self, Arc};
-use super::{Measured, Seen, Subject, Terms, areas};
+use super::{Measured, Seen, Subject, Terms, areas, together};
 
 /// Runs over the samples once.
 pub(super) fn measure(
@@ -138,7 +138,8 @@ impl QuietRule {
             return None;
         }
         // The share for which R q lies half-way between R and 1.
-        let wanted = (0.5 * (1.0 + restitution) / restitution.max(1e-3)).powi(2);
+        let wanted = 0.5 * (1.0 + restitution) / restitution.max(1e-3);
+        let wanted = wanted * wanted;
         let share = ((wanted - 1.0) / (wanted + 1.0)).min(SHARE_MAX);
         let ratio = ((1.0 + share) / (1.0 - share)).sqrt();
         Some(Self {
@@ -172,7 +173,7 @@ impl<'a> Pass<'a> {
     /// A lever that is let go at `angle` with `velocity`.
     fn start(&mut self, angle: f64, velocity: f64) {
         let potential = self.terms.speed_at(angle);
-        let speed = velocity.hypot(potential);
+        let speed = together(velocity, potential);
         self.released = true;
         self.impulse = speed;
         let falling = velocity <= 0.0;
@@ -320,7 +321,8 @@ impl<'a> Pass<'a> {
             // From a located release on φ ≤ F' t³/6, and the cosine takes from the torque F' t
             // less than its share F' t⁵ (p0 + F' t)/72 of it.
             let push = -(terms.pressing + terms.gain * to);
-            let share = push * length.powi(4) * (terms.pressing + push) / 72.0;
+            let square = length * length;
+            let share = push * square * square * (terms.pressing + push) / 72.0;
             let pushed_open = if located {
                 share < 0.5
             } else {
@@ -417,7 +419,7 @@ impl<'a> Pass<'a> {
             // (R4) A turn here leaves W at most what the angle reached holds; by energy the
             // interval's gain counts once, before the turn or after it.
             let turned = rise.speed.min(by_angle) - moving.gained;
-            if !(turned <= moving.turned) {
+            if turned > moving.turned || turned.is_nan() {
                 moving.turned = turned;
             }
         }
@@ -431,7 +433,7 @@ impl<'a> Pass<'a> {
         }
         let angle = rise.upper.0.max(0.0) + doubt;
         let velocity = rise.upper.1.max(0.0) + terms.slack * size;
-        rise.speed = speed.min(velocity.hypot(terms.speed_at(angle)));
+        rise.speed = speed.min(together(velocity, terms.speed_at(angle)));
     }
 
     /// The comparison has run out: any instant may be a turn.

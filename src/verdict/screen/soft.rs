@@ -5,7 +5,7 @@
 //! of rest in the stop. Numbers in comments are those of `docs/screens.md`.
 
 use super::arc::{self, Arc};
-use super::{Measured, Seen, Subject, Terms, areas};
+use super::{Measured, Seen, Subject, Terms, areas, together};
 
 /// Runs over the samples once.
 pub(super) fn measure(
@@ -170,7 +170,7 @@ impl Contact {
     /// √(2Ê/I0), Ê being the energy above that of rest [rad/s].
     fn speed(&self, terms: &Terms, angle: f64, velocity: f64) -> f64 {
         if angle < 0.0 {
-            velocity.hypot(self.frequency * (angle + self.rest))
+            together(velocity, self.frequency * (angle + self.rest))
         } else {
             let free = terms.speed_at(angle);
             let stored = terms.pressing * self.rest;
