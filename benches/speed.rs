@@ -229,6 +229,9 @@ fn whole_replay(bencher: Bencher<'_, '_>) {
         initial_angle_rad: None,
         initial_velocity_rad_s: None,
         window_s: None,
+        members: 0,
+        seed: 1,
+        filter_table: false,
         threads: 1,
         evidence: false,
     };

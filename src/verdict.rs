@@ -92,7 +92,7 @@ pub struct ErrorBudget {
 }
 
 /// Closed-form bounds that need no integration.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Screens {
     /// T0/(mL) in g: below it in the opening direction a lever on a rigid stop never leaves.
     pub static_threshold_g: f64,
@@ -102,6 +102,25 @@ pub struct Screens {
     pub impulse_threshold_m_s: f64,
     /// ∫|a| dt of the signal as used, over the whole record [m/s].
     pub impulse_m_s: Option<f64>,
+    /// What each bound says, per polarity and stop that count.
+    pub runs: Vec<ScreenedRun>,
+}
+
+/// What the closed-form bounds say of one polarity and stop.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ScreenedRun {
+    /// Stop model.
+    pub model: StopModel,
+    /// Polarity.
+    pub opens_when: OpensWhen,
+    /// What they prove; `None` where only a run can tell.
+    pub answer: Option<screen::Decided>,
+    /// The simplest bound that proves it.
+    pub by: Option<screen::Screen>,
+    /// Of a proven pass, an angle that the lever does not exceed [rad].
+    pub peak_at_most_rad: Option<f64>,
+    /// Every bound with its value and limit.
+    pub bounds: [screen::Bound; 4],
 }
 
 /// What was read.

@@ -19,7 +19,7 @@ use crate::units::{OpensWhen, STANDARD_GRAVITY};
 use crate::verdict::{
     self, Answer, AssessOptions, Assessment, ConditioningBlock, DECISION_RULE, Document,
     ErrorBudget, ModelChoice, NOMINAL_DECISION_RULE, Polarity, Reason, RecordingBlock, Request,
-    RunBlock, assess, ensemble, screen,
+    RunBlock, Screens, assess, ensemble, screen,
 };
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -451,6 +451,7 @@ fn answered(facts: &Facts, design: &Design, assessment: Assessment) -> Document 
     findings.extend(assessment.findings);
     // The worst first; within a severity in the order of the line from file to replay.
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    let empty = skeleton(facts, design);
     Document {
         verdict: assessment.answer,
         why: assessment.why,
@@ -463,8 +464,12 @@ fn answered(facts: &Facts, design: &Design, assessment: Assessment) -> Document 
         what_if: assessment.what_if,
         filters: assessment.filters,
         error_budget_rad: assessment.budget,
+        screens: Screens {
+            runs: assessment.screens,
+            ..empty.screens
+        },
         findings,
-        ..skeleton(facts, design)
+        ..empty
     }
 }
 

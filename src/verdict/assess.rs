@@ -4,7 +4,9 @@ use super::decision::{Judged, Share, decide, unanimous, worse};
 use super::ensemble::{self, Count, End, Ensemble, Scatter};
 use super::filters::{self, FilterRow};
 use super::what_if::{self, WhatIf};
-use super::{Answer, ErrorBudget, Evidence, Reason, RunAnswer, Trace, ribbon, why};
+use super::{
+    Answer, ErrorBudget, Evidence, Reason, RunAnswer, ScreenedRun, Trace, ribbon, screen, why,
+};
 use crate::conditioning::{Cfc, Conditioned, Signal, bias, resample, spectrum};
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
@@ -118,6 +120,8 @@ pub struct Assessment {
     pub filters: Vec<FilterRow>,
     /// Where the nominal peak's uncertainty comes from.
     pub budget: ErrorBudget,
+    /// What the closed-form bounds prove, per polarity and stop.
+    pub screens: Vec<ScreenedRun>,
     /// Findings of the replay; those of reading and conditioning are not repeated.
     pub findings: Vec<Finding>,
     /// What a report draws, if asked for.
@@ -290,6 +294,7 @@ pub fn assess(
         what_if,
         filters,
         budget,
+        screens: screen::of_runs(design, signal, &pairs, |stop| bench.initial(stop), window),
         findings: own_findings,
         evidence,
     })

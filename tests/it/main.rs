@@ -37,6 +37,7 @@ mod replay;
 mod replay_failures;
 mod replay_properties;
 mod report;
+mod screens;
 mod signals;
 mod study;
 mod tidy;

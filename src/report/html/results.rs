@@ -5,7 +5,8 @@ use crate::recording::{Finding, Severity};
 use crate::replay::Run;
 use crate::report::number::{ABSENT, count, milliseconds, significant};
 use crate::report::words::{self, DIGITS, instant, margin};
-use crate::verdict::Document;
+use crate::verdict::screen::Decided;
+use crate::verdict::{Document, ScreenedRun};
 
 /// Rows of the impacts table that are always shown.
 const IMPACTS_SHOWN: usize = 20;
@@ -335,8 +336,47 @@ pub(super) fn screens(page: &mut Page, document: &Document) {
         ),
     );
     page.raw("</tr>\n");
+    for run in &screens.runs {
+        screened(page, run);
+    }
     page.end_table();
     page.end_section();
+}
+
+/// Writes what the bounds say of one stop and polarity.
+fn screened(page: &mut Page, run: &ScreenedRun) {
+    let deciding = run.bounds.iter().find(|bound| Some(bound.screen) == run.by);
+    page.raw("<tr>");
+    let name = format!(
+        "On the {} stop, {} opening",
+        run.model.name(),
+        run.opens_when.name()
+    );
+    page.element("th", "", &name);
+    let (number, text) = match (deciding, run.answer) {
+        (Some(bound), Some(answer)) => (
+            format!(
+                "{}\u{00A0}of {}\u{00A0}{}",
+                bound
+                    .value
+                    .map_or_else(String::new, |value| significant(value, DIGITS)),
+                significant(bound.limit, DIGITS),
+                bound.unit
+            ),
+            format!(
+                "the {} bound proves a {}, samples joined by straight lines",
+                bound.screen.name(),
+                match answer {
+                    Decided::Pass => "pass, the coast included",
+                    Decided::Fail => "failure",
+                }
+            ),
+        ),
+        _ => (String::new(), "no bound decides; the replay does".into()),
+    };
+    page.element("td", "number", &number);
+    page.element("td", "", &text);
+    page.raw("</tr>\n");
 }
 
 /// Writes the findings, the weightiest first.

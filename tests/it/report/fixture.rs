@@ -393,6 +393,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             static_threshold_m_s2: 10.430_247_718_383_31,
             impulse_threshold_m_s: 0.478_7,
             impulse_m_s: Some(used.samples.iter().map(|a| a.abs()).sum::<f64>() / RATE_HZ),
+            runs: Vec::new(),
         },
         findings: Vec::new(),
         recording: RecordingBlock {
