@@ -2,6 +2,7 @@
 
 pub mod assess;
 pub mod decision;
+pub mod margin;
 pub mod screen;
 mod why;
 

@@ -84,25 +84,25 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
 }
 
 /// Hashes a regular file that was refused before its end was read.
-fn hash_of_refused(source: &Source) -> Option<String> {
+pub(super) fn hash_of_refused(source: &Source) -> Option<String> {
     let path = source.path()?;
     let regular = std::fs::metadata(path).is_ok_and(|metadata| metadata.is_file());
     regular.then(|| source.open().ok()?.finish().ok()).flatten()
 }
 
 /// What is known about the request so far, for a document that must be written either way.
-struct Facts {
-    recording: Option<Recording>,
-    card: Card,
-    conditioned: Option<Conditioned>,
-    block: RecordingBlock,
-    findings: Vec<Finding>,
-    polarity: Polarity,
-    request: Request,
+pub(super) struct Facts {
+    pub(super) recording: Option<Recording>,
+    pub(super) card: Card,
+    pub(super) conditioned: Option<Conditioned>,
+    pub(super) block: RecordingBlock,
+    pub(super) findings: Vec<Finding>,
+    pub(super) polarity: Polarity,
+    pub(super) request: Request,
 }
 
 impl Facts {
-    fn new(own: &ReplayArguments, source: &Source) -> Self {
+    pub(super) fn new(own: &ReplayArguments, source: &Source) -> Self {
         Self {
             recording: None,
             card: Card::default(),
@@ -126,7 +126,7 @@ impl Facts {
 }
 
 /// Reads, conditions, replays and decides, noting in `facts` what became known on the way.
-fn judge(
+pub(super) fn judge(
     own: &ReplayArguments,
     common: &Common,
     design: &Design,
@@ -190,7 +190,11 @@ fn judge(
     .map_err(|error| error.at(Place::file(source.name()).channel(channel.name.clone())))
 }
 
-fn assess_options(own: &ReplayArguments, common: &Common, polarity: Polarity) -> AssessOptions {
+pub(super) fn assess_options(
+    own: &ReplayArguments,
+    common: &Common,
+    polarity: Polarity,
+) -> AssessOptions {
     AssessOptions {
         model: model_choice(own.model),
         polarity,
@@ -339,7 +343,7 @@ fn read_design(path: &Path, limits: &Limits) -> Result<Design, Error> {
     Ok(design)
 }
 
-fn check_initial(own: &ReplayArguments) -> Result<(), Failure> {
+pub(super) fn check_initial(own: &ReplayArguments) -> Result<(), Failure> {
     if own.phi0.is_some_and(|angle| angle < 0.0) && own.model != ModelArgument::Soft {
         return Err(Failure::Usage(
             ErrorKind::OutOfRange {
@@ -356,7 +360,7 @@ fn check_initial(own: &ReplayArguments) -> Result<(), Failure> {
 }
 
 /// Refuses a method that cannot do what is asked of it.
-fn check_method(own: &ReplayArguments) -> Result<(), Failure> {
+pub(super) fn check_method(own: &ReplayArguments) -> Result<(), Failure> {
     let method = own.method.method(own.steps_per_period);
     if !method.admits(StopModel::Soft) && own.model != ModelArgument::Rigid {
         return Err(Failure::Usage(
@@ -404,7 +408,7 @@ fn describe_channel(block: &mut RecordingBlock, channel: &Channel) {
     block.end_s = Some(channel.time_s(channel.values.len().saturating_sub(1)));
 }
 
-fn conditioning_block(conditioned: &Conditioned, card: &Card) -> ConditioningBlock {
+pub(super) fn conditioning_block(conditioned: &Conditioned, card: &Card) -> ConditioningBlock {
     let peak = conditioning::peak(&conditioned.used);
     ConditioningBlock {
         bias_m_s2: conditioned.bias_m_s2,
@@ -511,7 +515,7 @@ fn skeleton(facts: &Facts, design: &Design) -> Document {
 }
 
 /// `reports/out/<recording>-<design>`, of characters that any file system takes.
-fn default_folder(recording: &str, design: &str) -> PathBuf {
+pub(super) fn default_folder(recording: &str, design: &str) -> PathBuf {
     let name = if recording == "-" { "stdin" } else { recording };
     let plain: String = format!("{name}-{design}")
         .chars()
@@ -609,7 +613,7 @@ fn command_line(own: &ReplayArguments, source: &Source) -> String {
 }
 
 /// Quotes a word for a POSIX shell where it needs it.
-fn quoted(word: &str) -> String {
+pub(super) fn quoted(word: &str) -> String {
     let plain = |c: char| {
         c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.' | '/' | '=' | ':' | ',' | '+')
     };

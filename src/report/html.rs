@@ -4,11 +4,13 @@
 //! on; findings that block an answer come before everything else.
 
 mod card;
+mod margin;
 mod markup;
 mod results;
 mod sheet;
 mod sources;
 
+pub(super) use self::margin::page as margin_page;
 use self::markup::Page;
 use super::plot::{self, Figure};
 use super::words;

@@ -9,6 +9,7 @@ mod angle;
 mod axis;
 mod canvas;
 mod colour;
+mod margin;
 mod panel;
 mod phase;
 mod series;
@@ -19,6 +20,7 @@ pub mod style;
 pub mod thin;
 mod work_precision;
 
+pub(super) use self::margin::figures as margin_figures;
 use crate::report::escape;
 use crate::report::words;
 use crate::study::stability::Stability;

@@ -30,7 +30,7 @@ impl ModelChoice {
         }
     }
 
-    fn stops(self) -> &'static [StopModel] {
+    pub(super) fn stops(self) -> &'static [StopModel] {
         match self {
             Self::Auto => &[StopModel::Rigid, StopModel::Soft],
             Self::Only(StopModel::Rigid) => &[StopModel::Rigid],
@@ -51,7 +51,7 @@ pub enum Polarity {
 }
 
 impl Polarity {
-    fn signs(self) -> &'static [OpensWhen] {
+    pub(super) fn signs(self) -> &'static [OpensWhen] {
         match self {
             Self::Declared(OpensWhen::Negative) => &[OpensWhen::Negative],
             Self::Declared(OpensWhen::Positive) => &[OpensWhen::Positive],
@@ -540,7 +540,7 @@ fn index_of_largest(judged: &[Judged]) -> usize {
 }
 
 /// A fault that begins after the judged window does not count.
-fn counts(finding: &Finding, window_s: Option<(f64, f64)>) -> bool {
+pub(super) fn counts(finding: &Finding, window_s: Option<(f64, f64)>) -> bool {
     match (window_s, finding.at_s) {
         (Some((_, end)), Some(at)) => at <= end,
         _ => true,
@@ -581,7 +581,10 @@ fn crossing_outside_window(at_s: f64, design: &Design) -> Finding {
 }
 
 /// First and last sample inside a window.
-fn window_samples(signal: &Signal, (from, to): (f64, f64)) -> Result<(usize, usize), Error> {
+pub(super) fn window_samples(
+    signal: &Signal,
+    (from, to): (f64, f64),
+) -> Result<(usize, usize), Error> {
     let rate = signal.rate.hertz();
     let count = signal.samples.len();
     // A billionth of a sample absorbs the rounding of a bound that was meant to hit a sample.
