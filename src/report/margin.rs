@@ -364,26 +364,38 @@ fn limit(out: &mut String, document: &MarginDocument) {
         plain(limit.static_threshold_g, 5),
         plain(limit.impulse_threshold_m_s, 4)
     );
-    let _ = writeln!(
-        out,
-        "    stop   duration [ms]  amplitude [g]  change of velocity [m/s]"
-    );
+    let mut stops = Vec::new();
     for point in &limit.points {
-        let shown = SHOWN_MS
-            .iter()
-            .any(|shown| (point.duration_s * 1e3 - shown).abs() < 1e-9);
-        if !shown {
-            continue;
+        if !stops.contains(&point.model) {
+            stops.push(point.model);
         }
-        let number = |value: Option<f64>| value.map_or_else(|| "-".into(), |v| plain(v, 5));
-        let _ = writeln!(
-            out,
-            "    {:<6} {:>13}  {:>13}  {:>24}",
-            point.model.name(),
-            plain(point.duration_s * 1e3, 3),
-            number(point.amplitude_g),
-            number(point.velocity_change_m_s)
+    }
+    let mut head = format!("    {:>13}", "duration [ms]");
+    for stop in &stops {
+        let name = stop.name();
+        let _ = write!(
+            head,
+            "  {:>9}  {:>11}",
+            format!("{name} [g]"),
+            format!("{name} [m/s]")
         );
+    }
+    let _ = writeln!(out, "{head}");
+    for shown in SHOWN_MS {
+        let mut line = format!("    {shown:>13}");
+        for stop in &stops {
+            let point = limit.points.iter().find(|point| {
+                point.model == *stop && (point.duration_s * 1e3 - shown).abs() < 1e-9
+            });
+            let number = |value: Option<f64>| value.map_or_else(|| "-".into(), |v| plain(v, 5));
+            let _ = write!(
+                line,
+                "  {:>9}  {:>11}",
+                number(point.and_then(|point| point.amplitude_g)),
+                number(point.and_then(|point| point.velocity_change_m_s))
+            );
+        }
+        let _ = writeln!(out, "{line}");
     }
     for point in &limit.recording {
         let _ = writeln!(

@@ -141,8 +141,11 @@ pub struct Margin {
     pub searched: (f64, f64),
     /// Values that the search looked at before it narrowed any change down.
     pub values: usize,
-    /// Changes between pass and no pass within the range.
+    /// Changes between pass and no pass of the nominal runs within the range.
     pub changes: usize,
+    /// Where the nominal runs change between pass and no pass for the last time on the way to
+    /// the end of the range that they pass at; `None` if they pass at both ends, or at none.
+    pub settled_at: Option<f64>,
     /// What stays and what moves along.
     pub convention: &'static str,
 }
@@ -482,6 +485,7 @@ impl Search<'_> {
             searched: (stretch.low, stretch.high),
             values: found.points.len(),
             changes: changes.len(),
+            settled_at: settled(&changes),
             convention: quantity.convention(),
         })
     }
@@ -504,6 +508,16 @@ impl Search<'_> {
         } else {
             format!("{whose} is nowhere a pass from {low} to {high}{unit}")
         }
+    }
+}
+
+/// The last change on the way to the one end of the range that passes.
+fn settled(changes: &[&Crossing]) -> Option<f64> {
+    let (first, last) = (changes.first()?, changes.last()?);
+    match (first.low.1.pass <= 0.0, last.high.1.pass <= 0.0) {
+        (true, false) => Some(first.low.0),
+        (false, true) => Some(last.high.0),
+        _ => None,
     }
 }
 
@@ -870,6 +884,15 @@ impl MarginDocument {
     }
 }
 
+/// Whether the nominal runs pass at the least value of an answer's range.
+fn first_passes(margins: &Margins, answer: &Margin) -> bool {
+    margins
+        .boundaries
+        .iter()
+        .find(|boundary| boundary.quantity == answer.quantity.name())
+        .is_some_and(|boundary| boundary.below == State::Pass)
+}
+
 fn notes(margins: &Margins, context: &Context) -> Vec<String> {
     let mut notes = Vec::new();
     if margins.spoiled {
@@ -878,7 +901,7 @@ fn notes(margins: &Margins, context: &Context) -> Vec<String> {
         );
     }
     notes.push(match margins.basis {
-        Basis::NominalRun => "Each number is where the nominal peak angle, while the recording runs and in the coast after it, meets the threshold on one of the stops and polarities that count; no error and no tolerance is counted. The verdict, which counts them, changes at verdict_at.".to_string(),
+        Basis::NominalRun => "Each number is where the nominal peak angle, while the recording runs and in the coast after it, meets the threshold on one of the stops and polarities that count; no error and no tolerance is counted. The verdict, which counts them, changes where verdict_at says.".to_string(),
         Basis::Verdict => "Each number is where the verdict changes, by the whole decision rule; nominal_at is where the nominal peak angle meets the threshold.".to_string(),
     });
     let passes = margins.state == State::Pass;
@@ -891,8 +914,19 @@ fn notes(margins: &Margins, context: &Context) -> Vec<String> {
     }
     for answer in &margins.answers {
         if answer.changes > 1 {
+            let settled = answer.settled_at.map_or_else(String::new, |at| {
+                let side = if first_passes(margins, answer) {
+                    "below"
+                } else {
+                    "above"
+                };
+                format!(
+                    " Everything {side} {} within the range passes.",
+                    crate::units::plain(at, 6)
+                )
+            });
             notes.push(format!(
-                "The {} changes between pass and no pass {} times within the range searched; the answer is the nearest to the present, and all stand in boundaries.",
+                "Several boundaries: over the {} the nominal runs change between pass and no pass {} times within the range searched. The answer is the nearest to the present; all stand in boundaries.{settled}",
                 answer.title, answer.changes
             ));
         }

@@ -84,8 +84,8 @@ fn answers(page: &mut Page, document: &MarginDocument) {
             "#Present",
             "#Flips at",
             "#Change",
-            "",
-            "#Bracket",
+            "#There",
+            "#Width of the bracket",
         ],
     );
     for answer in &document.answers {
@@ -95,20 +95,25 @@ fn answers(page: &mut Page, document: &MarginDocument) {
         match (answer.at, answer.bracket) {
             (Some(at), Some(ends)) => {
                 page.element("td", "number nominal", &with_unit(at, answer.unit));
-                page.element("td", "number", &change(answer));
-                page.element("td", "", direction(answer));
-                page.element("td", "number", &bracket(ends));
+                page.element("td", "number", &change(answer).replace('-', "\u{2212}"));
+                page.element("td", "number", direction(answer));
+                page.element("td", "number", &significant(ends.1 - ends.0, 2));
             }
             _ => {
                 page.element("td", "number", "never");
-                page.element("td", "number", ABSENT);
-                page.element("td", "", answer.reason.as_deref().unwrap_or(ABSENT));
-                page.element("td", "number", ABSENT);
+                for _ in 0..3 {
+                    page.element("td", "number", ABSENT);
+                }
             }
         }
         page.raw("</tr>\n");
     }
     page.end_table();
+    for answer in &document.answers {
+        if let Some(reason) = &answer.reason {
+            page.note(&format!("{}: {reason}.", answer.title));
+        }
+    }
     page.table(
         "margins",
         &[

@@ -75,7 +75,7 @@ impl MapRequest {
                     axis.key.clone(),
                 );
             }
-            if !(axis.low < axis.high) {
+            if axis.low >= axis.high || axis.low.is_nan() || axis.high.is_nan() {
                 return refuse(
                     "LO below HI",
                     format!("{}={}..{}", axis.key, axis.low, axis.high),

@@ -71,10 +71,13 @@ impl Crossing {
     }
 }
 
+/// The excess at many values.
+pub type Scan<'a> = dyn Fn(&[f64]) -> Result<Vec<Excess>, Error> + 'a;
+
 /// How the answer is asked for.
 pub struct Probe<'a> {
     /// The excess at many values, cheaply: it may differ from the exact one by rounding.
-    pub scan: &'a dyn Fn(&[f64]) -> Result<Vec<Excess>, Error>,
+    pub scan: &'a Scan<'a>,
     /// The excess at one value, which decides.
     pub exact: &'a dyn Fn(f64) -> Result<Excess, Error>,
     /// Width of the bracket that ends the search around a value, in the quantity's unit.
@@ -111,8 +114,8 @@ struct Point {
 /// A pair of crossings between two neighbouring values is found where a cell is split: where
 /// the peak at an end of the cell is no further from the threshold than the peak changes over
 /// the cell or one of its neighbours (each split by [`PARTS`], up to [`SPLITS`] times over), or
-/// than `near_rad` (split once). No more than five times the grid's values are looked at. A pair
-/// that shows in neither way stays unseen.
+/// than `near_rad` (split once). No more than five times the grid's values are looked at, the
+/// nearest to the threshold first. A pair that shows in neither way stays unseen.
 ///
 /// # Errors
 ///
@@ -121,13 +124,18 @@ pub fn changes(grid: &[f64], probe: &Probe<'_>) -> Result<Found, Error> {
     let mut points = scanned(grid, probe)?;
     let most = 5 * grid.len();
     for split in 0..SPLITS {
-        let mut wanted = Vec::new();
-        for cell in 0..points.len().saturating_sub(1) {
-            if suspicious(&points, cell, if split == 0 { probe.near_rad } else { 0.0 }) {
-                wanted.extend(inside(points[cell].at, points[cell + 1].at));
-            }
-        }
-        if wanted.is_empty() || points.len() + wanted.len() > most {
+        let near = if split == 0 { probe.near_rad } else { 0.0 };
+        let mut cells: Vec<(f64, usize)> = (0..points.len().saturating_sub(1))
+            .filter_map(|cell| Some((doubtful(&points, cell, near)?, cell)))
+            .collect();
+        // The nearest to the threshold first, as many as may be looked into.
+        cells.sort_by(|a, b| a.0.total_cmp(&b.0));
+        cells.truncate(most.saturating_sub(points.len()) / (PARTS - 1));
+        let wanted: Vec<f64> = cells
+            .iter()
+            .flat_map(|(_, cell)| inside(points[*cell].at, points[cell + 1].at))
+            .collect();
+        if wanted.is_empty() {
             break;
         }
         points.extend(scanned(&wanted, probe)?);
@@ -182,13 +190,14 @@ fn changes_in(cell: &[Point], edge: Edge) -> bool {
     (cell[0].excess.of(edge) > 0.0) != (cell[1].excess.of(edge) > 0.0)
 }
 
-/// Whether the threshold may be crossed twice in a cell whose ends lie on the same side.
-fn suspicious(points: &[Point], cell: usize, near: f64) -> bool {
-    [Edge::Pass, Edge::Fail].into_iter().any(|edge| {
+/// How far the threshold is from a cell whose ends lie on the same side and in which it may yet
+/// be crossed twice [rad]; `None` for any other cell.
+fn doubtful(points: &[Point], cell: usize, near: f64) -> Option<f64> {
+    let of_edge = |edge: Edge| {
         let value = |index: usize| points[index].excess.of(edge);
         let (from, to) = (value(cell), value(cell + 1));
         if (from > 0.0) != (to > 0.0) {
-            return false;
+            return None;
         }
         let distance = from.abs().min(to.abs());
         let first = cell.saturating_sub(1);
@@ -197,8 +206,12 @@ fn suspicious(points: &[Point], cell: usize, near: f64) -> bool {
             .map(|index| (value(index + 1) - value(index)).abs())
             .filter(|change| change.is_finite())
             .fold(0.0, f64::max);
-        distance <= change.max(near)
-    })
+        (distance <= change.max(near)).then_some(distance)
+    };
+    [Edge::Pass, Edge::Fail]
+        .into_iter()
+        .filter_map(of_edge)
+        .reduce(f64::min)
 }
 
 /// The values that split a cell.
@@ -250,7 +263,7 @@ pub(super) fn narrow(edge: Edge, probe: &Probe<'_>, ends: (End, End)) -> Result<
     let turn = if high.1.of(edge) > 0.0 { 1.0 } else { -1.0 };
     let width = (probe.width)(f64::midpoint(low.0, high.0)).max(0.0);
     let first_width = high.0 - low.0;
-    if !(first_width > width) {
+    if first_width <= width {
         return Ok((low, high));
     }
     let halvings = libm::ceil(libm::log2(first_width / width)).clamp(0.0, 1100.0);
