@@ -101,6 +101,10 @@ pub const PARTS: usize = 8;
 /// Times that cells are split.
 pub const SPLITS: usize = 3;
 
+/// A cell is looked into where the threshold is no further than this many times the change of
+/// the peak over the cell or a neighbour.
+pub const REACH: f64 = 3.0;
+
 /// A value, the excess there, and whether the exact run gave it.
 #[derive(Clone, Copy)]
 struct Point {
@@ -112,8 +116,8 @@ struct Point {
 /// Finds every change of the answer on `grid`, whose values ascend.
 ///
 /// A pair of crossings between two neighbouring values is found where a cell is split: where
-/// the peak at an end of the cell is no further from the threshold than the peak changes over
-/// the cell or one of its neighbours (each split by [`PARTS`], up to [`SPLITS`] times over), or
+/// the peak at an end of the cell is no further from the threshold than [`REACH`] times what it
+/// changes over the cell or one of its neighbours (each split by [`PARTS`], up to [`SPLITS`] times over), or
 /// than `near_rad` (split once). No more than five times the grid's values are looked at, the
 /// nearest to the threshold first. A pair that shows in neither way stays unseen.
 ///
@@ -206,7 +210,7 @@ fn doubtful(points: &[Point], cell: usize, near: f64) -> Option<f64> {
             .map(|index| (value(index + 1) - value(index)).abs())
             .filter(|change| change.is_finite())
             .fold(0.0, f64::max);
-        (distance <= change.max(near)).then_some(distance)
+        (distance <= (REACH * change).max(near)).then_some(distance)
     };
     [Edge::Pass, Edge::Fail]
         .into_iter()
