@@ -75,7 +75,10 @@ pub fn write(
         ));
     }
     for figure in &figures {
-        files.push((format!("{}.svg", figure.name), figure.stand_alone()));
+        files.push((
+            format!("{}.svg", figure.name),
+            plot::margin_stand_alone(figure),
+        ));
     }
     let mut written = Vec::with_capacity(files.len());
     for (name, content) in files {

@@ -20,7 +20,9 @@ pub mod style;
 pub mod thin;
 mod work_precision;
 
-pub(super) use self::margin::figures as margin_figures;
+pub(super) use self::margin::{
+    RULES as MARGIN_RULES, figures as margin_figures, stand_alone as margin_stand_alone,
+};
 use crate::report::escape;
 use crate::report::words;
 use crate::study::stability::Stability;

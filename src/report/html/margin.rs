@@ -4,7 +4,7 @@ use super::markup::Page;
 use super::sheet;
 use crate::report::margin::{bracket, change, direction, with_unit};
 use crate::report::number::{ABSENT, significant};
-use crate::report::plot::Figure;
+use crate::report::plot::{Figure, MARGIN_RULES};
 use crate::report::words;
 use crate::verdict::margin::MarginDocument;
 
@@ -19,6 +19,7 @@ pub(in crate::report) fn page(document: &MarginDocument, figures: &[Figure]) -> 
     page.text(&recording.file);
     page.raw(" · latchgate</title>\n<style>\n");
     page.raw(&sheet::style("margin"));
+    page.raw(MARGIN_RULES);
     page.raw("</style>\n</head>\n<body>\n<main>\n<header>\n<div>\n<p>Margin of a door latch verdict</p>\n");
     page.element("h1", "", &recording.file);
     page.raw("\n<p>");

@@ -13,6 +13,17 @@ use crate::verdict::margin::{
     LimitCurve, LimitPoint, Map, MarginDocument, Margins, Quantity, Scan,
 };
 
+/// Rules of these charts beyond those of all plots.
+pub(in crate::report) const RULES: &str = "\
+.plot .ground{fill:none;stroke:var(--paper);stroke-width:5;stroke-linecap:round}
+.plot .boundary{fill:none;stroke:var(--ink);stroke-width:2;stroke-linecap:round}
+";
+
+/// Returns a chart as a file of its own.
+pub(in crate::report) fn stand_alone(figure: &Figure) -> String {
+    figure.stand_alone_with(RULES)
+}
+
 /// Draws every chart that there is data for: limit, peaks, map.
 pub(in crate::report) fn figures(document: &MarginDocument, margins: &Margins) -> Vec<Figure> {
     let mut figures = Vec::new();
@@ -140,7 +151,11 @@ fn limit(limit: &LimitCurve) -> Figure {
             &mut canvas,
             "strong halo",
             (at.0, at.1 + 5.0),
-            &format!("recording, {}", words::opens(point.opens_when)),
+            &if limit.recording.len() == 1 {
+                "recording".to_string()
+            } else {
+                format!("recording, {}", words::opens(point.opens_when))
+            },
         );
     }
     panel.frame(&mut canvas);

@@ -57,8 +57,6 @@ pub const RULES: &str = "\
 .plot .fault{fill:none;stroke:var(--fail);stroke-width:1.5;stroke-dasharray:2 3}
 .plot .limit{fill:none;stroke:var(--fail);stroke-width:1.75;stroke-dasharray:9 4}
 .plot .impact{stroke:var(--ink);stroke-width:1}
-.plot .ground{fill:none;stroke:#fff;stroke-width:5;stroke-linecap:round}
-.plot .boundary{fill:none;stroke:#111;stroke-width:2;stroke-linecap:round}
 .plot .raw{fill:none;stroke:var(--raw);stroke-width:1;stroke-linejoin:round}
 .plot .used{fill:none;stroke:var(--first);stroke-width:1.35;stroke-linejoin:round}
 .plot .trace-0{fill:none;stroke:var(--first);stroke-width:2.4;stroke-linejoin:round}
