@@ -1,9 +1,12 @@
 //! The verdict: what the runs, their errors and the findings together say.
 
 pub mod assess;
+mod bench;
 pub mod decision;
 pub mod ensemble;
 pub mod filters;
+pub mod margin;
+mod remarks;
 pub mod ribbon;
 pub mod screen;
 pub mod what_if;

@@ -6,6 +6,8 @@ use crate::recording::card::CardPolarity;
 use crate::replay::Method;
 use crate::units::{AccelerationUnit, TimeUnit};
 use crate::verdict::ensemble::MEMBERS_MAX;
+use crate::verdict::margin::MapAxis;
+use crate::verdict::margin::map::GRID_MAX;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use tracing::level_filters::LevelFilter;
@@ -98,6 +100,13 @@ pub enum Command {
     Replay(Box<ReplayArguments>),
     /// List channels, rates, units, peaks and findings; judges nothing
     Inspect(InspectArguments),
+    /// How far the verdict is from changing, and what design would change it
+    ///
+    /// Each quantity is varied alone over a range that the answer states: scale of the recording,
+    /// preload, unbalance, counterweight, restitution. With --members 0 the numbers are those of
+    /// the nominal run's peak, else those of the verdict. Exit codes: 0 answered, 2 wrong usage,
+    /// 4 could not answer, or a blocking finding spoils the recording.
+    Margin(Box<MarginArguments>),
     /// What the methods cost and how far they are off, and where each of them fails
     Study(StudyArguments),
     /// Print completions for a shell
@@ -199,6 +208,37 @@ pub struct ReplayArguments {
     /// Write no report
     #[arg(long, conflicts_with = "out")]
     pub no_report: bool,
+}
+
+/// Options of `margin`.
+#[derive(Debug, Clone, Args)]
+pub struct MarginArguments {
+    /// What is replayed.
+    #[command(flatten)]
+    pub replay: ReplayArguments,
+    /// Distance of the counterweight from the pivot, on its far side [m]
+    #[arg(long, value_name = "M", value_parser = parse_positive, default_value_t = 0.03, allow_negative_numbers = true)]
+    pub counterweight_radius: f64,
+    /// Values of each quantity that the search begins with [default: 200 to 1200, fewer the longer
+    /// the recording]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(50..=20_000), allow_negative_numbers = true)]
+    pub points: Option<u32>,
+    /// Map of the peak angle over two design keys, with the boundary of the pass, for example
+    /// --map lever.preload_torque_nm=0.1..3 lever.mass_kg=0.05..0.2
+    #[arg(long, num_args = 2, value_names = ["KEY=LO..HI", "KEY=LO..HI"], value_parser = parse_axis)]
+    pub map: Option<Vec<MapAxis>>,
+    /// Values of the map's keys, the first key's times the second's
+    #[arg(long, value_name = "NxM", value_parser = parse_grid, default_value = "61x61", requires = "map")]
+    pub map_grid: Grid,
+}
+
+/// Values to the right and upwards.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Grid {
+    /// To the right.
+    pub columns: usize,
+    /// Upwards.
+    pub rows: usize,
 }
 
 /// Options of `inspect`.
@@ -467,6 +507,37 @@ fn parse_standard(text: &str) -> Result<FilterStandard, String> {
         .into_iter()
         .find(|standard| standard.name() == text)
         .ok_or_else(|| "expected iso6487 or saej211".into())
+}
+
+fn parse_axis(text: &str) -> Result<MapAxis, String> {
+    let parts = text.split_once('=').and_then(|(key, range)| {
+        let (low, high) = range.split_once("..")?;
+        Some((key.trim(), low, high))
+    });
+    let Some((key, low, high)) = parts else {
+        return Err("expected KEY=LO..HI, for example lever.preload_torque_nm=0.1..3".into());
+    };
+    Ok(MapAxis {
+        key: key.to_string(),
+        low: parse_finite(low)?,
+        high: parse_finite(high)?,
+    })
+}
+
+fn parse_grid(text: &str) -> Result<Grid, String> {
+    let counts = text
+        .split_once('x')
+        .and_then(|(columns, rows)| Some((columns.parse().ok()?, rows.parse().ok()?)));
+    match counts {
+        Some((columns, rows))
+            if (2..=GRID_MAX).contains(&columns) && (2..=GRID_MAX).contains(&rows) =>
+        {
+            Ok(Grid { columns, rows })
+        }
+        _ => Err(format!(
+            "expected NxM, each 2 to {GRID_MAX}, for example 61x61"
+        )),
+    }
 }
 
 fn parse_resample(text: &str) -> Result<Resample, String> {

@@ -35,13 +35,7 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
     check_initial(own)?;
     check_method(own)?;
     let design = design(own.design.as_deref(), &own.set, &limits)?;
-    if own.members > 0 {
-        ensemble::check(&design).map_err(match own.design {
-            None => Failure::Usage,
-            // Here it takes the file to see that value and tolerance do not go together.
-            Some(_) => Failure::Data,
-        })?;
-    }
+    check_tolerances(own, &design)?;
     let source = source(&own.read.recording);
     let mut facts = Facts::new(own, &source);
     let outcome = judge(own, common, &design, &source, &limits, &mut facts);
@@ -102,18 +96,18 @@ fn hash_of_refused(source: &Source) -> Option<String> {
 }
 
 /// What is known about the request so far, for a document that must be written either way.
-struct Facts {
-    recording: Option<Recording>,
-    card: Card,
-    conditioned: Option<Conditioned>,
-    block: RecordingBlock,
-    findings: Vec<Finding>,
-    polarity: Polarity,
-    request: Request,
+pub(super) struct Facts {
+    pub(super) recording: Option<Recording>,
+    pub(super) card: Card,
+    pub(super) conditioned: Option<Conditioned>,
+    pub(super) block: RecordingBlock,
+    pub(super) findings: Vec<Finding>,
+    pub(super) polarity: Polarity,
+    pub(super) request: Request,
 }
 
 impl Facts {
-    fn new(own: &ReplayArguments, source: &Source) -> Self {
+    pub(super) fn new(own: &ReplayArguments, source: &Source) -> Self {
         Self {
             recording: None,
             card: Card::default(),
@@ -139,7 +133,7 @@ impl Facts {
 }
 
 /// Reads, conditions, replays and decides, noting in `facts` what became known on the way.
-fn judge(
+pub(super) fn judge(
     own: &ReplayArguments,
     common: &Common,
     design: &Design,
@@ -203,7 +197,11 @@ fn judge(
     .map_err(|error| error.at(Place::file(source.name()).channel(channel.name.clone())))
 }
 
-fn assess_options(own: &ReplayArguments, common: &Common, polarity: Polarity) -> AssessOptions {
+pub(super) fn assess_options(
+    own: &ReplayArguments,
+    common: &Common,
+    polarity: Polarity,
+) -> AssessOptions {
     AssessOptions {
         model: model_choice(own.model),
         polarity,
@@ -356,7 +354,7 @@ fn read_design(path: &Path, limits: &Limits) -> Result<Design, Error> {
     Ok(design)
 }
 
-fn check_initial(own: &ReplayArguments) -> Result<(), Failure> {
+pub(super) fn check_initial(own: &ReplayArguments) -> Result<(), Failure> {
     if own.phi0.is_some_and(|angle| angle < 0.0) && own.model != ModelArgument::Soft {
         return Err(Failure::Usage(
             ErrorKind::OutOfRange {
@@ -372,8 +370,20 @@ fn check_initial(own: &ReplayArguments) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Refuses tolerances that leave what is physical, where levers are to be scattered by them.
+pub(super) fn check_tolerances(own: &ReplayArguments, design: &Design) -> Result<(), Failure> {
+    if own.members == 0 {
+        return Ok(());
+    }
+    ensemble::check(design).map_err(match own.design {
+        None => Failure::Usage,
+        // Here it takes the file to see that value and tolerance do not go together.
+        Some(_) => Failure::Data,
+    })
+}
+
 /// Refuses a method that cannot do what is asked of it.
-fn check_method(own: &ReplayArguments) -> Result<(), Failure> {
+pub(super) fn check_method(own: &ReplayArguments) -> Result<(), Failure> {
     let method = own.method.method(own.steps_per_period);
     if !method.admits(StopModel::Soft) && own.model != ModelArgument::Rigid {
         return Err(Failure::Usage(
@@ -421,7 +431,7 @@ fn describe_channel(block: &mut RecordingBlock, channel: &Channel) {
     block.end_s = Some(channel.time_s(channel.values.len().saturating_sub(1)));
 }
 
-fn conditioning_block(conditioned: &Conditioned, card: &Card) -> ConditioningBlock {
+pub(super) fn conditioning_block(conditioned: &Conditioned, card: &Card) -> ConditioningBlock {
     let peak = conditioning::peak(&conditioned.used);
     ConditioningBlock {
         bias_m_s2: conditioned.bias_m_s2,
@@ -544,7 +554,7 @@ fn skeleton(facts: &Facts, design: &Design) -> Document {
 }
 
 /// `reports/out/<recording>-<design>`, of characters that any file system takes.
-fn default_folder(recording: &str, design: &str) -> PathBuf {
+pub(super) fn default_folder(recording: &str, design: &str) -> PathBuf {
     let name = if recording == "-" { "stdin" } else { recording };
     let plain: String = format!("{name}-{design}")
         .chars()
@@ -647,7 +657,7 @@ fn command_line(own: &ReplayArguments, source: &Source) -> String {
 }
 
 /// Quotes a word for a POSIX shell where it needs it.
-fn quoted(word: &str) -> String {
+pub(super) fn quoted(word: &str) -> String {
     let plain = |c: char| {
         c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.' | '/' | '=' | ':' | ',' | '+')
     };

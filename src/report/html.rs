@@ -5,11 +5,13 @@
 
 mod card;
 mod ensemble;
+mod margin;
 mod markup;
 mod results;
 mod sheet;
 mod sources;
 
+pub(super) use self::margin::page as margin_page;
 use self::markup::Page;
 use super::plot::{self, Figure};
 use super::words;

@@ -10,6 +10,7 @@ mod axis;
 mod canvas;
 mod colour;
 mod drivers;
+mod margin;
 mod panel;
 mod phase;
 mod series;
@@ -21,6 +22,9 @@ pub mod style;
 pub mod thin;
 mod work_precision;
 
+pub(super) use self::margin::{
+    RULES as MARGIN_RULES, figures as margin_figures, stand_alone as margin_stand_alone,
+};
 use crate::report::escape;
 use crate::report::words;
 use crate::study::stability::Stability;

@@ -13,9 +13,9 @@ use super::decision::Share;
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::model::lever::Lever;
-use crate::model::stop::{self, Stop, StopModel};
+use crate::model::stop::{Stop, StopModel};
 use crate::replay::batch::Member;
-use crate::units::{OpensWhen, Restitution, STANDARD_GRAVITY};
+use crate::units::{OpensWhen, STANDARD_GRAVITY};
 use draw::TRUNCATION;
 use serde::Serialize;
 
@@ -318,33 +318,8 @@ impl Scatter {
         ] {
             *value = value.max(0.0);
         }
-        self.follow_restitution(&mut member.stop);
+        member.stop.follow_restitution(&self.stop, &self.lever);
         member
-    }
-
-    /// Moves the soft stop's damping along with the restitution, through ξ(R): by ξ(R)/ξ(R0),
-    /// so that the nominal damping belongs to the nominal restitution whatever a design says of
-    /// both; where ξ(R0) is 0, by what ξ(R) adds to the nominal stop.
-    #[expect(
-        clippy::float_cmp,
-        reason = "a restitution that was not moved is the same number"
-    )]
-    fn follow_restitution(&self, stop: &mut Stop) {
-        if stop.restitution == self.stop.restitution {
-            return;
-        }
-        let ratio = |restitution: f64| {
-            Restitution::from_ratio(restitution).map_or(0.0, stop::damping_ratio)
-        };
-        let (moved, nominal) = (ratio(stop.restitution), ratio(self.stop.restitution));
-        if nominal > 0.0 {
-            stop.damping_n_s_per_m *= moved / nominal;
-        } else {
-            let critical = 2.0
-                * self.lever.moment_of_inertia_kg_m2
-                * self.stop.contact_angular_frequency_rad_s(&self.lever);
-            stop.damping_n_s_per_m += moved * critical / (self.stop.radius_m * self.stop.radius_m);
-        }
     }
 }
 

@@ -1,7 +1,8 @@
 //! The same recording after each filter: what the nominal runs say then.
 
 use super::Answer;
-use super::assess::{Bench, Pair, Purpose, Scope, combine, filter_name, in_parallel};
+use super::assess::{Scope, combine, filter_name};
+use super::bench::{Bench, Pair, Purpose, in_parallel};
 use super::decision::Judged;
 use crate::conditioning::{self, Cfc, Conditioned, Signal, cfc, resample};
 use crate::error::Error;

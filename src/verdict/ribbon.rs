@@ -1,6 +1,6 @@
 //! How members of an ensemble spread around the nominal trajectory.
 
-use super::assess::{Bench, Pair, in_parallel};
+use super::bench::{Bench, Pair, in_parallel};
 use super::ensemble::Scatter;
 use super::ensemble::drivers::quantile;
 use crate::conditioning::Signal;

@@ -1,6 +1,6 @@
 //! What would change the answer: one input at a time, moved by one standard deviation.
 
-use super::assess::{Bench, Pair, Purpose, in_parallel};
+use super::bench::{Bench, Pair, Purpose, in_parallel};
 use super::decision::Judged;
 use super::ensemble::Scatter;
 use super::filters;

@@ -27,6 +27,8 @@ mod conditioning_spectrum;
 mod conditioning_support;
 mod csv;
 mod lever_cases;
+mod margin;
+mod margin_cli;
 mod mcap;
 mod methods;
 mod oracle;

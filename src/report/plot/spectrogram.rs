@@ -151,7 +151,7 @@ fn stretch(part: usize, parts: usize, cells: usize) -> std::ops::Range<usize> {
 
 /// Returns the pixels as base64 of a PNG; `None` only if the encoder refuses, which it does
 /// for sizes that do not occur here.
-fn encode(pixels: &[u8], width: usize, height: usize) -> Option<String> {
+pub(super) fn encode(pixels: &[u8], width: usize, height: usize) -> Option<String> {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(
         &mut file,
