@@ -5,6 +5,7 @@ mod bench;
 pub mod decision;
 pub mod ensemble;
 pub mod filters;
+pub mod ladder;
 pub mod margin;
 mod remarks;
 pub mod ribbon;
@@ -16,6 +17,7 @@ pub use assess::{AssessOptions, Assessment, ModelChoice, Polarity, assess};
 pub use decision::{DECISION_RULE, NOMINAL_DECISION_RULE};
 pub use ensemble::Ensemble;
 pub use filters::FilterRow;
+pub use ladder::Ladder;
 pub use ribbon::Ribbon;
 pub use what_if::WhatIf;
 
@@ -204,7 +206,7 @@ pub struct RunAnswer {
     /// `"verdict": "pass"` shall find the document's alone.
     pub answer: Answer,
     /// Change of the peak when the samples are refined fourfold [rad]; `None` where a run
-    /// could not be followed.
+    /// could not be followed or was not needed.
     pub interpolation_error_rad: Option<f64>,
     /// U of the peak, numerical plus interpolation error [rad].
     pub uncertainty_rad: Option<f64>,
@@ -269,6 +271,8 @@ pub struct Document {
     /// That of each stop and polarity, where there are several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ensembles: Vec<Ensemble>,
+    /// Which rung decided, and why nothing finer was needed; `None` where nothing was replayed.
+    pub ladder: Option<Ladder>,
     /// What one input moved by one standard deviation does to the nominal run.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub what_if: Vec<WhatIf>,

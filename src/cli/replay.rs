@@ -214,6 +214,7 @@ pub(super) fn assess_options(
         seed: own.seed,
         // The nominal run alone, for a program that reads one number, is not to wait for four more.
         filter_table: own.members > 0 || !own.no_report,
+        follow_all: false,
         threads: common.thread_count(),
         evidence: !own.no_report,
     }
@@ -471,6 +472,7 @@ fn answered(facts: &Facts, design: &Design, assessment: Assessment) -> Document 
         answers: assessment.answers,
         ensemble: assessment.ensemble,
         ensembles: assessment.ensembles,
+        ladder: Some(assessment.ladder),
         what_if: assessment.what_if,
         filters: assessment.filters,
         error_budget_rad: assessment.budget,
@@ -523,6 +525,7 @@ fn skeleton(facts: &Facts, design: &Design) -> Document {
         answers: Vec::new(),
         ensemble: None,
         ensembles: Vec::new(),
+        ladder: None,
         what_if: Vec::new(),
         error_budget_rad: ErrorBudget::default(),
         screens: screen::screens(

@@ -62,6 +62,7 @@ pub(super) fn page(document: &Document, evidence: Option<&Evidence>, figures: &[
     results::budget(&mut page, document);
     ensemble::filters(&mut page, document);
     results::screens(&mut page, document);
+    results::ladder(&mut page, document);
     if !blocked {
         results::findings(&mut page, document);
     }

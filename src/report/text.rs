@@ -35,6 +35,13 @@ pub fn render(document: &Document, report: Option<&Path>) -> String {
     }
     runs(&mut out, document);
     ensemble(&mut out, document);
+    if let Some(ladder) = &document.ladder {
+        line(
+            &mut out,
+            "decided by",
+            &format!("{}. {}", ladder.rung.name(), ladder.text),
+        );
+    }
     for (index, reason) in document.why.iter().enumerate() {
         let name = if index == 0 { "why" } else { "" };
         line(&mut out, name, &words::sentence(&reason.text));

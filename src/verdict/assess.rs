@@ -1,9 +1,10 @@
 //! From a conditioned channel to an answer: which runs are made, and what they say together.
 
-use super::bench::{Bench, Pair, Purpose, samples_before, window_samples};
+use super::bench::{self, Bench, Pair, Purpose, samples_before, window_samples};
 use super::decision::{Judged, Share, decide, unanimous, worse};
 use super::ensemble::{Ensemble, Scatter};
 use super::filters::{self, FilterRow};
+use super::ladder::{self, Climbed, Ladder};
 use super::remarks::{
     counts, crossing_outside_window, first_late_fault, late_faults, replay_findings,
 };
@@ -16,7 +17,7 @@ use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::recording::{Finding, Severity};
-use crate::replay::{Method, Run};
+use crate::replay::{Method, Outcome, Run};
 use crate::units::OpensWhen;
 use std::collections::BTreeMap;
 
@@ -92,6 +93,8 @@ pub struct AssessOptions {
     pub seed: u64,
     /// Judge the recording after each filter as well.
     pub filter_table: bool,
+    /// Follow every stop in full, also where bounds prove its answer; for comparison.
+    pub follow_all: bool,
     /// Threads to use; the numbers do not depend on it.
     pub threads: usize,
     /// Keep trajectories and spectra for a report.
@@ -114,6 +117,7 @@ impl AssessOptions {
             members: 0,
             seed: 1,
             filter_table: false,
+            follow_all: false,
             threads: 1,
             evidence: false,
         }
@@ -137,8 +141,10 @@ pub struct Assessment {
     pub answers: Vec<RunAnswer>,
     /// The ensemble of the stop and polarity with the largest nominal peak.
     pub ensemble: Option<Ensemble>,
-    /// That of each stop and polarity, where there are several.
+    /// That of each stop and polarity that was not left out, where there are several.
     pub ensembles: Vec<Ensemble>,
+    /// Which rung decided.
+    pub ladder: Ladder,
     /// What one input moved by one standard deviation does to the nominal run.
     pub what_if: Vec<WhatIf>,
     /// What the nominal runs say after each filter.
@@ -188,7 +194,6 @@ pub fn assess(
     } else {
         Purpose::Deciding
     };
-    let mut judged = bench.judge_all(&pairs, window, purpose)?;
     let threshold = design.criterion.threshold_rad;
     let counted = |finding: &&Finding| counts(finding, options.window_s);
     let first_bad = findings
@@ -200,15 +205,36 @@ pub fn assess(
     let scope = first_bad.map_or(Scope::Whole, |bad_s| {
         samples_before(signal, bad_s, window).map_or(Scope::Nothing, Scope::Until)
     });
-    let mut before = match scope {
-        Scope::Until(good) => bench.judge_all(&pairs, Some(good), Purpose::Deciding)?,
-        Scope::Whole | Scope::Nothing => Vec::new(),
-    };
     let scatter = (options.members > 0)
         .then(|| Scatter::new(design, conditioned.bias_standard_error_m_s2, options.seed))
         .transpose()?;
+    let screens = screen::of_runs(design, signal, &pairs, |stop| bench.initial(stop), window);
+    let asked = std::cell::RefCell::new(vec![None; pairs.len()]);
+    let spare = |outcomes: &[Outcome]| {
+        let mut spared = vec![None; pairs.len()];
+        if ladder::may_leave_out(options, scope).is_err() {
+            return spared;
+        }
+        let largest = index_of_largest(outcomes.iter().map(|outcome| &outcome.run));
+        for (index, outcome) in outcomes.iter().enumerate() {
+            let screened = screens.get(index).and_then(|run| run.answer);
+            let scatter = scatter.as_ref();
+            let known = ladder::known(&bench, scatter, pairs[index], window, outcome, screened);
+            asked.borrow_mut()[index] = Some(known);
+            let proven = known.proves(outcome, threshold, options.members);
+            spared[index] = proven.filter(|_| index != largest).map(|_| known);
+        }
+        spared
+    };
+    let mut judged = bench.judge_all(&pairs, window, purpose, &spare)?;
+    let mut before = match scope {
+        Scope::Until(good) => {
+            bench.judge_all(&pairs, Some(good), Purpose::Deciding, &bench::follow_all)?
+        }
+        Scope::Whole | Scope::Nothing => Vec::new(),
+    };
     let ensembles = match (&scatter, scope) {
-        (None, _) | (_, Scope::Nothing) => Vec::new(),
+        (None, _) | (_, Scope::Nothing) => vec![None; pairs.len()],
         (Some(scatter), Scope::Whole) => {
             bench.ensembles(scatter, &pairs, &mut judged, window, false)?
         }
@@ -222,7 +248,7 @@ pub fn assess(
     };
     let answer = scope.answer(joined(&judged), joined(&before));
 
-    let nominal_index = index_of_largest(&judged);
+    let nominal_index = index_of_largest(judged.iter().map(Judged::run));
     let (sign, stop) = pairs[nominal_index];
     let filtered = if options.filter_table {
         filters::table(&bench, conditioned, &pairs, window, scope, &judged, &before)?
@@ -263,6 +289,17 @@ pub fn assess(
         budget: &budget,
         ensembles: &ensembles,
         what_if: &what_if,
+    });
+    let ladder = ladder::climbed(&Climbed {
+        options,
+        design,
+        signal,
+        scope,
+        pairs: &pairs,
+        judged: if before.is_empty() { &judged } else { &before },
+        known: &asked.into_inner(),
+        screens: &screens,
+        ensembles: &ensembles,
     });
     let mut models = BTreeMap::new();
     for stop in options.model.stops() {
@@ -310,16 +347,17 @@ pub fn assess(
         models,
         polarities,
         answers: judged.iter().map(|run| run.stated(threshold)).collect(),
-        ensemble: ensembles.get(nominal_index).cloned(),
-        ensembles: if ensembles.len() > 1 {
-            ensembles
+        ensemble: ensembles.get(nominal_index).cloned().flatten(),
+        ensembles: if ensembles.iter().flatten().count() > 1 {
+            ensembles.into_iter().flatten().collect()
         } else {
             Vec::new()
         },
+        ladder,
         what_if,
         filters,
         budget,
-        screens: screen::of_runs(design, signal, &pairs, |stop| bench.initial(stop), window),
+        screens,
         findings: own_findings,
         evidence,
     })
@@ -404,10 +442,11 @@ pub(super) fn settled(
     outcomes.all(|outcome| Some(outcome) == first)
 }
 
-fn index_of_largest(judged: &[Judged]) -> usize {
+fn index_of_largest<'a>(runs: impl Iterator<Item = &'a Run>) -> usize {
+    let peaks: Vec<f64> = runs.map(|run| run.peak_angle_rad).collect();
     let mut largest = 0;
-    for (index, candidate) in judged.iter().enumerate() {
-        if candidate.run().peak_angle_rad > judged[largest].run().peak_angle_rad {
+    for (index, peak) in peaks.iter().enumerate() {
+        if *peak > peaks[largest] {
             largest = index;
         }
     }

@@ -2,10 +2,11 @@
 
 use super::Answer;
 use super::ErrorBudget;
-use super::assess::{AssessOptions, Polarity, settled};
+use super::assess::{AssessOptions, Polarity, Scope, settled};
 use super::decision::Judged;
 use super::ensemble::{self, Count, End, Ensemble, Scatter};
 use super::filters;
+use super::ladder::{self, Known};
 use crate::conditioning::{Conditioned, Signal};
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
@@ -100,56 +101,97 @@ impl Bench<'_> {
         )
     }
 
-    /// Runs every pair on the samples and on their fourfold.
+    /// Runs every pair on the samples and, unless `spare` knows enough of it, on their fourfold.
+    /// `spare` sees the nominal runs and says of each pair what stands in for a run.
     pub(super) fn judge_all(
         &self,
         pairs: &[Pair],
         window: Option<(usize, usize)>,
         purpose: Purpose,
+        spare: &dyn Fn(&[Outcome]) -> Vec<Option<Known>>,
     ) -> Result<Vec<Judged>, Error> {
+        let outcomes: Vec<Outcome> = in_parallel(self.threads(1), pairs, |pair| {
+            self.run(self.signal, *pair, window, purpose)
+        })
+        .into_iter()
+        .collect::<Result<_, Error>>()?;
+        let known = spare(&outcomes);
         let fine_window = window.map(|(first, last)| (4 * first, 4 * last));
-        let tasks: Vec<(usize, bool)> = (0..pairs.len())
-            .flat_map(|pair| [(pair, true), (pair, false)])
+        let tasks: Vec<(Pair, Option<Known>)> = pairs
+            .iter()
+            .enumerate()
+            .map(|(index, pair)| (*pair, known.get(index).copied().flatten()))
             .collect();
-        let outcomes = in_parallel(self.threads(1), &tasks, |&(pair, fine)| {
-            if fine {
-                self.run(self.fine, pairs[pair], fine_window, Purpose::Comparison)
-            } else {
-                self.run(self.signal, pairs[pair], window, purpose)
-            }
+        let fine = in_parallel(self.threads(4), &tasks, |(pair, known)| {
+            known
+                .is_none()
+                .then(|| self.run(self.fine, *pair, fine_window, Purpose::Comparison))
+                .transpose()
         });
-        let mut judged = Vec::with_capacity(pairs.len());
-        let mut outcomes = outcomes.into_iter();
-        while let (Some(fine), Some(nominal)) = (outcomes.next(), outcomes.next()) {
-            let (fine, outcome) = (fine?, nominal?);
-            let highest = |run: &Run| {
-                run.coast_peak_angle_rad
-                    .map_or(run.peak_angle_rad, |coast| coast.max(run.peak_angle_rad))
-            };
-            let interpolation_error_rad = (fine.run.peak_angle_rad - outcome.run.peak_angle_rad)
-                .abs()
-                .max(if outcome.run.coast_peak_angle_rad.is_some() {
-                    (highest(&fine.run) - highest(&outcome.run)).abs()
-                } else {
-                    0.0
-                });
-            judged.push(Judged {
-                outcome,
-                // A rerun that could not be followed bounds nothing.
-                interpolation_error_rad: if fine.broke_down {
-                    f64::MAX
-                } else {
-                    interpolation_error_rad
-                },
-                share: None,
-            });
+        outcomes
+            .into_iter()
+            .zip(tasks)
+            .zip(fine)
+            .map(|((outcome, (_, known)), fine)| {
+                Ok(match (fine?, known) {
+                    (Some(fine), _) => compared(outcome, &fine),
+                    (None, Some(known)) => known.judged(outcome),
+                    (None, None) => Known::default().judged(outcome),
+                })
+            })
+            .collect()
+    }
+
+    /// Returns what the nominal runs say alone. Of one that was left out because nearly all
+    /// scattered levers cross, the error is not known: its fourfold is run.
+    pub(super) fn nominal_answers(
+        &self,
+        pairs: &[Pair],
+        window: Option<(usize, usize)>,
+        judged: &[Judged],
+    ) -> Result<Vec<Answer>, Error> {
+        let threshold = self.design.criterion.threshold_rad;
+        let fine_window = window.map(|(first, last)| (4 * first, 4 * last));
+        pairs
+            .iter()
+            .zip(judged)
+            .map(|(pair, judged)| {
+                let answer = judged.nominal_answer(threshold);
+                if !(judged.left_out && answer == Answer::Undecided) {
+                    return Ok(answer);
+                }
+                let fine = self.run(self.fine, *pair, fine_window, Purpose::Comparison)?;
+                Ok(compared(judged.outcome.clone(), &fine).nominal_answer(threshold))
+            })
+            .collect()
+    }
+
+    /// Says of which pairs bounds prove what their nominal run says by the rule without an
+    /// ensemble.
+    pub(super) fn spare_nominal(
+        &self,
+        pairs: &[Pair],
+        window: Option<(usize, usize)>,
+        scope: Scope,
+        outcomes: &[Outcome],
+    ) -> Vec<Option<Known>> {
+        if ladder::may_leave_out(self.options, scope).is_err() {
+            return Vec::new();
         }
-        Ok(judged)
+        let threshold = self.design.criterion.threshold_rad;
+        pairs
+            .iter()
+            .zip(outcomes)
+            .map(|(pair, outcome)| {
+                let known = ladder::known(self, None, *pair, window, outcome, None);
+                known.proves(outcome, threshold, 0).map(|_| known)
+            })
+            .collect()
     }
 
     /// Runs the ensemble of every pair, look by look, until the rule decides or what is still
-    /// open can no longer change the answer; notes in `judged` what it adds. `limited`: the
-    /// samples end before a fault.
+    /// open can no longer change the answer; notes in `judged` what it adds. A pair that was left
+    /// out has no ensemble. `limited`: the samples end before a fault.
     pub(super) fn ensembles(
         &self,
         scatter: &Scatter,
@@ -157,7 +199,7 @@ impl Bench<'_> {
         judged: &mut [Judged],
         window: Option<(usize, usize)>,
         limited: bool,
-    ) -> Result<Vec<Ensemble>, Error> {
+    ) -> Result<Vec<Option<Ensemble>>, Error> {
         let threshold = self.design.criterion.threshold_rad;
         let polarity = self.options.polarity;
         // The largest nominal peak comes first: its ensemble is the one that is shown.
@@ -168,7 +210,10 @@ impl Bench<'_> {
         });
         let mut peaks: Vec<Vec<f64>> = vec![Vec::new(); pairs.len()];
         let mut looks = vec![0; pairs.len()];
-        let mut answers: Vec<Option<Answer>> = vec![None; pairs.len()];
+        let mut answers: Vec<Option<Answer>> = judged
+            .iter()
+            .map(|judged| judged.left_out.then(|| judged.answer(threshold)))
+            .collect();
         let mut ends = vec![End::NoMatter; pairs.len()];
         for (number, look) in (1..).zip(ensemble::looks(self.options.members)) {
             for &pair in &order {
@@ -194,14 +239,16 @@ impl Bench<'_> {
             .map(|(_, last)| self.signal.time_s(last));
         Ok((0..pairs.len())
             .map(|pair| {
-                ensemble::summarise(
-                    scatter,
-                    &peaks[pair],
-                    threshold,
-                    pairs[pair],
-                    (looks[pair], ends[pair]),
-                    until,
-                )
+                (looks[pair] > 0).then(|| {
+                    ensemble::summarise(
+                        scatter,
+                        &peaks[pair],
+                        threshold,
+                        pairs[pair],
+                        (looks[pair], ends[pair]),
+                        until,
+                    )
+                })
             })
             .collect())
     }
@@ -351,11 +398,42 @@ impl Bench<'_> {
     }
 }
 
+/// Sets a run beside the same on the fourfold of its samples.
+fn compared(outcome: Outcome, fine: &Outcome) -> Judged {
+    let highest = |run: &Run| {
+        run.coast_peak_angle_rad
+            .map_or(run.peak_angle_rad, |coast| coast.max(run.peak_angle_rad))
+    };
+    let interpolation_error_rad = (fine.run.peak_angle_rad - outcome.run.peak_angle_rad)
+        .abs()
+        .max(if outcome.run.coast_peak_angle_rad.is_some() {
+            (highest(&fine.run) - highest(&outcome.run)).abs()
+        } else {
+            0.0
+        });
+    Judged {
+        outcome,
+        // A rerun that could not be followed bounds nothing.
+        interpolation_error_rad: if fine.broke_down {
+            f64::MAX
+        } else {
+            interpolation_error_rad
+        },
+        share: None,
+        left_out: false,
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {
     Filter,
     Bias,
     Model,
+}
+
+/// Spares no run, whatever bounds may know.
+pub(super) fn follow_all(_: &[Outcome]) -> Vec<Option<Known>> {
+    Vec::new()
 }
 
 /// Calls `work` on each item, on up to `threads` threads; results in the items' order.

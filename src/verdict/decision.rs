@@ -95,6 +95,8 @@ pub struct Judged {
     pub interpolation_error_rad: f64,
     /// What an ensemble adds; `None` where the nominal run alone is judged.
     pub share: Option<Share>,
+    /// Error and share are bounds in closed form, since nothing but the nominal run was made.
+    pub left_out: bool,
 }
 
 impl Judged {
@@ -121,7 +123,8 @@ impl Judged {
     #[must_use]
     pub fn stated(&self, threshold_rad: f64) -> RunAnswer {
         // An error as large as no number can be is that of a run that was not followed.
-        let followed = |error: f64| (!self.outcome.broke_down && error < f64::MAX).then_some(error);
+        let measured = !self.outcome.broke_down && !self.left_out;
+        let followed = |error: f64| (measured && error < f64::MAX).then_some(error);
         let run = self.run();
         RunAnswer {
             model: run.model,

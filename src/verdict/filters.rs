@@ -2,11 +2,12 @@
 
 use super::Answer;
 use super::assess::{Scope, combine, filter_name};
-use super::bench::{Bench, Pair, Purpose, in_parallel};
+use super::bench::{Bench, Pair, Purpose, follow_all, in_parallel};
 use super::decision::Judged;
 use crate::conditioning::{self, Cfc, Conditioned, Signal, cfc, resample};
 use crate::error::Error;
 use crate::recording::Finding;
+use crate::replay::Outcome;
 use serde::Serialize;
 
 /// What the nominal runs say after one filter.
@@ -54,7 +55,10 @@ pub(super) fn table(
     };
     in_parallel(threads, &filters, |filter| {
         if *filter == conditioned.filter {
-            return Ok(row(bench, *filter, true, pairs, scope, judged, before));
+            let answers = bench.nominal_answers(pairs, window, judged)?;
+            return Ok(row(
+                bench, *filter, true, pairs, scope, judged, &answers, before,
+            ));
         }
         let signal = match filtered(conditioned, *filter) {
             Ok(signal) => signal,
@@ -77,17 +81,27 @@ pub(super) fn table(
             fine: &fine,
             ..*bench
         };
-        let all = other.judge_all(pairs, window, Purpose::Deciding)?;
+        let spare = |outcomes: &[Outcome]| other.spare_nominal(pairs, window, scope, outcomes);
+        let all = other.judge_all(pairs, window, Purpose::Deciding, &spare)?;
         let good = match scope {
-            Scope::Until(good) => other.judge_all(pairs, Some(good), Purpose::Deciding)?,
+            Scope::Until(good) => {
+                other.judge_all(pairs, Some(good), Purpose::Deciding, &follow_all)?
+            }
             Scope::Whole | Scope::Nothing => Vec::new(),
         };
-        Ok(row(bench, *filter, false, pairs, scope, &all, &good))
+        let answers = bench.nominal_answers(pairs, window, &all)?;
+        Ok(row(
+            bench, *filter, false, pairs, scope, &all, &answers, &good,
+        ))
     })
     .into_iter()
     .collect()
 }
 
+#[expect(
+    clippy::too_many_arguments,
+    reason = "one call for the filter that was chosen, one for the others"
+)]
 fn row(
     bench: &Bench<'_>,
     filter: Option<Cfc>,
@@ -95,21 +109,23 @@ fn row(
     pairs: &[Pair],
     scope: Scope,
     judged: &[Judged],
+    answers: &[Answer],
     before: &[Judged],
 ) -> Filtered {
     let threshold = bench.design.criterion.threshold_rad;
-    let of = |judged: &[Judged]| {
-        let answers: Vec<Answer> = judged
-            .iter()
-            .map(|run| run.nominal_answer(threshold))
-            .collect();
-        combine(bench.options.polarity, pairs, &answers)
-    };
+    let polarity = bench.options.polarity;
+    let of_good: Vec<Answer> = before
+        .iter()
+        .map(|run| run.nominal_answer(threshold))
+        .collect();
     let peaks: Vec<f64> = judged.iter().map(|run| run.run().peak_angle_rad).collect();
     Filtered {
         row: FilterRow {
             filter: filter_name(filter),
-            verdict: Some(scope.answer(of(judged), of(before))),
+            verdict: Some(scope.answer(
+                combine(polarity, pairs, answers),
+                combine(polarity, pairs, &of_good),
+            )),
             peak_angle_rad: peaks.iter().copied().reduce(f64::max),
             chosen,
             reason: None,

@@ -25,8 +25,8 @@ pub(super) struct Case<'a> {
     /// When the first blocking finding after the judged window begins [s].
     pub(super) late_fault: Option<f64>,
     pub(super) budget: &'a ErrorBudget,
-    /// One for each pair, or none.
-    pub(super) ensembles: &'a [Ensemble],
+    /// One for each pair that was not left out.
+    pub(super) ensembles: &'a [Option<Ensemble>],
     pub(super) what_if: &'a [WhatIf],
 }
 
@@ -81,7 +81,7 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
 
 /// Says how many of the scattered levers cross, and what that is worth.
 fn ensemble(case: &Case<'_>) -> Option<Reason> {
-    let own = case.ensembles.get(case.nominal)?;
+    let own = case.ensembles.get(case.nominal)?.as_ref()?;
     // Where an answer is missing, every stop and polarity that has none is named.
     let threshold = case.design.criterion.threshold_rad;
     let mut named: Vec<&Ensemble> = vec![own];
@@ -91,7 +91,7 @@ fn ensemble(case: &Case<'_>) -> Option<Reason> {
             .iter()
             .zip(case.judged)
             .filter(|(_, judged)| judged.answer(threshold) == Answer::Undecided)
-            .map(|(ensemble, _)| ensemble)
+            .filter_map(|(ensemble, _)| ensemble.as_ref())
             .collect();
         if named.is_empty() {
             named.push(own);
@@ -164,7 +164,8 @@ fn percent(share: f64) -> String {
 /// Names the undeclared polarity where both signs are in doubt alike.
 fn undeclared(case: &Case<'_>) -> Option<Reason> {
     let threshold = case.design.criterion.threshold_rad;
-    let open = case.options.polarity == Polarity::Undeclared && !case.ensembles.is_empty();
+    let open =
+        case.options.polarity == Polarity::Undeclared && case.ensembles.iter().any(Option::is_some);
     if !open || signs_differ(case, threshold) {
         return None;
     }

@@ -26,6 +26,7 @@ mod conditioning_resample;
 mod conditioning_spectrum;
 mod conditioning_support;
 mod csv;
+mod ladder;
 mod lever_cases;
 mod margin;
 mod margin_cli;

@@ -448,7 +448,7 @@ fn verif_crossing_before_the_window_is_none_inside_it() {
 
 // What they are held to on random ones.
 
-const KINDS: [&str; 9] = [
+pub(crate) const KINDS: [&str; 9] = [
     "opening half-sine",
     "opening sawtooth",
     "holding sawtooth",
@@ -460,7 +460,7 @@ const KINDS: [&str; 9] = [
     "plateau",
 ];
 
-fn random_recording(random: &mut Random, kind: usize) -> Signal {
+pub(crate) fn random_recording(random: &mut Random, kind: usize) -> Signal {
     use Shape::{HalfSine, Pause, Sawtooth};
     let rate = [2_000.0, 5_000.0, 10_000.0, 20_000.0][random.below(4) as usize];
     let mut short = || random.scale(5e-4, 2e-2);

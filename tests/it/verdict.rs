@@ -65,6 +65,7 @@ fn options(model: ModelChoice, polarity: Polarity) -> AssessOptions {
         members: 0,
         seed: 1,
         filter_table: true,
+        follow_all: false,
         threads: 1,
         evidence: false,
     }
@@ -514,6 +515,7 @@ fn verif_a_run_that_broke_down_decides_nothing() {
                 share: None,
                 outcome: outcome.clone(),
                 interpolation_error_rad: 0.0,
+                left_out: false,
             };
             let expected = match (broke_down, peak > 0.1) {
                 (true, _) => Answer::Undecided,

@@ -343,6 +343,49 @@ pub(super) fn screens(page: &mut Page, document: &Document) {
     page.end_section();
 }
 
+/// Writes which rung decided, and how far each stop and polarity was followed.
+pub(super) fn ladder(page: &mut Page, document: &Document) {
+    let Some(ladder) = &document.ladder else {
+        return;
+    };
+    page.section("ladder", "How far the decision went");
+    page.paragraph(&format!(
+        "Decided by: {}. {}",
+        ladder.rung.name(),
+        ladder.text
+    ));
+    if !ladder.stops.is_empty() {
+        page.table(
+            "findings",
+            &[
+                "Stop and sign",
+                "By itself",
+                "Rests on",
+                "Why nothing finer",
+            ],
+        );
+        for step in &ladder.stops {
+            page.raw("<tr>");
+            let name = format!(
+                "{}, {}",
+                words::stop(step.model),
+                words::opens(step.opens_when)
+            );
+            page.element("th", "", &name);
+            page.element("td", "", step.answer.name());
+            page.element("td", "", step.by.name());
+            page.element("td", "", &step.text);
+            page.raw("</tr>\n");
+        }
+        page.end_table();
+    }
+    page.note(&format!(
+        "Samples replayed for the decision, nominal runs, their fourfold and ensembles together: {}.",
+        count(ladder.samples_replayed)
+    ));
+    page.end_section();
+}
+
 /// Writes what the bounds say of one stop and polarity.
 fn screened(page: &mut Page, run: &ScreenedRun) {
     let deciding = run.bounds.iter().find(|bound| Some(bound.screen) == run.by);

@@ -377,6 +377,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             .collect(),
         ensemble: None,
         ensembles: Vec::new(),
+        ladder: None,
         what_if: Vec::new(),
         filters: Vec::new(),
         error_budget_rad: ErrorBudget {

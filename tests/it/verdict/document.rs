@@ -222,6 +222,7 @@ fn verif_keys_stand_in_their_order() {
         "answers",
         "ensemble",
         "ensembles",
+        "ladder",
         "what_if",
         "error_budget_rad",
         "screens",

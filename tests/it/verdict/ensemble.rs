@@ -286,7 +286,15 @@ fn verif_polarities_with_ensembles() {
     let undeclared = of(Polarity::Undeclared);
     assert_eq!(undeclared.answer, Answer::Undecided);
     assert_eq!(undeclared.why[0].code, "polarity-decides");
-    assert_eq!(undeclared.ensembles.len(), 4);
+    assert_eq!(undeclared.ladder.stops.len(), 4);
+    // Bounds prove both answers, so that one ensemble is enough to show them.
+    assert_eq!(undeclared.ensembles.len(), 0);
+    let in_full = AssessOptions {
+        follow_all: true,
+        ..with_members(256, ModelChoice::Auto, Polarity::Undeclared)
+    };
+    let full = judge(&one_sided, &[], &Design::reference(), &in_full);
+    assert_eq!((full.ensembles.len(), full.answer), (4, Answer::Undecided));
     let both = of(Polarity::Both);
     assert_eq!(both.answer, Answer::Fail);
     let shown = both.ensemble.unwrap();
