@@ -8,6 +8,7 @@ mod margin;
 mod output;
 mod replay;
 mod study;
+mod verify;
 
 use args::{Arguments, Command};
 use clap::Parser;
@@ -37,6 +38,7 @@ pub fn main() -> ExitCode {
         Command::Replay(own) => replay::command(own, &arguments.common),
         Command::Inspect(own) => inspect::command(own, &arguments.common),
         Command::Margin(own) => margin::command(own, &arguments.common),
+        Command::Verify(own) => verify::command(own, &arguments.common),
         Command::Study(own) => study::command(own, &arguments.common),
         Command::Completions(own) => manual::completions(own),
         Command::Man(own) => manual::man(own),

@@ -10,6 +10,7 @@ pub mod margin;
 mod remarks;
 pub mod ribbon;
 pub mod screen;
+pub mod verify;
 pub mod what_if;
 mod why;
 
@@ -273,6 +274,9 @@ pub struct Document {
     pub ensembles: Vec<Ensemble>,
     /// Which rung decided, and why nothing finer was needed; `None` where nothing was replayed.
     pub ladder: Option<Ladder>,
+    /// The preload from which on the recording passes; `None` where it was not asked for, as
+    /// without a report.
+    pub preload_answer: Option<margin::PreloadAnswer>,
     /// What one input moved by one standard deviation does to the nominal run.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub what_if: Vec<WhatIf>,

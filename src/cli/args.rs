@@ -107,6 +107,12 @@ pub enum Command {
     /// the nominal run's peak, else those of the verdict. Exit codes: 0 answered, 2 wrong usage,
     /// 4 could not answer, or a blocking finding spoils the recording.
     Margin(Box<MarginArguments>),
+    /// Make the run inside a verdict again and compare
+    ///
+    /// What was asked, the design and the file's name stand in the verdict. Every key but the time
+    /// it took is compared, every number to its last digit. Exit codes: 0 same, 1 different, 4
+    /// could not.
+    Verify(VerifyArguments),
     /// What the methods cost and how far they are off, and where each of them fails
     Study(StudyArguments),
     /// Print completions for a shell
@@ -239,6 +245,18 @@ pub struct Grid {
     pub columns: usize,
     /// Upwards.
     pub rows: usize,
+}
+
+/// Options of `verify`.
+#[derive(Debug, Clone, Args)]
+pub struct VerifyArguments {
+    /// Verdict to verify: a verdict.json of latchgate replay, or its output with --format json
+    #[arg(value_name = "VERDICT.json")]
+    pub verdict: PathBuf,
+    /// The recording, under whatever name [default: that of the verdict's name, beside the verdict
+    /// or in the current folder]
+    #[arg(long, value_name = "FILE")]
+    pub recording: Option<PathBuf>,
 }
 
 /// Options of `inspect`.

@@ -1,7 +1,7 @@
 //! `latchgate margin`: how far a verdict is from changing, and what design would change it.
 
 use super::args::{Common, MarginArguments, OutputFormat, ReplayArguments};
-use super::replay::{self, Facts};
+use super::replay::{self, Facts, Tables};
 use super::{Failure, output};
 use crate::error::{Error, Place};
 use crate::model::Design;
@@ -10,7 +10,7 @@ use crate::report;
 use crate::verdict::margin::{
     Basis, Context, MapRequest, MarginDocument, MarginOptions, Margins, margins,
 };
-use crate::verdict::{AssessOptions, Assessment, RunBlock};
+use crate::verdict::{Assessment, RunBlock};
 use std::time::Instant;
 
 /// Exit code where a blocking finding spoils the recording.
@@ -91,15 +91,20 @@ fn judge(
         no_report: true,
         ..own.replay.clone()
     };
-    let assessment = replay::judge(&unseen, common, design, source, limits, facts)?;
+    let assessment = replay::judge(
+        &unseen,
+        common,
+        design,
+        source,
+        limits,
+        Tables::default(),
+        facts,
+    )?;
     let Some(conditioned) = &facts.conditioned else {
         return Err(crate::error::ErrorKind::MissingUnit.into());
     };
     let options = MarginOptions {
-        assess: AssessOptions {
-            filter_table: false,
-            ..replay::assess_options(&unseen, common, facts.polarity)
-        },
+        assess: replay::assess_options(&unseen, common, facts.polarity, Tables::default()),
         basis: if unseen.members == 0 {
             Basis::NominalRun
         } else {

@@ -18,8 +18,8 @@ use crate::report;
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
 use crate::verdict::{
     self, Answer, AssessOptions, Assessment, ConditioningBlock, DECISION_RULE, Document,
-    ErrorBudget, ModelChoice, NOMINAL_DECISION_RULE, Polarity, Reason, RecordingBlock, Request,
-    RunBlock, Screens, assess, ensemble, screen,
+    ErrorBudget, Evidence, ModelChoice, NOMINAL_DECISION_RULE, Polarity, Reason, RecordingBlock,
+    Request, RunBlock, Screens, assess, ensemble, screen,
 };
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -37,20 +37,14 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
     let design = design(own.design.as_deref(), &own.set, &limits)?;
     check_tolerances(own, &design)?;
     let source = source(&own.read.recording);
-    let mut facts = Facts::new(own, &source);
-    let outcome = judge(own, common, &design, &source, &limits, &mut facts);
-    let (mut document, evidence, refusal) = match outcome {
-        Ok(assessment) => {
-            let evidence = assessment.evidence.clone();
-            (answered(&facts, &design, assessment), evidence, None)
-        }
-        Err(error) => {
-            if facts.block.sha256.is_none() {
-                facts.block.sha256 = hash_of_refused(&source);
-            }
-            (refused(&facts, &design, &error), None, Some(error))
-        }
+    let tables = Tables {
+        // The nominal run alone, for a program that reads one number, is not to wait for more.
+        filters: own.members > 0 || !own.no_report,
+        preload: !own.no_report,
+        evidence: !own.no_report,
     };
+    let (mut document, evidence, refusal) =
+        document(own, common, &design, &source, &limits, tables);
     document.run.elapsed_s = started.elapsed().as_secs_f64();
     let written = if own.no_report {
         None
@@ -86,6 +80,42 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
         output::talk(&format!("latchgate: {}: unusable: {reason}", source.name()));
     }
     Ok(document.verdict.exit_code())
+}
+
+/// What goes with a verdict and costs more than it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Tables {
+    /// The verdict after each filter.
+    pub(super) filters: bool,
+    /// The preload that the recording asks for.
+    pub(super) preload: bool,
+    /// What a report draws.
+    pub(super) evidence: bool,
+}
+
+/// Judges, and puts the document together either way: with what a report draws, or with the
+/// error that left nothing to judge.
+pub(super) fn document(
+    own: &ReplayArguments,
+    common: &Common,
+    design: &Design,
+    source: &Source,
+    limits: &Limits,
+    tables: Tables,
+) -> (Document, Option<Evidence>, Option<Error>) {
+    let mut facts = Facts::new(own, source);
+    match judge(own, common, design, source, limits, tables, &mut facts) {
+        Ok(mut assessment) => {
+            let evidence = assessment.evidence.take();
+            (answered(&facts, design, assessment), evidence, None)
+        }
+        Err(error) => {
+            if facts.block.sha256.is_none() {
+                facts.block.sha256 = hash_of_refused(source);
+            }
+            (refused(&facts, design, &error), None, Some(error))
+        }
+    }
 }
 
 /// Hashes a regular file that was refused before its end was read.
@@ -139,6 +169,7 @@ pub(super) fn judge(
     design: &Design,
     source: &Source,
     limits: &Limits,
+    tables: Tables,
     facts: &mut Facts,
 ) -> Result<Assessment, Error> {
     let mut options = read_options(&own.read);
@@ -192,7 +223,7 @@ pub(super) fn judge(
         conditioned,
         &facts.findings,
         design,
-        &assess_options(own, common, facts.polarity),
+        &assess_options(own, common, facts.polarity, tables),
     )
     .map_err(|error| error.at(Place::file(source.name()).channel(channel.name.clone())))
 }
@@ -201,6 +232,7 @@ pub(super) fn assess_options(
     own: &ReplayArguments,
     common: &Common,
     polarity: Polarity,
+    tables: Tables,
 ) -> AssessOptions {
     AssessOptions {
         model: model_choice(own.model),
@@ -212,11 +244,11 @@ pub(super) fn assess_options(
         window_s: own.window.map(|window| (window.start_s, window.end_s)),
         members: own.members,
         seed: own.seed,
-        // The nominal run alone, for a program that reads one number, is not to wait for four more.
-        filter_table: own.members > 0 || !own.no_report,
+        filter_table: tables.filters,
+        preload_answer: tables.preload,
         follow_all: false,
         threads: common.thread_count(),
-        evidence: !own.no_report,
+        evidence: tables.evidence,
     }
 }
 
@@ -473,6 +505,7 @@ fn answered(facts: &Facts, design: &Design, assessment: Assessment) -> Document 
         ensemble: assessment.ensemble,
         ensembles: assessment.ensembles,
         ladder: Some(assessment.ladder),
+        preload_answer: assessment.preload_answer,
         what_if: assessment.what_if,
         filters: assessment.filters,
         error_budget_rad: assessment.budget,
@@ -526,6 +559,7 @@ fn skeleton(facts: &Facts, design: &Design) -> Document {
         ensemble: None,
         ensembles: Vec::new(),
         ladder: None,
+        preload_answer: None,
         what_if: Vec::new(),
         error_budget_rad: ErrorBudget::default(),
         screens: screen::screens(

@@ -42,6 +42,9 @@ pub fn render(document: &Document, report: Option<&Path>) -> String {
             &format!("{}. {}", ladder.rung.name(), ladder.text),
         );
     }
+    if let Some(preload) = &document.preload_answer {
+        line(&mut out, "design", &preload.text);
+    }
     for (index, reason) in document.why.iter().enumerate() {
         let name = if index == 0 { "why" } else { "" };
         line(&mut out, name, &words::sentence(&reason.text));

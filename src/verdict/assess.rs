@@ -5,6 +5,7 @@ use super::decision::{Judged, Share, decide, unanimous, worse};
 use super::ensemble::{Ensemble, Scatter};
 use super::filters::{self, FilterRow};
 use super::ladder::{self, Climbed, Ladder};
+use super::margin::{self, PreloadAnswer};
 use super::remarks::{
     counts, crossing_outside_window, first_late_fault, late_faults, replay_findings,
 };
@@ -93,6 +94,8 @@ pub struct AssessOptions {
     pub seed: u64,
     /// Judge the recording after each filter as well.
     pub filter_table: bool,
+    /// Find the preload from which on the recording passes.
+    pub preload_answer: bool,
     /// Follow every stop in full, also where bounds prove its answer; for comparison.
     pub follow_all: bool,
     /// Threads to use; the numbers do not depend on it.
@@ -117,6 +120,7 @@ impl AssessOptions {
             members: 0,
             seed: 1,
             filter_table: false,
+            preload_answer: false,
             follow_all: false,
             threads: 1,
             evidence: false,
@@ -145,6 +149,8 @@ pub struct Assessment {
     pub ensembles: Vec<Ensemble>,
     /// Which rung decided.
     pub ladder: Ladder,
+    /// The preload that the recording asks for, if that was asked.
+    pub preload_answer: Option<PreloadAnswer>,
     /// What one input moved by one standard deviation does to the nominal run.
     pub what_if: Vec<WhatIf>,
     /// What the nominal runs say after each filter.
@@ -354,6 +360,18 @@ pub fn assess(
             Vec::new()
         },
         ladder,
+        preload_answer: if options.preload_answer && scope == Scope::Whole {
+            let passes = answer == Answer::Pass;
+            Some(margin::preload_answer(
+                conditioned,
+                findings,
+                design,
+                options,
+                passes,
+            )?)
+        } else {
+            None
+        },
         what_if,
         filters,
         budget,

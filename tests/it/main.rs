@@ -45,3 +45,4 @@ mod signals;
 mod study;
 mod tidy;
 mod verdict;
+mod verify_cli;

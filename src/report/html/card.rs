@@ -47,6 +47,16 @@ pub(super) fn verdict(page: &mut Page, document: &Document) {
         coast(page, run);
     }
     ensemble::gauge(page, document);
+    if let Some(preload) = &document.preload_answer {
+        page.raw("<p class=\"sum\">");
+        page.text(&words::sentence(&preload.text));
+        page.raw("</p>\n");
+    }
+    if let Some(ladder) = &document.ladder {
+        page.raw("<p class=\"sum\">Decided by ");
+        page.text(ladder.rung.name());
+        page.raw(". <a href=\"#ladder\">How far the decision went</a></p>\n");
+    }
     page.raw("<ul class=\"why\">\n");
     for reason in &document.why {
         page.raw("<li>");

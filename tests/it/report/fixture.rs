@@ -378,6 +378,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         ensemble: None,
         ensembles: Vec::new(),
         ladder: None,
+        preload_answer: None,
         what_if: Vec::new(),
         filters: Vec::new(),
         error_budget_rad: ErrorBudget {

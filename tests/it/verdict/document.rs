@@ -223,6 +223,7 @@ fn verif_keys_stand_in_their_order() {
         "ensemble",
         "ensembles",
         "ladder",
+        "preload_answer",
         "what_if",
         "error_budget_rad",
         "screens",
