@@ -327,10 +327,10 @@ const PRELOADS: usize = 160;
 
 /// Largest ensemble that is asked at another preload: a pass at its looks is one of any larger
 /// ensemble, which looks at the same members.
-const MEMBERS_ASKED: u32 = 512;
+const MEMBERS_ASKED: u32 = 128;
 
 /// Steps beyond the preload that the nominal lever asks for, at which the whole rule is asked.
-const STEPS: [f64; 8] = [1.001, 1.003, 1.01, 1.03, 1.1, 1.2, 1.5, 2.0];
+const STEPS: [f64; 8] = [1.001, 1.01, 1.03, 1.06, 1.1, 1.2, 1.5, 2.0];
 
 /// Finds the preload from which on the recording passes; `passes` says whether it does at
 /// present, by the whole rule.

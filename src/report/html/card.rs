@@ -48,12 +48,12 @@ pub(super) fn verdict(page: &mut Page, document: &Document) {
     }
     ensemble::gauge(page, document);
     if let Some(preload) = &document.preload_answer {
-        page.raw("<p class=\"sum\">");
+        page.raw("<p class=\"sum\"><strong>Design.</strong> ");
         page.text(&words::sentence(&preload.text));
         page.raw("</p>\n");
     }
     if let Some(ladder) = &document.ladder {
-        page.raw("<p class=\"sum\">Decided by ");
+        page.raw("<p class=\"sum\"><strong>Decided by</strong> ");
         page.text(ladder.rung.name());
         page.raw(". <a href=\"#ladder\">How far the decision went</a></p>\n");
     }
