@@ -285,17 +285,7 @@ fn whole_replay(bencher: Bencher<'_, '_>) {
     let bytes = csv_file(1);
     let count = BytesCount::of_slice(&bytes);
     let source = file("bench.csv", bytes);
-    let options = AssessOptions {
-        model: ModelChoice::Auto,
-        polarity: Polarity::Declared(OpensWhen::Negative),
-        method: Method::EventDriven,
-        tolerance_rad: None,
-        initial_angle_rad: None,
-        initial_velocity_rad_s: None,
-        window_s: None,
-        threads: 1,
-        evidence: false,
-    };
+    let options = AssessOptions::new(ModelChoice::Auto, Polarity::Declared(OpensWhen::Negative));
     bencher.counter(count).bench(|| {
         let recording = read(black_box(&source));
         let channel = &recording.channels[0];

@@ -10,10 +10,12 @@ mod axis;
 mod bounces;
 mod canvas;
 mod colour;
+mod drivers;
 mod dynamics;
 mod frame;
 mod free_vibration;
 mod histories;
+mod margin;
 mod panel;
 mod phase;
 mod raster;
@@ -22,12 +24,16 @@ mod series;
 mod shock;
 mod spectra;
 mod spectrogram;
+mod spread;
 mod stability;
 mod step_size;
 pub mod style;
 pub mod thin;
 mod work_precision;
 
+pub(super) use self::margin::{
+    RULES as MARGIN_RULES, figures as margin_figures, stand_alone as margin_stand_alone,
+};
 use crate::report::escape;
 use crate::report::words;
 use crate::study::attractor::Attractor;
@@ -45,10 +51,15 @@ use crate::study::work_precision::WorkPrecision;
 use crate::verdict::{Document, Evidence};
 use std::fmt::Write as _;
 
+/// Name of the plot that stands beside the ensemble.
+pub const DRIVERS: &str = drivers::NAME;
+
 /// Every plot's name, in the order of the report; its file is the name plus `.svg`.
-pub const NAMES: [&str; 5] = [
+pub const NAMES: [&str; 7] = [
     acceleration::NAME,
     angle::NAME,
+    spread::NAME,
+    drivers::NAME,
     phase::NAME,
     spectrogram::NAME,
     spectra::NAME,
@@ -134,6 +145,8 @@ pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> 
     [
         acceleration::draw(&context),
         angle::draw(&context),
+        spread::draw(&context),
+        drivers::draw(&context),
         phase::draw(&context),
         spectrogram::draw(&context),
         spectra::draw(&context),
