@@ -353,6 +353,7 @@ fn verif_the_filter_table_is_what_each_filter_gives() {
         half_sine(t, 0.0, 0.004, -20.0) * libm::cos(3000.0 * t) + half_sine(t, 0.01, 0.02, -3.0)
     });
     let channel = Channel {
+        stated: latchgate::recording::Stated::default(),
         name: "acc_y".into(),
         unit: Some(AccelerationUnit::MetrePerSecondSquared),
         unit_source: "option",
@@ -465,6 +466,7 @@ fn verif_filters_that_cannot_be_applied_say_so() {
 #[test]
 fn verif_the_filter_table_changes_no_other_number() {
     let channel = Channel {
+        stated: latchgate::recording::Stated::default(),
         name: "acc_y".into(),
         unit: Some(AccelerationUnit::MetrePerSecondSquared),
         unit_source: "option",
