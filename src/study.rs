@@ -7,6 +7,7 @@
 pub mod attractor;
 pub mod basins;
 pub mod bifurcation;
+pub mod cascade;
 pub mod cases;
 pub mod excitation_map;
 pub mod free;

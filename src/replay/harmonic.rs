@@ -170,7 +170,6 @@ pub struct StrobeMap {
 pub struct Strobe {
     kernel: Kernel,
     quarters: Quarters,
-    impacts: Vec<[f64; 2]>,
 }
 
 impl Strobe {
@@ -193,7 +192,6 @@ impl Strobe {
         Ok(Self {
             quarters: Quarters::new(excitation, &kernel),
             kernel,
-            impacts: Vec::new(),
         })
     }
 
@@ -228,13 +226,6 @@ impl Strobe {
     pub fn advance(&mut self) -> Option<Section> {
         pulp::Arch::new().dispatch(Period { strobe: self })
     }
-
-    /// Returns the impacts of the last period, at most 200: time from its start [s], velocity
-    /// before [rad/s].
-    #[must_use]
-    pub fn impacts(&self) -> &[[f64; 2]] {
-        &self.impacts
-    }
 }
 
 /// A period, compiled for what the machine has.
@@ -247,19 +238,12 @@ impl pulp::WithSimd for Period<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) -> Self::Output {
-        let Strobe {
-            kernel,
-            quarters,
-            impacts,
-        } = self.strobe;
-        kernel.tally.impact_list.clear();
+        let Strobe { kernel, quarters } = self.strobe;
         let (impacts_before, rests_before) = (kernel.tally.impacts, kernel.rests);
         kernel.tally.open_window(kernel.state().0, 0.0, 0.0);
         for index in 0..4 {
             kernel.advance_sine(&quarters.piece(index, f64::INFINITY));
         }
-        impacts.clear();
-        impacts.extend_from_slice(&kernel.tally.impact_list);
         let (angle_rad, velocity_rad_s) = kernel.state();
         (!kernel.stuck).then(|| Section {
             angle_rad,

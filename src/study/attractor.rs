@@ -2,10 +2,11 @@
 //! Lyapunov exponent; and what a fixed-step method makes of the same motion.
 
 use super::Headline;
-use super::orbit::{self, Lyapunov, Orbit, Rig, State};
+use super::orbit::{self, Growth, Orbit, Rig, State, Stretch};
 use super::parallel::Control;
 use crate::error::Error;
 use crate::model::excitation::Harmonic;
+use crate::replay::fan::{self, Ending, FanOptions, Ride};
 use crate::replay::{self, Method, RunOptions, Section};
 use crate::units::OpensWhen;
 use serde::Serialize;
@@ -27,6 +28,20 @@ pub struct Options {
     pub initial: Option<State>,
     /// Steps per period of the excitation of the fixed-step method to compare with.
     pub compared_steps: Option<u32>,
+}
+
+impl Options {
+    fn fan(&self, periods_max: u32, keep: u32, control: &Control<'_>) -> FanOptions {
+        FanOptions {
+            stop: self.rig.stop,
+            angular_frequency_rad_s: self.rig.angular_frequency_rad_s,
+            phase_rad: 0.0,
+            periods_max,
+            keep: keep as usize,
+            peaks: false,
+            threads: control.threads,
+        }
+    }
 }
 
 /// One point of the section.
@@ -73,14 +88,14 @@ pub struct Attractor {
     pub options: Options,
     /// Points of the section.
     pub rows: Vec<Row>,
-    /// Period at each amplitude, where one was seen.
+    /// Period at each amplitude, where one was seen that is none of rounding's.
     pub periods: Vec<(f64, Option<u32>)>,
     /// The orbit at a single amplitude, where there is a period.
     pub orbit: Option<Orbit>,
     /// Whether the orbit rests on the stop, which makes it attract at once.
     pub superstable: bool,
-    /// The exponent at a single amplitude, where there is none.
-    pub lyapunov: Option<Lyapunov>,
+    /// How small differences grow at a single amplitude.
+    pub growth: Option<Growth>,
     /// Over several amplitudes.
     pub statistics: Option<Statistics>,
     /// Whether the work was done to its end.
@@ -90,14 +105,22 @@ pub struct Attractor {
 /// Distance of two states that are taken for the same [rad].
 const SAME: f64 = 1e-9;
 
-/// Sections that one amplitude gave.
+/// What one amplitude gave.
 struct Seen {
     amplitude_g: f64,
     sections: Vec<Section>,
+    /// Its period, where rounding leaves no doubt of it.
+    period: Option<u32>,
+    /// How differences grow along what looks like a period.
+    growth: Option<Growth>,
     compared: Vec<State>,
 }
 
 /// Follows the lever.
+///
+/// At one amplitude, a trajectory that shows no period in its first few thousand is joined by
+/// others that start next to where it has come: what differs in the sixth digit is soon anywhere
+/// on the attractor, and they take less time side by side.
 ///
 /// # Errors
 ///
@@ -105,77 +128,220 @@ struct Seen {
 pub fn run(options: &Options, control: &Control<'_>) -> Result<Attractor, Error> {
     let count = options.points.max(1);
     let (low, high) = options.amplitudes_g;
-    let amplitude = |index: u32| {
-        if count == 1 {
-            low
-        } else {
-            low + (high - low) * f64::from(index) / f64::from(count - 1)
-        }
+    let amplitude = |index: usize| {
+        #[expect(clippy::cast_precision_loss, reason = "a few thousand points")]
+        let part = index as f64 / f64::from(count.max(2) - 1);
+        low + (high - low) * part
     };
-    let seen: Vec<Seen> = control
-        .map(count as usize, |index| {
-            see(options, amplitude(u32::try_from(index).unwrap_or(0)))
+    let side_by_side = if count > 1 {
+        together(options, count as usize, &amplitude, control)?
+    } else {
+        vec![alone(options, low)?]
+    };
+    let mut seen: Vec<Seen> = control
+        .map(side_by_side.len(), |index| {
+            see(options, amplitude(index), side_by_side[index].clone())
         })
         .into_iter()
         .flatten()
         .collect::<Result<_, _>>()?;
-    let complete = seen.len() == count as usize;
-    let periods: Vec<(f64, Option<u32>)> = seen
-        .iter()
-        .map(|seen| {
-            let period = orbit::period_of(&options.rig, &seen.sections, SAME);
-            (seen.amplitude_g, period)
-        })
-        .collect();
+    let mut complete = seen.len() == count as usize;
     let mut answer = Attractor {
         options: options.clone(),
-        rows: seen.iter().flat_map(rows).collect(),
+        rows: Vec::new(),
         orbit: None,
         superstable: false,
-        lyapunov: None,
-        statistics: (count > 1).then(|| statistics(&seen, &periods)),
-        periods,
+        growth: None,
+        statistics: None,
+        periods: seen
+            .iter()
+            .map(|one| (one.amplitude_g, one.period))
+            .collect(),
         complete,
     };
-    if let ([only], [(amplitude_g, period)]) = (seen.as_slice(), answer.periods.as_slice()) {
-        if let (Some(period), Some(last)) = (period, only.sections.last()) {
-            let start = (last.angle_rad, last.velocity_rad_s);
-            answer.orbit = orbit::find(&options.rig, *amplitude_g, *period, start);
+    if count > 1 {
+        answer.statistics = Some(statistics(&seen));
+    } else if let Some(only) = seen.first_mut() {
+        if let (Some(period), Some(last)) = (only.period, only.sections.last()) {
+            let start = state(last);
+            answer.orbit = orbit::find(&options.rig, only.amplitude_g, period, start);
             answer.superstable = answer
                 .orbit
                 .as_ref()
                 .is_some_and(|orbit| orbit.spectral_radius() < 1e-12);
+            answer.growth = only.growth;
         } else {
-            answer.lyapunov = orbit::lyapunov(
-                &options.rig,
-                *amplitude_g,
-                options.initial,
-                options.transient,
-                options.periods.max(1000),
-            )?;
+            let (growth, whole) = measured(options, only, control)?;
+            answer.growth = growth;
+            complete &= whole && more(options, only, control)?;
         }
     }
+    answer.complete = complete;
+    answer.rows = seen.iter().flat_map(rows).collect();
     Ok(answer)
 }
 
-fn see(options: &Options, amplitude_g: f64) -> Result<Seen, Error> {
+/// Periods of one trajectory that a search for its period takes.
+const FOLLOWED: u32 = 3_000;
+
+fn state(section: &Section) -> State {
+    (section.angle_rad, section.velocity_rad_s)
+}
+
+/// Sections at one amplitude.
+fn alone(options: &Options, amplitude_g: f64) -> Result<Vec<Section>, Error> {
     let mut strobe = options.rig.strobe(amplitude_g, options.initial)?;
-    let mut sections = Vec::with_capacity(options.periods as usize);
+    let wanted = options.periods.min(FOLLOWED) as usize;
+    let mut sections = Vec::with_capacity(wanted);
     let followed = (0..options.transient).all(|_| strobe.advance().is_some());
-    while followed && sections.len() < options.periods as usize {
+    while followed && sections.len() < wanted {
         let Some(section) = strobe.advance() else {
             break;
         };
         sections.push(section);
     }
+    Ok(sections)
+}
+
+/// Sections at each of `count` amplitudes; fewer if somebody stopped that.
+fn together(
+    options: &Options,
+    count: usize,
+    amplitude: &(impl Fn(usize) -> f64 + Sync),
+    control: &Control<'_>,
+) -> Result<Vec<Vec<Section>>, Error> {
+    let ride = |index: usize| Ride {
+        initial: options.initial,
+        amplitude_m_s2: options.rig.sine(amplitude(index)).amplitude_m_s2,
+    };
+    #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
+    let watch = |done: usize| (control.proceed)(done as f64 / count as f64);
+    let followed = fan::follow(
+        &options.rig.design,
+        count,
+        &ride,
+        &options.fan(
+            options.transient + options.periods,
+            options.periods,
+            control,
+        ),
+        &|_, _, _| false,
+        Some(&watch),
+    )?;
+    // Where the work was stopped, the first gap ends what is kept.
+    Ok(followed
+        .into_iter()
+        .enumerate()
+        .take_while(|(index, lever)| lever.index == *index)
+        .map(|(_, lever)| match lever.ending {
+            Ending::Lost => Vec::new(),
+            Ending::Done | Ending::Periods => lever.sections,
+        })
+        .collect())
+}
+
+fn see(options: &Options, amplitude_g: f64, sections: Vec<Section>) -> Result<Seen, Error> {
     let compared = options
         .compared_steps
         .map_or(Ok(Vec::new()), |steps| compare(options, amplitude_g, steps))?;
+    let apparent = orbit::period_of(&options.rig, &sections, SAME);
+    // A period that rounding has made is none.
+    let growth = match (apparent, sections.last()) {
+        (Some(period), Some(last)) => {
+            orbit::difference_growth(&options.rig, amplitude_g, Some(state(last)), 0, 2 * period)?
+        }
+        _ => None,
+    };
     Ok(Seen {
         amplitude_g,
+        period: apparent.filter(|_| growth.is_none_or(|growth| growth.resolved())),
+        growth,
         sections,
         compared,
     })
+}
+
+/// Trajectories that start next to `state`, one after the other.
+fn beside(options: &Options, state: State, index: usize) -> State {
+    /// How far apart [rad].
+    const APART: f64 = 1e-6;
+    #[expect(clippy::cast_precision_loss, reason = "a few dozen")]
+    let away = APART * (index + 1) as f64;
+    (
+        state.0.abs() + away,
+        state.1 + away * options.rig.angular_frequency_rad_s,
+    )
+}
+
+/// Periods after which trajectories that were next to each other are anywhere.
+const APART_AFTER: u32 = 200;
+
+/// Measures how differences grow, on a few trajectories; and whether nobody stopped that.
+fn measured(
+    options: &Options,
+    seen: &Seen,
+    control: &Control<'_>,
+) -> Result<(Option<Growth>, bool), Error> {
+    const TRAJECTORIES: usize = 4;
+    const PERIODS: u32 = 3_000;
+    let Some(last) = seen.sections.last().map(state) else {
+        return Ok((None, true));
+    };
+    let stretches: Vec<Stretch> = control
+        .map(TRAJECTORIES, |index| {
+            orbit::stretch(
+                &options.rig,
+                seen.amplitude_g,
+                Some(beside(options, last, index)),
+                APART_AFTER,
+                PERIODS,
+            )
+        })
+        .into_iter()
+        .flatten()
+        .collect::<Result<Vec<_>, _>>()?
+        .into_iter()
+        .flatten()
+        .collect();
+    let whole = stretches.len() == TRAJECTORIES;
+    Ok((orbit::growth(&stretches), whole))
+}
+
+/// Adds sections up to the number asked for; tells whether nobody stopped that.
+fn more(options: &Options, seen: &mut Seen, control: &Control<'_>) -> Result<bool, Error> {
+    const TRAJECTORIES: u32 = 64;
+    let missing = options.periods.saturating_sub(FOLLOWED);
+    let Some(last) = seen.sections.last().map(state) else {
+        return Ok(true);
+    };
+    if missing == 0 {
+        return Ok(true);
+    }
+    let each = missing.div_ceil(TRAJECTORIES);
+    let count = missing.div_ceil(each) as usize;
+    let ride = |index: usize| Ride {
+        initial: Some(beside(options, last, index)),
+        amplitude_m_s2: options.rig.sine(seen.amplitude_g).amplitude_m_s2,
+    };
+    #[expect(clippy::cast_precision_loss, reason = "a few dozen")]
+    let watch = |done: usize| (control.proceed)(done as f64 / count as f64);
+    let followed = fan::follow(
+        &options.rig.design,
+        count,
+        &ride,
+        &options.fan(APART_AFTER + each, each, control),
+        &|_, _, _| false,
+        Some(&watch),
+    )?;
+    let whole = followed.len() == count;
+    seen.sections.extend(
+        followed
+            .into_iter()
+            .filter(|lever| lever.ending == Ending::Periods)
+            .flat_map(|lever| lever.sections)
+            .take(missing as usize),
+    );
+    Ok(whole)
 }
 
 /// The same by the fixed-step method with `steps` per period of the excitation. Its grid begins
@@ -234,7 +400,7 @@ fn rows(seen: &Seen) -> Vec<Row> {
 }
 
 #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-fn statistics(seen: &[Seen], periods: &[(f64, Option<u32>)]) -> Statistics {
+fn statistics(seen: &[Seen]) -> Statistics {
     let mean_of = |of: &dyn Fn(&Section) -> f64| {
         let means: Vec<f64> = seen
             .iter()
@@ -243,7 +409,7 @@ fn statistics(seen: &[Seen], periods: &[(f64, Option<u32>)]) -> Statistics {
             .collect();
         let count = means.len() as f64;
         let mean = means.iter().sum::<f64>() / count;
-        let spread: f64 = means.iter().map(|one| (one - mean).powi(2)).sum();
+        let spread: f64 = means.iter().map(|one| (one - mean) * (one - mean)).sum();
         Mean {
             mean,
             standard_error: (spread / (count * (count - 1.0).max(1.0))).sqrt(),
@@ -253,13 +419,8 @@ fn statistics(seen: &[Seen], periods: &[(f64, Option<u32>)]) -> Statistics {
         angle_rad: mean_of(&|section| section.angle_rad),
         angular_velocity_rad_s: mean_of(&|section| section.velocity_rad_s),
         share_beyond_1_rad: mean_of(&|section| f64::from(u8::from(section.angle_rad > 1.0))),
-        periodic: u32::try_from(
-            periods
-                .iter()
-                .filter(|(_, period)| period.is_some())
-                .count(),
-        )
-        .unwrap_or(u32::MAX),
+        periodic: u32::try_from(seen.iter().filter(|one| one.period.is_some()).count())
+            .unwrap_or(u32::MAX),
         amplitudes: u32::try_from(seen.len()).unwrap_or(u32::MAX),
     }
 }
@@ -327,15 +488,28 @@ impl Attractor {
             );
             say("largest angle [rad]", Some(orbit.peak_angle_rad));
         }
-        if let Some(lyapunov) = &self.lyapunov {
+        if let Some(growth) = &self.growth {
+            if period.is_none() {
+                if growth.rests == 0 {
+                    say(
+                        "largest Lyapunov exponent per period [-]",
+                        growth.lyapunov(),
+                    );
+                } else {
+                    say(
+                        "share of periods with a rest [-]",
+                        Some(f64::from(growth.rests) / f64::from(growth.periods)),
+                    );
+                    say(
+                        "growth of differences per period without a rest, as an exponent [-]",
+                        Some(growth.per_period),
+                    );
+                }
+                say("its standard error [-]", Some(growth.standard_error));
+            }
             say(
-                "largest Lyapunov exponent per period [-]",
-                lyapunov.per_period,
-            );
-            say("its standard error [-]", Some(lyapunov.standard_error));
-            say(
-                "periods in which the lever rested [-]",
-                Some(f64::from(lyapunov.rests)),
+                "decades by which rounding grows at most [-]",
+                Some(growth.decades_max),
             );
         }
         if self.options.compared_steps.is_some() {

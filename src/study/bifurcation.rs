@@ -1,6 +1,7 @@
 //! Stroboscopic sections against the excitation's amplitude, and where orbits are born and double.
 
 use super::Headline;
+use super::cascade::{self, Cascade, Reach};
 use super::orbit::{self, Bifurcation, Kind, Rig, State};
 use super::parallel::Control;
 use crate::error::Error;
@@ -37,6 +38,8 @@ pub struct Options {
     pub initial: Option<State>,
     /// Whether the state is carried along.
     pub sweep: Sweep,
+    /// Doublings that are looked for on each branch; 0 to follow none.
+    pub doublings: u32,
 }
 
 /// One point of the diagram.
@@ -73,8 +76,8 @@ pub struct Diagram {
     pub options: Options,
     /// Columns, by amplitude; those left out when the work was stopped are missing.
     pub columns: Vec<Column>,
-    /// Births and doublings found, by amplitude.
-    pub found: Vec<Bifurcation>,
+    /// Branches of orbits, each from its birth through its doublings; the simplest first.
+    pub branches: Vec<Cascade>,
     /// Whether the work was done to its end.
     pub complete: bool,
 }
@@ -85,8 +88,17 @@ const SAME: f64 = 1e-7;
 /// Longest period of which births and doublings are looked for.
 const PERIOD_MAX: u32 = 32;
 
-/// Changes of period that are followed up.
-const CHANGES_MAX: usize = 64;
+/// Branches that are followed at most.
+const BRANCHES_MAX: usize = 16;
+
+/// Branches that are followed at a time.
+const AT_A_TIME: usize = 4;
+
+/// Branches that the answer on stdout lists.
+const BRANCHES_SHOWN: usize = 6;
+
+/// Work on each, in periods computed.
+const WORK_MAX: u32 = 8_000;
 
 /// Draws the diagram's points and looks where orbits change.
 ///
@@ -128,7 +140,7 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Diagram, Error> {
         }
     };
     let complete = columns.len() == count;
-    let found = if complete {
+    let branches = if complete && options.doublings > 0 {
         changes(options, &columns, control)
     } else {
         Vec::new()
@@ -136,7 +148,7 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Diagram, Error> {
     Ok(Diagram {
         options: options.clone(),
         columns,
-        found,
+        branches,
         complete,
     })
 }
@@ -223,9 +235,10 @@ fn state(section: &Section) -> State {
     (section.angle_rad, section.velocity_rad_s)
 }
 
-/// Follows orbits up to where they double and down to where they are born, at every amplitude at
-/// which the motion is another than at the one before.
-fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> Vec<Bifurcation> {
+/// Follows orbits through their doublings and down to where they are born, at every amplitude at
+/// which the motion is another than at the one before and that lies on none of the branches
+/// followed before.
+fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> Vec<Cascade> {
     let mut wanted: Vec<(&Column, u32)> = Vec::new();
     let mut before: Option<&Column> = None;
     for column in columns {
@@ -244,44 +257,75 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> Vec<
         }
         before = Some(column);
     }
-    // Of very many the simplest.
+    // The simplest first.
     wanted.sort_by(|a, b| {
-        (a.1, a.0.amplitude_g)
-            .partial_cmp(&(b.1, b.0.amplitude_g))
-            .unwrap_or(std::cmp::Ordering::Equal)
+        a.1.cmp(&b.1)
+            .then(a.0.amplitude_g.total_cmp(&b.0.amplitude_g))
     });
-    wanted.truncate(CHANGES_MAX);
+    let rig = &options.rig;
     let (low, high) = options.amplitudes_g;
     let pace = (high - low) / f64::from(options.points.max(2) - 1);
-    let mut found: Vec<Bifurcation> = control
-        .map(wanted.len(), |index| {
-            let (column, period) = wanted[index];
-            let start = column.sections.last().map(state)?;
-            let orbit = orbit::find(&options.rig, column.amplitude_g, period, start)?;
-            Some([
-                orbit::birth(&options.rig, &orbit),
-                orbit::doubling(&options.rig, &orbit, pace),
-            ])
+    let reach = Reach {
+        amplitudes_g: ((low - pace).max(0.0), high + pace),
+        levels: options.doublings,
+        work: WORK_MAX,
+    };
+    let mut branches: Vec<Cascade> = Vec::new();
+    let known = |branches: &[Cascade], (column, period): (&Column, u32)| {
+        column.sections.last().is_some_and(|last| {
+            branches
+                .iter()
+                .any(|branch| branch.contains(rig, column.amplitude_g, period, state(last)))
         })
-        .into_iter()
-        .flatten()
-        .flatten()
-        .flatten()
-        .flatten()
-        .filter(|found| (low - pace..=high + pace).contains(&found.orbit.amplitude_g))
-        .collect();
-    found.sort_by(|a, b| {
-        (a.orbit.period, a.orbit.amplitude_g)
-            .partial_cmp(&(b.orbit.period, b.orbit.amplitude_g))
-            .unwrap_or(std::cmp::Ordering::Equal)
-    });
-    found.dedup_by(|a, b| {
+    };
+    while branches.len() < BRANCHES_MAX {
+        // As many at a time whatever the threads, so that the numbers do not depend on them.
+        wanted.retain(|one| !known(&branches, *one));
+        let mut batch: Vec<(&Column, u32)> = Vec::new();
+        for (column, period) in &wanted {
+            // Two of one period may well lie on one branch.
+            if batch.len() < AT_A_TIME && batch.iter().all(|(_, other)| other != period) {
+                batch.push((column, *period));
+            }
+        }
+        if batch.is_empty() {
+            break;
+        }
+        wanted.retain(|(column, _)| {
+            let index = |(column, _): &(&Column, u32)| column.amplitude_g;
+            !batch.iter().any(|taken| index(taken) == column.amplitude_g)
+        });
+        let followed = control.map(batch.len(), |index| {
+            let (column, period) = batch[index];
+            let start = column.sections.last().map(state)?;
+            let orbit = orbit::find(rig, column.amplitude_g, period, start)?;
+            Some(cascade::follow(rig, &orbit, pace, &reach))
+        });
+        let stopped = followed.iter().any(Option::is_none);
+        for branch in followed.into_iter().flatten().flatten() {
+            if (branch.birth.is_some() || !branch.doublings.is_empty())
+                && !branches.iter().any(|other| same(other, &branch))
+            {
+                branches.push(branch);
+            }
+        }
+        if stopped {
+            break;
+        }
+    }
+    branches.truncate(BRANCHES_MAX);
+    branches
+}
+
+/// Tells whether two branches are one: they share what was found first on both.
+fn same(a: &Cascade, b: &Cascade) -> bool {
+    let close = |a: &Bifurcation, b: &Bifurcation| {
         a.kind == b.kind
             && a.orbit.period == b.orbit.period
             && (a.orbit.amplitude_g - b.orbit.amplitude_g).abs() <= 1e-9 * b.orbit.amplitude_g
-    });
-    found.sort_by(|a, b| a.orbit.amplitude_g.total_cmp(&b.orbit.amplitude_g));
-    found
+    };
+    b.found()
+        .any(|one| a.found().any(|other| close(one, other)))
 }
 
 /// Tells whether the orbit at one amplitude is that at the next, a little moved.
@@ -311,6 +355,11 @@ impl Diagram {
                 })
             })
             .collect()
+    }
+
+    /// Returns every birth and doubling that was found.
+    pub fn found(&self) -> impl Iterator<Item = &Bifurcation> {
+        self.branches.iter().flat_map(Cascade::found)
     }
 
     /// Returns what to take away.
@@ -348,14 +397,42 @@ impl Diagram {
             "share of amplitudes without a period seen [-]".into(),
             Some(share(irregular)),
         ));
-        for found in &self.found {
-            let what = match found.kind {
-                Kind::SaddleNode => "saddle-node",
-                Kind::PeriodDoubling => "period doubling",
+        for branch in self.branches.iter().take(BRANCHES_SHOWN) {
+            let period = branch
+                .found()
+                .map(|found| found.orbit.period)
+                .min()
+                .unwrap_or(1);
+            let mut say = |what: &str, value: f64| {
+                lines.push(line(format!("period {period}: {what}"), Some(value)));
             };
+            if let Some(birth) = &branch.birth {
+                let how = match birth.kind {
+                    Kind::SaddleNode => "born in a saddle-node at A [g]",
+                    Kind::PeriodDoubling => "doubles at A [g]",
+                };
+                say(how, birth.orbit.amplitude_g);
+            }
+            for doubling in &branch.doublings {
+                let twice = 2 * doubling.orbit.period;
+                say(
+                    &format!("doubles to {twice} at A [g]"),
+                    doubling.orbit.amplitude_g,
+                );
+            }
+            if let Some(ratio) = branch.ratios().last() {
+                say("last ratio of distances, Feigenbaum's is 4.669 [-]", *ratio);
+            }
+            if let (Some(at), true) = (branch.accumulation_g(), branch.doublings.len() >= 4) {
+                say("the doublings tend to A [g]", at);
+            }
+        }
+        #[expect(clippy::cast_precision_loss, reason = "a few branches")]
+        let more = self.branches.len().saturating_sub(BRANCHES_SHOWN) as f64;
+        if more > 0.0 {
             lines.push(line(
-                format!("{what} of period {} at A [g]", found.orbit.period),
-                Some(found.orbit.amplitude_g),
+                "further branches, in the JSON file".into(),
+                Some(more),
             ));
         }
         lines

@@ -93,6 +93,12 @@ pub struct Orbit {
 }
 
 impl Orbit {
+    /// Left side of the equation that the multipliers fulfil where the orbit changes.
+    #[must_use]
+    pub fn condition(&self, kind: Kind) -> f64 {
+        kind.condition(self.trace, self.determinant)
+    }
+
     /// Returns the multipliers: real and imaginary part of each.
     #[must_use]
     pub fn multipliers(&self) -> [(f64, f64); 2] {
@@ -130,6 +136,15 @@ pub enum Kind {
     SaddleNode,
     /// Gives way to one of twice the period: a multiplier of −1.
     PeriodDoubling,
+}
+
+impl Kind {
+    fn condition(self, trace: f64, determinant: f64) -> f64 {
+        match self {
+            Self::SaddleNode => 1.0 - trace + determinant,
+            Self::PeriodDoubling => 1.0 + trace + determinant,
+        }
+    }
 }
 
 /// Where an orbit changes.
@@ -191,10 +206,7 @@ impl Image {
     }
 
     fn condition(&self, kind: Kind) -> f64 {
-        match kind {
-            Kind::SaddleNode => 1.0 - self.trace() + self.determinant(),
-            Kind::PeriodDoubling => 1.0 + self.trace() + self.determinant(),
-        }
+        kind.condition(self.trace(), self.determinant())
     }
 
     fn into_orbit(self, amplitude_g: f64, period: u32) -> Orbit {
@@ -211,13 +223,16 @@ impl Image {
 }
 
 /// Steps of Newton's method at most.
-const STEPS_MAX: u32 = 40;
+pub(super) const STEPS_MAX: u32 = 40;
+
+/// The same where an equation on the multipliers is solved as well.
+const LOCATE_STEPS_MAX: u32 = 25;
 
 /// Size of a step [rad] at which the method has converged if the next is no smaller.
 const CONVERGED: f64 = 1e-11;
 
 /// Longest step [rad]: further away the derivative says nothing.
-const STEP_MAX: f64 = 0.05;
+pub(super) const STEP_MAX: f64 = 0.05;
 
 /// Distance of two points of an orbit that are the same [rad].
 const SAME_POINT: f64 = 1e-8;
@@ -239,9 +254,22 @@ fn least_period(rig: &Rig, orbit: &Orbit) -> u32 {
 /// a step is an iteration.
 #[must_use]
 pub fn find(rig: &Rig, amplitude_g: f64, period: u32, guess: State) -> Option<Orbit> {
+    find_within(rig, amplitude_g, period, guess, STEPS_MAX, &mut 0)
+}
+
+/// As [`find()`], in at most `steps` steps; adds the periods computed to `spent`.
+pub(super) fn find_within(
+    rig: &Rig,
+    amplitude_g: f64,
+    period: u32,
+    guess: State,
+    steps: u32,
+    spent: &mut u32,
+) -> Option<Orbit> {
     let mut at = guess;
     let mut least = f64::INFINITY;
-    for _ in 0..STEPS_MAX {
+    for _ in 0..steps {
+        *spent = spent.saturating_add(period);
         let image = image(rig, amplitude_g, at, period)?;
         let (f, g) = image.residual(at);
         let [[a, b], [c, d]] = image.by_state;
@@ -306,12 +334,25 @@ pub fn locate(
     guess: State,
     amplitude_g: f64,
 ) -> Option<Bifurcation> {
+    locate_within(rig, kind, period, guess, amplitude_g, &mut 0)
+}
+
+/// As [`locate()`]; adds the periods computed to `spent`.
+pub(super) fn locate_within(
+    rig: &Rig,
+    kind: Kind,
+    period: u32,
+    guess: State,
+    amplitude_g: f64,
+    spent: &mut u32,
+) -> Option<Bifurcation> {
     /// Steps of the differences: angle [rad], velocity over ω [rad], relative amplitude.
     const STEP: f64 = 1e-7;
     let omega = rig.angular_frequency_rad_s;
     let (mut at, mut amplitude) = (guess, amplitude_g);
     let mut least = f64::INFINITY;
-    for _ in 0..STEPS_MAX {
+    for _ in 0..LOCATE_STEPS_MAX {
+        *spent = spent.saturating_add(7 * period);
         let here = image(rig, amplitude, at, period)?;
         let (f, g) = here.residual(at);
         let condition = |at: State, amplitude: f64| {
@@ -397,215 +438,137 @@ pub fn period_of(rig: &Rig, sections: &[Section], tolerance: f64) -> Option<u32>
         .and_then(|p| u32::try_from(p).ok())
 }
 
-/// The end of a branch, and the doublings after it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Cascade {
-    /// Where the first orbit is born.
-    pub birth: Option<Bifurcation>,
-    /// Where the period doubles, one after the other.
-    pub doublings: Vec<Bifurcation>,
-}
-
-impl Cascade {
-    /// Returns the ratios of successive distances, which tend to Feigenbaum's 4.6692.
-    #[must_use]
-    pub fn ratios(&self) -> Vec<f64> {
-        let at: Vec<f64> = self
-            .doublings
-            .iter()
-            .map(|found| found.orbit.amplitude_g)
-            .collect();
-        at.windows(3)
-            .map(|three| (three[1] - three[0]) / (three[2] - three[1]))
-            .collect()
-    }
-
-    /// Returns the amplitude to which the doublings tend [g], by Feigenbaum's ratio.
-    #[must_use]
-    pub fn accumulation_g(&self) -> Option<f64> {
-        /// Feigenbaum's δ.
-        const RATIO: f64 = 4.669_201_609_102_99;
-        let [.., before, last] = self.doublings.as_slice() else {
-            return None;
-        };
-        let gap = last.orbit.amplitude_g - before.orbit.amplitude_g;
-        Some(last.orbit.amplitude_g + gap / (RATIO - 1.0))
-    }
-}
-
-/// Follows a stable orbit to where it is born, at smaller amplitudes, and through up to `levels`
-/// doublings at larger ones.
-#[must_use]
-pub fn cascade(rig: &Rig, orbit: &Orbit, levels: u32) -> Cascade {
-    let mut doublings: Vec<Bifurcation> = Vec::new();
-    let mut current = orbit.clone();
-    // The first doubling is looked for in steps of a hundredth.
-    let mut pace = 0.01 * orbit.amplitude_g;
-    for _ in 0..levels {
-        let Some(found) = doubling(rig, &current, pace) else {
-            break;
-        };
-        let gap = doublings
-            .last()
-            .map_or(0.1 * found.orbit.amplitude_g, |before| {
-                found.orbit.amplitude_g - before.orbit.amplitude_g
-            });
-        let next = doubled(rig, &found, gap);
-        doublings.push(found);
-        let Some(next) = next else {
-            break;
-        };
-        pace = 0.25 * (next.amplitude_g - doublings[doublings.len() - 1].orbit.amplitude_g);
-        current = next;
-    }
-    Cascade {
-        birth: birth(rig, orbit),
-        doublings,
-    }
-}
-
-/// Steps of an orbit's amplitude at most.
-const PACES_MAX: u32 = 4000;
-
-/// Follows `orbit` to larger amplitudes until a multiplier passes −1.
-#[must_use]
-pub fn doubling(rig: &Rig, orbit: &Orbit, pace: f64) -> Option<Bifurcation> {
-    let condition = |orbit: &Orbit| 1.0 + orbit.trace + orbit.determinant;
-    let mut at = orbit.clone();
-    let mut pace = pace;
-    let least = 1e-9 * orbit.amplitude_g;
-    for _ in 0..PACES_MAX {
-        let next = find(rig, at.amplitude_g + pace, at.period, at.points[0])
-            .filter(|next| next.period == at.period)
-            .filter(|next| rig.distance(next.points[0], at.points[0]) <= STEP_MAX);
-        match next {
-            Some(next) if condition(&next) > 0.0 => at = next,
-            Some(next) => {
-                // Between the two; the nearer is the better guess.
-                let near = if condition(&next).abs() < condition(&at) {
-                    next
-                } else {
-                    at
-                };
-                return locate(
-                    rig,
-                    Kind::PeriodDoubling,
-                    near.period,
-                    near.points[0],
-                    near.amplitude_g,
-                );
-            }
-            None => {
-                pace *= 0.5;
-                if pace < least {
-                    return None;
-                }
-            }
-        }
-    }
-    None
-}
-
-/// Finds a stable orbit of twice the period beyond a doubling; `gap` is the distance to the
-/// doubling before [g].
-fn doubled(rig: &Rig, doubling: &Bifurcation, gap: f64) -> Option<Orbit> {
-    let old = &doubling.orbit;
-    let mut beyond = 0.05 * gap;
-    for _ in 0..20 {
-        let amplitude = old.amplitude_g + beyond;
-        let start = old.points[0];
-        let nudged = (start.0 + 1e-3 * start.0.abs().max(1e-3), start.1);
-        let settled = settle(rig, amplitude, Some(nudged), 60 * old.period).ok()??;
-        let orbit = find(rig, amplitude, 2 * old.period, settled);
-        if let Some(orbit) = orbit
-            && orbit.period == 2 * old.period
-            && orbit.spectral_radius() < 1.0
-        {
-            return Some(orbit);
-        }
-        beyond *= 0.5;
-    }
-    None
-}
-
-/// Follows `orbit` to smaller amplitudes until it is no more, and finds the saddle-node there, or
-/// the doubling that it comes from.
-#[must_use]
-pub fn birth(rig: &Rig, orbit: &Orbit) -> Option<Bifurcation> {
-    let mut at = orbit.clone();
-    let mut before: Option<Orbit> = None;
-    let mut pace = 0.05 * orbit.amplitude_g;
-    for _ in 0..PACES_MAX {
-        if pace >= at.amplitude_g {
-            pace *= 0.5;
-        }
-        // Along the line through the last two.
-        let guess = before.as_ref().map_or(at.points[0], |before| {
-            let part = pace / (before.amplitude_g - at.amplitude_g);
-            let on = |a: f64, b: f64| a + part * (a - b);
-            (
-                on(at.points[0].0, before.points[0].0),
-                on(at.points[0].1, before.points[0].1),
-            )
-        });
-        let next = find(rig, at.amplitude_g - pace, at.period, guess).filter(|next| {
-            rig.distance(next.points[0], at.points[0]) <= STEP_MAX
-                && next.period == at.period
-                && 1.0 - next.trace + next.determinant > 0.0
-        });
-        match next {
-            Some(next) => before = Some(std::mem::replace(&mut at, next)),
-            None => {
-                pace *= 0.5;
-                if pace < 1e-6 * orbit.amplitude_g {
-                    break;
-                }
-            }
-        }
-    }
-    let near = |found: &Bifurcation| {
-        (found.orbit.amplitude_g - at.amplitude_g).abs() < 0.01 * at.amplitude_g
-    };
-    let state = at.points[0];
-    if at.period.is_multiple_of(2) {
-        // Its halves come together where it parts from an orbit of half its period.
-        let half = at.points[at.period as usize / 2];
-        let middle = (
-            f64::midpoint(state.0, half.0),
-            f64::midpoint(state.1, half.1),
-        );
-        let found = locate(
-            rig,
-            Kind::PeriodDoubling,
-            at.period / 2,
-            middle,
-            at.amplitude_g,
-        )
-        .filter(near)
-        .filter(|found| rig.distance(found.orbit.points[0], state) <= STEP_MAX);
-        if rig.distance(state, half) <= 0.5 * STEP_MAX && found.is_some() {
-            return found;
-        }
-    }
-    locate(rig, Kind::SaddleNode, at.period, state, at.amplitude_g).filter(near)
-}
-
-/// The largest Lyapunov exponent.
+/// How small differences grow.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Lyapunov {
-    /// Exponent per period of the excitation [-]; `None` where the lever rests again and again,
-    /// which wipes out any difference: no exponent then describes the motion.
-    pub per_period: Option<f64>,
+pub struct Growth {
+    /// Mean exponent per period of the excitation, over the periods that did not wipe out every
+    /// difference [-].
+    pub per_period: f64,
     /// Standard error from means over batches.
     pub standard_error: f64,
-    /// Periods averaged over.
+    /// Periods followed.
     pub periods: u32,
     /// Periods in which the lever rested.
     pub rests: u32,
+    /// Largest growth over any stretch of periods, in decades [-]: 16 of them make rounding as
+    /// large as the motion.
+    pub decades_max: f64,
 }
 
-/// Measures the largest Lyapunov exponent over `periods` periods after `transient`; `None` if the
-/// lever cannot be followed.
+impl Growth {
+    /// Returns the largest Lyapunov exponent per period; `None` where the lever rests again and
+    /// again, which wipes out any difference: no exponent then describes the motion.
+    #[must_use]
+    pub fn lyapunov(&self) -> Option<f64> {
+        (self.rests == 0).then_some(self.per_period)
+    }
+
+    /// Tells whether rounding stays far below the motion.
+    #[must_use]
+    pub fn resolved(&self) -> bool {
+        /// Decades that leave four of the fifteen that a double has.
+        const DECADES: f64 = 11.0;
+        self.decades_max <= DECADES
+    }
+}
+
+/// One trajectory's share of a [`Growth`].
+#[derive(Debug, Clone, Default)]
+pub(super) struct Stretch {
+    logs: Vec<f64>,
+    periods: u32,
+    rests: u32,
+    largest: f64,
+}
+
+/// Follows a small difference over `periods` periods after `transient`; `None` if the lever
+/// cannot be followed.
+pub(super) fn stretch(
+    rig: &Rig,
+    amplitude_g: f64,
+    state: Option<State>,
+    transient: u32,
+    periods: u32,
+) -> Result<Option<Stretch>, Error> {
+    let mut strobe = rig.strobe(amplitude_g, state)?;
+    for _ in 0..transient {
+        if strobe.advance().is_none() {
+            return Ok(None);
+        }
+    }
+    let omega = rig.angular_frequency_rad_s;
+    let start = [1.0, omega];
+    let mut way = start;
+    let mut sum: f64 = 0.0;
+    let mut seen = Stretch {
+        logs: Vec::with_capacity(periods as usize),
+        periods,
+        ..Stretch::default()
+    };
+    for _ in 0..periods {
+        strobe.start_map();
+        let Some(section) = strobe.advance() else {
+            return Ok(None);
+        };
+        let Some(map) = strobe.map() else {
+            return Ok(None);
+        };
+        seen.rests += u32::from(section.rested);
+        let [[a, b], [c, d]] = map.by_state;
+        let moved = [a * way[0] + b * way[1], c * way[0] + d * way[1]];
+        let length = |way: [f64; 2]| libm::hypot(way[0], way[1] / omega);
+        let factor = length(moved) / length(way);
+        if factor > 0.0 {
+            let log = libm::log(factor);
+            seen.logs.push(log);
+            sum = (sum + log).max(0.0);
+            seen.largest = seen.largest.max(sum);
+            let scale = 1.0 / length(moved);
+            way = moved.map(|part| part * scale);
+        } else {
+            sum = 0.0;
+            way = start;
+        }
+    }
+    Ok(Some(seen))
+}
+
+/// Puts trajectories together.
+pub(super) fn growth(stretches: &[Stretch]) -> Option<Growth> {
+    /// Batches of each trajectory, for the standard error.
+    const BATCHES: usize = 10;
+    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let logs: Vec<f64> = stretches.iter().flat_map(|one| one.logs.clone()).collect();
+    if logs.is_empty() {
+        return None;
+    }
+    let whole = mean(&logs);
+    let batches: Vec<f64> = stretches
+        .iter()
+        .flat_map(|one| one.logs.chunks(one.logs.len().div_ceil(BATCHES).max(1)))
+        .map(mean)
+        .collect();
+    let spread: f64 = batches
+        .iter()
+        .map(|batch| (batch - whole) * (batch - whole))
+        .sum();
+    #[expect(clippy::cast_precision_loss, reason = "a few batches")]
+    let count = batches.len() as f64;
+    Some(Growth {
+        per_period: whole,
+        standard_error: (spread / (count * (count - 1.0).max(1.0))).sqrt(),
+        periods: stretches.iter().map(|one| one.periods).sum(),
+        rests: stretches.iter().map(|one| one.rests).sum(),
+        decades_max: stretches
+            .iter()
+            .map(|one| one.largest / std::f64::consts::LN_10)
+            .fold(0.0, f64::max),
+    })
+}
+
+/// Measures how small differences grow over `periods` periods after `transient`; `None` if the
+/// lever cannot be followed, or if every period wipes out every difference.
 ///
 /// # Errors
 ///
@@ -615,60 +578,13 @@ pub struct Lyapunov {
 ///
 /// Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9, with saltation at impacts:
 /// Müller, Chaos, Solitons & Fractals 5 (1995) 1671.
-pub fn lyapunov(
+pub fn difference_growth(
     rig: &Rig,
     amplitude_g: f64,
     state: Option<State>,
     transient: u32,
     periods: u32,
-) -> Result<Option<Lyapunov>, Error> {
-    /// Batches for the standard error.
-    const BATCHES: usize = 20;
-    let mut strobe = rig.strobe(amplitude_g, state)?;
-    for _ in 0..transient {
-        if strobe.advance().is_none() {
-            return Ok(None);
-        }
-    }
-    let omega = rig.angular_frequency_rad_s;
-    let mut way = [1.0, omega];
-    let mut logs = Vec::with_capacity(periods as usize);
-    let mut rests = 0;
-    for _ in 0..periods {
-        strobe.start_map();
-        let Some(section) = strobe.advance() else {
-            return Ok(None);
-        };
-        let Some(map) = strobe.map() else {
-            return Ok(None);
-        };
-        rests += u32::from(section.rested);
-        let [[a, b], [c, d]] = map.by_state;
-        let moved = [a * way[0] + b * way[1], c * way[0] + d * way[1]];
-        let length = |way: [f64; 2]| libm::hypot(way[0], way[1] / omega);
-        let factor = length(moved) / length(way);
-        if factor > 0.0 {
-            logs.push(libm::log(factor));
-            let scale = 1.0 / length(moved);
-            way = moved.map(|part| part * scale);
-        } else {
-            way = [1.0, omega];
-        }
-    }
-    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let whole = mean(&logs);
-    let batches: Vec<f64> = logs
-        .chunks(logs.len().div_ceil(BATCHES).max(1))
-        .map(mean)
-        .collect();
-    let spread: f64 = batches.iter().map(|batch| (batch - whole).powi(2)).sum();
-    #[expect(clippy::cast_precision_loss, reason = "a few batches")]
-    let count = batches.len() as f64;
-    Ok(Some(Lyapunov {
-        per_period: (rests == 0 && !logs.is_empty()).then_some(whole),
-        standard_error: (spread / (count * (count - 1.0).max(1.0))).sqrt(),
-        periods,
-        rests,
-    }))
+) -> Result<Option<Growth>, Error> {
+    let seen = stretch(rig, amplitude_g, state, transient, periods)?;
+    Ok(seen.and_then(|seen| growth(&[seen])))
 }

@@ -3,7 +3,8 @@
 
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
-use latchgate::study::orbit::{self, Cascade, Kind, Orbit, Rig, State};
+use latchgate::study::cascade::{self, Cascade, Reach};
+use latchgate::study::orbit::{self, Kind, Orbit, Rig, State};
 
 fn rig(stop: StopModel, angular_frequency_rad_s: f64) -> Rig {
     Rig {
@@ -145,7 +146,12 @@ fn val_cascades() {
         ),
     ] {
         let rig = rig(stop, 100.0);
-        let cascade = orbit::cascade(&rig, &find(&rig, start, 1, guess), 6);
+        let cascade = cascade::follow(
+            &rig,
+            &find(&rig, start, 1, guess),
+            0.01 * start,
+            &Reach::all(6),
+        );
         check_cascade(name, &cascade, birth, &doublings);
     }
 }

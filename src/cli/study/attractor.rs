@@ -104,7 +104,7 @@ impl Analysis for Arguments {
                     "periods": attractor.periods,
                     "orbit": attractor.orbit,
                     "superstable": attractor.superstable,
-                    "lyapunov": attractor.lyapunov,
+                    "growth": attractor.growth,
                     "statistics": attractor.statistics,
                 }))
                 .collect::<Vec<_>>()

@@ -41,6 +41,9 @@ pub struct Arguments {
     /// Carry the state along from one amplitude to the next
     #[arg(long, value_enum, default_value_t = SweepArgument::None)]
     pub sweep: SweepArgument,
+    /// Doublings looked for on each branch of periodic orbits; 0 to follow none
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=8), default_value_t = 6)]
+    pub doublings: u32,
 }
 
 /// Direction asked for.
@@ -72,6 +75,7 @@ impl Analysis for Arguments {
                     "amplitude_g",
                     json!([self.amplitude.low, self.amplitude.high]),
                 ),
+                ("doublings", json!(self.doublings)),
                 ("gravity_m_s2", json!(self.sine.gravity)),
                 ("initial", json!(initial)),
                 ("model", json!(stops)),
@@ -96,6 +100,7 @@ impl Analysis for Arguments {
                     SweepArgument::Up => Sweep::Up,
                     SweepArgument::Down => Sweep::Down,
                 },
+                doublings: self.doublings,
             };
             let diagram = session
                 .watch(stop.name(), |control| bifurcation::run(&options, control))
@@ -116,7 +121,12 @@ impl Analysis for Arguments {
                 .map(|diagram| json!({
                     "model": diagram.options.rig.stop,
                     "complete": diagram.complete,
-                    "bifurcations": diagram.found,
+                    "branches": diagram.branches.iter().map(|branch| json!({
+                        "birth": branch.birth,
+                        "doublings": branch.doublings,
+                        "ratios": branch.ratios(),
+                        "accumulation_g": branch.accumulation_g(),
+                    })).collect::<Vec<_>>(),
                     "columns": diagram.columns,
                 }))
                 .collect::<Vec<_>>()

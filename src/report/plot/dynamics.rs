@@ -114,7 +114,7 @@ pub(super) fn bifurcation(diagrams: &[Diagram]) -> Figure {
             .iter()
             .map(|row| (row.amplitude_g, row.angular_velocity_rad_s));
         cloud_panel(&mut canvas, &panel, points, dot, BLUE);
-        for found in &diagram.found {
+        for found in diagram.found() {
             let x = panel.x.place(found.orbit.amplitude_g);
             let class = match found.kind {
                 Kind::SaddleNode => "birth",
@@ -129,7 +129,7 @@ pub(super) fn bifurcation(diagrams: &[Diagram]) -> Figure {
             " {stop} stop: {} points at {} amplitudes, {} births and doublings.",
             rows.len(),
             diagram.columns.len(),
-            diagram.found.len()
+            diagram.found().count()
         ));
         top += HEIGHT + 44.0;
     }
@@ -266,14 +266,19 @@ fn summary(attractor: &Attractor) -> String {
         };
         return format!("period {}{how}", orbit.period);
     }
-    if let Some(lyapunov) = &attractor.lyapunov {
-        return lyapunov.per_period.map_or_else(
-            || format!("no period in {} periods", attractor.options.periods),
+    if let Some(growth) = &attractor.growth {
+        return growth.lyapunov().map_or_else(
+            || {
+                format!(
+                    "rests now and then; between, rounding grows by {} decades: no period can be told",
+                    significant(growth.decades_max, 2)
+                )
+            },
             |exponent| {
                 format!(
                     "exponent {} ± {} per period",
                     significant(exponent, 3),
-                    significant(1.96 * lyapunov.standard_error, 1)
+                    significant(1.96 * growth.standard_error, 1)
                 )
             },
         );

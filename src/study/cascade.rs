@@ -1,0 +1,339 @@
+//! Branches of periodic orbits: from where an orbit is born through the doublings of its period.
+//!
+//! # Source
+//!
+//! Feigenbaum, J. Stat. Phys. 19 (1978) 25.
+
+use super::orbit::{self, Bifurcation, Kind, Orbit, Rig, STEP_MAX, State};
+use serde::Serialize;
+
+/// The end of a branch, and the doublings after it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cascade {
+    /// Where the first orbit is born.
+    pub birth: Option<Bifurcation>,
+    /// Where the period doubles, one after the other.
+    pub doublings: Vec<Bifurcation>,
+    /// Stable orbits on the way, by period and amplitude.
+    #[serde(skip)]
+    pub way: Vec<Orbit>,
+}
+
+/// Bounds of a branch that is followed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// Least and largest amplitude [g].
+    pub amplitudes_g: (f64, f64),
+    /// Doublings at most.
+    pub levels: u32,
+    /// Work at most: periods computed.
+    pub work: u32,
+}
+
+impl Reach {
+    /// Every amplitude, and work enough for `levels` doublings.
+    #[must_use]
+    pub fn all(levels: u32) -> Self {
+        Self {
+            amplitudes_g: (0.0, f64::INFINITY),
+            levels,
+            work: u32::MAX,
+        }
+    }
+}
+
+impl Cascade {
+    /// Returns what was found on the branch, its birth first.
+    pub fn found(&self) -> impl Iterator<Item = &Bifurcation> {
+        self.birth.iter().chain(&self.doublings)
+    }
+
+    /// Returns the ratios of successive distances, which tend to Feigenbaum's 4.6692.
+    #[must_use]
+    pub fn ratios(&self) -> Vec<f64> {
+        let at: Vec<f64> = self
+            .doublings
+            .iter()
+            .map(|found| found.orbit.amplitude_g)
+            .collect();
+        at.windows(3)
+            .map(|three| (three[1] - three[0]) / (three[2] - three[1]))
+            .collect()
+    }
+
+    /// Returns the amplitude to which the doublings tend [g], by Feigenbaum's ratio.
+    #[must_use]
+    pub fn accumulation_g(&self) -> Option<f64> {
+        /// Feigenbaum's δ.
+        const RATIO: f64 = 4.669_201_609_102_99;
+        let [.., before, last] = self.doublings.as_slice() else {
+            return None;
+        };
+        let gap = last.orbit.amplitude_g - before.orbit.amplitude_g;
+        Some(last.orbit.amplitude_g + gap / (RATIO - 1.0))
+    }
+
+    /// Tells whether an orbit of `period` periods through `state` lies on the way.
+    #[must_use]
+    pub fn contains(&self, rig: &Rig, amplitude_g: f64, period: u32, state: State) -> bool {
+        self.way.windows(2).any(|two| {
+            let (low, high) = (&two[0], &two[1]);
+            if low.period != period
+                || high.period != period
+                || !(low.amplitude_g..=high.amplitude_g).contains(&amplitude_g)
+            {
+                return false;
+            }
+            let part =
+                (amplitude_g - low.amplitude_g) / (high.amplitude_g - low.amplitude_g).max(1e-300);
+            let on = |a: f64, b: f64| a + part * (b - a);
+            low.points
+                .iter()
+                .zip(&high.points)
+                .any(|(a, b)| rig.distance((on(a.0, b.0), on(a.1, b.1)), state) <= 0.5 * STEP_MAX)
+        })
+    }
+}
+
+/// Follows a stable orbit to where it is born, at smaller amplitudes, and through doublings at
+/// larger ones. `pace` [g] is the first step upward.
+#[must_use]
+pub fn follow(rig: &Rig, orbit: &Orbit, pace: f64, reach: &Reach) -> Cascade {
+    let mut walk = Walk {
+        rig,
+        reach: *reach,
+        spent: 0,
+        way: Vec::new(),
+    };
+    let birth = walk.birth(orbit);
+    let mut doublings: Vec<Bifurcation> = Vec::new();
+    let mut current = orbit.clone();
+    let mut pace = pace;
+    for _ in 0..reach.levels {
+        let Some(found) = walk.doubling(&current, pace) else {
+            break;
+        };
+        let gap = doublings
+            .last()
+            .map_or(0.1 * found.orbit.amplitude_g, |before| {
+                found.orbit.amplitude_g - before.orbit.amplitude_g
+            });
+        let next = walk.doubled(&found, gap);
+        doublings.push(found);
+        let Some(next) = next else {
+            break;
+        };
+        pace = 0.25 * (next.amplitude_g - doublings[doublings.len() - 1].orbit.amplitude_g);
+        current = next;
+    }
+    let mut way = walk.way;
+    way.sort_by(|a, b| {
+        a.period
+            .cmp(&b.period)
+            .then(a.amplitude_g.total_cmp(&b.amplitude_g))
+    });
+    Cascade {
+        birth,
+        doublings,
+        way,
+    }
+}
+
+/// Steps of Newton's method on the way: it starts near.
+const STEPS_MAX: u32 = 12;
+
+/// Growth of a step of the amplitude after one that succeeded.
+const GROWTH: f64 = 1.5;
+
+/// Least step of the amplitude, relative to the amplitude.
+const PACE_MIN: f64 = 1e-6;
+
+struct Walk<'a> {
+    rig: &'a Rig,
+    reach: Reach,
+    spent: u32,
+    way: Vec<Orbit>,
+}
+
+impl Walk<'_> {
+    /// Finds the orbit at `amplitude_g` [g] near `guess` that goes on from `before`.
+    fn next(&mut self, before: &Orbit, amplitude_g: f64, guess: State) -> Option<Orbit> {
+        let period = before.period;
+        let spent = &mut self.spent;
+        orbit::find_within(self.rig, amplitude_g, period, guess, STEPS_MAX, spent)
+            .filter(|next| next.period == period)
+            .filter(|next| self.rig.distance(next.points[0], before.points[0]) <= STEP_MAX)
+    }
+
+    /// Finds a bifurcation near `orbit`.
+    fn locate(
+        &mut self,
+        kind: Kind,
+        period: u32,
+        guess: State,
+        amplitude_g: f64,
+    ) -> Option<Bifurcation> {
+        if self.spent >= self.reach.work {
+            return None;
+        }
+        let spent = &mut self.spent;
+        orbit::locate_within(self.rig, kind, period, guess, amplitude_g, spent)
+    }
+
+    /// Follows `orbit` to larger amplitudes until a multiplier passes −1.
+    fn doubling(&mut self, orbit: &Orbit, longest: f64) -> Option<Bifurcation> {
+        let kind = Kind::PeriodDoubling;
+        let mut at = orbit.clone();
+        let mut pace = longest;
+        self.way.push(at.clone());
+        while at.amplitude_g <= self.reach.amplitudes_g.1 && self.spent < self.reach.work {
+            match self.next(&at, at.amplitude_g + pace, at.points[0]) {
+                Some(next) if next.condition(kind) > 0.0 => {
+                    self.way.push(next.clone());
+                    at = next;
+                    pace = (0.05 * at.amplitude_g).max(longest).min(GROWTH * pace);
+                }
+                Some(next) => {
+                    // Between the two; the nearer is the better guess.
+                    let near = if next.condition(kind).abs() < at.condition(kind) {
+                        next
+                    } else {
+                        at
+                    };
+                    let found = self.locate(kind, near.period, near.points[0], near.amplitude_g)?;
+                    self.way.push(found.orbit.clone());
+                    return Some(found);
+                }
+                None => {
+                    pace *= 0.5;
+                    if pace < PACE_MIN * at.amplitude_g {
+                        return None;
+                    }
+                }
+            }
+        }
+        None
+    }
+
+    /// Finds a stable orbit of twice the period beyond a doubling; `gap` is the distance to the
+    /// doubling before [g].
+    fn doubled(&mut self, doubling: &Bifurcation, gap: f64) -> Option<Orbit> {
+        /// Amplitudes tried.
+        const TRIES: u32 = 8;
+        /// Runs of the old orbit that a nudged state is given.
+        const SETTLING: u32 = 60;
+        let old = &doubling.orbit;
+        let mut beyond = 0.05 * gap;
+        for _ in 0..TRIES {
+            let amplitude = old.amplitude_g + beyond;
+            let start = old.points[0];
+            let nudged = (start.0 + 1e-3 * start.0.abs().max(1e-3), start.1);
+            if self.spent >= self.reach.work {
+                return None;
+            }
+            // Without derivatives a period costs a fifth or so.
+            self.spent = self.spent.saturating_add(SETTLING / 5 * old.period);
+            let settled =
+                orbit::settle(self.rig, amplitude, Some(nudged), SETTLING * old.period).ok()??;
+            let period = 2 * old.period;
+            let spent = &mut self.spent;
+            let orbit = orbit::find_within(self.rig, amplitude, period, settled, STEPS_MAX, spent);
+            if let Some(orbit) = orbit
+                && orbit.period == 2 * old.period
+                && orbit.spectral_radius() < 1.0
+            {
+                return Some(orbit);
+            }
+            beyond *= 0.5;
+        }
+        None
+    }
+
+    /// Follows `orbit` to smaller amplitudes until it is no more, and finds the saddle-node
+    /// there, or the doubling that it comes from.
+    fn birth(&mut self, orbit: &Orbit) -> Option<Bifurcation> {
+        let kind = Kind::SaddleNode;
+        let mut at = orbit.clone();
+        let mut before: Option<Orbit> = None;
+        let mut pace = 0.05 * orbit.amplitude_g;
+        while self.spent < self.reach.work {
+            if at.amplitude_g < self.reach.amplitudes_g.0 {
+                return None;
+            }
+            if pace >= at.amplitude_g {
+                pace *= 0.5;
+            }
+            if let Some(before) = &before {
+                // Towards a fold the square of its condition falls in a straight line.
+                let (here, there) = (at.condition(kind), before.condition(kind));
+                let fall = (there * there - here * here) / (before.amplitude_g - at.amplitude_g);
+                let fold = at.amplitude_g - here * here / fall;
+                if fall > 0.0 && at.amplitude_g - fold < pace {
+                    let found = self
+                        .locate(kind, at.period, at.points[0], fold)
+                        .filter(|found| {
+                            let amplitude = found.orbit.amplitude_g;
+                            (fold - pace..=at.amplitude_g).contains(&amplitude)
+                                && self.rig.distance(found.orbit.points[0], at.points[0])
+                                    <= STEP_MAX
+                        });
+                    if let Some(found) = found {
+                        self.way.push(found.orbit.clone());
+                        return Some(found);
+                    }
+                }
+            }
+            // Along the line through the last two.
+            let guess = before.as_ref().map_or(at.points[0], |before| {
+                let part = pace / (before.amplitude_g - at.amplitude_g);
+                let on = |a: f64, b: f64| a + part * (a - b);
+                (
+                    on(at.points[0].0, before.points[0].0),
+                    on(at.points[0].1, before.points[0].1),
+                )
+            });
+            let next = self
+                .next(&at, at.amplitude_g - pace, guess)
+                .filter(|next| next.condition(kind) > 0.0);
+            match next {
+                Some(next) => {
+                    self.way.push(next.clone());
+                    before = Some(std::mem::replace(&mut at, next));
+                    pace = (0.05 * at.amplitude_g).min(GROWTH * pace);
+                }
+                None => {
+                    pace *= 0.5;
+                    if pace < PACE_MIN * orbit.amplitude_g {
+                        break;
+                    }
+                }
+            }
+        }
+        self.parting(&at).or_else(|| {
+            self.locate(kind, at.period, at.points[0], at.amplitude_g)
+                .filter(|found| near(found, &at))
+        })
+    }
+
+    /// Finds the doubling at which `at` parts from an orbit of half its period.
+    fn parting(&mut self, at: &Orbit) -> Option<Bifurcation> {
+        if !at.period.is_multiple_of(2) {
+            return None;
+        }
+        let (state, half) = (at.points[0], at.points[at.period as usize / 2]);
+        if self.rig.distance(state, half) > 0.5 * STEP_MAX {
+            return None;
+        }
+        let middle = (
+            f64::midpoint(state.0, half.0),
+            f64::midpoint(state.1, half.1),
+        );
+        self.locate(Kind::PeriodDoubling, at.period / 2, middle, at.amplitude_g)
+            .filter(|found| near(found, at))
+            .filter(|found| self.rig.distance(found.orbit.points[0], state) <= STEP_MAX)
+    }
+}
+
+fn near(found: &Bifurcation, at: &Orbit) -> bool {
+    (found.orbit.amplitude_g - at.amplitude_g).abs() < 0.01 * at.amplitude_g
+}
