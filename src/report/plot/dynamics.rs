@@ -17,8 +17,8 @@ use crate::study::orbit::Kind;
 /// Rules of these charts.
 pub(super) const RULES: &str = "\
 .plot image{image-rendering:pixelated}
-.plot .birth{fill:none;stroke:var(--pass);stroke-width:1.25;stroke-dasharray:2 3}
-.plot .doubling{fill:none;stroke:var(--fail);stroke-width:1.25;stroke-dasharray:7 4}
+.plot .birth{fill:none;stroke:var(--pass);stroke-width:1.5}
+.plot .doubling{fill:none;stroke:var(--fail);stroke-width:1.5}
 .plot .contour{fill:none;stroke:var(--paper);stroke-width:4;stroke-linejoin:round}
 .plot .contour-ink{fill:none;stroke:#e02020;stroke-width:2;stroke-linejoin:round}
 .plot .ring{fill:none;stroke:var(--ink);stroke-width:1.5}
@@ -77,16 +77,11 @@ pub(super) fn bifurcation(diagrams: &[Diagram]) -> Figure {
     };
     let omega = first.options.rig.angular_frequency_rad_s;
     let title = format!("Stroboscopic sections against amplitude, ω = {omega} rad/s");
-    let legend = "State at the start of each period of the excitation; the darker, the more points. \
-                  Dotted green: an orbit is born. Dashed red: its period doubles.";
-    let mut top = heading(
-        &mut canvas,
-        &title,
-        &[
-            legend[..legend.find(" Dotted").unwrap_or(0)].to_string(),
-            legend[legend.find("Dotted").unwrap_or(0)..].to_string(),
-        ],
-    );
+    let lines = [
+        "State at the start of each period of the excitation; the darker, the more points.",
+        "Long green marks at the foot: an orbit is born. Short red marks: its period doubles.",
+    ];
+    let mut top = heading(&mut canvas, &title, &lines.map(String::from));
     let amplitudes = first.options.amplitudes_g;
     let mut description = String::new();
     for diagram in diagrams {
@@ -109,19 +104,19 @@ pub(super) fn bifurcation(diagrams: &[Diagram]) -> Figure {
             Some("amplitude A [g]"),
             "angular velocity [rad/s]",
         );
-        let dot = if diagram.columns.len() > 400 { 2 } else { 3 };
+        let dot = (2000 / diagram.columns.len().max(1)).clamp(2, 6);
         let points = rows
             .iter()
             .map(|row| (row.amplitude_g, row.angular_velocity_rad_s));
         cloud_panel(&mut canvas, &panel, points, dot, BLUE);
         for found in diagram.found() {
             let x = panel.x.place(found.orbit.amplitude_g);
-            let class = match found.kind {
-                Kind::SaddleNode => "birth",
-                Kind::PeriodDoubling => "doubling",
+            let (class, height) = match found.kind {
+                Kind::SaddleNode => ("birth", 26.0),
+                Kind::PeriodDoubling => ("doubling", 13.0),
             };
             if panel.x.contains(found.orbit.amplitude_g) {
-                canvas.line(class, (x, panel.top), (x, panel.bottom));
+                canvas.line(class, (x, panel.bottom - height), (x, panel.bottom));
             }
         }
         panel.frame(&mut canvas);
@@ -136,7 +131,7 @@ pub(super) fn bifurcation(diagrams: &[Diagram]) -> Figure {
     Figure {
         name: "bifurcation",
         title,
-        caption: legend.into(),
+        caption: lines.join(" "),
         description: format!("Scatter of angular velocity against amplitude.{description}"),
         height: top + 8.0,
         body: canvas.into_string(),
@@ -215,7 +210,7 @@ pub(super) fn attractor(attractors: &[Attractor]) -> Figure {
                 .map(|row| (row.angle_rad, row.angular_velocity_rad_s))
                 .collect();
             let size = (width, HEIGHT);
-            let dot = if rows.len() > 20_000 { 1 } else { 3 };
+            let dot = if rows.len() > 20_000 { 2 } else { 5 };
             if let Some(png) = raster::cloud(rows.iter().copied(), &x, &y, size, dot, colour) {
                 canvas.png(&png, (left, top), size);
             }
@@ -241,7 +236,7 @@ pub(super) fn attractor(attractors: &[Attractor]) -> Figure {
         };
         draw(LEFT, "event-driven", &summary, BLUE);
         if let Some(steps) = attractor.options.compared_steps {
-            let name = format!("Runge-Kutta, {steps} steps a period, events on the grid");
+            let name = format!("RK4, {steps} steps a period");
             draw(LEFT + width + GAP, "rk4", &name, ORANGE);
         }
         description.push_str(&format!(" {stop} stop: {summary}."));
@@ -250,7 +245,10 @@ pub(super) fn attractor(attractors: &[Attractor]) -> Figure {
     Figure {
         name: "attractor",
         title,
-        caption: "Rings: the points of a periodic orbit.".into(),
+        caption:
+            "Blue: event-driven; rings: the points of a periodic orbit. Orange: Runge-Kutta of \
+                  fixed step with events on its grid, where it was asked for."
+                .into(),
         description: format!("Angular velocity against angle once a period.{description}"),
         height: top + 8.0,
         body: canvas.into_string(),
@@ -418,7 +416,7 @@ pub(super) fn excitation_map(maps: &[ExcitationMap]) -> Figure {
         &mut canvas,
         &title,
         &[format!(
-            "Largest angle from rest within {} periods. Red: the threshold of {threshold} rad; dashed: lift-off at A = {} g.",
+            "Largest angle from rest within {} periods. Red: least A beyond {threshold} rad; dashed: lift-off at A = {} g.",
             first.options.periods,
             significant(first.lift_off_g, 5)
         )],

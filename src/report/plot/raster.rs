@@ -61,8 +61,8 @@ pub(super) fn cloud(
         if !(x.contains(px) && y.contains(py)) {
             continue;
         }
-        let column = ((x.place(px) - left) * SCALE) as usize;
-        let row = ((y.place(py) - top) * SCALE) as usize;
+        let column = (((x.place(px) - left) * SCALE) as usize).saturating_sub(dot / 2);
+        let row = (((y.place(py) - top) * SCALE) as usize).saturating_sub(dot / 2);
         for row in row..(row + dot).min(height) {
             for column in column..(column + dot).min(width) {
                 counts[row * width + column] += 1;
