@@ -2,16 +2,18 @@
 //!
 //! The attractors are found first, from a coarse grid followed to the end. Then every cell is
 //! followed until it rests, or comes so near a known orbit that it can only end there: within a
-//! radius from which a ring of states around each of the orbit's points was seen to converge. A cell
+//! radius from which rings of states around each of the orbit's points were seen to converge. A cell
 //! that does neither is followed to the end and may add an attractor.
 
 use super::Headline;
 use super::orbit::{self, Orbit, Rig, State};
 use super::parallel::Control;
 use crate::error::Error;
+use crate::model::stop::StopModel;
 use crate::replay::fan::{self, Ending, FanOptions, Ride};
 use crate::replay::{Section, Strobe};
 use serde::Serialize;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is asked.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,8 +49,29 @@ pub struct Attractor {
     pub share: f64,
     /// Standard error of that as an estimate of the area, from pairs of neighbouring cells [-].
     pub standard_error: f64,
-    /// Distance from its points within which a lever counts as caught [rad].
+    /// Distance from its points within which a lever counts as caught, in the measure that
+    /// shrinks from period to period [rad].
     pub capture_radius_rad: f64,
+    /// For each point, what takes a difference to that measure's circles, row by row; the
+    /// velocity over ω.
+    #[serde(skip)]
+    measures: Vec<[[f64; 2]; 2]>,
+}
+
+impl Attractor {
+    /// Distance of a state from one of the points [rad].
+    fn distance(&self, rig: &Rig, index: usize, state: State) -> f64 {
+        let point = self.points[index];
+        let x = state.0 - point.0;
+        let y = (state.1 - point.1) / rig.angular_frequency_rad_s;
+        let [[a, b], [c, d]] = self.measures[index];
+        libm::hypot(a * x + b * y, c * x + d * y)
+    }
+
+    fn near(&self, rig: &Rig, state: State) -> bool {
+        (0..self.points.len())
+            .any(|index| self.distance(rig, index, state) <= self.capture_radius_rad)
+    }
 }
 
 /// One cell.
@@ -72,7 +95,7 @@ pub struct Basins {
     /// Attractor of each cell, the angle running fastest; `None` where the work was stopped.
     pub cells: Vec<Option<u32>>,
     /// The same with each cell at a boundary cut into four, for drawing; twice as many cells along
-    /// either side. Empty where the work was stopped.
+    /// either side. Empty for a grid that is fine already, and where the work was stopped.
     pub fine: Vec<Option<u32>>,
     /// Share of cells with a neighbour that goes elsewhere [-].
     pub boundary_share: f64,
@@ -94,7 +117,7 @@ const SAME: f64 = 1e-6;
 const COARSE: u32 = 20;
 
 /// Largest radius of capture [rad].
-const CAPTURE_MAX: f64 = 0.02;
+const CAPTURE_MAX: f64 = 0.1;
 
 /// Longest period that is looked for.
 const PERIOD_MAX: usize = 32;
@@ -117,10 +140,7 @@ fn caught(rig: &Rig, known: &[Attractor], section: &Section) -> Option<u32> {
                 // No impact in a whole period, and on the stop or in it at its end.
                 section.impacts == 0 && state.0 <= 0.0 && (state.0 < 0.0 || state.1 <= 0.0)
             } else {
-                attractor
-                    .points
-                    .iter()
-                    .any(|point| rig.distance(state, *point) <= attractor.capture_radius_rad)
+                attractor.near(rig, state)
             }
         })
         .map(|attractor| attractor.index)
@@ -204,7 +224,8 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Basins, Error> {
         admit(options, &mut attractors, end);
     }
     for attractor in &mut attractors {
-        attractor.capture_radius_rad = capture_radius(options, attractor)?;
+        attractor.measures = measures(options, attractor);
+        attractor.capture_radius_rad = capture_radius(options, attractor, &quiet)?;
     }
     let (cells, complete) = classify(options, &mut attractors, control)?;
     let mut basins = Basins {
@@ -267,55 +288,160 @@ fn admit(options: &Options, attractors: &mut Vec<Attractor>, end: End) -> u32 {
         share: 0.0,
         standard_error: 0.0,
         capture_radius_rad: 0.0,
+        measures: Vec::new(),
     });
     index
 }
 
-/// Returns the largest radius, halved from the largest tried, from which a ring of states around
-/// each point of the orbit converges to it.
-fn capture_radius(options: &Options, attractor: &Attractor) -> Result<f64, Error> {
+/// Returns for each point of an orbit what takes differences to coordinates in which the map round
+/// the orbit turns and shrinks them: those of its eigenvectors.
+fn measures(options: &Options, attractor: &Attractor) -> Vec<[[f64; 2]; 2]> {
+    const ROUND: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
+    let rig = &options.rig;
+    let around = |point: &State| {
+        let mut strobe = rig.strobe(options.amplitude_g, Some(*point)).ok()?;
+        strobe.start_map();
+        for _ in 0..attractor.period {
+            strobe.advance()?;
+        }
+        let [[a, b], [c, d]] = strobe.map()?.by_state;
+        let omega = rig.angular_frequency_rad_s;
+        eigenvectors([[a, b * omega], [c / omega, d]])
+    };
+    attractor
+        .points
+        .iter()
+        .map(|point| around(point).unwrap_or(ROUND))
+        .collect()
+}
+
+/// Returns the inverse of the eigenvectors of a matrix, side by side, or of real and imaginary part
+/// of one, scaled to keep areas; `None` where they all but agree.
+fn eigenvectors([[a, b], [c, d]]: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
+    /// Largest ratio of a measure's longest to its shortest way.
+    const STRETCH_MAX: f64 = 20.0;
+    let (half, discriminant) = (0.5 * (a + d), 0.25 * (a - d) * (a - d) + b * c);
+    let root = discriminant.abs().sqrt();
+    let columns = if discriminant < 0.0 {
+        // (b, λ − a) with λ = half + i root.
+        [[b, 0.0], [half - a, root]]
+    } else {
+        let vector = |value: f64| {
+            let (x, y) = if b.abs() > c.abs() {
+                (b, value - a)
+            } else {
+                (value - d, c)
+            };
+            let length = libm::hypot(x, y);
+            [x / length, y / length]
+        };
+        let (first, second) = (vector(half + root), vector(half - root));
+        [[first[0], second[0]], [first[1], second[1]]]
+    };
+    let [[a, b], [c, d]] = columns;
+    let determinant = a * d - b * c;
+    let scale = determinant.abs().sqrt();
+    let norm = a * a + b * b + c * c + d * d;
+    (determinant.abs() > 0.0 && norm <= STRETCH_MAX * determinant.abs()).then(|| {
+        let factor = scale / determinant;
+        [[d * factor, -b * factor], [-c * factor, a * factor]]
+    })
+}
+
+/// Returns the largest radius tried from which a disk of states around each point of the orbit
+/// converges to it.
+fn capture_radius(
+    options: &Options,
+    attractor: &Attractor,
+    control: &Control<'_>,
+) -> Result<f64, Error> {
     /// States on a ring.
-    const RING: u32 = 16;
+    const RING: usize = 64;
+    /// Radii of rings.
+    const RINGS: [f64; 6] = [1.0, 0.85, 0.7, 0.5, 0.3, 0.15];
+    /// What a radius is tried after another.
+    const SHRINK: f64 = 0.8;
     if attractor.period == 0 || attractor.peak_angle_rad <= REST_ANGLE_RAD {
         return Ok(0.0);
     }
     let rig = &options.rig;
-    let returns = |from: State| -> Result<bool, Error> {
-        let mut strobe = rig.strobe(options.amplitude_g, Some(from))?;
-        for _ in 0..options.transient {
-            let Some(section) = strobe.advance() else {
-                return Ok(false);
-            };
-            let state = (section.angle_rad, section.velocity_rad_s);
-            let near = |point: &State| rig.distance(*point, state) <= SAME;
-            if attractor.points.iter().any(near) {
-                return Ok(true);
-            }
-        }
-        Ok(false)
-    };
     let mut radius = CAPTURE_MAX;
-    'smaller: while radius > SAME {
-        for point in &attractor.points {
-            for part in [1.0, 0.5] {
-                for step in 0..RING {
-                    let turn = std::f64::consts::TAU * f64::from(step) / f64::from(RING);
-                    let (sine, cosine) = libm::sincos(turn);
-                    let ring = part * radius * std::f64::consts::SQRT_2;
-                    let from = (
-                        (point.0 + ring * cosine).max(0.0),
-                        point.1 + ring * sine * rig.angular_frequency_rad_s,
-                    );
-                    if !returns(from)? {
-                        radius *= 0.5;
-                        continue 'smaller;
-                    }
-                }
-            }
+    while radius > SAME {
+        let states: Vec<State> = (0..attractor.points.len())
+            .flat_map(|index| {
+                let point = attractor.points[index];
+                let [[a, b], [c, d]] = attractor.measures[index];
+                // The measures keep areas.
+                let sign = (a * d - b * c).signum();
+                RINGS.iter().flat_map(move |part| {
+                    (0..RING).map(move |step| {
+                        #[expect(clippy::cast_precision_loss, reason = "a few dozen")]
+                        let turn = std::f64::consts::TAU * step as f64 / RING as f64;
+                        let (sine, cosine) = libm::sincos(turn);
+                        let (x, y) = (part * radius * cosine, part * radius * sine);
+                        (
+                            point.0 + sign * (d * x - b * y),
+                            point.1 + sign * (a * y - c * x) * rig.angular_frequency_rad_s,
+                        )
+                    })
+                })
+            })
+            .filter(|state| rig.stop == StopModel::Soft || state.0 >= 0.0)
+            .collect();
+        if all_converge(options, attractor, &states, control)? {
+            return Ok(radius);
         }
-        return Ok(radius);
+        radius *= SHRINK;
     }
     Ok(SAME)
+}
+
+/// Tells whether each of `states` comes to the orbit for good.
+fn all_converge(
+    options: &Options,
+    attractor: &Attractor,
+    states: &[State],
+    control: &Control<'_>,
+) -> Result<bool, Error> {
+    let rig = &options.rig;
+    let arrived = |section: &Section| {
+        let state = (section.angle_rad, section.velocity_rad_s);
+        (0..attractor.points.len()).any(|index| attractor.distance(rig, index, state) <= SAME)
+    };
+    let failed = AtomicBool::new(false);
+    let strayed = |section: &Section| {
+        // One that goes where no orbit is has not converged; the others need not go on.
+        failed.load(Ordering::Relaxed) || rests(section)
+    };
+    let followed = fan::follow(
+        &rig.design,
+        states.len(),
+        &|index| Ride {
+            initial: Some(states[index]),
+            amplitude_m_s2: rig.sine(options.amplitude_g).amplitude_m_s2,
+        },
+        &FanOptions {
+            stop: rig.stop,
+            angular_frequency_rad_s: rig.angular_frequency_rad_s,
+            phase_rad: 0.0,
+            periods_max: options.transient,
+            keep: 1,
+            peaks: true,
+            threads: control.threads,
+        },
+        &|_, _, section| {
+            let arrived = arrived(section);
+            if !arrived && strayed(section) {
+                failed.store(true, Ordering::Relaxed);
+                return true;
+            }
+            arrived
+        },
+        None,
+    )?;
+    Ok(followed
+        .iter()
+        .all(|lever| lever.sections.last().is_some_and(arrived)))
 }
 
 /// Returns the attractor of each cell, and whether all were done.
@@ -375,6 +501,10 @@ fn reach(
     }
     Ok((cells, complete))
 }
+
+/// Cells along a side up to which those at a boundary are cut into four: finer than twice that
+/// no picture shows.
+const REFINED_MAX: usize = 450;
 
 /// The quarters of a cell, from its midpoint.
 const QUARTERS: [(f64, f64); 4] = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
@@ -440,6 +570,19 @@ impl Basins {
             .filter(|index| at_boundary(&self.cells, (columns, rows), *index))
             .collect();
         self.boundary_share = boundary.len() as f64 / total;
+        if columns.max(rows) > REFINED_MAX {
+            let coarse: Vec<Option<u32>> = (0..rows / 2)
+                .flat_map(|row| (0..columns / 2).map(move |column| 2 * (row * columns + column)))
+                .map(|index| self.cells[index])
+                .collect();
+            let share = (0..coarse.len())
+                .filter(|index| at_boundary(&coarse, (columns / 2, rows / 2), *index))
+                .count() as f64
+                / coarse.len().max(1) as f64;
+            self.uncertainty_exponent =
+                (self.boundary_share > 0.0).then(|| libm::log2(share / self.boundary_share));
+            return Ok(());
+        }
         let (quarter_angle, quarter_velocity) = (
             0.25 * (self.options.angle_rad.1 - self.options.angle_rad.0) / columns as f64,
             0.25 * (self.options.velocity_rad_s.1 - self.options.velocity_rad_s.0) / rows as f64,
@@ -527,7 +670,7 @@ impl Basins {
         }
         say("cells at a boundary [-]".into(), self.boundary_share);
         if let Some(exponent) = self.uncertainty_exponent {
-            say("uncertainty exponent of the boundary [-]".into(), exponent);
+            say("uncertainty exponent of the boundary, at this size of cells [-]".into(), exponent);
         }
         lines
     }
