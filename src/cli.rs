@@ -2,6 +2,7 @@
 
 pub mod args;
 mod inspect;
+mod limits;
 mod log;
 mod manual;
 mod output;
@@ -36,6 +37,7 @@ pub fn main() -> ExitCode {
         Command::Replay(own) => replay::command(own, &arguments.common),
         Command::Inspect(own) => inspect::command(own, &arguments.common),
         Command::Study(own) => study::command(own, &arguments.common),
+        Command::Limits => limits::command(&arguments.common),
         Command::Completions(own) => manual::completions(own),
         Command::Man(own) => manual::man(own),
     };

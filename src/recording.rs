@@ -362,6 +362,7 @@ const REFUSED: &[(&[u8], &str, &str)] = &[
         "convert it to MCAP with `mcap convert`",
     ),
     (b"\x28\xB5\x2F\xFD", "a zstd file", "unpack it first"),
+    (b"\x04\x22\x4D\x18", "an lz4 file", "unpack it first"),
 ];
 
 fn find_format(head: &Head<'_>, named: Option<&str>) -> Result<&'static Format, Error> {

@@ -5,7 +5,7 @@ use super::replay::{check_format_name, read_options, source};
 use super::{Failure, output};
 use crate::conditioning::{ConditioningOptions, Signal, quality};
 use crate::error::ErrorKind;
-use crate::recording::{self, Channel, Finding, Limits, Recording, Selection};
+use crate::recording::{self, Channel, Finding, Recording, Selection};
 use crate::report::{escape, number, sparkline};
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -65,7 +65,7 @@ const SPARK_WIDTH: usize = 32;
 /// Runs the command; returns the exit code.
 pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Failure> {
     check_format_name(own.read.input_format.as_deref()).map_err(Failure::Usage)?;
-    let limits = Limits::default();
+    let limits = common.limits().map_err(Failure::Usage)?;
     let source = source(&own.read.recording)
         .held_in_memory(&limits)
         .map_err(Failure::Data)?;

@@ -25,7 +25,7 @@ use std::time::Instant;
 /// Runs the command; returns the exit code.
 pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Failure> {
     let started = Instant::now();
-    let limits = Limits::default();
+    let limits = common.limits().map_err(Failure::Usage)?;
     // What the command line alone shows to be wrong comes before what a file says.
     check_format_name(own.read.input_format.as_deref()).map_err(Failure::Usage)?;
     check_initial(own)?;
@@ -41,7 +41,7 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
         }
         Err(error) => {
             if facts.block.sha256.is_none() {
-                facts.block.sha256 = hash_of_refused(&source);
+                facts.block.sha256 = hash_of_refused(&source, &limits);
             }
             (refused(&facts, &design, &error), None, Some(error))
         }
@@ -83,10 +83,12 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
     Ok(document.verdict.exit_code())
 }
 
-/// Hashes a regular file that was refused before its end was read.
-fn hash_of_refused(source: &Source) -> Option<String> {
+/// Hashes a regular file that was refused before its end was read; one beyond the limits on
+/// size is not worth the wait.
+fn hash_of_refused(source: &Source, limits: &Limits) -> Option<String> {
     let path = source.path()?;
-    let regular = std::fs::metadata(path).is_ok_and(|metadata| metadata.is_file());
+    let regular = std::fs::metadata(path)
+        .is_ok_and(|metadata| metadata.is_file() && metadata.len() <= limits.text_bytes);
     regular.then(|| source.open().ok()?.finish().ok()).flatten()
 }
 

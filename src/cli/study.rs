@@ -6,7 +6,6 @@ mod work_precision;
 use super::args::{Common, OutputFormat, StudyArguments, StudyCommon};
 use super::{Failure, output};
 use crate::model::Design;
-use crate::recording::Limits;
 use crate::report;
 use crate::report::study::{Files, Summary, Table};
 use crate::study::Headline;
@@ -88,7 +87,11 @@ pub(super) fn command(own: &StudyArguments, common: &Common) -> Result<u8, Failu
         common,
     };
     let StudyCommon { out, design, set } = analysis.common();
-    let design = super::replay::design(design.as_deref(), set, &Limits::default())?;
+    let design = super::replay::design(
+        design.as_deref(),
+        set,
+        &common.limits().map_err(Failure::Usage)?,
+    )?;
     let answer = analysis.run(&design, &session)?;
     let mut parameters = answer.parameters;
     parameters.insert("design", json!(design));

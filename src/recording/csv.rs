@@ -12,6 +12,7 @@ pub(super) mod encoding;
 pub(super) mod header;
 mod layout;
 pub(super) mod number;
+mod plain;
 mod rows;
 
 use super::source::Reader;
@@ -54,14 +55,14 @@ pub fn read(
     selection: Selection,
     limits: &Limits,
 ) -> Result<ReadOutcome, Error> {
-    let bytes = source.read_all("text_bytes", limits.text_bytes)?;
+    let bytes = source.read_text(limits)?;
     let (mut text, mut findings) = encoding::decode(bytes)?;
     let named = dialect::mark_lines(&mut text, limits)?;
     let separator = named.unwrap_or_else(|| dialect::find_separator(&text));
     if separator == dialect::Separator::Blanks {
         text = dialect::collapse_blanks(&text);
     }
-    let quoted = text.contains(&b'"');
+    let quoted = memchr::memchr(b'"', &text).is_some();
     dialect::check_lines(&text, separator, quoted, limits)?;
     let layout = Layout::find(&text, separator, quoted, options, &mut findings)?;
     let Some(time) = layout.time_or_left_out(options, selection, &mut findings)? else {
@@ -244,5 +245,5 @@ fn unit_of(
 /// Returns the line, counted from 1, in which the byte at `position` stands.
 pub(super) fn line_at(text: &[u8], position: usize) -> u64 {
     let before = &text[..position.min(text.len())];
-    before.iter().filter(|byte| **byte == b'\n').count() as u64 + 1
+    memchr::memchr_iter(b'\n', before).count() as u64 + 1
 }

@@ -48,7 +48,7 @@ pub fn read(
     selection: Selection,
     limits: &Limits,
 ) -> Result<ReadOutcome, Error> {
-    let bytes = source.read_all("text_bytes", limits.text_bytes)?;
+    let bytes = source.read_text(limits)?;
     let (bytes, mut findings) = encoding::decode(bytes)?;
     text::check_line_lengths(&bytes, limits)?;
     let content = String::from_utf8_lossy(&bytes);

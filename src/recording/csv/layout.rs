@@ -153,6 +153,11 @@ impl Layout {
         Ok(())
     }
 
+    /// Returns the number of columns, and that of the cells of each row.
+    pub(super) fn widths(&self) -> (usize, usize) {
+        (self.columns.len(), self.cells)
+    }
+
     /// Finds where the time comes from; without it, `None` and a finding if every channel was
     /// asked for.
     ///
