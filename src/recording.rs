@@ -21,6 +21,7 @@ pub mod time_base;
 
 pub use card::Card;
 pub use finding::{Finding, Severity};
+pub use lateral::is_lateral;
 pub use limits::Limits;
 pub use source::{Part, Source};
 

@@ -3,7 +3,7 @@
 use super::args::{Common, InspectArguments, OutputFormat};
 use super::replay::{check_format_name, read_options, source};
 use super::{Failure, output};
-use crate::conditioning::{ConditioningOptions, Signal, quality};
+use crate::conditioning::{self, ConditioningOptions, neighbours};
 use crate::error::ErrorKind;
 use crate::recording::{self, Channel, Finding, Recording, Selection};
 use crate::report::{escape, number, sparkline};
@@ -149,6 +149,7 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
 }
 
 fn listing(recording: Recording, choice: Choice, conditioning: &ConditioningOptions) -> Listing {
+    let beside = neighbours::findings(&recording.channels);
     Listing {
         schema: "latchgate.inspect/1",
         recording: Source {
@@ -160,14 +161,26 @@ fn listing(recording: Recording, choice: Choice, conditioning: &ConditioningOpti
         channels: recording
             .channels
             .into_iter()
-            .map(|channel| entry(channel, conditioning))
+            .enumerate()
+            .map(|(index, channel)| {
+                let own = beside.iter().filter(|(of, _)| *of == index);
+                entry(
+                    channel,
+                    conditioning,
+                    own.map(|(_, finding)| finding.clone()),
+                )
+            })
             .collect(),
         replay: choice,
         findings: recording.findings,
     }
 }
 
-fn entry(channel: Channel, conditioning: &ConditioningOptions) -> Entry {
+fn entry(
+    channel: Channel,
+    conditioning: &ConditioningOptions,
+    beside: impl Iterator<Item = Finding>,
+) -> Entry {
     let count = channel.values.len();
     let (start_s, end_s) = (channel.start_s, channel.time_s(count.saturating_sub(1)));
     let mut peak = (0, 0.0_f64);
@@ -178,23 +191,17 @@ fn entry(channel: Channel, conditioning: &ConditioningOptions) -> Entry {
     }
     let peak_time_s = channel.time_s(peak.0);
     let content_sha256 = channel.content_sha256();
-    let range_g = conditioning.range_g.or(channel.full_scale_g());
-    let mut findings = channel.findings;
-    if let Some(unit) = channel.unit {
-        let factor = unit.metres_per_second_squared();
-        let signal = Signal {
-            start_s,
-            rate: channel.rate,
-            samples: channel.values.iter().map(|value| value * factor).collect(),
-        };
-        if count >= 2 {
-            let conditioning = ConditioningOptions {
-                range_g,
-                ..*conditioning
-            };
-            findings.extend(quality::findings(&signal, &conditioning));
+    let mut findings = channel.findings.clone();
+    if channel.unit.is_some() && count >= 2 {
+        match conditioning::inspect(&channel, conditioning) {
+            Ok(odd) => findings.extend(odd),
+            Err(error) => findings.push(Finding::warning(
+                "samples-unusable",
+                format!("replay would refuse the channel: {error}"),
+            )),
         }
     }
+    findings.extend(beside);
     Entry {
         spark: sparkline::render(&channel.values, SPARK_WIDTH),
         name: channel.name,

@@ -31,6 +31,7 @@ mod harmonic;
 mod ingest_agreement;
 mod ingest_support;
 mod lever_cases;
+mod limits;
 mod lvm;
 mod mcap;
 mod mcap_encodings;
