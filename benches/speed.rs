@@ -21,10 +21,11 @@ use latchgate::conditioning::{
     self, Cfc, ConditioningOptions, FilterStandard, Signal, cfc::CfcFilter, resample,
 };
 use latchgate::model::Design;
+use latchgate::model::excitation::Harmonic;
 use latchgate::model::stop::StopModel;
 use latchgate::recording::{self, Limits, ReadOptions, Recording, Selection, Source};
-use latchgate::replay::batch;
-use latchgate::replay::{self, Method, RunOptions};
+use latchgate::replay::{self, Method, RunOptions, Section, Strobe};
+use latchgate::replay::{batch, fan};
 use latchgate::units::{AccelerationUnit, OpensWhen};
 use latchgate::verdict::{AssessOptions, ModelChoice, Polarity, assess};
 use std::fmt::Write as _;
@@ -144,6 +145,69 @@ fn batch_on_threads<const THREADS: usize>(
         });
 }
 
+/// Periods followed of each lever on a sine.
+const PERIODS: u32 = 40;
+
+/// A lever from anywhere in the paper's plane of basins, ω = 100 rad/s and A = 1.
+fn basin_start(index: usize) -> fan::Ride {
+    let part = |step: f64| (index as f64 * step).fract();
+    fan::Ride {
+        initial: Some((part(0.618_034), 40.0 * part(0.414_214) - 20.0)),
+        amplitude_m_s2: 9.81,
+    }
+}
+
+/// Lever-period on a sine by lanes, 200 levers from anywhere.
+#[divan::bench(sample_count = 10, args = [StopModel::Rigid, StopModel::Soft])]
+fn fan_on_a_sine(bencher: Bencher<'_, '_>, stop: StopModel) {
+    let options = fan::FanOptions {
+        stop,
+        angular_frequency_rad_s: 100.0,
+        phase_rad: 0.0,
+        periods_max: PERIODS,
+        keep: 1,
+        peaks: false,
+        threads: 1,
+    };
+    let design = Design::reference();
+    bencher
+        .counter(ItemsCount::new(200 * PERIODS as usize))
+        .bench(|| {
+            fan::follow(
+                black_box(&design),
+                200,
+                &basin_start,
+                &options,
+                &|_, _, _: &Section| false,
+                None,
+            )
+            .unwrap()
+        });
+}
+
+/// The same one by one.
+#[divan::bench(sample_count = 10, args = [StopModel::Rigid, StopModel::Soft])]
+fn strobe_on_a_sine(bencher: Bencher<'_, '_>, stop: StopModel) {
+    let design = Design::reference();
+    let follow = |index: usize| {
+        let ride = basin_start(index);
+        let excitation = Harmonic {
+            amplitude_m_s2: ride.amplitude_m_s2,
+            angular_frequency_rad_s: 100.0,
+            phase_rad: 0.0,
+        };
+        let mut strobe = Strobe::new(&design, stop, &excitation, ride.initial).unwrap();
+        (0..PERIODS).map(|_| strobe.advance()).last()
+    };
+    bencher
+        .counter(ItemsCount::new(200 * PERIODS as usize))
+        .bench(|| {
+            (0..200)
+                .map(|index| follow(black_box(index)))
+                .collect::<Vec<_>>()
+        });
+}
+
 /// Channel frequency class 1000, both passes and both paddings, per sample.
 #[divan::bench(args = [FilterStandard::Iso6487, FilterStandard::SaeJ211])]
 fn cfc_1000(bencher: Bencher<'_, '_>, standard: FilterStandard) {
@@ -221,17 +285,7 @@ fn whole_replay(bencher: Bencher<'_, '_>) {
     let bytes = csv_file(1);
     let count = BytesCount::of_slice(&bytes);
     let source = file("bench.csv", bytes);
-    let options = AssessOptions {
-        model: ModelChoice::Auto,
-        polarity: Polarity::Declared(OpensWhen::Negative),
-        method: Method::EventDriven,
-        tolerance_rad: None,
-        initial_angle_rad: None,
-        initial_velocity_rad_s: None,
-        window_s: None,
-        threads: 1,
-        evidence: false,
-    };
+    let options = AssessOptions::new(ModelChoice::Auto, Polarity::Declared(OpensWhen::Negative));
     bencher.counter(count).bench(|| {
         let recording = read(black_box(&source));
         let channel = &recording.channels[0];

@@ -5,9 +5,11 @@ mod inspect;
 mod limits;
 mod log;
 mod manual;
+mod margin;
 mod output;
 mod replay;
 pub mod study;
+mod verify;
 
 use args::{Arguments, Command};
 use clap::Parser;
@@ -36,6 +38,8 @@ pub fn main() -> ExitCode {
     let code = match &arguments.command {
         Command::Replay(own) => replay::command(own, &arguments.common),
         Command::Inspect(own) => inspect::command(own, &arguments.common),
+        Command::Margin(own) => margin::command(own, &arguments.common),
+        Command::Verify(own) => verify::command(own, &arguments.common),
         Command::Study(own) => study::command(own, &arguments.common),
         Command::Limits => limits::command(&arguments.common),
         Command::Completions(own) => manual::completions(own),

@@ -2,6 +2,7 @@
 
 pub mod batch;
 mod cruise;
+pub mod fan;
 mod forcing;
 mod harmonic;
 mod kernel;
@@ -21,7 +22,6 @@ use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
 /// Limit of the contact's angular frequency times the step, beyond which the fixed-step
 /// method gains energy on a soft stop.
-pub use crate::numerics::rk4::STABILITY_LIMIT as RK4_STABILITY_LIMIT;
 use crate::units::OpensWhen;
 pub use methods::{
     ADAPTIVE_TOLERANCE, ADAPTIVE_TOLERANCE_MIN, Breakdown, REST_SPEED_RAD_S,

@@ -8,6 +8,7 @@
 pub mod escape;
 pub mod html;
 pub mod json;
+pub mod margin;
 pub mod number;
 pub mod plot;
 pub mod sparkline;

@@ -1,4 +1,5 @@
-//! Studies: what the methods cost and how far they are off, and where each of them fails.
+//! Studies: the paper's figures, what the methods cost and how far they are off, and where each
+//! of them fails.
 //!
 //! A study computes rows and headline figures and hands them on as values; it writes no file
 //! and reads no clock of its own.
@@ -8,9 +9,16 @@ pub mod basins;
 pub mod bifurcation;
 pub mod cases;
 pub mod excitation_map;
+pub mod free;
+pub mod free_vibration;
+pub mod histories;
 pub mod orbit;
 pub mod parallel;
+pub mod restitution;
+pub mod shock;
+pub mod spectrogram;
 pub mod stability;
+pub mod step_size;
 pub mod work_precision;
 
 use crate::model::stop::StopModel;

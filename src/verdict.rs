@@ -1,12 +1,26 @@
 //! The verdict: what the runs, their errors and the findings together say.
 
 pub mod assess;
+mod bench;
 pub mod decision;
+pub mod ensemble;
+pub mod filters;
+pub mod ladder;
+pub mod margin;
+mod remarks;
+pub mod ribbon;
 pub mod screen;
+pub mod verify;
+pub mod what_if;
 mod why;
 
 pub use assess::{AssessOptions, Assessment, ModelChoice, Polarity, assess};
-pub use decision::DECISION_RULE;
+pub use decision::{DECISION_RULE, NOMINAL_DECISION_RULE};
+pub use ensemble::Ensemble;
+pub use filters::FilterRow;
+pub use ladder::Ladder;
+pub use ribbon::Ribbon;
+pub use what_if::WhatIf;
 
 use crate::conditioning::Signal;
 use crate::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
@@ -84,7 +98,7 @@ pub struct ErrorBudget {
 }
 
 /// Closed-form bounds that need no integration.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Screens {
     /// T0/(mL) in g: below it in the opening direction a lever on a rigid stop never leaves.
     pub static_threshold_g: f64,
@@ -94,6 +108,25 @@ pub struct Screens {
     pub impulse_threshold_m_s: f64,
     /// ∫|a| dt of the signal as used, over the whole record [m/s].
     pub impulse_m_s: Option<f64>,
+    /// What each bound says, per polarity and stop that count.
+    pub runs: Vec<ScreenedRun>,
+}
+
+/// What the closed-form bounds say of one polarity and stop.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ScreenedRun {
+    /// Stop model.
+    pub model: StopModel,
+    /// Polarity.
+    pub opens_when: OpensWhen,
+    /// What they prove; `None` where only a run can tell.
+    pub answer: Option<screen::Decided>,
+    /// The simplest bound that proves it.
+    pub by: Option<screen::Screen>,
+    /// Of a proven pass, an angle that the lever does not exceed [rad].
+    pub peak_at_most_rad: Option<f64>,
+    /// Every bound with its value and limit.
+    pub bounds: [screen::Bound; 4],
 }
 
 /// What was read.
@@ -174,7 +207,7 @@ pub struct RunAnswer {
     /// `"verdict": "pass"` shall find the document's alone.
     pub answer: Answer,
     /// Change of the peak when the samples are refined fourfold [rad]; `None` where a run
-    /// could not be followed.
+    /// could not be followed or was not needed.
     pub interpolation_error_rad: Option<f64>,
     /// U of the peak, numerical plus interpolation error [rad].
     pub uncertainty_rad: Option<f64>,
@@ -197,6 +230,10 @@ pub struct Request {
     pub phi0_rad: Option<f64>,
     /// Initial angular velocity [rad/s].
     pub omega0_rad_s: Option<f64>,
+    /// Largest ensemble; 0 for nominal runs alone.
+    pub members: u32,
+    /// Seed of the ensemble.
+    pub seed: u64,
 }
 
 /// Version and time of the run; the only block that may differ between two runs.
@@ -229,12 +266,27 @@ pub struct Document {
     /// What each stop and polarity says by itself, where something was replayed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub answers: Vec<RunAnswer>,
-    /// The ensemble; `None` while only nominal runs are judged.
-    pub ensemble: Option<()>,
+    /// The ensemble of the stop and polarity with the largest nominal peak; `None` where only
+    /// nominal runs are judged.
+    pub ensemble: Option<Ensemble>,
+    /// That of each stop and polarity, where there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub ensembles: Vec<Ensemble>,
+    /// Which rung decided, and why nothing finer was needed; `None` where nothing was replayed.
+    pub ladder: Option<Ladder>,
+    /// The preload from which on the recording passes; `None` where it was not asked for, as
+    /// without a report.
+    pub preload_answer: Option<margin::PreloadAnswer>,
+    /// What one input moved by one standard deviation does to the nominal run.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub what_if: Vec<WhatIf>,
     /// Where the peak's uncertainty comes from.
     pub error_budget_rad: ErrorBudget,
     /// Closed-form bounds.
     pub screens: Screens,
+    /// What the nominal runs say after each filter; empty where it was not asked for, as with
+    /// nominal runs alone and no report.
+    pub filters: Vec<FilterRow>,
     /// Everything odd.
     pub findings: Vec<Finding>,
     /// What was read.
@@ -271,6 +323,8 @@ pub struct Evidence {
     pub used: Signal,
     /// Trajectories, the nominal run's first.
     pub traces: Vec<Trace>,
+    /// How members of the nominal run's ensemble spread around it.
+    pub ribbon: Option<Ribbon>,
     /// Amplitude spectrum before conditioning.
     pub spectrum_raw: AmplitudeSpectrum,
     /// Amplitude spectrum as used.

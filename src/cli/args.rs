@@ -8,6 +8,9 @@ use crate::recording::Limits;
 use crate::recording::card::CardPolarity;
 use crate::replay::Method;
 use crate::units::{AccelerationUnit, TimeUnit};
+use crate::verdict::ensemble::MEMBERS_MAX;
+use crate::verdict::margin::MapAxis;
+use crate::verdict::margin::map::GRID_MAX;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use tracing::level_filters::LevelFilter;
@@ -31,6 +34,12 @@ pub struct Arguments {
     #[command(subcommand)]
     pub command: Command,
 }
+
+/// Largest ensemble unless an option says otherwise.
+pub const MEMBERS_DEFAULT: u32 = 10_000;
+
+/// Seed of the ensemble unless an option says otherwise.
+pub const SEED_DEFAULT: u64 = 1;
 
 /// Options of every command.
 #[derive(Debug, Clone, Args)]
@@ -110,6 +119,19 @@ pub enum Command {
     Replay(Box<ReplayArguments>),
     /// List channels, rates, units, peaks and findings; judges nothing
     Inspect(InspectArguments),
+    /// How far the verdict is from changing, and what design would change it
+    ///
+    /// Each quantity is varied alone over a range that the answer states: scale of the recording,
+    /// preload, unbalance, counterweight, restitution. With --members 0 the numbers are those of
+    /// the nominal run's peak, else those of the verdict. Exit codes: 0 answered, 2 wrong usage,
+    /// 4 could not answer, or a blocking finding spoils the recording.
+    Margin(Box<MarginArguments>),
+    /// Make the run inside a verdict again and compare
+    ///
+    /// What was asked, the design and the file's name stand in the verdict. Every key but the time
+    /// it took is compared, every number to its last digit. Exit codes: 0 same, 1 different, 4
+    /// could not.
+    Verify(VerifyArguments),
     /// What the methods cost and how far they are off, and where each of them fails
     Study(StudyArguments),
     /// List every limit on input, with its value and how to change it
@@ -194,21 +216,12 @@ pub struct ReplayArguments {
     /// absolute and relative, 1e-14 at least]
     #[arg(long, value_name = "RAD", value_parser = parse_tolerance, allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
-    /// Largest ensemble; only nominal runs are made so far, as with 0
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 10_000,
-        allow_negative_numbers = true
-    )]
+    /// Largest ensemble of levers scattered as design and input are uncertain; it ends earlier
+    /// where fewer decide; 0: the nominal runs alone
+    #[arg(long, value_name = "N", default_value_t = MEMBERS_DEFAULT, value_parser = clap::value_parser!(u32).range(..=i64::from(MEMBERS_MAX)), allow_negative_numbers = true)]
     pub members: u32,
     /// Seed of the ensemble
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "N", default_value_t = SEED_DEFAULT, allow_negative_numbers = true)]
     pub seed: u64,
     /// Initial angle [rad] [default: at rest on the stop]
     #[arg(long, value_name = "RAD", value_parser = parse_angle, allow_negative_numbers = true)]
@@ -222,6 +235,49 @@ pub struct ReplayArguments {
     /// Write no report
     #[arg(long, conflicts_with = "out")]
     pub no_report: bool,
+}
+
+/// Options of `margin`.
+#[derive(Debug, Clone, Args)]
+pub struct MarginArguments {
+    /// What is replayed.
+    #[command(flatten)]
+    pub replay: ReplayArguments,
+    /// Distance of the counterweight from the pivot, on its far side [m]
+    #[arg(long, value_name = "M", value_parser = parse_positive, default_value_t = 0.03, allow_negative_numbers = true)]
+    pub counterweight_radius: f64,
+    /// Values of each quantity that the search begins with [default: 200 to 1200, fewer the longer
+    /// the recording]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(50..=20_000), allow_negative_numbers = true)]
+    pub points: Option<u32>,
+    /// Map of the peak angle over two design keys, with the boundary of the pass, for example
+    /// --map lever.preload_torque_nm=0.1..3 lever.mass_kg=0.05..0.2
+    #[arg(long, num_args = 2, value_names = ["KEY=LO..HI", "KEY=LO..HI"], value_parser = parse_axis)]
+    pub map: Option<Vec<MapAxis>>,
+    /// Values of the map's keys, the first key's times the second's
+    #[arg(long, value_name = "NxM", value_parser = parse_grid, default_value = "61x61", requires = "map")]
+    pub map_grid: Grid,
+}
+
+/// Values to the right and upwards.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Grid {
+    /// To the right.
+    pub columns: usize,
+    /// Upwards.
+    pub rows: usize,
+}
+
+/// Options of `verify`.
+#[derive(Debug, Clone, Args)]
+pub struct VerifyArguments {
+    /// Verdict to verify: a verdict.json of latchgate replay, or its output with --format json
+    #[arg(value_name = "VERDICT.json")]
+    pub verdict: PathBuf,
+    /// The recording, under whatever name [default: that of the verdict's name, beside the verdict
+    /// or in the current folder]
+    #[arg(long, value_name = "FILE")]
+    pub recording: Option<PathBuf>,
 }
 
 /// Options of `inspect`.
@@ -287,6 +343,26 @@ impl ModelArgument {
             Self::Auto => vec![StopModel::Rigid, StopModel::Soft],
             Self::Rigid => vec![StopModel::Rigid],
             Self::Soft => vec![StopModel::Soft],
+        }
+    }
+}
+
+/// One stop asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum StopArgument {
+    /// Newton's restitution.
+    Rigid,
+    /// Spring and damper.
+    Soft,
+}
+
+impl StopArgument {
+    /// Returns the stop.
+    #[must_use]
+    pub fn stop(self) -> StopModel {
+        match self {
+            Self::Rigid => StopModel::Rigid,
+            Self::Soft => StopModel::Soft,
         }
     }
 }
@@ -457,6 +533,37 @@ fn parse_standard(text: &str) -> Result<FilterStandard, String> {
         .into_iter()
         .find(|standard| standard.name() == text)
         .ok_or_else(|| "expected iso6487 or saej211".into())
+}
+
+fn parse_axis(text: &str) -> Result<MapAxis, String> {
+    let parts = text.split_once('=').and_then(|(key, range)| {
+        let (low, high) = range.split_once("..")?;
+        Some((key.trim(), low, high))
+    });
+    let Some((key, low, high)) = parts else {
+        return Err("expected KEY=LO..HI, for example lever.preload_torque_nm=0.1..3".into());
+    };
+    Ok(MapAxis {
+        key: key.to_string(),
+        low: parse_finite(low)?,
+        high: parse_finite(high)?,
+    })
+}
+
+fn parse_grid(text: &str) -> Result<Grid, String> {
+    let counts = text
+        .split_once('x')
+        .and_then(|(columns, rows)| Some((columns.parse().ok()?, rows.parse().ok()?)));
+    match counts {
+        Some((columns, rows))
+            if (2..=GRID_MAX).contains(&columns) && (2..=GRID_MAX).contains(&rows) =>
+        {
+            Ok(Grid { columns, rows })
+        }
+        _ => Err(format!(
+            "expected NxM, each 2 to {GRID_MAX}, for example 61x61"
+        )),
+    }
 }
 
 fn parse_resample(text: &str) -> Result<Resample, String> {

@@ -1,6 +1,9 @@
 //! `latchgate replay`: one recording, one design, one verdict.
 
-use super::args::{Common, ModelArgument, OutputFormat, ReadArguments, ReplayArguments, Resample};
+use super::args::{
+    Common, MEMBERS_DEFAULT, ModelArgument, OutputFormat, ReadArguments, ReplayArguments, Resample,
+    SEED_DEFAULT,
+};
 use super::{Failure, output};
 use crate::conditioning::{self, BiasWindow, Conditioned, ConditioningOptions, FilterChoice, cfc};
 use crate::error::{Error, ErrorKind, Place};
@@ -15,7 +18,8 @@ use crate::report;
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
 use crate::verdict::{
     self, Answer, AssessOptions, Assessment, ConditioningBlock, DECISION_RULE, Document,
-    ErrorBudget, ModelChoice, Polarity, Reason, RecordingBlock, Request, RunBlock, assess, screen,
+    ErrorBudget, Evidence, ModelChoice, NOMINAL_DECISION_RULE, Polarity, Reason, RecordingBlock,
+    Request, RunBlock, Screens, assess, ensemble, screen,
 };
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -31,21 +35,16 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
     check_initial(own)?;
     check_method(own)?;
     let design = design(own.design.as_deref(), &own.set, &limits)?;
+    check_tolerances(own, &design)?;
     let source = source(&own.read.recording);
-    let mut facts = Facts::new(own, &source);
-    let outcome = judge(own, common, &design, &source, &limits, &mut facts);
-    let (mut document, evidence, refusal) = match outcome {
-        Ok(assessment) => {
-            let evidence = assessment.evidence.clone();
-            (answered(&facts, &design, assessment), evidence, None)
-        }
-        Err(error) => {
-            if facts.block.sha256.is_none() {
-                facts.block.sha256 = hash_of_refused(&source, &limits);
-            }
-            (refused(&facts, &design, &error), None, Some(error))
-        }
+    let tables = Tables {
+        // The nominal run alone, for a program that reads one number, is not to wait for more.
+        filters: own.members > 0 || !own.no_report,
+        preload: !own.no_report,
+        evidence: !own.no_report,
     };
+    let (mut document, evidence, refusal) =
+        document(own, common, &design, &source, &limits, tables);
     document.run.elapsed_s = started.elapsed().as_secs_f64();
     let written = if own.no_report {
         None
@@ -83,6 +82,42 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
     Ok(document.verdict.exit_code())
 }
 
+/// What goes with a verdict and costs more than it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Tables {
+    /// The verdict after each filter.
+    pub(super) filters: bool,
+    /// The preload that the recording asks for.
+    pub(super) preload: bool,
+    /// What a report draws.
+    pub(super) evidence: bool,
+}
+
+/// Judges, and puts the document together either way: with what a report draws, or with the
+/// error that left nothing to judge.
+pub(super) fn document(
+    own: &ReplayArguments,
+    common: &Common,
+    design: &Design,
+    source: &Source,
+    limits: &Limits,
+    tables: Tables,
+) -> (Document, Option<Evidence>, Option<Error>) {
+    let mut facts = Facts::new(own, source);
+    match judge(own, common, design, source, limits, tables, &mut facts) {
+        Ok(mut assessment) => {
+            let evidence = assessment.evidence.take();
+            (answered(&facts, design, assessment), evidence, None)
+        }
+        Err(error) => {
+            if facts.block.sha256.is_none() {
+                facts.block.sha256 = hash_of_refused(source, limits);
+            }
+            (refused(&facts, design, &error), None, Some(error))
+        }
+    }
+}
+
 /// Hashes a regular file that was refused before its end was read; one beyond the limits on
 /// size is not worth the wait.
 fn hash_of_refused(source: &Source, limits: &Limits) -> Option<String> {
@@ -93,18 +128,18 @@ fn hash_of_refused(source: &Source, limits: &Limits) -> Option<String> {
 }
 
 /// What is known about the request so far, for a document that must be written either way.
-struct Facts {
-    recording: Option<Recording>,
-    card: Card,
-    conditioned: Option<Conditioned>,
-    block: RecordingBlock,
-    findings: Vec<Finding>,
-    polarity: Polarity,
-    request: Request,
+pub(super) struct Facts {
+    pub(super) recording: Option<Recording>,
+    pub(super) card: Card,
+    pub(super) conditioned: Option<Conditioned>,
+    pub(super) block: RecordingBlock,
+    pub(super) findings: Vec<Finding>,
+    pub(super) polarity: Polarity,
+    pub(super) request: Request,
 }
 
 impl Facts {
-    fn new(own: &ReplayArguments, source: &Source) -> Self {
+    pub(super) fn new(own: &ReplayArguments, source: &Source) -> Self {
         Self {
             recording: None,
             card: Card::default(),
@@ -122,18 +157,21 @@ impl Facts {
                 window_s: own.window.map(|window| (window.start_s, window.end_s)),
                 phi0_rad: own.phi0,
                 omega0_rad_s: own.omega0,
+                members: own.members,
+                seed: own.seed,
             },
         }
     }
 }
 
 /// Reads, conditions, replays and decides, noting in `facts` what became known on the way.
-fn judge(
+pub(super) fn judge(
     own: &ReplayArguments,
     common: &Common,
     design: &Design,
     source: &Source,
     limits: &Limits,
+    tables: Tables,
     facts: &mut Facts,
 ) -> Result<Assessment, Error> {
     let mut options = read_options(&own.read);
@@ -187,12 +225,17 @@ fn judge(
         conditioned,
         &facts.findings,
         design,
-        &assess_options(own, common, facts.polarity),
+        &assess_options(own, common, facts.polarity, tables),
     )
     .map_err(|error| error.at(Place::file(source.name()).channel(channel.name.clone())))
 }
 
-fn assess_options(own: &ReplayArguments, common: &Common, polarity: Polarity) -> AssessOptions {
+pub(super) fn assess_options(
+    own: &ReplayArguments,
+    common: &Common,
+    polarity: Polarity,
+    tables: Tables,
+) -> AssessOptions {
     AssessOptions {
         model: model_choice(own.model),
         polarity,
@@ -201,8 +244,13 @@ fn assess_options(own: &ReplayArguments, common: &Common, polarity: Polarity) ->
         initial_angle_rad: own.phi0,
         initial_velocity_rad_s: own.omega0,
         window_s: own.window.map(|window| (window.start_s, window.end_s)),
+        members: own.members,
+        seed: own.seed,
+        filter_table: tables.filters,
+        preload_answer: tables.preload,
+        follow_all: false,
         threads: common.thread_count(),
-        evidence: !own.no_report,
+        evidence: tables.evidence,
     }
 }
 
@@ -341,7 +389,7 @@ fn read_design(path: &Path, limits: &Limits) -> Result<Design, Error> {
     Ok(design)
 }
 
-fn check_initial(own: &ReplayArguments) -> Result<(), Failure> {
+pub(super) fn check_initial(own: &ReplayArguments) -> Result<(), Failure> {
     if own.phi0.is_some_and(|angle| angle < 0.0) && own.model != ModelArgument::Soft {
         return Err(Failure::Usage(
             ErrorKind::OutOfRange {
@@ -357,8 +405,20 @@ fn check_initial(own: &ReplayArguments) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Refuses tolerances that leave what is physical, where levers are to be scattered by them.
+pub(super) fn check_tolerances(own: &ReplayArguments, design: &Design) -> Result<(), Failure> {
+    if own.members == 0 {
+        return Ok(());
+    }
+    ensemble::check(design).map_err(match own.design {
+        None => Failure::Usage,
+        // Here it takes the file to see that value and tolerance do not go together.
+        Some(_) => Failure::Data,
+    })
+}
+
 /// Refuses a method that cannot do what is asked of it.
-fn check_method(own: &ReplayArguments) -> Result<(), Failure> {
+pub(super) fn check_method(own: &ReplayArguments) -> Result<(), Failure> {
     let method = own.method.method(own.steps_per_period);
     if !method.admits(StopModel::Soft) && own.model != ModelArgument::Rigid {
         return Err(Failure::Usage(
@@ -406,7 +466,7 @@ fn describe_channel(block: &mut RecordingBlock, channel: &Channel) {
     block.end_s = Some(channel.time_s(channel.values.len().saturating_sub(1)));
 }
 
-fn conditioning_block(conditioned: &Conditioned, card: &Card) -> ConditioningBlock {
+pub(super) fn conditioning_block(conditioned: &Conditioned, card: &Card) -> ConditioningBlock {
     let peak = conditioning::peak(&conditioned.used);
     ConditioningBlock {
         bias_m_s2: conditioned.bias_m_s2,
@@ -436,6 +496,7 @@ fn answered(facts: &Facts, design: &Design, assessment: Assessment) -> Document 
     findings.extend(assessment.findings);
     // The worst first; within a severity in the order of the line from file to replay.
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    let empty = skeleton(facts, design);
     Document {
         verdict: assessment.answer,
         why: assessment.why,
@@ -443,9 +504,19 @@ fn answered(facts: &Facts, design: &Design, assessment: Assessment) -> Document 
         models: assessment.models,
         polarities: assessment.polarities,
         answers: assessment.answers,
+        ensemble: assessment.ensemble,
+        ensembles: assessment.ensembles,
+        ladder: Some(assessment.ladder),
+        preload_answer: assessment.preload_answer,
+        what_if: assessment.what_if,
+        filters: assessment.filters,
         error_budget_rad: assessment.budget,
+        screens: Screens {
+            runs: assessment.screens,
+            ..empty.screens
+        },
         findings,
-        ..skeleton(facts, design)
+        ..empty
     }
 }
 
@@ -488,6 +559,10 @@ fn skeleton(facts: &Facts, design: &Design) -> Document {
         polarities: BTreeMap::new(),
         answers: Vec::new(),
         ensemble: None,
+        ensembles: Vec::new(),
+        ladder: None,
+        preload_answer: None,
+        what_if: Vec::new(),
         error_budget_rad: ErrorBudget::default(),
         screens: screen::screens(
             design,
@@ -496,6 +571,7 @@ fn skeleton(facts: &Facts, design: &Design) -> Document {
                 .as_ref()
                 .map(|conditioned| &conditioned.used),
         ),
+        filters: Vec::new(),
         findings: Vec::new(),
         recording: facts.block.clone(),
         conditioning: facts
@@ -503,7 +579,11 @@ fn skeleton(facts: &Facts, design: &Design) -> Document {
             .as_ref()
             .map(|conditioned| conditioning_block(conditioned, &facts.card)),
         design: design.clone(),
-        decision_rule: DECISION_RULE,
+        decision_rule: if facts.request.members == 0 {
+            NOMINAL_DECISION_RULE
+        } else {
+            DECISION_RULE
+        },
         request: facts.request.clone(),
         run: RunBlock {
             version: env!("CARGO_PKG_VERSION"),
@@ -513,7 +593,7 @@ fn skeleton(facts: &Facts, design: &Design) -> Document {
 }
 
 /// `reports/out/<recording>-<design>`, of characters that any file system takes.
-fn default_folder(recording: &str, design: &str) -> PathBuf {
+pub(super) fn default_folder(recording: &str, design: &str) -> PathBuf {
     let name = if recording == "-" { "stdin" } else { recording };
     let plain: String = format!("{name}-{design}")
         .chars()
@@ -600,7 +680,12 @@ fn command_line(own: &ReplayArguments, source: &Source) -> String {
         "tolerance",
         own.tolerance.map(|tolerance| tolerance.to_string()),
     );
-    option("members", Some("0".into()));
+    if own.members != MEMBERS_DEFAULT {
+        option("members", Some(own.members.to_string()));
+    }
+    if own.seed != SEED_DEFAULT {
+        option("seed", Some(own.seed.to_string()));
+    }
     option("phi0", own.phi0.map(|angle| angle.to_string()));
     option("omega0", own.omega0.map(|velocity| velocity.to_string()));
     words
@@ -611,7 +696,7 @@ fn command_line(own: &ReplayArguments, source: &Source) -> String {
 }
 
 /// Quotes a word for a POSIX shell where it needs it.
-fn quoted(word: &str) -> String {
+pub(super) fn quoted(word: &str) -> String {
     let plain = |c: char| {
         c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.' | '/' | '=' | ':' | ',' | '+')
     };

@@ -4,6 +4,7 @@
 //! processor, so that the same signal gives the same bytes.
 
 use super::{Signal, peak};
+use crate::units::SampleRate;
 use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex;
 use std::f64::consts::PI;
@@ -64,7 +65,7 @@ pub fn amplitude_spectrum(signal: &Signal) -> AmplitudeSpectrum {
         .plan_fft_forward(count)
         .process(&mut work);
     AmplitudeSpectrum {
-        frequency_hz: frequencies(signal, count),
+        frequency_hz: frequencies(signal.rate, count),
         amplitude_m_s2: amplitudes(&work, as_f64(count)),
     }
 }
@@ -93,27 +94,88 @@ pub fn spectrogram(signal: &Signal) -> Spectrogram {
     let hop = (length / 4)
         .max((count - length).div_ceil(MOST_COLUMNS - 1))
         .max(1);
+    let (firsts, amplitudes) = hann_windows(&signal.samples, length, length, hop);
+    Spectrogram {
+        time_s: firsts
+            .into_iter()
+            .map(|first| signal.time_s(first + length / 2))
+            .collect(),
+        frequency_hz: frequencies(signal.rate, length),
+        amplitude_m_s2: amplitudes,
+        window_s: as_f64(length) / signal.rate.hertz(),
+    }
+}
+
+/// Short-time amplitude spectrum of anything.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ShortTime {
+    /// Centres of the windows [s].
+    pub time_s: Vec<f64>,
+    /// Frequencies [Hz].
+    pub frequency_hz: Vec<f64>,
+    /// Amplitudes in the unit of the samples, one row per time, `frequency_hz.len()` long.
+    pub amplitudes: Vec<Vec<f64>>,
+    /// Length of the window [s].
+    pub window_s: f64,
+}
+
+/// Returns the short-time amplitudes of `samples`: Hann windows of `length` samples, about
+/// `columns` of them, filled up with zeros to a power of two of at least four times their length, so
+/// that lines stand closer than the window resolves. A tone shows its amplitude.
+///
+/// Fewer samples than a window, or a window of fewer than 8 samples, give none.
+#[must_use]
+pub fn short_time(
+    samples: &[f64],
+    start_s: f64,
+    rate: SampleRate,
+    length: usize,
+    columns: usize,
+) -> ShortTime {
+    let count = samples.len();
+    if length < WINDOW_SAMPLES.0 || count < length {
+        return ShortTime::default();
+    }
+    let padded = (4 * length).next_power_of_two();
+    let hop = (count - length).div_ceil(columns.max(2) - 1).max(1);
+    let (firsts, amplitudes) = hann_windows(samples, length, padded, hop);
+    ShortTime {
+        time_s: firsts
+            .into_iter()
+            .map(|first| start_s + (as_f64(first) + 0.5 * as_f64(length)) / rate.hertz())
+            .collect(),
+        frequency_hz: frequencies(rate, padded),
+        amplitudes,
+        window_s: as_f64(length) / rate.hertz(),
+    }
+}
+
+/// Returns the first sample of each window, and its amplitudes; `padded` is the length of the
+/// transform.
+fn hann_windows(
+    samples: &[f64],
+    length: usize,
+    padded: usize,
+    hop: usize,
+) -> (Vec<usize>, Vec<Vec<f64>>) {
     let window: Vec<f64> = (0..length)
         .map(|index| 0.5 - 0.5 * libm::cos(2.0 * PI * as_f64(index) / as_f64(length)))
         .collect();
     let weight: f64 = window.iter().sum();
-    let transform = FftPlannerScalar::new().plan_fft_forward(length);
-    let mut work = vec![Complex::new(0.0, 0.0); length];
+    let transform = FftPlannerScalar::new().plan_fft_forward(padded);
+    let mut work = vec![Complex::new(0.0, 0.0); padded];
     let mut scratch = vec![Complex::new(0.0, 0.0); transform.get_inplace_scratch_len()];
-    let mut spectrogram = Spectrogram {
-        frequency_hz: frequencies(signal, length),
-        window_s: as_f64(length) / signal.rate.hertz(),
-        ..Spectrogram::default()
-    };
-    for first in (0..=count - length).step_by(hop) {
-        for ((slot, value), weight) in work.iter_mut().zip(&signal.samples[first..]).zip(&window) {
+    let (mut firsts, mut rows) = (Vec::new(), Vec::new());
+    for first in (0..=samples.len() - length).step_by(hop) {
+        work.fill(Complex::new(0.0, 0.0));
+        for ((slot, value), weight) in work.iter_mut().zip(&samples[first..]).zip(&window) {
             *slot = Complex::new(value * weight, 0.0);
         }
         transform.process_with_scratch(&mut work, &mut scratch);
-        spectrogram.time_s.push(signal.time_s(first + length / 2));
-        spectrogram.amplitude_m_s2.push(amplitudes(&work, weight));
+        firsts.push(first);
+        rows.push(amplitudes(&work, weight));
     }
-    spectrogram
+    (firsts, rows)
 }
 
 fn stretch_around_peak(signal: &Signal) -> &[f64] {
@@ -136,9 +198,9 @@ fn stretch_around_peak(signal: &Signal) -> &[f64] {
     &signal.samples[first..first + LONGEST_SPECTRUM]
 }
 
-fn frequencies(signal: &Signal, length: usize) -> Vec<f64> {
+fn frequencies(rate: SampleRate, length: usize) -> Vec<f64> {
     (0..=length / 2)
-        .map(|line| as_f64(line) * signal.rate.hertz() / as_f64(length))
+        .map(|line| as_f64(line) * rate.hertz() / as_f64(length))
         .collect()
 }
 

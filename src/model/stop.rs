@@ -76,6 +76,28 @@ impl Stop {
     pub fn rest_angle_rad(&self, lever: &Lever) -> f64 {
         -lever.preload_torque_nm / self.contact_stiffness_nm_per_rad(lever)
     }
+
+    /// Moves the soft stop's damping along with a restitution that was moved away from that of
+    /// `nominal`, through ξ(R): by ξ(R)/ξ(R0), so that the nominal damping belongs to the nominal
+    /// restitution whatever a design says of both; where ξ(R0) is 0, by what ξ(R) adds to the
+    /// nominal stop of the nominal `lever`.
+    pub fn follow_restitution(&mut self, nominal: &Self, lever: &Lever) {
+        // A restitution that was not moved is the same number.
+        if self.restitution.to_bits() == nominal.restitution.to_bits() {
+            return;
+        }
+        let ratio =
+            |restitution: f64| Restitution::from_ratio(restitution).map_or(0.0, damping_ratio);
+        let (moved, present) = (ratio(self.restitution), ratio(nominal.restitution));
+        if present > 0.0 {
+            self.damping_n_s_per_m *= moved / present;
+        } else {
+            let critical = 2.0
+                * lever.moment_of_inertia_kg_m2
+                * nominal.contact_angular_frequency_rad_s(lever);
+            self.damping_n_s_per_m += moved * critical / (nominal.radius_m * nominal.radius_m);
+        }
+    }
 }
 
 impl Default for Stop {

@@ -14,6 +14,7 @@ use super::plain::{Bounds, Coefficients, State, TURN_MAX};
 use super::sensitivity::Smooths;
 use super::taylor::Turned;
 use crate::conditioning::Signal;
+use crate::numerics::lanes::Real;
 
 /// Steps whose error is carried along together.
 const TOGETHER: u32 = 16;
@@ -84,12 +85,14 @@ impl Cruise {
         let mut excitation = self.gain * signal.samples[first];
         for sample in &signal.samples[first + 1..=last] {
             let next = self.gain * sample;
-            let bounds = self.coefficients.bounds(&state, excitation, next);
+            let bounds = self
+                .coefficients
+                .bounds(&state, excitation.magnitude().upper(next.magnitude()));
             if calm.may_be_disturbed(&state, &bounds) {
                 break;
             }
             let Some((after, tail, count)) =
-                self.step(&state, &bounds, excitation, next - excitation)
+                self.step(&state, &bounds, &[excitation, next - excitation])
             else {
                 break;
             };
@@ -132,16 +135,15 @@ impl Cruise {
         &self,
         state: &State<f64>,
         bounds: &Bounds<f64>,
-        b0: f64,
-        b1: f64,
+        b: &[f64; 2],
     ) -> Option<(State<f64>, f64, u64)> {
-        let mut orders = self.coefficients.orders(state, bounds, b0, b1);
+        let mut orders = self.coefficients.orders(state, bounds, b);
         let allowed = self.tolerance.0.max(self.tolerance.1 * orders.motion());
         let tail = orders.tail_of_nine();
         if tail <= allowed && bounds.turn <= TURN_MAX.0 {
             return Some((orders.end_of_nine(state), tail, 9));
         }
-        self.coefficients.more_orders(&mut orders, b0, b1);
+        self.coefficients.more_orders(&mut orders, b);
         let tail = orders.tail_of_eleven();
         (tail <= allowed && bounds.turn <= TURN_MAX.1)
             .then(|| (orders.end_of_eleven(state), tail, 11))

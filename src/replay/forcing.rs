@@ -119,6 +119,27 @@ pub(super) const SINE_ORDER: usize = 22;
 /// Rounding of a phase, in turns.
 const ROUNDING: f64 = 1e-14;
 
+/// Size of a term of the unit sine that is left out.
+const NEGLIGIBLE: f64 = 1e-20;
+
+/// As many terms of a sine's series as count.
+pub(super) struct SineTerms {
+    terms: [f64; SINE_ORDER],
+    count: usize,
+}
+
+impl AsRef<[f64]> for SineTerms {
+    fn as_ref(&self) -> &[f64] {
+        &self.terms[..self.count]
+    }
+}
+
+impl AsMut<[f64]> for SineTerms {
+    fn as_mut(&mut self) -> &mut [f64] {
+        &mut self.terms[..self.count]
+    }
+}
+
 impl Sine {
     fn turned(&self, local: f64) -> (f64, f64) {
         libm::sincos(self.phase + self.angular_frequency * local)
@@ -128,7 +149,7 @@ impl Sine {
 impl Forcing for Sine {
     const LONG: bool = true;
 
-    type Series = [f64; SINE_ORDER];
+    type Series = SineTerms;
 
     fn time(&self) -> f64 {
         self.time
@@ -154,19 +175,26 @@ impl Forcing for Sine {
         self.amplitude * self.angular_frequency * self.angular_frequency
     }
 
-    fn series(&self, local: f64, step: f64) -> [f64; SINE_ORDER] {
+    fn series(&self, local: f64, step: f64) -> SineTerms {
         let (sine, cosine) = self.turned(local);
         let turn = self.angular_frequency * step;
-        let mut factor = self.amplitude;
-        let mut order = 0.0;
         // The derivatives go round: sine, cosine, −sine, −cosine.
-        let mut round = [sine, cosine, -sine, -cosine].into_iter().cycle();
-        std::array::from_fn(|_| {
-            let coefficient = factor * round.next().unwrap_or(0.0);
+        let round = [sine, cosine, -sine, -cosine];
+        let mut series = SineTerms {
+            terms: [0.0; SINE_ORDER],
+            count: 0,
+        };
+        let (mut factor, mut order) = (1.0, 0.0);
+        for (n, term) in series.terms.iter_mut().enumerate() {
+            if factor < NEGLIGIBLE {
+                break;
+            }
+            *term = self.amplitude * factor * round[n % 4];
             order += 1.0;
             factor *= turn / order;
-            coefficient
-        })
+            series.count = n + 1;
+        }
+        series
     }
 
     fn falls_below(&self, level: f64, local: f64) -> Option<f64> {

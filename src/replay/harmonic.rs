@@ -14,6 +14,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 /// Periods that a run may last.
 pub(super) const PERIODS_MAX: f64 = 1e7;
 
+/// Points of a trace in a quarter of a period, at least: enough to draw the curve by lines.
+const TRACE_POINTS_PER_QUARTER: f64 = 16.0;
+
 /// A sine cut into quarters of its period, so that no phase grows with time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Quarters {
@@ -89,6 +92,9 @@ impl pulp::WithSimd for Drive<'_> {
     fn with_simd<S: pulp::Simd>(self, _simd: S) -> Outcome {
         let mut kernel = super::begin(0.0, self.design, self.options);
         let quarters = Quarters::new(self.excitation, &kernel);
+        if self.options.trace {
+            kernel.tally.trace_gap_s = quarters.length / TRACE_POINTS_PER_QUARTER;
+        }
         let error = kernel.angle_error();
         let angle = kernel.state().0;
         kernel.tally.open_window(angle, 0.0, error);
@@ -99,6 +105,34 @@ impl pulp::WithSimd for Drive<'_> {
         }
         super::finish(kernel, self.end, self.design, self.options)
     }
+}
+
+/// Checks what a stroboscope starts from.
+pub(super) fn check(
+    stop: StopModel,
+    excitation: &Harmonic,
+    initial: Option<(f64, f64)>,
+) -> Result<(), Error> {
+    let mut options = RunOptions::new(stop, crate::units::OpensWhen::Negative);
+    options.initial = initial;
+    super::check_initial(&options)?;
+    let quarter = FRAC_PI_2 / excitation.angular_frequency_rad_s;
+    let sound = quarter > 0.0
+        && quarter.is_finite()
+        && excitation.amplitude_m_s2.is_finite()
+        && excitation.phase_rad.is_finite();
+    if !sound {
+        return Err(ErrorKind::OutOfRange {
+            what: "excitation (amplitude [m/s²], angular frequency [rad/s], phase [rad])".into(),
+            expected: "finite numbers, the frequency positive".into(),
+            found: format!(
+                "({}, {}, {})",
+                excitation.amplitude_m_s2, excitation.angular_frequency_rad_s, excitation.phase_rad
+            ),
+        }
+        .into());
+    }
+    Ok(())
 }
 
 /// The lever as a stroboscope sees it, at the same phase of each period.
@@ -152,28 +186,7 @@ impl Strobe {
         excitation: &Harmonic,
         initial: Option<(f64, f64)>,
     ) -> Result<Self, Error> {
-        let mut options = RunOptions::new(stop, crate::units::OpensWhen::Negative);
-        options.initial = initial;
-        super::check_initial(&options)?;
-        let quarter = FRAC_PI_2 / excitation.angular_frequency_rad_s;
-        let sound = quarter > 0.0
-            && quarter.is_finite()
-            && excitation.amplitude_m_s2.is_finite()
-            && excitation.phase_rad.is_finite();
-        if !sound {
-            return Err(ErrorKind::OutOfRange {
-                what: "excitation (amplitude [m/s²], angular frequency [rad/s], phase [rad])"
-                    .into(),
-                expected: "finite numbers, the frequency positive".into(),
-                found: format!(
-                    "({}, {}, {})",
-                    excitation.amplitude_m_s2,
-                    excitation.angular_frequency_rad_s,
-                    excitation.phase_rad
-                ),
-            }
-            .into());
-        }
+        check(stop, excitation, initial)?;
         let kernel = Kernel::new(design, stop, initial, None, Tally::peak_only())
             .for_ever()
             .without_error_bound();

@@ -81,13 +81,13 @@ impl<T: Real> Coefficients<T> {
         }
     }
 
-    /// Returns bounds over the sample from `state`, the excitation going from `from` to `to`.
+    /// Returns bounds over the sample from `state`, in which the excitation's size stays below
+    /// `strongest`.
     #[inline(always)]
-    pub(super) fn bounds(&self, state: &State<T>, from: T, to: T) -> Bounds<T> {
+    pub(super) fn bounds(&self, state: &State<T>, strongest: T) -> Bounds<T> {
         let zero = state.slope.constant(0.0);
         let speed = state.slope.magnitude();
         let own = self.damping * speed + self.stiffness * (state.angle.magnitude() + speed);
-        let strongest = from.magnitude().upper(to.magnitude());
         let curve = (self.pressing.magnitude() + own + strongest) * self.slack;
         Bounds {
             curve,
@@ -97,10 +97,15 @@ impl<T: Real> Coefficients<T> {
         }
     }
 
-    /// Computes the coefficients up to order 9, for an excitation b0 + b1 σ.
+    /// Computes the coefficients up to order 9, for an excitation Σ b_n σ^n of `K` terms.
     #[inline(always)]
-    pub(super) fn orders(&self, state: &State<T>, bounds: &Bounds<T>, b0: T, b1: T) -> Orders<T> {
-        let zero = b0.constant(0.0);
+    pub(super) fn orders<const K: usize>(
+        &self,
+        state: &State<T>,
+        bounds: &Bounds<T>,
+        b: &[T; K],
+    ) -> Orders<T> {
+        let zero = b[0].constant(0.0);
         let mut orders = Orders {
             x: [zero; 12],
             w: [zero; 12],
@@ -113,23 +118,23 @@ impl<T: Real> Coefficients<T> {
         let own = self
             .stiffness
             .fused(state.angle, self.damping.fused(state.slope, self.pressing));
-        orders.w[2] = -b0.fused(state.cosine, own);
+        orders.w[2] = -b[0].fused(state.cosine, own);
         orders.x[2] = orders.w[2] * 0.5;
-        orders.order(self, b0, b1, 1, []);
-        orders.order(self, b0, b1, 2, []);
-        orders.order(self, b0, b1, 3, [2]);
-        orders.order(self, b0, b1, 4, [3, 2]);
-        orders.order(self, b0, b1, 5, [3, 4, 2]);
-        orders.order(self, b0, b1, 6, [4, 3, 5, 2]);
-        orders.order(self, b0, b1, 7, [4, 5, 3, 6, 2]);
+        orders.order(self, b, 1, []);
+        orders.order(self, b, 2, []);
+        orders.order(self, b, 3, [2]);
+        orders.order(self, b, 4, [3, 2]);
+        orders.order(self, b, 5, [3, 4, 2]);
+        orders.order(self, b, 6, [4, 3, 5, 2]);
+        orders.order(self, b, 7, [4, 5, 3, 6, 2]);
         orders
     }
 
     /// Computes two orders more.
     #[inline(always)]
-    pub(super) fn more_orders(&self, orders: &mut Orders<T>, b0: T, b1: T) {
-        orders.order(self, b0, b1, 8, [5, 4, 6, 3, 7, 2]);
-        orders.order(self, b0, b1, 9, [5, 6, 4, 7, 3, 8, 2]);
+    pub(super) fn more_orders<const K: usize>(&self, orders: &mut Orders<T>, b: &[T; K]) {
+        orders.order(self, b, 8, [5, 4, 6, 3, 7, 2]);
+        orders.order(self, b, 9, [5, 6, 4, 7, 3, 8, 2]);
     }
 }
 
@@ -140,17 +145,16 @@ impl<T: Real> Orders<T> {
     /// and last j = 1, for which alone the next order waits.
     #[inline(always)]
     #[expect(clippy::cast_precision_loss, reason = "a small order")]
-    fn order<const M: usize>(
+    fn order<const K: usize, const M: usize>(
         &mut self,
         of: &Coefficients<T>,
-        b0: T,
-        b1: T,
+        b: &[T; K],
         n: usize,
         inner: [usize; M],
     ) {
         let Self { x, w, s, c, .. } = self;
         let inverse = 1.0 / n as f64;
-        let (mut sine, mut cosine) = (b0.constant(0.0), b0.constant(0.0));
+        let (mut sine, mut cosine) = (b[0].constant(0.0), b[0].constant(0.0));
         if M > 0 {
             (sine, cosine) = (w[inner[0]] * c[n - inner[0]], w[inner[0]] * s[n - inner[0]]);
             for j in &inner[1..] {
@@ -167,10 +171,28 @@ impl<T: Real> Orders<T> {
         s[n] = first.fused(c[n - 1], sine);
         c[n] = -first.fused(s[n - 1], cosine);
         // The damping's term is ready last.
-        let force = b0.fused(c[n], b1.fused(c[n - 1], of.stiffness * x[n]));
+        let mut force = of.stiffness * x[n];
+        for (k, term) in b[..K.min(n + 1)].iter().enumerate().rev() {
+            force = term.fused(c[n - k], force);
+        }
         let force = of.damping.fused(w[n + 1], force);
         w[n + 2] = force * (-1.0 / (n + 1) as f64);
         x[n + 2] = force * (-1.0 / ((n + 1) * (n + 2)) as f64);
+    }
+
+    /// Takes into account that the excitation itself turns, by `swing` [rad]: order n of a turn is
+    /// smaller than the one before by the turn over n, and n is more than eight where it counts.
+    #[inline(always)]
+    pub(super) fn swinging(&mut self, swing: T) {
+        self.next = (self.next + swing) * 0.125;
+    }
+
+    /// Returns a bound on what is neglected of sine and cosine after order 9, of a swinging
+    /// excitation.
+    #[inline(always)]
+    pub(super) fn tail_turned(&self) -> T {
+        let of = |s: &[T; 10]| s[8].magnitude().fused(self.next, s[9].magnitude());
+        of(&self.s).upper(of(&self.c)) * self.next
     }
 
     /// Returns the size of the motion over the sample [rad], by its slope and first two bends:
@@ -195,36 +217,53 @@ impl<T: Real> Orders<T> {
     /// Returns the state at the end of the sample from the orders up to 9.
     #[inline(always)]
     pub(super) fn end_of_nine(&self, state: &State<T>) -> State<T> {
-        // In pairs, so that none waits for many others; the late ones last.
-        let sum = |x: &[T; 12]| ((x[4] + x[5]) + (x[2] + x[3])) + ((x[6] + x[7]) + (x[8] + x[9]));
-        let turned = |s: &[T; 10]| ((s[3] + s[4]) + (s[1] + s[2])) + ((s[5] + s[6]) + s[7]);
-        self.end(state, sum, turned)
+        let Self { x, w, s, c, .. } = self;
+        let sums = [
+            sum_of_nine(x),
+            sum_of_nine(w),
+            turn_of_seven(s),
+            turn_of_seven(c),
+        ];
+        state.moved(sums)
     }
 
     /// Returns the same from the orders up to 11.
     #[inline(always)]
     pub(super) fn end_of_eleven(&self, state: &State<T>) -> State<T> {
-        let sum = |x: &[T; 12]| {
-            (((x[4] + x[5]) + (x[2] + x[3])) + ((x[6] + x[7]) + (x[8] + x[9]))) + (x[10] + x[11])
-        };
-        let turned = |s: &[T; 10]| {
-            (((s[3] + s[4]) + (s[1] + s[2])) + ((s[5] + s[6]) + s[7])) + (s[8] + s[9])
-        };
-        self.end(state, sum, turned)
+        let Self { x, w, s, c, .. } = self;
+        let (x, w) = (
+            sum_of_nine(x) + (x[10] + x[11]),
+            sum_of_nine(w) + (w[10] + w[11]),
+        );
+        let (s, c) = (
+            turn_of_seven(s) + (s[8] + s[9]),
+            turn_of_seven(c) + (c[8] + c[9]),
+        );
+        state.moved([x, w, s, c])
     }
+}
 
+// The sums go in pairs, so that none waits for many others, and the late ones come last.
+
+#[inline(always)]
+fn sum_of_nine<T: Real>(x: &[T; 12]) -> T {
+    ((x[4] + x[5]) + (x[2] + x[3])) + ((x[6] + x[7]) + (x[8] + x[9]))
+}
+
+#[inline(always)]
+fn turn_of_seven<T: Real>(s: &[T; 10]) -> T {
+    ((s[3] + s[4]) + (s[1] + s[2])) + ((s[5] + s[6]) + s[7])
+}
+
+impl<T: Real> State<T> {
+    /// Moves on by what the orders add to angle, slope, sine and cosine.
     #[inline(always)]
-    fn end(
-        &self,
-        state: &State<T>,
-        sum: impl Fn(&[T; 12]) -> T,
-        turned: impl Fn(&[T; 10]) -> T,
-    ) -> State<T> {
-        State {
-            angle: state.angle + (state.slope + sum(&self.x)),
-            slope: state.slope + sum(&self.w),
-            sine: state.sine + turned(&self.s),
-            cosine: state.cosine + turned(&self.c),
+    fn moved(&self, [angle, slope, sine, cosine]: [T; 4]) -> Self {
+        Self {
+            angle: self.angle + (self.slope + angle),
+            slope: self.slope + slope,
+            sine: self.sine + sine,
+            cosine: self.cosine + cosine,
         }
     }
 }

@@ -10,6 +10,9 @@ pub(super) const COUNTED_SPEED: f64 = 1e-3;
 /// Impacts listed at most.
 pub(super) const LISTED_IMPACTS: usize = 200;
 
+/// Points that a step of the kernel adds to the trace at most.
+const POINTS_WITHIN_MAX: f64 = 1e4;
+
 /// Largest angle so far, with the error it carries.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Peak {
@@ -65,6 +68,9 @@ pub(super) struct Tally {
     pub(super) impacts: u64,
     pub(super) impact_list: Vec<[f64; 2]>,
     pub(super) trace: Option<Vec<TracePoint>>,
+    /// Longest time between points of the trace in motion [s]: a longer step of the kernel gets
+    /// points in between, from its own series.
+    pub(super) trace_gap_s: f64,
 }
 
 impl Tally {
@@ -80,6 +86,7 @@ impl Tally {
             impacts: 0,
             impact_list: Vec::with_capacity(LISTED_IMPACTS),
             trace: trace.then(Vec::new),
+            trace_gap_s: f64::INFINITY,
         }
     }
 
@@ -141,6 +148,9 @@ impl Tally {
         step: f64,
         error: impl FnOnce() -> f64,
     ) {
+        if part * step > self.trace_gap_s {
+            self.points_within(series, part, time, step);
+        }
         if !self.judging {
             return;
         }
@@ -223,6 +233,28 @@ impl Tally {
         self.peak.offer(series.start(), time, error);
         self.peak
             .offer(series.at(part).0, time + part * step, error);
+    }
+
+    /// Adds points inside a step to the trace.
+    #[cold]
+    #[inline(never)]
+    fn points_within<const N: usize>(
+        &mut self,
+        series: &Series<N>,
+        part: f64,
+        time: f64,
+        step: f64,
+    ) {
+        let pieces = (part * step / self.trace_gap_s)
+            .ceil()
+            .min(POINTS_WITHIN_MAX);
+        let mut piece = 1.0;
+        while piece < pieces {
+            let x = part * piece / pieces;
+            let (angle, slope) = series.at(x);
+            self.point(time + x * step, angle, slope / step);
+            piece += 1.0;
+        }
     }
 
     /// Takes in an impact or contact entry with `velocity` before it.

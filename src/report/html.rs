@@ -4,11 +4,14 @@
 //! on; findings that block an answer come before everything else.
 
 mod card;
+mod ensemble;
+mod margin;
 mod markup;
 mod results;
 mod sheet;
 mod sources;
 
+pub(super) use self::margin::page as margin_page;
 use self::markup::Page;
 use super::plot::{self, Figure};
 use super::words;
@@ -49,10 +52,17 @@ pub(super) fn page(document: &Document, evidence: Option<&Evidence>, figures: &[
         results::findings(&mut page, document);
     }
     plots(&mut page, evidence, figures);
+    ensemble::ensemble(
+        &mut page,
+        document,
+        figures.iter().find(|figure| figure.name == plot::DRIVERS),
+    );
     results::runs(&mut page, document);
     results::impacts(&mut page, document);
     results::budget(&mut page, document);
+    ensemble::filters(&mut page, document);
     results::screens(&mut page, document);
+    results::ladder(&mut page, document);
     if !blocked {
         results::findings(&mut page, document);
     }
@@ -76,13 +86,10 @@ fn plots(page: &mut Page, evidence: Option<&Evidence>, figures: &[Figure]) {
         });
     }
     for figure in figures {
-        page.raw("<figure id=\"");
-        page.raw(figure.name);
-        page.raw("\">\n");
-        page.raw(&figure.inline());
-        page.raw("<figcaption>");
-        page.text(&figure.caption);
-        page.raw("</figcaption>\n</figure>\n");
+        // What drives the peak stands beside the ensemble.
+        if figure.name != plot::DRIVERS {
+            page.figure(figure);
+        }
     }
     page.end_section();
 }

@@ -7,35 +7,59 @@
 mod acceleration;
 mod angle;
 mod axis;
+mod bounces;
 mod canvas;
 mod colour;
+mod drivers;
 mod dynamics;
+mod frame;
+mod free_vibration;
+mod histories;
+mod margin;
 mod panel;
 mod phase;
 mod raster;
+mod restitution;
 mod series;
+mod shock;
 mod spectra;
 mod spectrogram;
+mod spread;
 mod stability;
+mod step_size;
 pub mod style;
 pub mod thin;
 mod work_precision;
 
+pub(super) use self::margin::{
+    RULES as MARGIN_RULES, figures as margin_figures, stand_alone as margin_stand_alone,
+};
 use crate::report::escape;
 use crate::report::words;
 use crate::study::attractor::Attractor;
 use crate::study::basins::Basins;
 use crate::study::bifurcation::Diagram;
 use crate::study::excitation_map::ExcitationMap;
+use crate::study::free_vibration::FreeVibration;
+use crate::study::histories::Histories;
+use crate::study::restitution::Equivalence;
+use crate::study::shock::Shock;
+use crate::study::spectrogram::Spectrogram;
 use crate::study::stability::Stability;
+use crate::study::step_size::StepSize;
 use crate::study::work_precision::WorkPrecision;
 use crate::verdict::{Document, Evidence};
 use std::fmt::Write as _;
 
+/// Name of the plot that stands beside the ensemble.
+pub const DRIVERS: &str = drivers::NAME;
+
 /// Every plot's name, in the order of the report; its file is the name plus `.svg`.
-pub const NAMES: [&str; 5] = [
+pub const NAMES: [&str; 7] = [
     acceleration::NAME,
     angle::NAME,
+    spread::NAME,
+    drivers::NAME,
     phase::NAME,
     spectrogram::NAME,
     spectra::NAME,
@@ -121,6 +145,8 @@ pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> 
     [
         acceleration::draw(&context),
         angle::draw(&context),
+        spread::draw(&context),
+        drivers::draw(&context),
         phase::draw(&context),
         spectrogram::draw(&context),
         spectra::draw(&context),
@@ -164,6 +190,42 @@ pub fn basins(basins: &[Basins]) -> String {
 #[must_use]
 pub fn excitation_map(maps: &[ExcitationMap]) -> String {
     dynamics::excitation_map(maps).stand_alone_with(dynamics::RULES)
+}
+
+/// Draws the study of damping against restitution, as a file of its own.
+#[must_use]
+pub fn restitution(result: &Equivalence) -> String {
+    restitution::draw(result).stand_alone_with(frame::RULES)
+}
+
+/// Draws the study of the fixed step's limit, as a file of its own.
+#[must_use]
+pub fn step_size(result: &StepSize) -> String {
+    step_size::draw(result).stand_alone_with(frame::RULES)
+}
+
+/// Draws the study of free vibration, as a file of its own.
+#[must_use]
+pub fn free_vibration(result: &FreeVibration) -> String {
+    free_vibration::draw(result).stand_alone_with(frame::RULES)
+}
+
+/// Draws the spectrogram of a free vibration, as a file of its own.
+#[must_use]
+pub fn bounces(result: &Spectrogram) -> String {
+    bounces::draw(result).stand_alone_with(frame::RULES)
+}
+
+/// Draws the histories from several starts, as a file of its own.
+#[must_use]
+pub fn histories(result: &Histories) -> String {
+    histories::draw(result).stand_alone_with(frame::RULES)
+}
+
+/// Draws a shock and the answers to it, as a file of its own.
+#[must_use]
+pub fn shock(result: &Shock) -> String {
+    shock::draw(result).stand_alone_with(frame::RULES)
 }
 
 /// What every plot needs: the results, and one time axis for all of them.

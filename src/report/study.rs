@@ -55,6 +55,24 @@ impl Table {
         })
     }
 
+    /// Lays out the rows of one stop: `NAME.csv` if it is the only one of `stops`, else as
+    /// [`Self::of_stop`].
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Io`] if a row cannot be written.
+    pub fn of_stops<T: Serialize>(
+        stops: &[StopModel],
+        stop: StopModel,
+        rows: &[T],
+    ) -> Result<Self, Error> {
+        if stops.len() == 1 {
+            Self::of(rows)
+        } else {
+            Self::of_stop(stop, rows)
+        }
+    }
+
     /// Lays out the rows of one stop, `NAME-rigid.csv` or `NAME-soft.csv`.
     ///
     /// # Errors

@@ -34,6 +34,17 @@ pub fn render(document: &Document, report: Option<&Path>) -> String {
         }
     }
     runs(&mut out, document);
+    ensemble(&mut out, document);
+    if let Some(ladder) = &document.ladder {
+        line(
+            &mut out,
+            "decided by",
+            &format!("{}. {}", ladder.rung.name(), ladder.text),
+        );
+    }
+    if let Some(preload) = &document.preload_answer {
+        line(&mut out, "design", &preload.text);
+    }
     for (index, reason) in document.why.iter().enumerate() {
         let name = if index == 0 { "why" } else { "" };
         line(&mut out, name, &words::sentence(&reason.text));
@@ -126,6 +137,65 @@ fn runs(out: &mut String, document: &Document) {
                 &format!("{polarity} opens: {}", describe(run)),
             );
         }
+    }
+}
+
+/// How many of the scattered levers cross, what drives the peak, and the filters in a line.
+fn ensemble(out: &mut String, document: &Document) {
+    if let Some(ensemble) = &document.ensemble {
+        let percent = |share: f64| plain(100.0 * share, 3);
+        let spread = ensemble.peak_angle_rad.map_or_else(String::new, |peak| {
+            format!(
+                "; peak {} to {} rad in 9 of 10",
+                plain(peak.p05, 3),
+                plain(peak.p95, 3)
+            )
+        });
+        line(
+            out,
+            "ensemble",
+            &format!(
+                "{} of {} members cross the limit, {} to {} % of all{spread}",
+                ensemble.exceeded,
+                ensemble.members,
+                percent(ensemble.p_lower),
+                percent(ensemble.p_upper)
+            ),
+        );
+        let drivers: Vec<String> = ensemble
+            .drivers
+            .iter()
+            .filter_map(|driver| {
+                Some(format!(
+                    "{} ({})",
+                    driver.parameter,
+                    plain(driver.rank_correlation?, 2)
+                ))
+            })
+            .take(3)
+            .collect();
+        if !drivers.is_empty() {
+            line(
+                out,
+                "driven by",
+                &format!("{} by rank correlation", drivers.join(", ")),
+            );
+        }
+    }
+    let filters: Vec<String> = document
+        .filters
+        .iter()
+        .filter_map(|row| {
+            Some(format!(
+                "{} {} ({})",
+                row.filter,
+                row.verdict?.name(),
+                plain(row.peak_angle_rad?, 3)
+            ))
+        })
+        .collect();
+    if !filters.is_empty() {
+        line(out, "by filter", &filters.join(", "));
     }
 }
 

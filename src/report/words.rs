@@ -3,7 +3,7 @@
 use crate::model::stop::StopModel;
 use crate::report::number::{exact, milliseconds, significant, trimmed};
 use crate::units::OpensWhen;
-use crate::verdict::{Answer, Document, ErrorBudget};
+use crate::verdict::{Answer, Document, Ensemble, ErrorBudget};
 
 /// Digits of a result shown to people.
 pub(super) const DIGITS: usize = 5;
@@ -134,6 +134,72 @@ pub(super) fn identity(document: &Document) -> String {
         }
     }));
     id
+}
+
+/// Returns a share [-] in percent, with the digits that matter near the bounds of the rule.
+pub(super) fn percent(share: f64) -> String {
+    trimmed(100.0 * share, 4)
+}
+
+/// Returns what a design key of an ensemble's parameter means.
+pub(super) fn parameter(key: &'static str) -> &'static str {
+    match key {
+        "input.scale" => "scale of the acceleration",
+        "input.bias_g" => "bias of the acceleration",
+        "lever.moment_of_inertia_kg_m2" => "moment of inertia",
+        "lever.pivot_damping_nm_s_per_rad" => "damping at the pivot",
+        "lever.spring_stiffness_nm_per_rad" => "stiffness of the spring",
+        "lever.preload_torque_nm" => "preload torque",
+        "lever.mass_kg" => "mass of the lever",
+        "lever.center_of_mass_m" => "distance of its centre of mass",
+        "stop.restitution" => "restitution of the stop",
+        "stop.stiffness_n_per_m" => "stiffness of the stop",
+        "stop.damping_n_s_per_m" => "damping of the stop",
+        "stop.radius_m" => "distance of the stop",
+        other => other,
+    }
+}
+
+/// Returns the unit of a design key of an ensemble's parameter.
+pub(super) fn parameter_unit(key: &str) -> &'static str {
+    match key {
+        "input.bias_g" => "g",
+        "lever.moment_of_inertia_kg_m2" => "kg m²",
+        "lever.pivot_damping_nm_s_per_rad" => "N m s/rad",
+        "lever.spring_stiffness_nm_per_rad" => "N m/rad",
+        "lever.preload_torque_nm" => "N m",
+        "lever.mass_kg" => "kg",
+        "lever.center_of_mass_m" | "stop.radius_m" => "m",
+        "stop.stiffness_n_per_m" => "N/m",
+        "stop.damping_n_s_per_m" => "N s/m",
+        // Scale and restitution are ratios.
+        _ => "",
+    }
+}
+
+/// Says which parameter drives the peak.
+pub(super) fn drivers_sentence(ensemble: &Ensemble) -> String {
+    let chance = ensemble.rank_correlation_by_chance.unwrap_or(1.0);
+    let strong: Vec<_> = ensemble
+        .drivers
+        .iter()
+        .filter_map(|driver| Some((driver, driver.rank_correlation?, driver.share?)))
+        .collect();
+    match strong.first() {
+        None => "No parameter drives the peak: either nothing is scattered, or the peak is the                  same for all members."
+            .into(),
+        Some((_, correlation, _)) if correlation.abs() <= chance => {
+            "No parameter goes with the peak beyond what chance gives among so many members: what              moves it are their combinations, as when a chain of impacts falls out differently."
+                .into()
+        }
+        Some((driver, correlation, share)) => format!(
+            "The {} drives the peak most: its rank correlation with it is {}, which is {:.0}\u{00A0}% of \
+             the squares of all. The shaded strip is what chance alone gives.",
+            parameter(driver.parameter),
+            significant(*correlation, 2),
+            100.0 * share
+        ),
+    }
 }
 
 /// Returns a text as a sentence: a capital first, if it begins with a plain word and not with

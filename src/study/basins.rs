@@ -9,6 +9,7 @@ use super::Headline;
 use super::orbit::{self, Orbit, Rig, State};
 use super::parallel::Control;
 use crate::error::Error;
+use crate::replay::fan::{self, Ending, FanOptions, Ride};
 use crate::replay::{Section, Strobe};
 use serde::Serialize;
 
@@ -44,9 +45,7 @@ pub struct Attractor {
     pub peak_angle_rad: f64,
     /// Share of the cells [-].
     pub share: f64,
-    /// Share with the cells at a boundary cut into four [-].
-    pub refined_share: f64,
-    /// Standard error of that, from the cut cells [-].
+    /// Standard error of that as an estimate of the area, from pairs of neighbouring cells [-].
     pub standard_error: f64,
     /// Distance from its points within which a lever counts as caught [rad].
     pub capture_radius_rad: f64,
@@ -72,8 +71,18 @@ pub struct Basins {
     pub attractors: Vec<Attractor>,
     /// Attractor of each cell, the angle running fastest; `None` where the work was stopped.
     pub cells: Vec<Option<u32>>,
+    /// The same with each cell at a boundary cut into four, for drawing; twice as many cells along
+    /// either side. Empty where the work was stopped.
+    pub fine: Vec<Option<u32>>,
     /// Share of cells with a neighbour that goes elsewhere [-].
     pub boundary_share: f64,
+    /// Exponent α with which that share falls with the size of a cell; the boundary's dimension is
+    /// 2 − α.
+    ///
+    /// # Source
+    ///
+    /// McDonald, Grebogi, Ott and Yorke, Physica D 17 (1985) 125.
+    pub uncertainty_exponent: Option<f64>,
     /// Whether the work was done to its end.
     pub complete: bool,
 }
@@ -98,35 +107,23 @@ enum End {
     Irregular(f64),
 }
 
-/// Follows a lever from one initial state.
-struct Tracker<'a> {
-    rig: &'a Rig,
-    known: &'a [Attractor],
-    resting: u32,
-}
-
-impl Tracker<'_> {
-    /// Takes in a section; returns the attractor's number once it is certain.
-    fn see(&mut self, section: &Section) -> Option<u32> {
-        self.resting = if rests(section) { self.resting + 1 } else { 0 };
-        let state = (section.angle_rad, section.velocity_rad_s);
-        for attractor in self.known {
-            let caught = if attractor.points.is_empty() {
-                false
-            } else if attractor.peak_angle_rad <= REST_ANGLE_RAD {
-                self.resting >= 2
+/// Returns the attractor that a lever has certainly reached.
+fn caught(rig: &Rig, known: &[Attractor], section: &Section) -> Option<u32> {
+    let state = (section.angle_rad, section.velocity_rad_s);
+    known
+        .iter()
+        .find(|attractor| {
+            if attractor.period > 0 && attractor.peak_angle_rad <= REST_ANGLE_RAD {
+                // No impact in a whole period, and on the stop or in it at its end.
+                section.impacts == 0 && state.0 <= 0.0 && (state.0 < 0.0 || state.1 <= 0.0)
             } else {
                 attractor
                     .points
                     .iter()
-                    .any(|point| self.rig.distance(state, *point) <= attractor.capture_radius_rad)
-            };
-            if caught {
-                return Some(attractor.index);
+                    .any(|point| rig.distance(state, *point) <= attractor.capture_radius_rad)
             }
-        }
-        None
-    }
+        })
+        .map(|attractor| attractor.index)
 }
 
 /// Largest angle of a lever that counts as resting on its stop [rad].
@@ -214,7 +211,9 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Basins, Error> {
         options: options.clone(),
         attractors,
         cells,
+        fine: Vec::new(),
         boundary_share: 0.0,
+        uncertainty_exponent: None,
         complete,
     };
     basins.order();
@@ -266,7 +265,6 @@ fn admit(options: &Options, attractors: &mut Vec<Attractor>, end: End) -> u32 {
         points,
         peak_angle_rad: peak,
         share: 0.0,
-        refined_share: 0.0,
         standard_error: 0.0,
         capture_radius_rad: 0.0,
     });
@@ -339,51 +337,56 @@ fn reach(
     states: &[State],
     control: &Control<'_>,
 ) -> Result<(Vec<Option<u32>>, bool), Error> {
-    /// Cells that a thread takes at a time.
-    const BLOCK: usize = 64;
-    /// A cell that no known attractor has caught, to be followed to its end.
-    const UNKNOWN: u32 = u32::MAX;
+    let rig = &options.rig;
     let known: &[Attractor] = attractors;
-    let blocks = control.map(states.len().div_ceil(BLOCK), |block| {
-        let first = block * BLOCK;
-        states[first..(first + BLOCK).min(states.len())]
-            .iter()
-            .map(|state| {
-                let mut strobe = options.rig.strobe(options.amplitude_g, Some(*state))?;
-                let mut tracker = Tracker {
-                    rig: &options.rig,
-                    known,
-                    resting: 0,
-                };
-                for _ in 0..options.transient {
-                    let Some(section) = strobe.advance() else {
-                        break;
-                    };
-                    if let Some(index) = tracker.see(&section) {
-                        return Ok(index);
-                    }
-                }
-                Ok(UNKNOWN)
-            })
-            .collect::<Result<Vec<u32>, Error>>()
-    });
-    let complete = blocks.iter().all(Option::is_some);
-    let mut cells = Vec::with_capacity(states.len());
-    for (index, block) in blocks.into_iter().enumerate() {
-        match block {
-            Some(block) => cells.extend(block?.into_iter().map(Some)),
-            None => {
-                let length = BLOCK.min(states.len() - index * BLOCK);
-                cells.extend(std::iter::repeat_n(None, length));
-            }
+    #[expect(clippy::cast_precision_loss, reason = "cells stay far below 2^53")]
+    let watch = |done: usize| (control.proceed)(done as f64 / states.len() as f64);
+    let followed = fan::follow(
+        &rig.design,
+        states.len(),
+        &|index| Ride {
+            initial: Some(states[index]),
+            amplitude_m_s2: rig.sine(options.amplitude_g).amplitude_m_s2,
+        },
+        &FanOptions {
+            stop: rig.stop,
+            angular_frequency_rad_s: rig.angular_frequency_rad_s,
+            phase_rad: 0.0,
+            periods_max: options.transient,
+            keep: 1,
+            peaks: false,
+            threads: control.threads,
+        },
+        &|_, _, section| caught(rig, known, section).is_some(),
+        Some(&watch),
+    )?;
+    let mut cells = vec![None; states.len()];
+    let mut unknown = Vec::new();
+    for lever in &followed {
+        let last = lever.sections.last();
+        match last.and_then(|section| caught(rig, known, section)) {
+            Some(index) if lever.ending == Ending::Done => cells[lever.index] = Some(index),
+            _ => unknown.push(lever.index),
         }
     }
-    for (cell, state) in cells.iter_mut().zip(states) {
-        if *cell == Some(UNKNOWN) {
-            *cell = Some(admit(options, attractors, follow(options, *state)?));
-        }
+    let complete = followed.len() == states.len();
+    for index in unknown {
+        cells[index] = Some(admit(options, attractors, follow(options, states[index])?));
     }
     Ok((cells, complete))
+}
+
+/// The quarters of a cell, from its midpoint.
+const QUARTERS: [(f64, f64); 4] = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
+
+/// Tells whether one of the four neighbours of a cell goes elsewhere.
+fn at_boundary(cells: &[Option<u32>], (columns, rows): (usize, usize), index: usize) -> bool {
+    let (column, row) = (index % columns, index / columns);
+    let differs = |other: usize| cells[other] != cells[index];
+    (column > 0 && differs(index - 1))
+        || (column + 1 < columns && differs(index + 1))
+        || (row > 0 && differs(index - columns))
+        || (row + 1 < rows && differs(index + columns))
 }
 
 impl Basins {
@@ -417,69 +420,62 @@ impl Basins {
         }
     }
 
-    /// Counts the shares, and cuts the cells at a boundary into four for better ones.
+    /// Counts the shares, and cuts the cells at a boundary into four.
     #[expect(clippy::cast_precision_loss, reason = "cells stay far below 2^53")]
     fn measure(&mut self, control: &Control<'_>) -> Result<(), Error> {
         let total = self.cells.len() as f64;
         let (columns, rows) = (self.options.grid.0 as usize, self.options.grid.1 as usize);
-        let at_boundary = |index: usize| {
-            let (column, row) = (index % columns, index / columns);
-            let differs = |other: usize| self.cells[other] != self.cells[index];
-            (column > 0 && differs(index - 1))
-                || (column + 1 < columns && differs(index + 1))
-                || (row > 0 && differs(index - columns))
-                || (row + 1 < rows && differs(index + columns))
-        };
-        let boundary: Vec<usize> = (0..self.cells.len()).filter(|n| at_boundary(*n)).collect();
+        for attractor in &mut self.attractors {
+            let here = |cell: &Option<u32>| *cell == Some(attractor.index);
+            attractor.share = self.cells.iter().filter(|cell| here(cell)).count() as f64 / total;
+            let differing = self
+                .cells
+                .chunks(columns)
+                .flat_map(|line| line.chunks_exact(2))
+                .filter(|pair| here(&pair[0]) != here(&pair[1]))
+                .count() as f64;
+            attractor.standard_error = differing.sqrt() / total;
+        }
+        let boundary: Vec<usize> = (0..self.cells.len())
+            .filter(|index| at_boundary(&self.cells, (columns, rows), *index))
+            .collect();
         self.boundary_share = boundary.len() as f64 / total;
         let (quarter_angle, quarter_velocity) = (
             0.25 * (self.options.angle_rad.1 - self.options.angle_rad.0) / columns as f64,
             0.25 * (self.options.velocity_rad_s.1 - self.options.velocity_rad_s.0) / rows as f64,
         );
-        // Of very many cells at a boundary a part tells as much.
-        let every = boundary.len().div_ceil(20_000).max(1);
-        let cut: Vec<usize> = boundary.iter().copied().step_by(every).collect();
-        let states: Vec<State> = cut
+        let states: Vec<State> = boundary
             .iter()
             .flat_map(|index| {
                 let (angle, velocity) = midpoint(&self.options, *index);
-                [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
-                    .map(|(x, y)| (angle + x * quarter_angle, velocity + y * quarter_velocity))
+                QUARTERS.map(|(x, y)| (angle + x * quarter_angle, velocity + y * quarter_velocity))
             })
             .collect();
-        let quiet = Control {
-            threads: control.threads,
-            proceed: &|_| (control.proceed)(1.0),
-        };
         let known = self.attractors.len();
-        let (parts, complete) = reach(&self.options, &mut self.attractors, &states, &quiet)?;
+        let (parts, complete) = reach(&self.options, &mut self.attractors, &states, control)?;
         // What only a quarter of a cell reaches is not listed.
         self.attractors.truncate(known);
         self.complete = complete;
-        if !complete {
-            return Ok(());
+        let mut fine: Vec<Option<u32>> = (0..4 * self.cells.len())
+            .map(|index| {
+                let (column, row) = (index % (2 * columns), index / (2 * columns));
+                self.cells[row / 2 * columns + column / 2]
+            })
+            .collect();
+        for (cell, four) in boundary.iter().zip(parts.chunks(4)) {
+            let (column, row) = (cell % columns, cell / columns);
+            for ((x, y), part) in QUARTERS.iter().zip(four) {
+                let column = 2 * column + usize::from(*x > 0.0);
+                let row = 2 * row + usize::from(*y > 0.0);
+                fine[row * 2 * columns + column] = part.filter(|part| (*part as usize) < known);
+            }
         }
-        for attractor in &mut self.attractors {
-            let here = |cell: &Option<u32>| *cell == Some(attractor.index);
-            let counted = self.cells.iter().filter(|cell| here(cell)).count() as f64;
-            attractor.share = counted / total;
-            let inside = boundary.iter().filter(|n| here(&self.cells[**n])).count() as f64;
-            let quarters: Vec<f64> = parts
-                .chunks(4)
-                .map(|four| four.iter().filter(|cell| here(cell)).count() as f64 / 4.0)
-                .collect();
-            let mean = quarters.iter().sum::<f64>() / quarters.len().max(1) as f64;
-            attractor.refined_share = (counted - inside + mean * boundary.len() as f64) / total;
-            // A cut cell's four points tell its share to within that of a coin thrown four times.
-            let spread: f64 = quarters.iter().map(|q| q * (1.0 - q) / 3.0).sum();
-            let sampled: f64 = quarters.iter().map(|q| (q - mean).powi(2)).sum();
-            let cells = boundary.len() as f64;
-            let left_out = cells * (1.0 - quarters.len() as f64 / cells.max(1.0));
-            let per_cell = sampled / quarters.len().max(1) as f64;
-            let factor = cells / quarters.len().max(1) as f64;
-            attractor.standard_error =
-                (spread * factor + left_out * factor * per_cell).sqrt() / total;
-        }
+        let finer = (0..fine.len())
+            .filter(|index| at_boundary(&fine, (2 * columns, 2 * rows), *index))
+            .count() as f64
+            / (4.0 * total);
+        self.uncertainty_exponent = (finer > 0.0).then(|| libm::log2(self.boundary_share / finer));
+        self.fine = fine;
         Ok(())
     }
 
@@ -525,15 +521,14 @@ impl Basins {
             );
             say(format!("{name}: share of the cells [-]"), attractor.share);
             say(
-                format!("{name}: share, boundary refined [-]"),
-                attractor.refined_share,
-            );
-            say(
                 format!("{name}: its standard error [-]"),
                 attractor.standard_error,
             );
         }
         say("cells at a boundary [-]".into(), self.boundary_share);
+        if let Some(exponent) = self.uncertainty_exponent {
+            say("uncertainty exponent of the boundary [-]".into(), exponent);
+        }
         lines
     }
 }

@@ -5,6 +5,7 @@ use super::orbit::{self, Bifurcation, Kind, Rig, State};
 use super::parallel::Control;
 use crate::error::Error;
 use crate::replay::Section;
+use crate::replay::fan::{self, Ending, FanOptions, Ride};
 use serde::Serialize;
 
 /// Whether the state at the end of one amplitude starts the next.
@@ -101,12 +102,10 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Diagram, Error> {
         low + (high - low) * part
     };
     let count = options.points.max(2) as usize;
-    let columns: Vec<Option<Result<Column, Error>>> = match options.sweep {
-        Sweep::None => control.map(count, |index| {
-            column(options, amplitude(index), options.initial).map(|(column, _)| column)
-        }),
+    let columns: Vec<Column> = match options.sweep {
+        Sweep::None => side_by_side(options, count, &amplitude, control)?,
         Sweep::Up | Sweep::Down => {
-            let mut columns: Vec<Option<Result<Column, Error>>> = Vec::with_capacity(count);
+            let mut columns = Vec::with_capacity(count);
             let mut state = options.initial;
             for step in 0..count {
                 let index = if options.sweep == Sweep::Up {
@@ -116,7 +115,7 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Diagram, Error> {
                 };
                 let (column, reached) = column(options, amplitude(index), state)?;
                 state = reached.or(options.initial);
-                columns.push(Some(Ok(column)));
+                columns.push(column);
                 #[expect(clippy::cast_precision_loss, reason = "a few thousand points")]
                 if !(control.proceed)((step + 1) as f64 / count as f64) {
                     break;
@@ -128,7 +127,6 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Diagram, Error> {
             columns
         }
     };
-    let columns: Vec<Column> = columns.into_iter().flatten().collect::<Result<_, _>>()?;
     let complete = columns.len() == count;
     let found = if complete {
         changes(options, &columns, control)
@@ -157,6 +155,54 @@ fn column(
             None => followed = false,
         }
     }
+    let column = summed_up(options, amplitude_g, sections);
+    Ok((column, followed.then(|| strobe.state())))
+}
+
+/// Every amplitude from the same start, side by side.
+fn side_by_side(
+    options: &Options,
+    count: usize,
+    amplitude: &(impl Fn(usize) -> f64 + Sync),
+    control: &Control<'_>,
+) -> Result<Vec<Column>, Error> {
+    let ride = |index: usize| Ride {
+        initial: options.initial,
+        amplitude_m_s2: options.rig.sine(amplitude(index)).amplitude_m_s2,
+    };
+    #[expect(clippy::cast_precision_loss, reason = "a few thousand points")]
+    let watch = |done: usize| (control.proceed)(done as f64 / count as f64);
+    let followed = fan::follow(
+        &options.rig.design,
+        count,
+        &ride,
+        &FanOptions {
+            stop: options.rig.stop,
+            angular_frequency_rad_s: options.rig.angular_frequency_rad_s,
+            phase_rad: 0.0,
+            periods_max: options.transient + options.periods,
+            keep: options.periods as usize,
+            peaks: true,
+            threads: control.threads,
+        },
+        &|_, _, _| false,
+        Some(&watch),
+    )?;
+    Ok(followed
+        .into_iter()
+        .map(|lever| {
+            // Of one that was lost before its end the last sections may belong to the transient.
+            let sections = if lever.ending == Ending::Lost {
+                Vec::new()
+            } else {
+                lever.sections
+            };
+            summed_up(options, amplitude(lever.index), sections)
+        })
+        .collect())
+}
+
+fn summed_up(options: &Options, amplitude_g: f64, sections: Vec<Section>) -> Column {
     let peak_angle_rad = sections
         .iter()
         .map(|section| section.peak_angle_rad)
@@ -164,69 +210,77 @@ fn column(
     let impacts: u64 = sections.iter().map(|section| section.impacts).sum();
     #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
     let impacts_per_period = impacts as f64 / sections.len().max(1) as f64;
-    let column = Column {
+    Column {
         amplitude_g,
         period: orbit::period_of(&options.rig, &sections, SAME),
         peak_angle_rad,
         impacts_per_period,
         sections,
-    };
-    Ok((column, followed.then(|| strobe.state())))
+    }
 }
 
 fn state(section: &Section) -> State {
     (section.angle_rad, section.velocity_rad_s)
 }
 
-/// Follows up where the period doubles from one amplitude to the next, or an orbit appears.
+/// Follows orbits up to where they double and down to where they are born, at every amplitude at
+/// which the motion is another than at the one before.
 fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> Vec<Bifurcation> {
-    let mut wanted: Vec<(Kind, &Column, u32)> = Vec::new();
-    for pair in columns.windows(2) {
-        let (before, after) = (&pair[0], &pair[1]);
-        let (Some(from), Some(to)) = (
-            before.period,
-            after.period.filter(|period| *period <= PERIOD_MAX),
-        ) else {
-            // Out of a cloud, or into one: what comes after may have been born here.
-            if let Some(to) = after.period.filter(|period| *period <= PERIOD_MAX) {
-                wanted.push((Kind::SaddleNode, after, to));
-            }
-            continue;
-        };
-        if to == 2 * from {
-            wanted.push((Kind::PeriodDoubling, before, from));
-        } else if from == 2 * to && from <= PERIOD_MAX {
-            wanted.push((Kind::PeriodDoubling, after, to));
-        } else if from != to || !continues(options, before, after) {
-            wanted.push((Kind::SaddleNode, after, to));
+    let mut wanted: Vec<(&Column, u32)> = Vec::new();
+    let mut before: Option<&Column> = None;
+    for column in columns {
+        let period = column.period.filter(|period| *period <= PERIOD_MAX);
+        let new = before.is_none_or(|before| {
+            before.period != column.period || !continues(options, before, column)
+        });
+        // Orbits that rest every period neither double nor are born: their multipliers are zero.
+        let moves =
+            !column.sections.iter().any(|section| section.rested) && column.peak_angle_rad > 0.0;
+        if let Some(period) = period
+            && new
+            && moves
+        {
+            wanted.push((column, period));
         }
+        before = Some(column);
     }
-    // Orbits that rest every period have neither: their multipliers are zero.
-    wanted.retain(|(_, column, _)| !column.sections.iter().all(|section| section.rested));
+    // Of very many the simplest.
+    wanted.sort_by(|a, b| {
+        (a.1, a.0.amplitude_g)
+            .partial_cmp(&(b.1, b.0.amplitude_g))
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
     wanted.truncate(CHANGES_MAX);
     let (low, high) = options.amplitudes_g;
     let pace = (high - low) / f64::from(options.points.max(2) - 1);
     let mut found: Vec<Bifurcation> = control
         .map(wanted.len(), |index| {
-            let (kind, column, period) = wanted[index];
+            let (column, period) = wanted[index];
             let start = column.sections.last().map(state)?;
             let orbit = orbit::find(&options.rig, column.amplitude_g, period, start)?;
-            match kind {
-                Kind::PeriodDoubling => orbit::doubling(&options.rig, &orbit, 0.25 * pace),
-                Kind::SaddleNode => orbit::birth(&options.rig, &orbit),
-            }
+            Some([
+                orbit::birth(&options.rig, &orbit),
+                orbit::doubling(&options.rig, &orbit, pace),
+            ])
         })
         .into_iter()
         .flatten()
         .flatten()
+        .flatten()
+        .flatten()
         .filter(|found| (low - pace..=high + pace).contains(&found.orbit.amplitude_g))
         .collect();
-    found.sort_by(|a, b| a.orbit.amplitude_g.total_cmp(&b.orbit.amplitude_g));
+    found.sort_by(|a, b| {
+        (a.orbit.period, a.orbit.amplitude_g)
+            .partial_cmp(&(b.orbit.period, b.orbit.amplitude_g))
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
     found.dedup_by(|a, b| {
         a.kind == b.kind
             && a.orbit.period == b.orbit.period
             && (a.orbit.amplitude_g - b.orbit.amplitude_g).abs() <= 1e-9 * b.orbit.amplitude_g
     });
+    found.sort_by(|a, b| a.orbit.amplitude_g.total_cmp(&b.orbit.amplitude_g));
     found
 }
 

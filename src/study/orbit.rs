@@ -219,7 +219,21 @@ const CONVERGED: f64 = 1e-11;
 /// Longest step [rad]: further away the derivative says nothing.
 const STEP_MAX: f64 = 0.05;
 
-/// Finds the orbit of `period` periods near `guess`; `None` if there is none within reach.
+/// Distance of two points of an orbit that are the same [rad].
+const SAME_POINT: f64 = 1e-8;
+
+/// Returns the least period of an orbit that may run round several times.
+fn least_period(rig: &Rig, orbit: &Orbit) -> u32 {
+    (1..orbit.period)
+        .filter(|divisor| orbit.period.is_multiple_of(*divisor))
+        .find(|divisor| {
+            rig.distance(orbit.points[0], orbit.points[*divisor as usize]) <= SAME_POINT
+        })
+        .unwrap_or(orbit.period)
+}
+
+/// Finds the orbit of `period` periods near `guess`, or of a divisor of that, if it is one that
+/// runs round several times; `None` if there is none within reach.
 ///
 /// A superstable orbit, one that rests, is found as well: there the map's derivative is zero and
 /// a step is an iteration.
@@ -240,7 +254,13 @@ pub fn find(rig: &Rig, amplitude_g: f64, period: u32, guess: State) -> Option<Or
         }
         // Rounding leaves steps that no longer shrink.
         if size <= 1e-15 || (least <= CONVERGED && size >= 0.5 * least) {
-            return Some(image.into_orbit(amplitude_g, period));
+            let orbit = image.into_orbit(amplitude_g, period);
+            let least = least_period(rig, &orbit);
+            return if least < period {
+                find(rig, amplitude_g, least, orbit.points[0])
+            } else {
+                Some(orbit)
+            };
         }
         least = least.min(size);
         let part = (STEP_MAX / size).min(1.0);
@@ -456,6 +476,7 @@ pub fn doubling(rig: &Rig, orbit: &Orbit, pace: f64) -> Option<Bifurcation> {
     let least = 1e-9 * orbit.amplitude_g;
     for _ in 0..PACES_MAX {
         let next = find(rig, at.amplitude_g + pace, at.period, at.points[0])
+            .filter(|next| next.period == at.period)
             .filter(|next| rig.distance(next.points[0], at.points[0]) <= STEP_MAX);
         match next {
             Some(next) if condition(&next) > 0.0 => at = next,
@@ -496,19 +517,19 @@ fn doubled(rig: &Rig, doubling: &Bifurcation, gap: f64) -> Option<Orbit> {
         let nudged = (start.0 + 1e-3 * start.0.abs().max(1e-3), start.1);
         let settled = settle(rig, amplitude, Some(nudged), 60 * old.period).ok()??;
         let orbit = find(rig, amplitude, 2 * old.period, settled);
-        if let Some(orbit) = orbit {
-            let half = orbit.points[old.period as usize];
-            let apart = rig.distance(orbit.points[0], half) > 1e-7;
-            if apart && orbit.spectral_radius() < 1.0 {
-                return Some(orbit);
-            }
+        if let Some(orbit) = orbit
+            && orbit.period == 2 * old.period
+            && orbit.spectral_radius() < 1.0
+        {
+            return Some(orbit);
         }
         beyond *= 0.5;
     }
     None
 }
 
-/// Follows `orbit` to smaller amplitudes until it is no more, and finds the saddle-node there.
+/// Follows `orbit` to smaller amplitudes until it is no more, and finds the saddle-node there, or
+/// the doubling that it comes from.
 #[must_use]
 pub fn birth(rig: &Rig, orbit: &Orbit) -> Option<Bifurcation> {
     let mut at = orbit.clone();
@@ -529,6 +550,7 @@ pub fn birth(rig: &Rig, orbit: &Orbit) -> Option<Bifurcation> {
         });
         let next = find(rig, at.amplitude_g - pace, at.period, guess).filter(|next| {
             rig.distance(next.points[0], at.points[0]) <= STEP_MAX
+                && next.period == at.period
                 && 1.0 - next.trace + next.determinant > 0.0
         });
         match next {
@@ -541,14 +563,31 @@ pub fn birth(rig: &Rig, orbit: &Orbit) -> Option<Bifurcation> {
             }
         }
     }
-    locate(
-        rig,
-        Kind::SaddleNode,
-        at.period,
-        at.points[0],
-        at.amplitude_g,
-    )
-    .filter(|found| (found.orbit.amplitude_g - at.amplitude_g).abs() < 0.01 * at.amplitude_g)
+    let near = |found: &Bifurcation| {
+        (found.orbit.amplitude_g - at.amplitude_g).abs() < 0.01 * at.amplitude_g
+    };
+    let state = at.points[0];
+    if at.period.is_multiple_of(2) {
+        // Its halves come together where it parts from an orbit of half its period.
+        let half = at.points[at.period as usize / 2];
+        let middle = (
+            f64::midpoint(state.0, half.0),
+            f64::midpoint(state.1, half.1),
+        );
+        let found = locate(
+            rig,
+            Kind::PeriodDoubling,
+            at.period / 2,
+            middle,
+            at.amplitude_g,
+        )
+        .filter(near)
+        .filter(|found| rig.distance(found.orbit.points[0], state) <= STEP_MAX);
+        if rig.distance(state, half) <= 0.5 * STEP_MAX && found.is_some() {
+            return found;
+        }
+    }
+    locate(rig, Kind::SaddleNode, at.period, state, at.amplitude_g).filter(near)
 }
 
 /// The largest Lyapunov exponent.

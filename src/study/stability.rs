@@ -7,7 +7,7 @@
 
 mod bounces;
 mod chatter;
-mod contact;
+pub(in crate::study) mod contact;
 mod graze;
 pub mod situations;
 

@@ -1,14 +1,25 @@
 //! From a conditioned channel to an answer: which runs are made, and what they say together.
 
-use super::decision::{Judged, unanimous, worse};
-use super::{Answer, ErrorBudget, Evidence, Reason, RunAnswer, Trace, why};
-use crate::conditioning::{self, Cfc, Conditioned, Signal, bias, resample, spectrum};
-use crate::error::{Error, ErrorKind};
+use super::bench::{self, Bench, Pair, Purpose, samples_before, window_samples};
+use super::decision::{Judged, Share, decide, unanimous, worse};
+use super::ensemble::{Ensemble, Scatter};
+use super::filters::{self, FilterRow};
+use super::ladder::{self, Climbed, Ladder};
+use super::margin::{self, PreloadAnswer};
+use super::remarks::{
+    counts, crossing_outside_window, first_late_fault, late_faults, replay_findings,
+};
+use super::what_if::{self, WhatIf};
+use super::{
+    Answer, ErrorBudget, Evidence, Reason, RunAnswer, ScreenedRun, Trace, ribbon, screen, why,
+};
+use crate::conditioning::{Cfc, Conditioned, bias, resample, spectrum};
+use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::recording::{Finding, Severity};
-use crate::replay::{self, Method, Outcome, Run, RunOptions};
-use crate::units::{OpensWhen, SampleInterval};
+use crate::replay::{Method, Outcome, Run};
+use crate::units::OpensWhen;
 use std::collections::BTreeMap;
 
 /// Which stop models decide.
@@ -30,7 +41,7 @@ impl ModelChoice {
         }
     }
 
-    fn stops(self) -> &'static [StopModel] {
+    pub(super) fn stops(self) -> &'static [StopModel] {
         match self {
             Self::Auto => &[StopModel::Rigid, StopModel::Soft],
             Self::Only(StopModel::Rigid) => &[StopModel::Rigid],
@@ -51,7 +62,7 @@ pub enum Polarity {
 }
 
 impl Polarity {
-    fn signs(self) -> &'static [OpensWhen] {
+    pub(super) fn signs(self) -> &'static [OpensWhen] {
         match self {
             Self::Declared(OpensWhen::Negative) => &[OpensWhen::Negative],
             Self::Declared(OpensWhen::Positive) => &[OpensWhen::Positive],
@@ -77,10 +88,44 @@ pub struct AssessOptions {
     pub initial_velocity_rad_s: Option<f64>,
     /// Judged window [s].
     pub window_s: Option<(f64, f64)>,
+    /// Largest ensemble; 0 for nominal runs alone.
+    pub members: u32,
+    /// Seed of the ensemble.
+    pub seed: u64,
+    /// Judge the recording after each filter as well.
+    pub filter_table: bool,
+    /// Find the preload from which on the recording passes.
+    pub preload_answer: bool,
+    /// Follow every stop in full, also where bounds prove its answer; for comparison.
+    pub follow_all: bool,
     /// Threads to use; the numbers do not depend on it.
     pub threads: usize,
     /// Keep trajectories and spectra for a report.
     pub evidence: bool,
+}
+
+impl AssessOptions {
+    /// Asks for the nominal runs alone, by the event-driven method from rest on the stop, on one
+    /// thread and with nothing kept for a report.
+    #[must_use]
+    pub fn new(model: ModelChoice, polarity: Polarity) -> Self {
+        Self {
+            model,
+            polarity,
+            method: Method::EventDriven,
+            tolerance_rad: None,
+            initial_angle_rad: None,
+            initial_velocity_rad_s: None,
+            window_s: None,
+            members: 0,
+            seed: 1,
+            filter_table: false,
+            preload_answer: false,
+            follow_all: false,
+            threads: 1,
+            evidence: false,
+        }
+    }
 }
 
 /// The answer with everything it rests on.
@@ -98,8 +143,22 @@ pub struct Assessment {
     pub polarities: BTreeMap<&'static str, BTreeMap<&'static str, Run>>,
     /// What each stop and polarity says by itself.
     pub answers: Vec<RunAnswer>,
+    /// The ensemble of the stop and polarity with the largest nominal peak.
+    pub ensemble: Option<Ensemble>,
+    /// That of each stop and polarity that was not left out, where there are several.
+    pub ensembles: Vec<Ensemble>,
+    /// Which rung decided.
+    pub ladder: Ladder,
+    /// The preload that the recording asks for, if that was asked.
+    pub preload_answer: Option<PreloadAnswer>,
+    /// What one input moved by one standard deviation does to the nominal run.
+    pub what_if: Vec<WhatIf>,
+    /// What the nominal runs say after each filter.
+    pub filters: Vec<FilterRow>,
     /// Where the nominal peak's uncertainty comes from.
     pub budget: ErrorBudget,
+    /// What the closed-form bounds prove, per polarity and stop.
+    pub screens: Vec<ScreenedRun>,
     /// Findings of the replay; those of reading and conditioning are not repeated.
     pub findings: Vec<Finding>,
     /// What a report draws, if asked for.
@@ -110,7 +169,8 @@ pub struct Assessment {
 ///
 /// # Errors
 ///
-/// As [`replay::run`]; [`ErrorKind::OutOfRange`] for a window without two samples.
+/// As [`replay::run`]; [`ErrorKind::OutOfRange`] for a window without two samples, or for
+/// tolerances that leave what is physical, as [`ensemble::check`].
 pub fn assess(
     conditioned: &Conditioned,
     findings: &[Finding],
@@ -129,23 +189,18 @@ pub fn assess(
         signal,
         fine: &fine,
     };
-    let pairs: Vec<(OpensWhen, StopModel)> = options
+    let pairs: Vec<Pair> = options
         .polarity
         .signs()
         .iter()
         .flat_map(|sign| options.model.stops().iter().map(|stop| (*sign, *stop)))
         .collect();
-    let judged = bench.judge_all(
-        &pairs,
-        window,
-        if options.evidence {
-            Purpose::Drawing
-        } else {
-            Purpose::Deciding
-        },
-    )?;
+    let purpose = if options.evidence {
+        Purpose::Drawing
+    } else {
+        Purpose::Deciding
+    };
     let threshold = design.criterion.threshold_rad;
-    let of_rule_3 = combine(options.polarity, &pairs, &judged, threshold);
     let counted = |finding: &&Finding| counts(finding, options.window_s);
     let first_bad = findings
         .iter()
@@ -153,27 +208,79 @@ pub fn assess(
         .filter(counted)
         .map(|finding| finding.at_s.unwrap_or(f64::NEG_INFINITY))
         .min_by(f64::total_cmp);
-    let answer = match first_bad {
-        None => of_rule_3,
-        Some(bad_s) => match samples_before(signal, bad_s, window) {
-            Some(good) => {
-                let before = bench.judge_all(&pairs, Some(good), Purpose::Deciding)?;
-                match combine(options.polarity, &pairs, &before, threshold) {
-                    Answer::Fail => Answer::Fail,
-                    _ => Answer::Unusable,
-                }
-            }
-            None => Answer::Unusable,
-        },
+    let scope = first_bad.map_or(Scope::Whole, |bad_s| {
+        samples_before(signal, bad_s, window).map_or(Scope::Nothing, Scope::Until)
+    });
+    let scatter = (options.members > 0)
+        .then(|| Scatter::new(design, conditioned.bias_standard_error_m_s2, options.seed))
+        .transpose()?;
+    let screens = screen::of_runs(design, signal, &pairs, |stop| bench.initial(stop), window);
+    let asked = std::cell::RefCell::new(vec![None; pairs.len()]);
+    let spare = |outcomes: &[Outcome]| {
+        let mut spared = vec![None; pairs.len()];
+        if ladder::may_leave_out(options, scope).is_err() {
+            return spared;
+        }
+        let largest = index_of_largest(outcomes.iter().map(|outcome| &outcome.run));
+        for (index, outcome) in outcomes.iter().enumerate() {
+            let screened = screens.get(index).and_then(|run| run.answer);
+            let scatter = scatter.as_ref();
+            let known = ladder::known(&bench, scatter, pairs[index], window, outcome, screened);
+            asked.borrow_mut()[index] = Some(known);
+            let proven = known.proves(outcome, threshold, options.members);
+            spared[index] = proven.filter(|_| index != largest).map(|_| known);
+        }
+        spared
     };
+    let mut judged = bench.judge_all(&pairs, window, purpose, &spare)?;
+    let mut before = match scope {
+        Scope::Until(good) => {
+            bench.judge_all(&pairs, Some(good), Purpose::Deciding, &bench::follow_all)?
+        }
+        Scope::Whole | Scope::Nothing => Vec::new(),
+    };
+    let ensembles = match (&scatter, scope) {
+        (None, _) | (_, Scope::Nothing) => vec![None; pairs.len()],
+        (Some(scatter), Scope::Whole) => {
+            bench.ensembles(scatter, &pairs, &mut judged, window, false)?
+        }
+        (Some(scatter), Scope::Until(good)) => {
+            bench.ensembles(scatter, &pairs, &mut before, Some(good), true)?
+        }
+    };
+    let joined = |judged: &[Judged]| {
+        let answers: Vec<Answer> = judged.iter().map(|run| run.answer(threshold)).collect();
+        combine(options.polarity, &pairs, &answers)
+    };
+    let answer = scope.answer(joined(&judged), joined(&before));
 
-    let nominal_index = index_of_largest(&judged);
+    let nominal_index = index_of_largest(judged.iter().map(Judged::run));
     let (sign, stop) = pairs[nominal_index];
-    let budget = bench.budget(conditioned, window, &pairs, &judged, nominal_index)?;
+    let filtered = if options.filter_table {
+        filters::table(&bench, conditioned, &pairs, window, scope, &judged, &before)?
+    } else {
+        Vec::new()
+    };
+    let budget = bench.budget(
+        conditioned,
+        window,
+        &pairs,
+        &judged,
+        nominal_index,
+        filters::unfiltered_peak(&filtered, nominal_index),
+    )?;
+    let filters: Vec<FilterRow> = filtered.into_iter().map(|filtered| filtered.row).collect();
     let mut own_findings = replay_findings(design, options, signal.rate.interval(), &judged);
+    own_findings.extend(filters::filter_decides(&filters));
     let outside = bench.crossing_outside(&pairs, &judged, window)?;
     own_findings.extend(outside.map(|at| crossing_outside_window(at, design)));
     own_findings.extend(late_faults(findings, options.window_s));
+    let what_if = match (&scatter, scope) {
+        (Some(scatter), Scope::Whole) => {
+            what_if::reruns(&bench, conditioned, scatter, &pairs, &judged, window)?
+        }
+        _ => Vec::new(),
+    };
     let why = why::reasons(&why::Case {
         answer,
         design,
@@ -186,6 +293,19 @@ pub fn assess(
         outside,
         late_fault: first_late_fault(findings, options.window_s),
         budget: &budget,
+        ensembles: &ensembles,
+        what_if: &what_if,
+    });
+    let ladder = ladder::climbed(&Climbed {
+        options,
+        design,
+        signal,
+        scope,
+        pairs: &pairs,
+        judged: if before.is_empty() { &judged } else { &before },
+        known: &asked.into_inner(),
+        screens: &screens,
+        ensembles: &ensembles,
     });
     let mut models = BTreeMap::new();
     for stop in options.model.stops() {
@@ -213,10 +333,15 @@ pub fn assess(
                 .insert(stop.name(), judged.run().clone());
         }
     }
+    let ribbon = match &scatter {
+        Some(scatter) if options.evidence => ribbon::around(&bench, scatter, (sign, stop), window)?,
+        _ => None,
+    };
     let evidence = options.evidence.then(|| Evidence {
         raw: conditioned.raw.clone(),
         used: conditioned.used.clone(),
         traces: traces(&pairs, &judged, (sign, stop)),
+        ribbon,
         spectrum_raw: spectrum::amplitude_spectrum(&conditioned.raw),
         spectrum_used: spectrum::amplitude_spectrum(&conditioned.used),
         spectrogram: spectrum::spectrogram(&conditioned.used),
@@ -228,299 +353,69 @@ pub fn assess(
         models,
         polarities,
         answers: judged.iter().map(|run| run.stated(threshold)).collect(),
+        ensemble: ensembles.get(nominal_index).cloned().flatten(),
+        ensembles: if ensembles.iter().flatten().count() > 1 {
+            ensembles.into_iter().flatten().collect()
+        } else {
+            Vec::new()
+        },
+        ladder,
+        preload_answer: if options.preload_answer && scope == Scope::Whole {
+            let passes = answer == Answer::Pass;
+            Some(margin::preload_answer(
+                conditioned,
+                findings,
+                design,
+                options,
+                passes,
+            )?)
+        } else {
+            None
+        },
+        what_if,
+        filters,
         budget,
+        screens,
         findings: own_findings,
         evidence,
     })
 }
 
-/// What a run is for, which says what it need not carry along.
+/// Which samples an answer may rest on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Purpose {
-    /// Decides, and is drawn.
-    Drawing,
-    /// Decides.
-    Deciding,
-    /// Is compared with one that decides: its own error does not matter.
-    Comparison,
+pub(super) enum Scope {
+    /// All of the judged window.
+    Whole,
+    /// Those from first to last, before a blocking finding.
+    Until((usize, usize)),
+    /// None: a blocking finding holds from the start.
+    Nothing,
 }
 
-/// What every run of one assessment shares.
-struct Bench<'a> {
-    design: &'a Design,
-    options: &'a AssessOptions,
-    signal: &'a Signal,
-    /// The band-limited fourfold of the samples.
-    fine: &'a Signal,
-}
-
-/// Samples of a recording from which further threads gain more than their start costs.
-const SHARED_SAMPLES: usize = 20_000;
-
-impl Bench<'_> {
-    /// Threads that the runs are shared among: one for a short recording.
-    fn threads(&self) -> usize {
-        if self.signal.samples.len() < SHARED_SAMPLES {
-            1
-        } else {
-            self.options.threads
+impl Scope {
+    /// Parts 1 and 2 of the rule, from what part 3 says of all samples and of the good ones.
+    pub(super) fn answer(self, of_all: Answer, of_good: Answer) -> Answer {
+        match self {
+            Self::Whole => of_all,
+            Self::Until(_) if of_good == Answer::Fail => Answer::Fail,
+            Self::Until(_) | Self::Nothing => Answer::Unusable,
         }
-    }
-
-    /// The initial state asked for, what is left open being that of rest on the stop.
-    fn initial(&self, stop: StopModel) -> Option<(f64, f64)> {
-        let (angle, velocity) = (
-            self.options.initial_angle_rad,
-            self.options.initial_velocity_rad_s,
-        );
-        if angle.is_none() && velocity.is_none() {
-            return None;
-        }
-        let rest = match stop {
-            StopModel::Rigid => 0.0,
-            StopModel::Soft => self.design.stop.rest_angle_rad(&self.design.lever),
-        };
-        Some((angle.unwrap_or(rest), velocity.unwrap_or(0.0)))
-    }
-
-    fn run(
-        &self,
-        signal: &Signal,
-        pair: (OpensWhen, StopModel),
-        window: Option<(usize, usize)>,
-        purpose: Purpose,
-    ) -> Result<Outcome, Error> {
-        // The error budget reruns with the other stop, which the method asked for may not know.
-        let (method, tolerance_rad) = if self.options.method.admits(pair.1) {
-            (self.options.method, self.options.tolerance_rad)
-        } else {
-            (Method::EventDriven, None)
-        };
-        replay::run(
-            signal,
-            self.design,
-            &RunOptions {
-                stop: pair.1,
-                opens_when: pair.0,
-                method,
-                tolerance_rad,
-                step_s: None,
-                initial: self.initial(pair.1),
-                window,
-                trace: purpose == Purpose::Drawing,
-                error_bound: purpose != Purpose::Comparison,
-            },
-        )
-    }
-
-    /// Runs every pair on the samples and on their fourfold.
-    fn judge_all(
-        &self,
-        pairs: &[(OpensWhen, StopModel)],
-        window: Option<(usize, usize)>,
-        purpose: Purpose,
-    ) -> Result<Vec<Judged>, Error> {
-        let fine_window = window.map(|(first, last)| (4 * first, 4 * last));
-        let tasks: Vec<(usize, bool)> = (0..pairs.len())
-            .flat_map(|pair| [(pair, true), (pair, false)])
-            .collect();
-        let outcomes = in_parallel(self.threads(), &tasks, |&(pair, fine)| {
-            if fine {
-                self.run(self.fine, pairs[pair], fine_window, Purpose::Comparison)
-            } else {
-                self.run(self.signal, pairs[pair], window, purpose)
-            }
-        });
-        let mut judged = Vec::with_capacity(pairs.len());
-        let mut outcomes = outcomes.into_iter();
-        while let (Some(fine), Some(nominal)) = (outcomes.next(), outcomes.next()) {
-            let (fine, outcome) = (fine?, nominal?);
-            let highest = |run: &Run| {
-                run.coast_peak_angle_rad
-                    .map_or(run.peak_angle_rad, |coast| coast.max(run.peak_angle_rad))
-            };
-            let interpolation_error_rad = (fine.run.peak_angle_rad - outcome.run.peak_angle_rad)
-                .abs()
-                .max(if outcome.run.coast_peak_angle_rad.is_some() {
-                    (highest(&fine.run) - highest(&outcome.run)).abs()
-                } else {
-                    0.0
-                });
-            judged.push(Judged {
-                outcome,
-                // A rerun that could not be followed bounds nothing.
-                interpolation_error_rad: if fine.broke_down {
-                    f64::MAX
-                } else {
-                    interpolation_error_rad
-                },
-            });
-        }
-        Ok(judged)
-    }
-
-    /// When the lever first crosses the threshold outside the judged window, if it does so on
-    /// a stop and polarity that do not cross inside.
-    fn crossing_outside(
-        &self,
-        pairs: &[(OpensWhen, StopModel)],
-        judged: &[Judged],
-        window: Option<(usize, usize)>,
-    ) -> Result<Option<f64>, Error> {
-        let tasks: Vec<(OpensWhen, StopModel)> = pairs
-            .iter()
-            .zip(judged)
-            .filter(|(_, judged)| window.is_some() && judged.run().first_crossing_s.is_none())
-            .map(|(pair, _)| *pair)
-            .collect();
-        let mut first: Option<f64> = None;
-        for outcome in in_parallel(self.threads(), &tasks, |pair| {
-            self.run(self.signal, *pair, None, Purpose::Comparison)
-        }) {
-            let crossing = outcome?.run.first_crossing_s;
-            first = match (first, crossing) {
-                (Some(first), Some(crossing)) => Some(first.min(crossing)),
-                (first, crossing) => first.or(crossing),
-            };
-        }
-        Ok(first)
-    }
-
-    fn budget(
-        &self,
-        conditioned: &Conditioned,
-        window: Option<(usize, usize)>,
-        pairs: &[(OpensWhen, StopModel)],
-        judged: &[Judged],
-        nominal: usize,
-    ) -> Result<ErrorBudget, Error> {
-        let (sign, stop) = pairs[nominal];
-        let peak = judged[nominal].run().peak_angle_rad;
-        let other_stop = match stop {
-            StopModel::Rigid => StopModel::Soft,
-            StopModel::Soft => StopModel::Rigid,
-        };
-        let known = |pair| {
-            pairs
-                .iter()
-                .position(|known| *known == pair)
-                .map(|index| judged[index].run().peak_angle_rad)
-        };
-        // Each entry is a rerun: the signal to use and the pair to run it with.
-        let mut reruns: Vec<(Part, Signal, (OpensWhen, StopModel))> = Vec::new();
-        if conditioned.filter.is_some() {
-            reruns.push((
-                Part::Filter,
-                conditioning::without_filter(conditioned)?,
-                (sign, stop),
-            ));
-        }
-        if conditioned.bias_samples > 0 {
-            for direction in [-1.0, 1.0] {
-                let mut shifted = self.signal.clone();
-                let shift = direction * conditioned.bias_standard_error_m_s2;
-                shifted.samples.iter_mut().for_each(|a| *a += shift);
-                reruns.push((Part::Bias, shifted, (sign, stop)));
-            }
-        }
-        let model_peak = known((sign, other_stop));
-        // A lever that starts inside the soft stop has no counterpart on the rigid one.
-        let admitted = other_stop == StopModel::Soft
-            || self
-                .options
-                .initial_angle_rad
-                .is_none_or(|angle| angle >= 0.0);
-        if model_peak.is_none() && admitted {
-            reruns.push((Part::Model, self.signal.clone(), (sign, other_stop)));
-        }
-        let outcomes = in_parallel(self.threads(), &reruns, |(_, signal, pair)| {
-            self.run(signal, *pair, window, Purpose::Comparison)
-        });
-        let mut budget = ErrorBudget {
-            numerical: Some(judged[nominal].run().numerical_error_rad),
-            interpolation: Some(judged[nominal].interpolation_error_rad),
-            model: model_peak.map(|other| (other - peak).abs()),
-            filter: conditioned.filter.is_none().then_some(0.0),
-            bias: None,
-            polarity: None,
-        };
-        for ((part, _, _), outcome) in reruns.iter().zip(outcomes) {
-            let change = (outcome?.run.peak_angle_rad - peak).abs();
-            let entry = match part {
-                Part::Filter => &mut budget.filter,
-                Part::Bias => &mut budget.bias,
-                Part::Model => &mut budget.model,
-            };
-            *entry = Some(entry.map_or(change, |before| before.max(change)));
-        }
-        if self.options.polarity == Polarity::Undeclared {
-            budget.polarity = known((sign.reversed(), stop)).map(|other| (other - peak).abs());
-        }
-        Ok(budget)
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Part {
-    Filter,
-    Bias,
-    Model,
-}
-
-/// Calls `work` on each item, on up to `threads` threads; results in the items' order.
-fn in_parallel<T: Sync, R: Send>(
-    threads: usize,
-    items: &[T],
-    work: impl Fn(&T) -> R + Sync,
-) -> Vec<R> {
-    let threads = threads.clamp(1, items.len().max(1));
-    if threads == 1 {
-        return items.iter().map(work).collect();
-    }
-    let next = std::sync::atomic::AtomicUsize::new(0);
-    let take = || {
-        let mut done = Vec::new();
-        loop {
-            let index = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            match items.get(index) {
-                Some(item) => done.push((index, work(item))),
-                None => return done,
-            }
-        }
-    };
-    let mut results: Vec<(usize, R)> = std::thread::scope(|scope| {
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(take)).collect();
-        let mut results = take();
-        for other in others {
-            match other.join() {
-                Ok(part) => results.extend(part),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-        results
-    });
-    results.sort_by_key(|(index, _)| *index);
-    results.into_iter().map(|(_, result)| result).collect()
-}
-
-/// Joins what the pairs say by parts 3 and 4 of the rule.
-fn combine(
-    polarity: Polarity,
-    pairs: &[(OpensWhen, StopModel)],
-    judged: &[Judged],
-    threshold: f64,
-) -> Answer {
+/// Joins what the pairs say by parts 3 and 4 of the rule; no answers, no pass.
+pub(super) fn combine(polarity: Polarity, pairs: &[Pair], answers: &[Answer]) -> Answer {
     let per_sign: Vec<Answer> = polarity
         .signs()
         .iter()
         .map(|sign| {
-            let answers: Vec<Answer> = pairs
+            let own: Vec<Answer> = pairs
                 .iter()
-                .zip(judged)
+                .zip(answers)
                 .filter(|((s, _), _)| s == sign)
-                .map(|(_, judged)| judged.answer(threshold))
+                .map(|(_, answer)| *answer)
                 .collect();
-            unanimous(&answers)
+            unanimous(&own)
         })
         .collect();
     match polarity {
@@ -529,113 +424,54 @@ fn combine(
     }
 }
 
-fn index_of_largest(judged: &[Judged]) -> usize {
+/// Returns whether all answers that the open pairs may still give lead to one.
+pub(super) fn settled(
+    polarity: Polarity,
+    pairs: &[Pair],
+    answers: &[Option<Answer>],
+    judged: &[Judged],
+    threshold: f64,
+) -> bool {
+    let none_exceeds = Share {
+        lower: 0.0,
+        upper: 0.0,
+    };
+    let mut joined: Vec<Vec<Answer>> = vec![Vec::new()];
+    for (answer, judged) in answers.iter().zip(judged) {
+        let mut possible = vec![Answer::Fail, Answer::Undecided];
+        if decide(&judged.standing(), threshold, Some(none_exceeds)) == Answer::Pass {
+            possible.push(Answer::Pass);
+        }
+        let possible = answer.map_or(possible, |answer| vec![answer]);
+        // At most four pairs of three answers.
+        joined = joined
+            .iter()
+            .flat_map(|before| {
+                possible
+                    .iter()
+                    .map(|answer| [before.as_slice(), &[*answer]].concat())
+            })
+            .collect();
+    }
+    let mut outcomes = joined
+        .iter()
+        .map(|answers| combine(polarity, pairs, answers));
+    let first = outcomes.next();
+    outcomes.all(|outcome| Some(outcome) == first)
+}
+
+fn index_of_largest<'a>(runs: impl Iterator<Item = &'a Run>) -> usize {
+    let peaks: Vec<f64> = runs.map(|run| run.peak_angle_rad).collect();
     let mut largest = 0;
-    for (index, candidate) in judged.iter().enumerate() {
-        if candidate.run().peak_angle_rad > judged[largest].run().peak_angle_rad {
+    for (index, peak) in peaks.iter().enumerate() {
+        if *peak > peaks[largest] {
             largest = index;
         }
     }
     largest
 }
 
-/// A fault that begins after the judged window does not count.
-fn counts(finding: &Finding, window_s: Option<(f64, f64)>) -> bool {
-    match (window_s, finding.at_s) {
-        (Some((_, end)), Some(at)) => at <= end,
-        _ => true,
-    }
-}
-
-fn late_faults(findings: &[Finding], window_s: Option<(f64, f64)>) -> Option<Finding> {
-    let first = first_late_fault(findings, window_s)?;
-    Some(Finding::warning(
-        "fault-after-window",
-        format!(
-            "What blocks a verdict from {} on lies after the end of the judged window and does not count; the verdict says nothing about what follows the window.",
-            why::instant(first)
-        ),
-    )
-    .at(first))
-}
-
-/// When the first blocking finding begins that lies after the judged window.
-fn first_late_fault(findings: &[Finding], window_s: Option<(f64, f64)>) -> Option<f64> {
-    findings
-        .iter()
-        .filter(|finding| finding.severity == Severity::Blocking && !counts(finding, window_s))
-        .filter_map(|finding| finding.at_s)
-        .min_by(f64::total_cmp)
-}
-
-fn crossing_outside_window(at_s: f64, design: &Design) -> Finding {
-    Finding::warning(
-        "crossing-outside-window",
-        format!(
-            "Outside the judged window the lever crosses the limit of {} rad, first at {}; with --window that does not count.",
-            design.criterion.threshold_rad,
-            why::instant(at_s)
-        ),
-    )
-    .at(at_s)
-}
-
-/// First and last sample inside a window.
-fn window_samples(signal: &Signal, (from, to): (f64, f64)) -> Result<(usize, usize), Error> {
-    let rate = signal.rate.hertz();
-    let count = signal.samples.len();
-    // A billionth of a sample absorbs the rounding of a bound that was meant to hit a sample.
-    let place = |time: f64| (time - signal.start_s) * rate;
-    #[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
-    let last = count as f64 - 1.0;
-    let first_index = (place(from) - 1e-6).ceil().max(0.0);
-    let last_index = (place(to) + 1e-6).floor().min(last);
-    if first_index.is_nan() || last_index.is_nan() || first_index >= last_index {
-        return Err(ErrorKind::OutOfRange {
-            what: "window [s]".into(),
-            expected: format!(
-                "an interval that holds at least two samples of the record, which runs from {} to {}",
-                signal.start_s,
-                signal.end_s()
-            ),
-            found: format!("{from}..{to}"),
-        }
-        .into());
-    }
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "between 0 and the number of samples"
-    )]
-    Ok((first_index as usize, last_index as usize))
-}
-
-/// The judged samples before the first bad one, if there are two.
-fn samples_before(
-    signal: &Signal,
-    bad_s: f64,
-    window: Option<(usize, usize)>,
-) -> Option<(usize, usize)> {
-    let (first, last) = window.unwrap_or((0, signal.samples.len() - 1));
-    let place = (bad_s - signal.start_s) * signal.rate.hertz();
-    #[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
-    if place.is_nan() || place <= first as f64 + 2.0 {
-        return None;
-    }
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "positive, and cut at the last sample"
-    )]
-    let good = ((place - 1e-6).ceil() as usize).saturating_sub(1).min(last);
-    (good > first + 1).then_some((first, good))
-}
-
-fn traces(
-    pairs: &[(OpensWhen, StopModel)],
-    judged: &[Judged],
-    nominal: (OpensWhen, StopModel),
-) -> Vec<Trace> {
+fn traces(pairs: &[Pair], judged: &[Judged], nominal: (OpensWhen, StopModel)) -> Vec<Trace> {
     let mut traces: Vec<Trace> = pairs
         .iter()
         .zip(judged)
@@ -647,100 +483,6 @@ fn traces(
         .collect();
     traces.sort_by_key(|trace| (trace.opens_when, trace.model) != nominal);
     traces
-}
-
-/// What the replay itself found odd.
-fn replay_findings(
-    design: &Design,
-    options: &AssessOptions,
-    interval: SampleInterval,
-    judged: &[Judged],
-) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    if options.polarity == Polarity::Undeclared {
-        findings.push(Finding::warning(
-            "polarity-undeclared",
-            "Neither option nor card says which sign of the recorded acceleration opens the lever; both were judged. State it with --opens-when or in the card.",
-        ));
-    }
-    if judged
-        .iter()
-        .any(|j| j.run().peak_angle_rad > std::f64::consts::FRAC_PI_2)
-    {
-        findings.push(Finding::info(
-            "beyond-geometry",
-            "The angle exceeds π/2, where a lever on a latch has long met other parts: the crossing of the threshold stands, the size of the peak does not.",
-        ));
-    }
-    if let Some(j) = judged.iter().find(|j| j.outcome.broke_down) {
-        findings.push(Finding::warning(
-            "method-broke-down",
-            format!("The {} method could not follow the lever on the {} stop{}; its numbers mean nothing.", j.run().method, j.run().model.name(), j.outcome.breakdown.map_or_else(String::new, |why| format!(": {}", why.text()))),
-        ));
-    }
-    findings.extend(method_findings(design, options, interval, judged));
-    for j in judged {
-        let run = j.run();
-        if run.numerical_error_rad > 0.01 * design.criterion.threshold_rad
-            && options.method == Method::EventDriven
-        {
-            findings.push(Finding::warning(
-                "rounding-amplified",
-                format!(
-                    "{} impacts on the {} stop have carried rounding to {:.1e} rad: the peak is not known better than that.",
-                    run.impacts,
-                    run.model.name(),
-                    run.numerical_error_rad
-                ),
-            ));
-        }
-        if run.first_crossing_s.is_some_and(|time| time < 0.0) {
-            findings.push(
-                Finding::warning(
-                    "crossing-before-contact",
-                    format!("On the {} stop the threshold is crossed before time zero, the instant of first contact: check bias, filter and time zero.", run.model.name()),
-                )
-                .at(run.first_crossing_s.unwrap_or(0.0)),
-            );
-        }
-    }
-    findings
-}
-
-/// What is known of the method that was asked for.
-fn method_findings(
-    design: &Design,
-    options: &AssessOptions,
-    interval: SampleInterval,
-    judged: &[Judged],
-) -> Vec<Finding> {
-    let method = options.method;
-    let mut findings = Vec::new();
-    match method {
-        Method::EventDriven => return findings,
-        Method::Rk4 { .. } => findings.push(Finding::warning(
-            "fixed-step-method",
-            "The fixed-step method sees impacts only at the end of a step; it is for comparison, and its stated error is an estimate from halving the step.",
-        )),
-        _ => findings.push(Finding::warning(
-            "comparison-method",
-            format!(
-                "The {} method is for comparison; its stated error is an estimate from a second run with {}.",
-                method.name(),
-                if method.steps_per_period().is_some() { "half the step" } else { "a tenth of the tolerance" }
-            ),
-        )),
-    }
-    for stop in [StopModel::Rigid, StopModel::Soft] {
-        if judged.iter().any(|j| j.run().model == stop) {
-            for text in method.known_failures(design, stop, interval, options.tolerance_rad) {
-                if !findings.iter().any(|known| known.text == text) {
-                    findings.push(Finding::warning("method-known-to-fail", text));
-                }
-            }
-        }
-    }
-    findings
 }
 
 /// Returns the name of a filter as verdicts state it.

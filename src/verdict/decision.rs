@@ -3,13 +3,88 @@
 use super::{Answer, ErrorBudget, RunAnswer};
 use crate::replay::{Outcome, Run};
 
-/// The rule in words, as every verdict and report states it.
-pub const DECISION_RULE: &str = "Nominal runs alone (as with --members 0). U = numerical + interpolation error. \
+/// The rule in words, as every verdict and report that rests on an ensemble states it.
+pub const DECISION_RULE: &str = "U = numerical + interpolation error; p = the share of levers, scattered as design and input are uncertain, whose peak exceeds the threshold. \
+(1) fail, if the runs say so by (3) on the samples before the first that a blocking finding declares bad. \
+(2) Otherwise unusable, if any finding is blocking; one that begins after the judged window does not count. \
+(3) Otherwise, for each stop and polarity that counts, by the nominal run and an ensemble, which is looked at after 128, 512, 2048 and 10000 members (or at --members) with one-sided Clopper-Pearson bounds of p, each at confidence 1 - 0.05/4; members that could not be followed count against either answer: \
+pass, if the upper bound of p is at most 5 % and the nominal peak angle plus U and the nominal coast's peak angle plus its own error, never less than U, are at or below the threshold; \
+fail, if the lower bound of p is at least 95 %, or the nominal peak angle minus U exceeds the threshold and the lower bound of p exceeds 50 %; \
+undecided, if neither holds at the last look. \
+(4) Two stops (model auto) or two undeclared polarities that answer differently: undecided; polarities declared as both: the worse counts.";
+
+/// The rule in words where only nominal runs are judged.
+pub const NOMINAL_DECISION_RULE: &str = "Nominal runs alone (as with --members 0). U = numerical + interpolation error. \
 (1) fail, if the runs say so by (3) on the samples before the first that a blocking finding declares bad. \
 (2) Otherwise unusable, if any finding is blocking; one that begins after the judged window does not count. \
 (3) Otherwise, for each stop and polarity that counts: pass if the peak angle plus U and the coast's peak angle plus its own error, never less than U, are at or below the threshold; \
 fail if the peak angle minus U exceeds the threshold; else undecided. \
 (4) Two stops (model auto) or two undeclared polarities that answer differently: undecided; polarities declared as both: the worse counts.";
+
+/// Largest share that a pass lets cross the threshold [-], as the upper bound has it.
+pub const PASS_SHARE_MAX: f64 = 0.05;
+
+/// Least share that fails whatever the nominal run says [-], as the lower bound has it.
+pub const FAIL_SHARE_MIN: f64 = 0.95;
+
+/// Share beyond which a nominal run that fails does fail [-], as the lower bound has it.
+pub const FAIL_SHARE_WITH_NOMINAL: f64 = 0.5;
+
+/// Bounds of the share of an ensemble that exceeds the threshold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Share {
+    /// Lower bound [-].
+    pub lower: f64,
+    /// Upper bound [-].
+    pub upper: f64,
+}
+
+/// What a nominal run says of itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Standing {
+    /// Largest angle in the window [rad].
+    pub peak_angle_rad: f64,
+    /// U of the peak, numerical plus interpolation error [rad].
+    pub uncertainty_rad: f64,
+    /// Largest angle after the window and its error [rad]; `None` without a coast.
+    pub coast_rad: Option<(f64, f64)>,
+    /// The method could follow the lever: else the numbers above mean nothing.
+    pub followed: bool,
+}
+
+impl Standing {
+    fn stays_below(&self, threshold_rad: f64) -> bool {
+        self.followed && self.peak_angle_rad + self.uncertainty_rad <= threshold_rad
+    }
+
+    fn coast_stays_below(&self, threshold_rad: f64) -> bool {
+        self.coast_rad
+            .is_none_or(|(coast, error)| coast + error <= threshold_rad)
+    }
+
+    fn exceeds(&self, threshold_rad: f64) -> bool {
+        self.followed && self.peak_angle_rad - self.uncertainty_rad > threshold_rad
+    }
+}
+
+/// Returns what one stop and polarity says by part 3 of the rule; without `share` by the nominal
+/// run alone. At a look that is not the last, undecided means that the next one follows.
+#[must_use]
+pub fn decide(standing: &Standing, threshold_rad: f64, share: Option<Share>) -> Answer {
+    let few_exceed = share.is_none_or(|share| share.upper <= PASS_SHARE_MAX);
+    let most_exceed = share.is_none_or(|share| share.lower > FAIL_SHARE_WITH_NOMINAL);
+    let nearly_all_exceed = share.is_some_and(|share| share.lower >= FAIL_SHARE_MIN);
+    if few_exceed
+        && standing.stays_below(threshold_rad)
+        && standing.coast_stays_below(threshold_rad)
+    {
+        Answer::Pass
+    } else if nearly_all_exceed || (most_exceed && standing.exceeds(threshold_rad)) {
+        Answer::Fail
+    } else {
+        Answer::Undecided
+    }
+}
 
 /// What one stop and polarity gave: the run, its error, and the same on finer samples.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,6 +93,10 @@ pub struct Judged {
     pub outcome: Outcome,
     /// Change of the larger of peak and coast peak when the samples are refined fourfold [rad].
     pub interpolation_error_rad: f64,
+    /// What an ensemble adds; `None` where the nominal run alone is judged.
+    pub share: Option<Share>,
+    /// Error and share are bounds in closed form, since nothing but the nominal run was made.
+    pub left_out: bool,
 }
 
 impl Judged {
@@ -44,7 +123,8 @@ impl Judged {
     #[must_use]
     pub fn stated(&self, threshold_rad: f64) -> RunAnswer {
         // An error as large as no number can be is that of a run that was not followed.
-        let followed = |error: f64| (!self.outcome.broke_down && error < f64::MAX).then_some(error);
+        let measured = !self.outcome.broke_down && !self.left_out;
+        let followed = |error: f64| (measured && error < f64::MAX).then_some(error);
         let run = self.run();
         RunAnswer {
             model: run.model,
@@ -58,39 +138,38 @@ impl Judged {
         }
     }
 
-    fn coast_stays_below(&self, threshold_rad: f64) -> bool {
-        self.run()
-            .coast_peak_angle_rad
-            .is_none_or(|coast| coast + self.coast_uncertainty_rad() <= threshold_rad)
+    /// Returns what the nominal run says of itself.
+    #[must_use]
+    pub fn standing(&self) -> Standing {
+        let run = self.run();
+        Standing {
+            peak_angle_rad: run.peak_angle_rad,
+            uncertainty_rad: self.uncertainty_rad(),
+            coast_rad: run
+                .coast_peak_angle_rad
+                .map(|coast| (coast, self.coast_uncertainty_rad())),
+            followed: !self.outcome.broke_down,
+        }
     }
 
-    /// Returns whether only the motion after the last judged sample forbids a pass.
+    /// Returns whether only the motion after the last judged sample forbids the nominal run to
+    /// pass.
     #[must_use]
     pub fn held_back_by_coast(&self, threshold_rad: f64) -> bool {
-        !self.outcome.broke_down
-            && self.run().peak_angle_rad + self.uncertainty_rad() <= threshold_rad
-            && !self.coast_stays_below(threshold_rad)
+        let standing = self.standing();
+        standing.stays_below(threshold_rad) && !standing.coast_stays_below(threshold_rad)
     }
 
-    /// Returns what this run says by part 3 of the rule.
+    /// Returns what this stop and polarity says by part 3 of the rule.
     #[must_use]
     pub fn answer(&self, threshold_rad: f64) -> Answer {
-        if self.outcome.broke_down {
-            return Answer::Undecided;
-        }
-        let uncertainty = self.uncertainty_rad();
-        let run = self.run();
-        if run.peak_angle_rad + uncertainty <= threshold_rad {
-            if self.coast_stays_below(threshold_rad) {
-                Answer::Pass
-            } else {
-                Answer::Undecided
-            }
-        } else if run.peak_angle_rad - uncertainty > threshold_rad {
-            Answer::Fail
-        } else {
-            Answer::Undecided
-        }
+        decide(&self.standing(), threshold_rad, self.share)
+    }
+
+    /// Returns what the nominal run alone says.
+    #[must_use]
+    pub fn nominal_answer(&self, threshold_rad: f64) -> Answer {
+        decide(&self.standing(), threshold_rad, None)
     }
 }
 

@@ -1,7 +1,9 @@
 //! The reasons of a verdict, in sentences.
 
 use super::assess::{AssessOptions, ModelChoice, Polarity};
-use super::decision::Judged;
+use super::decision::{FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, Judged, PASS_SHARE_MAX};
+use super::ensemble::Ensemble;
+use super::what_if::{Change, Side, WhatIf};
 use super::{Answer, ErrorBudget, Reason};
 use crate::model::Design;
 use crate::model::stop::StopModel;
@@ -23,6 +25,9 @@ pub(super) struct Case<'a> {
     /// When the first blocking finding after the judged window begins [s].
     pub(super) late_fault: Option<f64>,
     pub(super) budget: &'a ErrorBudget,
+    /// One for each pair that was not left out.
+    pub(super) ensembles: &'a [Option<Ensemble>],
+    pub(super) what_if: &'a [WhatIf],
 }
 
 /// Returns the reasons, the weightiest first.
@@ -34,6 +39,9 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
     if case.answer == Answer::Undecided {
         // What stands in the way of an answer comes before the size of the peak.
         reasons.extend(disagreement(case));
+        reasons.extend(undeclared(case));
+        reasons.extend(ensemble(case));
+        reasons.extend(deciding_inputs(case));
     }
     reasons.push(peak(case));
     reasons.extend(before_fault(case));
@@ -51,6 +59,10 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
             instant(at)
         ),
     }));
+    if case.answer != Answer::Undecided {
+        reasons.extend(ensemble(case));
+        reasons.extend(deciding_inputs(case));
+    }
     if case.answer != Answer::Unusable {
         reasons.extend(coast(case));
         if case.answer != Answer::Undecided {
@@ -58,11 +70,198 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
         }
         reasons.extend(uncertainty(case));
     }
-    reasons.push(Reason {
-        code: "nominal-runs-only",
-        text: "Only nominal runs were judged, as with --members 0: the scatter of lever, stop and sensor is not part of this verdict.".into(),
-    });
+    if case.options.members == 0 {
+        reasons.push(Reason {
+            code: "nominal-runs-only",
+            text: "Only nominal runs were judged, as with --members 0: the scatter of lever, stop and sensor is not part of this verdict.".into(),
+        });
+    }
     reasons
+}
+
+/// Says how many of the scattered levers cross, and what that is worth.
+fn ensemble(case: &Case<'_>) -> Option<Reason> {
+    let own = case.ensembles.get(case.nominal)?.as_ref()?;
+    // Where an answer is missing, every stop and polarity that has none is named.
+    let threshold = case.design.criterion.threshold_rad;
+    let mut named: Vec<&Ensemble> = vec![own];
+    if case.answer == Answer::Undecided {
+        named = case
+            .ensembles
+            .iter()
+            .zip(case.judged)
+            .filter(|(_, judged)| judged.answer(threshold) == Answer::Undecided)
+            .filter_map(|(ensemble, _)| ensemble.as_ref())
+            .collect();
+        if named.is_empty() {
+            named.push(own);
+        }
+    }
+    let list: Vec<String> = named
+        .iter()
+        .map(|ensemble| {
+            let lost = match ensemble.failed_to_run {
+                0 => String::new(),
+                lost => format!(", {lost} not followed"),
+            };
+            let share = match case.answer {
+                Answer::Pass => format!("at most {} %", percent(ensemble.p_upper)),
+                Answer::Fail => format!("at least {} %", percent(ensemble.p_lower)),
+                Answer::Undecided | Answer::Unusable => format!(
+                    "{} to {} %",
+                    percent(ensemble.p_lower),
+                    percent(ensemble.p_upper)
+                ),
+            };
+            format!(
+                "{} of {} levers{lost}, {share} of all such ({})",
+                ensemble.exceeded,
+                ensemble.members,
+                briefly((ensemble.opens_when, ensemble.model)),
+            )
+        })
+        .collect();
+    let until = own.judged_until_s.map_or_else(String::new, |at| {
+        format!(" on the samples up to {}", instant(at))
+    });
+    let (pass, fail) = (percent(PASS_SHARE_MAX), percent(FAIL_SHARE_WITH_NOMINAL));
+    let nearly_all = percent(FAIL_SHARE_MIN);
+    let (code, rule) = match case.answer {
+        Answer::Pass => ("few-members-cross", format!("a pass allows {pass} %")),
+        Answer::Fail if own.p_lower >= FAIL_SHARE_MIN => {
+            ("most-members-cross", format!("a fail needs {nearly_all} %"))
+        }
+        Answer::Fail => (
+            "most-members-cross",
+            format!("a fail needs more than {fail} % if the nominal lever crosses"),
+        ),
+        Answer::Undecided | Answer::Unusable => (
+            "members-cross",
+            format!(
+                "a pass allows {pass} %, a fail needs more than {fail} % and a nominal lever that crosses, or {nearly_all} %"
+            ),
+        ),
+    };
+    Some(Reason {
+        code,
+        text: format!(
+            "Scattered as design and input are uncertain, the limit is crossed{until} by {}; {rule}.",
+            list.join("; by ")
+        ),
+    })
+}
+
+/// Returns a share in percent, with the digits that matter at the bounds of the rule.
+fn percent(share: f64) -> String {
+    let text = plain(100.0 * share, 4);
+    if text.contains('.') && !text.contains('e') {
+        text.trim_end_matches('0').trim_end_matches('.').to_string()
+    } else {
+        text
+    }
+}
+
+/// Names the undeclared polarity where both signs are in doubt alike.
+fn undeclared(case: &Case<'_>) -> Option<Reason> {
+    let threshold = case.design.criterion.threshold_rad;
+    let open =
+        case.options.polarity == Polarity::Undeclared && case.ensembles.iter().any(Option::is_some);
+    if !open || signs_differ(case, threshold) {
+        return None;
+    }
+    Some(Reason {
+        code: "polarity-undeclared",
+        text: format!(
+            "The sign that opens is not declared, and neither polarity answers by itself: {}. State it with --opens-when.",
+            each(case, threshold)
+        ),
+    })
+}
+
+/// Names the inputs of which one standard deviation moves a nominal lever across the limit; the
+/// bias comes first.
+fn deciding_inputs(case: &Case<'_>) -> Vec<Reason> {
+    let moved = |what_if: &&WhatIf| !what_if.changes_side.is_empty();
+    let is_bias = |what_if: &&WhatIf| what_if.input == "input.bias_g";
+    let bias: Vec<String> = case
+        .what_if
+        .iter()
+        .filter(moved)
+        .filter(is_bias)
+        .filter_map(|what_if| {
+            let how = match what_if.how {
+                Change::More => "one standard deviation more",
+                Change::Less => "one standard deviation less",
+                Change::BiasKept => "left in the recording",
+            };
+            let (side, before) = side(case, what_if)?;
+            Some(format!(
+                "{how} ({} g), {} rad instead of {} rad ({})",
+                signed(what_if.change),
+                plain(side.peak_angle_rad, 4),
+                plain(before, 4),
+                briefly((side.opens_when, side.model)),
+            ))
+        })
+        .collect();
+    let mut reasons = Vec::new();
+    if !bias.is_empty() {
+        reasons.push(Reason {
+            code: "bias-decides",
+            text: format!(
+                "The bias decides on which side of the limit a nominal lever stays: {}.",
+                bias.join("; ")
+            ),
+        });
+    }
+    let others: Vec<String> = case
+        .what_if
+        .iter()
+        .filter(moved)
+        .filter(|what_if| !is_bias(what_if))
+        .filter_map(|what_if| {
+            let (side, _) = side(case, what_if)?;
+            Some(format!(
+                "{} {} ({} rad)",
+                what_if.input,
+                signed(what_if.change),
+                plain(side.peak_angle_rad, 4)
+            ))
+        })
+        .collect();
+    if !others.is_empty() {
+        reasons.push(Reason {
+            code: "tolerance-decides",
+            text: format!(
+                "One standard deviation of a single tolerance takes a nominal lever across the limit: {}.",
+                others.join(", ")
+            ),
+        });
+    }
+    reasons
+}
+
+fn signed(change: f64) -> String {
+    let sign = if change < 0.0 { "" } else { "+" };
+    format!("{sign}{}", plain(change, 3))
+}
+
+/// Returns the stop and polarity that changes sides, that of the nominal run if it is among
+/// them, and its nominal peak [rad].
+fn side(case: &Case<'_>, what_if: &WhatIf) -> Option<(Side, f64)> {
+    let nominal = case.pairs[case.nominal];
+    let side = what_if
+        .changes_side
+        .iter()
+        .find(|side| (side.opens_when, side.model) == nominal)
+        .or(what_if.changes_side.first())?;
+    let pair = (side.opens_when, side.model);
+    let index = case.pairs.iter().position(|known| *known == pair)?;
+    Some((*side, case.judged[index].run().peak_angle_rad))
+}
+
+fn briefly((sign, stop): (OpensWhen, StopModel)) -> String {
+    format!("{} stop, {} opens", stop.name(), sign.name())
 }
 
 /// One reason for each blocking finding.
@@ -206,71 +405,66 @@ fn coast(case: &Case<'_>) -> Option<Reason> {
     })
 }
 
+/// Returns what each stop and polarity says, in one list.
+fn each(case: &Case<'_>, threshold: f64) -> String {
+    case.pairs
+        .iter()
+        .zip(case.judged)
+        .map(|((sign, stop), judged)| {
+            let coast = judged
+                .run()
+                .coast_peak_angle_rad
+                .filter(|_| judged.held_back_by_coast(threshold))
+                .map_or_else(String::new, |coast| {
+                    format!(", coasting to {} rad", plain(coast, 4))
+                });
+            format!(
+                "{} stop, {} opens: {} with a peak of {} rad{coast}",
+                stop.name(),
+                sign.name(),
+                judged.answer(threshold).name(),
+                plain(judged.run().peak_angle_rad, 4)
+            )
+        })
+        .collect::<Vec<_>>()
+        .join("; ")
+}
+
+/// Returns what the stops say of one polarity.
+fn of_sign(case: &Case<'_>, sign: OpensWhen, threshold: f64) -> Vec<Answer> {
+    case.pairs
+        .iter()
+        .zip(case.judged)
+        .filter(|(pair, _)| pair.0 == sign)
+        .map(|(_, judged)| judged.answer(threshold))
+        .collect()
+}
+
+fn signs_differ(case: &Case<'_>, threshold: f64) -> bool {
+    let signs = distinct(case.pairs.iter().map(|pair| pair.0));
+    signs.len() > 1 && of_sign(case, signs[0], threshold) != of_sign(case, signs[1], threshold)
+}
+
 /// Says which stops or polarities answer differently.
 fn disagreement(case: &Case<'_>) -> Vec<Reason> {
     let threshold = case.design.criterion.threshold_rad;
-    let answers: Vec<Answer> = case
-        .judged
-        .iter()
-        .map(|judged| judged.answer(threshold))
-        .collect();
-    if answers.iter().all(|answer| *answer == answers[0]) {
-        return Vec::new();
-    }
-    let list = |wanted: &dyn Fn((OpensWhen, StopModel)) -> bool| {
-        case.pairs
-            .iter()
-            .zip(case.judged.iter().zip(&answers))
-            .filter(|(pair, _)| wanted(**pair))
-            .map(|((sign, stop), (judged, answer))| {
-                let coast = judged
-                    .run()
-                    .coast_peak_angle_rad
-                    .filter(|_| judged.held_back_by_coast(threshold))
-                    .map_or_else(String::new, |coast| {
-                        format!(", coasting to {} rad", plain(coast, 4))
-                    });
-                format!(
-                    "{} stop, {} opens: {} with a peak of {} rad{coast}",
-                    stop.name(),
-                    sign.name(),
-                    answer.name(),
-                    plain(judged.run().peak_angle_rad, 4)
-                )
-            })
-            .collect::<Vec<_>>()
-            .join("; ")
-    };
+    let stops_differ = distinct(case.pairs.iter().map(|pair| pair.0))
+        .into_iter()
+        .any(|sign| {
+            let own = of_sign(case, sign, threshold);
+            own.iter().any(|answer| *answer != own[0])
+        });
+    let signs_differ = signs_differ(case, threshold);
     let mut reasons = Vec::new();
-    let signs = distinct(case.pairs.iter().map(|pair| pair.0));
-    let stops_differ = signs.iter().any(|sign| {
-        let own: Vec<Answer> = case
-            .pairs
-            .iter()
-            .zip(&answers)
-            .filter(|(pair, _)| pair.0 == *sign)
-            .map(|(_, a)| *a)
-            .collect();
-        own.iter().any(|answer| *answer != own[0])
-    });
-    let per_sign = |sign: OpensWhen| -> Vec<Answer> {
-        case.pairs
-            .iter()
-            .zip(&answers)
-            .filter(|(pair, _)| pair.0 == sign)
-            .map(|(_, a)| *a)
-            .collect()
-    };
-    let signs_differ = signs.len() > 1 && per_sign(signs[0]) != per_sign(signs[1]);
     if signs_differ {
         let text = match case.options.polarity {
             Polarity::Both => format!(
                 "The two polarities answer differently, and the worse counts: {}.",
-                list(&|_| true)
+                each(case, threshold)
             ),
             _ => format!(
                 "The sign that opens is not declared, and the two polarities answer differently: {}. State it with --opens-when.",
-                list(&|_| true)
+                each(case, threshold)
             ),
         };
         reasons.push(Reason {
@@ -283,7 +477,7 @@ fn disagreement(case: &Case<'_>) -> Vec<Reason> {
             code: "stop-model-decides",
             text: format!(
                 "The two stop models answer differently: {}.",
-                list(&|_| true)
+                each(case, threshold)
             ),
         });
     } else if stops_differ && signs_differ {

@@ -58,7 +58,7 @@ fn options(stop: StopModel, threads: usize) -> BatchOptions {
 }
 
 /// Runs one member by the scalar kernel.
-fn scalar(signal: &Signal, index: usize, stop: StopModel) -> replay::Outcome {
+fn scalar(signal: &Signal, index: usize, options: &BatchOptions) -> replay::Outcome {
     let member = member(index);
     let mut seen = signal.clone();
     for a in &mut seen.samples {
@@ -69,42 +69,109 @@ fn scalar(signal: &Signal, index: usize, stop: StopModel) -> replay::Outcome {
         stop: member.stop,
         ..Design::reference()
     };
-    replay::run(&seen, &design, &RunOptions::new(stop, OpensWhen::Negative)).unwrap()
+    let options = RunOptions {
+        initial: options.initial,
+        window: options.window,
+        ..RunOptions::new(options.stop, options.opens_when)
+    };
+    replay::run(&seen, &design, &options).unwrap()
+}
+
+/// Batch and scalar run are each off by what the scalar run states, at most: so they differ by
+/// twice that at most. Peaks and coasts.
+#[track_caller]
+fn check_agrees(amplitude: f64, options: &BatchOptions) {
+    let signal = burst(amplitude, 1500);
+    let count = 203;
+    let peaks = batch::peaks(&signal, count, &member, options).unwrap();
+    assert_eq!(peaks.len(), count);
+    let mut coasting = 0;
+    for (index, peak) in peaks.iter().enumerate() {
+        let one = scalar(&signal, index, options);
+        let what = format!("member {index} at {amplitude} m/s², {options:?}");
+        let off = (peak.peak_angle_rad - one.run.peak_angle_rad).abs();
+        let stated = one.run.numerical_error_rad;
+        assert!(
+            off <= 2.0 * stated,
+            "{what}: off by {off:e}, stated {stated:e}"
+        );
+        match (peak.coast_peak_angle_rad, one.run.coast_peak_angle_rad) {
+            (None, None) => {}
+            (Some(got), Some(want)) => {
+                coasting += 1;
+                let (off, stated) = ((got - want).abs(), one.coast_error_rad);
+                assert!(
+                    off <= 2.0 * stated,
+                    "{what}: coast off by {off:e}, stated {stated:e}"
+                );
+            }
+            (got, want) => panic!("{what}: coast {got:?}, scalar {want:?}"),
+        }
+    }
+    if amplitude > 100.0 {
+        assert!(
+            coasting > 10,
+            "{coasting} at {amplitude} m/s² are still moving"
+        );
+    }
 }
 
 #[track_caller]
-fn check_agrees(amplitude: f64, stop: StopModel) {
-    let signal = burst(amplitude, 1500);
-    let count = 203;
-    let peaks = batch::peaks(&signal, count, &member, &options(stop, 1)).unwrap();
-    assert_eq!(peaks.len(), count);
-    for (index, peak) in peaks.iter().enumerate() {
-        let one = scalar(&signal, index, stop);
-        let bound = 4.0 * one.run.numerical_error_rad + 1e-13;
-        let off = (peak.peak_angle_rad - one.run.peak_angle_rad).abs();
-        assert!(
-            off <= bound,
-            "member {index} at {amplitude} m/s², {stop:?}: off by {off:e}, bound {bound:e}"
+fn check_agrees_at_every_amplitude(stop: StopModel) {
+    let plain = options(stop, 1);
+    for amplitude in [5.0, 30.0, 300.0] {
+        check_agrees(amplitude, &plain);
+        check_agrees(
+            amplitude,
+            &BatchOptions {
+                opens_when: OpensWhen::Positive,
+                window: Some((300, 900)),
+                ..plain
+            },
         );
-        assert_eq!(
-            peak.coast_peak_angle_rad.is_some(),
-            one.run.coast_peak_angle_rad.is_some(),
-            "member {index}"
+        check_agrees(
+            amplitude,
+            &BatchOptions {
+                initial: Some((0.3, -20.0)),
+                ..plain
+            },
         );
     }
 }
 
 #[test]
 fn verif_rigid_members_agree_with_the_scalar_kernel() {
-    for amplitude in [5.0, 30.0, 300.0] {
-        check_agrees(amplitude, StopModel::Rigid);
-    }
+    check_agrees_at_every_amplitude(StopModel::Rigid);
 }
 
 #[test]
 fn verif_soft_members_agree_with_the_scalar_kernel() {
-    for amplitude in [5.0, 30.0, 300.0] {
-        check_agrees(amplitude, StopModel::Soft);
+    check_agrees_at_every_amplitude(StopModel::Soft);
+}
+
+fn bits(peaks: &[MemberPeak]) -> Vec<(u64, Option<u64>)> {
+    peaks
+        .iter()
+        .map(|peak| {
+            (
+                peak.peak_angle_rad.to_bits(),
+                peak.coast_peak_angle_rad.map(f64::to_bits),
+            )
+        })
+        .collect()
+}
+
+/// Lanes of one number, which every machine has, give the bits of this machine's vectors.
+#[test]
+fn verif_the_width_of_the_vectors_changes_no_digit() {
+    for stop in [StopModel::Rigid, StopModel::Soft] {
+        for amplitude in [30.0, 300.0] {
+            let signal = burst(amplitude, 900);
+            let options = options(stop, 1);
+            let wide = batch::peaks(&signal, 100, &member, &options).unwrap();
+            let narrow = batch::peaks_without_vectors(&signal, 100, &member, &options).unwrap();
+            assert_eq!(bits(&wide), bits(&narrow), "{amplitude} m/s², {stop:?}");
+        }
     }
 }
 
@@ -112,26 +179,73 @@ fn verif_soft_members_agree_with_the_scalar_kernel() {
 #[test]
 fn verif_threads_and_neighbours_change_no_digit() {
     let signal = burst(60.0, 800);
-    let bits = |peaks: &[MemberPeak]| -> Vec<u64> {
-        peaks
-            .iter()
-            .map(|peak| peak.peak_angle_rad.to_bits())
-            .collect()
+    for stop in [StopModel::Rigid, StopModel::Soft] {
+        let one = batch::peaks(&signal, 600, &member, &options(stop, 1)).unwrap();
+        let three = batch::peaks(&signal, 600, &member, &options(stop, 3)).unwrap();
+        assert!(bits(&one) == bits(&three), "{stop:?}");
+        // The same members in another order, so that every lane has other neighbours.
+        let other_order = |index| member(599 - index);
+        let reversed = batch::peaks(&signal, 600, &other_order, &options(stop, 2)).unwrap();
+        let mut back = bits(&reversed);
+        back.reverse();
+        assert!(bits(&one) == back, "{stop:?}");
+    }
+}
+
+/// A member that no number describes has no peak, and changes none of its neighbours'.
+#[test]
+fn verif_a_member_that_is_no_number_stays_alone() {
+    let signal = burst(300.0, 800);
+    for stop in [StopModel::Rigid, StopModel::Soft] {
+        let options = options(stop, 1);
+        let sound = batch::peaks(&signal, 20, &member, &options).unwrap();
+        for spoil in [
+            |member: &mut Member| member.scale = f64::NAN,
+            |member: &mut Member| member.bias_m_s2 = f64::NAN,
+            |member: &mut Member| member.lever.preload_torque_nm = f64::NAN,
+            |member: &mut Member| member.scale = f64::INFINITY,
+        ] {
+            let spoilt = |index: usize| {
+                let mut member = member(index);
+                if index == 5 {
+                    spoil(&mut member);
+                }
+                member
+            };
+            let peaks = batch::peaks(&signal, 20, &spoilt, &options).unwrap();
+            assert!(peaks[5].peak_angle_rad.is_nan(), "{stop:?}: {:?}", peaks[5]);
+            for (index, (got, want)) in bits(&peaks).iter().zip(bits(&sound)).enumerate() {
+                assert!(index == 5 || *got == want, "{stop:?}: neighbour {index}");
+            }
+        }
+    }
+}
+
+#[track_caller]
+fn check_refused(signal: &Signal, options: &BatchOptions, word: &str) {
+    let error = batch::peaks(signal, 3, &member, options).unwrap_err();
+    assert!(error.to_string().contains(word), "{error}");
+}
+
+/// What the scalar run refuses, a batch refuses as well.
+#[test]
+fn verif_a_batch_refuses_what_a_run_refuses() {
+    let plain = options(StopModel::Rigid, 1);
+    let mut signal = burst(30.0, 50);
+    let inside = BatchOptions {
+        initial: Some((-0.1, 0.0)),
+        ..plain
     };
-    let one = batch::peaks(&signal, 600, &member, &options(StopModel::Rigid, 1)).unwrap();
-    let three = batch::peaks(&signal, 600, &member, &options(StopModel::Rigid, 3)).unwrap();
-    assert_eq!(bits(&one), bits(&three));
-    // The same members in another order, so that every lane has other neighbours.
-    let reversed = batch::peaks(
-        &signal,
-        600,
-        &|index| member(599 - index),
-        &options(StopModel::Rigid, 2),
-    )
-    .unwrap();
-    let mut back = bits(&reversed);
-    back.reverse();
-    assert_eq!(bits(&one), back);
+    check_refused(&signal, &inside, "initial state");
+    let fast = BatchOptions {
+        initial: Some((0.0, f64::NAN)),
+        ..plain
+    };
+    check_refused(&signal, &fast, "initial state");
+    signal.samples[7] = f64::NAN;
+    check_refused(&signal, &plain, "NaN");
+    signal.samples.truncate(1);
+    check_refused(&signal, &plain, "replay");
 }
 
 /// Plain flight is taken side by side: few samples fall to the scalar kernel.

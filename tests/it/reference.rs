@@ -51,11 +51,33 @@ fn stop(name: &str) -> StopModel {
     }
 }
 
+/// What may be off: angles [rad], instants [s], angular velocities [rad/s].
+#[derive(Debug, Clone, Copy)]
+struct Bar {
+    angle: f64,
+    time: f64,
+    velocity: f64,
+}
+
+/// Of a shock with few impacts: a digit above what was seen, so that losing one more fails.
+const SHOCK: Bar = Bar {
+    angle: 1e-13,
+    time: 1e-15,
+    velocity: 5e-12,
+};
+
+/// Of a well-conditioned real channel.
+const CHANNEL: Bar = Bar {
+    angle: 1e-11,
+    time: 1e-12,
+    velocity: 1e-9,
+};
+
 #[track_caller]
-fn check_close(what: &str, got: f64, want: f64, relative: f64) {
+fn check_close(what: &str, got: f64, want: f64, tolerance: f64) {
     assert!(
-        (got - want).abs() <= relative * want.abs(),
-        "{what}: got {got:e}, want {want:e}, off by {:e}",
+        (got - want).abs() <= tolerance,
+        "{what}: got {got:e}, want {want:e}, off by {:e}, tolerated {tolerance:e}",
         got - want
     );
 }
@@ -85,20 +107,15 @@ fn val_shocks_agree_with_quad_precision() {
             "{name}: peak error {error:.1e} stated {:.1e} impacts {} of {} work {:?}",
             run.numerical_error_rad, run.impacts, case["n_impacts_gt_1e_3"], run.work
         );
-        check_close(name, run.peak_angle_rad, number(&case["peak"]), 1e-9);
-        check_close(name, run.peak_time_s, number(&case["t_peak"]), 1e-7);
-        check_close(
-            name,
-            run.first_release_s.unwrap(),
-            number(&case["first_release"]),
-            1e-9,
-        );
-        check_close(
-            name,
-            run.first_crossing_s.unwrap(),
-            number(&case["first_crossing"][0]),
-            1e-9,
-        );
+        check_close(name, run.peak_angle_rad, number(&case["peak"]), SHOCK.angle);
+        for (what, got, want) in [
+            ("peak", Some(run.peak_time_s), &case["t_peak"]),
+            ("release", run.first_release_s, &case["first_release"]),
+            ("crossing", run.first_crossing_s, &case["first_crossing"][0]),
+        ] {
+            let what = format!("{name}: instant of the {what}");
+            check_close(&what, got.unwrap(), number(want), SHOCK.time);
+        }
         assert!(
             error <= run.numerical_error_rad,
             "{name}: error {error:e} stated {:e}",
@@ -115,8 +132,8 @@ fn val_shocks_agree_with_quad_precision() {
             .zip(case["impacts"].as_array().unwrap())
             .take(10)
         {
-            check_close(name, got[0], number(&want[0]), 1e-9);
-            check_close(name, got[1], number(&want[1]), 1e-9);
+            check_close(name, got[0], number(&want[0]), SHOCK.time);
+            check_close(name, got[1], number(&want[1]), SHOCK.velocity);
         }
     }
 }
@@ -156,38 +173,43 @@ fn val_real_channels_agree_with_quad_precision() {
             run.numerical_error_rad
         );
         assert!(
-            run.numerical_error_rad <= (1e4 * rounding).max(1e-12),
+            run.numerical_error_rad <= (200.0 * rounding).max(1e-12),
             "{name}: stated {:e}",
             run.numerical_error_rad
         );
-        let tolerance = if rounding < 1e-11 {
-            1e-9
-        } else {
-            (1e4 * rounding).max(1e-9)
-        };
-        if rounding < 1e-11 {
-            check_close(name, run.peak_angle_rad, peak, 1e-9);
-        }
+        // Where rounding alone moves the peak by more than the bar, no double can meet it.
+        check_close(
+            name,
+            run.peak_angle_rad,
+            peak,
+            (10.0 * rounding).max(CHANNEL.angle),
+        );
         assert_eq!(
             run.first_crossing_s.is_some(),
             !case["first_crossing_s"].is_null(),
             "{name}"
         );
         if let Some(crossing) = run.first_crossing_s {
+            let tolerance = (10.0 * rounding).max(CHANNEL.time);
             check_close(name, crossing, number(&case["first_crossing_s"]), tolerance);
         }
         check_close(
             name,
             run.first_release_s.unwrap(),
             number(&case["first_release_s"]),
-            1e-9,
+            CHANNEL.time,
         );
         let first = case["first_impacts_t_from_first_sample_v"]
             .as_array()
             .unwrap();
         for (got, want) in run.impact_list.iter().zip(first) {
-            check_close(name, got[0] - signal.start_s, number(&want[0]), 1e-9);
-            check_close(name, got[1], number(&want[1]), 1e-9);
+            check_close(
+                name,
+                got[0] - signal.start_s,
+                number(&want[0]),
+                CHANNEL.time,
+            );
+            check_close(name, got[1], number(&want[1]), CHANNEL.velocity);
         }
     }
 }

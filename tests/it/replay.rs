@@ -788,12 +788,17 @@ fn verif_the_fixed_step_gains_energy_on_a_stop_too_stiff_for_it() {
         "energy {fastest:e} J after {initial:e} J"
     );
     let fine = replay(&record, &design, &fixed(SOFT, Some(start), 10_000)).run;
-    assert_eq!(
-        fine.peak_angle_rad,
-        replay(&record, &design, &from(SOFT, 0.5, 0.0))
-            .run
-            .peak_angle_rad
-    );
+    // The first rebound, after the impact at 59.5 ms: by the square of a speed that the grid
+    // gives back up to 1.1 % wrong.
+    let rebound = |options: RunOptions| {
+        let window = Some((65, record.samples.len() - 1));
+        let options = RunOptions { window, ..options };
+        replay(&record, &design, &options).run.peak_angle_rad
+    };
+    let grid = rebound(fixed(SOFT, Some(start), 10_000));
+    let right = rebound(from(SOFT, 0.5, 0.0));
+    let off = (grid / right - 1.0).abs();
+    assert!((1e-4..0.03).contains(&off), "{grid} where {right} is right");
     let energy = energy_j(
         &design,
         SOFT,

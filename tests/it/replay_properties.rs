@@ -107,31 +107,47 @@ struct Errors {
     label: String,
     truth: f64,
     stated: f64,
-    peak: f64,
+    value: f64,
 }
 
+impl Errors {
+    fn of(label: &str, got: f64, stated: f64, truth: oracle::Wide) -> Self {
+        // What no double can hold is no error of the method.
+        let rounding = 0.5 * f64::EPSILON * truth.to_f64().abs();
+        let difference = (truth - got.into()).to_f64().abs();
+        Self {
+            label: label.into(),
+            truth: (difference - rounding).max(0.0),
+            stated,
+            value: truth.to_f64(),
+        }
+    }
+}
+
+/// Errors of the peak and of the angle at the end.
 fn errors_of(
-    label: String,
+    label: &str,
     signal: &Signal,
     design: &Design,
     stop: StopModel,
     initial: Option<(f64, f64)>,
-) -> Errors {
+) -> [Errors; 2] {
     let options = RunOptions {
         initial,
         ..RunOptions::new(stop, OpensWhen::Negative)
     };
-    let run = replay(signal, design, &options).run;
+    let outcome = replay(signal, design, &options);
+    let (run, at_end) = (&outcome.run, outcome.final_error_rad.unwrap());
     let truth = oracle::follow(signal, 1.0, design, stop, initial);
-    // What no double can hold is no error of the method.
-    let rounding = 0.5 * f64::EPSILON * truth.peak.to_f64().abs();
-    let difference = (truth.peak - run.peak_angle_rad.into()).to_f64().abs();
-    Errors {
-        label,
-        truth: (difference - rounding).max(0.0),
-        stated: run.numerical_error_rad,
-        peak: truth.peak.to_f64(),
-    }
+    [
+        Errors::of(
+            label,
+            run.peak_angle_rad,
+            run.numerical_error_rad,
+            truth.peak,
+        ),
+        Errors::of(label, run.final_angle_rad, at_end, truth.angle),
+    ]
 }
 
 /// The stated error covers the true one in 99.9 % of cases and exceeds it by less than two
@@ -156,7 +172,7 @@ fn check_coverage(what: &str, errors: &[Errors]) {
     for e in &bad {
         println!(
             "  {}: true {:.2e} stated {:.2e} of {:.3e}",
-            e.label, e.truth, e.stated, e.peak
+            e.label, e.truth, e.stated, e.value
         );
     }
     assert!(bad.len() * 1000 <= errors.len(), "{what}: {}", bad.len());
@@ -164,9 +180,9 @@ fn check_coverage(what: &str, errors: &[Errors]) {
 }
 
 /// Random levers and records from a base seed on, both stops; `started` gives the lever a
-/// swing to begin with.
-fn random_errors(base: u64, cases: u64, longest: u64, started: bool) -> Vec<Errors> {
-    let mut errors = vec![];
+/// swing to begin with. Errors of the peak, and of the angle at the end.
+fn random_errors(base: u64, cases: u64, longest: u64, started: bool) -> [Vec<Errors>; 2] {
+    let mut errors = [vec![], vec![]];
     for seed in base..base + cases {
         let mut random = Random(seed);
         let design = random_design(&mut random);
@@ -174,15 +190,23 @@ fn random_errors(base: u64, cases: u64, longest: u64, started: bool) -> Vec<Erro
         let initial = started.then(|| (random.between(0.0, 0.5), random.between(-20.0, 20.0)));
         for stop in [StopModel::Rigid, StopModel::Soft] {
             let label = format!("seed {seed} {}", stop.name());
-            errors.push(errors_of(label, &signal, &design, stop, initial));
+            let [peak, end] = errors_of(&label, &signal, &design, stop, initial);
+            errors[0].push(peak);
+            errors[1].push(end);
         }
     }
     errors
 }
 
+#[track_caller]
+fn check_both(what: &str, errors: &[Vec<Errors>; 2]) {
+    check_coverage(&format!("{what}, peak"), &errors[0]);
+    check_coverage(&format!("{what}, end"), &errors[1]);
+}
+
 #[test]
 fn prop_stated_error_covers_the_true_one_from_rest() {
-    check_coverage(
+    check_both(
         "from rest",
         &random_errors(1_000_000, 400 * MORE, 40, false),
     );
@@ -190,11 +214,62 @@ fn prop_stated_error_covers_the_true_one_from_rest() {
 
 #[test]
 fn prop_stated_error_covers_the_true_one_of_a_swing() {
-    check_coverage("swing", &random_errors(2_000_000, 100 * MORE, 40, true));
+    check_both("swing", &random_errors(2_000_000, 100 * MORE, 40, true));
 }
 
 /// Longer records: dozens of impacts, by which the error grows a thousandfold.
 #[test]
 fn prop_stated_error_covers_the_true_one_after_many_impacts() {
-    check_coverage("long", &random_errors(3_000_000, 50 * MORE, 400, false));
+    check_both("long", &random_errors(3_000_000, 50 * MORE, 400, false));
+}
+
+/// Longest coast that is followed under zeros [samples].
+const COAST_SAMPLES: f64 = 3000.0;
+
+/// Samples that a rising lever needs at most to its turn: a quarter of its free period. `None`
+/// where that is too long to follow.
+fn samples_to_the_turn(design: &Design, rate_hz: f64) -> Option<usize> {
+    let quarter = 0.5 * std::f64::consts::PI / design.lever.angular_frequency_rad_s();
+    // Damping of a few per cent at most delays the turn of the heaviest lever here by less.
+    let samples = 1.5 * quarter * rate_hz;
+    (samples < COAST_SAMPLES).then(|| samples as usize + 2)
+}
+
+/// Recordings that end while the lever rises: the coast's peak, which a pass rests on, against the
+/// same lever under as many zeros as it needs to turn.
+#[test]
+fn prop_stated_error_of_the_coast_covers_the_true_one() {
+    let mut errors = vec![];
+    for seed in 4_000_000..4_000_000 + 300 * MORE {
+        let mut random = Random(seed);
+        let design = random_design(&mut random);
+        let mut record = random_signal(&mut random, 60, 5.0, 3e3);
+        // A coast has no excitation; nothing ramps down after the last sample.
+        record.samples.push(0.0);
+        let Some(more) = samples_to_the_turn(&design, record.rate.hertz()) else {
+            continue;
+        };
+        for stop in [StopModel::Rigid, StopModel::Soft] {
+            let options = RunOptions::new(stop, OpensWhen::Negative);
+            let outcome = replay(&record, &design, &options);
+            let Some(coast) = outcome.run.coast_peak_angle_rad else {
+                continue;
+            };
+            if coast <= outcome.run.peak_angle_rad {
+                continue;
+            }
+            let mut extended = record.clone();
+            extended.samples.extend(vec![0.0; more]);
+            let truth = oracle::follow(&extended, 1.0, &design, stop, None);
+            let label = format!("seed {seed} {}", stop.name());
+            errors.push(Errors::of(
+                &label,
+                coast,
+                outcome.coast_error_rad,
+                truth.peak,
+            ));
+        }
+    }
+    assert!(errors.len() > 100, "{} coasts", errors.len());
+    check_coverage("coast", &errors);
 }

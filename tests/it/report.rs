@@ -270,6 +270,59 @@ fn verif_a_pass_without_an_ensemble_claims_no_more() {
     assert!(!page.contains("uncertainty included"));
 }
 
+/// Ensemble, drivers, single inputs and filters, each number where a reader looks for it.
+#[test]
+fn verif_an_ensemble_is_shown_with_all_that_it_rests_on() {
+    let mut case = fixture::failing();
+    let page = render(&case);
+    check_holds(
+        &page,
+        &[
+            "uncertainty included",
+            "82.73 to 86.19\u{a0}%",
+            "98.75\u{a0}% confidence",
+            "1\u{202f}731 of 2\u{202f}048",
+            "class=\"gauge share\"",
+            "id=\"ensemble\"",
+            "id=\"drivers\"",
+            "id=\"spread\"",
+            "id=\"filters\"",
+            "The bias of the acceleration drives the peak most",
+            "restitution of the stop",
+            "could not be followed",
+            "0.44",
+            "Needs 6000 Hz &amp; more.",
+            "chosen: the verdict rests on it",
+            "left in, the peak is 0.0987",
+            "seed 1",
+        ],
+    );
+    assert!(!page.contains("No ensemble was run") && !page.contains("NaN"));
+    let shown = text::render(&case.document, None);
+    check_holds(
+        &shown,
+        &[
+            "  ensemble        1731 of 2048 members cross the limit, 82.7 to 86.2 % of all; peak 0.0812 to 0.440 rad in 9 of 10",
+            "  driven by       input.bias_g (-0.83), stop.restitution (0.24)",
+            "  by filter       none fail (0.130), cfc1000 fail (0.130), cfc180 pass (0.130)",
+        ],
+    );
+    // What goes with the peak no more than chance gives is not called a driver.
+    let ensemble = case.document.ensemble.as_mut().unwrap();
+    ensemble.rank_correlation_by_chance = Some(0.9);
+    check_holds(
+        &render(&case),
+        &["No parameter goes with the peak beyond what chance"],
+    );
+    let ensemble = case.document.ensemble.as_mut().unwrap();
+    ensemble.drivers.clear();
+    case.document.what_if.clear();
+    case.evidence.ribbon = None;
+    let page = render(&case);
+    check_holds(&page, &["No parameter drives the peak"]);
+    assert!(!page.contains("id=\"drivers\"") && !page.contains("id=\"spread\""));
+}
+
 #[test]
 fn verif_a_coast_above_the_peak_is_said() {
     let mut case = fixture::passing();

@@ -1,6 +1,9 @@
 //! Guards the decision: each branch of the rule, and the error budget.
 
 mod document;
+mod draws;
+mod ensemble;
+mod rule;
 
 use latchgate::conditioning::{
     self, BiasWindow, Conditioned, ConditioningOptions, FilterChoice, Signal, resample,
@@ -60,6 +63,11 @@ fn options(model: ModelChoice, polarity: Polarity) -> AssessOptions {
         initial_angle_rad: None,
         initial_velocity_rad_s: None,
         window_s: None,
+        members: 0,
+        seed: 1,
+        filter_table: true,
+        preload_answer: false,
+        follow_all: false,
         threads: 1,
         evidence: false,
     }
@@ -506,8 +514,10 @@ fn verif_a_run_that_broke_down_decides_nothing() {
         for broke_down in [false, true] {
             outcome.broke_down = broke_down;
             let judged = Judged {
+                share: None,
                 outcome: outcome.clone(),
                 interpolation_error_rad: 0.0,
+                left_out: false,
             };
             let expected = match (broke_down, peak > 0.1) {
                 (true, _) => Answer::Undecided,

@@ -26,11 +26,16 @@ pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32
     )
 }
 
+/// Returns the length of the equal steps that fill `reach` [s], each at or below `step` [s].
+pub(super) fn whole_part(reach: f64, step: f64) -> f64 {
+    reach / (reach / step * (1.0 - 1e-9)).ceil().max(1.0)
+}
+
 impl Stepper for FixedStep {
     type Dense = [f64; 4];
 
     fn propose(&mut self, reach: f64) -> f64 {
-        reach / (reach / self.step * (1.0 - 1e-9)).ceil().max(1.0)
+        whole_part(reach, self.step)
     }
 
     fn step<E: Excitation>(

@@ -1,5 +1,6 @@
 //! The head of the page and the verdict card.
 
+use super::ensemble;
 use super::markup::Page;
 use crate::recording::Severity;
 use crate::replay::Run;
@@ -44,6 +45,17 @@ pub(super) fn verdict(page: &mut Page, document: &Document) {
     if let Some(run) = &document.nominal {
         gauge(page, document, run);
         coast(page, run);
+    }
+    ensemble::gauge(page, document);
+    if let Some(preload) = &document.preload_answer {
+        page.raw("<p class=\"sum\"><strong>Design.</strong> ");
+        page.text(&words::sentence(&preload.text));
+        page.raw("</p>\n");
+    }
+    if let Some(ladder) = &document.ladder {
+        page.raw("<p class=\"sum\"><strong>Decided by</strong> ");
+        page.text(ladder.rung.name());
+        page.raw(". <a href=\"#ladder\">How far the decision went</a></p>\n");
     }
     page.raw("<ul class=\"why\">\n");
     for reason in &document.why {

@@ -1,6 +1,7 @@
 //! A page that grows, with every text escaped on its way in.
 
 use crate::report::escape;
+use crate::report::plot::Figure;
 
 /// The markup so far.
 #[derive(Debug)]
@@ -45,6 +46,17 @@ impl Page {
         self.raw("<p>");
         self.text(text);
         self.raw("</p>\n");
+    }
+
+    /// Adds a drawing with its caption.
+    pub(super) fn figure(&mut self, figure: &Figure) {
+        self.raw("<figure id=\"");
+        self.raw(figure.name);
+        self.raw("\">\n");
+        self.raw(&figure.inline());
+        self.raw("<figcaption>");
+        self.text(&figure.caption);
+        self.raw("</figcaption>\n</figure>\n");
     }
 
     pub(super) fn note(&mut self, text: &str) {

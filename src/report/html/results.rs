@@ -5,7 +5,8 @@ use crate::recording::{Finding, Severity};
 use crate::replay::Run;
 use crate::report::number::{ABSENT, count, milliseconds, significant};
 use crate::report::words::{self, DIGITS, instant, margin};
-use crate::verdict::Document;
+use crate::verdict::screen::Decided;
+use crate::verdict::{Document, ScreenedRun};
 
 /// Rows of the impacts table that are always shown.
 const IMPACTS_SHOWN: usize = 20;
@@ -335,8 +336,90 @@ pub(super) fn screens(page: &mut Page, document: &Document) {
         ),
     );
     page.raw("</tr>\n");
+    for run in &screens.runs {
+        screened(page, run);
+    }
     page.end_table();
     page.end_section();
+}
+
+/// Writes which rung decided, and how far each stop and polarity was followed.
+pub(super) fn ladder(page: &mut Page, document: &Document) {
+    let Some(ladder) = &document.ladder else {
+        return;
+    };
+    page.section("ladder", "How far the decision went");
+    page.paragraph(&format!(
+        "Decided by: {}. {}",
+        ladder.rung.name(),
+        ladder.text
+    ));
+    if !ladder.stops.is_empty() {
+        page.table(
+            "findings",
+            &[
+                "Stop and sign",
+                "By itself",
+                "Rests on",
+                "Why nothing finer",
+            ],
+        );
+        for step in &ladder.stops {
+            page.raw("<tr>");
+            let name = format!(
+                "{}, {}",
+                words::stop(step.model),
+                words::opens(step.opens_when)
+            );
+            page.element("th", "", &name);
+            page.element("td", "", step.answer.name());
+            page.element("td", "", step.by.name());
+            page.element("td", "", &step.text);
+            page.raw("</tr>\n");
+        }
+        page.end_table();
+    }
+    page.note(&format!(
+        "Samples replayed for the decision, nominal runs, their fourfold and ensembles together: {}.",
+        count(ladder.samples_replayed)
+    ));
+    page.end_section();
+}
+
+/// Writes what the bounds say of one stop and polarity.
+fn screened(page: &mut Page, run: &ScreenedRun) {
+    let deciding = run.bounds.iter().find(|bound| Some(bound.screen) == run.by);
+    page.raw("<tr>");
+    let name = format!(
+        "On the {} stop, {} opening",
+        run.model.name(),
+        run.opens_when.name()
+    );
+    page.element("th", "", &name);
+    let (number, text) = match (deciding, run.answer) {
+        (Some(bound), Some(answer)) => (
+            format!(
+                "{}\u{00A0}of {}\u{00A0}{}",
+                bound
+                    .value
+                    .map_or_else(String::new, |value| significant(value, DIGITS)),
+                significant(bound.limit, DIGITS),
+                bound.unit
+            ),
+            format!(
+                "the {} bound proves a {}, samples joined by straight lines",
+                bound.screen.name(),
+                match answer {
+                    Decided::Pass => "pass, the coast included",
+                    Decided::Fail => "failure",
+                }
+            ),
+        ),
+        _ => (String::new(), "no bound decides; the replay does".into()),
+    };
+    page.element("td", "number", &number);
+    page.element("td", "", &text);
+    page.raw("</tr>\n");
 }
 
 /// Writes the findings, the weightiest first.

@@ -58,6 +58,7 @@ figcaption{margin:4px 2px 0}
 .gauge text{font:12px system-ui,-apple-system,'Segoe UI',Roboto,'Helvetica Neue','DejaVu Sans',Arial,sans-serif;fill:var(--muted)}
 .gauge .track{fill:var(--grid)}
 .gauge .bar{fill:var(--tone)}
+.gauge .mark{stroke:var(--ink);stroke-width:1.25}
 .gauge .limit{stroke:var(--ink);stroke-width:2.5}
 .why{margin:14px 0 0;padding:0;list-style:none}
 .why li{padding:6px 0;border-top:1px solid var(--rule)}
@@ -84,6 +85,7 @@ summary{cursor:pointer;color:var(--first);font-size:14.5px}
 .badge.blocking{background:var(--fail);border-color:var(--fail);color:var(--paper)}
 .badge.warning{color:var(--undecided)}
 .badge.info{color:var(--muted)}
+.ensembles,.inputs{font-size:14px}
 .findings td:nth-child(2){overflow-wrap:anywhere}
 .findings code{color:var(--muted);display:block;font-size:12.5px}
 .statement{border-left:4px solid var(--rule);padding:2px 0 2px 16px}

@@ -332,6 +332,17 @@ pub(super) fn provenance(page: &mut Page, document: &Document) {
         },
     );
     page.fact(
+        "Ensemble asked for",
+        &match request.members {
+            0 => "none, nominal runs alone".to_string(),
+            members => format!(
+                "up to {} members, seed {}",
+                count(u64::from(members)),
+                request.seed
+            ),
+        },
+    );
+    page.fact(
         "Standard gravity",
         &format!("{}\u{00A0}m/s², exact", exact(STANDARD_GRAVITY)),
     );

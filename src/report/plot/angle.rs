@@ -132,7 +132,7 @@ pub(super) fn legend(traces: &[&Trace], nominal: bool) -> Vec<Entry> {
         .collect()
 }
 
-fn result_sentence(context: &Context) -> String {
+pub(super) fn result_sentence(context: &Context) -> String {
     let Some(run) = &context.document.nominal else {
         return "There is no nominal run.".into();
     };

@@ -358,13 +358,17 @@ pub(super) fn basins(all: &[Basins]) -> Figure {
             Some("initial angle [rad]"),
             "initial angular velocity [rad/s]",
         );
-        let (columns, rows) = (
+        let (mut columns, mut rows) = (
             basins.options.grid.0 as usize,
             basins.options.grid.1 as usize,
         );
+        let mut cells = &basins.cells;
+        if !basins.fine.is_empty() {
+            (columns, rows, cells) = (2 * columns, 2 * rows, &basins.fine);
+        }
         let mut pixels = Vec::with_capacity(4 * columns * rows);
         for row in (0..rows).rev() {
-            for cell in &basins.cells[row * columns..(row + 1) * columns] {
+            for cell in &cells[row * columns..(row + 1) * columns] {
                 match cell {
                     Some(index) => {
                         let [r, g, b] = basin_colour(*index);

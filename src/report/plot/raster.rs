@@ -41,7 +41,6 @@ pub(super) const ORANGE: Colour = [222, 112, 32];
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
     reason = "pixels of a drawing of a few hundred units"
 )]
 pub(super) fn cloud(

@@ -10,14 +10,14 @@ pub(super) const RULES: &str = "\
 .plot .event-driven{stroke:var(--first)}
 .plot .rk4{stroke:var(--second)}
 .plot .rk4-located{stroke:var(--third)}
-.plot .dopri5{stroke:var(--fourth);stroke-dasharray:6 3}
+.plot .dopri5{stroke:var(--ink);stroke-dasharray:6 3}
 .plot .dopri5-samples{stroke:var(--fourth)}
 .plot .moreau-jean{stroke:var(--raw)}
 .plot .dot{stroke:var(--paper);stroke-width:.75}
 .plot .dot-event-driven{fill:var(--first)}
 .plot .dot-rk4{fill:var(--second)}
 .plot .dot-rk4-located{fill:var(--third)}
-.plot .dot-dopri5{fill:var(--fourth)}
+.plot .dot-dopri5{fill:var(--ink)}
 .plot .dot-dopri5-samples{fill:var(--fourth)}
 .plot .dot-moreau-jean{fill:var(--raw)}
 .plot .failure{fill:none;stroke:var(--fail);stroke-width:2}

@@ -150,25 +150,36 @@ fn stretch(part: usize, parts: usize, cells: usize) -> std::ops::Range<usize> {
 }
 
 fn colour_bar(canvas: &mut Canvas, panel: &Panel, low_db: f64, high_db: f64) -> Option<()> {
+    decibel_bar(
+        canvas,
+        (RIGHT + 10.0, panel.top, panel.bottom),
+        (low_db, high_db),
+        "dB re 1 g",
+    )
+}
+
+/// Draws the scale of colours at `left` from `top` to `bottom`, its unit above; `None` only if the
+/// encoder refuses.
+pub(super) fn decibel_bar(
+    canvas: &mut Canvas,
+    (left, top, bottom): (f64, f64, f64),
+    (low_db, high_db): (f64, f64),
+    unit: &str,
+) -> Option<()> {
     let steps: Vec<u8> = (0..64)
         .rev()
         .flat_map(|step| viridis((f64::from(step) + 0.5) / 64.0))
         .collect();
-    let corner = (RIGHT + 10.0, panel.top);
-    let size = (14.0, panel.bottom - panel.top);
+    let corner = (left, top);
+    let size = (14.0, bottom - top);
     canvas.png(&encode(&steps, 1, 64)?, corner, size);
     canvas.rectangle("frame", corner, size);
-    let axis = Axis::linear(low_db, high_db, panel.bottom, panel.top);
+    let axis = Axis::linear(low_db, high_db, bottom, top);
     for tick in axis.ticks(46.0, 0.0) {
         let y = axis.place(tick.value);
-        canvas.line("tick", (RIGHT + 24.0, y), (RIGHT + 29.0, y));
-        canvas.text("muted", (RIGHT + 33.0, y + 5.0), Anchor::Start, &tick.label);
+        canvas.line("tick", (left + 14.0, y), (left + 19.0, y));
+        canvas.text("muted", (left + 23.0, y + 5.0), Anchor::Start, &tick.label);
     }
-    canvas.text(
-        "",
-        (RIGHT + 80.0, panel.top - 12.0),
-        Anchor::End,
-        "dB re 1 g",
-    );
+    canvas.text("", (left + 70.0, top - 12.0), Anchor::End, unit);
     Some(())
 }

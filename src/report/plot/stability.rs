@@ -15,6 +15,10 @@ const COLUMNS: [f64; 2] = [74.0, 516.0];
 const PANEL_WIDTH: f64 = 366.0;
 const PANEL_HEIGHT: f64 = 250.0;
 
+/// Upper edge of the first panels, and from row to row.
+const TOP: f64 = 130.0;
+const ROW_HEIGHT: f64 = 362.0;
+
 /// Methods in the order of the columns of the table.
 const METHODS: [&str; 5] = [
     "dopri5-samples",
@@ -69,13 +73,13 @@ pub(super) fn draw(result: &Stability) -> Figure {
     legend(&mut canvas, 68.0);
     let frame = |column: usize, row: f64| Frame {
         left: COLUMNS[column],
-        top: 110.0 + row * 350.0,
+        top: TOP + row * ROW_HEIGHT,
     };
     contact(&mut canvas, result, frame(0, 0.0));
     map(&mut canvas, result, frame(1, 0.0));
     graze(&mut canvas, result, frame(0, 1.0));
     chatter(&mut canvas, result, frame(1, 1.0));
-    let height = table(&mut canvas, result, 110.0 + 2.0 * 350.0);
+    let height = table(&mut canvas, result, TOP + 2.0 * ROW_HEIGHT);
     Figure {
         name: NAME,
         title: title.into(),
@@ -106,6 +110,11 @@ fn legend(canvas: &mut Canvas, y: f64) {
         let width = 34.0 + method.len() as f64 * (LETTER - 1.2) + 18.0;
         x += width;
     }
+    let (x, y) = (COLUMNS[0], y + 21.0);
+    canvas.line("line event-driven", (x, y - 5.0), (x + 26.0, y - 5.0));
+    let bound = "event-driven: the bound that it states";
+    canvas.text("", (x + 34.0, y), Anchor::Start, bound);
+    let x = COLUMNS[1];
     series::cross(canvas, (x + 6.0, y - 5.0));
     canvas.text("", (x + 18.0, y), Anchor::Start, "no answer");
 }
@@ -237,9 +246,17 @@ fn map(canvas: &mut Canvas, result: &Stability, frame: Frame) {
     let y = Axis::linear(0.0, 1.0, frame.bottom(), frame.top);
     frame.titles(
         canvas,
-        "rk4 off by: 0.1 %, 1 %, 10 %, more, gains",
+        "Soft contact: how far rk4 is off",
         "ω_R · step [–]",
         "phase of entry in a step [–]",
+    );
+    // Below the map: lines across it would be taken for its own.
+    series::grid(
+        canvas,
+        &x,
+        &y,
+        (frame.left, frame.right()),
+        (frame.top, frame.bottom()),
     );
     let mut steps: Vec<f64> = own.iter().filter_map(|row| row.step_s).collect();
     steps.dedup();
@@ -270,15 +287,28 @@ fn map(canvas: &mut Canvas, result: &Stability, frame: Frame) {
             (to - from + 0.3, height + 0.3),
         );
     }
-    series::grid(
-        canvas,
-        &x,
-        &y,
-        (frame.left, frame.right()),
-        (frame.top, frame.bottom()),
-    );
     limits(canvas, result, &x, frame);
     frame.close(canvas);
+    map_legend(canvas, frame);
+}
+
+/// Names the classes of the map below it.
+fn map_legend(canvas: &mut Canvas, frame: Frame) {
+    let y = frame.bottom() + 62.0;
+    let mut x = frame.left;
+    for (class, text) in [
+        ("good", "≤ 0.1 %"),
+        ("fair", "≤ 1 %"),
+        ("poor", "≤ 10 %"),
+        ("bad", "more"),
+        ("gone", "gains, or stays in"),
+    ] {
+        canvas.rectangle(class, (x, y - 9.0), (11.0, 11.0));
+        canvas.text("tiny", (x + 15.0, y), Anchor::Start, text);
+        #[expect(clippy::cast_precision_loss, reason = "a few letters")]
+        let width = 15.0 + text.chars().count() as f64 * 6.2 + 12.0;
+        x += width;
+    }
 }
 
 /// Draws the error of every method against a variable, both by decades.
@@ -296,6 +326,14 @@ fn errors(
         (frame.left, frame.right()),
         (frame.top, frame.bottom()),
     );
+    // The right answers' bounds, from edge to edge where there is one for all.
+    let mut bounds: Vec<(f64, f64)> = own
+        .iter()
+        .filter_map(|row| Some((x.place(variable(row)?), row.right_bound)))
+        .map(|(at, bound)| (at, y.place(bound.clamp(y.low(), y.high()))))
+        .collect();
+    bounds.sort_by(|a, b| a.0.total_cmp(&b.0));
+    canvas.polyline("line event-driven", bounds.into_iter());
     for method in METHODS {
         let mut points: Vec<(f64, Option<f64>)> = own
             .iter()

@@ -56,6 +56,11 @@ pub const RULES: &str = "\
 .plot .edge{fill:none;stroke:var(--muted);stroke-width:1;stroke-dasharray:2 3}
 .plot .fault{fill:none;stroke:var(--fail);stroke-width:1.5;stroke-dasharray:2 3}
 .plot .limit{fill:none;stroke:var(--fail);stroke-width:1.75;stroke-dasharray:9 4}
+.plot .ribbon{fill:var(--first);opacity:.2}
+.plot .median{fill:none;stroke:var(--third);stroke-width:2;stroke-dasharray:6 3;stroke-linejoin:round}
+.plot .raises{fill:var(--second)}
+.plot .lowers{fill:var(--first)}
+.plot .chance{fill:var(--grid)}
 .plot .impact{stroke:var(--ink);stroke-width:1}
 .plot .raw{fill:none;stroke:var(--raw);stroke-width:1;stroke-linejoin:round}
 .plot .used{fill:none;stroke:var(--first);stroke-width:1.35;stroke-linejoin:round}

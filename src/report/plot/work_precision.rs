@@ -16,6 +16,9 @@ const PANEL_WIDTH: f64 = 366.0;
 const PANEL_HEIGHT: f64 = 262.0;
 const ROW_HEIGHT: f64 = 366.0;
 
+/// Factor between the upper edge and the highest point, so that no mark stands on the edge.
+const HEADROOM: f64 = 30.0;
+
 /// The error that matters to a verdict: a hundredth of the usual threshold [rad].
 const MATTERS_RAD: f64 = 1e-3;
 
@@ -118,7 +121,7 @@ fn legend(canvas: &mut Canvas, result: &WorkPrecision, top: f64) -> f64 {
     y + 22.0
 }
 
-/// The same axes for every panel, so that panels compare: whole decades around all points.
+/// The same axes for every panel, so that panels compare.
 fn ranges(result: &WorkPrecision) -> ((f64, f64), (f64, f64)) {
     let mut times = (1.0_f64, 1.0_f64);
     let mut errors = (1e-6_f64, 1.0_f64);
@@ -130,16 +133,17 @@ fn ranges(result: &WorkPrecision) -> ((f64, f64), (f64, f64)) {
             errors = (errors.0.min(error), errors.1.max(error));
         }
     }
-    let decades = |(low, high): (f64, f64)| {
-        (
-            libm::pow(10.0, libm::log10(low).floor()),
-            libm::pow(10.0, libm::log10(high * 1.0001).ceil()),
-        )
-    };
-    let (times, errors) = (decades(times), decades(errors));
+    let decade = |value: f64, round: fn(f64) -> f64| libm::pow(10.0, round(libm::log10(value)));
     (
-        (times.0.max(1e-3), times.1.min(1e6)),
-        (errors.0.max(1e-18), errors.1.min(1e2)),
+        // Not up to a whole decade, whose label would stand out of the drawing.
+        (
+            decade(times.0, f64::floor).max(1e-3),
+            (1.5 * times.1).min(1e6),
+        ),
+        (
+            decade(errors.0, f64::floor).max(1e-18),
+            decade(errors.1.min(1e2) * HEADROOM, f64::ceil),
+        ),
     )
 }
 
@@ -177,48 +181,88 @@ fn panel(
             canvas.line("edge", (left, y.place(level)), (right, y.place(level)));
         }
     }
-    for method in methods(result) {
-        let rows: Vec<&Row> = result
+    // Failures that have no error, or a larger one, stand a little below the upper edge.
+    let highest = y.high() / HEADROOM;
+    let place = |row: &Row| {
+        let error = row
+            .peak_angle_error_rad
+            .map_or(highest, |error| error.clamp(errors.0, highest));
+        (
+            x.place(row.time_ratio.clamp(times.0, times.1)),
+            y.place(error),
+        )
+    };
+    let own = || {
+        result
             .rows
             .iter()
-            .filter(|row| row.method == method)
             .filter(|row| row.case == truth.case && row.model == truth.model)
-            .collect();
+    };
+    let mut failures = Vec::new();
+    for method in methods(result) {
         let class = series::class(method);
-        let place = |row: &Row| {
-            let error = row
-                .peak_angle_error_rad
-                .map_or(errors.1, |error| error.clamp(errors.0, errors.1));
-            (
-                x.place(row.time_ratio.clamp(times.0, times.1)),
-                y.place(error),
-            )
-        };
+        let rows = || own().filter(|row| row.method == method);
         canvas.polyline(
             &format!("line {class}"),
-            rows.iter()
+            rows()
                 .filter(|row| row.peak_angle_error_rad.is_some())
-                .map(|row| place(row)),
+                .map(place),
         );
-        for row in rows {
+        for row in rows() {
             let at = place(row);
             if row.status == Status::Ok {
                 series::mark(canvas, Mark::of(method), class, at);
             } else {
                 series::cross(canvas, at);
-                canvas.text(
-                    "tiny halo",
-                    (at.0 + 6.0, at.1 - 4.0),
-                    Anchor::Start,
-                    letter(row.status),
-                );
+                failures.push((at, letter(row.status)));
             }
             if method == "rk4" && row.steps_per_period == Some(PAPER_STEPS) {
                 canvas.circle("ring", at, 9.0);
             }
         }
     }
+    letters(canvas, &failures);
     canvas.rectangle("frame", (left, top), (PANEL_WIDTH, PANEL_HEIGHT));
+}
+
+/// Writes the letter of each failure where neither a cross nor another letter stands.
+fn letters(canvas: &mut Canvas, failures: &[((f64, f64), &str)]) {
+    /// Half of a letter's width and height, and of a cross's, with a little air.
+    const LETTER_HALF: (f64, f64) = (4.0, 5.0);
+    const CROSS_HALF: f64 = 4.0;
+    /// Middle of the letter from that of its cross, best first.
+    const PLACES: [(f64, f64); 10] = [
+        (10.0, -8.0),
+        (-10.0, -8.0),
+        (10.0, 9.0),
+        (-10.0, 9.0),
+        (0.0, -12.0),
+        (0.0, 13.0),
+        (0.0, -23.0),
+        (0.0, 24.0),
+        (0.0, -34.0),
+        (0.0, 35.0),
+    ];
+    let mut written: Vec<(f64, f64)> = Vec::new();
+    for &((x, y), letter) in failures {
+        let free = |at: &(f64, f64)| {
+            let apart = |other: (f64, f64), half: (f64, f64)| {
+                (at.0 - other.0).abs() >= LETTER_HALF.0 + half.0
+                    || (at.1 - other.1).abs() >= LETTER_HALF.1 + half.1
+            };
+            written.iter().all(|other| apart(*other, LETTER_HALF))
+                && failures
+                    .iter()
+                    .all(|(other, _)| apart(*other, (CROSS_HALF, CROSS_HALF)))
+        };
+        let at = PLACES
+            .iter()
+            .map(|(right, down)| (x + right, y + down))
+            .find(free)
+            .unwrap_or((x + PLACES[0].0, y + PLACES[0].1));
+        written.push(at);
+        canvas.text("tiny halo", (at.0, at.1 + 4.0), Anchor::Middle, letter);
+    }
 }
 
 fn letter(status: Status) -> &'static str {

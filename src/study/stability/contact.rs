@@ -119,15 +119,15 @@ fn ratio(
 
 /// What one contact does to the speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Contact {
+pub(in crate::study) struct Contact {
     /// Exit speed over entry speed, both taken to φ = 0 [-].
-    pub(super) at_stop: f64,
+    pub(in crate::study) at_stop: f64,
     /// Speed at the first point outside over that at the first point inside [-].
-    pub(super) on_grid: f64,
+    pub(in crate::study) on_grid: f64,
 }
 
 /// Returns what each contact in a trace does.
-pub(super) fn contacts(design: &Design, points: &[TracePoint]) -> Vec<Contact> {
+pub(in crate::study) fn contacts(design: &Design, points: &[TracePoint]) -> Vec<Contact> {
     let mut contacts = Vec::new();
     let mut entry = None;
     for pair in points.windows(2) {

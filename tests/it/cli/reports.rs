@@ -11,13 +11,15 @@ pub(super) fn listing(folder: &Path) -> Vec<String> {
     names
 }
 
-const REPORT_FILES: [&str; 7] = [
+const REPORT_FILES: [&str; 9] = [
     "acceleration.svg",
     "amplitude-spectra.svg",
     "angle.svg",
+    "drivers.svg",
     "phase-plane.svg",
     "report.html",
     "spectrogram.svg",
+    "spread.svg",
     "verdict.json",
 ];
 

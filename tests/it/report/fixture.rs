@@ -8,9 +8,11 @@ use latchgate::model::stop::StopModel;
 use latchgate::recording::Finding;
 use latchgate::replay::{Run, TracePoint, Work};
 use latchgate::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
+use latchgate::verdict::ensemble::{Driver, End, PeakQuantiles};
+use latchgate::verdict::what_if::{Change, Side};
 use latchgate::verdict::{
-    Answer, ConditioningBlock, Document, ErrorBudget, Evidence, Reason, RecordingBlock, Request,
-    RunAnswer, RunBlock, Screens, Trace,
+    Answer, ConditioningBlock, Document, Ensemble, ErrorBudget, Evidence, FilterRow, Reason,
+    RecordingBlock, Request, Ribbon, RunAnswer, RunBlock, Screens, Trace, WhatIf,
 };
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -41,9 +43,107 @@ pub(super) fn failing() -> Case {
     let mut case = case("burst.csv", &samples, &[OpensWhen::Negative], Answer::Fail);
     case.document.findings = vec![
         Finding::info("filter-default", "CFC 1000 was applied because the rate of 10 kHz carries it and nothing else was asked for."),
+        Finding::warning("filter-decides", "The filter decides what the nominal runs say."),
         Finding::warning("peak-near-end", "The largest filtered sample lies 9.2 ms from the record's end, inside the filter's end padding of 10 ms.").at(0.0123),
     ];
+    with_ensemble(&mut case);
     case
+}
+
+/// Adds what an ensemble says of every stop and polarity, and the filter table.
+fn with_ensemble(case: &mut Case) {
+    let document = &mut case.document;
+    document.request.members = 10_000;
+    let driver = |parameter, standard_deviation, rank_correlation: Option<f64>, share| Driver {
+        parameter,
+        standard_deviation,
+        rank_correlation,
+        share,
+    };
+    document.ensembles = document
+        .answers
+        .iter()
+        .enumerate()
+        .map(|(index, answer)| Ensemble {
+            model: answer.model,
+            opens_when: answer.opens_when,
+            members: 2048,
+            exceeded: 1731,
+            failed_to_run: u32::from(index == 1),
+            seed: 1,
+            generator: "made up",
+            method: "event-driven",
+            look: 3,
+            ended: [End::Decided, End::LastLook, End::NoMatter, End::Decided][index],
+            confidence: 0.9875,
+            p_lower: 0.827_31,
+            p_upper: 0.861_92,
+            peak_angle_rad: (index != 2).then_some(PeakQuantiles {
+                p05: 0.081_23,
+                p50: 0.21,
+                p95: 0.44,
+                max: 0.913,
+            }),
+            judged_until_s: (index == 3).then_some(0.04),
+            rank_correlation_by_chance: Some(0.043),
+            drivers: vec![
+                driver("input.bias_g", 0.1, Some(-0.83), Some(0.91)),
+                driver("stop.restitution", 0.02, Some(0.24), Some(0.08)),
+                driver("lever.preload_torque_nm", 0.003, Some(-0.01), Some(0.01)),
+                driver("stop.radius_m", 0.001, None, None),
+            ],
+        })
+        .collect();
+    document.ensemble = document.ensembles.first().cloned();
+    if document.ensembles.len() < 2 {
+        document.ensembles.clear();
+    }
+    document.what_if = [Change::BiasKept, Change::Less, Change::More]
+        .into_iter()
+        .map(|how| WhatIf {
+            input: "input.bias_g",
+            how,
+            change: if how == Change::Less { -0.1 } else { 0.1 },
+            peak_angle_rad: 0.0987,
+            changes_side: vec![Side {
+                model: StopModel::Rigid,
+                opens_when: OpensWhen::Negative,
+                peak_angle_rad: 0.0987,
+            }],
+        })
+        .collect();
+    document.filters = ["none", "cfc1000", "cfc600", "cfc180", "cfc60"]
+        .into_iter()
+        .enumerate()
+        .map(|(index, filter)| FilterRow {
+            filter,
+            verdict: (index != 2).then_some(if index < 2 {
+                Answer::Fail
+            } else {
+                Answer::Pass
+            }),
+            peak_angle_rad: (index != 2).then_some(0.13),
+            chosen: index == 1,
+            reason: (index == 2).then(|| "needs 6000 Hz & more".into()),
+        })
+        .collect();
+    let nominal = &case.evidence.traces[0];
+    let along = |factor: f64| -> Vec<f64> {
+        nominal
+            .points
+            .iter()
+            .map(|point| factor * point.angle_rad)
+            .collect()
+    };
+    case.evidence.ribbon = Some(Ribbon {
+        model: nominal.model,
+        opens_when: nominal.opens_when,
+        members: 128,
+        time_s: nominal.points.iter().map(|point| point.time_s).collect(),
+        p05: along(0.7),
+        p50: along(0.95),
+        p95: along(1.3),
+    });
 }
 
 /// A pulse that the lever survives.
@@ -276,6 +376,11 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             })
             .collect(),
         ensemble: None,
+        ensembles: Vec::new(),
+        ladder: None,
+        preload_answer: None,
+        what_if: Vec::new(),
+        filters: Vec::new(),
         error_budget_rad: ErrorBudget {
             numerical: Some(3.1e-13),
             interpolation: Some(4.2e-4),
@@ -290,6 +395,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             static_threshold_m_s2: 10.430_247_718_383_31,
             impulse_threshold_m_s: 0.478_7,
             impulse_m_s: Some(used.samples.iter().map(|a| a.abs()).sum::<f64>() / RATE_HZ),
+            runs: Vec::new(),
         },
         findings: Vec::new(),
         recording: RecordingBlock {
@@ -337,6 +443,8 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             window_s: None,
             phi0_rad: None,
             omega0_rad_s: None,
+            members: 0,
+            seed: 1,
         },
         run: RunBlock {
             version: "0.1.0",
@@ -352,6 +460,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         raw,
         used,
         traces,
+        ribbon: None,
     };
     Case { document, evidence }
 }

@@ -1,0 +1,127 @@
+//! `latchgate study bifurcation`.
+
+use super::sweep::{self, Sine, Span, Start};
+use super::{Analysis, Answer, Failure, Session};
+use crate::cli::args::{ModelArgument, StudyCommon};
+use crate::model::Design;
+use crate::report::plot;
+use crate::report::study::Table;
+use crate::study::bifurcation::{self, Sweep};
+use clap::{Args, ValueEnum};
+use serde_json::json;
+use std::collections::BTreeMap;
+
+/// Options of `study bifurcation`.
+#[derive(Debug, Clone, Args)]
+pub struct Arguments {
+    /// Lever and files.
+    #[command(flatten)]
+    pub study: StudyCommon,
+    /// Stop model; auto: both
+    #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
+    pub model: ModelArgument,
+    /// The sine.
+    #[command(flatten)]
+    pub sine: Sine,
+    /// Amplitudes [g]
+    #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_amplitudes, default_value = "0..5")]
+    pub amplitude: Span,
+    /// Number of amplitudes
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000), default_value_t = 500)]
+    pub points: u32,
+    /// Periods left out at each amplitude
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=100_000), default_value_t = 100)]
+    pub transient: u32,
+    /// Periods kept at each amplitude
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000), default_value_t = 100)]
+    pub periods: u32,
+    /// Where every amplitude starts.
+    #[command(flatten)]
+    pub start: Start,
+    /// Carry the state along from one amplitude to the next
+    #[arg(long, value_enum, default_value_t = SweepArgument::None)]
+    pub sweep: SweepArgument,
+}
+
+/// Direction asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SweepArgument {
+    /// Every amplitude starts anew.
+    None,
+    /// From the least amplitude to the largest.
+    Up,
+    /// From the largest amplitude to the least.
+    Down,
+}
+
+impl Analysis for Arguments {
+    fn name(&self) -> &'static str {
+        "bifurcation"
+    }
+
+    fn common(&self) -> &StudyCommon {
+        &self.study
+    }
+
+    fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
+        let stops = self.model.stops();
+        let initial = self.start.state(&stops)?;
+        let mut answer = Answer {
+            parameters: BTreeMap::from([
+                (
+                    "amplitude_g",
+                    json!([self.amplitude.low, self.amplitude.high]),
+                ),
+                ("gravity_m_s2", json!(self.sine.gravity)),
+                ("initial", json!(initial)),
+                ("model", json!(stops)),
+                ("omega_rad_s", json!(self.sine.omega)),
+                ("periods", json!(self.periods)),
+                ("points", json!(self.points)),
+                ("transient", json!(self.transient)),
+            ]),
+            ..Answer::default()
+        };
+        let mut diagrams = Vec::new();
+        for stop in &stops {
+            let options = bifurcation::Options {
+                rig: sweep::rig(design, *stop, self.sine.gravity, self.sine.omega),
+                amplitudes_g: (self.amplitude.low, self.amplitude.high),
+                points: self.points,
+                transient: self.transient,
+                periods: self.periods,
+                initial,
+                sweep: match self.sweep {
+                    SweepArgument::None => Sweep::None,
+                    SweepArgument::Up => Sweep::Up,
+                    SweepArgument::Down => Sweep::Down,
+                },
+            };
+            let diagram = session
+                .watch(stop.name(), |control| bifurcation::run(&options, control))
+                .map_err(Failure::Data)?;
+            answer
+                .tables
+                .push(Table::of_stops(&stops, *stop, &diagram.rows()).map_err(Failure::Data)?);
+            answer.headlines.extend(diagram.headlines());
+            answer.complete &= diagram.complete;
+            diagrams.push(diagram);
+        }
+        answer
+            .parameters
+            .insert("sweep", json!(diagrams.first().map(|d| d.options.sweep)));
+        answer.results = Some(json!(
+            diagrams
+                .iter()
+                .map(|diagram| json!({
+                    "model": diagram.options.rig.stop,
+                    "complete": diagram.complete,
+                    "bifurcations": diagram.found,
+                    "columns": diagram.columns,
+                }))
+                .collect::<Vec<_>>()
+        ));
+        answer.svg = plot::bifurcation(&diagrams);
+        Ok(answer)
+    }
+}

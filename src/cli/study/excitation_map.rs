@@ -1,0 +1,99 @@
+//! `latchgate study excitation-map`.
+
+use super::sweep::{self, Span};
+use super::{Analysis, Answer, Failure, Session};
+use crate::cli::args::{ModelArgument, StudyCommon, parse_positive};
+use crate::model::Design;
+use crate::report::plot;
+use crate::report::study::Table;
+use crate::study::excitation_map;
+use clap::Args;
+use serde_json::json;
+use std::collections::BTreeMap;
+
+/// Options of `study excitation-map`.
+#[derive(Debug, Clone, Args)]
+pub struct Arguments {
+    /// Lever and files.
+    #[command(flatten)]
+    pub study: StudyCommon,
+    /// Stop model; auto: both
+    #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
+    pub model: ModelArgument,
+    /// Amplitudes [g]
+    #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_range, default_value = "0..10")]
+    pub amplitude: Span,
+    /// Angular frequencies [rad/s], by their logarithm
+    #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_range, default_value = "5..1000")]
+    pub omega: Span,
+    /// Amplitudes × frequencies
+    #[arg(long, value_name = "NxM", value_parser = sweep::parse_grid, default_value = "100x160")]
+    pub grid: (u32, u32),
+    /// Periods of the excitation that each lever is followed from rest
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000), default_value_t = 30)]
+    pub periods: u32,
+    /// What one g is [m/s²]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY)]
+    pub gravity: f64,
+}
+
+impl Analysis for Arguments {
+    fn name(&self) -> &'static str {
+        "excitation-map"
+    }
+
+    fn common(&self) -> &StudyCommon {
+        &self.study
+    }
+
+    fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
+        let mut answer = Answer {
+            parameters: BTreeMap::from([
+                (
+                    "amplitude_g",
+                    json!([self.amplitude.low, self.amplitude.high]),
+                ),
+                ("gravity_m_s2", json!(self.gravity)),
+                ("grid", json!(self.grid)),
+                ("model", json!(self.model.stops())),
+                ("omega_rad_s", json!([self.omega.low, self.omega.high])),
+                ("periods", json!(self.periods)),
+            ]),
+            ..Answer::default()
+        };
+        let stops = self.model.stops();
+        let mut maps = Vec::new();
+        for stop in &stops {
+            let options = excitation_map::Options {
+                rig: sweep::rig(design, *stop, self.gravity, self.omega.low),
+                amplitudes_g: (self.amplitude.low, self.amplitude.high),
+                angular_frequencies_rad_s: (self.omega.low, self.omega.high),
+                grid: self.grid,
+                periods: self.periods,
+            };
+            let map = session
+                .watch(stop.name(), |control| {
+                    excitation_map::run(&options, control)
+                })
+                .map_err(Failure::Data)?;
+            answer
+                .tables
+                .push(Table::of_stops(&stops, *stop, &map.rows).map_err(Failure::Data)?);
+            answer.headlines.extend(map.headlines());
+            answer.complete &= map.complete;
+            maps.push(map);
+        }
+        answer.results = Some(json!(
+            maps.iter()
+                .map(|map| json!({
+                    "model": map.options.rig.stop,
+                    "complete": map.complete,
+                    "lift_off_g": map.lift_off_g,
+                    "boundary": map.boundary,
+                }))
+                .collect::<Vec<_>>()
+        ));
+        answer.svg = plot::excitation_map(&maps);
+        Ok(answer)
+    }
+}

@@ -1,0 +1,93 @@
+//! `latchgate study histories`.
+
+use super::{Analysis, Answer, Failure, Session, start};
+use crate::cli::args::{
+    ModelArgument, StudyCommon, parse_angle, parse_finite, parse_positive, parse_velocity,
+};
+use crate::model::Design;
+use crate::report::plot;
+use crate::report::study::Table;
+use crate::study::histories;
+use clap::Args;
+use serde_json::json;
+use std::collections::BTreeMap;
+
+/// Options of `study histories`.
+#[derive(Debug, Clone, Args)]
+pub struct Arguments {
+    /// Lever and files.
+    #[command(flatten)]
+    pub study: StudyCommon,
+    /// Stop model; auto: both
+    #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
+    pub model: ModelArgument,
+    /// Amplitude of the sine [g]
+    #[arg(long, value_name = "A", value_parser = parse_finite, allow_negative_numbers = true, default_value_t = 1.0)]
+    pub amplitude: f64,
+    /// Angular frequency of the sine [rad/s]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0)]
+    pub omega: f64,
+    /// Initial angle of one start in place of the paper's three [rad]
+    #[arg(long, value_name = "RAD", value_parser = parse_angle, allow_negative_numbers = true)]
+    pub phi0: Option<f64>,
+    /// Initial angular velocity [rad/s]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true, default_value_t = 0.0)]
+    pub omega0: f64,
+    /// Periods shown
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 40)]
+    pub periods: u32,
+    /// Periods before the motion is taken to have settled
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=10_000_000), default_value_t = 1000)]
+    pub transient: u32,
+    /// What one g is [m/s²]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY)]
+    pub gravity: f64,
+}
+
+impl Analysis for Arguments {
+    fn name(&self) -> &'static str {
+        "histories"
+    }
+
+    fn common(&self) -> &StudyCommon {
+        &self.study
+    }
+
+    fn run(&self, design: &Design, _session: &Session) -> Result<Answer, Failure> {
+        let starts = match self.phi0 {
+            Some(angle) => vec![start(angle, self.omega0, &self.model.stops())?],
+            None => histories::STARTS
+                .iter()
+                .map(|(angle, _)| (*angle, self.omega0))
+                .collect(),
+        };
+        let result = histories::run(&histories::Options {
+            design: design.clone(),
+            models: self.model.stops(),
+            gravity_m_s2: self.gravity,
+            amplitude_g: self.amplitude,
+            angular_frequency_rad_s: self.omega,
+            starts: starts.clone(),
+            periods: self.periods,
+            transient: self.transient,
+        })
+        .map_err(Failure::Data)?;
+        let rows: Vec<_> = result.rows().collect();
+        Ok(Answer {
+            parameters: BTreeMap::from([
+                ("amplitude_g", json!(self.amplitude)),
+                ("gravity_m_s2", json!(self.gravity)),
+                ("model", json!(self.model.stops())),
+                ("omega_rad_s", json!(self.omega)),
+                ("periods", json!(self.periods)),
+                ("starts", json!(starts)),
+                ("transient", json!(self.transient)),
+            ]),
+            results: Some(json!({ "histories": result.histories })),
+            tables: vec![Table::of(&rows).map_err(Failure::Data)?],
+            svg: plot::histories(&result),
+            headlines: result.headlines,
+            ..Answer::default()
+        })
+    }
+}

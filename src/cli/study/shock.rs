@@ -1,0 +1,76 @@
+//! `latchgate study shock`.
+
+use super::{Analysis, Answer, Failure, Session};
+use crate::cli::args::{ModelArgument, StudyCommon, parse_positive};
+use crate::model::Design;
+use crate::report::plot;
+use crate::report::study::Table;
+use crate::study::shock;
+use clap::Args;
+use serde_json::json;
+use std::collections::BTreeMap;
+
+/// Options of `study shock`.
+#[derive(Debug, Clone, Args)]
+pub struct Arguments {
+    /// Lever and files.
+    #[command(flatten)]
+    pub study: StudyCommon,
+    /// Stop model; auto: both
+    #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
+    pub model: ModelArgument,
+    /// Peak of the shock, nearly [g]
+    #[arg(long, value_name = "A", value_parser = parse_positive, default_value_t = 1000.0)]
+    pub amplitude: f64,
+    /// How long the lever is watched [s]
+    #[arg(long, value_name = "S", value_parser = parse_duration, default_value_t = 0.3)]
+    pub duration: f64,
+    /// What one g is [m/s²]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY)]
+    pub gravity: f64,
+}
+
+fn parse_duration(text: &str) -> Result<f64, String> {
+    parse_positive(text).and_then(|duration| {
+        if duration <= shock::DURATION_MAX_S {
+            Ok(duration)
+        } else {
+            Err(format!("must be at most {} s", shock::DURATION_MAX_S))
+        }
+    })
+}
+
+impl Analysis for Arguments {
+    fn name(&self) -> &'static str {
+        "shock"
+    }
+
+    fn common(&self) -> &StudyCommon {
+        &self.study
+    }
+
+    fn run(&self, design: &Design, _session: &Session) -> Result<Answer, Failure> {
+        let result = shock::run(&shock::Options {
+            design: design.clone(),
+            models: self.model.stops(),
+            gravity_m_s2: self.gravity,
+            amplitude_g: self.amplitude,
+            duration_s: self.duration,
+        })
+        .map_err(Failure::Data)?;
+        let rows: Vec<_> = result.rows().collect();
+        Ok(Answer {
+            parameters: BTreeMap::from([
+                ("amplitude_g", json!(self.amplitude)),
+                ("duration_s", json!(self.duration)),
+                ("gravity_m_s2", json!(self.gravity)),
+                ("model", json!(self.model.stops())),
+            ]),
+            results: Some(json!({ "responses": result.responses })),
+            tables: vec![Table::of(&rows).map_err(Failure::Data)?],
+            svg: plot::shock(&result),
+            headlines: result.headlines,
+            ..Answer::default()
+        })
+    }
+}

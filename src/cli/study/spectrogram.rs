@@ -1,0 +1,96 @@
+//! `latchgate study spectrogram`.
+
+use super::{Analysis, Answer, Failure, Session, parse_periods, start};
+use crate::cli::args::{StopArgument, StudyCommon, parse_angle, parse_positive, parse_velocity};
+use crate::error::ErrorKind;
+use crate::model::Design;
+use crate::report::plot;
+use crate::report::study::Table;
+use crate::study::spectrogram;
+use clap::Args;
+use serde_json::json;
+use std::collections::BTreeMap;
+
+/// Options of `study spectrogram`.
+#[derive(Debug, Clone, Args)]
+pub struct Arguments {
+    /// Lever and files.
+    #[command(flatten)]
+    pub study: StudyCommon,
+    /// Stop model
+    #[arg(long, value_enum, default_value_t = StopArgument::Soft)]
+    pub model: StopArgument,
+    /// Initial angle [rad]
+    #[arg(long, value_name = "RAD", value_parser = parse_angle, allow_negative_numbers = true, default_value_t = 0.5)]
+    pub phi0: f64,
+    /// Initial angular velocity [rad/s]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true, default_value_t = 0.0)]
+    pub omega0: f64,
+    /// Length [natural periods]
+    #[arg(long, value_name = "N", value_parser = parse_periods, default_value_t = 3.0)]
+    pub periods: f64,
+    /// Window of the transform [natural periods]
+    #[arg(long, value_name = "N", value_parser = parse_window, default_value_t = 0.75)]
+    pub window: f64,
+}
+
+/// Longest window [natural periods]; what it takes of memory grows with it.
+const WINDOW_MAX: f64 = 8.0;
+
+fn parse_window(text: &str) -> Result<f64, String> {
+    parse_positive(text).and_then(|window| {
+        if (0.05..=WINDOW_MAX).contains(&window) {
+            Ok(window)
+        } else {
+            Err(format!("must lie between 0.05 and {WINDOW_MAX}"))
+        }
+    })
+}
+
+impl Analysis for Arguments {
+    fn name(&self) -> &'static str {
+        "spectrogram"
+    }
+
+    fn common(&self) -> &StudyCommon {
+        &self.study
+    }
+
+    fn run(&self, design: &Design, _session: &Session) -> Result<Answer, Failure> {
+        let (angle_rad, velocity_rad_s) = start(self.phi0, self.omega0, &[self.model.stop()])?;
+        if self.window >= self.periods {
+            return Err(Failure::Usage(
+                ErrorKind::OutOfRange {
+                    what: "--window [natural periods]".into(),
+                    expected: format!("less than --periods, which is {}", self.periods),
+                    found: self.window.to_string(),
+                }
+                .into(),
+            ));
+        }
+        let result = spectrogram::run(&spectrogram::Options {
+            design: design.clone(),
+            model: self.model.stop(),
+            angle_rad,
+            velocity_rad_s,
+            periods: self.periods,
+            window_periods: self.window,
+        })
+        .map_err(Failure::Data)?;
+        let rows: Vec<_> = result.rows().collect();
+        Ok(Answer {
+            parameters: BTreeMap::from([
+                ("model", json!(self.model.stop())),
+                ("omega0_rad_s", json!(self.omega0)),
+                ("periods", json!(self.periods)),
+                ("phi0_rad", json!(self.phi0)),
+                ("window", json!(self.window)),
+            ]),
+            results: Some(json!({ "bounces": result.bounces, "motion": result.motion })),
+            tables: vec![Table::of(&rows).map_err(Failure::Data)?],
+            svg: plot::bounces(&result),
+            headlines: result.headlines,
+            ..Answer::default()
+        })
+    }
+}

@@ -1,0 +1,76 @@
+//! `latchgate study step-size`.
+
+use super::{Analysis, Answer, Failure, Session};
+use crate::cli::args::{StudyCommon, parse_angle, parse_positive, parse_velocity};
+use crate::model::Design;
+use crate::report::plot;
+use crate::report::study::Table;
+use crate::study::step_size;
+use clap::Args;
+use serde_json::json;
+use std::collections::BTreeMap;
+
+/// Options of `study step-size`.
+#[derive(Debug, Clone, Args)]
+pub struct Arguments {
+    /// Lever and files.
+    #[command(flatten)]
+    pub study: StudyCommon,
+    /// Angular frequency of the excitation whose period is cut into steps [rad/s]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 20.0)]
+    pub omega: f64,
+    /// Steps per period of each run
+    #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(10..=1_000_000), default_values_t = [10_000, 1000])]
+    pub steps_per_period: Vec<u32>,
+    /// Length [periods of the excitation]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100), default_value_t = 3)]
+    pub periods: u32,
+    /// Step sizes of the scan for the limit
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1000), default_value_t = 120)]
+    pub points: u32,
+    /// Initial angle [rad]
+    #[arg(long, value_name = "RAD", value_parser = parse_angle, allow_negative_numbers = true, default_value_t = 0.5)]
+    pub phi0: f64,
+    /// Initial angular velocity [rad/s]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true, default_value_t = 0.0)]
+    pub omega0: f64,
+}
+
+impl Analysis for Arguments {
+    fn name(&self) -> &'static str {
+        "step-size"
+    }
+
+    fn common(&self) -> &StudyCommon {
+        &self.study
+    }
+
+    fn run(&self, design: &Design, _session: &Session) -> Result<Answer, Failure> {
+        let result = step_size::run(&step_size::Options {
+            design: design.clone(),
+            angular_frequency_rad_s: self.omega,
+            steps_per_period: self.steps_per_period.clone(),
+            angle_rad: self.phi0,
+            velocity_rad_s: self.omega0,
+            periods: self.periods,
+            points: self.points,
+        })
+        .map_err(Failure::Data)?;
+        let rows: Vec<_> = result.rows().collect();
+        Ok(Answer {
+            parameters: BTreeMap::from([
+                ("omega0_rad_s", json!(self.omega0)),
+                ("omega_rad_s", json!(self.omega)),
+                ("periods", json!(self.periods)),
+                ("phi0_rad", json!(self.phi0)),
+                ("points", json!(self.points)),
+                ("steps_per_period", json!(self.steps_per_period)),
+            ]),
+            results: Some(json!({ "runs": result.runs, "scan": result.scan })),
+            tables: vec![Table::of(&rows).map_err(Failure::Data)?],
+            svg: plot::step_size(&result),
+            headlines: result.headlines,
+            ..Answer::default()
+        })
+    }
+}

@@ -1,0 +1,119 @@
+//! Options that the studies of sines share.
+
+use super::Failure;
+use crate::cli::args::{parse_angle, parse_finite, parse_positive, parse_velocity};
+use crate::model::Design;
+use crate::model::stop::StopModel;
+use crate::study::orbit::{Rig, State};
+use clap::Args;
+
+/// Frequency, gravity and initial state.
+#[derive(Debug, Clone, Args)]
+pub struct Sine {
+    /// Angular frequency ω [rad/s]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0)]
+    pub omega: f64,
+    /// What one g is [m/s²]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY)]
+    pub gravity: f64,
+}
+
+/// Initial state of every lever.
+#[derive(Debug, Clone, Args)]
+pub struct Start {
+    /// Initial angle [rad] [default: at rest on the stop]
+    #[arg(long, value_name = "RAD", value_parser = parse_angle, allow_negative_numbers = true)]
+    pub phi0: Option<f64>,
+    /// Initial angular velocity [rad/s]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true)]
+    pub omega0: Option<f64>,
+}
+
+impl Start {
+    /// Returns the initial state, which every one of `stops` admits; `None` for rest.
+    pub(super) fn state(&self, stops: &[StopModel]) -> Result<Option<State>, Failure> {
+        if self.phi0.is_none() && self.omega0.is_none() {
+            return Ok(None);
+        }
+        let (angle, velocity) = (self.phi0.unwrap_or(0.0), self.omega0.unwrap_or(0.0));
+        super::start(angle, velocity, stops).map(Some)
+    }
+}
+
+/// Returns the lever on its stop under sines.
+pub(super) fn rig(design: &Design, stop: StopModel, gravity: f64, omega: f64) -> Rig {
+    Rig {
+        design: design.clone(),
+        stop,
+        gravity_m_s2: gravity,
+        angular_frequency_rad_s: omega,
+    }
+}
+
+/// A value, or from one to another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span {
+    /// The lower.
+    pub low: f64,
+    /// The upper; the same for a single value.
+    pub high: f64,
+}
+
+impl std::fmt::Display for Span {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.low < self.high {
+            write!(f, "{}..{}", self.low, self.high)
+        } else {
+            write!(f, "{}", self.low)
+        }
+    }
+}
+
+/// Reads `A` or `LO..HI`.
+pub(super) fn parse_span(text: &str) -> Result<Span, String> {
+    let (low, high) = text.split_once("..").unwrap_or((text, text));
+    let (low, high) = (parse_finite(low)?, parse_finite(high)?);
+    if low <= high {
+        Ok(Span { low, high })
+    } else {
+        Err("LO must not lie above HI in LO..HI".into())
+    }
+}
+
+/// As [`parse_span`], two different numbers.
+pub(super) fn parse_range(text: &str) -> Result<Span, String> {
+    parse_span(text).and_then(|span| {
+        if span.low < span.high {
+            Ok(span)
+        } else {
+            Err("expected LO..HI with LO below HI, for example 0..5".into())
+        }
+    })
+}
+
+/// As [`parse_range`], from 0 or above.
+pub(super) fn parse_amplitudes(text: &str) -> Result<Span, String> {
+    parse_span(text).and_then(|span| {
+        if span.low >= 0.0 {
+            Ok(span)
+        } else {
+            Err("an amplitude must not be negative".into())
+        }
+    })
+}
+
+/// Reads `NxM`.
+pub(super) fn parse_grid(text: &str) -> Result<(u32, u32), String> {
+    /// Cells along one side at most.
+    const SIDE_MAX: u32 = 4000;
+    let expected = || format!("expected NxM, each from 1 to {SIDE_MAX}, for example 200x200");
+    let (columns, rows) = text.split_once(['x', 'X', '×']).ok_or_else(expected)?;
+    let side = |text: &str| {
+        text.trim()
+            .parse::<u32>()
+            .ok()
+            .filter(|side| (1..=SIDE_MAX).contains(side))
+            .ok_or_else(expected)
+    };
+    Ok((side(columns)?, side(rows)?))
+}

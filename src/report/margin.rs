@@ -1,0 +1,412 @@
+//! What `latchgate margin` hands over: its text, and the files of its report.
+
+use super::number::plain;
+use super::words;
+use super::{escape, html, json, plot};
+use crate::error::{Error, ErrorKind, Place};
+use crate::recording::Severity;
+use crate::verdict::margin::{Basis, LimitPoint, Map, Margin, MarginDocument, Margins, Quantity};
+use std::fmt::Write as _;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// File name of the page.
+pub const PAGE_FILE: &str = "margin.html";
+
+/// File name of the document.
+pub const DOCUMENT_FILE: &str = "margin.json";
+
+/// Every file that a report may hold.
+const FILES: [&str; 9] = [
+    PAGE_FILE,
+    DOCUMENT_FILE,
+    "margin-scan.csv",
+    "margin-scan.svg",
+    "margin-limit.csv",
+    "margin-limit.svg",
+    "margin-map.csv",
+    "margin-map-boundary.csv",
+    "margin-map.svg",
+];
+
+/// Writes page, document, plots and tables into `dir`, which is created if absent, and returns
+/// their paths, the page's first. Files of these names from an earlier run are removed first.
+///
+/// # Errors
+///
+/// [`ErrorKind::Io`] if `dir` cannot be made or a file not be removed or written.
+pub fn write(
+    dir: &Path,
+    document: &MarginDocument,
+    margins: &Margins,
+) -> Result<Vec<PathBuf>, Error> {
+    let failed = |action, path: &Path, error: &io::Error| {
+        Error::from(ErrorKind::Io {
+            action,
+            reason: error.to_string(),
+        })
+        .at(Place::file(path.display().to_string()))
+    };
+    fs::create_dir_all(dir).map_err(|error| failed("make the report folder", dir, &error))?;
+    for name in FILES {
+        let path = dir.join(name);
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                return Err(failed("replace the earlier report", &path, &error));
+            }
+            _ => {}
+        }
+    }
+    let figures = plot::margin_figures(document, margins);
+    let mut files = vec![
+        (PAGE_FILE.to_string(), html::margin_page(document, &figures)),
+        (DOCUMENT_FILE.to_string(), json::render(document)),
+        ("margin-scan.csv".to_string(), scan_table(margins)),
+    ];
+    if let Some(limit) = &margins.limit {
+        files.push(("margin-limit.csv".to_string(), limit_table(&limit.points)));
+    }
+    if let Some(map) = &margins.map {
+        files.push(("margin-map.csv".to_string(), map_table(map)));
+        files.push((
+            "margin-map-boundary.csv".to_string(),
+            map_boundary_table(map),
+        ));
+    }
+    for figure in &figures {
+        files.push((
+            format!("{}.svg", figure.name),
+            plot::margin_stand_alone(figure),
+        ));
+    }
+    let mut written = Vec::with_capacity(files.len());
+    for (name, content) in files {
+        let path = dir.join(name);
+        fs::write(&path, content).map_err(|error| failed("write the report", &path, &error))?;
+        written.push(path);
+    }
+    Ok(written)
+}
+
+/// A number with all its digits, or nothing.
+fn cell(value: Option<f64>) -> String {
+    value.map_or_else(String::new, |value| value.to_string())
+}
+
+fn scan_table(margins: &Margins) -> String {
+    let mut out = String::from("quantity,value,peak_angle_rad\n");
+    for scan in &margins.scans {
+        for (value, peak) in &scan.points {
+            let _ = writeln!(out, "{},{value},{}", scan.quantity.name(), cell(*peak));
+        }
+    }
+    out
+}
+
+fn limit_table(points: &[LimitPoint]) -> String {
+    let mut out = String::from(
+        "model,duration_s,amplitude_g,amplitude_low_g,amplitude_high_g,velocity_change_m_s\n",
+    );
+    for point in points {
+        let (low, high) = point
+            .amplitude_bracket_g
+            .map_or((None, None), |(low, high)| (Some(low), Some(high)));
+        let _ = writeln!(
+            out,
+            "{},{},{},{},{},{}",
+            point.model.name(),
+            point.duration_s,
+            cell(point.amplitude_g),
+            cell(low),
+            cell(high),
+            cell(point.velocity_change_m_s)
+        );
+    }
+    out
+}
+
+fn map_table(map: &Map) -> String {
+    let request = &map.request;
+    let mut out = format!("{},{},peak_angle_rad,pass\n", request.x.key, request.y.key);
+    for (index, (peak, pass)) in map.peaks_rad.iter().zip(&map.passes).enumerate() {
+        let x = request.x.value(index % request.columns, request.columns);
+        let y = request.y.value(index / request.columns, request.rows);
+        let pass = pass.map_or_else(String::new, |pass| pass.to_string());
+        let _ = writeln!(out, "{x},{y},{},{pass}", cell(*peak));
+    }
+    out
+}
+
+fn map_boundary_table(map: &Map) -> String {
+    let request = &map.request;
+    let mut out = format!(
+        "segment,{},{},bracket_along,bracket_low,bracket_high\n",
+        request.x.key, request.y.key
+    );
+    for (number, (from, to)) in map.segments.iter().enumerate() {
+        for vertex in [&map.vertices[*from], &map.vertices[*to]] {
+            let along = if vertex.along_x {
+                &request.x.key
+            } else {
+                &request.y.key
+            };
+            let _ = writeln!(
+                out,
+                "{number},{},{},{along},{},{}",
+                vertex.x, vertex.y, vertex.bracket.0, vertex.bracket.1
+            );
+        }
+    }
+    out
+}
+
+/// Returns a bracket with as many digits as tell its ends apart, 17 at most.
+pub(super) fn bracket((low, high): (f64, f64)) -> String {
+    let digits = (4..=17)
+        .find(|digits| plain(low, *digits) != plain(high, *digits))
+        .unwrap_or(17);
+    format!("[{}, {}]", plain(low, digits), plain(high, digits))
+}
+
+/// Returns an answer's value with its unit.
+pub(super) fn with_unit(value: f64, unit: &str) -> String {
+    let number = plain(value, 6);
+    if unit.is_empty() {
+        number
+    } else {
+        format!("{number} {unit}")
+    }
+}
+
+/// Returns the change in percent with its sign.
+pub(super) fn change(answer: &Margin) -> String {
+    answer.change_percent.map_or_else(
+        || "-".to_string(),
+        |percent| {
+            let sign = if percent >= 0.0 { "+" } else { "" };
+            format!("{sign}{} %", plain(percent, 4))
+        },
+    )
+}
+
+/// Returns what happens where the answer changes.
+pub(super) fn direction(answer: &Margin) -> &'static str {
+    let above = answer.at.is_some_and(|at| at > answer.present);
+    match (answer.passes_at_present, above) {
+        (true, true) => "no pass just above",
+        (true, false) => "no pass just below",
+        (false, true) => "passes just above",
+        (false, false) => "passes just below",
+    }
+}
+
+/// Returns what the last column of the table holds, and an answer's value there: the change by
+/// the other basis.
+pub(super) fn other(document: &MarginDocument) -> (&'static str, fn(&Margin) -> Option<f64>) {
+    match document.basis {
+        Basis::NominalRun => ("by the whole rule", |answer| answer.verdict_at),
+        Basis::Verdict => ("by the nominal peak", |answer| answer.nominal_at),
+    }
+}
+
+/// Returns the margins for a terminal: one table, then what must be said of it.
+#[must_use]
+pub fn text(document: &MarginDocument, report: Option<&Path>) -> String {
+    let mut out = String::with_capacity(4096);
+    let _ = writeln!(out, "{}", words::answer(document.verdict));
+    let line = |out: &mut String, name: &str, text: &str| {
+        let _ = writeln!(out, "  {name:<15} {}", escape::terminal(text));
+    };
+    let recording = &document.recording;
+    let mut subject = recording.file.clone();
+    if let Some(channel) = &recording.channel {
+        let _ = write!(subject, ", channel {channel}");
+    }
+    let _ = write!(subject, ", design {}", document.design.name);
+    line(&mut out, "recording", &subject);
+    line(
+        &mut out,
+        "limit",
+        &format!("{} rad", document.threshold_rad),
+    );
+    out.push('\n');
+    table(&mut out, document);
+    out.push('\n');
+    for (index, note) in document.notes.iter().enumerate() {
+        line(&mut out, if index == 0 { "notes" } else { "" }, note);
+    }
+    for answer in &document.answers {
+        if let Some(reason) = &answer.reason {
+            line(&mut out, "", &format!("{}: {reason}.", answer.title));
+        }
+    }
+    several(&mut out, document);
+    limit(&mut out, document);
+    if let Some(map) = &document.map {
+        line(
+            &mut out,
+            "map",
+            &format!(
+                "{} over {}: {} of {} grid values pass, {} points on the boundary",
+                map.request.y.key, map.request.x.key, map.passing, map.judged, map.boundary_points
+            ),
+        );
+    }
+    let mut first = true;
+    for finding in &document.findings {
+        if finding.severity == Severity::Info {
+            continue;
+        }
+        let word = if finding.severity == Severity::Blocking {
+            "blocking"
+        } else {
+            "warning"
+        };
+        line(
+            &mut out,
+            if first { "findings" } else { "" },
+            &format!(
+                "{word} {}: {}",
+                finding.code,
+                words::sentence(&finding.text)
+            ),
+        );
+        first = false;
+    }
+    if let Some(report) = report {
+        line(
+            &mut out,
+            "report",
+            &report.join(PAGE_FILE).display().to_string(),
+        );
+    }
+    out
+}
+
+fn table(out: &mut String, document: &MarginDocument) {
+    let (other_name, other_at) = other(document);
+    let mut rows = vec![[
+        "quantity".to_string(),
+        "present".into(),
+        "flips at".into(),
+        "change".into(),
+        "".into(),
+        "bracket".into(),
+        other_name.into(),
+    ]];
+    for answer in &document.answers {
+        let title = if answer.quantity == Quantity::Counterweight {
+            format!("{} at {} m", answer.title, document.counterweight.radius_m)
+        } else {
+            answer.title.to_string()
+        };
+        rows.push([
+            title,
+            with_unit(answer.present, answer.unit),
+            answer
+                .at
+                .map_or_else(|| "never".into(), |at| with_unit(at, answer.unit)),
+            change(answer),
+            answer
+                .at
+                .map_or_else(String::new, |_| direction(answer).into()),
+            answer.bracket.map_or_else(String::new, bracket),
+            other_at(answer).map_or_else(|| "never".into(), |at| plain(at, 6)),
+        ]);
+    }
+    let mut widths = [0; 7];
+    for row in &rows {
+        for (width, cell) in widths.iter_mut().zip(row) {
+            *width = (*width).max(cell.chars().count());
+        }
+    }
+    for row in &rows {
+        let mut line = String::from(" ");
+        for (width, cell) in widths.iter().zip(row) {
+            let _ = write!(line, " {cell:<width$} ");
+        }
+        out.push_str(line.trim_end());
+        out.push('\n');
+    }
+}
+
+/// Lists every change of each quantity that has several.
+fn several(out: &mut String, document: &MarginDocument) {
+    for answer in &document.answers {
+        if answer.changes < 2 {
+            continue;
+        }
+        let of = document
+            .boundaries
+            .iter()
+            .filter(|boundary| boundary.quantity == answer.quantity.name());
+        let _ = writeln!(out, "  every change of the {}:", answer.title);
+        for boundary in of {
+            let _ = writeln!(
+                out,
+                "    {:>14}  {} below, {} above",
+                plain(boundary.at, 9),
+                boundary.below.name(),
+                boundary.above.name()
+            );
+        }
+    }
+}
+
+/// Durations of the limit that the terminal shows [ms].
+const SHOWN_MS: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
+
+fn limit(out: &mut String, document: &MarginDocument) {
+    let Some(limit) = &document.limit else {
+        return;
+    };
+    let _ = writeln!(
+        out,
+        "  half-sine pulses that just reach the limit (no less than {} g on a rigid stop however long, {} m/s however short):",
+        plain(limit.static_threshold_g, 5),
+        plain(limit.impulse_threshold_m_s, 4)
+    );
+    let mut stops = Vec::new();
+    for point in &limit.points {
+        if !stops.contains(&point.model) {
+            stops.push(point.model);
+        }
+    }
+    let mut head = format!("    {:>13}", "duration [ms]");
+    for stop in &stops {
+        let name = stop.name();
+        let _ = write!(
+            head,
+            "  {:>9}  {:>11}",
+            format!("{name} [g]"),
+            format!("{name} [m/s]")
+        );
+    }
+    let _ = writeln!(out, "{head}");
+    for shown in SHOWN_MS {
+        let mut line = format!("    {shown:>13}");
+        for stop in &stops {
+            let point = limit.points.iter().find(|point| {
+                point.model == *stop && (point.duration_s * 1e3 - shown).abs() < 1e-9
+            });
+            let number = |value: Option<f64>| value.map_or_else(|| "-".into(), |v| plain(v, 5));
+            let _ = write!(
+                line,
+                "  {:>9}  {:>11}",
+                number(point.and_then(|point| point.amplitude_g)),
+                number(point.and_then(|point| point.velocity_change_m_s))
+            );
+        }
+        let _ = writeln!(out, "{line}");
+    }
+    for point in &limit.recording {
+        let _ = writeln!(
+            out,
+            "    this recording, {} opens: at most {} g, change of velocity at most {} m/s in that direction",
+            point.opens_when.name(),
+            plain(point.peak_g, 5),
+            plain(point.velocity_change_m_s, 5)
+        );
+    }
+}

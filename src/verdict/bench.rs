@@ -1,0 +1,527 @@
+//! What every run of one assessment shares, and the runs themselves.
+
+use super::Answer;
+use super::ErrorBudget;
+use super::assess::{AssessOptions, Polarity, Scope, settled};
+use super::decision::Judged;
+use super::ensemble::{self, Count, End, Ensemble, Scatter};
+use super::filters;
+use super::ladder::{self, Known};
+use crate::conditioning::{Conditioned, Signal};
+use crate::error::{Error, ErrorKind};
+use crate::model::Design;
+use crate::model::stop::StopModel;
+use crate::replay::batch::{self, BatchOptions};
+use crate::replay::{self, Method, Outcome, Run, RunOptions};
+use crate::units::OpensWhen;
+
+/// A stop and the sign that opens.
+pub(super) type Pair = (OpensWhen, StopModel);
+
+/// What a run is for, which says what it need not carry along.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// Decides, and is drawn.
+    Drawing,
+    /// Decides.
+    Deciding,
+    /// Is compared with one that decides: its own error does not matter.
+    Comparison,
+}
+
+/// What every run of one assessment shares.
+#[derive(Clone, Copy)]
+pub(super) struct Bench<'a> {
+    pub(super) design: &'a Design,
+    pub(super) options: &'a AssessOptions,
+    pub(super) signal: &'a Signal,
+    /// The band-limited fourfold of the samples.
+    pub(super) fine: &'a Signal,
+}
+
+/// Samples, of all runs, from which further threads gain more than their start costs.
+const SHARED_SAMPLES: usize = 20_000;
+
+/// Members that a thread takes at a time.
+const MEMBERS_TAKEN: usize = 64;
+
+impl Bench<'_> {
+    /// Threads that `runs` runs are shared among: one for a few of a short recording.
+    pub(super) fn threads(&self, runs: usize) -> usize {
+        if self.signal.samples.len().saturating_mul(runs) < SHARED_SAMPLES {
+            1
+        } else {
+            self.options.threads
+        }
+    }
+
+    /// The initial state asked for, what is left open being that of rest on the stop.
+    pub(super) fn initial(&self, stop: StopModel) -> Option<(f64, f64)> {
+        let (angle, velocity) = (
+            self.options.initial_angle_rad,
+            self.options.initial_velocity_rad_s,
+        );
+        if angle.is_none() && velocity.is_none() {
+            return None;
+        }
+        let rest = match stop {
+            StopModel::Rigid => 0.0,
+            StopModel::Soft => self.design.stop.rest_angle_rad(&self.design.lever),
+        };
+        Some((angle.unwrap_or(rest), velocity.unwrap_or(0.0)))
+    }
+
+    pub(super) fn run(
+        &self,
+        signal: &Signal,
+        pair: Pair,
+        window: Option<(usize, usize)>,
+        purpose: Purpose,
+    ) -> Result<Outcome, Error> {
+        // The error budget reruns with the other stop, which the method asked for may not know.
+        let (method, tolerance_rad) = if self.options.method.admits(pair.1) {
+            (self.options.method, self.options.tolerance_rad)
+        } else {
+            (Method::EventDriven, None)
+        };
+        replay::run(
+            signal,
+            self.design,
+            &RunOptions {
+                stop: pair.1,
+                opens_when: pair.0,
+                method,
+                tolerance_rad,
+                step_s: None,
+                initial: self.initial(pair.1),
+                window,
+                trace: purpose == Purpose::Drawing,
+                error_bound: purpose != Purpose::Comparison,
+            },
+        )
+    }
+
+    /// Runs every pair on the samples and, unless `spare` knows enough of it, on their fourfold.
+    /// `spare` sees the nominal runs and says of each pair what stands in for a run.
+    pub(super) fn judge_all(
+        &self,
+        pairs: &[Pair],
+        window: Option<(usize, usize)>,
+        purpose: Purpose,
+        spare: &dyn Fn(&[Outcome]) -> Vec<Option<Known>>,
+    ) -> Result<Vec<Judged>, Error> {
+        let outcomes: Vec<Outcome> = in_parallel(self.threads(1), pairs, |pair| {
+            self.run(self.signal, *pair, window, purpose)
+        })
+        .into_iter()
+        .collect::<Result<_, Error>>()?;
+        let known = spare(&outcomes);
+        let fine_window = window.map(|(first, last)| (4 * first, 4 * last));
+        let tasks: Vec<(Pair, Option<Known>)> = pairs
+            .iter()
+            .enumerate()
+            .map(|(index, pair)| (*pair, known.get(index).copied().flatten()))
+            .collect();
+        let fine = in_parallel(self.threads(4), &tasks, |(pair, known)| {
+            known
+                .is_none()
+                .then(|| self.run(self.fine, *pair, fine_window, Purpose::Comparison))
+                .transpose()
+        });
+        outcomes
+            .into_iter()
+            .zip(tasks)
+            .zip(fine)
+            .map(|((outcome, (_, known)), fine)| {
+                Ok(match (fine?, known) {
+                    (Some(fine), _) => compared(outcome, &fine),
+                    (None, Some(known)) => known.judged(outcome),
+                    (None, None) => Known::default().judged(outcome),
+                })
+            })
+            .collect()
+    }
+
+    /// Returns what the nominal runs say alone. Of one that was left out because nearly all
+    /// scattered levers cross, the error is not known: its fourfold is run.
+    pub(super) fn nominal_answers(
+        &self,
+        pairs: &[Pair],
+        window: Option<(usize, usize)>,
+        judged: &[Judged],
+    ) -> Result<Vec<Answer>, Error> {
+        let threshold = self.design.criterion.threshold_rad;
+        let fine_window = window.map(|(first, last)| (4 * first, 4 * last));
+        pairs
+            .iter()
+            .zip(judged)
+            .map(|(pair, judged)| {
+                let answer = judged.nominal_answer(threshold);
+                if !(judged.left_out && answer == Answer::Undecided) {
+                    return Ok(answer);
+                }
+                let fine = self.run(self.fine, *pair, fine_window, Purpose::Comparison)?;
+                Ok(compared(judged.outcome.clone(), &fine).nominal_answer(threshold))
+            })
+            .collect()
+    }
+
+    /// Says of which pairs bounds prove what their nominal run says by the rule without an
+    /// ensemble.
+    pub(super) fn spare_nominal(
+        &self,
+        pairs: &[Pair],
+        window: Option<(usize, usize)>,
+        scope: Scope,
+        outcomes: &[Outcome],
+    ) -> Vec<Option<Known>> {
+        if ladder::may_leave_out(self.options, scope).is_err() {
+            return Vec::new();
+        }
+        let threshold = self.design.criterion.threshold_rad;
+        pairs
+            .iter()
+            .zip(outcomes)
+            .map(|(pair, outcome)| {
+                let known = ladder::known(self, None, *pair, window, outcome, None);
+                known.proves(outcome, threshold, 0).map(|_| known)
+            })
+            .collect()
+    }
+
+    /// Runs the ensemble of every pair, look by look, until the rule decides or what is still
+    /// open can no longer change the answer; notes in `judged` what it adds. A pair that was left
+    /// out has no ensemble. `limited`: the samples end before a fault.
+    pub(super) fn ensembles(
+        &self,
+        scatter: &Scatter,
+        pairs: &[Pair],
+        judged: &mut [Judged],
+        window: Option<(usize, usize)>,
+        limited: bool,
+    ) -> Result<Vec<Option<Ensemble>>, Error> {
+        let threshold = self.design.criterion.threshold_rad;
+        let polarity = self.options.polarity;
+        // The largest nominal peak comes first: its ensemble is the one that is shown.
+        let mut order: Vec<usize> = (0..pairs.len()).collect();
+        order.sort_by(|a, b| {
+            let peak = |index: &usize| judged[*index].run().peak_angle_rad;
+            peak(b).total_cmp(&peak(a))
+        });
+        let mut peaks: Vec<Vec<f64>> = vec![Vec::new(); pairs.len()];
+        let mut looks = vec![0; pairs.len()];
+        let mut answers: Vec<Option<Answer>> = judged
+            .iter()
+            .map(|judged| judged.left_out.then(|| judged.answer(threshold)))
+            .collect();
+        let mut ends = vec![End::NoMatter; pairs.len()];
+        for (number, look) in (1..).zip(ensemble::looks(self.options.members)) {
+            for &pair in &order {
+                let settled =
+                    looks[pair] > 0 && settled(polarity, pairs, &answers, judged, threshold);
+                if answers[pair].is_some() || settled {
+                    continue;
+                }
+                self.extend(scatter, pairs[pair], window, look, &mut peaks[pair])?;
+                looks[pair] = number;
+                let share = Count::of(&peaks[pair], threshold).share();
+                judged[pair].share = Some(share);
+                let answer = judged[pair].answer(threshold);
+                if answer != Answer::Undecided {
+                    (answers[pair], ends[pair]) = (Some(answer), End::Decided);
+                } else if look == self.options.members {
+                    (answers[pair], ends[pair]) = (Some(answer), End::LastLook);
+                }
+            }
+        }
+        let until = window
+            .filter(|_| limited)
+            .map(|(_, last)| self.signal.time_s(last));
+        Ok((0..pairs.len())
+            .map(|pair| {
+                (looks[pair] > 0).then(|| {
+                    ensemble::summarise(
+                        scatter,
+                        &peaks[pair],
+                        threshold,
+                        pairs[pair],
+                        (looks[pair], ends[pair]),
+                        until,
+                    )
+                })
+            })
+            .collect())
+    }
+
+    /// Runs the members of one pair up to `look`, those that are in `peaks` not again.
+    fn extend(
+        &self,
+        scatter: &Scatter,
+        pair: Pair,
+        window: Option<(usize, usize)>,
+        look: u32,
+        peaks: &mut Vec<f64>,
+    ) -> Result<(), Error> {
+        let known = u32::try_from(peaks.len()).unwrap_or(look);
+        let tasks: Vec<u32> = (known..look).step_by(MEMBERS_TAKEN).collect();
+        let threads = self.threads(tasks.len().saturating_mul(MEMBERS_TAKEN));
+        for result in in_parallel(threads, &tasks, |&first| {
+            let count = MEMBERS_TAKEN.min((look - first) as usize);
+            self.peaks(pair, window, count, &|index| {
+                scatter.member(first.saturating_add(u32::try_from(index).unwrap_or(0)))
+            })
+        }) {
+            peaks.extend(result?);
+        }
+        Ok(())
+    }
+
+    /// Returns the peaks of `count` members on one stop and polarity [rad], NaN where one could
+    /// not be followed.
+    pub(super) fn peaks(
+        &self,
+        pair: Pair,
+        window: Option<(usize, usize)>,
+        count: usize,
+        member: &(impl Fn(usize) -> batch::Member + Sync),
+    ) -> Result<Vec<f64>, Error> {
+        let options = BatchOptions {
+            stop: pair.1,
+            opens_when: pair.0,
+            initial: self.initial(pair.1),
+            window,
+            coast: false,
+            threads: 1,
+        };
+        let peaks = batch::peaks(self.signal, count, member, &options)?;
+        Ok(peaks.iter().map(|peak| peak.peak_angle_rad).collect())
+    }
+
+    /// When the lever first crosses the threshold outside the judged window, if it does so on
+    /// a stop and polarity that do not cross inside.
+    pub(super) fn crossing_outside(
+        &self,
+        pairs: &[Pair],
+        judged: &[Judged],
+        window: Option<(usize, usize)>,
+    ) -> Result<Option<f64>, Error> {
+        let tasks: Vec<Pair> = pairs
+            .iter()
+            .zip(judged)
+            .filter(|(_, judged)| window.is_some() && judged.run().first_crossing_s.is_none())
+            .map(|(pair, _)| *pair)
+            .collect();
+        let mut first: Option<f64> = None;
+        for outcome in in_parallel(self.threads(1), &tasks, |pair| {
+            self.run(self.signal, *pair, None, Purpose::Comparison)
+        }) {
+            let crossing = outcome?.run.first_crossing_s;
+            first = match (first, crossing) {
+                (Some(first), Some(crossing)) => Some(first.min(crossing)),
+                (first, crossing) => first.or(crossing),
+            };
+        }
+        Ok(first)
+    }
+
+    pub(super) fn budget(
+        &self,
+        conditioned: &Conditioned,
+        window: Option<(usize, usize)>,
+        pairs: &[Pair],
+        judged: &[Judged],
+        nominal: usize,
+        unfiltered_peak: Option<f64>,
+    ) -> Result<ErrorBudget, Error> {
+        let (sign, stop) = pairs[nominal];
+        let peak = judged[nominal].run().peak_angle_rad;
+        let other_stop = match stop {
+            StopModel::Rigid => StopModel::Soft,
+            StopModel::Soft => StopModel::Rigid,
+        };
+        let known = |pair| {
+            pairs
+                .iter()
+                .position(|known| *known == pair)
+                .map(|index| judged[index].run().peak_angle_rad)
+        };
+        // Each entry is a rerun: the signal to use and the pair to run it with.
+        let mut reruns: Vec<(Part, Signal, Pair)> = Vec::new();
+        if unfiltered_peak.is_none() && conditioned.filter.is_some() {
+            let unfiltered = filters::filtered(conditioned, None)?;
+            reruns.push((Part::Filter, unfiltered, (sign, stop)));
+        }
+        if conditioned.bias_samples > 0 {
+            for direction in [-1.0, 1.0] {
+                let mut shifted = self.signal.clone();
+                let shift = direction * conditioned.bias_standard_error_m_s2;
+                shifted.samples.iter_mut().for_each(|a| *a += shift);
+                reruns.push((Part::Bias, shifted, (sign, stop)));
+            }
+        }
+        let model_peak = known((sign, other_stop));
+        // A lever that starts inside the soft stop has no counterpart on the rigid one.
+        let admitted = other_stop == StopModel::Soft
+            || self
+                .options
+                .initial_angle_rad
+                .is_none_or(|angle| angle >= 0.0);
+        if model_peak.is_none() && admitted {
+            reruns.push((Part::Model, self.signal.clone(), (sign, other_stop)));
+        }
+        let outcomes = in_parallel(self.threads(1), &reruns, |(_, signal, pair)| {
+            self.run(signal, *pair, window, Purpose::Comparison)
+        });
+        let mut budget = ErrorBudget {
+            numerical: Some(judged[nominal].run().numerical_error_rad),
+            interpolation: Some(judged[nominal].interpolation_error_rad),
+            model: model_peak.map(|other| (other - peak).abs()),
+            filter: unfiltered_peak
+                .or(conditioned.filter.is_none().then_some(peak))
+                .map(|other| (other - peak).abs()),
+            bias: None,
+            polarity: None,
+        };
+        for ((part, _, _), outcome) in reruns.iter().zip(outcomes) {
+            let change = (outcome?.run.peak_angle_rad - peak).abs();
+            let entry = match part {
+                Part::Filter => &mut budget.filter,
+                Part::Bias => &mut budget.bias,
+                Part::Model => &mut budget.model,
+            };
+            *entry = Some(entry.map_or(change, |before| before.max(change)));
+        }
+        if self.options.polarity == Polarity::Undeclared {
+            budget.polarity = known((sign.reversed(), stop)).map(|other| (other - peak).abs());
+        }
+        Ok(budget)
+    }
+}
+
+/// Sets a run beside the same on the fourfold of its samples.
+fn compared(outcome: Outcome, fine: &Outcome) -> Judged {
+    let highest = |run: &Run| {
+        run.coast_peak_angle_rad
+            .map_or(run.peak_angle_rad, |coast| coast.max(run.peak_angle_rad))
+    };
+    let interpolation_error_rad = (fine.run.peak_angle_rad - outcome.run.peak_angle_rad)
+        .abs()
+        .max(if outcome.run.coast_peak_angle_rad.is_some() {
+            (highest(&fine.run) - highest(&outcome.run)).abs()
+        } else {
+            0.0
+        });
+    Judged {
+        outcome,
+        // A rerun that could not be followed bounds nothing.
+        interpolation_error_rad: if fine.broke_down {
+            f64::MAX
+        } else {
+            interpolation_error_rad
+        },
+        share: None,
+        left_out: false,
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Filter,
+    Bias,
+    Model,
+}
+
+/// Spares no run, whatever bounds may know.
+pub(super) fn follow_all(_: &[Outcome]) -> Vec<Option<Known>> {
+    Vec::new()
+}
+
+/// Calls `work` on each item, on up to `threads` threads; results in the items' order.
+pub(super) fn in_parallel<T: Sync, R: Send>(
+    threads: usize,
+    items: &[T],
+    work: impl Fn(&T) -> R + Sync,
+) -> Vec<R> {
+    let threads = threads.clamp(1, items.len().max(1));
+    if threads == 1 {
+        return items.iter().map(work).collect();
+    }
+    let next = std::sync::atomic::AtomicUsize::new(0);
+    let take = || {
+        let mut done = Vec::new();
+        loop {
+            let index = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            match items.get(index) {
+                Some(item) => done.push((index, work(item))),
+                None => return done,
+            }
+        }
+    };
+    let mut results: Vec<(usize, R)> = std::thread::scope(|scope| {
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(take)).collect();
+        let mut results = take();
+        for other in others {
+            match other.join() {
+                Ok(part) => results.extend(part),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        results
+    });
+    results.sort_by_key(|(index, _)| *index);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+/// First and last sample inside a window.
+pub(super) fn window_samples(
+    signal: &Signal,
+    (from, to): (f64, f64),
+) -> Result<(usize, usize), Error> {
+    let rate = signal.rate.hertz();
+    let count = signal.samples.len();
+    // A billionth of a sample absorbs the rounding of a bound that was meant to hit a sample.
+    let place = |time: f64| (time - signal.start_s) * rate;
+    #[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
+    let last = count as f64 - 1.0;
+    let first_index = (place(from) - 1e-6).ceil().max(0.0);
+    let last_index = (place(to) + 1e-6).floor().min(last);
+    if first_index.is_nan() || last_index.is_nan() || first_index >= last_index {
+        return Err(ErrorKind::OutOfRange {
+            what: "window [s]".into(),
+            expected: format!(
+                "an interval that holds at least two samples of the record, which runs from {} to {}",
+                signal.start_s,
+                signal.end_s()
+            ),
+            found: format!("{from}..{to}"),
+        }
+        .into());
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "between 0 and the number of samples"
+    )]
+    Ok((first_index as usize, last_index as usize))
+}
+
+/// The judged samples before the first bad one, if there are two.
+pub(super) fn samples_before(
+    signal: &Signal,
+    bad_s: f64,
+    window: Option<(usize, usize)>,
+) -> Option<(usize, usize)> {
+    let (first, last) = window.unwrap_or((0, signal.samples.len() - 1));
+    let place = (bad_s - signal.start_s) * signal.rate.hertz();
+    #[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
+    if place.is_nan() || place <= first as f64 + 2.0 {
+        return None;
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "positive, and cut at the last sample"
+    )]
+    let good = ((place - 1e-6).ceil() as usize).saturating_sub(1).min(last);
+    (good > first + 1).then_some((first, good))
+}

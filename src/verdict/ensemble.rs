@@ -1,0 +1,432 @@
+//! The ensemble: levers and recordings scattered as far as design and input are uncertain.
+//!
+//! Independent normal draws truncated at three standard deviations: scale and bias of the
+//! recording, restitution and every key that the design gives a tolerance. Member 0 is the
+//! nominal lever, and counts as a member. How many members cross the threshold is looked at a
+//! few times, each time with bounds that allow for the other looks, until the rule decides.
+
+pub mod bounds;
+pub mod draw;
+pub(super) mod drivers;
+
+use super::decision::Share;
+use crate::error::{Error, ErrorKind};
+use crate::model::Design;
+use crate::model::lever::Lever;
+use crate::model::stop::{Stop, StopModel};
+use crate::replay::batch::Member;
+use crate::units::{OpensWhen, STANDARD_GRAVITY};
+use draw::TRUNCATION;
+use serde::Serialize;
+
+/// Members after which the ensemble is looked at, unless it ends earlier.
+pub const LOOKS: [u32; 4] = [128, 512, 2048, 10_000];
+
+/// Largest ensemble that may be asked for.
+pub const MEMBERS_MAX: u32 = 1_000_000;
+
+/// Returns the looks at an ensemble of at most `members`: those of [`LOOKS`] below it, at most
+/// three, and itself.
+///
+/// An ensemble beyond 10 000 takes its last look there instead, so that there are never more
+/// than the four looks that the bounds allow for.
+#[must_use]
+pub fn looks(members: u32) -> Vec<u32> {
+    let mut looks: Vec<u32> = LOOKS[..3]
+        .iter()
+        .copied()
+        .filter(|look| *look < members)
+        .collect();
+    if members > 0 {
+        looks.push(members);
+    }
+    looks
+}
+
+/// Quantiles of the members' peak angle [rad].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PeakQuantiles {
+    /// Five in a hundred stay below.
+    pub p05: f64,
+    /// The median.
+    pub p50: f64,
+    /// Five in a hundred go beyond.
+    pub p95: f64,
+    /// The largest.
+    pub max: f64,
+}
+
+/// How strongly one scattered parameter and the peak go together.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Driver {
+    /// Design key of the parameter.
+    pub parameter: &'static str,
+    /// One standard deviation of it, in the key's unit.
+    pub standard_deviation: f64,
+    /// Spearman's rank correlation of its draws with the peak [-]; `None` if either does not
+    /// vary.
+    pub rank_correlation: Option<f64>,
+    /// Its square by the sum of all squares [-].
+    pub share: Option<f64>,
+}
+
+/// Why an ensemble ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum End {
+    /// The rule decided.
+    #[serde(rename = "decided")]
+    Decided,
+    /// All members were run, and the rule did not decide.
+    #[serde(rename = "last look")]
+    LastLook,
+    /// Whatever more members would have said, the other stops and polarities had settled the
+    /// answer.
+    #[serde(rename = "could not change the answer")]
+    NoMatter,
+}
+
+/// What the scattered levers of one stop and polarity did.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Ensemble {
+    /// Stop model.
+    pub model: StopModel,
+    /// Sign of the recorded acceleration that opens.
+    pub opens_when: OpensWhen,
+    /// Members that were run, the nominal one included.
+    pub members: u32,
+    /// Members whose peak exceeds the threshold.
+    pub exceeded: u32,
+    /// Members that could not be followed: the upper bound counts them as exceeding, the lower
+    /// one as not exceeding.
+    pub failed_to_run: u32,
+    /// Seed of the draws.
+    pub seed: u64,
+    /// Generator of the draws.
+    pub generator: &'static str,
+    /// Integrator of the members.
+    pub method: &'static str,
+    /// The look at which it ended, counted from 1.
+    pub look: usize,
+    /// Why it ended there.
+    pub ended: End,
+    /// Confidence of each of the two bounds at each look [-].
+    pub confidence: f64,
+    /// One-sided lower bound of the share that exceeds the threshold [-].
+    pub p_lower: f64,
+    /// One-sided upper bound of that share [-].
+    pub p_upper: f64,
+    /// Quantiles of the peak [rad]; `None` if no member could be followed.
+    pub peak_angle_rad: Option<PeakQuantiles>,
+    /// The last instant judged, where a fault ends the samples that the ensemble rests on [s].
+    pub judged_until_s: Option<f64>,
+    /// Rank correlation beyond which a parameter drives the peak by more than chance [-]:
+    /// 1.96/√(members − 1).
+    pub rank_correlation_by_chance: Option<f64>,
+    /// What drives the peak, the strongest first.
+    pub drivers: Vec<Driver>,
+}
+
+impl Ensemble {
+    /// Returns the bounds of the share that exceeds the threshold.
+    #[must_use]
+    pub fn share(&self) -> Share {
+        Share {
+            lower: self.p_lower,
+            upper: self.p_upper,
+        }
+    }
+}
+
+/// Members that exceed a threshold, and members that could not be followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Count {
+    /// Members in all.
+    pub members: u32,
+    /// Of these, with a peak above the threshold.
+    pub exceeded: u32,
+    /// Of these, not followed.
+    pub failed_to_run: u32,
+}
+
+impl Count {
+    /// Counts peaks [rad]; NaN is that of a member that was not followed.
+    #[must_use]
+    pub fn of(peaks: &[f64], threshold_rad: f64) -> Self {
+        let number = |wanted: &dyn Fn(f64) -> bool| {
+            u32::try_from(peaks.iter().filter(|peak| wanted(**peak)).count()).unwrap_or(u32::MAX)
+        };
+        Self {
+            members: u32::try_from(peaks.len()).unwrap_or(u32::MAX),
+            exceeded: number(&|peak| peak > threshold_rad && peak.is_finite()),
+            failed_to_run: number(&|peak| !peak.is_finite()),
+        }
+    }
+
+    /// Returns bounds of the share that exceeds the threshold, each at the confidence of a look;
+    /// members that were not followed count against either answer.
+    #[must_use]
+    pub fn share(&self) -> Share {
+        let confidence = bounds::LOOK_CONFIDENCE;
+        let (members, exceeded) = (u64::from(self.members), u64::from(self.exceeded));
+        let at_most = exceeded + u64::from(self.failed_to_run);
+        Share {
+            lower: bounds::lower(exceeded, members, confidence),
+            upper: bounds::upper(at_most, members, confidence),
+        }
+    }
+}
+
+/// What may be scattered, in the order that numbers the generator's streams: a name keeps its
+/// place, so that its draws stay the same.
+const PARAMETERS: [&str; 12] = [
+    "input.scale",
+    "input.bias_g",
+    "lever.moment_of_inertia_kg_m2",
+    "lever.pivot_damping_nm_s_per_rad",
+    "lever.spring_stiffness_nm_per_rad",
+    "lever.preload_torque_nm",
+    "lever.mass_kg",
+    "lever.center_of_mass_m",
+    "stop.restitution",
+    "stop.stiffness_n_per_m",
+    "stop.damping_n_s_per_m",
+    "stop.radius_m",
+];
+
+/// One parameter that is scattered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// Design key.
+    pub name: &'static str,
+    /// One standard deviation, in the key's unit.
+    pub deviation: f64,
+    /// Number of its stream.
+    stream: u32,
+}
+
+/// The scatter of design and input.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scatter {
+    lever: Lever,
+    stop: Stop,
+    parameters: Vec<Parameter>,
+    seed: u64,
+}
+
+impl Scatter {
+    /// Takes the scatter from a design; the bias's standard deviation is the larger of the
+    /// design's and `bias_standard_error_m_s2`.
+    ///
+    /// # Errors
+    ///
+    /// As [`check`].
+    pub fn new(design: &Design, bias_standard_error_m_s2: f64, seed: u64) -> Result<Self, Error> {
+        check(design)?;
+        let deviation = |name: &str| match name {
+            "input.scale" => design.input.scale,
+            "input.bias_g" => design
+                .input
+                .bias_g
+                .max(bias_standard_error_m_s2 / STANDARD_GRAVITY),
+            _ => {
+                let key = name.split_once('.').map_or(name, |(_, key)| key);
+                design.tolerance.get(key).copied().unwrap_or(0.0)
+            }
+        };
+        let parameters = (0..)
+            .zip(PARAMETERS)
+            .map(|(stream, name)| Parameter {
+                name,
+                deviation: deviation(name),
+                stream,
+            })
+            .filter(|parameter| parameter.deviation > 0.0)
+            .collect();
+        Ok(Self {
+            lever: design.lever,
+            stop: design.stop,
+            parameters,
+            seed,
+        })
+    }
+
+    /// Returns what is scattered, in a fixed order.
+    #[must_use]
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    /// Returns member `index`'s draw of a parameter, in standard deviations [-]; 0 of member 0.
+    #[must_use]
+    pub fn draw(&self, index: u32, parameter: &Parameter) -> f64 {
+        if index == 0 {
+            0.0
+        } else {
+            draw::truncated_normal(self.seed, index, parameter.stream)
+        }
+    }
+
+    /// Returns a member; member 0 is the nominal lever on the recording as it is.
+    #[must_use]
+    pub fn member(&self, index: u32) -> Member {
+        self.build(|parameter| self.draw(index, parameter))
+    }
+
+    /// Returns the nominal lever with one parameter moved by `deviations` of its own.
+    #[must_use]
+    pub fn moved(&self, name: &str, deviations: f64) -> Member {
+        self.build(|parameter| {
+            if parameter.name == name {
+                deviations
+            } else {
+                0.0
+            }
+        })
+    }
+
+    fn build(&self, deviations: impl Fn(&Parameter) -> f64) -> Member {
+        let mut member = Member {
+            lever: self.lever,
+            stop: self.stop,
+            scale: 1.0,
+            bias_m_s2: 0.0,
+        };
+        for parameter in &self.parameters {
+            let shift = deviations(parameter) * parameter.deviation;
+            let (lever, stop) = (&mut member.lever, &mut member.stop);
+            match parameter.name {
+                "input.scale" => member.scale += shift,
+                "input.bias_g" => member.bias_m_s2 += shift * STANDARD_GRAVITY,
+                "lever.moment_of_inertia_kg_m2" => lever.moment_of_inertia_kg_m2 += shift,
+                "lever.pivot_damping_nm_s_per_rad" => lever.pivot_damping_nm_s_per_rad += shift,
+                "lever.spring_stiffness_nm_per_rad" => lever.spring_stiffness_nm_per_rad += shift,
+                "lever.preload_torque_nm" => lever.preload_torque_nm += shift,
+                "lever.mass_kg" => lever.mass_kg += shift,
+                "lever.center_of_mass_m" => lever.center_of_mass_m += shift,
+                "stop.stiffness_n_per_m" => stop.stiffness_n_per_m += shift,
+                "stop.damping_n_s_per_m" => stop.damping_n_s_per_m += shift,
+                "stop.radius_m" => stop.radius_m += shift,
+                _ => stop.restitution = (stop.restitution + shift).clamp(0.0, 1.0),
+            }
+        }
+        // A third of a value, taken off three times, may leave less than nothing by rounding.
+        for value in [
+            &mut member.lever.pivot_damping_nm_s_per_rad,
+            &mut member.lever.spring_stiffness_nm_per_rad,
+            &mut member.lever.preload_torque_nm,
+            &mut member.stop.damping_n_s_per_m,
+        ] {
+            *value = value.max(0.0);
+        }
+        member.stop.follow_restitution(&self.stop, &self.lever);
+        member
+    }
+}
+
+/// Checks that no draw leaves what is physical: three standard deviations below their nominal
+/// value, what must be positive still is, and what must not be negative is not. A restitution
+/// is held within 0 and 1 instead: a stop of R = 0.98 ± 0.01 is a sound design, and its draws
+/// beyond 1 become the liveliest stop there is.
+///
+/// # Errors
+///
+/// [`ErrorKind::OutOfRange`], naming the tolerance.
+pub fn check(design: &Design) -> Result<(), Error> {
+    let (lever, stop) = (&design.lever, &design.stop);
+    let scale = design.input.scale;
+    if TRUNCATION * scale >= 1.0 {
+        return Err(refused("input.scale", "less than 1/3", scale));
+    }
+    for (key, nominal, may_vanish) in [
+        (
+            "moment_of_inertia_kg_m2",
+            lever.moment_of_inertia_kg_m2,
+            false,
+        ),
+        (
+            "pivot_damping_nm_s_per_rad",
+            lever.pivot_damping_nm_s_per_rad,
+            true,
+        ),
+        (
+            "spring_stiffness_nm_per_rad",
+            lever.spring_stiffness_nm_per_rad,
+            true,
+        ),
+        ("preload_torque_nm", lever.preload_torque_nm, true),
+        ("mass_kg", lever.mass_kg, false),
+        ("center_of_mass_m", lever.center_of_mass_m, false),
+        ("stiffness_n_per_m", stop.stiffness_n_per_m, false),
+        ("damping_n_s_per_m", stop.damping_n_s_per_m, true),
+        ("radius_m", stop.radius_m, false),
+    ] {
+        let deviation = design.tolerance.get(key).copied().unwrap_or(0.0);
+        // A third that is written with 16 digits may exceed a third by rounding.
+        let least = nominal - TRUNCATION * deviation;
+        let good = if may_vanish {
+            least >= -1e-12 * nominal
+        } else {
+            least > 0.0
+        };
+        if !(good || deviation <= 0.0) {
+            let expected = format!(
+                "{} a third of the value itself, {nominal}: draws reach {TRUNCATION} standard \
+                 deviations, and {}",
+                if may_vanish { "at most" } else { "less than" },
+                if may_vanish {
+                    "it cannot be negative"
+                } else {
+                    "it must stay positive"
+                }
+            );
+            return Err(refused(&format!("tolerance.{key}"), &expected, deviation));
+        }
+    }
+    Ok(())
+}
+
+fn refused(what: &str, expected: &str, found: f64) -> Error {
+    ErrorKind::OutOfRange {
+        what: what.into(),
+        expected: expected.into(),
+        found: format!("{found}; give a smaller one, or judge the nominal lever with --members 0"),
+    }
+    .into()
+}
+
+/// Puts together what the peaks of one stop and polarity say.
+pub(super) fn summarise(
+    scatter: &Scatter,
+    peaks: &[f64],
+    threshold_rad: f64,
+    (opens_when, model): (OpensWhen, StopModel),
+    (look, ended): (usize, End),
+    judged_until_s: Option<f64>,
+) -> Ensemble {
+    let count = Count::of(peaks, threshold_rad);
+    let share = count.share();
+    let drivers = drivers::drivers(peaks, &scatter.parameters, |member, parameter| {
+        let member = u32::try_from(member).unwrap_or(u32::MAX);
+        scatter.draw(member, &scatter.parameters[parameter])
+    });
+    Ensemble {
+        model,
+        opens_when,
+        members: count.members,
+        exceeded: count.exceeded,
+        failed_to_run: count.failed_to_run,
+        seed: scatter.seed,
+        generator: draw::GENERATOR,
+        method: "event-driven",
+        look,
+        ended,
+        confidence: bounds::LOOK_CONFIDENCE,
+        p_lower: share.lower,
+        p_upper: share.upper,
+        peak_angle_rad: drivers::quantiles(peaks),
+        judged_until_s,
+        rank_correlation_by_chance: (count.members > 1)
+            .then(|| 1.96 / f64::from(count.members - 1).sqrt()),
+        drivers,
+    }
+}

@@ -1,0 +1,941 @@
+//! How far a verdict is from changing, and what design would change it.
+//!
+//! Each quantity (scale of the recording, preload, unbalance, counterweight, restitution) is
+//! varied alone over a stated range; every value at which the answer changes is listed, and the
+//! one nearest to the present is the margin.
+
+pub mod limit;
+pub mod map;
+mod preload;
+pub mod quantity;
+mod runs;
+pub mod search;
+
+pub use limit::{LimitCurve, LimitPoint, RecordingPoint, critical_pulse};
+pub use map::{Map, MapAxis, MapRequest, MapVertex};
+pub use preload::PreloadAnswer;
+pub(super) use preload::preload_answer;
+pub use quantity::Quantity;
+
+use super::bench::window_samples;
+use super::remarks::counts;
+use super::{Answer, AssessOptions, ConditioningBlock, RecordingBlock, Request, RunBlock, assess};
+use crate::conditioning::Conditioned;
+use crate::error::Error;
+use crate::model::Design;
+use crate::recording::{Finding, Severity};
+use quantity::{Stretch, applied};
+use runs::{Bench, Setting};
+use search::{Crossing, Edge, Excess, Found, Probe};
+use serde::Serialize;
+
+/// What the nominal runs say at one value of a quantity, no error counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum State {
+    /// No run goes beyond the threshold.
+    Pass,
+    /// Every run does (polarities declared as both: every run of one of them).
+    Fail,
+    /// Stops or polarities differ, or only the coast goes beyond.
+    Undecided,
+}
+
+impl State {
+    /// Returns its word.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Fail => "fail",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+/// What an answer rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum Basis {
+    /// The nominal run's peak against the threshold, no error counted.
+    #[serde(rename = "nominal run")]
+    NominalRun,
+    /// The verdict by the whole rule.
+    #[serde(rename = "verdict")]
+    Verdict,
+}
+
+/// What is asked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MarginOptions {
+    /// What the verdict is asked.
+    pub assess: AssessOptions,
+    /// Which answer's change is looked for.
+    pub basis: Basis,
+    /// Distance of the counterweight from the pivot [m].
+    pub counterweight_radius_m: f64,
+    /// Values of a quantity that a search begins with; `None` for as many as the length of the
+    /// recording allows, [`POINTS_MIN`] to [`POINTS_MAX`].
+    pub points: Option<usize>,
+    /// The map over two design keys.
+    pub map: Option<MapRequest>,
+    /// Find the limit under half-sine pulses.
+    pub limit: bool,
+}
+
+/// Values that the search of a short recording begins with.
+pub const POINTS_MAX: usize = 1200;
+
+/// Values that the search of a long recording begins with.
+pub const POINTS_MIN: usize = 200;
+
+/// Samples times values that a search begins with, at most, unless [`POINTS_MIN`] needs more.
+const SAMPLES_TIMES_POINTS: usize = 24_000_000;
+
+/// A change of the answer.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Boundary {
+    /// What is varied: [`Quantity::name`].
+    pub quantity: &'static str,
+    /// Its unit; empty for a ratio.
+    pub unit: &'static str,
+    /// The end of the bracket with the better answer: the last value still to pass, or not yet
+    /// to fail.
+    pub at: f64,
+    /// Values between which the answer changes.
+    pub bracket: (f64, f64),
+    /// What the nominal runs say below.
+    pub below: State,
+    /// What they say above.
+    pub above: State,
+}
+
+/// The least change of one quantity that changes the answer.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Margin {
+    /// What is varied.
+    pub quantity: Quantity,
+    /// What people call it.
+    pub title: &'static str,
+    /// Its unit; empty for a ratio.
+    pub unit: &'static str,
+    /// Its value at present.
+    pub present: f64,
+    /// Whether the answer it rests on passes at present.
+    pub passes_at_present: bool,
+    /// The value that still passes (or first passes) where the answer changes; `None` if no
+    /// value searched changes it.
+    pub at: Option<f64>,
+    /// Values between which the answer changes.
+    pub bracket: Option<(f64, f64)>,
+    /// The change from the present value [%]; `None` without an answer or a present value.
+    pub change_percent: Option<f64>,
+    /// What it rests on.
+    pub basis: Basis,
+    /// The same of the nominal run's peak, no error counted.
+    pub nominal_at: Option<f64>,
+    /// Its bracket.
+    pub nominal_bracket: Option<(f64, f64)>,
+    /// The same of the verdict, by the whole rule.
+    pub verdict_at: Option<f64>,
+    /// Its bracket.
+    pub verdict_bracket: Option<(f64, f64)>,
+    /// Why there is no value, where there is none.
+    pub reason: Option<String>,
+    /// Least and greatest value searched.
+    pub searched: (f64, f64),
+    /// Values that the search looked at before it narrowed any change down.
+    pub values: usize,
+    /// Changes between pass and no pass of the nominal runs within the range.
+    pub changes: usize,
+    /// Where the nominal runs change between pass and no pass for the last time on the way to
+    /// the end of the range that they pass at; `None` if they pass at both ends, or at none.
+    pub settled_at: Option<f64>,
+    /// What stays and what moves along.
+    pub convention: &'static str,
+}
+
+/// The peak over a quantity, as the search saw it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scan {
+    /// What is varied.
+    pub quantity: Quantity,
+    /// Its value at present.
+    pub present: f64,
+    /// Whether distances are ratios.
+    pub ratios: bool,
+    /// Value, and the largest angle of window and coast of all stops and polarities that count
+    /// [rad]; `None` where the lever could not be followed.
+    pub points: Vec<(f64, Option<f64>)>,
+}
+
+/// Everything that was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Margins {
+    /// What the nominal runs say at present, no error counted.
+    pub state: State,
+    /// What the answers rest on.
+    pub basis: Basis,
+    /// One answer per quantity, in the order of [`Quantity::ALL`].
+    pub answers: Vec<Margin>,
+    /// Every change of the nominal runs' answer.
+    pub boundaries: Vec<Boundary>,
+    /// The peaks that the searches saw.
+    pub scans: Vec<Scan>,
+    /// The design's limit, if asked for.
+    pub limit: Option<LimitCurve>,
+    /// The map, if asked for.
+    pub map: Option<Map>,
+    /// The recording carries a blocking finding: all of this rests on spoiled samples.
+    pub spoiled: bool,
+}
+
+/// Finds the margins of the verdict on `conditioned`; `findings` are those of reading and
+/// conditioning.
+///
+/// # Errors
+///
+/// As [`assess()`]; those of [`MapRequest::check`].
+pub fn margins(
+    conditioned: &Conditioned,
+    findings: &[Finding],
+    design: &Design,
+    options: &MarginOptions,
+) -> Result<Margins, Error> {
+    let signal = &conditioned.used;
+    let window = options
+        .assess
+        .window_s
+        .map(|window| window_samples(signal, window))
+        .transpose()?;
+    if let Some(request) = &options.map {
+        request.check(design)?;
+    }
+    let bench = Bench {
+        signal,
+        options: &options.assess,
+        window,
+    };
+    let spoiled = findings.iter().any(|finding| {
+        finding.severity == Severity::Blocking && counts(finding, options.assess.window_s)
+    });
+    let search = Search {
+        bench: &bench,
+        conditioned,
+        findings,
+        design,
+        options,
+        // A spoiled recording never passes, whatever the design.
+        basis: if spoiled {
+            Basis::NominalRun
+        } else {
+            options.basis
+        },
+        lift_off_nm: lift_off_nm(&bench, design),
+        state: bench.exact(design, 1.0)?.state(),
+    };
+    let mut answers = Vec::new();
+    let mut boundaries = Vec::new();
+    let mut scans = Vec::new();
+    let mut of_scale: Option<Found> = None;
+    for quantity in Quantity::ALL {
+        let stretch = search.stretch(quantity);
+        let found = match (quantity, &of_scale) {
+            (Quantity::Unbalance, Some(found)) => times(found, stretch.present),
+            _ => search.found(quantity, &stretch)?,
+        };
+        answers.push(search.answer(quantity, &stretch, &found, spoiled)?);
+        boundaries.extend(found.crossings.iter().map(|crossing| Boundary {
+            quantity: quantity.name(),
+            unit: quantity.unit(),
+            at: crossing.better_end(),
+            bracket: (crossing.low.0, crossing.high.0),
+            below: crossing.low.1.state(),
+            above: crossing.high.1.state(),
+        }));
+        scans.push(Scan {
+            quantity,
+            present: stretch.present,
+            ratios: stretch.ratios,
+            points: found
+                .points
+                .iter()
+                .map(|(at, excess)| {
+                    let peak = excess.pass + design.criterion.threshold_rad;
+                    (*at, peak.is_finite().then_some(peak))
+                })
+                .collect(),
+        });
+        if quantity == Quantity::Scale {
+            of_scale = Some(found);
+        }
+    }
+    let limit = if options.limit {
+        let points = options
+            .assess
+            .polarity
+            .signs()
+            .iter()
+            .map(|sign| limit::recording_point(signal, *sign))
+            .collect();
+        Some(limit::limit_curve(
+            design,
+            options.assess.model,
+            points,
+            options.assess.threads,
+        )?)
+    } else {
+        None
+    };
+    let map = options
+        .map
+        .as_ref()
+        .map(|request| map::map(&bench, design, request))
+        .transpose()?;
+    Ok(Margins {
+        state: search.state,
+        basis: search.basis,
+        answers,
+        boundaries,
+        scans,
+        limit,
+        map,
+        spoiled,
+    })
+}
+
+/// The torque with which the strongest opening sample lifts the lever [N m].
+fn lift_off_nm(bench: &Bench<'_>, design: &Design) -> f64 {
+    let strongest = bench
+        .options
+        .polarity
+        .signs()
+        .iter()
+        .flat_map(|sign| bench.signal.samples.iter().map(|a| -sign.sign() * a))
+        .fold(0.0, f64::max);
+    design.lever.unbalance_kg_m() * strongest
+}
+
+/// Changes of the unbalance, from those of the scale: the model holds both only as the product
+/// of mass, distance and acceleration.
+fn times(found: &Found, unbalance: f64) -> Found {
+    let point = |(at, excess): (f64, Excess)| (at * unbalance, excess);
+    Found {
+        points: found.points.iter().copied().map(point).collect(),
+        crossings: found
+            .crossings
+            .iter()
+            .map(|crossing| Crossing {
+                edge: crossing.edge,
+                low: point(crossing.low),
+                high: point(crossing.high),
+            })
+            .collect(),
+    }
+}
+
+struct Search<'a> {
+    bench: &'a Bench<'a>,
+    conditioned: &'a Conditioned,
+    findings: &'a [Finding],
+    design: &'a Design,
+    options: &'a MarginOptions,
+    basis: Basis,
+    lift_off_nm: f64,
+    state: State,
+}
+
+/// A change of the verdict: the last value without and the first with it, which of both passes.
+#[derive(Debug, Clone, Copy)]
+struct Change {
+    passes: f64,
+    does_not: f64,
+}
+
+impl Change {
+    fn bracket(self) -> (f64, f64) {
+        (
+            self.passes.min(self.does_not),
+            self.passes.max(self.does_not),
+        )
+    }
+}
+
+impl Search<'_> {
+    fn stretch(&self, quantity: Quantity) -> Stretch {
+        Stretch::of(
+            quantity,
+            self.design,
+            self.options.counterweight_radius_m,
+            self.lift_off_nm,
+        )
+    }
+
+    fn applied(&self, quantity: Quantity, value: f64) -> (Design, f64) {
+        applied(
+            quantity,
+            self.design,
+            self.options.counterweight_radius_m,
+            value,
+        )
+    }
+
+    fn found(&self, quantity: Quantity, stretch: &Stretch) -> Result<Found, Error> {
+        let points = self.options.points.unwrap_or_else(|| {
+            let samples = self.bench.signal.samples.len().max(1);
+            (SAMPLES_TIMES_POINTS / samples).clamp(POINTS_MIN, POINTS_MAX)
+        });
+        let setting = |value: f64| {
+            let (design, scale) = self.applied(quantity, value);
+            Setting::new(&design, scale)
+        };
+        search::changes(
+            &stretch.grid(points),
+            &Probe {
+                scan: &|values| {
+                    let settings: Vec<Setting> =
+                        values.iter().map(|value| setting(*value)).collect();
+                    self.bench.scan(&settings)
+                },
+                exact: &|value| self.bench.exact_at(&setting(value)),
+                width: &|value| stretch.width(value),
+                near_rad: 0.01 * self.design.criterion.threshold_rad,
+            },
+        )
+    }
+
+    /// Whether the verdict by the whole rule is a pass at a value.
+    fn verdict_passes(&self, quantity: Quantity, value: f64) -> bool {
+        let (design, scale) = self.applied(quantity, value);
+        let mut scaled = self.conditioned.clone();
+        if quantity == Quantity::Scale {
+            for samples in [&mut scaled.raw.samples, &mut scaled.used.samples] {
+                samples.iter_mut().for_each(|a| *a *= scale);
+            }
+            scaled.bias_m_s2 *= scale;
+        }
+        let options = AssessOptions {
+            evidence: false,
+            filter_table: false,
+            preload_answer: false,
+            ..self.options.assess.clone()
+        };
+        // What cannot be judged is no pass.
+        assess(&scaled, self.findings, &design, &options)
+            .is_ok_and(|assessment| assessment.answer == Answer::Pass)
+    }
+
+    fn answer(
+        &self,
+        quantity: Quantity,
+        stretch: &Stretch,
+        found: &Found,
+        spoiled: bool,
+    ) -> Result<Margin, Error> {
+        let changes: Vec<&Crossing> = found
+            .crossings
+            .iter()
+            .filter(|crossing| crossing.edge == Edge::Pass)
+            .collect();
+        let nominal = changes
+            .iter()
+            .min_by(|a, b| {
+                let distance = |crossing: &Crossing| stretch.distance(crossing.better_end());
+                distance(a).total_cmp(&distance(b))
+            })
+            .map(|crossing| (crossing.better_end(), (crossing.low.0, crossing.high.0)));
+        let mut passes_at_present = self.state == State::Pass;
+        let verdict = if spoiled {
+            None
+        } else {
+            let verdict = VerdictSearch {
+                passes: &|value| self.verdict_passes(quantity, value),
+                stretch,
+                width: if self.basis == Basis::Verdict {
+                    1e-4
+                } else {
+                    1e-6
+                },
+            };
+            let passes = (verdict.passes)(stretch.present);
+            if self.basis == Basis::Verdict {
+                passes_at_present = passes;
+            }
+            verdict.nearest(&changes, self.state == State::Pass, passes)
+        };
+        let verdict_at = verdict.map(|change| change.passes);
+        let verdict_bracket = verdict.map(Change::bracket);
+        let (at, bracket) = match self.basis {
+            Basis::NominalRun => (nominal.map(|(at, _)| at), nominal.map(|(_, b)| b)),
+            Basis::Verdict => (verdict_at, verdict_bracket),
+        };
+        let change_percent = at
+            .filter(|_| stretch.present > 0.0)
+            .map(|at| (at / stretch.present - 1.0) * 100.0);
+        Ok(Margin {
+            quantity,
+            title: quantity.title(),
+            unit: quantity.unit(),
+            present: stretch.present,
+            passes_at_present,
+            at,
+            bracket,
+            change_percent,
+            basis: self.basis,
+            nominal_at: nominal.map(|(at, _)| at),
+            nominal_bracket: nominal.map(|(_, bracket)| bracket),
+            verdict_at,
+            verdict_bracket,
+            reason: at
+                .is_none()
+                .then(|| self.reason(quantity, stretch, passes_at_present)),
+            searched: (stretch.low, stretch.high),
+            values: found.points.len(),
+            changes: changes.len(),
+            settled_at: settled(&changes),
+            convention: quantity.convention(),
+        })
+    }
+
+    fn reason(&self, quantity: Quantity, stretch: &Stretch, passes: bool) -> String {
+        let (low, high) = (
+            crate::units::plain(stretch.low, 5),
+            crate::units::plain(stretch.high, 5),
+        );
+        let unit = match quantity.unit() {
+            "" => String::new(),
+            unit => format!(" {unit}"),
+        };
+        let whose = match self.basis {
+            Basis::NominalRun => "the nominal run",
+            Basis::Verdict => "the verdict",
+        };
+        if passes {
+            format!("{whose} is a pass everywhere from {low} to {high}{unit}")
+        } else {
+            format!("{whose} is nowhere a pass from {low} to {high}{unit}")
+        }
+    }
+}
+
+/// The last change on the way to the one end of the range that passes.
+fn settled(changes: &[&Crossing]) -> Option<f64> {
+    let (first, last) = (changes.first()?, changes.last()?);
+    match (first.low.1.pass <= 0.0, last.high.1.pass <= 0.0) {
+        (true, false) => Some(first.low.0),
+        (false, true) => Some(last.high.0),
+        _ => None,
+    }
+}
+
+/// Looks for the nearest change of a verdict that is dear to ask for, by what the nominal runs
+/// say: a pass needs more than theirs.
+struct VerdictSearch<'a> {
+    passes: &'a dyn Fn(f64) -> bool,
+    stretch: &'a Stretch,
+    /// Width of the bracket, on the scale of places, of a stretch of length one.
+    width: f64,
+}
+
+/// First step from a boundary of the nominal runs, on the scale of places.
+const FIRST_STEP: f64 = 1e-3;
+
+/// Stretches in which the nominal runs pass that are looked into.
+const STRETCHES: usize = 3;
+
+impl VerdictSearch<'_> {
+    /// Length that widths and steps are relative to.
+    fn unit(&self) -> f64 {
+        if self.stretch.ratios {
+            1.0
+        } else {
+            self.stretch.high - self.stretch.low
+        }
+    }
+
+    fn nearest(&self, changes: &[&Crossing], nominal_passes: bool, passes: bool) -> Option<Change> {
+        if passes {
+            self.leaving(changes)
+        } else {
+            self.reaching(changes, nominal_passes)
+        }
+    }
+
+    /// From a present pass to the nearest value that is none, to either side.
+    fn leaving(&self, changes: &[&Crossing]) -> Option<Change> {
+        let here = self.stretch.place(self.stretch.present);
+        let mut best: Option<Change> = None;
+        for upwards in [true, false] {
+            let next = if upwards {
+                changes.iter().find(|c| c.high.0 > self.stretch.present)
+            } else {
+                changes
+                    .iter()
+                    .rev()
+                    .find(|c| c.low.0 < self.stretch.present)
+            };
+            let (end, certain) = match (next, upwards) {
+                (Some(crossing), true) => (crossing.high.0, true),
+                (Some(crossing), false) => (crossing.low.0, true),
+                (None, true) => (self.stretch.high, false),
+                (None, false) => (self.stretch.low, false),
+            };
+            // What is no nearer than the other side's change is not the answer.
+            let mut end = self.stretch.place(end);
+            let mut certain = certain;
+            if let Some(best) = best {
+                let reach = self.stretch.distance(best.does_not);
+                let mirrored = if upwards { here + reach } else { here - reach };
+                if (mirrored - here).abs() < (end - here).abs() {
+                    (end, certain) = (mirrored, false);
+                }
+            }
+            if !certain && (self.passes)(self.stretch.value(end)) {
+                continue;
+            }
+            let change = self.halve(here, end);
+            if best.is_none_or(|best| {
+                self.stretch.distance(change.does_not) < self.stretch.distance(best.does_not)
+            }) {
+                best = Some(change);
+            }
+        }
+        best
+    }
+
+    /// From no pass at present to the nearest value that is one.
+    fn reaching(&self, changes: &[&Crossing], nominal_passes: bool) -> Option<Change> {
+        let here = self.stretch.place(self.stretch.present);
+        let distance = |(from, to): &(f64, f64)| {
+            if (*from..=*to).contains(&here) {
+                0.0
+            } else {
+                (from - here).abs().min((to - here).abs())
+            }
+        };
+        let mut stretches = self.nominal_passes(changes, nominal_passes);
+        stretches.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let mut best: Option<Change> = None;
+        for (from, to) in stretches.into_iter().take(STRETCHES) {
+            let starts = if (from..=to).contains(&here) {
+                vec![(here, to), (here, from)]
+            } else if here < from {
+                vec![(from, to)]
+            } else {
+                vec![(to, from)]
+            };
+            for (start, end) in starts {
+                let near = |change: &Change| self.stretch.distance(change.passes);
+                if best.is_some_and(|best| near(&best) <= (start - here).abs()) {
+                    continue;
+                }
+                if let Some(change) = self.inwards(start, end)
+                    && best.is_none_or(|best| near(&change) < near(&best))
+                {
+                    best = Some(change);
+                }
+            }
+        }
+        best
+    }
+
+    /// Stretches in which the nominal runs pass, on the scale of places.
+    fn nominal_passes(&self, changes: &[&Crossing], nominal_passes: bool) -> Vec<(f64, f64)> {
+        let place = |value: f64| self.stretch.place(value);
+        let mut stretches = Vec::new();
+        let first_passes = changes
+            .first()
+            .map_or(nominal_passes, |first| first.low.1.pass <= 0.0);
+        let mut from = first_passes.then(|| self.low_place());
+        for crossing in changes {
+            if crossing.low.1.pass <= 0.0 {
+                if let Some(from) = from.take() {
+                    stretches.push((from, place(crossing.low.0)));
+                }
+            } else {
+                from = Some(place(crossing.high.0));
+            }
+        }
+        if let Some(from) = from {
+            stretches.push((from, place(self.stretch.high)));
+        }
+        stretches
+    }
+
+    fn low_place(&self) -> f64 {
+        self.stretch.place(self.stretch.low)
+    }
+
+    /// Steps from `start`, where the verdict is no pass or just one, towards `end` until it is.
+    fn inwards(&self, start: f64, end: f64) -> Option<Change> {
+        let side = (end - start).signum();
+        let length = (end - start).abs();
+        let mut before = start;
+        let mut step = FIRST_STEP * self.unit();
+        let passes = |place: f64| (self.passes)(self.stretch.value(place));
+        if passes(start) {
+            let value = self.stretch.value(start);
+            return Some(Change {
+                passes: value,
+                does_not: value,
+            });
+        }
+        while step < length {
+            let place = start + side * step;
+            if passes(place) {
+                return Some(self.halve(place, before));
+            }
+            before = place;
+            step *= 2.0;
+        }
+        // What is left of the stretch: its end, or its middle where it is a narrow one.
+        for place in [end, f64::midpoint(start, end)] {
+            if passes(place) {
+                let from = if (place - start).abs() > (before - start).abs() {
+                    before
+                } else {
+                    start
+                };
+                return Some(self.halve(place, from));
+            }
+        }
+        None
+    }
+
+    /// Halves the way between a place that passes and one that does not.
+    fn halve(&self, passing: f64, not_passing: f64) -> Change {
+        let (mut passes, mut does_not) = (passing, not_passing);
+        while (passes - does_not).abs() > self.width * self.unit() {
+            let middle = f64::midpoint(passes, does_not);
+            if (self.passes)(self.stretch.value(middle)) {
+                passes = middle;
+            } else {
+                does_not = middle;
+            }
+        }
+        Change {
+            passes: self.stretch.value(passes),
+            does_not: self.stretch.value(does_not),
+        }
+    }
+}
+
+/// margin.json, key by key.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MarginDocument {
+    /// `latchgate.margin/1`.
+    pub schema: &'static str,
+    /// The verdict on the recording as it is.
+    pub verdict: Answer,
+    /// The threshold [rad].
+    pub threshold_rad: f64,
+    /// What the margins rest on.
+    pub basis: Basis,
+    /// What the nominal runs say at present, no error counted.
+    pub nominal_state: State,
+    /// Factor on the recording at which the answer changes.
+    pub scale_to_flip: Option<f64>,
+    /// Its bracket.
+    pub scale_to_flip_bracket: Option<(f64, f64)>,
+    /// Why there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale_to_flip_reason: Option<String>,
+    /// Preload torque at which the answer changes [N m].
+    pub least_preload_torque_nm: Option<f64>,
+    /// Its bracket [N m].
+    pub least_preload_torque_nm_bracket: Option<(f64, f64)>,
+    /// Why there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub least_preload_torque_nm_reason: Option<String>,
+    /// Unbalance m·L at which the answer changes [kg m].
+    pub greatest_unbalance_kg_m: Option<f64>,
+    /// Its bracket [kg m].
+    pub greatest_unbalance_kg_m_bracket: Option<(f64, f64)>,
+    /// Why there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub greatest_unbalance_kg_m_reason: Option<String>,
+    /// Counterweight at which the answer changes.
+    pub counterweight: Counterweight,
+    /// Restitution at which the answer changes [-].
+    pub restitution: Option<f64>,
+    /// Its bracket [-].
+    pub restitution_bracket: Option<(f64, f64)>,
+    /// Why there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restitution_reason: Option<String>,
+    /// Every change of the nominal runs' answer.
+    pub boundaries: Vec<Boundary>,
+    /// The answers with what they rest on.
+    pub answers: Vec<Margin>,
+    /// What a reader should know before the numbers.
+    pub notes: Vec<String>,
+    /// The design's limit under half-sine pulses.
+    pub limit: Option<LimitCurve>,
+    /// The map; its values stand in the CSV files.
+    pub map: Option<Map>,
+    /// Everything odd about the recording.
+    pub findings: Vec<Finding>,
+    /// What was read.
+    pub recording: RecordingBlock,
+    /// How it was conditioned.
+    pub conditioning: Option<ConditioningBlock>,
+    /// The design.
+    pub design: Design,
+    /// What was asked.
+    pub request: Request,
+    /// Version and time; last.
+    pub run: RunBlock,
+}
+
+/// A mass on the far side of the pivot.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Counterweight {
+    /// The mass [kg]; `None` if none changes the answer.
+    pub mass_kg: Option<f64>,
+    /// Its bracket [kg].
+    pub mass_kg_bracket: Option<(f64, f64)>,
+    /// Its distance from the pivot [m].
+    pub radius_m: f64,
+    /// Unbalance that is left [kg m].
+    pub unbalance_kg_m: Option<f64>,
+    /// Moment of inertia then [kg m²].
+    pub moment_of_inertia_kg_m2: Option<f64>,
+    /// Why there is no mass.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+}
+
+/// What a document says beside the margins.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Context {
+    /// The verdict.
+    pub verdict: Answer,
+    /// Everything odd.
+    pub findings: Vec<Finding>,
+    /// What was read.
+    pub recording: RecordingBlock,
+    /// How it was conditioned.
+    pub conditioning: Option<ConditioningBlock>,
+    /// What was asked.
+    pub request: Request,
+    /// Version and time.
+    pub run: RunBlock,
+}
+
+impl MarginDocument {
+    /// Puts a document together.
+    #[must_use]
+    pub fn new(
+        margins: &Margins,
+        design: &Design,
+        counterweight_radius_m: f64,
+        context: Context,
+    ) -> Self {
+        let of = |quantity: Quantity| {
+            margins
+                .answers
+                .iter()
+                .find(|answer| answer.quantity == quantity)
+        };
+        let at = |quantity| of(quantity).and_then(|answer| answer.at);
+        let bracket = |quantity| of(quantity).and_then(|answer| answer.bracket);
+        let reason = |quantity| of(quantity).and_then(|answer| answer.reason.clone());
+        let counterweight = at(Quantity::Counterweight).map(|mass| {
+            applied(
+                Quantity::Counterweight,
+                design,
+                counterweight_radius_m,
+                mass,
+            )
+            .0
+            .lever
+        });
+        Self {
+            schema: "latchgate.margin/1",
+            verdict: context.verdict,
+            threshold_rad: design.criterion.threshold_rad,
+            basis: margins.basis,
+            nominal_state: margins.state,
+            scale_to_flip: at(Quantity::Scale),
+            scale_to_flip_bracket: bracket(Quantity::Scale),
+            scale_to_flip_reason: reason(Quantity::Scale),
+            least_preload_torque_nm: at(Quantity::Preload),
+            least_preload_torque_nm_bracket: bracket(Quantity::Preload),
+            least_preload_torque_nm_reason: reason(Quantity::Preload),
+            greatest_unbalance_kg_m: at(Quantity::Unbalance),
+            greatest_unbalance_kg_m_bracket: bracket(Quantity::Unbalance),
+            greatest_unbalance_kg_m_reason: reason(Quantity::Unbalance),
+            counterweight: Counterweight {
+                mass_kg: at(Quantity::Counterweight),
+                mass_kg_bracket: bracket(Quantity::Counterweight),
+                radius_m: counterweight_radius_m,
+                unbalance_kg_m: counterweight.map(|lever| lever.unbalance_kg_m()),
+                moment_of_inertia_kg_m2: counterweight.map(|lever| lever.moment_of_inertia_kg_m2),
+                reason: reason(Quantity::Counterweight),
+            },
+            restitution: at(Quantity::Restitution),
+            restitution_bracket: bracket(Quantity::Restitution),
+            restitution_reason: reason(Quantity::Restitution),
+            boundaries: margins.boundaries.clone(),
+            answers: margins.answers.clone(),
+            notes: notes(margins, &context),
+            limit: margins.limit.clone(),
+            map: margins.map.clone(),
+            findings: context.findings,
+            recording: context.recording,
+            conditioning: context.conditioning,
+            design: design.clone(),
+            request: context.request,
+            run: context.run,
+        }
+    }
+}
+
+/// Whether the nominal runs pass at the least value of an answer's range.
+fn first_passes(margins: &Margins, answer: &Margin) -> bool {
+    margins
+        .boundaries
+        .iter()
+        .find(|boundary| boundary.quantity == answer.quantity.name())
+        .is_some_and(|boundary| boundary.below == State::Pass)
+}
+
+fn notes(margins: &Margins, context: &Context) -> Vec<String> {
+    let mut notes = Vec::new();
+    if margins.spoiled {
+        notes.push(
+            "A blocking finding spoils the recording: the numbers are those of the nominal run on the samples as they are, and no evidence that anything passes.".to_string(),
+        );
+    }
+    notes.push(match margins.basis {
+        Basis::NominalRun => "Each number is where the nominal peak angle, while the recording runs and in the coast after it, meets the threshold on one of the stops and polarities that count; no error and no tolerance is counted. The verdict, which counts them, changes where verdict_at says.".to_string(),
+        Basis::Verdict => "Each number is where the verdict changes, by the whole decision rule; nominal_at is where the nominal peak angle meets the threshold.".to_string(),
+    });
+    let passes = margins.state == State::Pass;
+    if (context.verdict == Answer::Pass) != passes && !margins.spoiled {
+        notes.push(format!(
+            "The verdict is {}, while the nominal peak alone is {} the threshold: the doubt counted by the rule lies between them.",
+            context.verdict.name(),
+            if passes { "at or below" } else { "above" }
+        ));
+    }
+    for answer in &margins.answers {
+        if answer.changes > 1 {
+            let settled = answer.settled_at.map_or_else(String::new, |at| {
+                let side = if first_passes(margins, answer) {
+                    "below"
+                } else {
+                    "above"
+                };
+                format!(
+                    " Everything {side} {} within the range passes.",
+                    crate::units::plain(at, 6)
+                )
+            });
+            notes.push(format!(
+                "Several boundaries: over the {} the nominal runs change between pass and no pass {} times within the range searched. The answer is the nearest to the present; all stand in boundaries.{settled}",
+                answer.title, answer.changes
+            ));
+        }
+    }
+    notes
+}

@@ -1,0 +1,145 @@
+//! The preload that a recording asks for, as a report quotes it.
+
+use super::runs::Bench;
+use super::search::{Crossing, Edge};
+use super::{Basis, MarginOptions, Quantity, Search, State, lift_off_nm};
+use crate::conditioning::Conditioned;
+use crate::error::Error;
+use crate::model::Design;
+use crate::recording::Finding;
+use crate::verdict::AssessOptions;
+use crate::verdict::bench::window_samples;
+use serde::Serialize;
+
+/// The preload that a recording asks for.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PreloadAnswer {
+    /// The preload at present [N m].
+    pub present_nm: f64,
+    /// A preload at which the verdict by the whole rule is a pass, the nominal lever staying below
+    /// the limit from a smaller one on [N m]; the present one where that passes; `None` if none
+    /// was found.
+    pub passes_from_nm: Option<f64>,
+    /// The preload from which on the nominal lever stays at or below the limit at every value that
+    /// was searched [N m]; `None` if it does not at the greatest.
+    pub nominal_from_nm: Option<f64>,
+    /// Least and greatest preload searched [N m].
+    pub searched_nm: (f64, f64),
+    /// Values looked at before a change was narrowed down.
+    pub values: usize,
+    /// Changes of the nominal runs between pass and no pass.
+    pub changes: usize,
+    /// In a sentence.
+    pub text: String,
+}
+
+/// Values of the preload that the search of an ordinary recording begins with.
+const PRELOADS: usize = 160;
+
+/// Largest ensemble that is asked at another preload: a pass at its looks is one of any larger
+/// ensemble, which looks at the same members.
+const MEMBERS_ASKED: u32 = 128;
+
+/// Steps beyond the preload that the nominal lever asks for, at which the whole rule is asked.
+const STEPS: [f64; 8] = [1.001, 1.01, 1.03, 1.06, 1.1, 1.2, 1.5, 2.0];
+
+/// Finds the preload from which on the recording passes; `passes` says whether it does at
+/// present, by the whole rule.
+pub(in crate::verdict) fn preload_answer(
+    conditioned: &Conditioned,
+    findings: &[Finding],
+    design: &Design,
+    options: &AssessOptions,
+    passes: bool,
+) -> Result<PreloadAnswer, Error> {
+    let signal = &conditioned.used;
+    let window = options
+        .window_s
+        .map(|window| window_samples(signal, window))
+        .transpose()?;
+    let asked = MarginOptions {
+        assess: AssessOptions {
+            evidence: false,
+            filter_table: false,
+            preload_answer: false,
+            members: options.members.min(MEMBERS_ASKED),
+            ..options.clone()
+        },
+        basis: Basis::Verdict,
+        counterweight_radius_m: 1.0,
+        points: Some((PRELOADS * 4_000 / signal.samples.len().max(1)).clamp(24, PRELOADS)),
+        map: None,
+        limit: false,
+    };
+    let bench = Bench {
+        signal,
+        options: &asked.assess,
+        window,
+    };
+    let search = Search {
+        bench: &bench,
+        conditioned,
+        findings,
+        design,
+        options: &asked,
+        basis: Basis::Verdict,
+        lift_off_nm: lift_off_nm(&bench, design),
+        state: bench.exact(design, 1.0)?.state(),
+    };
+    let stretch = search.stretch(Quantity::Preload);
+    let found = search.found(Quantity::Preload, &stretch)?;
+    let changes: Vec<&Crossing> = found
+        .crossings
+        .iter()
+        .filter(|crossing| crossing.edge == Edge::Pass)
+        .collect();
+    let nominal_from_nm = match changes.last() {
+        Some(last) => (last.high.1.pass <= 0.0).then_some(last.high.0),
+        None => (search.state == State::Pass).then_some(stretch.low),
+    };
+    let passes_from_nm = if passes {
+        Some(stretch.present)
+    } else {
+        nominal_from_nm.and_then(|from| {
+            STEPS
+                .iter()
+                .map(|step| step * from)
+                .filter(|value| *value <= stretch.high)
+                .find(|value| search.verdict_passes(Quantity::Preload, *value))
+        })
+    };
+    let number = |value: f64| crate::units::plain(value, 4);
+    let (low, high) = (number(stretch.low), number(stretch.high));
+    let text = match (passes, passes_from_nm, nominal_from_nm) {
+        (true, _, Some(from)) => format!(
+            "Passes with T0 = {} N·m; the nominal lever stays below the limit from T0 = {} N·m on.",
+            number(stretch.present),
+            number(from)
+        ),
+        (true, _, None) => format!(
+            "Passes with T0 = {} N·m, but the nominal lever does not stay below the limit up to T0 = {high} N·m.",
+            number(stretch.present)
+        ),
+        (false, Some(at), Some(from)) => format!(
+            "Would pass from T0 = {} N·m (present {} N·m): by the whole rule there, and the nominal lever stays below the limit from {} N·m on.",
+            number(at),
+            number(stretch.present),
+            number(from)
+        ),
+        (false, None, Some(from)) => format!(
+            "The nominal lever would stay below the limit from T0 = {} N·m on (present {} N·m), but no preload up to {high} N·m was found at which the whole rule says pass.",
+            number(from),
+            number(stretch.present)
+        ),
+        (false, _, None) => format!("No preload from {low} to {high} N·m was found to pass."),
+    };
+    Ok(PreloadAnswer {
+        present_nm: stretch.present,
+        passes_from_nm,
+        nominal_from_nm,
+        searched_nm: (stretch.low, stretch.high),
+        values: found.points.len(),
+        changes: changes.len(),
+        text,
+    })
+}

@@ -1,0 +1,307 @@
+//! Every value of one quantity at which the answer changes, found on a grid and then narrowed.
+//!
+//! The peak is no monotonic function of anything: an impact that comes a little later may throw
+//! the lever further or less far. So the whole search range is scanned, cells in which the
+//! threshold could be crossed twice unseen are looked into, and each change of sign is narrowed
+//! down by the exact run.
+
+use super::State;
+use crate::error::Error;
+
+/// How far the lever is from a pass and from a fail at one value of the quantity [rad].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Excess {
+    /// Above zero the answer is no pass; infinite where the lever could not be followed.
+    pub pass: f64,
+    /// Above zero the answer is a fail; never more than `pass`.
+    pub fail: f64,
+}
+
+impl Excess {
+    /// Returns the answer.
+    #[must_use]
+    pub fn state(self) -> State {
+        if self.pass <= 0.0 {
+            State::Pass
+        } else if self.fail > 0.0 {
+            State::Fail
+        } else {
+            State::Undecided
+        }
+    }
+
+    fn of(self, edge: Edge) -> f64 {
+        match edge {
+            Edge::Pass => self.pass,
+            Edge::Fail => self.fail,
+        }
+    }
+}
+
+/// Which change of the answer is meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Edge {
+    /// Between pass and what is none.
+    Pass,
+    /// Between fail and what is none.
+    Fail,
+}
+
+/// A value of the quantity at which the answer changes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Crossing {
+    /// Which change.
+    pub edge: Edge,
+    /// The lower end of its bracket, and how far the answer is from its change there.
+    pub low: (f64, Excess),
+    /// The upper end.
+    pub high: (f64, Excess),
+}
+
+impl Crossing {
+    /// Returns the end of the bracket at which the answer is the better one: still a pass, or
+    /// not yet a fail.
+    #[must_use]
+    pub fn better_end(&self) -> f64 {
+        if self.low.1.of(self.edge) <= 0.0 {
+            self.low.0
+        } else {
+            self.high.0
+        }
+    }
+}
+
+/// The excess at many values.
+pub type Scan<'a> = dyn Fn(&[f64]) -> Result<Vec<Excess>, Error> + 'a;
+
+/// How the answer is asked for.
+pub struct Probe<'a> {
+    /// The excess at many values, cheaply: it may differ from the exact one by rounding.
+    pub scan: &'a Scan<'a>,
+    /// The excess at one value, which decides.
+    pub exact: &'a dyn Fn(f64) -> Result<Excess, Error>,
+    /// Width of the bracket that ends the search around a value, in the quantity's unit.
+    pub width: &'a dyn Fn(f64) -> f64,
+    /// A cell that comes as near to the threshold as this is looked into once [rad].
+    pub near_rad: f64,
+}
+
+/// What a search found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// Every value that was looked at, in ascending order.
+    pub points: Vec<(f64, Excess)>,
+    /// Every change of the answer, in ascending order.
+    pub crossings: Vec<Crossing>,
+}
+
+/// Parts that a cell is split into where the threshold could be crossed twice unseen.
+pub const PARTS: usize = 8;
+
+/// Times that cells are split.
+pub const SPLITS: usize = 3;
+
+/// A cell is looked into where the threshold is no further than this many times the change of
+/// the peak over the cell or a neighbour.
+pub const REACH: f64 = 3.0;
+
+/// A value, the excess there, and whether the exact run gave it.
+#[derive(Clone, Copy)]
+struct Point {
+    at: f64,
+    excess: Excess,
+    exact: bool,
+}
+
+/// Finds every change of the answer on `grid`, whose values ascend.
+///
+/// A pair of crossings between two neighbouring values is found where a cell is split: where
+/// the peak at an end of the cell is no further from the threshold than [`REACH`] times what it
+/// changes over the cell or one of its neighbours (each split by [`PARTS`], up to [`SPLITS`] times over), or
+/// than `near_rad` (split once). No more than five times the grid's values are looked at, the
+/// nearest to the threshold first. A pair that shows in neither way stays unseen.
+///
+/// # Errors
+///
+/// Those of the probe.
+pub fn changes(grid: &[f64], probe: &Probe<'_>) -> Result<Found, Error> {
+    let mut points = scanned(grid, probe)?;
+    let most = 5 * grid.len();
+    for split in 0..SPLITS {
+        let near = if split == 0 { probe.near_rad } else { 0.0 };
+        let mut cells: Vec<(f64, usize)> = (0..points.len().saturating_sub(1))
+            .filter_map(|cell| Some((doubtful(&points, cell, near)?, cell)))
+            .collect();
+        // The nearest to the threshold first, as many as may be looked into.
+        cells.sort_by(|a, b| a.0.total_cmp(&b.0));
+        cells.truncate(most.saturating_sub(points.len()) / (PARTS - 1));
+        let wanted: Vec<f64> = cells
+            .iter()
+            .flat_map(|(_, cell)| inside(points[*cell].at, points[cell + 1].at))
+            .collect();
+        if wanted.is_empty() {
+            break;
+        }
+        points.extend(scanned(&wanted, probe)?);
+        points.sort_by(|a, b| a.at.total_cmp(&b.at));
+    }
+    settle(&mut points, probe)?;
+    let mut crossings: Vec<Crossing> = Vec::new();
+    for cell in points.windows(2) {
+        for edge in [Edge::Pass, Edge::Fail] {
+            if !changes_in(cell, edge) {
+                continue;
+            }
+            let ends = ((cell[0].at, cell[0].excess), (cell[1].at, cell[1].excess));
+            let (low, high) = narrow(edge, probe, ends)?;
+            // One stop and one polarity have but one edge, which is found twice.
+            let known = crossings
+                .iter()
+                .any(|known| same(known.low.0, low.0) && same(known.high.0, high.0));
+            if !known {
+                crossings.push(Crossing { edge, low, high });
+            }
+        }
+    }
+    crossings.sort_by(|a, b| a.low.0.total_cmp(&b.low.0));
+    Ok(Found {
+        points: points
+            .iter()
+            .map(|point| (point.at, point.excess))
+            .collect(),
+        crossings,
+    })
+}
+
+fn same(a: f64, b: f64) -> bool {
+    a.to_bits() == b.to_bits()
+}
+
+fn scanned(values: &[f64], probe: &Probe<'_>) -> Result<Vec<Point>, Error> {
+    let found = (probe.scan)(values)?;
+    Ok(values
+        .iter()
+        .zip(found)
+        .map(|(at, excess)| Point {
+            at: *at,
+            excess,
+            exact: false,
+        })
+        .collect())
+}
+
+fn changes_in(cell: &[Point], edge: Edge) -> bool {
+    (cell[0].excess.of(edge) > 0.0) != (cell[1].excess.of(edge) > 0.0)
+}
+
+/// How far the threshold is from a cell whose ends lie on the same side and in which it may yet
+/// be crossed twice [rad]; `None` for any other cell.
+fn doubtful(points: &[Point], cell: usize, near: f64) -> Option<f64> {
+    let of_edge = |edge: Edge| {
+        let value = |index: usize| points[index].excess.of(edge);
+        let (from, to) = (value(cell), value(cell + 1));
+        if (from > 0.0) != (to > 0.0) {
+            return None;
+        }
+        let distance = from.abs().min(to.abs());
+        let first = cell.saturating_sub(1);
+        let last = (cell + 1).min(points.len() - 2);
+        let change = (first..=last)
+            .map(|index| (value(index + 1) - value(index)).abs())
+            .filter(|change| change.is_finite())
+            .fold(0.0, f64::max);
+        (distance <= (REACH * change).max(near)).then_some(distance)
+    };
+    [Edge::Pass, Edge::Fail]
+        .into_iter()
+        .filter_map(of_edge)
+        .reduce(f64::min)
+}
+
+/// The values that split a cell.
+fn inside(from: f64, to: f64) -> impl Iterator<Item = f64> {
+    #[expect(clippy::cast_precision_loss, reason = "a few parts")]
+    let part = move |index: usize| from + (to - from) * index as f64 / PARTS as f64;
+    (1..PARTS)
+        .map(part)
+        .filter(move |value| *value > from && *value < to)
+}
+
+/// Runs the ends of every cell that the answer changes in exactly, until no change rests on a
+/// scan alone.
+fn settle(points: &mut [Point], probe: &Probe<'_>) -> Result<(), Error> {
+    loop {
+        let open: Vec<usize> = (0..points.len().saturating_sub(1))
+            .filter(|cell| {
+                let cell = &points[*cell..*cell + 2];
+                changes_in(cell, Edge::Pass) || changes_in(cell, Edge::Fail)
+            })
+            .flat_map(|cell| [cell, cell + 1])
+            .filter(|index| !points[*index].exact)
+            .collect();
+        if open.is_empty() {
+            return Ok(());
+        }
+        for index in open {
+            if !points[index].exact {
+                points[index].excess = (probe.exact)(points[index].at)?;
+                points[index].exact = true;
+            }
+        }
+    }
+}
+
+pub(super) type End = (f64, Excess);
+
+/// Narrows a change down: interpolation held near the middle, so that it needs no more rounds
+/// than halving plus one, and jumps do it no harm.
+///
+/// # Source
+///
+/// I. F. D. Oliveira and R. H. C. Takahashi, An enhancement of the bisection method average
+/// performance preserving minmax optimality, ACM Transactions on Mathematical Software 47 (2020):
+/// the ITP method, with κ1 = 0.2/(b − a), κ2 = 2, n0 = 1.
+pub(super) fn narrow(edge: Edge, probe: &Probe<'_>, ends: (End, End)) -> Result<(End, End), Error> {
+    let (mut low, mut high) = ends;
+    // As a function that rises.
+    let turn = if high.1.of(edge) > 0.0 { 1.0 } else { -1.0 };
+    let width = (probe.width)(f64::midpoint(low.0, high.0)).max(0.0);
+    let first_width = high.0 - low.0;
+    if first_width <= width {
+        return Ok((low, high));
+    }
+    let halvings = libm::ceil(libm::log2(first_width / width)).clamp(0.0, 1100.0);
+    let mut reach = 0.5 * width * libm::exp2(halvings + 1.0);
+    while high.0 - low.0 > width {
+        let (a, b) = (low.0, high.0);
+        let middle = f64::midpoint(a, b);
+        let (fa, fb) = (turn * low.1.of(edge), turn * high.1.of(edge));
+        let secant = (fb * a - fa * b) / (fb - fa);
+        let held = (reach - 0.5 * (b - a)).max(0.0);
+        reach *= 0.5;
+        let mut next = middle;
+        if secant.is_finite() {
+            let side = (middle - secant).signum();
+            let shift = 0.2 / first_width * (b - a) * (b - a);
+            if shift <= (middle - secant).abs() {
+                next = secant + side * shift;
+            }
+            if (next - middle).abs() > held {
+                next = middle - side * held;
+            }
+        }
+        if !(next > a && next < b) {
+            next = middle;
+        }
+        if !(next > a && next < b) {
+            break;
+        }
+        let found = (next, (probe.exact)(next)?);
+        if (found.1.of(edge) > 0.0) == (turn > 0.0) {
+            high = found;
+        } else {
+            low = found;
+        }
+    }
+    Ok((low, high))
+}

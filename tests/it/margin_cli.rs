@@ -1,0 +1,200 @@
+//! Guards `latchgate margin` at the process boundary.
+
+use crate::cli::{Folder, latchgate, signal, table};
+use serde_json::Value;
+
+const FAST: [&str; 4] = ["--points", "60", "--members", "0"];
+
+fn margin(arguments: &[&str]) -> crate::cli::Done {
+    let mut all = vec!["margin"];
+    all.extend(arguments);
+    all.extend(FAST);
+    latchgate(&all)
+}
+
+#[track_caller]
+fn check_bracketed(document: &Value, key: &str) {
+    let at = document[key].as_f64().unwrap();
+    let bracket = &document[format!("{key}_bracket")];
+    let (low, high) = (bracket[0].as_f64().unwrap(), bracket[1].as_f64().unwrap());
+    assert!(low <= at && at <= high, "{key}: {at} in {low}..{high}");
+    assert!(high - low <= 1e-9 * high.abs(), "{key}: {low}..{high}");
+}
+
+#[test]
+fn cli_margin_answers_in_json() {
+    let done = margin(&[
+        &signal("surviving.csv"),
+        "--model",
+        "rigid",
+        "--no-report",
+        "--format",
+        "json",
+    ]);
+    assert_eq!(done.code, 0, "{}", done.err);
+    let document = done.document();
+    assert_eq!(document["schema"], "latchgate.margin/1");
+    assert_eq!(document["verdict"], "pass");
+    assert_eq!(document["basis"], "nominal run");
+    for key in [
+        "scale_to_flip",
+        "least_preload_torque_nm",
+        "greatest_unbalance_kg_m",
+    ] {
+        check_bracketed(&document, key);
+    }
+    assert!(document["scale_to_flip"].as_f64().unwrap() > 1.0);
+    assert!(document["least_preload_torque_nm"].as_f64().unwrap() < 0.1);
+    // It passes, and no counterweight makes that worse.
+    assert!(document["counterweight"]["mass_kg"].is_null());
+    assert!(document["counterweight"]["reason"].is_string());
+    assert!(document["restitution"].is_null());
+    assert!(document["restitution_reason"].is_string());
+    for boundary in document["boundaries"].as_array().unwrap() {
+        for key in ["quantity", "at", "bracket", "below", "above"] {
+            assert!(!boundary[key].is_null(), "{boundary}");
+        }
+    }
+    assert!(document["recording"]["sha256"].is_string());
+    assert!(document["design"]["lever"].is_object());
+    let command = document["request"]["command"].as_str().unwrap();
+    assert!(command.starts_with("latchgate margin "), "{command}");
+    let last = document.as_object().unwrap().keys().next_back().unwrap();
+    assert!(done.out.trim_end().ends_with("}\n}"), "{last}");
+}
+
+#[test]
+fn cli_margin_writes_its_report() {
+    let folder = Folder::new("margin-report");
+    let out = folder.path().join("out");
+    let done = margin(&[
+        &signal("surviving.csv"),
+        "--model",
+        "rigid",
+        "--out",
+        out.to_str().unwrap(),
+        "--map",
+        "lever.preload_torque_nm=0.001..0.2",
+        "stop.restitution=0.1..0.9",
+        "--map-grid",
+        "7x5",
+    ]);
+    assert_eq!(done.code, 0, "{}", done.err);
+    assert!(done.out.starts_with("PASS\n"), "{}", done.out);
+    for word in ["flips at", "scale of the recording", "half-sine", "map"] {
+        assert!(done.out.contains(word), "{word}: {}", done.out);
+    }
+    for (name, lines) in [("margin-map.csv", 1 + 7 * 5), ("margin-limit.csv", 1 + 41)] {
+        let text = std::fs::read_to_string(out.join(name)).unwrap();
+        assert_eq!(text.lines().count(), lines, "{name}");
+    }
+    let page = std::fs::read_to_string(out.join("margin.html")).unwrap();
+    for figure in ["margin-limit", "margin-scan", "margin-map"] {
+        assert!(
+            page.contains(&format!("<figure id=\"{figure}\">")),
+            "{figure}"
+        );
+        assert!(out.join(format!("{figure}.svg")).is_file(), "{figure}");
+    }
+    assert!(out.join("margin-map-boundary.csv").is_file());
+    let document: Value =
+        serde_json::from_str(&std::fs::read_to_string(out.join("margin.json")).unwrap()).unwrap();
+    assert_eq!(document["map"]["judged"], 35);
+    // A later run without a map leaves none behind.
+    let done = margin(&[
+        &signal("surviving.csv"),
+        "--model",
+        "rigid",
+        "--out",
+        out.to_str().unwrap(),
+    ]);
+    assert_eq!(done.code, 0);
+    assert!(!out.join("margin-map.svg").exists());
+}
+
+#[track_caller]
+fn check_refused(arguments: &[&str], code: i32, word: &str) {
+    let mut all = arguments.to_vec();
+    all.push("--no-report");
+    let done = margin(&all);
+    assert_eq!(done.code, code, "{arguments:?}: {}", done.err);
+    assert!(done.err.contains(word), "{arguments:?}: {}", done.err);
+    assert!(done.out.is_empty(), "{}", done.out);
+}
+
+#[test]
+fn cli_margin_refuses_wrong_usage() {
+    let file = signal("surviving.csv");
+    for (map, word) in [
+        (["lever.preload=1..2", "stop.restitution=0..1"], "nearest"),
+        (["input.scale=0..1", "stop.restitution=0..1"], "nominal run"),
+        (
+            ["stop.restitution=0..1", "stop.restitution=0..0.5"],
+            "different",
+        ),
+        (
+            ["stop.restitution=0..2", "lever.mass_kg=0.1..0.2"],
+            "0 to 1",
+        ),
+        (["lever.mass_kg=0.2..0.1", "stop.restitution=0..1"], "below"),
+        (["name=1..2", "stop.restitution=0..1"], "name"),
+        (["lever.mass_kg", "stop.restitution=0..1"], "KEY=LO..HI"),
+    ] {
+        let word = if word == "nearest" {
+            "preload_torque_nm"
+        } else {
+            word
+        };
+        check_refused(&[&file, "--map", map[0], map[1]], 2, word);
+    }
+    check_refused(&[&file, "--map-grid", "1x5"], 2, "map");
+    check_refused(&[&file, "--counterweight-radius", "0"], 2, "positive");
+    check_refused(&[&file, "--set", "lever.mass_kg=-1"], 2, "positive");
+    check_refused(&["no-such-file.csv"], 4, "no-such-file.csv");
+}
+
+/// A record that ends inside the event carries no verdict: the numbers are printed with a word
+/// of caution, and the exit code says that they are no answer.
+#[test]
+fn cli_margin_of_a_spoiled_recording_ends_with_four() {
+    let folder = Folder::new("margin-spoiled");
+    let file = folder.write("cut.csv", table(|t| if t > 0.1 { -20.0 } else { 0.0 }));
+    let done = margin(&[
+        &file,
+        "--opens-when",
+        "negative",
+        "--model",
+        "rigid",
+        "--no-report",
+        "--format",
+        "json",
+    ]);
+    assert_eq!(done.code, 4, "{}", done.err);
+    assert!(done.err.contains("no evidence"), "{}", done.err);
+    let document = done.document();
+    assert_eq!(document["basis"], "nominal run");
+    assert!(
+        document["notes"][0]
+            .as_str()
+            .unwrap()
+            .contains("no evidence")
+    );
+}
+
+/// Threads change no byte but those of the time it took.
+#[test]
+fn cli_margin_gives_the_same_bytes_for_any_threads() {
+    let run = |threads: &str| {
+        let done = margin(&[
+            &signal("surviving.csv"),
+            "--threads",
+            threads,
+            "--no-report",
+            "--format",
+            "json",
+        ]);
+        let end = done.out.rfind("\"elapsed_s\"").unwrap();
+        done.out[..end].to_string()
+    };
+    assert_eq!(run("1"), run("3"));
+}

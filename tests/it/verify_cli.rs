@@ -1,0 +1,312 @@
+//! Guards `latchgate verify`: the run inside a verdict made again, at the process boundary.
+
+use crate::cli::{Folder, latchgate, signal};
+use serde_json::Value;
+use std::path::Path;
+
+/// Writes the verdict of a replay into `folder` and returns its path.
+fn verdict(folder: &Folder, arguments: &[&str]) -> String {
+    let mut all = vec!["replay"];
+    all.extend(arguments);
+    all.extend(["--no-report", "--format", "json"]);
+    let done = latchgate(&all);
+    assert!([0, 1, 3, 4].contains(&done.code), "{}", done.err);
+    folder.write("verdict.json", done.out)
+}
+
+fn text_of(path: &str) -> String {
+    std::fs::read_to_string(path).unwrap()
+}
+
+#[track_caller]
+fn check_same(verdict: &str, recording: &str, word: &str) {
+    let done = latchgate(&[
+        "verify",
+        verdict,
+        "--recording",
+        recording,
+        "--format",
+        "json",
+    ]);
+    let document = done.document();
+    assert_eq!(done.code, 0, "{document:#}");
+    assert_eq!(document["schema"], "latchgate.verify/1");
+    assert_eq!(document["same"], true);
+    assert_eq!(document["differences"], 0);
+    assert_eq!(document["first_difference"], Value::Null);
+    assert_eq!(document["verdict"]["stored"], word);
+    assert_eq!(document["verdict"]["now"], word);
+}
+
+/// Whatever was asked, the run inside the verdict comes to the same numbers.
+#[test]
+fn cli_verify_repeats_what_was_asked() {
+    let folder = Folder::new("verify-same");
+    let design = folder.write(
+        "own design.toml",
+        "name = \"stiff one\"\n[lever]\npreload_torque_nm = 0.3\n[tolerance]\npreload_torque_nm = 0.01\n",
+    );
+    let burst = signal("burst.csv");
+    let surviving = signal("surviving.csv");
+    let nominal = ["--members", "0"];
+    for (recording, options, word) in [
+        (&burst, &[][..], "fail"),
+        (&surviving, &[][..], "pass"),
+        (&surviving, &nominal[..], "pass"),
+        (
+            &surviving,
+            &[
+                "--design",
+                design.as_str(),
+                "--set",
+                "stop.restitution=0.55",
+                "--members",
+                "300",
+                "--seed",
+                "7",
+            ],
+            "pass",
+        ),
+        (
+            &burst,
+            &[
+                "--model",
+                "soft",
+                "--filter",
+                "cfc180",
+                "--filter-standard",
+                "saej211",
+                "--window",
+                "-0.01..0.05",
+                "--bias",
+                "-0.04..-0.002",
+                "--members",
+                "0",
+                "--opens-when",
+                "both",
+            ],
+            "fail",
+        ),
+        (
+            &burst,
+            &[
+                "--model",
+                "rigid",
+                "--method",
+                "rk4",
+                "--steps-per-period",
+                "4000",
+                "--phi0",
+                "0.01",
+                "--omega0",
+                "-0.1",
+                "--resample",
+                "12000",
+            ],
+            "fail",
+        ),
+    ] {
+        let mut all = vec![recording.as_str()];
+        all.extend(options);
+        let verdict = verdict(&folder, &all);
+        check_same(&verdict, recording, word);
+    }
+}
+
+/// The verdict in a report folder holds the filter table also where only nominal runs are judged.
+#[test]
+fn cli_verify_takes_the_verdict_of_a_report() {
+    let folder = Folder::new("verify-report");
+    let out = folder.path().join("out");
+    let recording = signal("surviving.csv");
+    for members in ["0", "200"] {
+        latchgate(&[
+            "replay",
+            &recording,
+            "--members",
+            members,
+            "--out",
+            out.to_str().unwrap(),
+        ]);
+        check_same(
+            out.join("verdict.json").to_str().unwrap(),
+            &recording,
+            "pass",
+        );
+    }
+}
+
+/// Without a name the recording is looked for beside the verdict; a refused one is the same again.
+#[test]
+fn cli_verify_finds_the_recording_beside_the_verdict() {
+    let folder = Folder::new("verify-beside");
+    let file = folder.write("it's odd.csv", "time [s],acc_y [g]\n0,1\n0.001,x\n");
+    let verdict = verdict(&folder, &[&file]);
+    let done = latchgate(&["verify", &verdict]);
+    assert_eq!(done.code, 0, "{}{}", done.out, done.err);
+    assert!(done.out.starts_with("SAME\n"), "{}", done.out);
+    assert!(done.out.contains("unusable"), "{}", done.out);
+}
+
+#[track_caller]
+fn check_different(verdict: &str, recording: &str, kind: &str, at: &str, word: &str) {
+    let done = latchgate(&[
+        "verify",
+        verdict,
+        "--recording",
+        recording,
+        "--format",
+        "json",
+    ]);
+    assert_eq!(done.code, 1, "{}", done.err);
+    let document = done.document();
+    let first = &document["first_difference"];
+    assert_eq!(document["same"], false);
+    assert_eq!(
+        (&first["kind"], &first["at"]),
+        (&kind.into(), &at.into()),
+        "{first:#}"
+    );
+    assert!(first["text"].as_str().unwrap().contains(word), "{first:#}");
+    let done = latchgate(&["verify", verdict, "--recording", recording]);
+    assert_eq!(done.code, 1);
+    assert!(done.out.starts_with("DIFFERENT\n"), "{}", done.out);
+    assert!(done.out.contains(word), "{}", done.out);
+}
+
+/// The first difference is told: another file, another card, another version, another result.
+#[test]
+fn cli_verify_tells_the_first_difference() {
+    let folder = Folder::new("verify-different");
+    let recording = signal("surviving.csv");
+    let stored = verdict(&folder, &[&recording, "--members", "128"]);
+    let text = text_of(&stored);
+    let document: Value = serde_json::from_str(&text).unwrap();
+
+    let sha = document["recording"]["sha256"].as_str().unwrap();
+    let other = folder.write("other.csv", text_of(&recording).replacen("0.0", "0.1", 1));
+    std::fs::copy(format!("{recording}.toml"), format!("{other}.toml")).unwrap();
+    check_different(&stored, &other, "file", "recording.sha256", sha);
+
+    let copy = folder.write("copy.csv", text_of(&recording));
+    check_different(&stored, &copy, "card", "recording.card_sha256", "card");
+
+    let peak = document["nominal"]["peak_angle_rad"].to_string();
+    let changed = "0.0123456";
+    let forged = folder.write(
+        "forged.json",
+        text.replacen(
+            &format!("\"peak_angle_rad\": {peak}"),
+            &format!("\"peak_angle_rad\": {changed}"),
+            1,
+        ),
+    );
+    check_different(
+        &forged,
+        &recording,
+        "result",
+        "nominal.peak_angle_rad",
+        changed,
+    );
+
+    let version = format!("\"version\": \"{}\"", env!("CARGO_PKG_VERSION"));
+    let older = folder.write(
+        "older.json",
+        text_of(&forged).replacen(&version, "\"version\": \"0.0.9\"", 1),
+    );
+    check_different(
+        &older,
+        &recording,
+        "version",
+        "nominal.peak_angle_rad",
+        "0.0.9",
+    );
+    // Another version that comes to the same numbers is the same.
+    let same = folder.write(
+        "same.json",
+        text.replacen(&version, "\"version\": \"0.0.9\"", 1),
+    );
+    let done = latchgate(&["verify", &same, "--recording", &recording]);
+    assert_eq!(done.code, 0, "{}", done.out);
+    assert!(done.out.contains("0.0.9 in the verdict"), "{}", done.out);
+
+    let passed = folder.write(
+        "passed.json",
+        text.replacen("\"verdict\": \"pass\"", "\"verdict\": \"fail\"", 1),
+    );
+    check_different(
+        &passed,
+        &recording,
+        "result",
+        "verdict",
+        "fail in the verdict, pass now",
+    );
+}
+
+#[track_caller]
+fn check_refused(verdict: &str, word: &str) {
+    let done = latchgate(&["verify", verdict]);
+    assert_eq!(done.code, 4, "{}", done.out);
+    assert!(done.err.contains(word), "{}", done.err);
+    assert!(done.out.is_empty(), "{}", done.out);
+}
+
+/// What cannot be verified ends with 4 and says why; nothing inside a verdict is run or read that
+/// is not a replay of a file of that name.
+#[test]
+fn cli_verify_refuses_what_it_cannot_repeat() {
+    let folder = Folder::new("verify-refused");
+    let recording = signal("surviving.csv");
+    let stored = verdict(&folder, &[&recording, "--members", "0"]);
+    check_refused(&stored, "--recording");
+    check_refused("no-such-verdict.json", "no-such-verdict.json");
+    std::fs::copy(&recording, folder.path().join("surviving.csv")).unwrap();
+    let text = text_of(&stored);
+    let command = "latchgate replay surviving.csv --members 0";
+    assert!(text.contains(command), "{text}");
+    let last = text.rfind("surviving.csv").unwrap();
+    assert!(Path::new(&stored).is_file() && last > 0);
+    for (from, to, word) in [
+        (
+            command,
+            "latchgate replay surviving.csv --members",
+            "request.command",
+        ),
+        (
+            command,
+            "latchgate replay surviving.csv --new-option",
+            "--new-option",
+        ),
+        (command, "latchgate study stability", "request.command"),
+        (command, "latchgate --help", "request.command"),
+        (
+            command,
+            "latchgate replay 'surviving.csv",
+            "request.command",
+        ),
+        (
+            "latchgate.verdict/1",
+            "latchgate.margin/1",
+            "latchgate.margin/1",
+        ),
+        ("\"mass_kg\": 0.1475", "\"mass_kg\": -1.0", "mass_kg"),
+        ("\"mass_kg\": 0.1475", "\"mess_kg\": 1.0", "mess_kg"),
+        ("\"mass_kg\": 0.1475", "\"mass_kg\": null", "mass_kg"),
+        ("{\n", "{{\n", "JSON"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let file = folder.write("spoiled.json", text.replacen(from, to, 1));
+        check_refused(&file, word);
+    }
+    // A path inside the verdict is not followed.
+    let elsewhere = folder.write(
+        "elsewhere.json",
+        text.replacen(
+            "\"file\": \"surviving.csv\"",
+            "\"file\": \"../../secret.csv\"",
+            1,
+        ),
+    );
+    check_refused(&elsewhere, "secret.csv");
+    assert_eq!(latchgate(&["verify"]).code, 2);
+}
