@@ -193,6 +193,7 @@ pub(super) fn judge(
     let recording = recording::read(source, &options, Selection::Lateral, limits)?;
     facts.findings.clone_from(&recording.findings);
     facts.block.sha256 = Some(recording.sha256.clone());
+    facts.block.parts.clone_from(&recording.parts);
     facts.block.format = Some(recording.format);
     facts.recording = Some(recording);
     let channel = match facts
@@ -460,6 +461,7 @@ fn describe_channel(block: &mut RecordingBlock, channel: &Channel) {
     block.channel = Some(channel.name.clone());
     block.unit = channel.unit.map(crate::units::AccelerationUnit::name);
     block.unit_source = Some(channel.unit_source);
+    block.content_sha256 = channel.content_sha256();
     block.samples = channel.values.len();
     block.sample_rate_hz = Some(channel.rate.hertz());
     block.start_s = Some(channel.start_s);
