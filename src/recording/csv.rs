@@ -7,6 +7,7 @@
 //! What the file does not say is asked for, not guessed: a missing unit or time is an error,
 //! and so is a header that does not fit its rows. Units never come from a comment.
 
+mod date;
 mod dialect;
 pub(super) mod encoding;
 pub(super) mod header;
@@ -58,6 +59,11 @@ pub fn read(
     let bytes = source.read_text(limits)?;
     let (mut text, mut findings) = encoding::decode(bytes)?;
     let named = dialect::mark_lines(&mut text, limits)?;
+    // The table reader takes a comment without a line end for an empty row.
+    let last = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
+    if text.get(last) == Some(&b'#') {
+        text.truncate(last);
+    }
     let separator = named.unwrap_or_else(|| dialect::find_separator(&text));
     if separator == dialect::Separator::Blanks {
         text = dialect::collapse_blanks(&text);
@@ -77,6 +83,18 @@ pub fn read(
         findings.push(Finding::info(
             "decimal-comma",
             "the numbers are written with a decimal comma",
+        ));
+    }
+    if let TimeSource::Column {
+        dated: true, index, ..
+    } = time
+    {
+        findings.push(Finding::info(
+            "time-absolute",
+            format!(
+                "the stamps of `{}` are dates; time was counted from the first of them, and --time-zero is meant so as well",
+                layout.columns[index].name
+            ),
         ));
     }
     if let Some((count, line)) = rows.repeated {

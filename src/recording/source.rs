@@ -204,6 +204,19 @@ impl Reader {
         let longest = limits.line_bytes.saturating_mul(if wide { 2 } else { 1 });
         let (mut line, mut start) = (1_u64, 0_u64);
         self.read_checked("text_bytes", limits.text_bytes, |offset, new| {
+            // Where no line of a block can be too long, counting them is all there is to do.
+            let feeds = memchr::memchr_iter(b'\n', new).count() as u64;
+            if let Some(first) = memchr::memchr(b'\n', new)
+                && let Some(last) = memchr::memrchr(b'\n', new)
+                && offset + first as u64 - start <= longest
+                && new.len() as u64 <= longest
+                && line + feeds <= limits.lines
+                && memchr::memchr(b'\r', new).is_none()
+            {
+                line += feeds;
+                start = offset + last as u64 + 1;
+                return Ok(());
+            }
             for position in memchr::memchr2_iter(b'\n', b'\r', new) {
                 let end = offset + position as u64;
                 if end - start > longest {

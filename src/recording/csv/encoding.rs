@@ -132,7 +132,7 @@ fn decode_windows_1252(mut bytes: Vec<u8>) -> Vec<u8> {
 /// Turns a carriage return that stands alone, the line end of old Macintosh files, into a
 /// line feed.
 fn end_lines_with_line_feeds(text: &mut [u8]) {
-    if !text.contains(&b'\r') {
+    if memchr::memchr(b'\r', text).is_none() {
         return;
     }
     let mut from = 0;

@@ -19,6 +19,19 @@ const TENS: [f64; 23] = [
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
+/// Powers of ten up to eight digits.
+const INTEGER_TENS: [u64; 9] = [
+    1,
+    10,
+    100,
+    1_000,
+    10_000,
+    100_000,
+    1_000_000,
+    10_000_000,
+    100_000_000,
+];
+
 /// Reads all rows after the header, or `None` at the first that is not plain. `rows` is their
 /// number, `time` the column of stamps with their number per second.
 pub(super) fn read(
@@ -53,52 +66,50 @@ pub(super) fn read(
     let mut digits = PrintedDigits::new();
     let mut count = 0_usize;
     let mut skipped = 0;
-    let mut next = 0;
-    while let Some(rest) = text.get(next..).filter(|rest| !rest.is_empty()) {
-        let length = memchr::memchr(b'\n', rest).unwrap_or(rest.len());
-        next += length + 1;
-        let line = &rest[..length];
-        let line = line.strip_suffix(b"\r").unwrap_or(line);
-        if !dialect::is_row(line) {
-            continue;
-        }
-        if skipped < layout.header_rows {
-            skipped += 1;
+    let mut rest = text;
+    while let Some(first) = rest.first() {
+        if matches!(first, b'#' | b'\r' | b'\n') || skipped < layout.header_rows {
+            skipped += usize::from(dialect::is_row(rest));
+            let end = memchr::memchr(b'\n', rest).map_or(rest.len(), |end| end + 1);
+            rest = &rest[end..];
             continue;
         }
         count += 1;
-        let mut at = 0;
         let mut column = 0;
         loop {
             match uses.get(column) {
                 Some(Use::Stamp) => {
-                    let number = number(line, at)?;
+                    let number;
+                    let cell = rest;
+                    (number, rest) = self::number(rest)?;
                     let stamp = number.value / per_second;
                     if stamps_s.last().is_some_and(|last| stamp <= *last) {
                         return None;
                     }
-                    number.count_in(&mut digits, &line[at..number.end]);
+                    number.count_in(&mut digits, &cell[..cell.len() - rest.len()]);
                     stamps_s.push(stamp);
-                    at = number.end;
                 }
                 Some(Use::Sample(slot)) => {
-                    let number = number(line, at)?;
+                    let number;
+                    (number, rest) = self::number(rest)?;
                     values[*slot].push(number.value);
-                    at = number.end;
                 }
                 Some(Use::Pass) => {
-                    at += memchr::memchr(separator, &line[at..]).unwrap_or(line.len() - at)
+                    let end = memchr::memchr2(separator, b'\n', rest).unwrap_or(rest.len());
+                    rest = &rest[end..];
                 }
-                None => {
-                    // Cells after the last column are empty or a fault.
-                    at += line[at..].iter().take_while(|byte| **byte == b' ').count();
-                }
+                // Cells after the last column are empty or a fault.
+                None => rest = without_blanks(rest),
             }
             column += 1;
-            match line.get(at) {
-                Some(byte) if *byte == separator => at += 1,
-                Some(_) => return None,
-                None => break,
+            match rest {
+                [byte, tail @ ..] if *byte == separator => rest = tail,
+                [b'\n', tail @ ..] | [b'\r', b'\n', tail @ ..] => {
+                    rest = tail;
+                    break;
+                }
+                [] => break,
+                _ => return None,
             }
         }
         if column != cells {
@@ -126,118 +137,121 @@ enum Use {
 /// A number, and what it looked like.
 struct Number {
     value: f64,
-    /// Index after its last byte, blanks behind it included.
-    end: usize,
+    /// The digits as one integer, where they are few enough to be one.
+    mantissa: u64,
     /// Digits before and after the point.
-    whole: i32,
-    decimals: i32,
-    /// Which digit is the first that is no zero, counted from 1; 0 if there is none.
-    first: i32,
-    /// Whether digits alone tell how it was printed.
+    whole: usize,
+    decimals: usize,
+    /// Whether those digits alone tell how it was printed.
     simple: bool,
 }
 
 impl Number {
     fn count_in(&self, digits: &mut PrintedDigits, cell: &[u8]) {
-        if self.simple {
-            digits.count_parts(self.whole, self.decimals, self.first, 0);
-        } else {
-            digits.count(cell);
+        let parts = i32::try_from(self.whole)
+            .ok()
+            .zip(i32::try_from(self.decimals).ok());
+        match parts {
+            Some((whole, decimals)) if self.simple => {
+                let first = match self.mantissa.checked_ilog10() {
+                    // As many digits as the integer has are at the end.
+                    Some(power) => whole + decimals - i32::try_from(power).unwrap_or(0),
+                    None => 0,
+                };
+                digits.count_parts(whole, decimals, first, 0);
+            }
+            _ => digits.count(cell),
         }
     }
 }
 
-/// Reads the number that begins at `start`, blanks around it passed over.
-fn number(line: &[u8], start: usize) -> Option<Number> {
-    let mut at = start;
-    while let Some(b' ') = line.get(at) {
-        at += 1;
+/// Most digits whose integer cannot have wrapped round.
+const MOST_DIGITS: usize = 19;
+
+fn without_blanks(mut rest: &[u8]) -> &[u8] {
+    while let [b' ', tail @ ..] = rest {
+        rest = tail;
     }
-    let begin = at;
-    let negative = match line.get(at) {
-        Some(b'-') => {
-            at += 1;
-            true
+    rest
+}
+
+/// Takes the digits at the start of `rest` into `mantissa`; returns what follows them. Eight
+/// bytes are looked at together, since how many of them are digits changes from number to number
+/// and no processor foresees it.
+fn take_digits<'a>(mut rest: &'a [u8], mantissa: &mut u64) -> &'a [u8] {
+    while let Some((eight, _)) = rest.split_first_chunk::<8>() {
+        // A digit becomes its value, any other byte more than nine.
+        let bytes = u64::from_le_bytes(*eight) ^ 0x3030_3030_3030_3030;
+        // The lowest mark is right; a carry can only spoil those above it.
+        let others = (bytes.wrapping_add(0x7676_7676_7676_7676) | bytes) & 0x8080_8080_8080_8080;
+        let count = others.trailing_zeros() / 8;
+        if count == 0 {
+            return rest;
         }
-        Some(b'+') => {
-            at += 1;
-            false
+        // Zeros before the first digit change nothing.
+        let digits = bytes << (64 - 8 * count);
+        let pairs = digits.wrapping_mul(10).wrapping_add(digits >> 8) & 0x00FF_00FF_00FF_00FF;
+        let fours = pairs.wrapping_mul(100).wrapping_add(pairs >> 16) & 0x0000_FFFF_0000_FFFF;
+        let value = fours.wrapping_mul(10_000).wrapping_add(fours >> 32) & 0xFFFF_FFFF;
+        let scale = INTEGER_TENS[count as usize];
+        *mantissa = mantissa.wrapping_mul(scale).wrapping_add(value);
+        rest = &rest[count as usize..];
+        if count < 8 {
+            return rest;
         }
-        _ => false,
+    }
+    while let [byte, tail @ ..] = rest {
+        let digit = byte.wrapping_sub(b'0');
+        if digit > 9 {
+            break;
+        }
+        *mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
+        rest = tail;
+    }
+    rest
+}
+
+/// Reads the number that `text` begins with, blanks around it passed over; returns it with what
+/// follows.
+fn number(text: &[u8]) -> Option<(Number, &[u8])> {
+    let begin = without_blanks(text);
+    let (negative, start) = match begin {
+        [b'-', tail @ ..] => (true, tail),
+        [b'+', tail @ ..] => (false, tail),
+        _ => (false, begin),
     };
     let mut mantissa = 0_u64;
-    let (mut whole, mut decimals, mut first) = (0_i32, 0_i32, 0_i32);
-    let from = at;
-    while let Some(digit) = line
-        .get(at)
-        .map(|byte| byte.wrapping_sub(b'0'))
-        .filter(|digit| *digit < 10)
-    {
-        mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
-        at += 1;
-        if first == 0 && digit != 0 {
-            first = i32::try_from(at - from).ok()?;
-        }
+    let mut rest = take_digits(start, &mut mantissa);
+    let whole = start.len() - rest.len();
+    let mut decimals = 0;
+    if let [b'.', tail @ ..] = rest {
+        rest = take_digits(tail, &mut mantissa);
+        decimals = tail.len() - rest.len();
     }
-    whole += i32::try_from(at - from).ok()?;
-    if line.get(at) == Some(&b'.') {
-        at += 1;
-        let from = at;
-        while let Some(digit) = line
-            .get(at)
-            .map(|byte| byte.wrapping_sub(b'0'))
-            .filter(|digit| *digit < 10)
-        {
-            mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
-            at += 1;
-            if first == 0 && digit != 0 {
-                first = whole + i32::try_from(at - from).ok()?;
-            }
-        }
-        decimals = i32::try_from(at - from).ok()?;
-    }
-    if whole + decimals == 0 {
+    let digits = whole + decimals;
+    if digits == 0 {
         return None;
     }
-    let mut simple = true;
-    let mut exponent = -decimals;
-    if let Some(b'e' | b'E') = line.get(at) {
+    let mut exponent = -i64::try_from(decimals).ok()?;
+    let mut simple = digits <= MOST_DIGITS;
+    if let [b'e' | b'E', tail @ ..] = rest {
         simple = false;
-        at += 1;
-        let minus = match line.get(at) {
-            Some(b'-') => {
-                at += 1;
-                true
-            }
-            Some(b'+') => {
-                at += 1;
-                false
-            }
-            _ => false,
+        let (minus, tail) = match tail {
+            [b'-', tail @ ..] => (true, tail),
+            [b'+', tail @ ..] => (false, tail),
+            _ => (false, tail),
         };
-        let from = at;
-        let mut power = 0_i32;
-        while let Some(digit) = line
-            .get(at)
-            .map(|byte| byte.wrapping_sub(b'0'))
-            .filter(|digit| *digit < 10)
-        {
-            power = power * 10 + i32::from(digit);
-            at += 1;
-            if at - from > 4 {
-                return None;
-            }
-        }
-        if at == from {
+        let mut power = 0;
+        rest = take_digits(tail, &mut power);
+        if !(1..=4).contains(&(tail.len() - rest.len())) {
             return None;
         }
+        let power = i64::try_from(power).ok()?;
         exponent += if minus { -power } else { power };
     }
-    // Up to nineteen digits the sum above cannot have wrapped round.
-    let digits = whole + decimals;
     let scale = TENS.get(usize::try_from(exponent.unsigned_abs()).ok()?);
     let value = match scale {
-        Some(scale) if digits <= 19 && mantissa <= EXACT => {
+        Some(scale) if digits <= MOST_DIGITS && mantissa <= EXACT => {
             // Both numbers are exact, so that the one rounding of the operation is the right one.
             #[expect(clippy::cast_precision_loss, reason = "at most 2^53")]
             let mantissa = mantissa as f64;
@@ -248,17 +262,46 @@ fn number(line: &[u8], start: usize) -> Option<Number> {
             };
             if negative { -size } else { size }
         }
-        _ => number::parse(&line[begin..at], &mut Decimal::PointOnly).ok()?,
+        _ => {
+            let cell = &begin[..begin.len() - rest.len()];
+            number::parse(cell, &mut Decimal::PointOnly).ok()?
+        }
     };
-    while let Some(b' ') = line.get(at) {
-        at += 1;
-    }
-    Some(Number {
+    let number = Number {
         value,
-        end: at,
+        mantissa,
         whole,
         decimals,
-        first,
         simple,
-    })
+    };
+    Some((number, without_blanks(rest)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::take_digits;
+
+    /// Digits of every length, with every byte behind them, against the plain sum.
+    #[test]
+    fn verif_digits_are_summed_eight_at_a_time() {
+        let all = "0123456789098765432101234567890987654321";
+        for from in 0..20 {
+            for length in 0..=18 {
+                let digits = &all[from..from + length];
+                for other in 0..=u8::MAX {
+                    if other.is_ascii_digit() {
+                        continue;
+                    }
+                    let mut text = digits.as_bytes().to_vec();
+                    text.push(other);
+                    text.extend_from_slice(b"12\xFF,8765");
+                    let mut sum = 0;
+                    let rest = take_digits(&text, &mut sum);
+                    assert_eq!(rest.len(), text.len() - length, "{digits} {other}");
+                    let expected = digits.parse::<u64>().unwrap_or(0);
+                    assert_eq!(sum, expected, "{digits} {other}");
+                }
+            }
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! Rows: the stamps and the samples of the wanted columns.
 
+use super::date;
 use super::dialect::{self, Separator};
 use super::layout::{Layout, TimeSource};
 use super::number::{self, Decimal, Fault, PrintedDigits};
@@ -49,13 +50,16 @@ impl Rows {
         limits: &Limits,
     ) -> Result<Self, Error> {
         let in_all = check_counts(text, layout, wanted, limits)?;
-        let stamped = match time {
-            TimeSource::Column { index, unit, .. } => Some((*index, unit.per_second())),
-            TimeSource::Rate(_) => None,
+        let (stamped, dated) = match time {
+            TimeSource::Column {
+                index, unit, dated, ..
+            } => (Some((*index, unit.per_second())), *dated),
+            TimeSource::Rate(_) => (None, false),
         };
-        if let Some(rows) = plain::read(text, layout, stamped, wanted, in_all) {
+        if !dated && let Some(rows) = plain::read(text, layout, stamped, wanted, in_all) {
             return Ok(rows);
         }
+        let mut clock = date::Clock::default();
         let mut reader = dialect::reader(text, layout.separator, layout.quoted);
         let mut record = ::csv::ByteRecord::new();
         let mut last_byte = 0_u64;
@@ -95,9 +99,14 @@ impl Rows {
             count += 1;
             if let Some(column) = time_column {
                 let cell = &record[column];
-                let stamp = number::parse(cell, &mut decimal)
-                    .map_err(|fault| fail(column, fault))?
-                    / per_second;
+                let stamp = if dated {
+                    clock
+                        .seconds(cell)
+                        .ok_or_else(|| no_date(cell).at(at(column)))?
+                } else {
+                    number::parse(cell, &mut decimal).map_err(|fault| fail(column, fault))?
+                        / per_second
+                };
                 if let Some(previous) = stamps_s.last().copied()
                     && stamp <= previous
                 {
@@ -116,7 +125,9 @@ impl Rows {
                     })
                     .at(at(column)));
                 }
-                digits.count(cell);
+                if !dated {
+                    digits.count(cell);
+                }
                 stamps_s.push(stamp);
                 last_byte = record.position().map_or(0, ::csv::Position::byte);
             }
@@ -135,7 +146,11 @@ impl Rows {
             }
         }
         Ok(Self {
-            printed_digit_s: digits.last_digit() / per_second,
+            printed_digit_s: if dated {
+                clock.last_digit()
+            } else {
+                digits.last_digit() / per_second
+            },
             stamps_s,
             values,
             count,
@@ -230,6 +245,15 @@ fn bad_cell(cell: &[u8], fault: Fault) -> Error {
             format!("`{found}`"),
             "a comma may be a decimal or a thousands mark; export with decimal points, or with ; between cells",
         ),
+    }
+    .into()
+}
+
+fn no_date(cell: &[u8]) -> Error {
+    ErrorKind::Malformed {
+        expected: "a date and time such as 2024-05-01T10:00:00.0001, as in the rows before".into(),
+        found: format!("`{}`", shown(cell)),
+        hint: "mend the cell, or choose another --time-column".into(),
     }
     .into()
 }
