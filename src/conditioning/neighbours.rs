@@ -18,6 +18,9 @@ const SAME_PLACE_PART: f64 = 0.1;
 /// Change of velocity from which the signs of neighbours count [m/s].
 const SIGNED_VELOCITY: f64 = 1.0;
 
+/// Most channels that are compared, each with each.
+const MOST: usize = 64;
+
 /// A lateral channel as it is compared.
 struct Neighbour<'a> {
     index: usize,
@@ -28,13 +31,14 @@ struct Neighbour<'a> {
 }
 
 /// Compares the lateral channels of a recording; returns the index of a channel with each
-/// finding. Channels of different rates or starts are compared by velocity alone.
+/// finding. Of many only the first 64 are compared. Channels of different rates or starts are compared by velocity alone.
 #[must_use]
 pub fn findings(channels: &[Channel]) -> Vec<(usize, Finding)> {
     let lateral: Vec<Neighbour<'_>> = channels
         .iter()
         .enumerate()
         .filter(|(_, channel)| is_lateral(channel))
+        .take(MOST)
         .filter_map(|(index, channel)| neighbour(index, channel))
         .collect();
     let mut found = Vec::new();

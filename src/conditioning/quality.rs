@@ -371,7 +371,10 @@ fn flat_top(facts: &Facts<'_>, extreme: f64, range_g: Option<f64>) -> Option<Fin
             None => Finding::warning(
                 "flat-top",
                 format!(
-                    "{seen}. Nothing else speaks of saturation: no range is declared, the level is no                      converter's limit, and the record has no noise that vanishes there. A pulse                      made by a formula may be meant so (`synthetic = true` in a card); of a measured                      one, declare the range (`range_g`)"
+                    "{seen}. Nothing else speaks of saturation: no range is declared, the level is no \
+                     converter's limit, and the record has no noise that vanishes there. A pulse \
+                     made by a formula may be meant so (`synthetic = true` in a card); of a measured \
+                     one, declare the range (`range_g`)"
                 ),
             ),
             Some(_) if inside_range && length < CLIPPED_BEYOND_DOUBT => Finding::warning(
