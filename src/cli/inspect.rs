@@ -102,14 +102,22 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
         Ok(chosen) => {
             let channel = chosen.channels.first();
             let of_channel = channel.into_iter().flat_map(|channel| &channel.findings);
-            let why = chosen
-                .findings
-                .iter()
-                .chain(of_channel)
-                .find(|finding| finding.code == "channel-chosen");
+            let why =
+                chosen.findings.iter().chain(of_channel).find(|finding| {
+                    matches!(finding.code, "channel-chosen" | "channel-not-lateral")
+                });
+            let plain = if own.read.channel.is_some() {
+                "--channel names it"
+            } else if options.channel.is_some() {
+                "the card names it"
+            } else if everything.channels.len() == 1 {
+                "it is the only channel"
+            } else {
+                "no other channel is a lateral acceleration"
+            };
             Choice {
                 channel: channel.map(|channel| channel.name.clone()),
-                reason: why.map(|finding| finding.text.clone()),
+                reason: Some(why.map_or_else(|| plain.into(), |finding| finding.text.clone())),
                 candidates: Vec::new(),
             }
         }
