@@ -37,14 +37,18 @@ fn feed(arguments: &[&str], mut next: impl FnMut(&mut Vec<u8>) -> bool) -> Fed {
         .spawn()
         .unwrap();
     let status = format!("/proc/{}/status", child.id());
+    let memory = move || {
+        let text = std::fs::read_to_string(&status).ok()?;
+        // A program that has ended but was not waited for has no memory any more.
+        let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+        let kib = line.trim().trim_end_matches("kB").trim();
+        kib.parse::<u64>().ok()
+    };
+    // It waits for its input, so that the first look never comes too late.
+    let mut most = memory().expect("the program runs");
     let watcher = std::thread::spawn(move || {
-        let mut most = 0;
-        while let Ok(text) = std::fs::read_to_string(&status) {
-            let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-            // A program that has ended but was not waited for has no memory any more.
-            let Some(line) = line else { break };
-            let kib = line.trim().trim_end_matches("kB").trim();
-            most = most.max(kib.parse::<u64>().unwrap());
+        while let Some(now) = memory() {
+            most = most.max(now);
             std::thread::sleep(Duration::from_millis(1));
         }
         most
