@@ -63,10 +63,51 @@ fn read(path: &Path) {
     black_box(&recording.channels[0].values);
 }
 
-fn seconds(run: impl FnOnce()) -> f64 {
-    let started = Instant::now();
+/// Seconds of the clock, and of the processor where the system tells them.
+#[derive(Clone, Copy)]
+struct Took {
+    clock: f64,
+    processor: f64,
+}
+
+impl Took {
+    const FOREVER: Self = Self {
+        clock: f64::INFINITY,
+        processor: f64::INFINITY,
+    };
+
+    fn least(self, other: Self) -> Self {
+        Self {
+            clock: self.clock.min(other.clock),
+            processor: self.processor.min(other.processor),
+        }
+    }
+
+    /// Megabytes a second, by the clock and by the processor.
+    fn rates(self, megabytes: f64) -> String {
+        format!(
+            "{:.0} MB/s ({:.0} MB/s of processor time)",
+            megabytes / self.clock,
+            megabytes / self.processor
+        )
+    }
+}
+
+/// Time that this thread has had of a processor [s]; NaN where the system does not tell.
+fn processor_s() -> f64 {
+    std::fs::read_to_string("/proc/thread-self/schedstat")
+        .ok()
+        .and_then(|text| text.split(' ').next()?.parse::<f64>().ok())
+        .map_or(f64::NAN, |nanoseconds| nanoseconds * 1e-9)
+}
+
+fn seconds(run: impl FnOnce()) -> Took {
+    let (started, before) = (Instant::now(), processor_s());
     run();
-    started.elapsed().as_secs_f64()
+    Took {
+        clock: started.elapsed().as_secs_f64(),
+        processor: processor_s() - before,
+    }
 }
 
 fn main() {
@@ -80,10 +121,10 @@ fn main() {
         drop(bytes);
         let best = (0..ROUNDS)
             .map(|_| seconds(|| read(&path)))
-            .fold(f64::INFINITY, f64::min);
+            .fold(Took::FOREVER, Took::least);
         println!(
-            "csv, {name}: {megabytes:.0} MB at {:.0} MB/s",
-            megabytes / best
+            "csv, {name}: {megabytes:.0} MB at {}",
+            best.rates(megabytes)
         );
         std::fs::remove_file(path).unwrap();
     }
@@ -93,10 +134,10 @@ fn main() {
     let megabytes = bytes.len() as f64 / 1e6;
     let path = write("bench.mcap", &bytes);
     drop(bytes);
-    let (mut own, mut bare) = (f64::INFINITY, f64::INFINITY);
+    let (mut own, mut bare) = (Took::FOREVER, Took::FOREVER);
     for _ in 0..ROUNDS {
-        own = own.min(seconds(|| read(&path)));
-        bare = bare.min(seconds(|| {
+        own = own.least(seconds(|| read(&path)));
+        bare = bare.least(seconds(|| {
             let bytes = std::fs::read(&path).unwrap();
             let mut sum = 0;
             for message in mcap::MessageStream::new(&bytes).unwrap() {
@@ -106,10 +147,11 @@ fn main() {
         }));
     }
     println!(
-        "mcap: {megabytes:.0} MB at {:.0} MB/s; the bare crate {:.0} MB/s; ratio {:.2}",
-        megabytes / own,
-        megabytes / bare,
-        bare / own
+        "mcap: {megabytes:.0} MB at {}; the bare crate {}; ratio {:.2} ({:.2} of processor time)",
+        own.rates(megabytes),
+        bare.rates(megabytes),
+        bare.clock / own.clock,
+        bare.processor / own.processor
     );
     std::fs::remove_file(path).unwrap();
 }
