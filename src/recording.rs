@@ -407,6 +407,16 @@ fn find_format(head: &Head<'_>, named: Option<&str>) -> Result<&'static Format, 
     {
         return Err(ErrorKind::RefusedFormat { format, way_out }.into());
     }
+    if let [first, 0, second, 0, ..] | [0, first, 0, second, ..] = head.bytes
+        && first.is_ascii_graphic()
+        && second.is_ascii_graphic()
+    {
+        return Err(ErrorKind::RefusedFormat {
+            format: "UTF-16 text without its byte order mark",
+            way_out: "save it as UTF-8",
+        }
+        .into());
+    }
     FORMATS
         .iter()
         .find(|format| (format.recognises)(head))
