@@ -227,6 +227,16 @@ fn entry(
     }
 }
 
+/// Returns a number with so many significant digits, zeros at the end left out.
+fn short(value: f64, digits: usize) -> String {
+    let text = number::plain(value, digits);
+    if text.contains('.') && !text.contains('e') {
+        text.trim_end_matches('0').trim_end_matches('.').to_string()
+    } else {
+        text
+    }
+}
+
 fn table(listing: &Listing) -> String {
     let mut text = String::new();
     let source = &listing.recording;
@@ -248,11 +258,11 @@ fn table(listing: &Listing) -> String {
             escape::terminal(&entry.name).into_owned(),
             entry.unit.unwrap_or("?").to_string(),
             entry.samples.to_string(),
-            number::plain(entry.sample_rate_hz, 7),
-            number::plain(entry.start_s, 6),
-            number::plain(entry.end_s, 6),
+            short(entry.sample_rate_hz, 7),
+            short(entry.start_s, 6),
+            short(entry.end_s, 6),
             number::plain(entry.peak, 5),
-            number::plain(entry.peak_time_s, 5),
+            short(entry.peak_time_s, 5),
             entry.spark.clone(),
         ]);
     }
@@ -323,7 +333,7 @@ fn table(listing: &Listing) -> String {
         let severity = format!("{:?}", finding.severity).to_lowercase();
         let place = finding
             .at_s
-            .map_or_else(String::new, |at| format!(" at {} s", number::plain(at, 6)));
+            .map_or_else(String::new, |at| format!(" at {} s", short(at, 6)));
         let owner = match names.as_slice() {
             [] => String::new(),
             [name] => format!("{}: ", escape::terminal(name)),

@@ -4,7 +4,7 @@
 //! What differs says that one of them is wrong, not which; so these are warnings.
 
 use super::{BiasWindow, Signal, bias, velocity_change_m_s};
-use crate::recording::{Channel, Finding, is_lateral};
+use crate::recording::{Channel, Finding, Severity, is_lateral};
 
 /// Correlation below which two sensors at one place have opposite signs.
 const OPPOSED: f64 = -0.7;
@@ -31,13 +31,13 @@ struct Neighbour<'a> {
 }
 
 /// Compares the lateral channels of a recording; returns the index of a channel with each
-/// finding. Of many only the first 64 are compared. Channels of different rates or starts are compared by velocity alone.
+/// finding. A channel whose reader found it to be no evidence is left aside; of many only the first 64 are compared. Channels of different rates or starts are compared by velocity alone.
 #[must_use]
 pub fn findings(channels: &[Channel]) -> Vec<(usize, Finding)> {
     let lateral: Vec<Neighbour<'_>> = channels
         .iter()
         .enumerate()
-        .filter(|(_, channel)| is_lateral(channel))
+        .filter(|(_, channel)| is_lateral(channel) && !is_refuted(channel))
         .take(MOST)
         .filter_map(|(index, channel)| neighbour(index, channel))
         .collect();
@@ -51,6 +51,12 @@ pub fn findings(channels: &[Channel]) -> Vec<(usize, Finding)> {
         }
     }
     found
+}
+
+/// Tells whether a channel is known to be no evidence, and none against another one either.
+fn is_refuted(channel: &Channel) -> bool {
+    let mut findings = channel.findings.iter();
+    findings.any(|finding| finding.severity == Severity::Blocking)
 }
 
 fn neighbour(index: usize, channel: &Channel) -> Option<Neighbour<'_>> {
