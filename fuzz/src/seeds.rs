@@ -79,11 +79,7 @@ fn lvm() -> Vec<Vec<u8>> {
             }
             .expect("a string takes all");
         }
-        seeds.push(
-            text.replace('.', ",")
-                .replace("Decimal_Separator\t,", "Decimal_Separator\t,")
-                .into_bytes(),
-        );
+        seeds.push(text.replace('.', ",").into_bytes());
         seeds.push(text.into_bytes());
     }
     seeds

@@ -91,8 +91,11 @@ fn place(channel: &Channel) -> String {
         .collect()
 }
 
+/// What is to be said of a channel, given the name of the other one.
+type Saying = Box<dyn Fn(&str) -> Finding>;
+
 /// Returns what is to be said of a pair, given the name of the other one.
-fn compare(one: &Neighbour<'_>, two: &Neighbour<'_>) -> Option<Box<dyn Fn(&str) -> Finding>> {
+fn compare(one: &Neighbour<'_>, two: &Neighbour<'_>) -> Option<Saying> {
     let (v1, v2) = (one.velocity, two.velocity);
     if one.place == two.place {
         if let Some(correlation) = correlation(&one.signal, &two.signal)
@@ -109,7 +112,7 @@ fn compare(one: &Neighbour<'_>, two: &Neighbour<'_>) -> Option<Box<dyn Fn(&str) 
             }));
         }
         let allowed = SAME_PLACE_VELOCITY + SAME_PLACE_PART * v1.abs().max(v2.abs());
-        return ((v1 - v2).abs() > allowed).then(|| -> Box<dyn Fn(&str) -> Finding> {
+        return ((v1 - v2).abs() > allowed).then(|| -> Saying {
             Box::new(move |other| {
                 Finding::warning(
                     "neighbours-disagree",
@@ -122,7 +125,7 @@ fn compare(one: &Neighbour<'_>, two: &Neighbour<'_>) -> Option<Box<dyn Fn(&str) 
         });
     }
     let opposed = v1 * v2 < 0.0 && v1.abs().min(v2.abs()) > SIGNED_VELOCITY;
-    opposed.then(|| -> Box<dyn Fn(&str) -> Finding> {
+    opposed.then(|| -> Saying {
         Box::new(move |other| {
             Finding::warning(
                 "neighbours-disagree",
