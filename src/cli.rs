@@ -2,6 +2,7 @@
 
 pub mod args;
 mod inspect;
+mod limits;
 mod log;
 mod manual;
 mod margin;
@@ -40,6 +41,7 @@ pub fn main() -> ExitCode {
         Command::Margin(own) => margin::command(own, &arguments.common),
         Command::Verify(own) => verify::command(own, &arguments.common),
         Command::Study(own) => study::command(own, &arguments.common),
+        Command::Limits => limits::command(&arguments.common),
         Command::Completions(own) => manual::completions(own),
         Command::Man(own) => manual::man(own),
     };

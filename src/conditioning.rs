@@ -3,6 +3,7 @@
 
 pub mod bias;
 pub mod cfc;
+pub mod neighbours;
 pub mod quality;
 pub mod resample;
 pub mod spectrum;
@@ -184,6 +185,9 @@ const LARGEST_ACCELERATION: f64 = 1e9;
 /// Change of velocity above which unit or bias are doubted [m/s].
 const IMPLAUSIBLE_VELOCITY: f64 = 30.0;
 
+/// Largest velocity on the way below which unit or channel are doubted [m/s].
+const FAINT_VELOCITY: f64 = 0.5;
+
 /// Conditions a channel: units → faults → bias → resample → filter.
 ///
 /// The findings are those made here; what the reader found stays with the channel.
@@ -197,6 +201,31 @@ const IMPLAUSIBLE_VELOCITY: f64 = 30.0;
 pub fn condition(channel: &Channel, options: &ConditioningOptions) -> Result<Conditioned, Error> {
     conditioned(channel, options)
         .map_err(|error| error.at(Place::default().channel(channel.name.clone())))
+}
+
+/// Returns what is odd in a channel's own samples, before and after its bias is removed, with a
+/// word on what it does before the event. For `inspect`, which conditions nothing.
+///
+/// # Errors
+///
+/// As [`condition`], for samples that cannot be used.
+pub fn inspect(channel: &Channel, options: &ConditioningOptions) -> Result<Vec<Finding>, Error> {
+    let raw = in_si(channel)?;
+    let mut findings = quality::findings(
+        &raw,
+        &ConditioningOptions {
+            range_g: options.range_g.or(channel.full_scale_g()),
+            ..*options
+        },
+    );
+    let (bias, _) = bias::bias(&raw, BiasWindow::PreEvent)?;
+    findings.extend(quality::before_event(&raw));
+    let mut used = raw;
+    for sample in &mut used.samples {
+        *sample -= bias.mean_m_s2;
+    }
+    findings.extend(implausible_velocity(&used));
+    Ok(findings)
 }
 
 fn conditioned(channel: &Channel, options: &ConditioningOptions) -> Result<Conditioned, Error> {
@@ -409,14 +438,29 @@ fn filter_not_causal(class: Cfc, standard: FilterStandard) -> Option<Finding> {
     })
 }
 
+/// Looks at the velocity that a signal without bias adds up to.
 fn implausible_velocity(signal: &Signal) -> Option<Finding> {
     let velocity = velocity_change_m_s(signal);
-    (velocity.abs() > IMPLAUSIBLE_VELOCITY).then(|| {
-        Finding::warning(
+    if velocity.abs() > IMPLAUSIBLE_VELOCITY {
+        return Some(Finding::warning(
             "implausible-velocity",
             format!(
                 "the acceleration adds up to {velocity:.1} m/s over the record; lateral crashes give 2 \
                  to 12 m/s. Check unit, channel and bias"
+            ),
+        ));
+    }
+    let (mut reached, mut largest) = (0.0_f64, 0.0_f64);
+    for pair in signal.samples.windows(2) {
+        reached += 0.5 * (pair[0] + pair[1]) / signal.rate.hertz();
+        largest = largest.max(reached.abs());
+    }
+    (largest > 0.0 && largest < FAINT_VELOCITY).then(|| {
+        Finding::warning(
+            "implausible-velocity",
+            format!(
+                "the acceleration nowhere adds up to more than {largest:.3} m/s; lateral crashes give 2 \
+                 to 12 m/s. Check unit and channel, unless the pulse is meant to be weak"
             ),
         )
     })

@@ -21,6 +21,7 @@ pub mod time_base;
 
 pub use card::Card;
 pub use finding::{Finding, Severity};
+pub use lateral::is_lateral;
 pub use limits::Limits;
 pub use source::{Part, Source};
 
@@ -362,6 +363,7 @@ const REFUSED: &[(&[u8], &str, &str)] = &[
         "convert it to MCAP with `mcap convert`",
     ),
     (b"\x28\xB5\x2F\xFD", "a zstd file", "unpack it first"),
+    (b"\x04\x22\x4D\x18", "an lz4 file", "unpack it first"),
 ];
 
 fn find_format(head: &Head<'_>, named: Option<&str>) -> Result<&'static Format, Error> {
@@ -404,6 +406,16 @@ fn find_format(head: &Head<'_>, named: Option<&str>) -> Result<&'static Format, 
         .find(|(magic, _, _)| head.bytes.starts_with(magic))
     {
         return Err(ErrorKind::RefusedFormat { format, way_out }.into());
+    }
+    if let [first, 0, second, 0, ..] | [0, first, 0, second, ..] = head.bytes
+        && first.is_ascii_graphic()
+        && second.is_ascii_graphic()
+    {
+        return Err(ErrorKind::RefusedFormat {
+            format: "UTF-16 text without its byte order mark",
+            way_out: "save it as UTF-8",
+        }
+        .into());
     }
     FORMATS
         .iter()

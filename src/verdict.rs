@@ -26,7 +26,7 @@ use crate::conditioning::Signal;
 use crate::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
 use crate::model::Design;
 use crate::model::stop::StopModel;
-use crate::recording::Finding;
+use crate::recording::{Finding, Part};
 use crate::replay::{Run, TracePoint};
 use crate::units::OpensWhen;
 use serde::Serialize;
@@ -134,8 +134,12 @@ pub struct ScreenedRun {
 pub struct RecordingBlock {
     /// File name without folders.
     pub file: String,
-    /// SHA-256 of its bytes.
+    /// SHA-256 of its bytes; of a folder, that of its list of parts.
     pub sha256: Option<String>,
+    /// Further files that were read with it, each with its SHA-256.
+    pub parts: Vec<Part>,
+    /// SHA-256 of the channel's signal, the same whatever file it comes from.
+    pub content_sha256: Option<String>,
     /// Format name.
     pub format: Option<&'static str>,
     /// Channel name.

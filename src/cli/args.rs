@@ -2,7 +2,9 @@
 
 use crate::conditioning::resample::LEAST_RATE_HZ;
 use crate::conditioning::{BiasWindow, Cfc, FilterChoice, FilterStandard};
+use crate::error::Error;
 use crate::model::stop::StopModel;
+use crate::recording::Limits;
 use crate::recording::card::CardPolarity;
 use crate::replay::Method;
 use crate::units::{AccelerationUnit, TimeUnit};
@@ -54,9 +56,25 @@ pub struct Common {
     /// Form of the answer on stdout
     #[arg(long, global = true, value_enum, default_value_t = OutputFormat::Text)]
     pub format: OutputFormat,
+    /// Change a limit on input, for example text_bytes=512MiB; latchgate limits lists them
+    #[arg(long, global = true, value_name = "KEY=VALUE", value_parser = parse_limit)]
+    pub limit: Vec<String>,
 }
 
 impl Common {
+    /// Returns the limits on input, with those that `--limit` changes.
+    ///
+    /// # Errors
+    ///
+    /// As [`Limits::set`].
+    pub fn limits(&self) -> Result<Limits, Error> {
+        let mut limits = Limits::default();
+        for assignment in &self.limit {
+            limits.set(assignment)?;
+        }
+        Ok(limits)
+    }
+
     /// Returns the number of threads to use.
     #[must_use]
     pub fn thread_count(&self) -> usize {
@@ -116,6 +134,8 @@ pub enum Command {
     Verify(VerifyArguments),
     /// What the methods cost and how far they are off, and where each of them fails
     Study(StudyArguments),
+    /// List every limit on input, with its value and how to change it
+    Limits,
     /// Print completions for a shell
     Completions(CompletionsArguments),
     /// Print the manual page of latchgate or of one of its commands
@@ -128,7 +148,7 @@ pub struct ReadArguments {
     /// Recording to read; - for standard input
     #[arg(value_name = "RECORDING")]
     pub recording: PathBuf,
-    /// Format of the recording, if it shall not be detected [possible values: csv, mcap]
+    /// Format of the recording, if it shall not be detected [possible values: csv, ev5, iso-mme, lvm, mcap]
     #[arg(long, value_name = "FORMAT")]
     pub input_format: Option<String>,
     /// Column name or 1-based number, or MCAP topic:field.path [default: the one lateral acceleration]
@@ -420,6 +440,13 @@ fn parse_log(text: &str) -> Result<Log, String> {
         }
     };
     Ok(Log { format, level })
+}
+
+fn parse_limit(text: &str) -> Result<String, String> {
+    Limits::default()
+        .set(text)
+        .map(|()| text.to_string())
+        .map_err(|error| error.to_string())
 }
 
 pub(super) fn parse_number(text: &str) -> Result<f64, String> {

@@ -3,9 +3,9 @@
 use super::args::{Common, InspectArguments, OutputFormat};
 use super::replay::{check_format_name, read_options, source};
 use super::{Failure, output};
-use crate::conditioning::{ConditioningOptions, Signal, quality};
+use crate::conditioning::{self, ConditioningOptions, neighbours};
 use crate::error::ErrorKind;
-use crate::recording::{self, Channel, Finding, Limits, Recording, Selection};
+use crate::recording::{self, Channel, Finding, Recording, Selection};
 use crate::report::{escape, number, sparkline};
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -65,7 +65,7 @@ const SPARK_WIDTH: usize = 32;
 /// Runs the command; returns the exit code.
 pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Failure> {
     check_format_name(own.read.input_format.as_deref()).map_err(Failure::Usage)?;
-    let limits = Limits::default();
+    let limits = common.limits().map_err(Failure::Usage)?;
     let source = source(&own.read.recording)
         .held_in_memory(&limits)
         .map_err(Failure::Data)?;
@@ -102,14 +102,22 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
         Ok(chosen) => {
             let channel = chosen.channels.first();
             let of_channel = channel.into_iter().flat_map(|channel| &channel.findings);
-            let why = chosen
-                .findings
-                .iter()
-                .chain(of_channel)
-                .find(|finding| finding.code == "channel-chosen");
+            let why =
+                chosen.findings.iter().chain(of_channel).find(|finding| {
+                    matches!(finding.code, "channel-chosen" | "channel-not-lateral")
+                });
+            let plain = if own.read.channel.is_some() {
+                "--channel names it"
+            } else if options.channel.is_some() {
+                "the card names it"
+            } else if everything.channels.len() == 1 {
+                "it is the only channel"
+            } else {
+                "no other channel is a lateral acceleration"
+            };
             Choice {
                 channel: channel.map(|channel| channel.name.clone()),
-                reason: why.map(|finding| finding.text.clone()),
+                reason: Some(why.map_or_else(|| plain.into(), |finding| finding.text.clone())),
                 candidates: Vec::new(),
             }
         }
@@ -149,6 +157,7 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
 }
 
 fn listing(recording: Recording, choice: Choice, conditioning: &ConditioningOptions) -> Listing {
+    let beside = neighbours::findings(&recording.channels);
     Listing {
         schema: "latchgate.inspect/1",
         recording: Source {
@@ -160,14 +169,26 @@ fn listing(recording: Recording, choice: Choice, conditioning: &ConditioningOpti
         channels: recording
             .channels
             .into_iter()
-            .map(|channel| entry(channel, conditioning))
+            .enumerate()
+            .map(|(index, channel)| {
+                let own = beside.iter().filter(|(of, _)| *of == index);
+                entry(
+                    channel,
+                    conditioning,
+                    own.map(|(_, finding)| finding.clone()),
+                )
+            })
             .collect(),
         replay: choice,
         findings: recording.findings,
     }
 }
 
-fn entry(channel: Channel, conditioning: &ConditioningOptions) -> Entry {
+fn entry(
+    channel: Channel,
+    conditioning: &ConditioningOptions,
+    beside: impl Iterator<Item = Finding>,
+) -> Entry {
     let count = channel.values.len();
     let (start_s, end_s) = (channel.start_s, channel.time_s(count.saturating_sub(1)));
     let mut peak = (0, 0.0_f64);
@@ -178,23 +199,17 @@ fn entry(channel: Channel, conditioning: &ConditioningOptions) -> Entry {
     }
     let peak_time_s = channel.time_s(peak.0);
     let content_sha256 = channel.content_sha256();
-    let range_g = conditioning.range_g.or(channel.full_scale_g());
-    let mut findings = channel.findings;
-    if let Some(unit) = channel.unit {
-        let factor = unit.metres_per_second_squared();
-        let signal = Signal {
-            start_s,
-            rate: channel.rate,
-            samples: channel.values.iter().map(|value| value * factor).collect(),
-        };
-        if count >= 2 {
-            let conditioning = ConditioningOptions {
-                range_g,
-                ..*conditioning
-            };
-            findings.extend(quality::findings(&signal, &conditioning));
+    let mut findings = channel.findings.clone();
+    if channel.unit.is_some() && count >= 2 {
+        match conditioning::inspect(&channel, conditioning) {
+            Ok(odd) => findings.extend(odd),
+            Err(error) => findings.push(Finding::warning(
+                "samples-unusable",
+                format!("replay would refuse the channel: {error}"),
+            )),
         }
     }
+    findings.extend(beside);
     Entry {
         spark: sparkline::render(&channel.values, SPARK_WIDTH),
         name: channel.name,
@@ -209,6 +224,16 @@ fn entry(channel: Channel, conditioning: &ConditioningOptions) -> Entry {
         content_sha256,
         stated: channel.stated,
         findings,
+    }
+}
+
+/// Returns a number with so many significant digits, zeros at the end left out.
+fn short(value: f64, digits: usize) -> String {
+    let text = number::plain(value, digits);
+    if text.contains('.') && !text.contains('e') {
+        text.trim_end_matches('0').trim_end_matches('.').to_string()
+    } else {
+        text
     }
 }
 
@@ -233,11 +258,11 @@ fn table(listing: &Listing) -> String {
             escape::terminal(&entry.name).into_owned(),
             entry.unit.unwrap_or("?").to_string(),
             entry.samples.to_string(),
-            number::plain(entry.sample_rate_hz, 7),
-            number::plain(entry.start_s, 6),
-            number::plain(entry.end_s, 6),
+            short(entry.sample_rate_hz, 7),
+            short(entry.start_s, 6),
+            short(entry.end_s, 6),
             number::plain(entry.peak, 5),
-            number::plain(entry.peak_time_s, 5),
+            short(entry.peak_time_s, 5),
             entry.spark.clone(),
         ]);
     }
@@ -308,7 +333,7 @@ fn table(listing: &Listing) -> String {
         let severity = format!("{:?}", finding.severity).to_lowercase();
         let place = finding
             .at_s
-            .map_or_else(String::new, |at| format!(" at {} s", number::plain(at, 6)));
+            .map_or_else(String::new, |at| format!(" at {} s", short(at, 6)));
         let owner = match names.as_slice() {
             [] => String::new(),
             [name] => format!("{}: ", escape::terminal(name)),

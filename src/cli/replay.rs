@@ -29,7 +29,7 @@ use std::time::Instant;
 /// Runs the command; returns the exit code.
 pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Failure> {
     let started = Instant::now();
-    let limits = Limits::default();
+    let limits = common.limits().map_err(Failure::Usage)?;
     // What the command line alone shows to be wrong comes before what a file says.
     check_format_name(own.read.input_format.as_deref()).map_err(Failure::Usage)?;
     check_initial(own)?;
@@ -111,17 +111,19 @@ pub(super) fn document(
         }
         Err(error) => {
             if facts.block.sha256.is_none() {
-                facts.block.sha256 = hash_of_refused(source);
+                facts.block.sha256 = hash_of_refused(source, limits);
             }
             (refused(&facts, design, &error), None, Some(error))
         }
     }
 }
 
-/// Hashes a regular file that was refused before its end was read.
-fn hash_of_refused(source: &Source) -> Option<String> {
+/// Hashes a regular file that was refused before its end was read; one beyond the limits on
+/// size is not worth the wait.
+fn hash_of_refused(source: &Source, limits: &Limits) -> Option<String> {
     let path = source.path()?;
-    let regular = std::fs::metadata(path).is_ok_and(|metadata| metadata.is_file());
+    let regular = std::fs::metadata(path)
+        .is_ok_and(|metadata| metadata.is_file() && metadata.len() <= limits.text_bytes);
     regular.then(|| source.open().ok()?.finish().ok()).flatten()
 }
 
@@ -191,6 +193,7 @@ pub(super) fn judge(
     let recording = recording::read(source, &options, Selection::Lateral, limits)?;
     facts.findings.clone_from(&recording.findings);
     facts.block.sha256 = Some(recording.sha256.clone());
+    facts.block.parts.clone_from(&recording.parts);
     facts.block.format = Some(recording.format);
     facts.recording = Some(recording);
     let channel = match facts
@@ -458,6 +461,7 @@ fn describe_channel(block: &mut RecordingBlock, channel: &Channel) {
     block.channel = Some(channel.name.clone());
     block.unit = channel.unit.map(crate::units::AccelerationUnit::name);
     block.unit_source = Some(channel.unit_source);
+    block.content_sha256 = channel.content_sha256();
     block.samples = channel.values.len();
     block.sample_rate_hz = Some(channel.rate.hertz());
     block.start_s = Some(channel.start_s);

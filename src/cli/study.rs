@@ -20,7 +20,6 @@ use super::{Failure, output};
 use crate::error::ErrorKind;
 use crate::model::Design;
 use crate::model::stop::StopModel;
-use crate::recording::Limits;
 use crate::report;
 use crate::report::study::{Files, Summary, Table};
 use crate::study::Headline;
@@ -184,7 +183,11 @@ pub(super) fn command(own: &StudyArguments, common: &Common) -> Result<u8, Failu
     };
     progress::listen();
     let StudyCommon { out, design, set } = analysis.common();
-    let design = super::replay::design(design.as_deref(), set, &Limits::default())?;
+    let design = super::replay::design(
+        design.as_deref(),
+        set,
+        &common.limits().map_err(Failure::Usage)?,
+    )?;
     let answer = analysis.run(&design, &session)?;
     let complete = answer.complete;
     let mut parameters = answer.parameters;

@@ -1,5 +1,8 @@
 //! Faults of a raw channel: clipping, dead and frozen sensors, records cut inside the event.
 //!
+//! Clipping needs evidence beside the flat top, which a formula may give as well: a declared
+//! range, the limit of a converter, or a channel whose own noise vanishes at the top.
+//!
 //! They are looked for before anything is removed or filtered, since a filter rounds off the
 //! flat tops by which an overload shows. Each detector is one function; thresholds are
 //! constants with their reason. What clipping took away cannot be had back, so its finding
@@ -28,6 +31,38 @@ const QUIET_QUANTA: f64 = 20.0;
 
 /// Part of the largest magnitude below which an extreme is not looked at for clipping.
 const EXTREME_PART: f64 = 0.25;
+
+/// Largest part of the peak that samples before the event may reach if they shall tell noise.
+const QUIET_PART: f64 = 0.25;
+
+/// Part of the peak up to which a bend may be a rounded digit.
+const ROUNDING_PART: f64 = 3e-4;
+
+/// Part of the bends that change sides in noise; a motion of eight samples a period has as many.
+const TURNING_PART: f64 = 0.25;
+
+/// Largest relative distance of a clipped level from a power of two quanta: a bias that was
+/// taken off moves it.
+const CONVERTER_PART: f64 = 2e-3;
+
+/// Part of the peak from which a sample is certainly inside the event, for drop-outs.
+const LOUD_PART: f64 = 0.25;
+
+/// Part of a signal's power beyond which what lies near half the sample rate is too much.
+const ALIASED_PART: f64 = 0.5;
+
+/// Mean before the event that speaks of gravity [g], and its largest standard error.
+const GRAVITY_G: (f64, f64) = (0.9, 1.1);
+const GRAVITY_ERROR_G: f64 = 0.05;
+
+/// Part of all pushes that must add up to one side before a sign is told from them.
+const ONE_SIDED_PART: f64 = 0.3;
+
+/// Part of all pushes that the first one must have to count.
+const LOBE_PART: f64 = 0.05;
+
+/// Change of velocity below which a record has no sign [m/s].
+const SIGN_VELOCITY: f64 = 0.5;
 
 /// Longest stretch of equal samples that a moving body can give [s].
 const FROZEN_S: f64 = 5e-3;
@@ -70,7 +105,13 @@ pub fn findings(raw: &Signal, options: &ConditioningOptions) -> Vec<Finding> {
         if !is_dead {
             found.extend(clipping(&facts, options.range_g));
             found.extend(frozen(&facts));
+            found.extend(drop_out(&facts));
         }
+    }
+    if facts.peak > 0.0 && !is_dead {
+        found.extend(aliasing(&facts));
+        found.extend(gravity(&facts));
+        found.extend(sign_suspicion(&facts));
     }
     if facts.peak > 0.0 {
         found.extend(starts_inside_event(&facts));
@@ -144,6 +185,62 @@ impl<'a> Facts<'a> {
             return 1.0;
         }
         (self.pre_deviation / self.quantum).min(3.0)
+    }
+
+    /// Whether the samples before the event are all one number; `None` without such samples.
+    fn silent_before(&self) -> Option<bool> {
+        let samples = self.samples.get(..self.pre_event)?;
+        let first = samples.first()?;
+        Some(samples.iter().all(|value| same(*value, *first)))
+    }
+
+    /// Tells whether the channel shows noise, as one that measures does: its samples before a
+    /// quiet event differ, or those of the whole record go up and down from one to the next.
+    fn has_noise(&self) -> bool {
+        let largest = self.samples[..self.pre_event]
+            .iter()
+            .fold(0.0_f64, |most, value| {
+                most.max((value - self.pre_mean).abs())
+            });
+        if self.silent_before() == Some(false) && largest <= QUIET_PART * self.peak {
+            return true;
+        }
+        if self.pre_event == 0 && self.trembles_at_rest() {
+            return true;
+        }
+        let least = ROUNDING_PART * self.peak;
+        let (mut turns, mut seen, mut last) = (0_usize, 0_usize, 0.0);
+        for three in self.samples.windows(3) {
+            let bend = three[0] - 2.0 * three[1] + three[2];
+            if bend.abs() <= least {
+                continue;
+            }
+            seen += 1;
+            turns += usize::from(bend * last < 0.0);
+            last = bend;
+        }
+        seen >= 20 && as_f64(turns) > TURNING_PART * as_f64(seen)
+    }
+
+    /// Tells whether the samples up to the first loud one go up and down.
+    fn trembles_at_rest(&self) -> bool {
+        let loud = EVENT_PART * self.peak;
+        let quiet = self.samples.iter().take_while(|value| value.abs() <= loud);
+        let rest = &self.samples[..quiet.count()];
+        let turns = rest
+            .windows(3)
+            .filter(|three| (three[1] - three[0]) * (three[2] - three[1]) < 0.0);
+        turns.count() >= 3
+    }
+
+    /// Tells whether the channel stands perfectly still at rest, as a formula does and no
+    /// sensor.
+    fn is_still(&self) -> bool {
+        self.silent_before().unwrap_or_else(|| {
+            self.runs(FROZEN_RUN)
+                .iter()
+                .any(|(first, _)| self.samples[*first].abs() <= 0.01 * self.peak)
+        })
     }
 
     /// Runs of at least `least` equal samples: first index and length.
@@ -262,23 +359,46 @@ fn flat_top(facts: &Facts<'_>, extreme: f64, range_g: Option<f64>) -> Option<Fin
     );
     let inside_range =
         range_g.is_some_and(|range| extreme.abs() < WELL_INSIDE_PART * range * STANDARD_GRAVITY);
+    let evidence = if facts.has_noise() {
+        Some("where the channel's own noise vanishes")
+    } else if near_converter_limit(extreme.abs() / facts.quantum) {
+        Some("at the limit of a converter")
+    } else {
+        None
+    };
     Some(
-        if inside_range && length < CLIPPED_BEYOND_DOUBT {
-            Finding::warning(
+        match evidence {
+            None => Finding::warning(
+                "flat-top",
+                format!(
+                    "{seen}. Nothing else speaks of saturation: no range is declared, the level is no \
+                     converter's limit, and the record has no noise that vanishes there. A pulse \
+                     made by a formula may be meant so (`synthetic = true` in a card); of a measured \
+                     one, declare the range (`range_g`)"
+                ),
+            ),
+            Some(_) if inside_range && length < CLIPPED_BEYOND_DOUBT => Finding::warning(
                 "flat-top",
                 format!(
                     "{seen}; the declared full scale of {} g lies well above, so this may be chance",
                     range_g.unwrap_or_default()
                 ),
-            )
-        } else {
-            Finding::blocking(
+            ),
+            Some(evidence) => Finding::blocking(
                 "clipping",
-                format!("{seen}: the channel was saturated, and what lay beyond is lost"),
-            )
+                format!("{seen}, {evidence}: the channel was saturated, and what lay beyond is lost"),
+            ),
         }
         .at(at_s),
     )
+}
+
+/// Tells whether a level is that of a converter of 9 to 24 bits at its end.
+fn near_converter_limit(quanta: f64) -> bool {
+    (8..=23).any(|bits| {
+        let full = f64::from(1_u32 << bits);
+        (quanta - full).abs() <= CONVERTER_PART * full
+    })
 }
 
 /// Tells a cut top from the flat top that quantisation gives to a smooth one.
@@ -387,19 +507,158 @@ fn frozen(facts: &Facts<'_>) -> Option<Finding> {
         let lost = noisy && !quiet_before && inside_event(facts, first, least);
         (away || lost).then(|| {
             let at_s = facts.raw.time_s(first);
-            Finding::blocking(
-                "frozen",
-                format!(
-                    "{length} equal samples of {} from {at_s:.5} s to {:.5} s: a body in motion does \
-                     not stand still for longer than {} ms; sensor, cable or recorder failed",
-                    in_g(level),
-                    facts.raw.time_s(first + length - 1),
-                    1e3 * FROZEN_S
-                ),
-            )
+            let seen = format!(
+                "{length} equal samples of {} from {at_s:.5} s to {:.5} s: a body in motion does \
+                 not stand still for longer than {} ms",
+                in_g(level),
+                facts.raw.time_s(first + length - 1),
+                1e3 * FROZEN_S
+            );
+            if facts.is_still() {
+                Finding::warning(
+                    "frozen",
+                    format!(
+                        "{seen}. The record stands as still at rest, which no sensor does: if a \
+                         formula made it, say `synthetic = true` in a card; if it was measured, \
+                         sensor, cable or recorder failed"
+                    ),
+                )
+            } else {
+                Finding::blocking(
+                    "frozen",
+                    format!("{seen}; sensor, cable or recorder failed"),
+                )
+            }
             .at(at_s)
         })
     })
+}
+
+/// Samples of zero amid loud ones of one sign: the value was lost, not the motion.
+fn drop_out(facts: &Facts<'_>) -> Option<Finding> {
+    let loud = LOUD_PART * facts.peak;
+    let (first, length) = facts.runs(2).into_iter().find(|(first, length)| {
+        let before = first.checked_sub(1).map(|index| facts.samples[index]);
+        let after = facts.samples.get(first + length);
+        let (Some(before), Some(after)) = (before, after) else {
+            return false;
+        };
+        same(facts.samples[*first], 0.0)
+            && before.abs() > loud
+            && after.abs() > loud
+            && (before > 0.0) == (*after > 0.0)
+    })?;
+    let at_s = facts.raw.time_s(first);
+    let text = format!(
+        "{length} samples from {at_s:.5} s on are zero between {} and {}: the values were lost there",
+        in_g(facts.samples[first - 1]),
+        in_g(facts.samples[first + length])
+    );
+    Some(
+        if facts.has_noise() {
+            Finding::blocking("drop-out", text)
+        } else {
+            Finding::warning("drop-out", text)
+        }
+        .at(at_s),
+    )
+}
+
+/// Most of the power lies near half the sample rate, so that more lies beyond and is folded in.
+fn aliasing(facts: &Facts<'_>) -> Option<Finding> {
+    let event = &facts.samples[facts.pre_event..];
+    let power: f64 = event.iter().map(|value| value * value).sum();
+    // The power of differences over four times that of the samples is sin²(πf/fs) on average.
+    let differences: f64 = event
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]) * (pair[1] - pair[0]))
+        .sum();
+    let part = differences / (4.0 * power);
+    (event.len() >= 32 && part > ALIASED_PART).then(|| {
+        Finding::warning(
+            "aliasing-suspected",
+            format!(
+                "most of the signal's power lies above a quarter of the sample rate of {} Hz: what \
+                 lies beyond half of it may be folded into the samples as another, lower motion",
+                facts.raw.rate.rounded()
+            ),
+        )
+    })
+}
+
+/// The mean before the event is that of a sensor that stands upright.
+fn gravity(facts: &Facts<'_>) -> Option<Finding> {
+    let mean_g = facts.pre_mean / STANDARD_GRAVITY;
+    let (least, most) = GRAVITY_G;
+    (facts.pre_event > 0
+        && (least..=most).contains(&mean_g.abs())
+        && facts.pre_mean_error <= GRAVITY_ERROR_G * STANDARD_GRAVITY)
+        .then(|| {
+            Finding::warning(
+                "gravity-suspected",
+                format!(
+                    "the mean before the event is {mean_g:.4} g, as of a sensor that feels gravity: \
+                     a lateral axis does not; check that the channel is not a vertical one, and \
+                     that the sensor was not tilted"
+                ),
+            )
+        })
+}
+
+/// The first push and the velocity that the record adds up to have opposite signs.
+fn sign_suspicion(facts: &Facts<'_>) -> Option<Finding> {
+    let event: Vec<f64> = facts.samples[facts.pre_event..]
+        .iter()
+        .map(|value| value - facts.pre_mean)
+        .collect();
+    let sum: f64 = event.iter().sum();
+    let size: f64 = event.iter().map(|value| value.abs()).sum();
+    let velocity = sum / facts.raw.rate.hertz();
+    if sum.abs() < ONE_SIDED_PART * size || velocity.abs() < SIGN_VELOCITY {
+        return None;
+    }
+    let threshold = (5.0 * facts.pre_deviation).max(EVENT_PART * facts.peak);
+    let first = event.iter().position(|value| value.abs() > threshold)?;
+    if (event[first] > 0.0) == (sum > 0.0) {
+        return None;
+    }
+    // A lobe, not a flicker: what it pushes until it changes sign.
+    let lobe: f64 = event[first..]
+        .iter()
+        .take_while(|value| (**value > 0.0) == (event[first] > 0.0))
+        .sum();
+    if lobe.abs() < LOBE_PART * size {
+        return None;
+    }
+    let at_s = facts.raw.time_s(facts.pre_event + first);
+    Some(
+        Finding::warning(
+            "sign-suspected",
+            format!(
+                "the first push, at {at_s:.5} s, has the opposite sign of the velocity of \
+                 {velocity:.3} m/s that the record adds up to: check the polarity of the channel \
+                 (--opens-when), and that it is not a rotating or a rebounding part"
+            ),
+        )
+        .at(at_s),
+    )
+}
+
+/// Says what the channel does before the event: bias with its standard error, and noise. `None`
+/// without samples before the event.
+#[must_use]
+pub fn before_event(raw: &Signal) -> Option<Finding> {
+    let count = bias::pre_event_samples(raw).filter(|count| *count > 1)?;
+    let (bias, _) = bias::bias(raw, super::BiasWindow::PreEvent).ok()?;
+    Some(Finding::info(
+        "pre-event",
+        format!(
+            "before the event, over {count} samples: bias {} ± {} (standard error), noise {} rms",
+            in_g(bias.mean_m_s2),
+            in_g(bias.standard_error_m_s2),
+            in_g(bias.standard_deviation_m_s2)
+        ),
+    ))
 }
 
 fn inside_event(facts: &Facts<'_>, index: usize, reach: usize) -> bool {

@@ -7,11 +7,13 @@
 //! What the file does not say is asked for, not guessed: a missing unit or time is an error,
 //! and so is a header that does not fit its rows. Units never come from a comment.
 
+mod date;
 mod dialect;
 pub(super) mod encoding;
 pub(super) mod header;
 mod layout;
 pub(super) mod number;
+mod plain;
 mod rows;
 
 use super::source::Reader;
@@ -54,14 +56,19 @@ pub fn read(
     selection: Selection,
     limits: &Limits,
 ) -> Result<ReadOutcome, Error> {
-    let bytes = source.read_all("text_bytes", limits.text_bytes)?;
+    let bytes = source.read_text(limits)?;
     let (mut text, mut findings) = encoding::decode(bytes)?;
     let named = dialect::mark_lines(&mut text, limits)?;
+    // The table reader takes a comment without a line end for an empty row.
+    let last = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
+    if text.get(last) == Some(&b'#') {
+        text.truncate(last);
+    }
     let separator = named.unwrap_or_else(|| dialect::find_separator(&text));
     if separator == dialect::Separator::Blanks {
         text = dialect::collapse_blanks(&text);
     }
-    let quoted = text.contains(&b'"');
+    let quoted = memchr::memchr(b'"', &text).is_some();
     dialect::check_lines(&text, separator, quoted, limits)?;
     let layout = Layout::find(&text, separator, quoted, options, &mut findings)?;
     let Some(time) = layout.time_or_left_out(options, selection, &mut findings)? else {
@@ -76,6 +83,18 @@ pub fn read(
         findings.push(Finding::info(
             "decimal-comma",
             "the numbers are written with a decimal comma",
+        ));
+    }
+    if let TimeSource::Column {
+        dated: true, index, ..
+    } = time
+    {
+        findings.push(Finding::info(
+            "time-absolute",
+            format!(
+                "the stamps of `{}` are dates; time was counted from the first of them, and --time-zero is meant so as well",
+                layout.columns[index].name
+            ),
         ));
     }
     if let Some((count, line)) = rows.repeated {
@@ -244,5 +263,5 @@ fn unit_of(
 /// Returns the line, counted from 1, in which the byte at `position` stands.
 pub(super) fn line_at(text: &[u8], position: usize) -> u64 {
     let before = &text[..position.min(text.len())];
-    before.iter().filter(|byte| **byte == b'\n').count() as u64 + 1
+    memchr::memchr_iter(b'\n', before).count() as u64 + 1
 }

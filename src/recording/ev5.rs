@@ -90,7 +90,7 @@ pub fn read(
         return read_bare(source, options, selection, limits);
     }
     let name = source.name().to_string();
-    let bytes = source.read_all("text_bytes", limits.text_bytes)?;
+    let bytes = source.read_text(limits)?;
     read_test(source, &name, bytes, options, selection, limits)
 }
 
@@ -111,7 +111,7 @@ fn read_bare(
 ) -> Result<ReadOutcome, Error> {
     let mut outcome = ReadOutcome::default();
     let name = source.name().to_string();
-    let bytes = source.read_all("text_bytes", limits.text_bytes)?;
+    let bytes = source.read_text(limits)?;
     let entry = match header_beside(source, &name, limits)? {
         Some((header_name, test)) => {
             let number = curve::number_of(&name);

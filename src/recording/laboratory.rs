@@ -45,6 +45,13 @@ const FAULTS: &[&str] = &[
     "BAD",
     "DAMAGED",
     "INTERMITTENT",
+    "DETACHED",
+    "LOOSE",
+    "DEBONDED",
+    "UNPLUGGED",
+    "CORRUPT",
+    "CORRUPTED",
+    "DEAD",
     "UNGÜLTIG",
     "AUSGEFALLEN",
     "ÜBERSTEUERT",
@@ -120,6 +127,45 @@ pub(super) fn remark(comment: &str) -> Option<Remark> {
         return Some(Remark::Doubtful(first.filter(|_| !points_before)));
     }
     None
+}
+
+/// Characters of a note that are shown.
+const LONGEST_NOTE: usize = 300;
+
+/// Words that fill the place of a comment.
+const NO_COMMENTS: &[&str] = &[
+    "",
+    "NO COMMENTS",
+    "NO COMMENT",
+    "NONE",
+    "NO REMARKS",
+    "KEINE",
+    "NOVALUE",
+    "N A",
+    "NA",
+    "OK",
+];
+
+/// Returns the finding for a comment: what it says of the samples, and where it says nothing
+/// of them that is known here, its text to be read by a person.
+pub(super) fn told(comment: &str, instant: Option<f64>) -> Option<Finding> {
+    finding(comment, instant).or_else(|| {
+        let nothing = NO_COMMENTS.contains(&words(comment).join(" ").as_str());
+        (!nothing).then(|| Finding {
+            at_s: instant,
+            ..Finding::info(
+                "notes",
+                format!(
+                    "the laboratory notes: \"{}\"",
+                    comment
+                        .trim()
+                        .chars()
+                        .take(LONGEST_NOTE)
+                        .collect::<String>()
+                ),
+            )
+        })
+    })
 }
 
 /// Returns the finding for what a comment says; `instant` stands in for a remark without a

@@ -1,8 +1,24 @@
 //! Which of several named columns is the lateral acceleration.
 
-use super::Finding;
 use super::csv::header::Column;
+use super::{Channel, Finding};
 use crate::error::ErrorKind;
+
+/// Tells whether a channel that was read measures lateral acceleration, by its name, its code or
+/// its sensor's axis.
+#[must_use]
+pub fn is_lateral(channel: &Channel) -> bool {
+    let named = |name: &str| Column::from_header(name, 1).says_lateral_acceleration();
+    let axis = |text: &str| {
+        text.split_whitespace()
+            .any(|word| matches!(word, "YL" | "YG" | "Y"))
+    };
+    let place = channel.stated.location.as_deref();
+    channel.unit.is_some()
+        && (named(&channel.name)
+            || named(channel.name.rsplit(['/', ':']).next().unwrap_or(""))
+            || place.is_some_and(|place| axis(place) || named(place)))
+}
 
 /// Chooses among columns of numbers. Taken is the only one; else the one whose name says
 /// lateral acceleration; else the only one with a unit of acceleration among columns that all

@@ -1,55 +1,131 @@
 //! Limits on input: what a reader refuses to take in, so that memory stays bounded.
+//!
+//! One table lists them with unit and meaning; `latchgate limits` prints it, and
+//! `--limit KEY=VALUE` changes an entry.
 
-/// Limits on input; crossing one is an error that names it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Limits {
-    /// Bytes of a text recording, which is held in memory.
-    pub text_bytes: u64,
-    /// Bytes of a card or design file.
-    pub settings_bytes: u64,
-    /// Samples kept per channel.
-    pub samples: u64,
-    /// Columns of a table.
-    pub columns: u64,
-    /// Cells of a table kept as numbers when every channel is read.
-    pub table_cells: u64,
-    /// Bytes of one line of text.
-    pub line_bytes: u64,
-    /// Bytes of an archive (.zip, .tar.gz), which is held in memory.
-    pub archive_bytes: u64,
-    /// Entries of an archive, or files of a folder.
-    pub archive_entries: u64,
-    /// Bytes of an archive's files after decompression, those held at a time.
-    pub unpacked_bytes: u64,
-    /// Bytes of an archive's stream after decompression, those passed over included.
-    pub unpacked_stream_bytes: u64,
-    /// Ratio of bytes after decompression to bytes before it, past the first 4 MiB.
-    pub unpacked_ratio: u64,
-    /// Bytes of one MCAP record, a chunk included.
-    pub mcap_record_bytes: u64,
-    /// Bytes of one MCAP chunk after decompression.
-    pub mcap_chunk_bytes: u64,
-    /// Topics of an MCAP file.
-    pub mcap_channels: u64,
+use crate::error::{Error, ErrorKind, nearest_name};
+use serde::Serialize;
+
+/// A limit as it stands.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Limit {
+    /// Name, as messages and `--limit` use it.
+    pub name: &'static str,
+    /// Its value.
+    pub value: u64,
+    /// The value unless changed.
+    pub default: u64,
+    /// What it counts, for example `bytes`.
+    pub unit: &'static str,
+    /// What is counted where.
+    pub meaning: &'static str,
 }
 
-impl Default for Limits {
-    fn default() -> Self {
-        Self {
-            text_bytes: 256 << 20,
-            settings_bytes: 1 << 20,
-            samples: 8_000_000,
-            columns: 4096,
-            table_cells: 48_000_000,
-            line_bytes: 1 << 20,
-            archive_bytes: 64 << 20,
-            archive_entries: 20_000,
-            unpacked_bytes: 64 << 20,
-            unpacked_stream_bytes: 1 << 30,
-            unpacked_ratio: 200,
-            mcap_record_bytes: 64 << 20,
-            mcap_chunk_bytes: 64 << 20,
-            mcap_channels: 4096,
+macro_rules! limits {
+    ($($name:ident = $value:expr, $unit:literal, $meaning:literal;)*) => {
+        /// Limits on input; crossing one is an error that names it.
+        #[derive(Debug, Clone, PartialEq, Eq)]
+        pub struct Limits {
+            $(#[doc = $meaning] pub $name: u64,)*
         }
+
+        impl Default for Limits {
+            fn default() -> Self {
+                Self { $($name: $value,)* }
+            }
+        }
+
+        impl Limits {
+            /// Names of all limits, in the order of the table.
+            pub const NAMES: &[&str] = &[$(stringify!($name)),*];
+
+            /// Returns every limit with its value.
+            #[must_use]
+            pub fn entries(&self) -> Vec<Limit> {
+                vec![$(Limit {
+                    name: stringify!($name),
+                    value: self.$name,
+                    default: $value,
+                    unit: $unit,
+                    meaning: $meaning,
+                }),*]
+            }
+
+            fn slot(&mut self, name: &str) -> Option<&mut u64> {
+                match name {
+                    $(stringify!($name) => Some(&mut self.$name),)*
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+limits! {
+    text_bytes = 192 << 20, "bytes", "Bytes of a text recording, which is held in memory; of any recording on standard input that is read twice.";
+    line_bytes = 1 << 20, "bytes", "Bytes of one line of text.";
+    field_bytes = 64 << 10, "bytes", "Bytes of one cell of a table.";
+    lines = 8_200_000, "lines", "Lines of a text recording, headers and comments included.";
+    samples = 8_000_000, "samples", "Samples kept per channel.";
+    columns = 4096, "columns", "Columns of a table, that is channels of a text file.";
+    table_cells = 48_000_000, "cells", "Cells of a table kept as numbers when every channel is read.";
+    settings_bytes = 1 << 20, "bytes", "Bytes of a card, design or gate file.";
+    archive_bytes = 64 << 20, "bytes", "Bytes of an archive (.zip, .tar.gz, .tar), which is held in memory.";
+    archive_entries = 20_000, "entries", "Entries of an archive, files of a folder, or channels of a test header.";
+    unpacked_bytes = 64 << 20, "bytes", "Bytes of an archive's files after decompression, those held at a time.";
+    unpacked_stream_bytes = 1 << 30, "bytes", "Bytes of an archive's stream after decompression, those passed over included.";
+    unpacked_ratio = 200, "bytes per byte", "Ratio of bytes after decompression to bytes before it, past the first 4 MiB.";
+    mcap_record_bytes = 64 << 20, "bytes", "Bytes of one MCAP record, a chunk included; of all schemas together.";
+    mcap_chunk_bytes = 64 << 20, "bytes", "Bytes of one MCAP chunk after decompression.";
+    mcap_string_bytes = 16 << 20, "bytes", "Bytes of one string in an MCAP record or message.";
+    mcap_channels = 4096, "topics", "Topics of an MCAP file.";
+}
+
+impl Limits {
+    /// Changes the limit that `KEY=VALUE` names. The value is a positive whole number; one of
+    /// bytes may end in `KiB`, `MiB` or `GiB`.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::UnknownName`] for a key that is no limit, [`ErrorKind::OutOfRange`] for a
+    /// value that is no positive whole number below 2⁶³.
+    pub fn set(&mut self, assignment: &str) -> Result<(), Error> {
+        let (name, text) = assignment.split_once('=').unwrap_or((assignment, ""));
+        let (name, text) = (name.trim(), text.trim());
+        let Some(slot) = self.slot(name) else {
+            return Err(ErrorKind::UnknownName {
+                what: "limit",
+                found: name.to_string(),
+                nearest: nearest_name(name, Self::NAMES),
+                known: Self::NAMES.join(", "),
+            }
+            .into());
+        };
+        *slot = value(name, text).ok_or_else(|| {
+            let bytes = if name.ends_with("_bytes") {
+                "; KiB, MiB and GiB may follow it"
+            } else {
+                ""
+            };
+            Error::from(ErrorKind::OutOfRange {
+                what: format!("the limit {name}"),
+                expected: format!("a whole number from 1 on, as in {name}=1000000{bytes}"),
+                found: format!("`{text}`"),
+            })
+        })?;
+        Ok(())
     }
+}
+
+fn value(name: &str, text: &str) -> Option<u64> {
+    let (digits, shift) = [("KiB", 10), ("MiB", 20), ("GiB", 30)]
+        .into_iter()
+        .filter(|_| name.ends_with("_bytes"))
+        .find_map(|(suffix, shift)| Some((text.strip_suffix(suffix)?.trim_end(), shift)))
+        .unwrap_or((text, 0));
+    if digits.is_empty() || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
+        return None;
+    }
+    let value = digits.parse::<u64>().ok()?.checked_mul(1 << shift)?;
+    (1..1 << 63).contains(&value).then_some(value)
 }

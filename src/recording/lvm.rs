@@ -48,7 +48,7 @@ pub fn read(
     selection: Selection,
     limits: &Limits,
 ) -> Result<ReadOutcome, Error> {
-    let bytes = source.read_all("text_bytes", limits.text_bytes)?;
+    let bytes = source.read_text(limits)?;
     let (bytes, mut findings) = encoding::decode(bytes)?;
     text::check_line_lengths(&bytes, limits)?;
     let content = String::from_utf8_lossy(&bytes);
@@ -150,7 +150,7 @@ impl Table {
             time_columns.iter().map(|_| PrintedDigits::new()).collect();
         table.stamps = time_columns.iter().map(|_| (Vec::new(), 0.0)).collect();
         let mut cells_kept = 0_u64;
-        let mut remarked = 0_usize;
+        let mut unsaid = 0_usize;
         for (number, line) in text::lines(content) {
             if number < first_row || line.trim().is_empty() {
                 continue;
@@ -239,13 +239,22 @@ impl Table {
                 })
                 .at(at(0)));
             }
-            if let Some(finding) = laboratory::finding(words, instant) {
-                remarked += 1;
-                // The first blocking remark decides from when on nothing counts.
-                if remarked <= REMARKS {
+            if let Some(finding) = laboratory::told(words, instant) {
+                // Of each weight the first few; the first that blocks decides from when on
+                // nothing counts, however many came before it.
+                let alike = |known: &&Finding| known.severity == finding.severity;
+                if table.remarks.iter().filter(alike).count() < REMARKS {
                     table.remarks.push(finding);
+                } else {
+                    unsaid += 1;
                 }
             }
+        }
+        if unsaid > 0 {
+            table.remarks.push(Finding::info(
+                "notes",
+                format!("the Comment column holds {unsaid} more remarks"),
+            ));
         }
         if table.lengths.iter().all(|length| *length == 0) {
             return Err(ErrorKind::Empty {

@@ -332,7 +332,7 @@ impl Log<'_> {
     fn chunk(&mut self, data: &[u8], byte: u64) -> Result<(), Error> {
         let (count, sum) = self.account.chunks;
         self.account.chunks = (count + 1, sum.wrapping_add(byte));
-        let chunk = ChunkRecord::read(data)?;
+        let chunk = ChunkRecord::read(data, self.limits)?;
         let records = decompress::records(&chunk, self.limits)?;
         let mut inside = Inside::new(&records);
         while let Some((opcode, data)) = inside.next()? {
@@ -353,9 +353,9 @@ impl Log<'_> {
 
     fn definition(&mut self, opcode: u8, data: &[u8]) -> Result<(), Error> {
         if opcode == op::SCHEMA {
-            self.schema(&SchemaRecord::read(data)?)
+            self.schema(&SchemaRecord::read(data, self.limits)?)
         } else {
-            self.channel(&ChannelRecord::read(data)?)
+            self.channel(&ChannelRecord::read(data, self.limits)?)
         }
     }
 

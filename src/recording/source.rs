@@ -69,10 +69,19 @@ impl Source {
     /// [`ErrorKind::LimitExceeded`] beyond the limit, [`ErrorKind::Io`] if reading fails.
     pub fn held_in_memory(self, limits: &Limits) -> Result<Self, Error> {
         match self {
-            Self::Stdin => Ok(Self::Bytes {
-                name: self.name(),
-                bytes: self.open()?.read_all("text_bytes", limits.text_bytes)?,
-            }),
+            Self::Stdin => {
+                let mut reader = self.open()?;
+                let head = reader.head()?;
+                let bytes = if super::csv::encoding::looks_like_text(&head) {
+                    reader.read_text(limits)
+                } else {
+                    reader.read_all("text_bytes", limits.text_bytes)
+                };
+                Ok(Self::Bytes {
+                    name: self.name(),
+                    bytes: bytes.map_err(|error| error.at(Place::file(self.name())))?,
+                })
+            }
             other => Ok(other),
         }
     }
@@ -86,6 +95,7 @@ impl Source {
     pub fn open(&self) -> Result<Reader, Error> {
         let mut folder = None;
         let mut is_folder = false;
+        let mut size = None;
         let inner: Box<dyn Read> = match self {
             Self::File(path) => {
                 let metadata =
@@ -95,18 +105,23 @@ impl Source {
                     folder = Some(path.clone());
                     Box::new(io::empty())
                 } else {
+                    size = Some(metadata.len()).filter(|_| metadata.is_file());
                     folder = path.parent().map(Path::to_path_buf);
                     Box::new(File::open(path).map_err(|error| io_error("open the file", &error))?)
                 }
             }
             Self::Stdin => Box::new(io::stdin()),
-            Self::Bytes { bytes, .. } => Box::new(io::Cursor::new(bytes.clone())),
+            Self::Bytes { bytes, .. } => {
+                size = Some(bytes.len() as u64);
+                Box::new(io::Cursor::new(bytes.clone()))
+            }
         };
         Ok(Reader {
             inner,
             name: self.name(),
             folder,
             is_folder,
+            size,
             parts: BTreeMap::new(),
             hasher: Sha256::new(),
             head: Vec::new(),
@@ -131,6 +146,8 @@ pub struct Reader {
     /// Where files that belong to the recording are: its folder, or itself if it is one.
     folder: Option<PathBuf>,
     is_folder: bool,
+    /// Bytes in all, where they are known beforehand.
+    size: Option<u64>,
     parts: BTreeMap<String, String>,
     hasher: Sha256,
     head: Vec<u8>,
@@ -168,21 +185,102 @@ impl Reader {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::LimitExceeded`] beyond `limit`, [`ErrorKind::Io`] if reading fails.
+    /// [`ErrorKind::LimitExceeded`] at the byte beyond `limit`, [`ErrorKind::Io`] if reading fails.
     pub fn read_all(&mut self, limit_name: &'static str, limit: u64) -> Result<Vec<u8>, Error> {
-        let mut bytes = Vec::new();
-        self.take(limit.saturating_add(1))
-            .read_to_end(&mut bytes)
-            .map_err(|error| io_error("read the file", &error))?;
-        if bytes.len() as u64 > limit {
-            return Err(ErrorKind::LimitExceeded {
+        self.read_checked(limit_name, limit, |_, _| Ok(()))
+    }
+
+    /// Reads what is left of a text within `text_bytes`, `line_bytes` and `lines`. Lines are
+    /// measured while they come, so that one without an end is not waited for.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::LimitExceeded`] at the byte where a limit is crossed, [`ErrorKind::Io`] if
+    /// reading fails.
+    pub fn read_text(&mut self, limits: &Limits) -> Result<Vec<u8>, Error> {
+        let head = self.head()?;
+        // UTF-16 takes two bytes for a character.
+        let wide = head.starts_with(b"\xFF\xFE") || head.starts_with(b"\xFE\xFF");
+        let longest = limits.line_bytes.saturating_mul(if wide { 2 } else { 1 });
+        let (mut line, mut start) = (1_u64, 0_u64);
+        self.read_checked("text_bytes", limits.text_bytes, |offset, new| {
+            // Where no line of a block can be too long, counting them is all there is to do.
+            let feeds = memchr::memchr_iter(b'\n', new).count() as u64;
+            if let Some(first) = memchr::memchr(b'\n', new)
+                && let Some(last) = memchr::memrchr(b'\n', new)
+                && offset + first as u64 - start <= longest
+                && new.len() as u64 <= longest
+                && line + feeds <= limits.lines
+                && memchr::memchr(b'\r', new).is_none()
+            {
+                line += feeds;
+                start = offset + last as u64 + 1;
+                return Ok(());
+            }
+            for position in memchr::memchr2_iter(b'\n', b'\r', new) {
+                let end = offset + position as u64;
+                if end - start > longest {
+                    return Err(too_long(limits, line, start + longest));
+                }
+                start = end + 1;
+                // A carriage return before a line feed counts with it, give or take one at the
+                // border of two blocks.
+                let pair = new[position] == b'\r' && new.get(position + 1) == Some(&b'\n');
+                line += u64::from(!pair);
+                if line > limits.lines.saturating_add(1) {
+                    return Err(Error::from(ErrorKind::LimitExceeded {
+                        limit: "lines",
+                        value: limits.lines,
+                        found: "more lines".into(),
+                    })
+                    .at(Place::default().line(line).byte(end)));
+                }
+            }
+            if offset + new.len() as u64 - start > longest {
+                return Err(too_long(limits, line, start + longest));
+            }
+            Ok(())
+        })
+    }
+
+    /// Reads what is left block by block, each shown to `check` with its offset.
+    fn read_checked(
+        &mut self,
+        limit_name: &'static str,
+        limit: u64,
+        mut check: impl FnMut(u64, &[u8]) -> Result<(), Error>,
+    ) -> Result<Vec<u8>, Error> {
+        const BLOCK: usize = 256 << 10;
+        let crossed = || {
+            Error::from(ErrorKind::LimitExceeded {
                 limit: limit_name,
                 value: limit,
                 found: "more bytes".into(),
-            }
-            .into());
+            })
+            .at(Place::default().byte(limit))
+        };
+        if self.size.is_some_and(|size| size > limit) {
+            return Err(crossed());
         }
-        Ok(bytes)
+        let mut bytes = Vec::new();
+        if let Some(size) = self.size {
+            bytes.reserve_exact(usize::try_from(size).unwrap_or(0) + 1);
+        }
+        loop {
+            let old = bytes.len();
+            let count = self
+                .by_ref()
+                .take(BLOCK as u64)
+                .read_to_end(&mut bytes)
+                .map_err(|error| io_error("read the file", &error))?;
+            if bytes.len() as u64 > limit {
+                return Err(crossed());
+            }
+            check(old as u64, &bytes[old..])?;
+            if count == 0 {
+                return Ok(bytes);
+            }
+        }
     }
 
     /// Returns the recording's file name without folders.
@@ -348,6 +446,15 @@ impl Hasher {
 #[must_use]
 pub fn sha256(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
+}
+
+fn too_long(limits: &Limits, line: u64, byte: u64) -> Error {
+    Error::from(ErrorKind::LimitExceeded {
+        limit: "line_bytes",
+        value: limits.line_bytes,
+        found: "a longer line".into(),
+    })
+    .at(Place::default().line(line).byte(byte))
 }
 
 /// Lists a folder: names with whether each is a folder, in order.

@@ -22,7 +22,39 @@ pub(super) fn check_line_lengths(text: &[u8], limits: &Limits) -> Result<(), Err
                 .line(index as u64 + 1)
                 .byte(start + limits.line_bytes)));
         }
+        check_fields(line, start, |byte| matches!(byte, b'\t' | b' '), limits)
+            .map_err(|error| error.at(Place::default().line(index as u64 + 1)))?;
         start += line.len() as u64 + 1;
+    }
+    Ok(())
+}
+
+/// Refuses a line with a cell that is too long.
+///
+/// # Errors
+///
+/// [`ErrorKind::LimitExceeded`] with the byte where the limit was crossed; `start` is where the
+/// line begins.
+pub(super) fn check_fields(
+    line: &[u8],
+    start: u64,
+    separates: impl Fn(u8) -> bool,
+    limits: &Limits,
+) -> Result<(), Error> {
+    if line.len() as u64 <= limits.field_bytes {
+        return Ok(());
+    }
+    let mut cell = 0_u64;
+    for (position, byte) in line.iter().enumerate() {
+        cell = if separates(*byte) { 0 } else { cell + 1 };
+        if cell > limits.field_bytes {
+            return Err(Error::from(ErrorKind::LimitExceeded {
+                limit: "field_bytes",
+                value: limits.field_bytes,
+                found: "a longer cell".into(),
+            })
+            .at(Place::default().byte(start + position as u64)));
+        }
     }
     Ok(())
 }

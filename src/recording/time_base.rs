@@ -119,6 +119,12 @@ impl TimeBase {
     /// - [`ErrorKind::LimitExceeded`] if filling gaps would take more samples than allowed.
     pub fn fit(stamps_s: &[f64], printed_digit_s: f64, limits: &Limits) -> Result<Self, Error> {
         check_stamps(stamps_s)?;
+        if let Some(clock) = Clock::without_gaps(stamps_s, printed_digit_s) {
+            let indices = (0..stamps_s.len()).map(to_f64);
+            if let Some(line) = clock.fit_line(stamps_s, indices) {
+                return line.into_base(stamps_s.len(), Way::Keep, Vec::new(), limits);
+            }
+        }
         let clock = Clock::measure(stamps_s, printed_digit_s);
         // One or two long steps fit many a line if a stamp has few digits: a row missing from
         // a 10 kHz record printed to 0.1 ms looks like a clock of 9997 Hz. The missing row is
@@ -220,11 +226,17 @@ fn check_stamps(stamps_s: &[f64]) -> Result<(), Error> {
     }
 }
 
+/// Returns half a printed digit with the rounding of `f64` on top [s].
+fn half_digit(digit: f64, first: f64, last: f64) -> f64 {
+    let largest = first.abs().max(last.abs()).max(last - first);
+    0.5 * digit * (1.0 + 1e-9) + 8.0 * f64::EPSILON * largest
+}
+
 /// What the stamps say about their clock before a line is fitted.
 struct Clock {
     /// Last stamp less the first [s].
     span: f64,
-    /// Median step [s].
+    /// Median step [s]; no number where it was not needed.
     median: f64,
     /// Mean of the steps that are no gaps [s]; free of the rounding that the median carries.
     mean: f64,
@@ -239,6 +251,29 @@ struct Clock {
 }
 
 impl Clock {
+    /// Measures a clock whose steps are so alike that none can be a gap, whatever their median;
+    /// most are, and need no median then. `None` for any other.
+    fn without_gaps(stamps_s: &[f64], printed_digit_s: f64) -> Option<Self> {
+        let (first, last) = (stamps_s[0], stamps_s[stamps_s.len() - 1]);
+        let span = last - first;
+        let (mut shortest, mut longest) = (f64::INFINITY, 0.0_f64);
+        for pair in stamps_s.windows(2) {
+            let step = pair[1] - pair[0];
+            shortest = shortest.min(step);
+            longest = longest.max(step);
+        }
+        let alike = longest <= GAP * shortest && printed_digit_s <= shortest;
+        alike.then(|| Self {
+            span,
+            median: f64::NAN,
+            mean: span / to_f64(stamps_s.len() - 1),
+            step_range: (shortest, longest),
+            long_steps: 0,
+            half_digit: half_digit(printed_digit_s.max(0.0), first, last),
+            digit: printed_digit_s.max(0.0),
+        })
+    }
+
     fn measure(stamps_s: &[f64], printed_digit_s: f64) -> Self {
         let (first, last) = (stamps_s[0], stamps_s[stamps_s.len() - 1]);
         let span = last - first;
@@ -263,14 +298,13 @@ impl Clock {
         } else {
             0.0
         };
-        let largest = first.abs().max(last.abs()).max(span);
         Self {
             span,
             median,
             mean: sum / to_f64(count.max(1)),
             step_range: range,
             long_steps: steps.len() - count,
-            half_digit: 0.5 * digit * (1.0 + 1e-9) + 8.0 * f64::EPSILON * largest,
+            half_digit: half_digit(digit, first, last),
             digit,
         }
     }

@@ -84,6 +84,7 @@ pub fn compare(stored: &Value, now: &Value, renamed: bool) -> Comparison {
     // Another file explains every other difference, and so does another card.
     let place = |(at, _, _): &(String, Option<Value>, Option<Value>)| match at.as_str() {
         "recording.sha256" => 0,
+        part if part.starts_with("recording.parts") => 0,
         "recording.card_sha256" => 1,
         _ => 2,
     };
@@ -158,6 +159,12 @@ fn told(
             Kind::File,
             format!(
                 "The recording is another file: its SHA-256 is {after}, that in the verdict {before}."
+            ),
+        ),
+        part if part.starts_with("recording.parts") => (
+            Kind::File,
+            format!(
+                "A file that is read with the recording is another, first in {at}: {before} in the verdict, {after} now."
             ),
         ),
         "recording.card_sha256" => (

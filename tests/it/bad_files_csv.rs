@@ -184,10 +184,16 @@ fn val_bad_time() {
         "expected a time in s, ms or us, found `Time (min)`; state its unit with --time-unit",
     );
     check_refused(
-        "date_time,a_g\n2020-01-01 10:00:00,1\n2020-01-01 10:00:01,2\n",
+        "date_time,a_g\n2020-01-01 10:00:00,1\n2020-01-01 10:00:01,2\n2020-01-32 10:00:02,2\n",
+        &none(),
+        ":4, column 1",
+        "expected a date and time such as 2024-05-01T10:00:00.0001, as in the rows before, found `2020-01-32 10:00:02`",
+    );
+    check_refused(
+        "date_time,a_g\n01.02.2020 10:00:00,1\n01.02.2020 10:00:01,2\n",
         &none(),
         ":2, column 1",
-        "expected a number, found `2020-01-01 10:00:00`",
+        "expected a number, found `01.02.2020 10:00:00`",
     );
     check_refused(
         "time_1,a_g,time_2\n0,1,0\n1,2,1\n",
@@ -420,7 +426,7 @@ fn val_bad_content() {
         b"t\x00i\x00m\x00e\x00".to_vec(),
         &none(),
         "",
-        "the format is not recognised",
+        "UTF-16 text without its byte order mark, which latchgate does not read; save it as UTF-8",
     );
     check_refused(
         b"MDF     4.11".to_vec(),

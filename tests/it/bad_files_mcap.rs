@@ -251,7 +251,7 @@ fn val_files_that_are_cut_or_contradict_themselves_are_refused() {
     add("a channel redefined", other, MALFORMED, "channel 1");
     let mut huge = imu_schema(2);
     huge[11..15].copy_from_slice(&[0xFF; 4]);
-    add("a name of 4 GiB", with(&[huge]), MALFORMED, "schema record");
+    add("a name of 4 GiB", with(&[huge]), LIMIT, "mcap_string_bytes");
     let mut map = channel(3, 1, "/imu3", "cdr");
     let length = map.len();
     map[length - 4] = 200;
@@ -322,7 +322,7 @@ fn val_messages_that_cannot_be_read_are_refused() {
     add(
         "cdr called ros1",
         topic("ros1", "ros1msg", imu::IMU_SCHEMA, &one),
-        MALFORMED,
+        LIMIT,
         "message 1",
     );
     add(
@@ -384,8 +384,8 @@ fn val_messages_that_cannot_be_read_are_refused() {
     add(
         "a frame name of 4 GiB",
         cdr(&[frame]),
-        MALFORMED,
-        "end of the message",
+        LIMIT,
+        "a string of 4294967295 bytes in a message",
     );
     let mut nanoseconds = imu_of(0, 1.0);
     nanoseconds[8..12].copy_from_slice(&1_000_000_000_u32.to_le_bytes());

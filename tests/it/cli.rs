@@ -101,7 +101,7 @@ pub(crate) fn signal(name: &str) -> String {
 }
 
 /// Returns a file kept beside the project, or `None`, said aloud, where there is none.
-fn shared(name: &str) -> Option<String> {
+pub(crate) fn shared(name: &str) -> Option<String> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../shared")
         .join(name);

@@ -134,6 +134,19 @@ fn val_a_curve_has_what_its_line_says() {
 
 /// Stamps of a microsecond jitter at 9.6 kHz; the header's clock does not.
 #[test]
+fn val_curves_that_are_announced_and_missing_are_told() {
+    let (folder, path) = test_of("missing", &[PLAIN, Line { number: 8, ..PLAIN }]);
+    std::fs::remove_file(folder.path().join("v00001.008")).unwrap();
+    let recording = read_path(&path, &ReadOptions::default(), Selection::Every).unwrap();
+    assert_eq!(recording.channels.len(), 1);
+    check_codes(
+        &recording.findings,
+        Severity::Info,
+        &["curves-without-file"],
+    );
+}
+
+#[test]
 fn val_the_stated_clock_is_preferred_to_rounded_stamps() {
     let folder = Folder::new("ev5-clock");
     let line = Line {

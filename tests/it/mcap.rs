@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 pub(crate) mod imu;
 
 pub(crate) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
-const ACCEL_SCHEMA: &str = "\
+pub(crate) const ACCEL_SCHEMA: &str = "\
 std_msgs/Header header
 Accel accel
 ================================================================================

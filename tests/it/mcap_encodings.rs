@@ -107,7 +107,7 @@ fn varint(mut value: u64) -> Vec<u8> {
     bytes
 }
 
-fn block(number: u64, content: &[u8]) -> Vec<u8> {
+pub(crate) fn block(number: u64, content: &[u8]) -> Vec<u8> {
     [
         varint(number << 3 | 2),
         varint(content.len() as u64),
@@ -116,16 +116,22 @@ fn block(number: u64, content: &[u8]) -> Vec<u8> {
     .concat()
 }
 
-fn whole(number: u64, value: u64) -> Vec<u8> {
+pub(crate) fn whole(number: u64, value: u64) -> Vec<u8> {
     [varint(number << 3), varint(value)].concat()
 }
 
-fn double(number: u64, value: f64) -> Vec<u8> {
+pub(crate) fn double(number: u64, value: f64) -> Vec<u8> {
     [varint(number << 3 | 1), value.to_le_bytes().to_vec()].concat()
 }
 
 /// A field of a descriptor: name, number, label, type, type name.
-fn described(name: &str, number: u64, label: u64, kind: u64, type_name: &str) -> Vec<u8> {
+pub(crate) fn described(
+    name: &str,
+    number: u64,
+    label: u64,
+    kind: u64,
+    type_name: &str,
+) -> Vec<u8> {
     let mut field = [
         block(1, name.as_bytes()),
         whole(3, number),
@@ -139,7 +145,7 @@ fn described(name: &str, number: u64, label: u64, kind: u64, type_name: &str) ->
     block(2, &field)
 }
 
-fn message_type(name: &str, fields: &[Vec<u8>]) -> Vec<u8> {
+pub(crate) fn message_type(name: &str, fields: &[Vec<u8>]) -> Vec<u8> {
     block(4, &[block(1, name.as_bytes()), fields.concat()].concat())
 }
 
@@ -184,7 +190,7 @@ fn descriptor_set(syntax: &str) -> Vec<u8> {
     [block(1, &timestamp), block(1, &own)].concat()
 }
 
-fn schema_of_bytes(id: u16, name: &str, encoding: &str, data: &[u8]) -> Vec<u8> {
+pub(crate) fn schema_of_bytes(id: u16, name: &str, encoding: &str, data: &[u8]) -> Vec<u8> {
     let text = |text: &str| {
         [
             (text.len() as u32).to_le_bytes().to_vec(),

@@ -7,7 +7,7 @@
 use super::line_at;
 use super::number;
 use crate::error::{Error, ErrorKind, Place};
-use crate::recording::Limits;
+use crate::recording::{Limits, text};
 
 /// Rows from which the separator is found.
 const SAMPLE_ROWS: usize = 64;
@@ -50,10 +50,27 @@ impl Separator {
 pub(super) fn mark_lines(text: &mut [u8], limits: &Limits) -> Result<Option<Separator>, Error> {
     let mut named = None;
     let mut seen_row = false;
-    for (index, line) in text.split_inclusive_mut(|byte| *byte == b'\n').enumerate() {
-        let place = || Place::default().line(index as u64 + 1);
+    let mut next = 0;
+    let mut index = 0_u64;
+    while next < text.len() {
+        let first = next;
+        let rest = &mut text[first..];
+        let length = memchr::memchr(b'\n', rest).map_or(rest.len(), |end| end + 1);
+        let line = &mut rest[..length];
+        next += length;
+        index += 1;
+        let place = |beyond: u64| Place::default().line(index).byte(first as u64 + beyond);
         if line.len() as u64 > limits.line_bytes {
-            return Err(over("line_bytes", limits.line_bytes, "a longer line").at(place()));
+            return Err(
+                over("line_bytes", limits.line_bytes, "a longer line").at(place(limits.line_bytes))
+            );
+        }
+        // Most lines begin with a digit, a sign or a point, and are rows.
+        if seen_row
+            && matches!(line[0], b'0'..=b'9' | b'-' | b'.' | b'+')
+            && line.len() as u64 <= limits.columns.min(limits.field_bytes)
+        {
+            continue;
         }
         let start = line.trim_ascii_start();
         if start.is_empty() {
@@ -81,9 +98,16 @@ pub(super) fn mark_lines(text: &mut [u8], limits: &Limits) -> Result<Option<Sepa
                 continue;
             }
         }
+        text::check_fields(
+            line,
+            first as u64,
+            |byte| matches!(byte, b',' | b';' | b'\t' | b' '),
+            limits,
+        )
+        .map_err(|error| error.at(place(0)))?;
         if line.len() as u64 > limits.columns {
             for separator in [b',', b';', b'\t'] {
-                check_columns(line, separator, limits).map_err(|error| error.at(place()))?;
+                check_columns(line, separator, limits).map_err(|error| error.at(place(0)))?;
             }
         }
     }
@@ -240,10 +264,7 @@ fn ends_inside_quotes(line: &[u8], separator: u8) -> bool {
 }
 
 fn check_columns(line: &[u8], separator: u8, limits: &Limits) -> Result<(), Error> {
-    let mut cells = 1_u64;
-    for byte in line {
-        cells += u64::from(*byte == separator);
-    }
+    let cells = 1 + memchr::memchr_iter(separator, line).count() as u64;
     if cells > limits.columns {
         return Err(over(
             "columns",

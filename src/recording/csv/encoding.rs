@@ -34,7 +34,8 @@ pub(in crate::recording) fn decode(bytes: Vec<u8>) -> Result<(Vec<u8>, Vec<Findi
     let mut text = if is_utf_16(&bytes) {
         decode_utf_16(&bytes)?
     } else if bytes.starts_with(b"\xEF\xBB\xBF") {
-        let body = bytes[3..].to_vec();
+        let mut body = bytes;
+        body.drain(..3);
         if let Err(error) = std::str::from_utf8(&body) {
             return Err(wrong_encoding("UTF-8", line_at(&body, error.valid_up_to())));
         }
@@ -46,14 +47,13 @@ pub(in crate::recording) fn decode(bytes: Vec<u8>) -> Result<(Vec<u8>, Vec<Findi
             "encoding-assumed",
             "the text is not UTF-8 and was read as Windows-1252; only names and comments depend on it",
         ));
-        decode_windows_1252(&bytes)
+        decode_windows_1252(bytes)
     };
     // Text files of DOS may end with Ctrl-Z.
     if text.last() == Some(&0x1A) {
         text.pop();
     }
-    if text.contains(&0) {
-        let position = text.iter().take_while(|byte| **byte != 0).count();
+    if let Some(position) = memchr::memchr(0, &text) {
         return Err(Error::from(ErrorKind::Malformed {
             expected: "text".into(),
             found: "a NUL character".into(),
@@ -102,27 +102,46 @@ fn decode_utf_16(bytes: &[u8]) -> Result<Vec<u8>, Error> {
     Ok(text.into_bytes())
 }
 
-fn decode_windows_1252(bytes: &[u8]) -> Vec<u8> {
-    let mut text = String::with_capacity(bytes.len() + bytes.len() / 16);
-    for byte in bytes {
-        text.push(match byte {
-            0x80..=0x9F => WINDOWS_1252[usize::from(byte - 0x80)],
-            other => char::from(*other),
-        });
+/// Widens the bytes in place, from the end, so that no second copy of the file is held.
+fn decode_windows_1252(mut bytes: Vec<u8>) -> Vec<u8> {
+    let of = |byte: u8| match byte {
+        0x80..=0x9F => WINDOWS_1252[usize::from(byte - 0x80)],
+        other => char::from(other),
+    };
+    let old = bytes.len();
+    let more: usize = bytes
+        .iter()
+        .filter(|byte| !byte.is_ascii())
+        .map(|byte| of(*byte).len_utf8() - 1)
+        .sum();
+    bytes.resize(old + more, 0);
+    let mut end = bytes.len();
+    for index in (0..old).rev() {
+        if end == index + 1 {
+            // All that is left is ASCII and stands where it belongs.
+            break;
+        }
+        let mut buffer = [0; 4];
+        let encoded = of(bytes[index]).encode_utf8(&mut buffer).as_bytes();
+        end -= encoded.len();
+        bytes[end..end + encoded.len()].copy_from_slice(encoded);
     }
-    text.into_bytes()
+    bytes
 }
 
 /// Turns a carriage return that stands alone, the line end of old Macintosh files, into a
 /// line feed.
 fn end_lines_with_line_feeds(text: &mut [u8]) {
-    if !text.contains(&b'\r') {
+    if memchr::memchr(b'\r', text).is_none() {
         return;
     }
-    for index in 0..text.len() {
-        if text[index] == b'\r' && text.get(index + 1) != Some(&b'\n') {
+    let mut from = 0;
+    while let Some(found) = memchr::memchr(b'\r', &text[from..]) {
+        let index = from + found;
+        if text.get(index + 1) != Some(&b'\n') {
             text[index] = b'\n';
         }
+        from = index + 1;
     }
 }
 

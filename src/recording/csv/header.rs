@@ -118,7 +118,20 @@ impl Column {
             return false;
         }
         let accelerates = has(ACCELERATION) || self.unit.is_some();
-        has(LATERAL_ACCELERATION) || (accelerates && has(LATERAL)) || is_mme_lateral(&self.label)
+        // `acc_y2` is a second sensor of that axis.
+        let numbered = |list: &[&str]| {
+            let bare = |word: &String| {
+                word.trim_end_matches(|c: char| c.is_ascii_digit())
+                    .to_string()
+            };
+            words
+                .iter()
+                .map(bare)
+                .any(|word| list.contains(&word.as_str()))
+        };
+        numbered(LATERAL_ACCELERATION)
+            || (accelerates && numbered(LATERAL))
+            || is_mme_lateral(&self.label)
     }
 
     /// Tells whether the name says a second sensor at a place that has one.

@@ -1,5 +1,6 @@
 //! Layouts: which rows are header, which column is time, which one is the lateral acceleration.
 
+use super::date;
 use super::dialect::{self, Separator};
 use super::header::{Column, is_known_unit};
 use super::number::{self, Decimal};
@@ -23,6 +24,8 @@ pub(super) enum TimeSource {
         unit: TimeUnit,
         /// Whether option, card or file state that unit.
         unit_stated: bool,
+        /// Whether they are dates.
+        dated: bool,
     },
     /// A stated rate.
     Rate(SampleRate),
@@ -49,6 +52,8 @@ pub(super) struct Layout {
     cells: usize,
     /// Whether at least half of a column's first cells are numbers; the others are then faults.
     numeric: Vec<bool>,
+    /// Whether they are dates.
+    dated: Vec<bool>,
     /// Whether a header names the columns.
     named: bool,
     /// The first cells of the first column, as numbers.
@@ -101,13 +106,8 @@ impl Layout {
             quoted,
             header_rows,
             cells: first.len(),
-            numeric: (0..columns.len())
-                .map(|index| {
-                    let is_number =
-                        |row: &&ByteRecord| row.get(index).is_some_and(number::is_numeric);
-                    2 * data.iter().filter(is_number).count() >= data.len()
-                })
-                .collect(),
+            numeric: mostly(&columns, data, number::is_numeric),
+            dated: mostly(&columns, data, date::is_date),
             columns,
             named,
             first_column: data
@@ -153,6 +153,11 @@ impl Layout {
         Ok(())
     }
 
+    /// Returns the number of columns, and that of the cells of each row.
+    pub(super) fn widths(&self) -> (usize, usize) {
+        (self.columns.len(), self.cells)
+    }
+
     /// Finds where the time comes from; without it, `None` and a finding if every channel was
     /// asked for.
     ///
@@ -195,6 +200,9 @@ impl Layout {
         let mut found = of(&|i| self.numeric[i] && self.columns[i].says_time());
         if found.is_empty() {
             found = of(&|i| self.numeric[i] && self.columns[i].time_unit.is_some());
+        }
+        if found.is_empty() {
+            found = of(&|i| self.dated[i]);
         }
         if found.is_empty() && options.rate_hz.is_none() {
             // Stamps that are no numbers, such as dates: reading them says so, at the cell.
@@ -241,6 +249,14 @@ impl Layout {
         options: &ReadOptions,
         findings: &mut Vec<Finding>,
     ) -> Result<TimeSource, Error> {
+        if self.dated[index] {
+            return Ok(TimeSource::Column {
+                index,
+                unit: TimeUnit::Second,
+                unit_stated: true,
+                dated: true,
+            });
+        }
         let column = &self.columns[index];
         let unit = match (options.time_unit, column.time_unit) {
             (Some(stated), Some(own)) if stated != own => {
@@ -286,6 +302,7 @@ impl Layout {
             index,
             unit: unit.unwrap_or(TimeUnit::Second),
             unit_stated: unit.is_some(),
+            dated: false,
         })
     }
 
@@ -478,6 +495,16 @@ impl Layout {
         }
         Ok(())
     }
+}
+
+/// Tells of each column whether at least half of its first cells are such.
+fn mostly(columns: &[Column], data: &[ByteRecord], such: fn(&[u8]) -> bool) -> Vec<bool> {
+    (0..columns.len())
+        .map(|index| {
+            let cells = data.iter().filter(|row| row.get(index).is_some_and(such));
+            2 * cells.count() >= data.len()
+        })
+        .collect()
 }
 
 fn first_rows(text: &[u8], separator: Separator, quoted: bool) -> Result<Vec<ByteRecord>, Error> {

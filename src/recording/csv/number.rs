@@ -148,8 +148,22 @@ impl PrintedDigits {
                 _ => {}
             }
         }
+        self.count_parts(whole_digits, decimals, first.unwrap_or(0), exponent);
+    }
+
+    /// Takes in a number of so many digits before and after the mark; `first` is the first of
+    /// them that is no zero, counted from 1, and 0 if there is none.
+    pub(in crate::recording) fn count_parts(
+        &mut self,
+        whole_digits: i32,
+        decimals: i32,
+        first: i32,
+        exponent: i32,
+    ) {
         // Zero says nothing about the digits of other numbers.
-        let Some(first) = first else { return };
+        if first == 0 {
+            return;
+        }
         let decade = (whole_digits - first + exponent).clamp(DECADES.start, DECADES.end - 1);
         #[expect(clippy::cast_sign_loss, reason = "clamped to the range just above")]
         let slot = &mut self.decades[(decade - DECADES.start) as usize];

@@ -1,8 +1,10 @@
 //! Rows: the stamps and the samples of the wanted columns.
 
+use super::date;
 use super::dialect::{self, Separator};
 use super::layout::{Layout, TimeSource};
 use super::number::{self, Decimal, Fault, PrintedDigits};
+use super::plain;
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::{Limits, Selection};
 
@@ -47,16 +49,25 @@ impl Rows {
         selection: Selection,
         limits: &Limits,
     ) -> Result<Self, Error> {
+        let in_all = check_counts(text, layout, wanted, limits)?;
+        let (stamped, dated) = match time {
+            TimeSource::Column {
+                index, unit, dated, ..
+            } => (Some((*index, unit.per_second())), *dated),
+            TimeSource::Rate(_) => (None, false),
+        };
+        if !dated && let Some(rows) = plain::read(text, layout, stamped, wanted, in_all) {
+            return Ok(rows);
+        }
+        let mut clock = date::Clock::default();
         let mut reader = dialect::reader(text, layout.separator, layout.quoted);
         let mut record = ::csv::ByteRecord::new();
         let mut last_byte = 0_u64;
         let mut repeated: Option<(usize, u64)> = None;
         let mut stamps_s: Vec<f64> = Vec::new();
         let mut digits = PrintedDigits::new();
-        let (time_column, per_second) = match time {
-            TimeSource::Column { index, unit, .. } => (Some(*index), unit.per_second()),
-            TimeSource::Rate(_) => (None, 1.0),
-        };
+        let (time_column, per_second) =
+            stamped.map_or((None, 1.0), |(index, per_second)| (Some(index), per_second));
         let mut decimal = if layout.separator == Separator::Comma {
             Decimal::PointOnly
         } else {
@@ -86,14 +97,16 @@ impl Rows {
                 })
             })?;
             count += 1;
-            if count as u64 > limits.samples {
-                return Err(over("samples", limits.samples, "more rows").at(at(0)));
-            }
             if let Some(column) = time_column {
                 let cell = &record[column];
-                let stamp = number::parse(cell, &mut decimal)
-                    .map_err(|fault| fail(column, fault))?
-                    / per_second;
+                let stamp = if dated {
+                    clock
+                        .seconds(cell)
+                        .ok_or_else(|| no_date(cell).at(at(column)))?
+                } else {
+                    number::parse(cell, &mut decimal).map_err(|fault| fail(column, fault))?
+                        / per_second
+                };
                 if let Some(previous) = stamps_s.last().copied()
                     && stamp <= previous
                 {
@@ -112,7 +125,9 @@ impl Rows {
                     })
                     .at(at(column)));
                 }
-                digits.count(cell);
+                if !dated {
+                    digits.count(cell);
+                }
                 stamps_s.push(stamp);
                 last_byte = record.position().map_or(0, ::csv::Position::byte);
             }
@@ -129,12 +144,13 @@ impl Rows {
                     }
                 }
             }
-            if (count as u64).saturating_mul(wanted.len() as u64) > limits.table_cells {
-                return Err(over("table_cells", limits.table_cells, "more cells").at(at(0)));
-            }
         }
         Ok(Self {
-            printed_digit_s: digits.last_digit() / per_second,
+            printed_digit_s: if dated {
+                clock.last_digit()
+            } else {
+                digits.last_digit() / per_second
+            },
             stamps_s,
             values,
             count,
@@ -142,6 +158,40 @@ impl Rows {
             decimal_comma: decimal == Decimal::Comma,
         })
     }
+}
+
+/// Counts the rows of data before any of them is kept.
+///
+/// # Errors
+///
+/// [`ErrorKind::LimitExceeded`] at the first row beyond `samples` or `table_cells`.
+fn check_counts(
+    text: &[u8],
+    layout: &Layout,
+    wanted: &[usize],
+    limits: &Limits,
+) -> Result<usize, Error> {
+    let by_cells = limits.table_cells / (wanted.len() as u64).max(1);
+    let most = limits.samples.min(by_cells);
+    // Too few bytes for too many rows, whatever they hold: no need to look at each line.
+    let lines = memchr::memchr_iter(b'\n', text).count() + 1;
+    if lines as u64 <= most {
+        return Ok(lines);
+    }
+    let (mut rows, mut start) = (0_u64, 0);
+    for (index, line) in text.split_inclusive(|byte| *byte == b'\n').enumerate() {
+        rows += u64::from(dialect::is_row(line));
+        if rows > most.saturating_add(layout.header_rows as u64) {
+            let error = if limits.samples <= by_cells {
+                over("samples", limits.samples, "more rows")
+            } else {
+                over("table_cells", limits.table_cells, "more cells")
+            };
+            return Err(error.at(Place::default().line(index as u64 + 1).byte(start)));
+        }
+        start += line.len() as u64;
+    }
+    Ok(usize::try_from(rows).unwrap_or(0))
 }
 
 /// Returns the row that the table reader began to read at `byte`, comments passed over.
@@ -195,6 +245,15 @@ fn bad_cell(cell: &[u8], fault: Fault) -> Error {
             format!("`{found}`"),
             "a comma may be a decimal or a thousands mark; export with decimal points, or with ; between cells",
         ),
+    }
+    .into()
+}
+
+fn no_date(cell: &[u8]) -> Error {
+    ErrorKind::Malformed {
+        expected: "a date and time such as 2024-05-01T10:00:00.0001, as in the rows before".into(),
+        found: format!("`{}`", shown(cell)),
+        hint: "mend the cell, or choose another --time-column".into(),
     }
     .into()
 }

@@ -261,9 +261,7 @@ impl Entry {
 
     /// Returns what status and comment say of the samples.
     pub(super) fn validity_findings(&self) -> Vec<Finding> {
-        let mut found: Vec<Finding> = laboratory::finding(&self.comment, None)
-            .into_iter()
-            .collect();
+        let mut found: Vec<Finding> = laboratory::told(&self.comment, None).into_iter().collect();
         let said = found
             .iter()
             .any(|finding| finding.severity == crate::recording::Severity::Blocking);

@@ -10,12 +10,18 @@ const HEADER: usize = 4;
 /// Bytes that may follow the last field: padding of the message to its alignment.
 const PADDING: usize = 7;
 
-/// Walks one message along `plan` and puts what it takes into `slots`.
+/// Walks one message along `plan` and puts what it takes into `slots`; `longest` is the longest
+/// text let in [byte].
 ///
 /// # Errors
 ///
 /// What is wrong with the message, in words: expected, then found.
-pub(super) fn read(plan: &Plan, message: &[u8], slots: &mut [f64]) -> Result<(), Fault> {
+pub(super) fn read(
+    plan: &Plan,
+    message: &[u8],
+    slots: &mut [f64],
+    longest: u64,
+) -> Result<(), Fault> {
     let Some((header, body)) = message.split_at_checked(HEADER) else {
         return Err(fault(
             "a message with a CDR header of 4 bytes",
@@ -38,6 +44,7 @@ pub(super) fn read(plan: &Plan, message: &[u8], slots: &mut [f64]) -> Result<(),
             at: 0,
             little,
             aligned: true,
+            longest,
         },
         plan,
         slots,
@@ -50,12 +57,18 @@ pub(super) fn read(plan: &Plan, message: &[u8], slots: &mut [f64]) -> Result<(),
 /// # Errors
 ///
 /// As [`read`].
-pub(super) fn read_ros1(plan: &Plan, message: &[u8], slots: &mut [f64]) -> Result<(), Fault> {
+pub(super) fn read_ros1(
+    plan: &Plan,
+    message: &[u8],
+    slots: &mut [f64],
+    longest: u64,
+) -> Result<(), Fault> {
     let walk = Walk {
         body: message,
         at: 0,
         little: true,
         aligned: false,
+        longest,
     };
     finish(walk, plan, slots, 0)
 }
@@ -77,12 +90,15 @@ fn finish(mut walk: Walk<'_>, plan: &Plan, slots: &mut [f64], padding: usize) ->
 pub(super) struct Fault {
     pub(super) expected: String,
     pub(super) found: String,
+    /// Length of a text that is longer than allowed [byte].
+    pub(super) too_long: Option<u64>,
 }
 
 fn fault(expected: &str, found: &str) -> Fault {
     Fault {
         expected: expected.to_string(),
         found: found.to_string(),
+        too_long: None,
     }
 }
 
@@ -91,6 +107,8 @@ struct Walk<'a> {
     at: usize,
     little: bool,
     aligned: bool,
+    /// Longest text let in [byte].
+    longest: u64,
 }
 
 impl<'a> Walk<'a> {
@@ -113,6 +131,12 @@ impl<'a> Walk<'a> {
                 }
                 Step::Text => {
                     let length = self.length()?;
+                    if length > self.longest {
+                        return Err(Fault {
+                            too_long: Some(length),
+                            ..fault("a shorter string", "a longer one")
+                        });
+                    }
                     self.aligned(1, usize::try_from(length).unwrap_or(usize::MAX))?;
                 }
                 Step::Repeat { count, element } => {

@@ -5,7 +5,8 @@
 //! versions of the format may add some.
 
 use super::damaged;
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
+use crate::recording::Limits;
 
 /// Bytes of opcode and length before each record.
 pub(super) const PREFIX_BYTES: usize = 9;
@@ -15,11 +16,25 @@ pub(super) const PREFIX_BYTES: usize = 9;
 pub(super) struct Fields<'a> {
     left: &'a [u8],
     what: &'static str,
+    /// Longest text let in [byte].
+    longest: u64,
 }
 
 impl<'a> Fields<'a> {
     pub(super) fn new(what: &'static str, data: &'a [u8]) -> Self {
-        Self { left: data, what }
+        Self {
+            left: data,
+            what,
+            longest: u64::MAX,
+        }
+    }
+
+    /// As [`Self::new`], with a limit on texts.
+    fn within(what: &'static str, data: &'a [u8], limits: &Limits) -> Self {
+        Self {
+            longest: limits.mcap_string_bytes,
+            ..Self::new(what, data)
+        }
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -63,8 +78,11 @@ impl<'a> Fields<'a> {
     }
 
     fn text(&mut self) -> Result<&'a str, Error> {
-        let length = self.u32()?;
-        let bytes = self.bytes(u64::from(length))?;
+        let length = u64::from(self.u32()?);
+        if length > self.longest {
+            return Err(too_long(self.longest, length, self.what));
+        }
+        let bytes = self.bytes(length)?;
         std::str::from_utf8(bytes).map_err(|_| {
             damaged(
                 format!("text in UTF-8 in the {} record", self.what),
@@ -76,10 +94,23 @@ impl<'a> Fields<'a> {
     /// Takes a block whose length in bytes stands before it.
     fn block(&mut self) -> Result<Self, Error> {
         let length = self.u32()?;
-        let what = self.what;
-        self.bytes(u64::from(length))
-            .map(|data| Self::new(what, data))
+        let (what, longest) = (self.what, self.longest);
+        self.bytes(u64::from(length)).map(|left| Self {
+            left,
+            what,
+            longest,
+        })
     }
+}
+
+/// Returns an error for a text that claims to be longer than allowed.
+pub(super) fn too_long(limit: u64, found: u64, what: &str) -> Error {
+    ErrorKind::LimitExceeded {
+        limit: "mcap_string_bytes",
+        value: limit,
+        found: format!("a string of {found} bytes in a {what}, as its length field says"),
+    }
+    .into()
 }
 
 /// A schema: the definition of a message type.
@@ -91,8 +122,8 @@ pub(super) struct SchemaRecord<'a> {
 }
 
 impl<'a> SchemaRecord<'a> {
-    pub(super) fn read(data: &'a [u8]) -> Result<Self, Error> {
-        let mut fields = Fields::new("schema", data);
+    pub(super) fn read(data: &'a [u8], limits: &Limits) -> Result<Self, Error> {
+        let mut fields = Fields::within("schema", data, limits);
         Ok(Self {
             id: fields.u16()?,
             name: fields.text()?,
@@ -111,8 +142,8 @@ pub(super) struct ChannelRecord<'a> {
 }
 
 impl<'a> ChannelRecord<'a> {
-    pub(super) fn read(data: &'a [u8]) -> Result<Self, Error> {
-        let mut fields = Fields::new("channel", data);
+    pub(super) fn read(data: &'a [u8], limits: &Limits) -> Result<Self, Error> {
+        let mut fields = Fields::within("channel", data, limits);
         let record = Self {
             id: fields.u16()?,
             schema_id: fields.u16()?,
@@ -161,8 +192,8 @@ pub(super) struct ChunkRecord<'a> {
 }
 
 impl<'a> ChunkRecord<'a> {
-    pub(super) fn read(data: &'a [u8]) -> Result<Self, Error> {
-        let mut fields = Fields::new("chunk", data);
+    pub(super) fn read(data: &'a [u8], limits: &Limits) -> Result<Self, Error> {
+        let mut fields = Fields::within("chunk", data, limits);
         let _start_time = fields.u64()?;
         let _end_time = fields.u64()?;
         let uncompressed_size = fields.u64()?;

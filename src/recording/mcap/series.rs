@@ -2,7 +2,7 @@
 
 use super::json::{self, Leaf};
 use super::schema::{Definitions, Dialect, Number, Plan, plain_name};
-use super::{cdr, name_of, protobuf};
+use super::{cdr, name_of, protobuf, records};
 
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column as Named;
@@ -344,7 +344,7 @@ impl Series {
         if self.error.is_some() {
             return Ok(());
         }
-        if let Err(error) = self.take(number, log_time, data, byte) {
+        if let Err(error) = self.take(number, log_time, data, byte, limits) {
             self.error = Some(error);
             return Ok(());
         }
@@ -362,39 +362,35 @@ impl Series {
         Ok(())
     }
 
-    fn take(&mut self, number: u64, log_time: u64, data: &[u8], byte: u64) -> Result<(), Error> {
-        let topic = self.topic.clone();
-        let place = |path: &str| {
-            Place::default()
-                .byte(byte)
-                .channel(format!("{}, message {number}", name_of(&topic, path)))
-        };
+    fn take(
+        &mut self,
+        number: u64,
+        log_time: u64,
+        data: &[u8],
+        byte: u64,
+        limits: &Limits,
+    ) -> Result<(), Error> {
         if let Extractor::JsonUnseen(wanted) = &self.extractor {
             let wanted = wanted.clone();
             self.prepare_json(&wanted, data)
-                .map_err(|error| error.at(place("")))?;
+                .map_err(|error| error.at(place(&self.topic, number, byte, "")))?;
         }
+        let longest = limits.mcap_string_bytes;
+        let odd = |fault: cdr::Fault| match fault.too_long {
+            Some(length) => records::too_long(longest, length, "message"),
+            None => damaged_message(&fault.expected, &fault.found),
+        };
+        let slots = &mut self.slots;
+        let place = |path: &str| place(&self.topic, number, byte, path);
         match &self.extractor {
-            Extractor::Cdr(plan) => {
-                cdr::read(plan, data, &mut self.slots).map_err(|fault| {
-                    damaged_message(&fault.expected, &fault.found).at(place(""))
-                })?;
-            }
-            Extractor::Ros1(plan) => {
-                cdr::read_ros1(plan, data, &mut self.slots).map_err(|fault| {
-                    damaged_message(&fault.expected, &fault.found).at(place(""))
-                })?;
-            }
-            Extractor::Protobuf(targets) => {
-                protobuf::read(targets, data, &mut self.slots).map_err(|(expected, found)| {
-                    damaged_message(&expected, &found).at(place(""))
-                })?;
-            }
-            Extractor::Json(paths) => {
-                read_json(paths, data, &mut self.slots).map_err(|error| error.at(place("")))?;
-            }
+            Extractor::Cdr(plan) => cdr::read(plan, data, slots, longest).map_err(odd),
+            Extractor::Ros1(plan) => cdr::read_ros1(plan, data, slots, longest).map_err(odd),
+            Extractor::Protobuf(targets) => protobuf::read(targets, data, slots)
+                .map_err(|(expected, found)| damaged_message(&expected, &found)),
+            Extractor::Json(paths) => read_json(paths, data, slots),
             Extractor::JsonUnseen(_) => return Ok(()),
         }
+        .map_err(|error| error.at(place("")))?;
         let stamp = if self.stamped {
             let pair = self.slots.last_chunk::<2>().copied().unwrap_or_default();
             Some(stamp_ns(pair).map_err(|error| error.at(place("header.stamp")))?)
@@ -700,6 +696,13 @@ impl Column {
 }
 
 /// Refuses a message encoding that is not read, by its name.
+/// Returns where a message stands: the byte of its record and the channel with its number.
+fn place(topic: &str, number: u64, byte: u64, path: &str) -> Place {
+    Place::default()
+        .byte(byte)
+        .channel(format!("{}, message {number}", name_of(topic, path)))
+}
+
 fn refuse_encoding(encoding: &str) -> Result<(), Error> {
     Err(match encoding {
         "cdr" | "ros1" => return Ok(()),

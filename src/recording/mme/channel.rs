@@ -214,7 +214,7 @@ impl ChannelHeader {
             .map(|(_, value)| value.as_str())
             .collect();
         let comments = comments.join(" ");
-        let mut found: Vec<Finding> = laboratory::finding(&comments, None).into_iter().collect();
+        let mut found: Vec<Finding> = laboratory::told(&comments, None).into_iter().collect();
         let said = found
             .iter()
             .any(|finding| finding.severity == Severity::Blocking);

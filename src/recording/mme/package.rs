@@ -106,7 +106,7 @@ impl Package {
             });
         }
         if looks_like_channel(&head) {
-            let bytes = source.read_all("text_bytes", limits.text_bytes)?;
+            let bytes = source.read_text(limits)?;
             let name = source.name().to_string();
             // Others are of use only for an explicit time, so that a large folder does no harm.
             let mut names = kept(source.list(false, limits).unwrap_or_default());

@@ -48,6 +48,12 @@ pub(super) fn recording(page: &mut Page, document: &Document) {
             _ => ABSENT.into(),
         },
     );
+    if let Some(sha256) = &recording.content_sha256 {
+        page.code_fact("SHA-256 of the channel's signal", sha256);
+    }
+    for part in &recording.parts {
+        page.code_fact(&format!("SHA-256 of {}", part.file), &part.sha256);
+    }
     match &recording.card_sha256 {
         Some(sha256) => page.code_fact("SHA-256 of its card", sha256),
         None => page.fact("Card", "none"),

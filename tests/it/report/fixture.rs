@@ -412,6 +412,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             peak_g: Some(raw.samples[peak_index].abs() / STANDARD_GRAVITY),
             peak_time_s: Some(raw.time_s(peak_index)),
             card_sha256: Some("0c9a71e2".repeat(8)),
+            ..RecordingBlock::default()
         },
         conditioning: Some(ConditioningBlock {
             bias_m_s2: 0.46 * STANDARD_GRAVITY,

@@ -1,0 +1,220 @@
+//! The targets: a function of bytes each, which panics where a reader breaks its word.
+//!
+//! Fuzzers call them, and so does the test that replays what was once found.
+
+use latchgate::model::Design;
+use latchgate::recording::{self, Card, Limits, ReadOptions, Recording, Selection, Source};
+use latchgate::units::AccelerationUnit;
+
+/// A target with its name.
+pub type Target = (&'static str, fn(&[u8]));
+
+/// Every target.
+pub const ALL: &[Target] = &[
+    ("csv", csv),
+    ("lvm", lvm),
+    ("ev5", ev5),
+    ("iso_mme", iso_mme),
+    ("mcap", mcap),
+    ("any", any),
+    ("settings", settings),
+];
+
+/// Limits under which one input takes little time.
+fn limits() -> Limits {
+    Limits {
+        samples: 50_000,
+        lines: 60_000,
+        table_cells: 200_000,
+        unpacked_bytes: 4 << 20,
+        unpacked_stream_bytes: 16 << 20,
+        mcap_record_bytes: 4 << 20,
+        mcap_chunk_bytes: 4 << 20,
+        mcap_string_bytes: 1 << 20,
+        ..Limits::default()
+    }
+}
+
+fn read(
+    name: &str,
+    format: Option<&str>,
+    data: &[u8],
+    selection: Selection,
+    options: &ReadOptions,
+) -> Option<Recording> {
+    let source = Source::Bytes {
+        name: name.into(),
+        bytes: data.to_vec(),
+    };
+    let options = ReadOptions {
+        input_format: format.map(String::from),
+        ..options.clone()
+    };
+    let limits = limits();
+    match recording::read(&source, &options, selection, &limits) {
+        Err(error) => {
+            let text = error.to_string();
+            assert!(
+                !text.is_empty() && text.len() < 20_000,
+                "a message of {} bytes",
+                text.len()
+            );
+            None
+        }
+        Ok(recording) => {
+            if selection == Selection::Lateral {
+                assert_eq!(recording.channels.len(), 1, "one channel");
+            }
+            for channel in &recording.channels {
+                assert!(
+                    channel.values.iter().all(|value| value.is_finite()),
+                    "a sample is no number"
+                );
+                assert!(
+                    channel.values.len() as u64 <= limits.samples,
+                    "too many samples"
+                );
+                assert!(channel.start_s.is_finite(), "a start that is no number");
+                let rate = channel.rate.hertz();
+                assert!(rate.is_finite() && rate > 0.0, "a rate of {rate} Hz");
+                let at = channel.findings.iter().filter_map(|finding| finding.at_s);
+                assert!(
+                    at.into_iter().all(f64::is_finite),
+                    "a place that is no number"
+                );
+            }
+            Some(recording)
+        }
+    }
+}
+
+/// Reads an input in both selections, with and without options; what one says the other must
+/// not deny.
+fn both(name: &str, format: &str, data: &[u8]) {
+    let plain = ReadOptions::default();
+    let told = ReadOptions {
+        unit: Some(AccelerationUnit::StandardGravity),
+        ..ReadOptions::default()
+    };
+    let one = read(name, Some(format), data, Selection::Lateral, &plain);
+    read(name, Some(format), data, Selection::Every, &plain);
+    let with_unit = read(name, Some(format), data, Selection::Lateral, &told);
+    if let Some(one) = one {
+        let other = with_unit.expect("an option that adds a unit takes no channel away");
+        assert_eq!(one.channels[0].values, other.channels[0].values);
+        assert_eq!(one.sha256, other.sha256);
+    }
+}
+
+/// Text tables; the quick way and the careful one must agree.
+pub fn csv(data: &[u8]) {
+    both("a.csv", "csv", data);
+    let rate = ReadOptions {
+        rate_hz: Some(10_000.0),
+        unit: Some(AccelerationUnit::StandardGravity),
+        ..ReadOptions::default()
+    };
+    let quick = read("a.csv", Some("csv"), data, Selection::Lateral, &rate);
+    // A quote in a comment is none of the table's, but the careful way is taken for it.
+    if data.starts_with(b"\xFF\xFE")
+        || data.starts_with(b"\xFE\xFF")
+        || data.starts_with(b"\xEF\xBB\xBF")
+    {
+        return;
+    }
+    if data.contains(&b'"') {
+        return;
+    }
+    let careful = read(
+        "a.csv",
+        Some("csv"),
+        &[b"# \"\n", data].concat(),
+        Selection::Lateral,
+        &rate,
+    );
+    match (quick, careful) {
+        (Some(quick), Some(careful)) => {
+            let (one, two) = (&quick.channels[0], &careful.channels[0]);
+            let bits = |values: &[f64]| {
+                values
+                    .iter()
+                    .map(|value| value.to_bits())
+                    .collect::<Vec<_>>()
+            };
+            assert_eq!(
+                bits(&one.values),
+                bits(&two.values),
+                "the quick way differs"
+            );
+            assert_eq!(
+                (one.start_s, one.rate),
+                (two.start_s, two.rate),
+                "the clocks differ"
+            );
+        }
+        (None, None) => {}
+        (quick, _) => panic!(
+            "only the {} way reads it",
+            if quick.is_some() { "quick" } else { "careful" }
+        ),
+    }
+}
+
+/// LabVIEW measurement files.
+pub fn lvm(data: &[u8]) {
+    both("a.lvm", "lvm", data);
+}
+
+/// NHTSA headers and bare curves.
+pub fn ev5(data: &[u8]) {
+    both("v01.EV5", "ev5", data);
+    both("v01.146", "ev5", data);
+}
+
+/// ISO-MME: single files and archives.
+pub fn iso_mme(data: &[u8]) {
+    for name in ["t.001", "t.mme", "t.chn", "t.zip"] {
+        both(name, "iso-mme", data);
+    }
+}
+
+/// MCAP logs.
+pub fn mcap(data: &[u8]) {
+    both("a.mcap", "mcap", data);
+}
+
+/// Whatever it is: detection by content and name.
+pub fn any(data: &[u8]) {
+    for name in ["a", "a.csv", "a.EV5", "a.146", "a.zip", "a.lvm"] {
+        read(
+            name,
+            None,
+            data,
+            Selection::Lateral,
+            &ReadOptions::default(),
+        );
+    }
+}
+
+/// Design files and cards; a design that is taken must be valid, and read back as it was.
+pub fn settings(data: &[u8]) {
+    let Ok(text) = std::str::from_utf8(data) else {
+        return;
+    };
+    if let Ok(design) = Design::from_toml(text) {
+        let _ = design.validate();
+    }
+    let mut design = Design::reference();
+    for line in text.lines().take(20) {
+        if design.set(line).is_ok() && design.validate().is_ok() {
+            let lever = &design.lever;
+            assert!(
+                lever.moment_of_inertia_kg_m2 > 0.0,
+                "a lever without inertia"
+            );
+        }
+    }
+    if let Err(error) = Card::from_toml(text) {
+        assert!(!error.to_string().is_empty());
+    }
+}

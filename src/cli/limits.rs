@@ -1,0 +1,84 @@
+//! `latchgate limits`: every limit on input, with its value and how to change it.
+
+use super::args::{Common, OutputFormat};
+use super::{Failure, output};
+use crate::error::ErrorKind;
+use crate::recording::limits::Limit;
+use serde::Serialize;
+use std::fmt::Write as _;
+
+/// The document that `limits --format json` prints.
+#[derive(Debug, Serialize)]
+struct Listing {
+    schema: &'static str,
+    limits: Vec<Entry>,
+}
+
+#[derive(Debug, Serialize)]
+struct Entry {
+    #[serde(flatten)]
+    limit: Limit,
+    /// The option that sets it to the value it has.
+    change: String,
+}
+
+/// Runs the command; returns the exit code.
+pub(super) fn command(common: &Common) -> Result<u8, Failure> {
+    let listing = Listing {
+        schema: "latchgate.limits/1",
+        limits: common
+            .limits()
+            .map_err(Failure::Usage)?
+            .entries()
+            .into_iter()
+            .map(|limit| Entry {
+                change: format!("--limit {}={}", limit.name, limit.value),
+                limit,
+            })
+            .collect(),
+    };
+    match common.format {
+        OutputFormat::Json => {
+            let mut text = serde_json::to_string_pretty(&listing).map_err(|error| {
+                Failure::Data(
+                    ErrorKind::Io {
+                        action: "write the limits",
+                        reason: error.to_string(),
+                    }
+                    .into(),
+                )
+            })?;
+            text.push('\n');
+            output::data(&text)
+        }
+        OutputFormat::Text => output::data(&table(&listing)),
+    }
+    .map_err(Failure::Data)?;
+    Ok(0)
+}
+
+fn table(listing: &Listing) -> String {
+    let entries = &listing.limits;
+    let width = |of: &dyn Fn(&Entry) -> usize| entries.iter().map(of).max().unwrap_or(0);
+    let names = width(&|entry| entry.limit.name.len());
+    let values = width(&|entry| entry.limit.value.to_string().len());
+    let units = width(&|entry| entry.limit.unit.len());
+    let mut text = String::new();
+    for Entry { limit, .. } in entries {
+        let changed = if limit.value == limit.default {
+            String::new()
+        } else {
+            format!(" (default {})", limit.default)
+        };
+        let _ = writeln!(
+            text,
+            "{:names$}  {:>values$}  {:units$}  {}{changed}",
+            limit.name, limit.value, limit.unit, limit.meaning
+        );
+    }
+    text.push_str(
+        "\nChange one with --limit KEY=VALUE, for example --limit text_bytes=512MiB; the option may be \
+         given more than once and with every command. Higher limits cost memory.\n",
+    );
+    text
+}

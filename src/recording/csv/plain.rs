@@ -1,0 +1,307 @@
+//! The quick way through a table: rows of unquoted cells, numbers with decimal points, stamps
+//! that rise. Most files are such, and large ones above all.
+//!
+//! Whatever is not as plain as that ends the quick way without a word; the careful reader in
+//! `rows` then begins anew and says what there is to say. So both must agree wherever this
+//! one answers, to the last bit.
+
+use super::dialect::{self, Separator};
+use super::layout::Layout;
+use super::number::{self, Decimal, PrintedDigits};
+use super::rows::{Fate, Rows};
+
+/// Largest integer whose every smaller neighbour is a double too.
+const EXACT: u64 = 1 << 53;
+
+/// Powers of ten that are exact as doubles.
+const TENS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
+    1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
+];
+
+/// Powers of ten up to eight digits.
+const INTEGER_TENS: [u64; 9] = [
+    1,
+    10,
+    100,
+    1_000,
+    10_000,
+    100_000,
+    1_000_000,
+    10_000_000,
+    100_000_000,
+];
+
+/// Reads all rows after the header, or `None` at the first that is not plain. `rows` is their
+/// number, `time` the column of stamps with their number per second.
+pub(super) fn read(
+    text: &[u8],
+    layout: &Layout,
+    time: Option<(usize, f64)>,
+    wanted: &[usize],
+    rows: usize,
+) -> Option<Rows> {
+    if layout.quoted || layout.separator == Separator::Blanks {
+        return None;
+    }
+    let (names, cells) = layout.widths();
+    let separator = layout.separator.byte();
+    // What a cell of each column is for: the stamp, a sample, or nothing.
+    let mut uses: Vec<Use> = (0..names).map(|_| Use::Pass).collect();
+    for (slot, column) in wanted.iter().enumerate() {
+        match uses.get_mut(*column) {
+            Some(place @ Use::Pass) => *place = Use::Sample(slot),
+            _ => return None,
+        }
+    }
+    if let Some((column, _)) = time {
+        match uses.get_mut(column) {
+            Some(place @ Use::Pass) => *place = Use::Stamp,
+            _ => return None,
+        }
+    }
+    let per_second = time.map_or(1.0, |(_, per_second)| per_second);
+    let mut stamps_s: Vec<f64> = Vec::with_capacity(if time.is_some() { rows } else { 0 });
+    let mut values: Vec<Vec<f64>> = wanted.iter().map(|_| Vec::with_capacity(rows)).collect();
+    let mut digits = PrintedDigits::new();
+    let mut count = 0_usize;
+    let mut skipped = 0;
+    let mut rest = text;
+    while let Some(first) = rest.first() {
+        if matches!(first, b'#' | b'\r' | b'\n') || skipped < layout.header_rows {
+            skipped += usize::from(dialect::is_row(rest));
+            let end = memchr::memchr(b'\n', rest).map_or(rest.len(), |end| end + 1);
+            rest = &rest[end..];
+            continue;
+        }
+        count += 1;
+        let mut column = 0;
+        loop {
+            match uses.get(column) {
+                Some(Use::Stamp) => {
+                    let number;
+                    let cell = rest;
+                    (number, rest) = self::number(rest)?;
+                    let stamp = number.value / per_second;
+                    if stamps_s.last().is_some_and(|last| stamp <= *last) {
+                        return None;
+                    }
+                    number.count_in(&mut digits, &cell[..cell.len() - rest.len()]);
+                    stamps_s.push(stamp);
+                }
+                Some(Use::Sample(slot)) => {
+                    let number;
+                    (number, rest) = self::number(rest)?;
+                    values[*slot].push(number.value);
+                }
+                Some(Use::Pass) => {
+                    let end = memchr::memchr2(separator, b'\n', rest).unwrap_or(rest.len());
+                    rest = &rest[end..];
+                }
+                // Cells after the last column are empty or a fault.
+                None => rest = without_blanks(rest),
+            }
+            column += 1;
+            match rest {
+                [byte, tail @ ..] if *byte == separator => rest = tail,
+                [b'\n', tail @ ..] | [b'\r', b'\n', tail @ ..] => {
+                    rest = tail;
+                    break;
+                }
+                [] => break,
+                _ => return None,
+            }
+        }
+        if column != cells {
+            return None;
+        }
+    }
+    Some(Rows {
+        printed_digit_s: digits.last_digit() / per_second,
+        stamps_s,
+        values: values.into_iter().map(Fate::Kept).collect(),
+        count,
+        repeated: None,
+        decimal_comma: false,
+    })
+}
+
+/// What a column's cells are for.
+#[derive(Clone, Copy)]
+enum Use {
+    Stamp,
+    Sample(usize),
+    Pass,
+}
+
+/// A number, and what it looked like.
+struct Number {
+    value: f64,
+    /// The digits as one integer, where they are few enough to be one.
+    mantissa: u64,
+    /// Digits before and after the point.
+    whole: usize,
+    decimals: usize,
+    /// Whether those digits alone tell how it was printed.
+    simple: bool,
+}
+
+impl Number {
+    fn count_in(&self, digits: &mut PrintedDigits, cell: &[u8]) {
+        let parts = i32::try_from(self.whole)
+            .ok()
+            .zip(i32::try_from(self.decimals).ok());
+        match parts {
+            Some((whole, decimals)) if self.simple => {
+                let first = match self.mantissa.checked_ilog10() {
+                    // As many digits as the integer has are at the end.
+                    Some(power) => whole + decimals - i32::try_from(power).unwrap_or(0),
+                    None => 0,
+                };
+                digits.count_parts(whole, decimals, first, 0);
+            }
+            _ => digits.count(cell),
+        }
+    }
+}
+
+/// Most digits whose integer cannot have wrapped round.
+const MOST_DIGITS: usize = 19;
+
+fn without_blanks(mut rest: &[u8]) -> &[u8] {
+    while let [b' ', tail @ ..] = rest {
+        rest = tail;
+    }
+    rest
+}
+
+/// Takes the digits at the start of `rest` into `mantissa`; returns what follows them. Eight
+/// bytes are looked at together, since how many of them are digits changes from number to number
+/// and no processor foresees it.
+fn take_digits<'a>(mut rest: &'a [u8], mantissa: &mut u64) -> &'a [u8] {
+    while let Some((eight, _)) = rest.split_first_chunk::<8>() {
+        // A digit becomes its value, any other byte more than nine.
+        let bytes = u64::from_le_bytes(*eight) ^ 0x3030_3030_3030_3030;
+        // The lowest mark is right; a carry can only spoil those above it.
+        let others = (bytes.wrapping_add(0x7676_7676_7676_7676) | bytes) & 0x8080_8080_8080_8080;
+        let count = others.trailing_zeros() / 8;
+        if count == 0 {
+            return rest;
+        }
+        // Zeros before the first digit change nothing.
+        let digits = bytes << (64 - 8 * count);
+        let pairs = digits.wrapping_mul(10).wrapping_add(digits >> 8) & 0x00FF_00FF_00FF_00FF;
+        let fours = pairs.wrapping_mul(100).wrapping_add(pairs >> 16) & 0x0000_FFFF_0000_FFFF;
+        let value = fours.wrapping_mul(10_000).wrapping_add(fours >> 32) & 0xFFFF_FFFF;
+        let scale = INTEGER_TENS[count as usize];
+        *mantissa = mantissa.wrapping_mul(scale).wrapping_add(value);
+        rest = &rest[count as usize..];
+        if count < 8 {
+            return rest;
+        }
+    }
+    while let [byte, tail @ ..] = rest {
+        let digit = byte.wrapping_sub(b'0');
+        if digit > 9 {
+            break;
+        }
+        *mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
+        rest = tail;
+    }
+    rest
+}
+
+/// Reads the number that `text` begins with, blanks around it passed over; returns it with what
+/// follows.
+fn number(text: &[u8]) -> Option<(Number, &[u8])> {
+    let begin = without_blanks(text);
+    let (negative, start) = match begin {
+        [b'-', tail @ ..] => (true, tail),
+        [b'+', tail @ ..] => (false, tail),
+        _ => (false, begin),
+    };
+    let mut mantissa = 0_u64;
+    let mut rest = take_digits(start, &mut mantissa);
+    let whole = start.len() - rest.len();
+    let mut decimals = 0;
+    if let [b'.', tail @ ..] = rest {
+        rest = take_digits(tail, &mut mantissa);
+        decimals = tail.len() - rest.len();
+    }
+    let digits = whole + decimals;
+    if digits == 0 {
+        return None;
+    }
+    let mut exponent = -i64::try_from(decimals).ok()?;
+    let mut simple = digits <= MOST_DIGITS;
+    if let [b'e' | b'E', tail @ ..] = rest {
+        simple = false;
+        let (minus, tail) = match tail {
+            [b'-', tail @ ..] => (true, tail),
+            [b'+', tail @ ..] => (false, tail),
+            _ => (false, tail),
+        };
+        let mut power = 0;
+        rest = take_digits(tail, &mut power);
+        if !(1..=4).contains(&(tail.len() - rest.len())) {
+            return None;
+        }
+        let power = i64::try_from(power).ok()?;
+        exponent += if minus { -power } else { power };
+    }
+    let scale = TENS.get(usize::try_from(exponent.unsigned_abs()).ok()?);
+    let value = match scale {
+        Some(scale) if digits <= MOST_DIGITS && mantissa <= EXACT => {
+            // Both numbers are exact, so that the one rounding of the operation is the right one.
+            #[expect(clippy::cast_precision_loss, reason = "at most 2^53")]
+            let mantissa = mantissa as f64;
+            let size = if exponent < 0 {
+                mantissa / scale
+            } else {
+                mantissa * scale
+            };
+            if negative { -size } else { size }
+        }
+        _ => {
+            let cell = &begin[..begin.len() - rest.len()];
+            number::parse(cell, &mut Decimal::PointOnly).ok()?
+        }
+    };
+    let number = Number {
+        value,
+        mantissa,
+        whole,
+        decimals,
+        simple,
+    };
+    Some((number, without_blanks(rest)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::take_digits;
+
+    /// Digits of every length, with every byte behind them, against the plain sum.
+    #[test]
+    fn verif_digits_are_summed_eight_at_a_time() {
+        let all = "0123456789098765432101234567890987654321";
+        for from in 0..20 {
+            for length in 0..=18 {
+                let digits = &all[from..from + length];
+                for other in 0..=u8::MAX {
+                    if other.is_ascii_digit() {
+                        continue;
+                    }
+                    let mut text = digits.as_bytes().to_vec();
+                    text.push(other);
+                    text.extend_from_slice(b"12\xFF,8765");
+                    let mut sum = 0;
+                    let rest = take_digits(&text, &mut sum);
+                    assert_eq!(rest.len(), text.len() - length, "{digits} {other}");
+                    let expected = digits.parse::<u64>().unwrap_or(0);
+                    assert_eq!(sum, expected, "{digits} {other}");
+                }
+            }
+        }
+    }
+}

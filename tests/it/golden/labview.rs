@@ -1,0 +1,278 @@
+//! LabVIEW measurement files.
+
+use super::{Case, FROM, TO, g, good, numbers, refused, s, to_and_fro};
+
+/// What a file says of itself and how its rows look.
+struct Lvm {
+    columns: &'static str,
+    decimal: &'static str,
+    samples: &'static str,
+    delta: &'static str,
+    unit: &'static str,
+    names: [&'static str; 2],
+    comma: bool,
+    stamp: fn(i64) -> String,
+    remark: fn(i64) -> &'static str,
+}
+
+/// A force and the lateral acceleration, with a time column before both.
+const PLAIN: Lvm = Lvm {
+    columns: "One",
+    decimal: "Decimal_Separator\t.\n",
+    samples: "800",
+    delta: "1.0E-4",
+    unit: "g",
+    names: ["Force", "acc y"],
+    comma: false,
+    stamp: s,
+    remark: |_| "",
+};
+
+impl Lvm {
+    fn text(&self) -> String {
+        let pair = |key: &str, one: &str, two: &str| match self.columns {
+            "Multi" => format!("{key}\t{one}\t\t{two}\t\n"),
+            _ => format!("{key}\t{one}\t{two}\t\n"),
+        };
+        let mut text = format!(
+            "LabVIEW Measurement\t\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\n{}Multi_Headings\tYes\nX_Columns\t{}\nTime_Pref\tRelative\nDate\t2020/01/01\nTime\t09:51:39,19705\n***End_of_Header***\t\n\t\n",
+            self.decimal, self.columns
+        );
+        text += &pair("Channels", "2", "");
+        text += &pair("Samples", self.samples, self.samples);
+        text += &pair("Y_Unit_Label", "N", self.unit);
+        text += &pair("X_Dimension", "Time", "Time");
+        text += &pair("X0", "-2.0E-2", "-2.0E-2");
+        text += &pair("Delta_X", self.delta, self.delta);
+        text += "***End_of_Header***\t\t\t\n";
+        text += &match self.columns {
+            "Multi" => format!(
+                "X_Value\t{}\tX_Value\t{}\tComment\n",
+                self.names[0], self.names[1]
+            ),
+            _ => format!("X_Value\t{}\t{}\tComment\n", self.names[0], self.names[1]),
+        };
+        for k in FROM..TO {
+            let stamp = (self.stamp)(k);
+            let row = match self.columns {
+                "No" => format!("\t{}\t{}", g(k + 9), g(k)),
+                "Multi" => format!("{stamp}\t{}\t{stamp}\t{}", g(k + 9), g(k)),
+                _ => format!("{stamp}\t{}\t{}", g(k + 9), g(k)),
+            };
+            text += &row;
+            let remark = (self.remark)(k);
+            if !remark.is_empty() {
+                text += &format!("\t{remark}");
+            }
+            text.push('\n');
+        }
+        if self.comma {
+            let data = text.find("X_Value").unwrap();
+            let (head, rows) = text.split_at(data);
+            text = head.to_string() + &rows.replace('.', ",");
+        }
+        text
+    }
+}
+
+fn read(name: &str, file: &Lvm) -> Case {
+    good(name, file.text()).channel("acc y")
+}
+
+pub(super) fn cases() -> Vec<Case> {
+    let plain = PLAIN.text();
+    vec![
+        read("one.lvm", &PLAIN),
+        read(
+            "no-time.lvm",
+            &Lvm {
+                columns: "No",
+                ..PLAIN
+            },
+        ),
+        read(
+            "multi.lvm",
+            &Lvm {
+                columns: "Multi",
+                ..PLAIN
+            },
+        ),
+        read(
+            "comma.lvm",
+            &Lvm {
+                decimal: "Decimal_Separator\t,\n",
+                comma: true,
+                ..PLAIN
+            },
+        )
+        .finds(&["info decimal-comma"]),
+        // The Time line has a comma, the data have points, and nothing is declared.
+        read(
+            "mark-undeclared.lvm",
+            &Lvm {
+                decimal: "",
+                ..PLAIN
+            },
+        ),
+        read(
+            "mark-contradicted.lvm",
+            &Lvm {
+                decimal: "Decimal_Separator\t,\n",
+                ..PLAIN
+            },
+        )
+        .finds(&["warning decimal-contradicted"]),
+        good("crlf.lvm", plain.replace('\n', "\r\n")).channel("acc y"),
+        good(
+            "latin-1.lvm",
+            plain
+                .replace("Date\t", "Notes\tat 20 °C\nDate\t")
+                .chars()
+                .map(|c| u8::try_from(u32::from(c)).unwrap())
+                .collect::<Vec<u8>>(),
+        )
+        .channel("acc y")
+        .finds(&["info encoding-assumed", "info notes"]),
+        // Rows beyond those announced are samples all the same; that something is amiss is said.
+        read(
+            "more-rows.lvm",
+            &Lvm {
+                samples: "700",
+                ..PLAIN
+            },
+        )
+        .finds(&["warning count-contradicted"]),
+        read(
+            "one-announced.lvm",
+            &Lvm {
+                samples: "1",
+                ..PLAIN
+            },
+        )
+        .finds(&["warning count-contradicted"]),
+        // LabVIEW announces what a block was meant to hold; files differ from it both ways.
+        read(
+            "fewer-rows.lvm",
+            &Lvm {
+                samples: "25600",
+                ..PLAIN
+            },
+        )
+        .finds(&["warning count-contradicted"]),
+        // The time column counts where Delta_X says otherwise.
+        read(
+            "delta.lvm",
+            &Lvm {
+                delta: "1.0",
+                ..PLAIN
+            },
+        )
+        .finds(&["warning rate-contradicted"]),
+        read(
+            "irregular.lvm",
+            &Lvm {
+                stamp: |k| format!("{:.7}", k as f64 / 1e4 + to_and_fro(k) * 1e-6),
+                ..PLAIN
+            },
+        )
+        .samples(799)
+        .finds(&["warning time-irregular"]),
+        read(
+            "ms2.lvm",
+            &Lvm {
+                unit: "m/s^2",
+                ..PLAIN
+            },
+        )
+        .unit("m/s2", g)
+        .finds(&["warning implausible-peak", "warning implausible-velocity"]),
+        refused(
+            "no-unit.lvm",
+            Lvm { unit: "", ..PLAIN }.text(),
+            &["no unit of acceleration", "--unit"],
+        ),
+        refused(
+            "two.lvm",
+            Lvm {
+                names: ["acc y", "acc y"],
+                ..PLAIN
+            }
+            .text()
+            .replace("Y_Unit_Label\tN\t", "Y_Unit_Label\tg\t"),
+            &["several channels", "--channel"],
+        ),
+        read(
+            "remark.lvm",
+            &Lvm {
+                remark: |k| if k == 150 { "signal lost" } else { "" },
+                ..PLAIN
+            },
+        )
+        .unusable(&["blocking invalid-by-laboratory"], &["signal lost"]),
+        // What is not understood is passed on.
+        read(
+            "note.lvm",
+            &Lvm {
+                remark: |k| if k == 150 { "door opens" } else { "" },
+                ..PLAIN
+            },
+        )
+        .finds(&["info notes"]),
+        // However many remarks come before the one that counts.
+        read(
+            "many-remarks.lvm",
+            &Lvm {
+                remark: |k| match k {
+                    -100..0 => "noise",
+                    150 => "signal lost",
+                    _ => "",
+                },
+                ..PLAIN
+            },
+        )
+        .finds(&["warning laboratory-remark", "info notes"])
+        .unusable(&["blocking invalid-by-laboratory"], &["signal lost"]),
+        // Empty cells of a channel that holds nothing are none of the other channel's.
+        good(
+            "empty-channel.lvm",
+            (FROM..TO).fold(
+                plain[..plain.find(&s(FROM)).unwrap()]
+                    .replace("Samples\t800\t800", "Samples\t0\t800"),
+                |text, k| text + &format!("{}\t\t{}\n", s(k), g(k)),
+            ),
+        )
+        .channel("acc y")
+        .finds(&["info channels-empty"]),
+        refused(
+            "word.lvm",
+            plain.replace(
+                &format!("{}\t{}\t{}\n", s(100), g(109), g(100)),
+                &format!("{}\t1.0\tERR\n", s(100)),
+            ),
+            &["ERR"],
+        ),
+        refused(
+            "empty-cell.lvm",
+            plain.replace(
+                &format!("{}\t{}\t{}\n", s(100), g(109), g(100)),
+                &format!("{}\t1.0\t\n", s(100)),
+            ),
+            &["empty-cell.lvm:"],
+        ),
+        refused(
+            "one-header.lvm",
+            plain[..plain.find("Channels").unwrap()].to_string(),
+            &["one-header.lvm"],
+        ),
+        refused(
+            "no-rows.lvm",
+            plain[..plain.find(&s(FROM)).unwrap()].to_string(),
+            &["no-rows.lvm"],
+        ),
+        good("by-number.lvm", plain.clone())
+            .options(&["--channel", "1", "--unit", "g"])
+            .channel("Force")
+            .values(numbers(|k| g(k + 9)))
+            .finds(&["warning unit-overridden"]),
+    ]
+}

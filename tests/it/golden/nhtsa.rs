@@ -1,0 +1,365 @@
+//! NHTSA tests: a header and its curves.
+
+use super::{Case, FROM, TO, good, push, refused};
+
+/// What the line of curve 146 says, as far as a case changes it.
+struct Line {
+    sensor: &'static str,
+    place: &'static str,
+    axis: &'static str,
+    unit: &'static str,
+    prefilter: &'static str,
+    percent: &'static str,
+    first: &'static str,
+    last: &'static str,
+    interval: &'static str,
+    status: &'static str,
+    rank: &'static str,
+    comment: &'static str,
+}
+
+const PLAIN: Line = Line {
+    sensor: "AC",
+    place: "DSLF",
+    axis: "YG",
+    unit: "G'S",
+    prefilter: "1650",
+    percent: "2",
+    first: "-200",
+    last: "599",
+    interval: "100",
+    status: "AM",
+    rank: "P",
+    comment: "NO COMMENTS",
+};
+
+impl Line {
+    fn text(&self, number: u32) -> String {
+        format!(
+            "1|{number}|{}|NA|{}|{}|SEC|{}|{}|MAKER|01/JAN/2010|2000|{}|0.0|{}|{}|{}|{}|{}|{}\n",
+            self.sensor,
+            self.place,
+            self.axis,
+            self.unit,
+            self.prefilter,
+            self.percent,
+            self.first,
+            self.last,
+            self.interval,
+            self.status,
+            self.rank,
+            self.comment
+        )
+    }
+}
+
+fn header(lines: &[String]) -> String {
+    format!(
+        "# comment\n----- TEST -----\n7292|a test|\n----- INSTRUMENTATION -----\n{}----- END -----",
+        lines.concat()
+    )
+}
+
+fn value(k: i64) -> String {
+    format!("{:.6}", push(k))
+}
+
+fn curve(rows: impl Iterator<Item = i64>) -> String {
+    rows.map(|k| format!("{:.6}\t{}\n", k as f64 / 1e4, value(k)))
+        .collect()
+}
+
+fn whole() -> String {
+    curve(FROM..TO)
+}
+
+/// A curve with its header beside it.
+fn read(name: &str, line: &Line) -> Case {
+    good("v07292.146", whole())
+        .beside("v07292.EV5", header(&[line.text(146)]))
+        .channel("146 V1 AC DSLF YG")
+        .unit("g", value)
+        .finds(&["info header-beside"])
+        .named(name)
+}
+
+/// A header whose curves 145 to 147 are all there.
+fn test(name: &str, lines: [&Line; 3]) -> Case {
+    let texts: Vec<String> = (145..)
+        .zip(lines)
+        .map(|(number, line)| line.text(number))
+        .collect();
+    good("v07292.EV5", header(&texts))
+        .beside("v07292.145", whole())
+        .beside("v07292.146", whole())
+        .beside("v07292.147", whole())
+        .channel("146 V1 AC DSLF YG")
+        .unit("g", value)
+        .named(name)
+}
+
+impl Case {
+    fn named(mut self, name: &str) -> Self {
+        self.name = name.into();
+        self
+    }
+
+    fn refused(self, says: &[&str]) -> Self {
+        let mut case = refused(&self.name.clone(), "", says);
+        case.files = self.files;
+        case.opened = self.opened;
+        case
+    }
+}
+
+pub(super) fn cases() -> Vec<Case> {
+    let x = Line {
+        axis: "XG",
+        ..PLAIN
+    };
+    let z = Line {
+        axis: "ZG",
+        ..PLAIN
+    };
+    let red = Line { rank: "R", ..PLAIN };
+    let dummy = Line {
+        place: "HDCG",
+        axis: "YL",
+        ..PLAIN
+    };
+    let blocked = |name: &str, line: &Line, says: &str| {
+        read(name, line).unusable(&["blocking invalid-by-laboratory"], &[says])
+    };
+    vec![
+        read("curve", &PLAIN),
+        good("v07292.047", whole())
+            .beside("v07292.EV5", header(&[PLAIN.text(47)]))
+            .channel("47 V1 AC DSLF YG")
+            .unit("g", value)
+            .finds(&["info header-beside"])
+            .named("zero-padded"),
+        good("v07292.146", whole())
+            .beside("v07292.ev5", header(&[PLAIN.text(146)]))
+            .channel("146 V1 AC DSLF YG")
+            .unit("g", value)
+            .finds(&["info header-beside"])
+            .named("lower-case"),
+        good("v07292.146", whole().replace('\n', "\r\n"))
+            .beside(
+                "v07292.EV5",
+                header(&[PLAIN.text(146)]).replace('\n', "\r\n"),
+            )
+            .channel("146 V1 AC DSLF YG")
+            .unit("g", value)
+            .finds(&["info header-beside"])
+            .named("crlf"),
+        good("v07292.146", whole())
+            .options(&["--unit", "g"])
+            .channel("v07292.146")
+            .unit("g", value)
+            .finds(&["warning header-missing"])
+            .named("bare curve"),
+        refused(
+            "v07292.146",
+            whole(),
+            &["no unit of acceleration", "--unit"],
+        ),
+        good("v07292.146", whole())
+            .beside("v07292.EV5", header(&[PLAIN.text(145)]))
+            .options(&["--unit", "g"])
+            .channel("v07292.146")
+            .unit("g", value)
+            .finds(&["warning header-lacks-curve"])
+            .named("another test's header"),
+        test("the lateral of three", [&x, &PLAIN, &z]).finds(&["info channel-chosen"]),
+        test("primary before redundant", [&red, &PLAIN, &x]).finds(&["info channel-chosen"]),
+        test("structure before dummy", [&dummy, &PLAIN, &x]).finds(&["info channel-chosen"]),
+        test("by number", [&PLAIN, &PLAIN, &PLAIN]).options(&["--channel", "146"]),
+        test("two primaries", [&PLAIN, &PLAIN, &x]).refused(&[
+            "several channels",
+            "145",
+            "146",
+            "--channel",
+        ]),
+        good("v07292.EV5", header(&[x.text(145), PLAIN.text(146)]))
+            .beside("v07292.146", whole())
+            .channel("146 V1 AC DSLF YG")
+            .unit("g", value)
+            .finds(&["info channel-chosen"])
+            .named("a curve without file"),
+        test("none is lateral", [&x, &x, &z]).refused(&["--channel"]),
+        good("v07292.EV5", header(&[PLAIN.text(146)]))
+            .named("no curve at all")
+            .refused(&["v07292.EV5"]),
+        // What the laboratory says, by status ...
+        blocked(
+            "questionable",
+            &Line {
+                status: "QD",
+                ..PLAIN
+            },
+            "QD",
+        ),
+        blocked(
+            "fails part-way",
+            &Line {
+                status: "CF",
+                ..PLAIN
+            },
+            "CF",
+        ),
+        blocked(
+            "no data",
+            &Line {
+                status: "NO",
+                ..PLAIN
+            },
+            "NO",
+        ),
+        blocked(
+            "meaningless",
+            &Line {
+                status: "MN",
+                ..PLAIN
+            },
+            "MN",
+        ),
+        read(
+            "computed",
+            &Line {
+                status: "CM",
+                ..PLAIN
+            },
+        )
+        .finds(&["info channel-computed"]),
+        // ... and by words, where the truth is.
+        blocked(
+            "valid until",
+            &Line {
+                comment: "NO VALID DATA AFTER 34.6 MILLISECONDS",
+                ..PLAIN
+            },
+            "34.6",
+        ),
+        blocked(
+            "exceeded full scale",
+            &Line {
+                status: "QD",
+                comment: "EXCEEDED FULL SCALE AT 11.4 MILLSECONDS, QUESTIONABLE DATA THEREAFTER",
+                ..PLAIN
+            },
+            "FULL SCALE",
+        ),
+        read(
+            "a remark",
+            &Line {
+                comment: "SENSOR WAS REMOUNTED BEFORE THE TEST",
+                ..PLAIN
+            },
+        )
+        .finds(&["info notes"]),
+        read(
+            "a doubt",
+            &Line {
+                comment: "SPIKE AT 40 MS",
+                ..PLAIN
+            },
+        )
+        .finds(&["warning laboratory-remark"]),
+        read(
+            "reached another peak",
+            &Line {
+                percent: "40",
+                ..PLAIN
+            },
+        )
+        .finds(&["warning peak-contradicted"]),
+        // What header and samples say of one another.
+        read(
+            "samples missing",
+            &Line {
+                last: "899",
+                ..PLAIN
+            },
+        )
+        .unusable(&["blocking samples-missing"], &["1100"]),
+        read(
+            "samples to spare",
+            &Line {
+                last: "499",
+                ..PLAIN
+            },
+        )
+        .finds(&["warning count-contradicted"]),
+        read(
+            "another clock",
+            &Line {
+                interval: "80",
+                ..PLAIN
+            },
+        )
+        .unusable(&["blocking time-contradicted"], &["12500 Hz"]),
+        read(
+            "another unit",
+            &Line {
+                unit: "METERS/SEC**2",
+                ..PLAIN
+            },
+        )
+        .unit("m/s2", value)
+        .finds(&["warning implausible-peak", "warning implausible-velocity"]),
+        read(
+            "soft filter",
+            &Line {
+                prefilter: "300",
+                ..PLAIN
+            },
+        )
+        .finds(&["warning already-filtered"]),
+        read(
+            "no filter",
+            &Line {
+                prefilter: "8000",
+                ..PLAIN
+            },
+        )
+        .finds(&["warning aliasing-suspected"]),
+        read("another axis", &x)
+            .channel("146 V1 AC DSLF XG")
+            .finds(&["warning channel-not-lateral"]),
+        read(
+            "no acceleration",
+            &Line {
+                sensor: "DS",
+                unit: "MM",
+                ..PLAIN
+            },
+        )
+        .refused(&["MM"]),
+        good(
+            "v07292.146",
+            whole().replace("\n0.010000\t", "\n0.010000\tx"),
+        )
+        .beside("v07292.EV5", header(&[PLAIN.text(146)]))
+        .named("a word")
+        .refused(&["v07292.146:301"]),
+        good("v07292.146", curve((FROM..100).chain(150..TO)))
+            .beside("v07292.EV5", header(&[PLAIN.text(146)]))
+            .channel("146 V1 AC DSLF YG")
+            .samples(800)
+            .finds(&["info header-beside"])
+            .unusable(
+                &[
+                    "blocking gap",
+                    "blocking samples-missing",
+                    "blocking time-contradicted",
+                ],
+                &["differ"],
+            )
+            .named("a gap"),
+        good("v07292.146", "")
+            .beside("v07292.EV5", header(&[PLAIN.text(146)]))
+            .named("nothing in it")
+            .refused(&["empty"]),
+    ]
+}

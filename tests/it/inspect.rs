@@ -1,0 +1,77 @@
+//! Guards `inspect`: what it tells of a recording that `replay` would judge, or refuse.
+
+use crate::cli::{Folder, half_sine, latchgate, table, weak};
+use serde_json::Value;
+
+/// The document of a file of this text.
+#[track_caller]
+fn inspected(name: &str, text: &str, options: &[&str]) -> Value {
+    let folder = Folder::new(&format!("inspect-{name}"));
+    let path = folder.write("a.csv", text);
+    let arguments = [&["inspect", &path, "--format", "json"], options].concat();
+    let done = latchgate(&arguments);
+    assert_eq!(done.code, 0, "{}", done.err);
+    done.document()
+}
+
+fn codes(channel: &Value) -> Vec<&str> {
+    let findings = channel["findings"].as_array().unwrap();
+    findings
+        .iter()
+        .map(|f| f["code"].as_str().unwrap())
+        .collect()
+}
+
+/// Two lateral columns at one place and a third that goes elsewhere.
+fn three(third: f64) -> String {
+    let push = |t: f64| half_sine(t, 0.0, 0.02, 30.0) + 0.05 * (t * 9_100.0).sin();
+    let mut text = String::from("time_s,acc_y_g,door_y (g),sill_y (g)\n");
+    for row in table(push).lines().skip(1) {
+        let time: f64 = row.split(',').next().unwrap().parse().unwrap();
+        let value = push(time);
+        text += &format!(
+            "{time:.4},{value:.4},{:.4},{:.4}\n",
+            value * 1.01,
+            value * third
+        );
+    }
+    text
+}
+
+#[test]
+fn cli_inspect_says_what_replay_takes_and_why() {
+    let plain = inspected("plain", &table(weak), &[]);
+    assert_eq!(plain["replay"]["channel"], "acc_y_g");
+    assert_eq!(plain["replay"]["reason"], "it is the only channel");
+    let named = inspected("named", &three(1.0), &["--channel", "sill_y (g)"]);
+    assert_eq!(named["replay"]["channel"], "sill_y (g)");
+    assert_eq!(named["replay"]["reason"], "--channel names it");
+    let several = inspected("several", &three(1.0), &[]);
+    assert_eq!(several["replay"]["channel"], Value::Null);
+    let candidates = several["replay"]["candidates"].as_array().unwrap();
+    assert_eq!(candidates.len(), 3, "{several}");
+}
+
+#[test]
+fn cli_inspect_lists_what_replay_would_refuse() {
+    let text = table(|t| if t > 0.1 { 1e12 } else { weak(t) });
+    let document = inspected("refused", &text, &[]);
+    assert!(codes(&document["channels"][0]).contains(&"samples-unusable"));
+}
+
+#[test]
+fn cli_inspect_compares_neighbours() {
+    let agree = inspected("agree", &three(1.0), &[]);
+    for channel in agree["channels"].as_array().unwrap() {
+        assert!(
+            !codes(channel).contains(&"neighbours-disagree"),
+            "{channel}"
+        );
+        assert!(codes(channel).contains(&"pre-event"), "{channel}");
+    }
+    let disagree = inspected("disagree", &three(-0.4), &[]);
+    assert!(
+        codes(&disagree["channels"][2]).contains(&"neighbours-disagree"),
+        "{disagree}"
+    );
+}
