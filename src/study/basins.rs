@@ -670,7 +670,10 @@ impl Basins {
         }
         say("cells at a boundary [-]".into(), self.boundary_share);
         if let Some(exponent) = self.uncertainty_exponent {
-            say("uncertainty exponent of the boundary, at this size of cells [-]".into(), exponent);
+            say(
+                "uncertainty exponent of the boundary, at this size of cells [-]".into(),
+                exponent,
+            );
         }
         lines
     }

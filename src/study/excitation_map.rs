@@ -5,6 +5,7 @@ use super::Headline;
 use super::orbit::Rig;
 use super::parallel::Control;
 use crate::error::Error;
+use crate::replay::fan::{self, Ending, FanOptions, Ride};
 use serde::Serialize;
 
 /// What is asked.
@@ -88,6 +89,45 @@ impl Options {
     }
 }
 
+impl Options {
+    /// Largest angles from rest at every amplitude of the grid [rad], side by side.
+    fn peaks(&self, angular_frequency_rad_s: f64) -> Result<Vec<f64>, Error> {
+        let ride = |index: usize| Ride {
+            initial: None,
+            amplitude_m_s2: self.amplitude(u32::try_from(index).unwrap_or(0))
+                * self.rig.gravity_m_s2,
+        };
+        let followed = fan::follow(
+            &self.rig.design,
+            self.grid.0 as usize,
+            &ride,
+            &FanOptions {
+                stop: self.rig.stop,
+                angular_frequency_rad_s,
+                phase_rad: 0.0,
+                periods_max: self.periods,
+                keep: self.periods as usize,
+                peaks: true,
+                // Each frequency has one.
+                threads: 1,
+            },
+            &|_, _, _| false,
+            None,
+        )?;
+        Ok(followed
+            .iter()
+            .map(|lever| match lever.ending {
+                Ending::Lost => f64::INFINITY,
+                Ending::Done | Ending::Periods => lever
+                    .sections
+                    .iter()
+                    .map(|section| section.peak_angle_rad)
+                    .fold(f64::NEG_INFINITY, f64::max),
+            })
+            .collect())
+    }
+}
+
 /// Computes the map, frequency by frequency.
 ///
 /// # Errors
@@ -97,15 +137,16 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<ExcitationMap, Er
     let threshold = options.rig.design.criterion.threshold_rad;
     let lines = control.map(options.grid.1 as usize, |line| {
         let frequency = options.frequency(u32::try_from(line).unwrap_or(0));
-        let mut rows = Vec::with_capacity(options.grid.0 as usize);
-        for index in 0..options.grid.0 {
-            let amplitude_g = options.amplitude(index);
-            rows.push(Row {
-                amplitude_g,
+        let rows: Vec<Row> = options
+            .peaks(frequency)?
+            .into_iter()
+            .zip(0..)
+            .map(|(peak_angle_rad, index)| Row {
+                amplitude_g: options.amplitude(index),
                 angular_frequency_rad_s: frequency,
-                peak_angle_rad: options.peak(amplitude_g, frequency)?,
-            });
-        }
+                peak_angle_rad,
+            })
+            .collect();
         let first = rows.iter().position(|row| row.peak_angle_rad > threshold);
         let amplitude_g = match first {
             None => None,
