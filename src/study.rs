@@ -39,4 +39,14 @@ pub struct Headline {
     pub what: String,
     /// The figure; `None` where there is none.
     pub value: Option<f64>,
+    /// Significant digits worth showing; the JSON file has them all.
+    #[serde(skip)]
+    pub digits: usize,
+}
+
+impl Headline {
+    /// Digits that most figures are shown with.
+    pub const DIGITS: usize = 4;
+    /// Digits of figures that are solutions of equations.
+    pub const EXACT: usize = 11;
 }

@@ -180,7 +180,7 @@ pub fn text(summary: &Summary, written: &[PathBuf]) -> String {
         }
         let value = line.value.map_or_else(
             || "none".to_string(),
-            |value| super::number::trimmed(value, 4),
+            |value| super::number::trimmed(value, line.digits),
         );
         out.push_str(&format!("  {}: {value}\n", line.what));
     }

@@ -442,6 +442,7 @@ impl Attractor {
         let mut lines = Vec::new();
         let mut say = |what: &str, value: Option<f64>| {
             lines.push(Headline {
+                digits: Headline::DIGITS,
                 subject: subject.clone(),
                 model: Some(rig.stop),
                 what: what.into(),

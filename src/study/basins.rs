@@ -650,6 +650,7 @@ impl Basins {
         let mut lines = Vec::new();
         let mut say = |what: String, value: f64| {
             lines.push(Headline {
+                digits: Headline::DIGITS,
                 subject: subject.clone(),
                 model: Some(rig.stop),
                 what,

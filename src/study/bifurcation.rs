@@ -368,6 +368,7 @@ impl Diagram {
         let rig = &self.options.rig;
         let subject = format!("sine of {} rad/s", rig.angular_frequency_rad_s);
         let line = |what: String, value: Option<f64>| Headline {
+            digits: Headline::DIGITS,
             subject: subject.clone(),
             model: Some(rig.stop),
             what,
@@ -404,7 +405,14 @@ impl Diagram {
                 .min()
                 .unwrap_or(1);
             let mut say = |what: &str, value: f64| {
-                lines.push(line(format!("period {period}: {what}"), Some(value)));
+                lines.push(Headline {
+                    digits: if what.ends_with("A [g]") {
+                        Headline::EXACT
+                    } else {
+                        Headline::DIGITS
+                    },
+                    ..line(format!("period {period}: {what}"), Some(value))
+                });
             };
             if let Some(birth) = &branch.birth {
                 let how = match birth.kind {
@@ -424,7 +432,7 @@ impl Diagram {
                 say("last ratio of distances, Feigenbaum's is 4.669 [-]", *ratio);
             }
             if let (Some(at), true) = (branch.accumulation_g(), branch.doublings.len() >= 4) {
-                say("the doublings tend to A [g]", at);
+                say("the doublings tend to [g]", at);
             }
         }
         #[expect(clippy::cast_precision_loss, reason = "a few branches")]

@@ -197,6 +197,7 @@ impl ExcitationMap {
     #[must_use]
     pub fn headlines(&self) -> Vec<Headline> {
         let line = |what: &str, value: Option<f64>| Headline {
+            digits: Headline::DIGITS,
             subject: "excitation that opens".into(),
             model: Some(self.options.rig.stop),
             what: what.into(),

@@ -259,6 +259,7 @@ fn headlines(histories: &[History]) -> Vec<Headline> {
         let settled = &history.settled;
         let mut say = |what: &str, value: Option<f64>| {
             headlines.push(Headline {
+                digits: Headline::DIGITS,
                 subject: format!("from ({}, {})", history.start[0], history.start[1]),
                 model: Some(history.model),
                 what: what.into(),

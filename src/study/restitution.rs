@@ -297,6 +297,7 @@ fn headlines(
     let mut headlines = Vec::new();
     let mut say = |subject: &str, what: &str, value: Option<f64>| {
         headlines.push(Headline {
+            digits: Headline::DIGITS,
             subject: subject.into(),
             model: Some(StopModel::Soft),
             what: what.into(),

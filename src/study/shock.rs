@@ -169,6 +169,7 @@ fn headlines(options: &Options, responses: &[Response]) -> Vec<Headline> {
         let run = &response.run;
         let mut say = |what: &str, value: Option<f64>| {
             headlines.push(Headline {
+                digits: Headline::DIGITS,
                 subject: format!(
                     "peak {} g",
                     crate::units::plain(response.peak_acceleration_m_s2 / options.gravity_m_s2, 4)

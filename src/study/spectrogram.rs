@@ -139,6 +139,7 @@ pub fn run(options: &Options) -> Result<Spectrogram, Error> {
     let mut headlines = Vec::new();
     let mut say = |what: &str, value: Option<f64>| {
         headlines.push(Headline {
+            digits: Headline::DIGITS,
             subject: "bounces".into(),
             model: Some(options.model),
             what: what.into(),

@@ -466,6 +466,7 @@ const GOOD_RAD: f64 = 1e-6;
 fn headlines(truth: &Truth, rows: &[Row], out: &mut Vec<Headline>) {
     let mut say = |what: String, value: Option<f64>| {
         out.push(Headline {
+            digits: Headline::DIGITS,
             subject: truth.case.into(),
             model: Some(truth.model),
             what,

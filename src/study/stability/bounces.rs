@@ -96,6 +96,7 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
         );
         for (which, value) in [("least", least), ("largest", largest)] {
             answer.headlines.push(Headline {
+                digits: Headline::DIGITS,
                 subject: SUBJECT.into(),
                 model: Some(StopModel::Soft),
                 what: format!("rk4 at N = 10000: {which} ratio of a bounce, {what} [-]"),

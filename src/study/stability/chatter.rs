@@ -37,6 +37,7 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
         return Ok(());
     };
     answer.headlines.push(Headline {
+        digits: Headline::DIGITS,
         subject: SUBJECT.into(),
         model: Some(StopModel::Rigid),
         what: "event-driven: accumulation time of free bounces from 0.5 rad [s]".into(),

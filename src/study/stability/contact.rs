@@ -50,6 +50,7 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
     }
     let mut say = |what: &str, value: f64| {
         answer.headlines.push(Headline {
+            digits: Headline::DIGITS,
             subject: SUBJECT.into(),
             model: Some(StopModel::Soft),
             what: what.into(),

@@ -87,6 +87,7 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
             }
         }
         answer.headlines.push(Headline {
+            digits: Headline::DIGITS,
             subject: SUBJECT.into(),
             model: Some(model),
             what: "largest growth of a change of 1e-5 to 1e-9 rad/s until the end [s]".into(),
