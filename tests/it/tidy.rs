@@ -666,3 +666,29 @@ fn tidy_files_named_in_the_readme_exist() {
         &missing,
     );
 }
+
+#[test]
+fn tidy_every_command_of_a_figure_is_in_the_renewal() {
+    let renewal = text_of("reports/renew");
+    let renewed: Vec<&str> = renewal
+        .lines()
+        .filter_map(|line| line.strip_prefix("figure "))
+        .filter_map(|line| line.split_once(' '))
+        .map(|(_, command)| command)
+        .collect();
+    let mut found = 0;
+    for document in ["docs/reproduction.md", "docs/paper-corrections.md"] {
+        for line in text_of(document).lines() {
+            let Some(command) = line.strip_prefix("latchgate study ") else {
+                continue;
+            };
+            let command = command.split(" --out ").next().unwrap_or(command);
+            assert!(
+                renewed.contains(&command),
+                "{document}: `{command}` is not in reports/renew"
+            );
+            found += 1;
+        }
+    }
+    assert!(found >= 15, "{found} commands found");
+}

@@ -230,7 +230,7 @@ pub(super) fn attractor(attractors: &[Attractor]) -> Figure {
             );
             canvas.upward_text(
                 "",
-                (left - 54.0, f64::midpoint(top, bottom)),
+                (left - 60.0, f64::midpoint(top, bottom)),
                 "angular velocity [rad/s]",
             );
         };
