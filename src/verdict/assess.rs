@@ -189,12 +189,7 @@ pub fn assess(
         signal,
         fine: &fine,
     };
-    let pairs: Vec<Pair> = options
-        .polarity
-        .signs()
-        .iter()
-        .flat_map(|sign| options.model.stops().iter().map(|stop| (*sign, *stop)))
-        .collect();
+    let pairs = pairs(options);
     let purpose = if options.evidence {
         Purpose::Drawing
     } else {
@@ -379,6 +374,56 @@ pub fn assess(
         findings: own_findings,
         evidence,
     })
+}
+
+/// Returns whether the answer of [`assess`] is a pass, with no more runs than that takes.
+///
+/// # Errors
+///
+/// As [`assess`].
+pub(super) fn passes(
+    conditioned: &Conditioned,
+    findings: &[Finding],
+    design: &Design,
+    options: &AssessOptions,
+) -> Result<bool, Error> {
+    let blocked = findings
+        .iter()
+        .any(|finding| finding.severity == Severity::Blocking && counts(finding, options.window_s));
+    if blocked {
+        return Ok(false);
+    }
+    let signal = &conditioned.used;
+    let window = options
+        .window_s
+        .map(|window| window_samples(signal, window))
+        .transpose()?;
+    let fine = resample::upsample_fourfold(signal);
+    let bench = Bench {
+        design,
+        options,
+        signal,
+        fine: &fine,
+    };
+    let pairs = pairs(options);
+    let mut judged = bench.judge_all(&pairs, window, Purpose::Deciding, &bench::follow_all)?;
+    if options.members == 0 {
+        let threshold = design.criterion.threshold_rad;
+        let answers: Vec<Answer> = judged.iter().map(|run| run.answer(threshold)).collect();
+        return Ok(combine(options.polarity, &pairs, &answers) == Answer::Pass);
+    }
+    let scatter = Scatter::new(design, conditioned.bias_standard_error_m_s2, options.seed)?;
+    bench.all_pass(&scatter, &pairs, &mut judged, window)
+}
+
+/// The stops and polarities that count.
+fn pairs(options: &AssessOptions) -> Vec<Pair> {
+    options
+        .polarity
+        .signs()
+        .iter()
+        .flat_map(|sign| options.model.stops().iter().map(|stop| (*sign, *stop)))
+        .collect()
 }
 
 /// Which samples an answer may rest on.

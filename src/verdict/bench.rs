@@ -3,7 +3,7 @@
 use super::Answer;
 use super::ErrorBudget;
 use super::assess::{AssessOptions, Polarity, Scope, settled};
-use super::decision::Judged;
+use super::decision::{Judged, PASS_SHARE_MAX};
 use super::ensemble::{self, Count, End, Ensemble, Scatter};
 use super::filters;
 use super::ladder::{self, Known};
@@ -251,6 +251,52 @@ impl Bench<'_> {
                 })
             })
             .collect())
+    }
+
+    /// Returns whether every pair passes by the rule, as [`Self::ensembles`] would have it, and
+    /// asks no more members than that takes.
+    pub(super) fn all_pass(
+        &self,
+        scatter: &Scatter,
+        pairs: &[Pair],
+        judged: &mut [Judged],
+        window: Option<(usize, usize)>,
+    ) -> Result<bool, Error> {
+        /// Members between two questions whether a pass is still possible.
+        const BETWEEN: usize = 1024;
+        let threshold = self.design.criterion.threshold_rad;
+        if judged
+            .iter()
+            .any(|judged| judged.nominal_answer(threshold) != Answer::Pass)
+        {
+            return Ok(false);
+        }
+        let members = self.options.members;
+        for (pair, judged) in pairs.iter().zip(judged) {
+            let mut peaks = Vec::new();
+            for look in ensemble::looks(members) {
+                let known = u32::try_from(peaks.len()).unwrap_or(look);
+                for part in (known..look).step_by(BETWEEN).skip(1).chain([look]) {
+                    self.extend(scatter, *pair, window, part, &mut peaks)?;
+                    // Nobody else crosses: the last look would be the mildest.
+                    let best = Count {
+                        members,
+                        ..Count::of(&peaks, threshold)
+                    };
+                    if best.share().upper > PASS_SHARE_MAX {
+                        return Ok(false);
+                    }
+                }
+                judged.share = Some(Count::of(&peaks, threshold).share());
+                if judged.answer(threshold) != Answer::Undecided {
+                    break;
+                }
+            }
+            if judged.answer(threshold) != Answer::Pass {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// Runs the members of one pair up to `look`, those that are in `peaks` not again.

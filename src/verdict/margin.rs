@@ -420,8 +420,7 @@ impl Search<'_> {
             ..self.options.assess.clone()
         };
         // What cannot be judged is no pass.
-        assess(&scaled, self.findings, &design, &options)
-            .is_ok_and(|assessment| assessment.answer == Answer::Pass)
+        assess::passes(&scaled, self.findings, &design, &options).unwrap_or(false)
     }
 
     fn answer(
@@ -450,6 +449,7 @@ impl Search<'_> {
             let verdict = VerdictSearch {
                 passes: &|value| self.verdict_passes(quantity, value),
                 stretch,
+                points: &found.points,
                 width: if self.basis == Basis::Verdict {
                     1e-4
                 } else {
@@ -512,7 +512,14 @@ impl Search<'_> {
         if passes {
             format!("{whose} is a pass everywhere from {low} to {high}{unit}")
         } else {
-            format!("{whose} is nowhere a pass from {low} to {high}{unit}")
+            match self.basis {
+                Basis::NominalRun => {
+                    format!("{whose} is nowhere a pass from {low} to {high}{unit}")
+                }
+                Basis::Verdict => format!(
+                    "no value from {low} to {high}{unit} was found at which the verdict is a pass"
+                ),
+            }
         }
     }
 }
@@ -532,6 +539,8 @@ fn settled(changes: &[&Crossing]) -> Option<f64> {
 struct VerdictSearch<'a> {
     passes: &'a dyn Fn(f64) -> bool,
     stretch: &'a Stretch,
+    /// The nominal runs that the search saw, in ascending order.
+    points: &'a [(f64, search::Excess)],
     /// Width of the bracket, on the scale of places, of a stretch of length one.
     width: f64,
 }
@@ -539,8 +548,13 @@ struct VerdictSearch<'a> {
 /// First step from a boundary of the nominal runs, on the scale of places.
 const FIRST_STEP: f64 = 1e-3;
 
-/// Stretches in which the nominal runs pass that are looked into.
+/// Stretches in which the nominal runs pass that are looked into, the nearest first; one that
+/// reaches an end of the range is looked into in any case.
 const STRETCHES: usize = 3;
+
+/// Nominal peaks, the highest, between the present value and a boundary of the nominal runs
+/// at which the whole rule is asked: what comes close to the threshold may be no pass.
+const CLOSE_CALLS: usize = 6;
 
 impl VerdictSearch<'_> {
     /// Length that widths and steps are relative to.
@@ -589,6 +603,9 @@ impl VerdictSearch<'_> {
                     (end, certain) = (mirrored, false);
                 }
             }
+            if let Some(doubt) = self.close_call(here, end) {
+                (end, certain) = (doubt, true);
+            }
             if !certain && (self.passes)(self.stretch.value(end)) {
                 continue;
             }
@@ -600,6 +617,25 @@ impl VerdictSearch<'_> {
             }
         }
         best
+    }
+
+    /// The nearest of the close calls between `here` and `end` at which the verdict is no pass.
+    fn close_call(&self, here: f64, end: f64) -> Option<f64> {
+        let between = |place: f64| (place - here) * (place - end) < 0.0;
+        let mut tops: Vec<(f64, f64)> = self
+            .points
+            .windows(3)
+            .map(|near| (near[0].1.pass, near[1], near[2].1.pass))
+            .filter(|(before, top, after)| top.1.pass >= *before && top.1.pass >= *after)
+            .map(|(_, top, _)| (self.stretch.place(top.0), top.1.pass))
+            .filter(|(place, excess)| between(*place) && *excess <= 0.0)
+            .collect();
+        tops.sort_by(|a, b| b.1.total_cmp(&a.1));
+        tops.truncate(CLOSE_CALLS);
+        tops.sort_by(|a, b| (a.0 - here).abs().total_cmp(&(b.0 - here).abs()));
+        tops.into_iter()
+            .map(|(place, _)| place)
+            .find(|place| !(self.passes)(self.stretch.value(*place)))
     }
 
     /// From no pass at present to the nearest value that is one.
@@ -615,7 +651,14 @@ impl VerdictSearch<'_> {
         let mut stretches = self.nominal_passes(changes, nominal_passes);
         stretches.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
         let mut best: Option<Change> = None;
-        for (from, to) in stretches.into_iter().take(STRETCHES) {
+        let reaches_an_end = |(from, to): &(f64, f64)| {
+            *from <= self.low_place() || *to >= self.stretch.place(self.stretch.high)
+        };
+        for (_, (from, to)) in stretches
+            .into_iter()
+            .enumerate()
+            .filter(|(index, stretch)| *index < STRETCHES || reaches_an_end(stretch))
+        {
             let starts = if (from..=to).contains(&here) {
                 vec![(here, to), (here, from)]
             } else if here < from {

@@ -673,6 +673,112 @@ fn verif_the_change_of_the_verdict_is_one_by_the_rule() {
     }
 }
 
+/// With an ensemble each question ends where a pass has become impossible; at both ends of a
+/// bracket the whole assessment says the same.
+#[test]
+fn verif_the_change_with_an_ensemble_is_one_by_the_rule() {
+    for (seed, amplify, members, polarity) in [
+        (2, 0.02, 128, Polarity::Declared(OpensWhen::Negative)),
+        (4, 1.0, 700, Polarity::Undeclared),
+        (5, 0.02, 2100, Polarity::Both),
+    ] {
+        let (design, mut signal) = case(seed);
+        signal.samples.iter_mut().for_each(|a| *a *= amplify);
+        let mut asked = options(ModelChoice::Auto);
+        asked.basis = Basis::Verdict;
+        asked.assess.members = members;
+        asked.assess.polarity = polarity;
+        let found = margins(&conditioned(signal.clone()), &[], &design, &asked).unwrap();
+        let scale = of(&found, Quantity::Scale);
+        let (low, high) = scale.bracket.unwrap();
+        for value in [low, high] {
+            let mut scaled = signal.clone();
+            scaled.samples.iter_mut().for_each(|a| *a *= value);
+            let assessed = assess(&conditioned(scaled), &[], &design, &asked.assess).unwrap();
+            assert_eq!(
+                assessed.answer == Answer::Pass,
+                value == scale.at.unwrap(),
+                "{value} of {low}..{high}, seed {seed}"
+            );
+        }
+    }
+}
+
+/// On the way up the peak comes within its own error of the threshold, falls again, and crosses
+/// only later: the verdict is no pass at that close call, so the margin ends there.
+#[test]
+fn regress_a_close_call_before_the_boundary_ends_the_margin() {
+    let mut seen = 0;
+    for seed in 1..=24 {
+        let (mut design, mut signal) = case(seed);
+        signal.samples.iter_mut().for_each(|a| *a *= 0.02);
+        let mut asked = options(only(StopModel::Rigid));
+        let wide = margins(&conditioned(signal.clone()), &[], &design, &asked).unwrap();
+        let peaks: Vec<(f64, f64)> = wide
+            .scans
+            .iter()
+            .find(|scan| scan.quantity == Quantity::Scale)
+            .unwrap()
+            .points
+            .iter()
+            .filter(|(at, _)| *at > 1.0)
+            .map(|(at, peak)| (*at, peak.unwrap()))
+            .collect();
+        let mut highest = 1e-3;
+        let mut top = None;
+        for near in peaks.windows(2) {
+            if near[0].1 > highest && near[1].1 < 0.98 * near[0].1 && near[0].1 < 1.0 {
+                top = Some((near[0], near[1].0));
+                break;
+            }
+            highest = near[0].1.max(highest);
+        }
+        let Some(((at, peak), next)) = top else {
+            continue;
+        };
+        seen += 1;
+        design.criterion.threshold_rad = peak * (1.0 + 1e-9);
+        asked.basis = Basis::Verdict;
+        let found = margins(&conditioned(signal), &[], &design, &asked).unwrap();
+        let ends = of(&found, Quantity::Scale).at.unwrap();
+        assert!(
+            ends < next,
+            "seed {seed}: {ends}, the close call is at {at}"
+        );
+    }
+    assert!(seen >= 3, "{seen} close calls");
+}
+
+/// Several narrow stretches in which the nominal lever passes by luck lie nearer than the preload
+/// from which on it always does, and by the rule none of them is a pass: the search went no
+/// further and said that no preload passes.
+#[test]
+fn regress_the_least_preload_beyond_stretches_of_luck() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("signals/burst.csv");
+    let samples: Vec<f64> = std::fs::read_to_string(path)
+        .unwrap()
+        .lines()
+        .filter_map(|line| line.split(',').nth(1)?.parse::<f64>().ok())
+        .map(|g| g * STANDARD_GRAVITY)
+        .collect();
+    assert!(samples.len() > 6000);
+    let design = Design::reference();
+    let mut asked = options(ModelChoice::Auto);
+    asked.basis = Basis::Verdict;
+    asked.assess.members = 128;
+    asked.points = Some(300);
+    let mut input = conditioned(signal(20_000.0, samples));
+    input.used.start_s = -0.05;
+    let found = margins(&input, &[], &design, &asked).unwrap();
+    let preload = of(&found, Quantity::Preload);
+    assert!(preload.changes > 6, "{} changes", preload.changes);
+    let at = preload.at.expect("a preload that passes");
+    let (passing, _) = applied(Quantity::Preload, &design, RADIUS_M, at);
+    let answer = assess(&input, &[], &passing, &asked.assess).unwrap().answer;
+    assert_eq!(answer, Answer::Pass, "at {at} N m");
+    assert!(at < 60.0, "{at}");
+}
+
 /// A blocking finding leaves no verdict to change: the numbers are the nominal run's, and marked.
 #[test]
 fn verif_a_spoiled_recording_is_marked() {

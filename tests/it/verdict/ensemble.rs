@@ -558,6 +558,48 @@ fn verif_what_one_input_does_alone() {
     }
 }
 
+/// A pass says that few members cross; a limit just above the peak, which tolerance alone takes
+/// the lever across; and what is odd about the run is found.
+#[test]
+fn verif_reasons_and_findings_of_an_ensemble() {
+    let reasons = |assessment: &Assessment| -> Vec<&'static str> {
+        assessment.why.iter().map(|reason| reason.code).collect()
+    };
+    let own = with_members(128, RIGID, NEGATIVE);
+    let clear = judge(&samples(weak), &[], &Design::reference(), &own);
+    assert_eq!(clear.answer, Answer::Pass);
+    assert!(reasons(&clear).contains(&"few-members-cross"));
+    assert!(!reasons(&clear).contains(&"tolerance-decides"));
+
+    let limit = clear.nominal.peak_angle_rad * 1.002;
+    let close = judge(&samples(weak), &[], &with_threshold(limit), &own);
+    assert_eq!(close.answer, Answer::Undecided);
+    assert!(
+        reasons(&close).contains(&"tolerance-decides"),
+        "{:?}",
+        reasons(&close)
+    );
+
+    let early = samples(|t| half_sine(t, -0.045, 0.02, -40.0));
+    let fixed = AssessOptions {
+        method: Method::Rk4 {
+            steps_per_period: 200,
+        },
+        ..options(RIGID, NEGATIVE)
+    };
+    let codes = |options: &AssessOptions| -> Vec<&'static str> {
+        judge(&early, &[], &Design::reference(), options)
+            .findings
+            .iter()
+            .map(|finding| finding.code)
+            .collect()
+    };
+    let plain = codes(&options(RIGID, NEGATIVE));
+    assert!(plain.contains(&"crossing-before-contact"), "{plain:?}");
+    assert!(!plain.contains(&"fixed-step-method"), "{plain:?}");
+    assert!(codes(&fixed).contains(&"fixed-step-method"));
+}
+
 // ---------------------------------------------------------------- whole recordings
 
 #[test]
