@@ -91,7 +91,7 @@ fn cli_inspect_names_the_cell_at_fault() {
         done.err.lines().last().unwrap_or_default().to_string()
     };
     let message = told("inspect");
-    assert!(message.contains("line 3, column 2"), "{message}");
+    assert!(message.contains("a.csv:3, column 2"), "{message}");
     assert_eq!(message, told("replay"));
 }
 
