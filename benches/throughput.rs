@@ -63,7 +63,8 @@ fn read(path: &Path) {
     black_box(&recording.channels[0].values);
 }
 
-/// Seconds of the clock, and of the processor where the system tells them.
+/// Seconds of the clock, and of the processor for the calling thread, where the system tells them.
+/// A reader may have helpers; where a core is free for them, the calling thread sets the pace.
 #[derive(Clone, Copy)]
 struct Took {
     clock: f64,
@@ -86,7 +87,7 @@ impl Took {
     /// Megabytes a second, by the clock and by the processor.
     fn rates(self, megabytes: f64) -> String {
         format!(
-            "{:.0} MB/s ({:.0} MB/s of processor time)",
+            "{:.0} MB/s ({:.0} MB/s of this thread's processor time)",
             megabytes / self.clock,
             megabytes / self.processor
         )

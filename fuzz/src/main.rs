@@ -16,6 +16,9 @@ use std::time::{Duration, Instant};
 /// Longest time for one input.
 const PATIENCE: Duration = Duration::from_secs(1);
 
+/// Times that an input which took too long is tried again.
+const AGAIN: u32 = 4;
+
 /// Longest input.
 const LONGEST: usize = 16 << 10;
 
@@ -209,8 +212,16 @@ fn main() -> ExitCode {
         if catch_unwind(|| target(&bytes)).is_err() {
             return keep(name, done, &bytes, "a panic");
         }
-        let took = before.elapsed();
+        let mut took = before.elapsed();
         let held = allocator::take_most();
+        // On a busy machine any input may have to wait; one that is slow is so each time.
+        for _ in 0..AGAIN {
+            if took > PATIENCE {
+                let before = Instant::now();
+                target(&bytes);
+                took = took.min(before.elapsed());
+            }
+        }
         if took > PATIENCE {
             return keep(name, done, &bytes, &format!("{took:?}"));
         }

@@ -59,6 +59,35 @@ struct Entry {
     spark: String,
 }
 
+/// Returns the names of those channels that a list with commas between them names; a name may
+/// hold commas itself.
+fn named_in(list: &str, channels: &[Channel]) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut rest = list;
+    loop {
+        let ends = |name: &str| {
+            rest.strip_prefix(name)
+                .is_some_and(|tail| tail.is_empty() || tail.starts_with(", "))
+        };
+        let longest = channels
+            .iter()
+            .map(|channel| channel.name.as_str())
+            .filter(|name| ends(name))
+            .max_by_key(|name| name.len());
+        let length = match longest {
+            Some(name) => {
+                found.push(name.to_string());
+                name.len()
+            }
+            None => rest.find(", ").unwrap_or(rest.len()),
+        };
+        match rest.get(length..).and_then(|tail| tail.strip_prefix(", ")) {
+            Some(tail) => rest = tail,
+            None => return found,
+        }
+    }
+}
+
 /// Width of a sparkline in characters.
 const SPARK_WIDTH: usize = 32;
 
@@ -82,6 +111,12 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
     let everything =
         recording::read(&source, &options, Selection::Every, &limits).map_err(Failure::Data)?;
     if everything.channels.is_empty() {
+        // Where it is one channel's fault, replay's own message says it best.
+        if let Err(error) = recording::read(&source, &options, Selection::Lateral, &limits)
+            && !matches!(error.kind(), ErrorKind::NoChannel { .. })
+        {
+            return Err(Failure::Data(error));
+        }
         // What the reader passed over is all there is to tell.
         let passed_over: Vec<&str> = everything
             .findings
@@ -117,7 +152,11 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
             };
             Choice {
                 channel: channel.map(|channel| channel.name.clone()),
-                reason: Some(why.map_or_else(|| plain.into(), |finding| finding.text.clone())),
+                reason: Some(match why {
+                    None => plain.into(),
+                    Some(finding) if finding.code == "channel-chosen" => finding.text.clone(),
+                    Some(finding) => format!("{plain}, but: {}", finding.text),
+                }),
                 candidates: Vec::new(),
             }
         }
@@ -125,12 +164,9 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
             channel: None,
             reason: Some(error.to_string()),
             candidates: match error.kind() {
-                ErrorKind::AmbiguousChannel { candidates } => everything
-                    .channels
-                    .iter()
-                    .map(|channel| channel.name.clone())
-                    .filter(|name| candidates.split(", ").any(|candidate| candidate == name))
-                    .collect(),
+                ErrorKind::AmbiguousChannel { candidates } => {
+                    named_in(candidates, &everything.channels)
+                }
                 _ => Vec::new(),
             },
         },

@@ -325,7 +325,24 @@ fn choose(
         .map(|index| &header.channels[*index].column)
         .collect();
     match lateral::choose(&columns, &known) {
-        Ok((index, finding)) => Ok((vec![possible[index]], finding)),
+        Ok((index, finding)) => {
+            let column = &header.channels[possible[index]].column;
+            // The only one of its unit, but not the only one.
+            let by_unit =
+                (finding.is_none() && filled.len() > 1 && !column.says_lateral_acceleration())
+                    .then(|| {
+                        Finding::info(
+                            "channel-chosen",
+                            format!(
+                                "`{}` was chosen among {} channels, since no other can be an \
+                         acceleration by its unit; its name does not say that it is lateral",
+                                column.name,
+                                filled.len()
+                            ),
+                        )
+                    });
+            Ok((vec![possible[index]], finding.or(by_unit)))
+        }
         Err(kind) => Err(kind.into()),
     }
 }

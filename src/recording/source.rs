@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+use std::sync::mpsc;
 
 /// Bytes of the head from which a format is recognised.
 const HEAD_BYTES: u64 = 4096;
@@ -251,6 +252,10 @@ impl Reader {
         mut check: impl FnMut(u64, &[u8]) -> Result<(), Error>,
     ) -> Result<Vec<u8>, Error> {
         const BLOCK: usize = 256 << 10;
+        /// Bytes that are read and hashed by one thread.
+        const ALONE: usize = 4 << 20;
+        /// Blocks that wait for the hash at most.
+        const BLOCKS_AHEAD: usize = 8;
         let crossed = || {
             Error::from(ErrorKind::LimitExceeded {
                 limit: limit_name,
@@ -266,21 +271,73 @@ impl Reader {
         if let Some(size) = self.size {
             bytes.reserve_exact(usize::try_from(size).unwrap_or(0) + 1);
         }
-        loop {
+        let mut passed = |bytes: &[u8], old: usize| {
+            if bytes.len() as u64 > limit {
+                return Err(crossed());
+            }
+            check(old as u64, &bytes[old..])
+        };
+        // The hash of a large file is made beside the reading, once a good part has come.
+        while bytes.len() < ALONE {
             let old = bytes.len();
             let count = self
                 .by_ref()
                 .take(BLOCK as u64)
                 .read_to_end(&mut bytes)
                 .map_err(|error| io_error("read the file", &error))?;
-            if bytes.len() as u64 > limit {
-                return Err(crossed());
-            }
-            check(old as u64, &bytes[old..])?;
+            passed(&bytes, old)?;
             if count == 0 {
                 return Ok(bytes);
             }
         }
+        let Self { inner, hasher, .. } = self;
+        std::thread::scope(|scope| {
+            let (send, blocks) = mpsc::sync_channel::<Vec<u8>>(BLOCKS_AHEAD);
+            let (give_back, used) = mpsc::channel::<Vec<u8>>();
+            let mut own = hasher.clone();
+            let helper = std::thread::Builder::new()
+                .name("hash".into())
+                .spawn_scoped(scope, move || {
+                    for block in blocks {
+                        own.update(&block);
+                        // Nobody takes it back once the file has ended.
+                        let _ = give_back.send(block);
+                    }
+                    own
+                })
+                .ok();
+            let mut read_on = || {
+                loop {
+                    let old = bytes.len();
+                    let mut block = used.try_recv().unwrap_or_default();
+                    block.clear();
+                    let read = inner.by_ref().take(BLOCK as u64).read_to_end(&mut block);
+                    bytes.extend_from_slice(&block);
+                    let ended = block.is_empty();
+                    // What was read is hashed, whatever comes of it.
+                    if helper.is_none() {
+                        // A system that gives no thread.
+                        hasher.update(&block);
+                    } else if send.send(block).is_err() {
+                        // The helper has ended before its time; joining it says why.
+                        return Ok(());
+                    }
+                    read.map_err(|error| io_error("read the file", &error))?;
+                    passed(&bytes, old)?;
+                    if ended {
+                        return Ok(());
+                    }
+                }
+            };
+            let outcome = read_on();
+            drop(send);
+            if let Some(helper) = helper {
+                *hasher = helper
+                    .join()
+                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            }
+            outcome.map(|()| bytes)
+        })
     }
 
     /// Returns the recording's file name without folders.

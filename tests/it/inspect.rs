@@ -52,6 +52,49 @@ fn cli_inspect_says_what_replay_takes_and_why() {
     assert_eq!(candidates.len(), 3, "{several}");
 }
 
+/// Names with commas in them are told apart, and each can be chosen.
+#[test]
+fn cli_inspect_offers_names_with_commas() {
+    let text = three(1.0).replacen(
+        "door_y (g),sill_y (g)",
+        "\"y, left (g)\",\"y, right (g)\"",
+        1,
+    );
+    let several = inspected("commas", &text, &[]);
+    let candidates = serde_json::json!(["acc_y_g", "y, left (g)", "y, right (g)"]);
+    assert_eq!(several["replay"]["candidates"], candidates, "{several}");
+    let chosen = inspected("comma", &text, &["--channel", "y, right (g)"]);
+    assert_eq!(chosen["replay"]["channel"], "y, right (g)");
+}
+
+/// A lone channel of another axis is taken, and why that may be wrong stands beside it.
+#[test]
+fn cli_inspect_doubts_another_axis() {
+    let text = table(weak).replacen("acc_y_g", "acc_x_g", 1);
+    let document = inspected("axis", &text, &[]);
+    let reason = document["replay"]["reason"].as_str().unwrap();
+    assert!(
+        reason.starts_with("it is the only channel, but: "),
+        "{reason}"
+    );
+    assert!(reason.contains("another axis"), "{reason}");
+}
+
+/// Where no channel can be read, the place of the fault is said as replay says it.
+#[test]
+fn cli_inspect_names_the_cell_at_fault() {
+    let folder = Folder::new("inspect-cell");
+    let path = folder.write("a.csv", "time_s,acc_y_g\n0,1\n0.001,\n0.002,3\n");
+    let told = |command: &str| {
+        let done = latchgate(&[command, &path]);
+        assert_eq!(done.code, 4, "{}", done.err);
+        done.err.lines().last().unwrap_or_default().to_string()
+    };
+    let message = told("inspect");
+    assert!(message.contains("a.csv:3, column 2"), "{message}");
+    assert_eq!(message, told("replay"));
+}
+
 #[test]
 fn cli_inspect_lists_what_replay_would_refuse() {
     let text = table(|t| if t > 0.1 { 1e12 } else { weak(t) });

@@ -119,7 +119,11 @@ const ALL: &[Real] = &[
     Real {
         name: "lvm_short.lvm",
         read: Some(("Response (Trigger)", "m/s2", 10, 25_600.0)),
-        finds: &[("decimal-comma", None), ("starts-inside-event", None)],
+        finds: &[
+            ("channel-chosen", None),
+            ("decimal-comma", None),
+            ("starts-inside-event", None),
+        ],
         says: &["unusable"],
     },
     Real {

@@ -373,7 +373,11 @@ impl Layout {
                     .copied()
                     .filter(|i| names.split(", ").any(|name| name == self.columns[*i].name))
                     .collect();
-                let candidates = if twins.is_empty() {
+                // A name with a comma in it falls apart here; the list then stays as it is.
+                let whole = names
+                    .split(", ")
+                    .all(|name| columns.iter().any(|column| column.name == name));
+                let candidates = if twins.is_empty() || !whole {
                     names
                 } else {
                     self.list(twins)

@@ -171,6 +171,14 @@ impl PrintedDigits {
         slot.1 = slot.1.saturating_add(1);
     }
 
+    /// Takes in what further rows of the same column have shown.
+    pub(in crate::recording) fn join(&mut self, next: &Self) {
+        for (slot, more) in self.decades.iter_mut().zip(&next.decades) {
+            slot.0 = slot.0.min(more.0);
+            slot.1 = slot.1.saturating_add(more.1);
+        }
+    }
+
     /// Returns the size of the last printed digit, in the column's unit; 0 if unknown.
     pub(in crate::recording) fn last_digit(&self) -> f64 {
         let trusted = self

@@ -13,6 +13,9 @@ use super::rows::{Fate, Rows};
 /// Largest integer whose every smaller neighbour is a double too.
 const EXACT: u64 = 1 << 53;
 
+/// Bytes below which one thread reads all rows.
+const IN_ONE: usize = 4 << 20;
+
 /// Powers of ten that are exact as doubles.
 const TENS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
@@ -41,6 +44,18 @@ pub(super) fn read(
     wanted: &[usize],
     rows: usize,
 ) -> Option<Rows> {
+    read_in(text, layout, time, wanted, rows, IN_ONE)
+}
+
+/// As [`read`], with the bytes from which on two threads are worth it.
+fn read_in(
+    text: &[u8],
+    layout: &Layout,
+    time: Option<(usize, f64)>,
+    wanted: &[usize],
+    rows: usize,
+    in_one: usize,
+) -> Option<Rows> {
     if layout.quoted || layout.separator == Separator::Blanks {
         return None;
     }
@@ -60,70 +75,169 @@ pub(super) fn read(
             _ => return None,
         }
     }
-    let per_second = time.map_or(1.0, |(_, per_second)| per_second);
-    let mut stamps_s: Vec<f64> = Vec::with_capacity(if time.is_some() { rows } else { 0 });
-    let mut values: Vec<Vec<f64>> = wanted.iter().map(|_| Vec::with_capacity(rows)).collect();
-    let mut digits = PrintedDigits::new();
-    let mut count = 0_usize;
-    let mut skipped = 0;
-    let mut rest = text;
-    while let Some(first) = rest.first() {
-        if matches!(first, b'#' | b'\r' | b'\n') || skipped < layout.header_rows {
-            skipped += usize::from(dialect::is_row(rest));
-            let end = memchr::memchr(b'\n', rest).map_or(rest.len(), |end| end + 1);
-            rest = &rest[end..];
-            continue;
-        }
-        count += 1;
-        let mut column = 0;
-        loop {
-            match uses.get(column) {
-                Some(Use::Stamp) => {
-                    let number;
-                    let cell = rest;
-                    (number, rest) = self::number(rest)?;
-                    let stamp = number.value / per_second;
-                    if stamps_s.last().is_some_and(|last| stamp <= *last) {
-                        return None;
-                    }
-                    number.count_in(&mut digits, &cell[..cell.len() - rest.len()]);
-                    stamps_s.push(stamp);
-                }
-                Some(Use::Sample(slot)) => {
-                    let number;
-                    (number, rest) = self::number(rest)?;
-                    values[*slot].push(number.value);
-                }
-                Some(Use::Pass) => {
-                    let end = memchr::memchr2(separator, b'\n', rest).unwrap_or(rest.len());
-                    rest = &rest[end..];
-                }
-                // Cells after the last column are empty or a fault.
-                None => rest = without_blanks(rest),
-            }
-            column += 1;
-            match rest {
-                [byte, tail @ ..] if *byte == separator => rest = tail,
-                [b'\n', tail @ ..] | [b'\r', b'\n', tail @ ..] => {
-                    rest = tail;
-                    break;
-                }
-                [] => break,
-                _ => return None,
-            }
-        }
-        if column != cells {
-            return None;
-        }
-    }
+    let shape = Shape {
+        uses,
+        cells,
+        separator,
+        per_second: time.map_or(1.0, |(_, per_second)| per_second),
+        stamped: time.is_some(),
+        slots: wanted.len(),
+    };
+    let body = after_header(text, layout.header_rows);
+    let halves = if body.len() < in_one {
+        (body, &[][..])
+    } else {
+        // Two threads read a half each; where the first one ends changes no number.
+        let middle = body.len() / 2;
+        let line = memchr::memchr(b'\n', &body[middle..]).map_or(body.len(), |at| middle + at + 1);
+        body.split_at(line)
+    };
+    let mut part = if halves.1.is_empty() {
+        Part::read(halves.0, &shape, rows)?
+    } else {
+        let (first, second) = std::thread::scope(|scope| {
+            let helper = std::thread::Builder::new()
+                .name("rows".into())
+                .spawn_scoped(scope, || {
+                    let lines = memchr::memchr_iter(b'\n', halves.1).count() + 1;
+                    Part::read(halves.1, &shape, lines)
+                });
+            // The whole of the table will go here, so that only the second half moves.
+            let first = Part::read(halves.0, &shape, rows);
+            let second = match helper {
+                Ok(helper) => helper
+                    .join()
+                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+                // A system that gives no thread.
+                Err(_) => Part::read(halves.1, &shape, rows),
+            };
+            (first, second)
+        });
+        first?.followed_by(second?)?
+    };
     Some(Rows {
-        printed_digit_s: digits.last_digit() / per_second,
-        stamps_s,
-        values: values.into_iter().map(Fate::Kept).collect(),
-        count,
+        printed_digit_s: part.digits.last_digit() / shape.per_second,
+        stamps_s: std::mem::take(&mut part.stamps_s),
+        values: part.values.into_iter().map(Fate::Kept).collect(),
+        count: part.count,
         repeated: None,
         decimal_comma: false,
     })
+}
+
+/// Returns what follows the header.
+fn after_header(mut text: &[u8], header_rows: usize) -> &[u8] {
+    let mut skipped = 0;
+    while skipped < header_rows && !text.is_empty() {
+        skipped += usize::from(dialect::is_row(text));
+        let end = memchr::memchr(b'\n', text).map_or(text.len(), |end| end + 1);
+        text = &text[end..];
+    }
+    text
+}
+
+/// What rows look like and what is wanted of them.
+struct Shape {
+    /// What the cells of each column are for.
+    uses: Vec<Use>,
+    /// Cells of a row, empty ones at its end included.
+    cells: usize,
+    separator: u8,
+    /// Units of the stamps per second.
+    per_second: f64,
+    stamped: bool,
+    /// Wanted columns.
+    slots: usize,
+}
+
+/// Rows that stand together, read.
+struct Part {
+    stamps_s: Vec<f64>,
+    values: Vec<Vec<f64>>,
+    digits: PrintedDigits,
+    count: usize,
+}
+
+impl Part {
+    /// Reads whole lines after the header; `room` is made for so many rows.
+    fn read(text: &[u8], shape: &Shape, room: usize) -> Option<Self> {
+        let mut part = Self {
+            stamps_s: Vec::with_capacity(if shape.stamped { room } else { 0 }),
+            values: (0..shape.slots).map(|_| Vec::with_capacity(room)).collect(),
+            digits: PrintedDigits::new(),
+            count: 0,
+        };
+        // A number just below any stamp.
+        let mut last = f64::NEG_INFINITY;
+        let mut rest = text;
+        while let Some(first) = rest.first() {
+            if matches!(first, b'#' | b'\r' | b'\n') {
+                let end = memchr::memchr(b'\n', rest).map_or(rest.len(), |end| end + 1);
+                rest = &rest[end..];
+                continue;
+            }
+            part.count += 1;
+            let mut column = 0;
+            loop {
+                match shape.uses.get(column) {
+                    Some(Use::Stamp) => {
+                        let number;
+                        let cell = rest;
+                        (number, rest) = self::number(rest)?;
+                        let stamp = number.value / shape.per_second;
+                        if stamp <= last {
+                            return None;
+                        }
+                        last = stamp;
+                        number.count_in(&mut part.digits, &cell[..cell.len() - rest.len()]);
+                        part.stamps_s.push(stamp);
+                    }
+                    Some(Use::Sample(slot)) => {
+                        let number;
+                        (number, rest) = self::number(rest)?;
+                        part.values[*slot].push(number.value);
+                    }
+                    Some(Use::Pass) => {
+                        let end =
+                            memchr::memchr2(shape.separator, b'\n', rest).unwrap_or(rest.len());
+                        rest = &rest[end..];
+                    }
+                    // Cells after the last column are empty or a fault.
+                    None => rest = without_blanks(rest),
+                }
+                column += 1;
+                match rest {
+                    [byte, tail @ ..] if *byte == shape.separator => rest = tail,
+                    [b'\n', tail @ ..] | [b'\r', b'\n', tail @ ..] => {
+                        rest = tail;
+                        break;
+                    }
+                    [] => break,
+                    _ => return None,
+                }
+            }
+            if column != shape.cells {
+                return None;
+            }
+        }
+        Some(part)
+    }
+
+    /// Joins the rows that follow; `None` if time does not go on.
+    fn followed_by(mut self, next: Self) -> Option<Self> {
+        if let (Some(last), Some(first)) = (self.stamps_s.last(), next.stamps_s.first())
+            && first <= last
+        {
+            return None;
+        }
+        self.stamps_s.extend_from_slice(&next.stamps_s);
+        for (values, more) in self.values.iter_mut().zip(&next.values) {
+            values.extend_from_slice(more);
+        }
+        self.digits.join(&next.digits);
+        self.count += next.count;
+        Some(self)
+    }
 }
 
 /// What a column's cells are for.
@@ -178,6 +292,7 @@ fn without_blanks(mut rest: &[u8]) -> &[u8] {
 /// Takes the digits at the start of `rest` into `mantissa`; returns what follows them. Eight
 /// bytes are looked at together, since how many of them are digits changes from number to number
 /// and no processor foresees it.
+#[inline]
 fn take_digits<'a>(mut rest: &'a [u8], mantissa: &mut u64) -> &'a [u8] {
     while let Some((eight, _)) = rest.split_first_chunk::<8>() {
         // A digit becomes its value, any other byte more than nine.
@@ -213,6 +328,7 @@ fn take_digits<'a>(mut rest: &'a [u8], mantissa: &mut u64) -> &'a [u8] {
 
 /// Reads the number that `text` begins with, blanks around it passed over; returns it with what
 /// follows.
+#[inline]
 fn number(text: &[u8]) -> Option<(Number, &[u8])> {
     let begin = without_blanks(text);
     let (negative, start) = match begin {
@@ -279,7 +395,58 @@ fn number(text: &[u8]) -> Option<(Number, &[u8])> {
 
 #[cfg(test)]
 mod tests {
-    use super::take_digits;
+    use super::{Fate, Layout, Rows, read_in, take_digits};
+    use crate::recording::ReadOptions;
+    use crate::recording::csv::dialect::Separator;
+
+    /// A table read by one thread or by two, cut where `in_one` says.
+    fn read_with(text: &str, in_one: usize) -> Option<Rows> {
+        let text = text.as_bytes();
+        let options = ReadOptions::default();
+        let layout =
+            Layout::find(text, Separator::Comma, false, &options, &mut Vec::new()).unwrap();
+        read_in(text, &layout, Some((0, 1e3)), &[1], 99, in_one)
+    }
+
+    /// Two threads read what one reads, wherever the table is cut and whatever stands there.
+    #[track_caller]
+    fn check_halves(text: &str, rows: Option<usize>) {
+        let all = |rows: Option<Rows>| {
+            rows.map(|rows| {
+                let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+                let Fate::Kept(values) = &rows.values[0] else {
+                    panic!("a column left out");
+                };
+                let digit = rows.printed_digit_s.to_bits();
+                (bits(&rows.stamps_s), bits(values), digit, rows.count)
+            })
+        };
+        let one = all(read_with(text, usize::MAX));
+        assert_eq!(one.as_ref().map(|one| one.3), rows);
+        assert_eq!(all(read_with(text, 0)), one, "{text}");
+    }
+
+    #[test]
+    fn verif_two_threads_read_what_one_reads() {
+        let head = "# made\nt_ms,ay_g\n";
+        let rows: Vec<String> = (0..20)
+            .map(|k| format!("{}.{k:02},{}\n", k / 3, 7 * k - 60))
+            .collect();
+        for count in 1..20 {
+            check_halves(&format!("{head}{}", rows[..count].concat()), Some(count));
+            // A comment moves the cut; a table may end without a line end.
+            let between = format!("{head}{}# pause\n\n{}", rows[0], rows[1..=count].concat());
+            check_halves(between.trim_end(), Some(count + 1));
+        }
+        let mut back = rows.clone();
+        for cut in 1..19 {
+            back.swap(cut, cut + 1);
+            check_halves(&format!("{head}{}", back.concat()), None);
+            back.swap(cut, cut + 1);
+            let short = format!("{head}{}3\n{}", rows[..cut].concat(), rows[cut..].concat());
+            check_halves(&short, None);
+        }
+    }
 
     /// Digits of every length, with every byte behind them, against the plain sum.
     #[test]

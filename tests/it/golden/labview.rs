@@ -186,6 +186,16 @@ pub(super) fn cases() -> Vec<Case> {
         )
         .unit("m/s2", g)
         .finds(&["warning implausible-peak", "warning implausible-velocity"]),
+        // Only its unit tells, and that is said.
+        read(
+            "by-unit.lvm",
+            &Lvm {
+                names: ["Force", "Response"],
+                ..PLAIN
+            },
+        )
+        .channel("Response")
+        .finds(&["info channel-chosen"]),
         refused(
             "no-unit.lvm",
             Lvm { unit: "", ..PLAIN }.text(),
