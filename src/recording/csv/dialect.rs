@@ -292,7 +292,7 @@ pub(super) fn reader(text: &[u8], separator: Separator, quoted: bool) -> ::csv::
         .delimiter(separator.byte())
         .comment(Some(b'#'))
         .quoting(quoted)
-        .buffer_capacity(1 << 16)
+        .buffer_capacity(text.len().clamp(1 << 10, 1 << 16))
         .from_reader(text)
 }
 
