@@ -256,17 +256,19 @@ fn state(section: &Section) -> State {
 fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec<Cascade>, bool) {
     let mut wanted: Vec<(&Column, u32)> = Vec::new();
     let mut before: Option<&Column> = None;
+    // Orbits that rest every period neither double nor are born: their multipliers are zero.
+    let moves = |column: &Column| {
+        !column.sections.iter().any(|section| section.rested) && column.peak_angle_rad > 0.0
+    };
     for column in columns {
         let period = column.period.filter(|period| *period <= PERIOD_MAX);
+        // Small motion lies near rest, and still does not go on from it.
         let new = before.is_none_or(|before| {
-            before.period != column.period || !continues(options, before, column)
+            before.period != column.period || !moves(before) || !continues(options, before, column)
         });
-        // Orbits that rest every period neither double nor are born: their multipliers are zero.
-        let moves =
-            !column.sections.iter().any(|section| section.rested) && column.peak_angle_rad > 0.0;
         if let Some(period) = period
             && new
-            && moves
+            && moves(column)
         {
             wanted.push((column, period));
         }
