@@ -114,6 +114,8 @@ struct Seen {
     /// How differences grow along what looks like a period.
     growth: Option<Growth>,
     compared: Vec<State>,
+    /// Whether nobody stopped the fixed-step method.
+    whole: bool,
 }
 
 /// Follows the lever.
@@ -140,12 +142,13 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Attractor, Error>
     };
     let mut seen: Vec<Seen> = control
         .map(side_by_side.len(), |index| {
-            see(options, amplitude(index), side_by_side[index].clone())
+            let sections = side_by_side[index].clone();
+            see(options, amplitude(index), sections, control)
         })
         .into_iter()
         .flatten()
         .collect::<Result<_, _>>()?;
-    let mut complete = seen.len() == count as usize;
+    let mut complete = seen.len() == count as usize && seen.iter().all(|one| one.whole);
     let mut answer = Attractor {
         options: options.clone(),
         rows: Vec::new(),
@@ -240,10 +243,17 @@ fn together(
         .collect())
 }
 
-fn see(options: &Options, amplitude_g: f64, sections: Vec<Section>) -> Result<Seen, Error> {
-    let compared = options
+fn see(
+    options: &Options,
+    amplitude_g: f64,
+    sections: Vec<Section>,
+    control: &Control<'_>,
+) -> Result<Seen, Error> {
+    let (compared, whole) = options
         .compared_steps
-        .map_or(Ok(Vec::new()), |steps| compare(options, amplitude_g, steps))?;
+        .map_or(Ok((Vec::new(), true)), |steps| {
+            compare(options, amplitude_g, steps, control)
+        })?;
     let apparent = orbit::period_of(&options.rig, &sections, SAME);
     // A period that rounding has made is none.
     let growth = match (apparent, sections.last()) {
@@ -258,6 +268,7 @@ fn see(options: &Options, amplitude_g: f64, sections: Vec<Section>) -> Result<Se
         growth,
         sections,
         compared,
+        whole,
     })
 }
 
@@ -345,8 +356,14 @@ fn more(options: &Options, seen: &mut Seen, control: &Control<'_>) -> Result<boo
 }
 
 /// The same by the fixed-step method with `steps` per period of the excitation. Its grid begins
-/// anew with each period, on the very instants on which it would go on.
-fn compare(options: &Options, amplitude_g: f64, steps: u32) -> Result<Vec<State>, Error> {
+/// anew with each period, on the very instants on which it would go on. Tells whether nobody
+/// stopped that.
+fn compare(
+    options: &Options,
+    amplitude_g: f64,
+    steps: u32,
+    control: &Control<'_>,
+) -> Result<(Vec<State>, bool), Error> {
     let rig = &options.rig;
     let period = std::f64::consts::TAU / rig.angular_frequency_rad_s;
     let excitation: Harmonic = rig.sine(amplitude_g);
@@ -360,7 +377,12 @@ fn compare(options: &Options, amplitude_g: f64, steps: u32) -> Result<Vec<State>
         ..RunOptions::new(rig.stop, OpensWhen::Negative)
     };
     let mut states = Vec::new();
-    for index in 0..options.transient + options.periods {
+    let last = options.transient + options.periods;
+    for index in 0..last {
+        // Of several amplitudes each is short, and their number says how far the work is.
+        if options.points <= 1 && !(control.proceed)(f64::from(index) / f64::from(last)) {
+            return Ok((states, false));
+        }
         let outcome = replay::run_harmonic(&excitation, period, &rig.design, &run)?;
         let state = (
             outcome.run.final_angle_rad,
@@ -380,7 +402,7 @@ fn compare(options: &Options, amplitude_g: f64, steps: u32) -> Result<Vec<State>
             states.push(state);
         }
     }
-    Ok(states)
+    Ok((states, true))
 }
 
 fn rows(seen: &Seen) -> Vec<Row> {

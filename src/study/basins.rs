@@ -495,10 +495,14 @@ fn reach(
             _ => unknown.push(lever.index),
         }
     }
-    let complete = followed.len() == states.len();
-    for index in unknown {
-        cells[index] = Some(admit(options, attractors, follow(options, states[index])?));
+    // Where no motion settles that may be every cell, so that it must be shared and stoppable.
+    let ends = control.map(unknown.len(), |nth| follow(options, states[unknown[nth]]));
+    for (index, end) in unknown.into_iter().zip(ends) {
+        if let Some(end) = end {
+            cells[index] = Some(admit(options, attractors, end?));
+        }
     }
+    let complete = cells.iter().all(Option::is_some);
     Ok((cells, complete))
 }
 
@@ -599,6 +603,9 @@ impl Basins {
         // What only a quarter of a cell reaches is not listed.
         self.attractors.truncate(known);
         self.complete = complete;
+        if !complete {
+            return Ok(());
+        }
         let mut fine: Vec<Option<u32>> = (0..4 * self.cells.len())
             .map(|index| {
                 let (column, row) = (index % (2 * columns), index / (2 * columns));

@@ -58,7 +58,7 @@ pub struct Row {
 pub struct Column {
     /// Amplitude [g].
     pub amplitude_g: f64,
-    /// Period, in periods of the excitation; `None` if none was seen.
+    /// Period, in periods of the excitation; `None` if none was seen that is not rounding's.
     pub period: Option<u32>,
     /// Largest angle among the periods kept [rad].
     pub peak_angle_rad: f64,
@@ -140,10 +140,10 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Diagram, Error> {
         }
     };
     let complete = columns.len() == count;
-    let branches = if complete && options.doublings > 0 {
+    let (branches, complete) = if complete && options.doublings > 0 {
         changes(options, &columns, control)
     } else {
-        Vec::new()
+        (Vec::new(), complete)
     };
     Ok(Diagram {
         options: options.clone(),
@@ -224,11 +224,26 @@ fn summed_up(options: &Options, amplitude_g: f64, sections: Vec<Section>) -> Col
     let impacts_per_period = impacts as f64 / sections.len().max(1) as f64;
     Column {
         amplitude_g,
-        period: orbit::period_of(&options.rig, &sections, SAME),
+        period: orbit::period_of(&options.rig, &sections, SAME)
+            .filter(|period| believed(options, amplitude_g, &sections, *period)),
         peak_angle_rad,
         impacts_per_period,
         sections,
     }
+}
+
+/// Tells whether a period is the lever's and not rounding's: one that rests, on either stop, repeats
+/// itself to the last bit, however far rounding grew on the way.
+fn believed(options: &Options, amplitude_g: f64, sections: &[Section], period: u32) -> bool {
+    let Some(last) = sections.last() else {
+        return false;
+    };
+    if period == 1 {
+        return true;
+    }
+    let start = Some(state(last));
+    orbit::difference_growth(&options.rig, amplitude_g, start, 0, 2 * period)
+        .is_ok_and(|growth| growth.is_none_or(|growth| growth.resolved()))
 }
 
 fn state(section: &Section) -> State {
@@ -237,21 +252,23 @@ fn state(section: &Section) -> State {
 
 /// Follows orbits through their doublings and down to where they are born, at every amplitude at
 /// which the motion is another than at the one before and that lies on none of the branches
-/// followed before.
-fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> Vec<Cascade> {
+/// followed before. Tells whether nobody stopped that.
+fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec<Cascade>, bool) {
     let mut wanted: Vec<(&Column, u32)> = Vec::new();
     let mut before: Option<&Column> = None;
+    // Orbits that rest every period neither double nor are born: their multipliers are zero.
+    let moves = |column: &Column| {
+        !column.sections.iter().any(|section| section.rested) && column.peak_angle_rad > 0.0
+    };
     for column in columns {
         let period = column.period.filter(|period| *period <= PERIOD_MAX);
+        // Small motion lies near rest, and still does not go on from it.
         let new = before.is_none_or(|before| {
-            before.period != column.period || !continues(options, before, column)
+            before.period != column.period || !moves(before) || !continues(options, before, column)
         });
-        // Orbits that rest every period neither double nor are born: their multipliers are zero.
-        let moves =
-            !column.sections.iter().any(|section| section.rested) && column.peak_angle_rad > 0.0;
         if let Some(period) = period
             && new
-            && moves
+            && moves(column)
         {
             wanted.push((column, period));
         }
@@ -271,6 +288,7 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> Vec<
         work: WORK_MAX,
     };
     let mut branches: Vec<Cascade> = Vec::new();
+    let mut whole = true;
     let known = |branches: &[Cascade], (column, period): (&Column, u32)| {
         column.sections.last().is_some_and(|last| {
             branches
@@ -289,6 +307,12 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> Vec<
             }
         }
         if batch.is_empty() {
+            break;
+        }
+        // A batch of one is always begun, so that its end tells nothing.
+        #[expect(clippy::cast_precision_loss, reason = "a few branches")]
+        if !(control.proceed)(branches.len() as f64 / BRANCHES_MAX as f64) {
+            whole = false;
             break;
         }
         wanted.retain(|(column, _)| {
@@ -310,11 +334,12 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> Vec<
             }
         }
         if stopped {
+            whole = false;
             break;
         }
     }
     branches.truncate(BRANCHES_MAX);
-    branches
+    (branches, whole)
 }
 
 /// Tells whether two branches are one: they share what was found first on both.

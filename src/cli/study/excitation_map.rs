@@ -21,10 +21,10 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
     pub model: ModelArgument,
     /// Amplitudes [g]
-    #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_range, default_value = "0..10")]
+    #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_amplitude_range, default_value = "0..10")]
     pub amplitude: Span,
     /// Angular frequencies [rad/s], by their logarithm
-    #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_range, default_value = "5..1000")]
+    #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_frequencies, default_value = "5..1000")]
     pub omega: Span,
     /// Amplitudes × frequencies
     #[arg(long, value_name = "NxM", value_parser = sweep::parse_grid, default_value = "100x160")]

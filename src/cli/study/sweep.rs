@@ -91,13 +91,29 @@ pub(super) fn parse_range(text: &str) -> Result<Span, String> {
     })
 }
 
-/// As [`parse_range`], from 0 or above.
+/// As [`parse_span`], from 0 or above.
 pub(super) fn parse_amplitudes(text: &str) -> Result<Span, String> {
     parse_span(text).and_then(|span| {
         if span.low >= 0.0 {
             Ok(span)
         } else {
             Err("an amplitude must not be negative".into())
+        }
+    })
+}
+
+/// As [`parse_amplitudes`], two different numbers.
+pub(super) fn parse_amplitude_range(text: &str) -> Result<Span, String> {
+    parse_range(text).and_then(|_| parse_amplitudes(text))
+}
+
+/// As [`parse_range`], above 0.
+pub(super) fn parse_frequencies(text: &str) -> Result<Span, String> {
+    parse_range(text).and_then(|span| {
+        if span.low > 0.0 {
+            Ok(span)
+        } else {
+            Err("an angular frequency must lie above 0".into())
         }
     })
 }
