@@ -57,6 +57,7 @@ mod replay_properties;
 mod report;
 mod screens;
 mod signals;
+mod sines;
 mod study;
 mod study_scenes;
 mod tidy;

@@ -81,77 +81,106 @@ fn check_cascade(name: &str, cascade: &Cascade, birth: f64, doublings: &[f64]) {
     }
 }
 
-#[test]
-fn val_cascades() {
-    for (name, stop, start, guess, birth, doublings) in [
-        (
-            "soft III",
-            StopModel::Soft,
-            1.0,
-            (0.069, 2.71),
-            0.415_660_115_422_949_8,
-            [
-                1.753_715_585_397_385,
-                2.085_106_076_038_248,
-                2.149_008_291_822_270_6,
-                2.159_468_878_485_024,
-                2.161_658_104_234_564_6,
-                2.162_127_210_957_830_2,
-            ],
-        ),
-        (
-            "rigid III",
-            StopModel::Rigid,
-            1.0,
-            (0.07, 2.71),
-            0.418_637_738_151_618_6,
-            [
-                1.758_247_378_163_540_2,
-                2.088_094_212_997_889,
-                2.151_644_021_855_348_3,
-                2.162_045_348_182_782_6,
-                2.164_222_036_629_215_3,
-                2.164_688_453_329_971,
-            ],
-        ),
-        (
-            "soft II",
-            StopModel::Soft,
-            0.97,
-            (0.0177, 0.124),
-            0.888_156_704_883_802_5,
-            [
-                0.985_769_527_728_497_7,
-                1.007_932_551_878_239_8,
-                1.011_794_645_669_725,
-                1.012_595_444_763_319_4,
-                1.012_767_321_168_545_5,
-                1.012_804_168_692_631_2,
-            ],
-        ),
-        (
-            "rigid II",
-            StopModel::Rigid,
-            0.97,
-            (0.0177, 0.124),
-            0.891_682_740_591_421_5,
-            [
-                0.989_309_508_772_555_5,
-                1.011_431_468_013_381_6,
-                1.015_281_764_146_538,
-                1.016_079_656_859_288_5,
-                1.016_250_908_549_559,
-                1.016_287_622_162_008_5,
-            ],
-        ),
-    ] {
-        let rig = rig(stop, 100.0);
-        let cascade = cascade::follow(
-            &rig,
-            &find(&rig, start, 1, guess),
-            0.01 * start,
-            &Reach::all(6),
-        );
-        check_cascade(name, &cascade, birth, &doublings);
+/// A branch from an orbit near `guess` [rad, rad/s] at `start` [g].
+#[track_caller]
+fn check_branch(
+    name: &str,
+    stop: StopModel,
+    (start, guess): (f64, State),
+    birth: f64,
+    doublings: &[f64],
+) {
+    let rig = rig(stop, 100.0);
+    let levels = u32::try_from(doublings.len()).unwrap();
+    let orbit = find(&rig, start, 1, guess);
+    let cascade = cascade::follow(&rig, &orbit, 0.01 * start, &Reach::all(levels));
+    check_cascade(name, &cascade, birth, doublings);
+    // Those of the separate program's own values, and with that on their way to Feigenbaum's.
+    let ratios = cascade.ratios();
+    for (index, (got, at)) in ratios.iter().zip(doublings.windows(3)).enumerate() {
+        let want = (at[1] - at[0]) / (at[2] - at[1]);
+        check_near(&format!("{name} ratio {index}"), *got, want, 1e-3);
     }
+    if levels >= 6 {
+        let last = ratios[ratios.len() - 1];
+        check_near(name, last, 4.669_201_6, 0.01);
+        let tends = cascade.accumulation_g().unwrap();
+        let gap = doublings[5] - doublings[4];
+        check_near(name, tends, doublings[5] + gap / 3.669_201_6, 1e-8);
+    } else {
+        let tends = cascade.accumulation_g().unwrap();
+        assert!(tends > doublings[doublings.len() - 1], "{name}: {tends}");
+    }
+}
+
+const III: (f64, State) = (1.0, (0.069, 2.71));
+
+const II: (f64, State) = (0.97, (0.0177, 0.124));
+
+#[test]
+fn val_cascade_of_motion_iii_on_the_soft_stop() {
+    check_branch(
+        "soft III",
+        StopModel::Soft,
+        III,
+        0.415_660_115_422_949_8,
+        &[
+            1.753_715_585_397_385,
+            2.085_106_076_038_248,
+            2.149_008_291_822_270_6,
+            2.159_468_878_485_024,
+        ],
+    );
+}
+
+#[test]
+fn val_cascade_of_motion_iii_on_the_rigid_stop() {
+    check_branch(
+        "rigid III",
+        StopModel::Rigid,
+        III,
+        0.418_637_738_151_618_6,
+        &[
+            1.758_247_378_163_540_2,
+            2.088_094_212_997_889,
+            2.151_644_021_855_348_3,
+            2.162_045_348_182_782_6,
+            2.164_222_036_629_215_3,
+            2.164_688_453_329_971,
+        ],
+    );
+}
+
+#[test]
+fn val_cascade_of_motion_ii_on_the_soft_stop() {
+    check_branch(
+        "soft II",
+        StopModel::Soft,
+        II,
+        0.888_156_704_883_802_5,
+        &[
+            0.985_769_527_728_497_7,
+            1.007_932_551_878_239_8,
+            1.011_794_645_669_725,
+            1.012_595_444_763_319_4,
+            1.012_767_321_168_545_5,
+            1.012_804_168_692_631_2,
+        ],
+    );
+}
+
+#[test]
+fn val_cascade_of_motion_ii_on_the_rigid_stop() {
+    check_branch(
+        "rigid II",
+        StopModel::Rigid,
+        II,
+        0.891_682_740_591_421_5,
+        &[
+            0.989_309_508_772_555_5,
+            1.011_431_468_013_381_6,
+            1.015_281_764_146_538,
+            1.016_079_656_859_288_5,
+        ],
+    );
 }

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 /// Elements that HTML and SVG close by themselves; the page writes them as `<br/>`.
 #[track_caller]
-fn check_balanced(name: &str, markup: &str) {
+pub(super) fn check_balanced(name: &str, markup: &str) {
     let mut open: Vec<String> = Vec::new();
     let mut rest = markup;
     while let Some(start) = rest.find('<') {
