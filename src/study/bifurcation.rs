@@ -317,7 +317,9 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec
         }
         wanted.retain(|(column, _)| {
             let index = |(column, _): &(&Column, u32)| column.amplitude_g;
-            !batch.iter().any(|taken| index(taken) == column.amplitude_g)
+            !batch
+                .iter()
+                .any(|taken| index(taken).total_cmp(&column.amplitude_g).is_eq())
         });
         let followed = control.map(batch.len(), |index| {
             let (column, period) = batch[index];

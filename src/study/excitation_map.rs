@@ -39,8 +39,9 @@ pub struct Row {
 pub struct Boundary {
     /// Angular frequency [rad/s].
     pub angular_frequency_rad_s: f64,
-    /// Least amplitude that exceeds the threshold [g], to 1e-6 of it, and every smaller one on the
-    /// grid does not; `None` if none on the grid does.
+    /// An amplitude that exceeds the threshold [g] next to one, within 1e-6 of it, that does not;
+    /// every smaller one on the grid does not either. `None` if none on the grid does. Where motion
+    /// is chaotic, still smaller ones between those of the grid may exceed it.
     pub amplitude_g: Option<f64>,
 }
 

@@ -291,8 +291,8 @@ fn cli_ctrl_c_keeps_what_is_done() {
         "bifurcation",
         &["--points", "20000", "--periods", "400", "--doublings", "0"],
     );
-    check_interrupted("basins", &["--amplitude", "0.7", "--grid", "2000x2000"]);
-    check_interrupted("excitation-map", &["--grid", "400x4000"]);
+    check_interrupted("basins", &["--amplitude", "0.7", "--grid", "1000x1000"]);
+    check_interrupted("excitation-map", &["--grid", "40x4000"]);
     check_interrupted(
         "attractor",
         &[
