@@ -215,7 +215,7 @@ impl ExcitationMap {
                 Some(self.lift_off_g),
             ),
             line(
-                "least A on the map that exceeds the threshold from rest [g]",
+                "least A of the contour beyond the threshold from rest [g]",
                 weakest.map(|at| at.0),
             ),
             line("at ω [rad/s]", weakest.map(|at| at.1)),
