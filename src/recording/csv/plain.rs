@@ -403,8 +403,7 @@ mod tests {
     fn read_with(text: &str, in_one: usize) -> Option<Rows> {
         let text = text.as_bytes();
         let options = ReadOptions::default();
-        let layout =
-            Layout::find(text, Separator::Comma, false, &options, &mut Vec::new()).unwrap();
+        let layout = Layout::find(text, Separator::Comma, false, &options, &mut Vec::new()).ok()?;
         read_in(text, &layout, Some((0, 1e3)), &[1], 99, in_one)
     }
 
