@@ -18,6 +18,12 @@ const ORDER: usize = 26;
 /// Changes that are followed: of the angle, of the velocity, and of the excitation's strength.
 const COLUMNS: usize = 3;
 
+/// Columns that are computed side by side, the last of them unused.
+const LANES: usize = 4;
+
+/// Size of a term, against the largest of its series, that no longer counts.
+const SMALL: f64 = 1e-18;
+
 /// Changes of the state (angle [rad], angular velocity [rad/s]) per change at the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Tangent(pub(super) [[f64; 2]; COLUMNS]);
@@ -44,50 +50,72 @@ impl Tangent {
     ///
     /// With u'' = −p − γ u' − k u − b cos u, a change δ obeys δ'' = −γ δ' − (k − b sin u) δ, and
     /// that by the strength of b has −b cos u on top.
+    ///
+    /// The series end where three terms after one another no longer count.
     #[expect(clippy::cast_precision_loss, reason = "a small order")]
     pub(super) fn smooth(&mut self, of: &Step<'_>) {
         let square = of.step * of.step;
-        let at = |series: &[f64], n: usize| series.get(n).copied().unwrap_or(0.0);
-        let (mut sine, mut cosine) = ([0.0; ORDER], [0.0; ORDER]);
-        (sine[0], cosine[0]) = (of.turned.sine, of.turned.cosine);
-        for n in 1..ORDER {
-            for j in 1..=n {
-                let weighted = j as f64 * at(of.angle, j);
-                sine[n] += weighted * cosine[n - j];
-                cosine[n] -= weighted * sine[n - j];
-            }
-            sine[n] /= n as f64;
-            cosine[n] /= n as f64;
-        }
-        let (mut stiffness, mut push) = ([0.0; ORDER], [0.0; ORDER]);
-        stiffness[0] = of.branch.stiffness * square;
-        for n in 0..ORDER {
-            for j in 0..=n {
-                let b = at(of.excitation, j) * square;
-                stiffness[n] -= b * sine[n - j];
-                push[n] += b * cosine[n - j];
-            }
-        }
         let damping = of.branch.damping * of.step;
+        let mut slope = [0.0; ORDER];
+        for (n, (slope, angle)) in slope.iter_mut().zip(of.angle).enumerate() {
+            *slope = n as f64 * angle;
+        }
+        let mut excitation = [0.0; ORDER];
+        for (scaled, b) in excitation.iter_mut().zip(of.excitation) {
+            *scaled = b * square;
+        }
+        let slope = &slope[1..of.angle.len().min(ORDER)];
+        let excitation = &excitation[..of.excitation.len().min(ORDER)];
+        // What is multiplied backwards lies in reverse: its n-th term at ORDER − 1 − n.
+        let mut turned = [[0.0; 2]; ORDER];
+        let mut stiffness = [0.0; ORDER];
+        let mut changes = [[0.0; LANES]; ORDER];
+        turned[ORDER - 1] = [of.turned.cosine, -of.turned.sine];
+        for (column, change) in self.0.iter().enumerate() {
+            changes[ORDER - 1][column] = change[0];
+            changes[ORDER - 2][column] = change[1] * of.step;
+        }
+        let mut size = [0.0; LANES];
+        let mut small = 0;
+        let mut count = 2;
+        while count < ORDER && small < 3 {
+            let n = count - 2;
+            let last = ORDER - 1 - n;
+            if n > 0 {
+                let [sine, cosine] = product(slope, &turned[last + 1..]);
+                turned[last] = [cosine / n as f64, -sine / n as f64];
+            }
+            let [push, stiff] = product(excitation, &turned[last..]);
+            stiffness[n] = stiff;
+            if n == 0 {
+                stiffness[0] += of.branch.stiffness * square;
+            }
+            let mut force = product(&stiffness[..=n], &changes[last..]);
+            force[2] += push;
+            let [before, next] = [last - 1, last - 2];
+            let mut counts = false;
+            for (lane, force) in force.into_iter().enumerate() {
+                let drag = damping * (n + 1) as f64 * changes[before][lane];
+                let term = -(force + drag) / ((n + 1) * (n + 2)) as f64;
+                changes[next][lane] = term;
+                size[lane] = f64::max(size[lane], changes[last][lane].abs());
+                counts |= term.abs() > SMALL * size[lane];
+            }
+            small = if counts { 0 } else { small + 1 };
+            count += 1;
+        }
+        let (mut angle, mut slope) = ([0.0; LANES], [0.0; LANES]);
+        for (term, n) in changes[ORDER - count..ORDER - 1].iter().zip((1..count).rev()) {
+            for lane in 0..LANES {
+                angle[lane] = angle[lane] * of.part + term[lane];
+                slope[lane] = slope[lane] * of.part + n as f64 * term[lane];
+            }
+        }
         for (column, change) in self.0.iter_mut().enumerate() {
-            let mut x = [0.0; ORDER];
-            (x[0], x[1]) = (change[0], change[1] * of.step);
-            for n in 0..ORDER - 2 {
-                let mut force = -damping * (n + 1) as f64 * x[n + 1];
-                for j in 0..=n {
-                    force -= stiffness[j] * x[n - j];
-                }
-                if column == 2 {
-                    force -= push[n];
-                }
-                x[n + 2] = force / ((n + 1) * (n + 2)) as f64;
-            }
-            let (mut angle, mut slope) = (0.0, 0.0);
-            for n in (1..ORDER).rev() {
-                angle = angle * of.part + x[n];
-                slope = slope * of.part + n as f64 * x[n];
-            }
-            *change = [x[0] + angle * of.part, slope / of.step];
+            *change = [
+                changes[ORDER - 1][column] + angle[column] * of.part,
+                slope[column] / of.step,
+            ];
         }
     }
 
@@ -104,4 +132,16 @@ impl Tangent {
     pub(super) fn rest(&mut self) {
         self.0 = [[0.0; 2]; COLUMNS];
     }
+}
+
+/// Returns the sum of a_j b_(n − j), with b in reverse from its n-th term on.
+#[inline]
+fn product<const WIDTH: usize>(a: &[f64], b: &[[f64; WIDTH]]) -> [f64; WIDTH] {
+    let mut sum = [0.0; WIDTH];
+    for (a, b) in a.iter().zip(b) {
+        for (sum, b) in sum.iter_mut().zip(b) {
+            *sum += a * b;
+        }
+    }
+    sum
 }

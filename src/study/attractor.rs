@@ -6,7 +6,7 @@ use super::orbit::{self, Growth, Orbit, Rig, State, Stretch};
 use super::parallel::Control;
 use crate::error::Error;
 use crate::model::excitation::Harmonic;
-use crate::replay::fan::{self, Ending, FanOptions, Ride};
+use crate::replay::fan::{self, Ending, Ride};
 use crate::replay::{self, Method, RunOptions, Section};
 use crate::units::OpensWhen;
 use serde::Serialize;
@@ -28,20 +28,6 @@ pub struct Options {
     pub initial: Option<State>,
     /// Steps per period of the excitation of the fixed-step method to compare with.
     pub compared_steps: Option<u32>,
-}
-
-impl Options {
-    fn fan(&self, periods_max: u32, keep: u32, control: &Control<'_>) -> FanOptions {
-        FanOptions {
-            stop: self.rig.stop,
-            angular_frequency_rad_s: self.rig.angular_frequency_rad_s,
-            phase_rad: 0.0,
-            periods_max,
-            keep: keep as usize,
-            peaks: false,
-            threads: control.threads,
-        }
-    }
 }
 
 /// One point of the section.
@@ -223,10 +209,11 @@ fn together(
         &options.rig.design,
         count,
         &ride,
-        &options.fan(
+        &options.rig.fan(
             options.transient + options.periods,
             options.periods,
-            control,
+            false,
+            control.threads,
         ),
         &|_, _, _| false,
         Some(&watch),
@@ -340,7 +327,7 @@ fn more(options: &Options, seen: &mut Seen, control: &Control<'_>) -> Result<boo
         &options.rig.design,
         count,
         &ride,
-        &options.fan(APART_AFTER + each, each, control),
+        &options.rig.fan(APART_AFTER + each, each, false, control.threads),
         &|_, _, _| false,
         Some(&watch),
     )?;

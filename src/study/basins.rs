@@ -10,7 +10,7 @@ use super::orbit::{self, Orbit, Rig, State};
 use super::parallel::Control;
 use crate::error::Error;
 use crate::model::stop::StopModel;
-use crate::replay::fan::{self, Ending, FanOptions, Ride};
+use crate::replay::fan::{self, Ending, Ride};
 use crate::replay::{Section, Strobe};
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -420,15 +420,7 @@ fn all_converge(
             initial: Some(states[index]),
             amplitude_m_s2: rig.sine(options.amplitude_g).amplitude_m_s2,
         },
-        &FanOptions {
-            stop: rig.stop,
-            angular_frequency_rad_s: rig.angular_frequency_rad_s,
-            phase_rad: 0.0,
-            periods_max: options.transient,
-            keep: 1,
-            peaks: true,
-            threads: control.threads,
-        },
+        &rig.fan(options.transient, 1, true, control.threads),
         &|_, _, section| {
             let arrived = arrived(section);
             if !arrived && strayed(section) {
@@ -474,15 +466,7 @@ fn reach(
             initial: Some(states[index]),
             amplitude_m_s2: rig.sine(options.amplitude_g).amplitude_m_s2,
         },
-        &FanOptions {
-            stop: rig.stop,
-            angular_frequency_rad_s: rig.angular_frequency_rad_s,
-            phase_rad: 0.0,
-            periods_max: options.transient,
-            keep: 1,
-            peaks: false,
-            threads: control.threads,
-        },
+        &rig.fan(options.transient, 1, false, control.threads),
         &|_, _, section| caught(rig, known, section).is_some(),
         Some(&watch),
     )?;

@@ -6,7 +6,7 @@ use super::orbit::{self, Bifurcation, Kind, Rig, State};
 use super::parallel::Control;
 use crate::error::Error;
 use crate::replay::Section;
-use crate::replay::fan::{self, Ending, FanOptions, Ride};
+use crate::replay::fan::{self, Ending, Ride};
 use serde::Serialize;
 
 /// Whether the state at the end of one amplitude starts the next.
@@ -188,15 +188,12 @@ fn side_by_side(
         &options.rig.design,
         count,
         &ride,
-        &FanOptions {
-            stop: options.rig.stop,
-            angular_frequency_rad_s: options.rig.angular_frequency_rad_s,
-            phase_rad: 0.0,
-            periods_max: options.transient + options.periods,
-            keep: options.periods as usize,
-            peaks: true,
-            threads: control.threads,
-        },
+        &options.rig.fan(
+            options.transient + options.periods,
+            options.periods,
+            true,
+            control.threads,
+        ),
         &|_, _, _| false,
         Some(&watch),
     )?;
@@ -288,6 +285,8 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec
         work: WORK_MAX,
     };
     let mut branches: Vec<Cascade> = Vec::new();
+    // Followed, and neither born nor doubled within reach: not to be followed again.
+    let mut barren: Vec<Cascade> = Vec::new();
     let mut whole = true;
     let known = |branches: &[Cascade], (column, period): (&Column, u32)| {
         column.sections.last().is_some_and(|last| {
@@ -298,7 +297,7 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec
     };
     while branches.len() < BRANCHES_MAX {
         // As many at a time whatever the threads, so that the numbers do not depend on them.
-        wanted.retain(|one| !known(&branches, *one));
+        wanted.retain(|one| !known(&branches, *one) && !known(&barren, *one));
         let mut batch: Vec<(&Column, u32)> = Vec::new();
         for (column, period) in &wanted {
             // Two of one period may well lie on one branch.
@@ -329,10 +328,11 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec
         });
         let stopped = followed.iter().any(Option::is_none);
         for branch in followed.into_iter().flatten().flatten() {
-            if (branch.birth.is_some() || !branch.doublings.is_empty())
-                && !branches.iter().any(|other| same(other, &branch))
-            {
+            let bears = branch.found().next().is_some();
+            if bears && !branches.iter().any(|other| same(other, &branch)) {
                 branches.push(branch);
+            } else {
+                barren.push(branch);
             }
         }
         if stopped {

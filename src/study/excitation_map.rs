@@ -5,7 +5,7 @@ use super::Headline;
 use super::orbit::Rig;
 use super::parallel::Control;
 use crate::error::Error;
-use crate::replay::fan::{self, Ending, FanOptions, Ride};
+use crate::replay::fan::{self, Ending, Ride};
 use serde::Serialize;
 
 /// What is asked.
@@ -98,20 +98,16 @@ impl Options {
             amplitude_m_s2: self.amplitude(u32::try_from(index).unwrap_or(0))
                 * self.rig.gravity_m_s2,
         };
+        let rig = Rig {
+            angular_frequency_rad_s,
+            ..self.rig.clone()
+        };
         let followed = fan::follow(
-            &self.rig.design,
+            &rig.design,
             self.grid.0 as usize,
             &ride,
-            &FanOptions {
-                stop: self.rig.stop,
-                angular_frequency_rad_s,
-                phase_rad: 0.0,
-                periods_max: self.periods,
-                keep: self.periods as usize,
-                peaks: true,
-                // Each frequency has one.
-                threads: 1,
-            },
+            // Each frequency has a thread of its own.
+            &rig.fan(self.periods, self.periods, true, 1),
             &|_, _, _| false,
             None,
         )?;

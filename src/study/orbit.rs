@@ -12,6 +12,7 @@ use crate::error::Error;
 use crate::model::Design;
 use crate::model::excitation::Harmonic;
 use crate::model::stop::StopModel;
+use crate::replay::fan::FanOptions;
 use crate::replay::{Section, Strobe};
 use serde::Serialize;
 
@@ -49,6 +50,20 @@ impl Rig {
     /// As [`Strobe::new`].
     pub fn strobe(&self, amplitude_g: f64, state: Option<State>) -> Result<Strobe, Error> {
         Strobe::new(&self.design, self.stop, &self.sine(amplitude_g), state)
+    }
+
+    /// Options of a fan of such levers, each followed `periods_max` periods, of which the last
+    /// `keep` are kept.
+    pub(super) fn fan(&self, periods_max: u32, keep: u32, peaks: bool, threads: usize) -> FanOptions {
+        FanOptions {
+            stop: self.stop,
+            angular_frequency_rad_s: self.angular_frequency_rad_s,
+            phase_rad: 0.0,
+            periods_max,
+            keep: keep as usize,
+            peaks,
+            threads,
+        }
     }
 
     /// Returns the amplitude at which a lever at rest leaves the rigid stop [g].
