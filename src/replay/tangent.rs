@@ -105,7 +105,10 @@ impl Tangent {
             count += 1;
         }
         let (mut angle, mut slope) = ([0.0; LANES], [0.0; LANES]);
-        for (term, n) in changes[ORDER - count..ORDER - 1].iter().zip((1..count).rev()) {
+        for (term, n) in changes[ORDER - count..ORDER - 1]
+            .iter()
+            .zip((1..count).rev())
+        {
             for lane in 0..LANES {
                 angle[lane] = angle[lane] * of.part + term[lane];
                 slope[lane] = slope[lane] * of.part + n as f64 * term[lane];

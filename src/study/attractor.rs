@@ -327,7 +327,9 @@ fn more(options: &Options, seen: &mut Seen, control: &Control<'_>) -> Result<boo
         &options.rig.design,
         count,
         &ride,
-        &options.rig.fan(APART_AFTER + each, each, false, control.threads),
+        &options
+            .rig
+            .fan(APART_AFTER + each, each, false, control.threads),
         &|_, _, _| false,
         Some(&watch),
     )?;

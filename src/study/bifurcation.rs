@@ -285,8 +285,8 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec
         work: WORK_MAX,
     };
     let mut branches: Vec<Cascade> = Vec::new();
-    // Followed, and neither born nor doubled within reach: not to be followed again.
-    let mut barren: Vec<Cascade> = Vec::new();
+    // Followed, and nothing new found: not to be followed again.
+    let mut spent: Vec<Cascade> = Vec::new();
     let mut whole = true;
     let known = |branches: &[Cascade], (column, period): (&Column, u32)| {
         column.sections.last().is_some_and(|last| {
@@ -297,7 +297,7 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec
     };
     while branches.len() < BRANCHES_MAX {
         // As many at a time whatever the threads, so that the numbers do not depend on them.
-        wanted.retain(|one| !known(&branches, *one) && !known(&barren, *one));
+        wanted.retain(|one| !known(&branches, *one) && !known(&spent, *one));
         let mut batch: Vec<(&Column, u32)> = Vec::new();
         for (column, period) in &wanted {
             // Two of one period may well lie on one branch.
@@ -329,10 +329,13 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec
         let stopped = followed.iter().any(Option::is_none);
         for branch in followed.into_iter().flatten().flatten() {
             let bears = branch.found().next().is_some();
-            if bears && !branches.iter().any(|other| same(other, &branch)) {
-                branches.push(branch);
-            } else {
-                barren.push(branch);
+            match branches.iter_mut().find(|other| same(other, &branch)) {
+                // Begun on an orbit that parts from another, a branch lacks that other's birth.
+                Some(other) if other.found().count() < branch.found().count() => {
+                    spent.push(std::mem::replace(other, branch));
+                }
+                None if bears => branches.push(branch),
+                _ => spent.push(branch),
             }
         }
         if stopped {

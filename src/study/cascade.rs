@@ -256,8 +256,11 @@ impl Walk<'_> {
         let mut at = orbit.clone();
         let mut before: Option<Orbit> = None;
         let mut pace = 0.05 * orbit.amplitude_g;
+        // Motion that goes with the excitation down to nothing is not born.
+        let least = self.reach.amplitudes_g.0.max(1e-3 * orbit.amplitude_g);
+        let mut sought = false;
         while self.spent < self.reach.work {
-            if at.amplitude_g < self.reach.amplitudes_g.0 {
+            if at.amplitude_g < least {
                 return None;
             }
             if pace >= at.amplitude_g {
@@ -268,7 +271,9 @@ impl Walk<'_> {
                 let (here, there) = (at.condition(kind), before.condition(kind));
                 let fall = (there * there - here * here) / (before.amplitude_g - at.amplitude_g);
                 let fold = at.amplitude_g - here * here / fall;
-                if fall > 0.0 && at.amplitude_g - fold < pace {
+                // From the same two the same comes again.
+                if fall > 0.0 && at.amplitude_g - fold < pace && !sought {
+                    sought = true;
                     let found = self
                         .locate(kind, at.period, at.points[0], fold)
                         .filter(|found| {
@@ -299,6 +304,7 @@ impl Walk<'_> {
                 Some(next) => {
                     self.way.push(next.clone());
                     before = Some(std::mem::replace(&mut at, next));
+                    sought = false;
                     pace = (0.05 * at.amplitude_g).min(GROWTH * pace);
                 }
                 None => {

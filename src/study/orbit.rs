@@ -54,7 +54,13 @@ impl Rig {
 
     /// Options of a fan of such levers, each followed `periods_max` periods, of which the last
     /// `keep` are kept.
-    pub(super) fn fan(&self, periods_max: u32, keep: u32, peaks: bool, threads: usize) -> FanOptions {
+    pub(super) fn fan(
+        &self,
+        periods_max: u32,
+        keep: u32,
+        peaks: bool,
+        threads: usize,
+    ) -> FanOptions {
         FanOptions {
             stop: self.stop,
             angular_frequency_rad_s: self.angular_frequency_rad_s,
