@@ -42,10 +42,13 @@ pub struct Member {
 pub struct MemberPeak {
     /// Largest angle in the window [rad]; NaN if the lever could not be followed.
     pub peak_angle_rad: f64,
-    /// Largest angle after the window's end [rad]; `None` if at rest there.
+    /// Largest angle after the window's end [rad]; `None` if at rest there, or if the peak is
+    /// certainly larger.
     pub coast_peak_angle_rad: Option<f64>,
     /// Samples that the lever took by the scalar kernel.
     pub scalar_samples: u32,
+    /// Samples that were left out at the end, since nothing in them could raise the peak.
+    pub spared_samples: u32,
 }
 
 /// What a batch is asked.
@@ -102,14 +105,16 @@ pub fn peaks_without_vectors(
 }
 
 /// Shares the members out over the threads, a chunk at a time, each by `run`.
-fn shared_out<'a, M: Fn(usize) -> Member + Sync>(
-    signal: &'a Signal,
+fn shared_out<M: Fn(usize) -> Member + Sync>(
+    signal: &Signal,
     count: usize,
-    member: &'a M,
-    options: &'a BatchOptions,
-    run: impl Fn(Chunk<'a, M>) -> Vec<MemberPeak> + Sync,
+    member: &M,
+    options: &BatchOptions,
+    run: impl Fn(Chunk<'_, M>) -> Vec<MemberPeak> + Sync,
 ) -> Result<Vec<MemberPeak>, Error> {
     check(signal, options)?;
+    let (_, last) = judged(signal, options);
+    let ahead = ahead(signal, last);
     let next = AtomicUsize::new(0);
     let take = || {
         let mut done: Vec<(usize, Vec<MemberPeak>)> = Vec::new();
@@ -122,6 +127,7 @@ fn shared_out<'a, M: Fn(usize) -> Member + Sync>(
                 members: first..(first + CHUNK).min(count),
                 member,
                 signal,
+                ahead: &ahead,
                 options,
             });
             done.push((first, results));
@@ -144,6 +150,25 @@ fn shared_out<'a, M: Fn(usize) -> Member + Sync>(
         .into_iter()
         .flat_map(|(_, results)| results)
         .collect())
+}
+
+/// First and last sample that are judged.
+fn judged(signal: &Signal, options: &BatchOptions) -> (usize, usize) {
+    let end = signal.samples.len() - 1;
+    let (first, last) = options.window.unwrap_or((0, end));
+    (first.min(end), last.min(end))
+}
+
+/// Returns, for every sample, ∫|a| dt from it to sample `last`, or a little more [m/s].
+fn ahead(signal: &Signal, last: usize) -> Vec<f64> {
+    let half = 0.5 * signal.rate.interval().seconds();
+    let mut ahead = vec![0.0; signal.samples.len()];
+    for index in (0..last).rev() {
+        // The chord of the magnitudes lies nowhere below the magnitude of the chord.
+        let (from, to) = (signal.samples[index], signal.samples[index + 1]);
+        ahead[index] = ahead[index + 1] + half * (from.abs() + to.abs());
+    }
+    ahead
 }
 
 fn check(signal: &Signal, options: &BatchOptions) -> Result<(), Error> {
@@ -173,6 +198,7 @@ struct Chunk<'a, M> {
     members: Range<usize>,
     member: &'a M,
     signal: &'a Signal,
+    ahead: &'a [f64],
     options: &'a BatchOptions,
 }
 
@@ -185,7 +211,7 @@ impl<M: Fn(usize) -> Member> pulp::WithSimd for Chunk<'_, M> {
         for start in self.members.clone().step_by(lanes::<S>()) {
             let of = |lane: usize| (self.member)((start + lane).min(self.members.end - 1));
             let members: Vec<Member> = (0..lanes::<S>()).map(of).collect();
-            let group = Group::new(simd, members, self.signal, self.options).run();
+            let group = Group::new(simd, members, &self).run();
             results.extend(group.take(self.members.end - start));
         }
         results
@@ -198,10 +224,14 @@ const TRUNCATION: f64 = 1e-16;
 /// Samples after which sine and cosine are computed afresh.
 const FRESH_EVERY: usize = 64;
 
+/// Samples after which it is asked whether the rest could still raise a lane's peak.
+const ASKED_EVERY: usize = 32;
+
 /// Levers that advance together.
 struct Group<'a, S: pulp::Simd> {
     simd: S,
     signal: &'a Signal,
+    ahead: &'a [f64],
     options: &'a BatchOptions,
     lanes: Vec<Lane>,
     coefficients: Coefficients<Lanes<S>>,
@@ -226,7 +256,10 @@ struct Lane {
     bias: f64,
     lift_off: f64,
     flying: bool,
+    /// Nothing to come can raise the peak; the lane is left where it was.
+    settled: bool,
     scalar_samples: u32,
+    spared_samples: u32,
 }
 
 impl Lane {
@@ -250,12 +283,56 @@ impl Lane {
             scale,
             bias,
             flying: false,
+            settled: false,
             scalar_samples: 0,
+            spared_samples: 0,
         }
     }
 
-    /// Sample intervals from the first on that press the lever onto its stop.
+    /// Tells whether the lever, which has its peak so far from before, stays below it whatever
+    /// its impacts do: its energy and the impulse still to come are too small. `ahead` is the
+    /// recording's ∫|a| dt [m/s] over the `left` seconds to come.
+    ///
+    /// # Source
+    ///
+    /// d√E/dt ≤ mL|a|/√(2 I0), as in `docs/screens.md`, (R3), and its soft stop's counterpart.
+    fn stays_below(
+        &self,
+        (angle, velocity): (f64, f64),
+        ahead: f64,
+        left: f64,
+        model: StopModel,
+    ) -> bool {
+        /// Room for rounding and for the replay's own error.
+        const ROOM: f64 = 1e-6;
+        let Member { lever, stop, .. } = &self.member;
+        let stored = match model {
+            StopModel::Rigid => 0.0,
+            StopModel::Soft => {
+                let stiffness = stop.contact_stiffness_nm_per_rad(lever);
+                0.5 * lever.preload_torque_nm * lever.preload_torque_nm / stiffness
+            }
+        };
+        let speed = |energy: f64| (2.0 * energy / lever.moment_of_inertia_kg_m2).sqrt();
+        let best = self.kernel.tally.peak.angle;
+        let energy = stored + energy_of(lever, stop, model, angle, velocity);
+        let needed = stored + energy_of(lever, stop, model, best, 0.0);
+        let gained = self.kernel.gain() * (self.scale.abs() * ahead + self.bias.abs() * left);
+        // At an angle of zero the potential does not tell a lever from its stop.
+        best > 0.0 && speed(energy.max(0.0)) + gained < (1.0 - ROOM) * speed(needed)
+    }
+
+    /// Tells whether the lever rests, or need not be followed.
+    fn idles(&self) -> bool {
+        self.settled || self.kernel.dwells()
+    }
+
+    /// Sample intervals from the first on that press the lever onto its stop; all, if it need
+    /// not be followed.
     fn pressed_samples(&self, samples: &[f64]) -> usize {
+        if self.settled {
+            return samples.len().saturating_sub(1);
+        }
         let limit = (self.lift_off - self.bias) / self.scale.abs();
         if limit.is_finite() {
             pressed_samples(samples, self.scale.signum(), limit)
@@ -267,7 +344,13 @@ impl Lane {
 
 impl<'a, S: pulp::Simd> Group<'a, S> {
     #[inline(always)]
-    fn new(simd: S, members: Vec<Member>, signal: &'a Signal, options: &'a BatchOptions) -> Self {
+    fn new<M>(simd: S, members: Vec<Member>, chunk: &Chunk<'a, M>) -> Self {
+        let Chunk {
+            signal,
+            ahead,
+            options,
+            ..
+        } = *chunk;
         let interval = signal.rate.interval().seconds();
         let lanes: Vec<Lane> = members
             .into_iter()
@@ -296,6 +379,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             best: zero.constant(f64::INFINITY),
             simd,
             signal,
+            ahead,
             options,
             lanes,
         }
@@ -303,9 +387,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
 
     #[inline(always)]
     fn run(mut self) -> impl Iterator<Item = MemberPeak> {
-        let count = self.signal.samples.len();
-        let (first, last) = self.options.window.unwrap_or((0, count - 1));
-        let (first, last) = (first.min(count - 1), last.min(count - 1));
+        let (first, last) = judged(self.signal, self.options);
         for lane in 0..self.lanes.len() {
             self.load(lane);
         }
@@ -314,8 +396,17 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             if index == first {
                 self.open_window();
             }
-            if self.flying == 0 && self.lanes.iter().all(|lane| lane.kernel.dwells()) {
-                let stop_at = if index < first { first } else { last };
+            if index > first && index.is_multiple_of(ASKED_EVERY) && self.settle(index, last) {
+                break;
+            }
+            if self.flying == 0 && self.lanes.iter().all(Lane::idles) {
+                // Not beyond the next question, so that a lane's does not depend on the others.
+                let asked = index - index % ASKED_EVERY + ASKED_EVERY;
+                let stop_at = if index < first {
+                    first
+                } else {
+                    last.min(asked)
+                };
                 let moved = index + self.pressed(&self.signal.samples[index..=stop_at]);
                 if moved > index {
                     index = moved;
@@ -371,10 +462,11 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             scale,
             bias,
             lift_off,
+            settled,
             ..
         } = &self.lanes[lane];
         let (from, to) = (scale * from + bias, scale * to + bias);
-        if kernel.stuck || (kernel.dwells() && from > *lift_off && to > *lift_off) {
+        if *settled || kernel.stuck || (kernel.dwells() && from > *lift_off && to > *lift_off) {
             return;
         }
         self.store(lane);
@@ -396,6 +488,33 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             self.best.set(lane, kernel.tally.peak.angle);
         }
         self.load(lane);
+    }
+
+    /// Puts the lanes aside that can no longer raise their peak, and tells whether these are all.
+    #[inline(never)]
+    fn settle(&mut self, index: usize, last: usize) -> bool {
+        let interval = self.signal.rate.interval().seconds();
+        #[expect(clippy::cast_precision_loss, reason = "a count of samples")]
+        let left = (last - index) as f64 * interval;
+        for lane in 0..self.lanes.len() {
+            let this = &self.lanes[lane];
+            let state = if this.flying {
+                let velocity = self.state.slope.lane(lane) * self.signal.rate.hertz();
+                (self.state.angle.lane(lane), velocity)
+            } else {
+                this.kernel.state()
+            };
+            if !this.settled
+                && !this.kernel.stuck
+                && this.stays_below(state, self.ahead[index], left, self.options.stop)
+            {
+                self.store(lane);
+                let this = &mut self.lanes[lane];
+                this.settled = true;
+                this.spared_samples = u32::try_from(last - index).unwrap_or(u32::MAX);
+            }
+        }
+        self.lanes.iter().all(|lane| lane.settled)
     }
 
     /// Takes a lane that its kernel left in free flight into the vector.
@@ -499,11 +618,12 @@ fn finish(lane: Lane, end: f64, options: &BatchOptions) -> MemberPeak {
         kernel.tally.peak.angle
     };
     let energy = energy_of(&member.lever, &member.stop, options.stop, angle, velocity);
-    let coasts = options.coast && !kernel.stuck && energy > MOVING_ENERGY_J;
+    let coasts = options.coast && !kernel.stuck && !lane.settled && energy > MOVING_ENERGY_J;
     MemberPeak {
         peak_angle_rad: peak,
         coast_peak_angle_rad: coasts.then(|| kernel.coast(end).map_or(f64::NAN, |peak| peak.angle)),
         scalar_samples: lane.scalar_samples,
+        spared_samples: lane.spared_samples,
     }
 }
 
