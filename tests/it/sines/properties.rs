@@ -223,6 +223,45 @@ fn calm(control: &Control<'_>) -> Basins {
     basins::run(&options, control).unwrap()
 }
 
+/// The columns beyond the first doubling have period 2, and lie on the branch of period 1: it is
+/// found once, with its birth. A branch begun on one of them used to take its place, without.
+#[test]
+fn regress_a_branch_is_found_once_and_whole() {
+    let options = bifurcation::Options {
+        amplitudes_g: (0.4, 2.0),
+        points: 33,
+        initial: None,
+        transient: 500,
+        periods: 40,
+        ..diagram(StopModel::Soft, 2)
+    };
+    let found = bifurcation::run(&options, &all(2)).unwrap();
+    let periods = |wanted| {
+        let with = |column: &&bifurcation::Column| column.period == Some(wanted);
+        found.columns.iter().filter(with).count()
+    };
+    assert!(
+        periods(1) > 2 && periods(2) > 1,
+        "{} and {}",
+        periods(1),
+        periods(2)
+    );
+    // Both are of `reference/bifurcations_w100.json` as well.
+    let with_doubling: Vec<_> = found
+        .branches
+        .iter()
+        .filter(|branch| {
+            branch
+                .found()
+                .any(|one| (one.orbit.amplitude_g - 1.753_715_585_397).abs() < 1e-9)
+        })
+        .collect();
+    assert_eq!(with_doubling.len(), 1, "{:#?}", found.branches);
+    let birth = with_doubling[0].birth.as_ref().unwrap();
+    check_near("birth", birth.orbit.amplitude_g, 0.415_660_115_422_9, 1e-9);
+    assert_eq!(with_doubling[0].doublings.len(), 2);
+}
+
 /// Stops the work when half of it is done.
 fn half() -> Control<'static> {
     Control {
