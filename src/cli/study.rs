@@ -196,6 +196,7 @@ pub(super) fn command(own: &StudyArguments, common: &Common) -> Result<u8, Failu
         schema: "latchgate.study/1",
         study: analysis.name(),
         parameters,
+        complete,
         headlines: answer.headlines,
         cases: answer.cases,
         results: answer.results,

@@ -19,6 +19,8 @@ pub struct Summary {
     pub study: &'static str,
     /// What was asked for.
     pub parameters: BTreeMap<&'static str, serde_json::Value>,
+    /// Whether the work was done to its end.
+    pub complete: bool,
     /// What to take away.
     pub headlines: Vec<Headline>,
     /// The truth of each case, where the study has cases.
@@ -61,13 +63,16 @@ impl Table {
     /// # Errors
     ///
     /// [`ErrorKind::Io`] if a row cannot be written.
-    pub fn of_stops<T: Serialize>(
+    pub fn of_stops<T: Serialize + Default>(
         stops: &[StopModel],
         stop: StopModel,
         rows: &[T],
     ) -> Result<Self, Error> {
         if stops.len() == 1 {
-            Self::of(rows)
+            Ok(Self {
+                suffix: String::new(),
+                csv: csv_or_header(rows)?,
+            })
         } else {
             Self::of_stop(stop, rows)
         }
@@ -78,10 +83,10 @@ impl Table {
     /// # Errors
     ///
     /// [`ErrorKind::Io`] if a row cannot be written.
-    pub fn of_stop<T: Serialize>(stop: StopModel, rows: &[T]) -> Result<Self, Error> {
+    pub fn of_stop<T: Serialize + Default>(stop: StopModel, rows: &[T]) -> Result<Self, Error> {
         Ok(Self {
             suffix: format!("-{}", stop.name()),
-            csv: csv(rows)?,
+            csv: csv_or_header(rows)?,
         })
     }
 }
@@ -164,10 +169,24 @@ fn csv<T: Serialize>(rows: &[T]) -> Result<Vec<u8>, Error> {
         .map_err(|error| refused(error.to_string()))
 }
 
+/// As [`csv`]; of no rows, the line of the columns' names.
+fn csv_or_header<T: Serialize + Default>(rows: &[T]) -> Result<Vec<u8>, Error> {
+    if !rows.is_empty() {
+        return csv(rows);
+    }
+    let mut lines = csv(&[T::default()])?;
+    let header = lines.iter().position(|byte| *byte == b'\n');
+    lines.truncate(header.map_or(0, |end| end + 1));
+    Ok(lines)
+}
+
 /// Returns the summary for a terminal, with the files that were written.
 #[must_use]
 pub fn text(summary: &Summary, written: &[PathBuf]) -> String {
     let mut out = format!("study {}\n", summary.study);
+    if !summary.complete {
+        out.push_str("\ninterrupted: what follows speaks of what was done until then\n");
+    }
     let mut last = String::new();
     for line in &summary.headlines {
         let subject = match line.model {

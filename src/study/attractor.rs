@@ -31,7 +31,7 @@ pub struct Options {
 }
 
 /// One point of the section.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Row {
     /// `event-driven`, or `rk4` with its steps on the grid.
     pub method: &'static str,
@@ -502,22 +502,26 @@ impl Attractor {
         }
         if let Some(growth) = &self.growth {
             if period.is_none() {
-                if growth.rests == 0 {
-                    say(
-                        "largest Lyapunov exponent per period [-]",
-                        growth.lyapunov(),
-                    );
+                let exponent = growth.lyapunov();
+                say("largest Lyapunov exponent per period [-]", exponent);
+                if exponent.is_some() {
+                    say("its standard error [-]", Some(growth.standard_error));
                 } else {
                     say(
                         "share of periods with a rest [-]",
                         Some(f64::from(growth.rests) / f64::from(growth.periods)),
                     );
                     say(
-                        "growth of differences per period without a rest, as an exponent [-]",
-                        Some(growth.per_period),
+                        "decades by which differences shrink at most [-]",
+                        Some(growth.shrunk_max),
                     );
                 }
-                say("its standard error [-]", Some(growth.standard_error));
+                if let Some(returned) = growth.returned {
+                    say(
+                        "periods after which the digits repeat, by rounding [-]",
+                        Some(f64::from(returned)),
+                    );
+                }
             }
             say(
                 "decades by which rounding grows at most [-]",

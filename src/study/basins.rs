@@ -45,10 +45,10 @@ pub struct Attractor {
     pub points: Vec<State>,
     /// Largest angle [rad].
     pub peak_angle_rad: f64,
-    /// Share of the cells [-].
-    pub share: f64,
+    /// Share of the cells [-]; `None` where the work was stopped before all were known.
+    pub share: Option<f64>,
     /// Standard error of that as an estimate of the area, from pairs of neighbouring cells [-].
-    pub standard_error: f64,
+    pub standard_error: Option<f64>,
     /// Distance from its points within which a lever counts as caught, in the measure that
     /// shrinks from period to period [rad].
     pub capture_radius_rad: f64,
@@ -75,7 +75,7 @@ impl Attractor {
 }
 
 /// One cell.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Row {
     /// Initial angle [rad].
     pub angle_rad: f64,
@@ -97,8 +97,9 @@ pub struct Basins {
     /// The same with each cell at a boundary cut into four, for drawing; twice as many cells along
     /// either side. Empty for a grid that is fine already, and where the work was stopped.
     pub fine: Vec<Option<u32>>,
-    /// Share of cells with a neighbour that goes elsewhere [-].
-    pub boundary_share: f64,
+    /// Share of cells with a neighbour that goes elsewhere [-]; `None` where the work was stopped
+    /// before all were known.
+    pub boundary_share: Option<f64>,
     /// Exponent α with which that share falls with the size of a cell; the boundary's dimension is
     /// 2 − α.
     ///
@@ -233,7 +234,7 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Basins, Error> {
         attractors,
         cells,
         fine: Vec::new(),
-        boundary_share: 0.0,
+        boundary_share: None,
         uncertainty_exponent: None,
         complete,
     };
@@ -285,8 +286,8 @@ fn admit(options: &Options, attractors: &mut Vec<Attractor>, end: End) -> u32 {
         period,
         points,
         peak_angle_rad: peak,
-        share: 0.0,
-        standard_error: 0.0,
+        share: None,
+        standard_error: None,
         capture_radius_rad: 0.0,
         measures: Vec::new(),
     });
@@ -545,19 +546,20 @@ impl Basins {
         let (columns, rows) = (self.options.grid.0 as usize, self.options.grid.1 as usize);
         for attractor in &mut self.attractors {
             let here = |cell: &Option<u32>| *cell == Some(attractor.index);
-            attractor.share = self.cells.iter().filter(|cell| here(cell)).count() as f64 / total;
+            attractor.share = Some(self.cells.iter().filter(|cell| here(cell)).count() as f64 / total);
             let differing = self
                 .cells
                 .chunks(columns)
                 .flat_map(|line| line.chunks_exact(2))
                 .filter(|pair| here(&pair[0]) != here(&pair[1]))
                 .count() as f64;
-            attractor.standard_error = differing.sqrt() / total;
+            attractor.standard_error = Some(differing.sqrt() / total);
         }
         let boundary: Vec<usize> = (0..self.cells.len())
             .filter(|index| at_boundary(&self.cells, (columns, rows), *index))
             .collect();
-        self.boundary_share = boundary.len() as f64 / total;
+        let boundary_share = boundary.len() as f64 / total;
+        self.boundary_share = Some(boundary_share);
         if columns.max(rows) > REFINED_MAX {
             let coarse: Vec<Option<u32>> = (0..rows / 2)
                 .flat_map(|row| (0..columns / 2).map(move |column| 2 * (row * columns + column)))
@@ -568,7 +570,7 @@ impl Basins {
                 .count() as f64
                 / coarse.len().max(1) as f64;
             self.uncertainty_exponent =
-                (self.boundary_share > 0.0).then(|| libm::log2(share / self.boundary_share));
+                (boundary_share > 0.0).then(|| libm::log2(share / boundary_share));
             return Ok(());
         }
         let (quarter_angle, quarter_velocity) = (
@@ -608,7 +610,7 @@ impl Basins {
             .filter(|index| at_boundary(&fine, (2 * columns, 2 * rows), *index))
             .count() as f64
             / (4.0 * total);
-        self.uncertainty_exponent = (finer > 0.0).then(|| libm::log2(self.boundary_share / finer));
+        self.uncertainty_exponent = (finer > 0.0).then(|| libm::log2(boundary_share / finer));
         self.fine = fine;
         Ok(())
     }
@@ -639,20 +641,20 @@ impl Basins {
             self.options.amplitude_g, rig.angular_frequency_rad_s
         );
         let mut lines = Vec::new();
-        let mut say = |what: String, value: f64| {
+        let mut say = |what: String, value: Option<f64>| {
             lines.push(Headline {
                 digits: Headline::DIGITS,
                 subject: subject.clone(),
                 model: Some(rig.stop),
                 what,
-                value: Some(value),
+                value,
             });
         };
         for attractor in &self.attractors {
             let name = &attractor.name;
             say(
                 format!("{name}: largest angle [rad]"),
-                attractor.peak_angle_rad,
+                Some(attractor.peak_angle_rad),
             );
             say(format!("{name}: share of the cells [-]"), attractor.share);
             say(
@@ -664,7 +666,7 @@ impl Basins {
         if let Some(exponent) = self.uncertainty_exponent {
             say(
                 "uncertainty exponent of the boundary, at this size of cells [-]".into(),
-                exponent,
+                Some(exponent),
             );
         }
         lines

@@ -43,7 +43,7 @@ pub struct Options {
 }
 
 /// One point of the diagram.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Row {
     /// Amplitude [g].
     pub amplitude_g: f64,
@@ -424,9 +424,11 @@ impl Diagram {
         #[expect(clippy::cast_precision_loss, reason = "a few thousand columns")]
         let share = |count: usize| count as f64 / self.columns.len().max(1) as f64;
         let irregular = self.columns.iter().filter(|c| c.period.is_none()).count();
+        // The least period takes three to be seen, and what was not begun tells nothing.
+        let seen = self.options.periods >= 3 && !self.columns.is_empty();
         lines.push(line(
             "share of amplitudes without a period seen [-]".into(),
-            Some(share(irregular)),
+            seen.then(|| share(irregular)),
         ));
         for branch in self.branches.iter().take(BRANCHES_SHOWN) {
             let period = branch

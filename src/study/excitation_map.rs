@@ -24,7 +24,7 @@ pub struct Options {
 }
 
 /// One excitation.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Row {
     /// Amplitude [g].
     pub amplitude_g: f64,

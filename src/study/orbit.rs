@@ -471,17 +471,32 @@ pub struct Growth {
     pub periods: u32,
     /// Periods in which the lever rested.
     pub rests: u32,
+    /// Periods after which a trajectory came back to the very digits it had had: rounding has made
+    /// it repeat itself, and the exponent is that of the repeated part alone.
+    pub returned: Option<u32>,
+    /// Largest shrinking over any stretch of periods, in decades [-]: 15 of them leave nothing of
+    /// a difference as large as the motion.
+    pub shrunk_max: f64,
     /// Largest growth over any stretch of periods, in decades [-]: 16 of them make rounding as
     /// large as the motion.
     pub decades_max: f64,
 }
 
 impl Growth {
-    /// Returns the largest Lyapunov exponent per period; `None` where the lever rests again and
-    /// again, which wipes out any difference: no exponent then describes the motion.
+    /// Returns the largest Lyapunov exponent per period; `None` where rest on the stop, or a long
+    /// contact with a soft one, wipes out any difference, and where the digits repeat themselves:
+    /// no exponent then describes the motion.
     #[must_use]
     pub fn lyapunov(&self) -> Option<f64> {
-        (self.rests == 0).then_some(self.per_period)
+        (!self.forgets() && self.returned.is_none()).then_some(self.per_period)
+    }
+
+    /// Tells whether the motion wipes out differences of any size that a double holds.
+    #[must_use]
+    pub fn forgets(&self) -> bool {
+        /// Decades that a double holds.
+        const DECADES: f64 = 15.0;
+        self.rests > 0 || self.shrunk_max > DECADES
     }
 
     /// Tells whether rounding stays far below the motion.
@@ -499,7 +514,9 @@ pub(super) struct Stretch {
     logs: Vec<f64>,
     periods: u32,
     rests: u32,
+    returned: Option<u32>,
     largest: f64,
+    shrunk: f64,
 }
 
 /// Follows a small difference over `periods` periods after `transient`; `None` if the lever
@@ -520,7 +537,8 @@ pub(super) fn stretch(
     let omega = rig.angular_frequency_rad_s;
     let start = [1.0, omega];
     let mut way = start;
-    let mut sum: f64 = 0.0;
+    let (mut sum, mut fall): (f64, f64) = (0.0, 0.0);
+    let mut states = Vec::with_capacity(periods as usize);
     let mut seen = Stretch {
         logs: Vec::with_capacity(periods as usize),
         periods,
@@ -535,6 +553,7 @@ pub(super) fn stretch(
             return Ok(None);
         };
         seen.rests += u32::from(section.rested);
+        states.push((section.angle_rad.to_bits(), section.velocity_rad_s.to_bits()));
         let [[a, b], [c, d]] = map.by_state;
         let moved = [a * way[0] + b * way[1], c * way[0] + d * way[1]];
         let length = |way: [f64; 2]| libm::hypot(way[0], way[1] / omega);
@@ -544,12 +563,19 @@ pub(super) fn stretch(
             seen.logs.push(log);
             sum = (sum + log).max(0.0);
             seen.largest = seen.largest.max(sum);
+            fall = (fall - log).max(0.0);
+            seen.shrunk = seen.shrunk.max(fall);
             let scale = 1.0 / length(moved);
             way = moved.map(|part| part * scale);
         } else {
-            sum = 0.0;
+            (sum, fall) = (0.0, 0.0);
             way = start;
         }
+    }
+    // What follows from the same digits is the same.
+    if let Some((last, before)) = states.split_last() {
+        let ago = before.iter().rev().position(|state| state == last);
+        seen.returned = ago.and_then(|ago| u32::try_from(ago + 1).ok());
     }
     Ok(Some(seen))
 }
@@ -581,6 +607,11 @@ pub(super) fn growth(stretches: &[Stretch]) -> Option<Growth> {
         standard_error: (spread / (count * (count - 1.0).max(1.0))).sqrt(),
         periods: stretches.iter().map(|one| one.periods).sum(),
         rests: stretches.iter().map(|one| one.rests).sum(),
+        returned: stretches.iter().find_map(|one| one.returned),
+        shrunk_max: stretches
+            .iter()
+            .map(|one| one.shrunk / std::f64::consts::LN_10)
+            .fold(0.0, f64::max),
         decades_max: stretches
             .iter()
             .map(|one| one.largest / std::f64::consts::LN_10)

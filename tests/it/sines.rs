@@ -474,6 +474,25 @@ fn val_rare_rests_make_no_period() {
     );
 }
 
+/// On the soft stop a long contact wipes out what a double holds: with g = 9.80665 the digits at
+/// A = 40 repeat themselves, though rounding has grown to the motion's size in between. The exponent
+/// of what is repeated, 0.48 per period with a standard error of 0.02, used to pass for that of
+/// chaos; it jumps with the last digits of A.
+#[test]
+fn regress_digits_that_repeat_have_no_exponent() {
+    let soft = orbit::Rig {
+        gravity_m_s2: 9.806_65,
+        ..rig(StopModel::Soft, 20.0)
+    };
+    let options = one_amplitude(soft, 40.0, 200, 600);
+    let found = attractor::run(&options, &all(2)).unwrap();
+    assert_eq!(found.periods, [(40.0, None)]);
+    let growth = found.growth.expect("measured");
+    assert!(growth.lyapunov().is_none(), "{growth:?}");
+    assert!(growth.returned.is_some() && growth.forgets(), "{growth:?}");
+    assert!(!growth.resolved(), "{growth:?}");
+}
+
 /// Midpoints of 100 × 100 cells of (0, 1) × (−20, 20), 300 periods: cells that rest, of period two,
 /// of period one.
 #[track_caller]
@@ -486,7 +505,7 @@ fn check_basins(stop: StopModel, cells: [usize; 3]) -> Basins {
         let index = Some(attractor.index);
         let got = found.cells.iter().filter(|cell| **cell == index).count();
         assert_eq!(got, want, "{} {}", stop.name(), attractor.name);
-        check_near(&attractor.name, attractor.share, want as f64 / 1e4, 1e-12);
+        check_near(&attractor.name, attractor.share.unwrap(), want as f64 / 1e4, 1e-12);
         check_near("error", attractor.standard_error, 2.5e-3, 1.5e-3);
     }
     found

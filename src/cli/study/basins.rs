@@ -2,7 +2,7 @@
 
 use super::sweep::{self, Sine, Span};
 use super::{Analysis, Answer, Failure, Session};
-use crate::cli::args::{ModelArgument, StudyCommon, parse_finite};
+use crate::cli::args::{ModelArgument, StudyCommon};
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;
@@ -24,7 +24,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub sine: Sine,
     /// Amplitude [g]
-    #[arg(long, value_name = "A", value_parser = parse_finite, default_value_t = 1.0)]
+    #[arg(long, value_name = "A", value_parser = sweep::parse_amplitude, default_value_t = 1.0)]
     pub amplitude: f64,
     /// Initial angles [rad]
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_range, default_value = "0..1", allow_hyphen_values = true)]

@@ -1,8 +1,8 @@
 //! `latchgate study histories`.
 
-use super::{Analysis, Answer, Failure, Session, start};
+use super::{Analysis, Answer, Failure, Session, start, sweep};
 use crate::cli::args::{
-    ModelArgument, StudyCommon, parse_angle, parse_finite, parse_positive, parse_velocity,
+    ModelArgument, StudyCommon, parse_angle, parse_positive, parse_velocity,
 };
 use crate::model::Design;
 use crate::report::plot;
@@ -22,7 +22,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
     pub model: ModelArgument,
     /// Amplitude of the sine [g]
-    #[arg(long, value_name = "A", value_parser = parse_finite, allow_negative_numbers = true, default_value_t = 1.0)]
+    #[arg(long, value_name = "A", value_parser = sweep::parse_amplitude, allow_negative_numbers = true, default_value_t = 1.0)]
     pub amplitude: f64,
     /// Angular frequency of the sine [rad/s]
     #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0)]

@@ -1,6 +1,6 @@
 //! `latchgate study shock`.
 
-use super::{Analysis, Answer, Failure, Session};
+use super::{Analysis, Answer, Failure, Session, sweep};
 use crate::cli::args::{ModelArgument, StudyCommon, parse_positive};
 use crate::model::Design;
 use crate::report::plot;
@@ -20,7 +20,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
     pub model: ModelArgument,
     /// Peak of the shock, nearly [g]
-    #[arg(long, value_name = "A", value_parser = parse_positive, default_value_t = 1000.0)]
+    #[arg(long, value_name = "A", value_parser = sweep::parse_positive_amplitude, default_value_t = 1000.0)]
     pub amplitude: f64,
     /// How long the lever is watched [s]
     #[arg(long, value_name = "S", value_parser = parse_duration, default_value_t = 0.3)]

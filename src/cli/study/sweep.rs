@@ -91,15 +91,32 @@ pub(super) fn parse_range(text: &str) -> Result<Span, String> {
     })
 }
 
+/// Largest amplitude [g], fifty times the shock of the paper's Fig. 11: a lever turns so fast
+/// there that nothing of a study's numbers would be left.
+const AMPLITUDE_MAX_G: f64 = 50_000.0;
+
 /// As [`parse_span`], from 0 or above.
 pub(super) fn parse_amplitudes(text: &str) -> Result<Span, String> {
     parse_span(text).and_then(|span| {
-        if span.low >= 0.0 {
+        if span.low >= 0.0 && span.high <= AMPLITUDE_MAX_G {
             Ok(span)
         } else {
-            Err("an amplitude must not be negative".into())
+            Err(format!(
+                "an amplitude lies within 0 and {AMPLITUDE_MAX_G} g"
+            ))
         }
     })
+}
+
+/// Reads one amplitude.
+pub(super) fn parse_amplitude(text: &str) -> Result<f64, String> {
+    let value = parse_finite(text)?;
+    parse_amplitudes(text).map(|_| value)
+}
+
+/// As [`parse_amplitude`], above 0.
+pub(super) fn parse_positive_amplitude(text: &str) -> Result<f64, String> {
+    parse_positive(text).and_then(|_| parse_amplitude(text))
 }
 
 /// As [`parse_amplitudes`], two different numbers.

@@ -1,6 +1,6 @@
 //! `latchgate study work-precision`.
 
-use super::{Analysis, Answer, Failure, Session};
+use super::{Analysis, Answer, Failure, Session, sweep};
 use crate::cli::args::{ModelArgument, StudyCommon, parse_positive};
 use crate::model::Design;
 use crate::report::plot;
@@ -23,7 +23,7 @@ pub struct Arguments {
     #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0)]
     pub omega: f64,
     /// Amplitude of the sine [g]
-    #[arg(long, value_name = "A", value_parser = parse_positive, default_value_t = 5.0)]
+    #[arg(long, value_name = "A", value_parser = sweep::parse_positive_amplitude, default_value_t = 5.0)]
     pub amplitude: f64,
     /// Length of the sine [periods of the excitation]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 100)]

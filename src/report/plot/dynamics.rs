@@ -267,8 +267,13 @@ fn summary(attractor: &Attractor) -> String {
     if let Some(growth) = &attractor.growth {
         return growth.lyapunov().map_or_else(
             || {
+                let what = match (growth.rests, growth.returned) {
+                    (0, None) => "forgets where it was".into(),
+                    (_, None) => "rests now and then".into(),
+                    (_, Some(periods)) => format!("repeats its digits after {periods} periods"),
+                };
                 format!(
-                    "rests now and then; between, rounding grows by {} decades: no period can be told",
+                    "{what}; rounding grows by {} decades: no period can be told",
                     significant(growth.decades_max, 2)
                 )
             },
@@ -335,11 +340,11 @@ pub(super) fn basins(all: &[Basins]) -> Figure {
         );
         let mut x = LEFT + 110.0;
         for attractor in &basins.attractors {
-            let text = format!(
-                "{}: {} %",
-                attractor.name,
-                significant(100.0 * attractor.share, 3)
+            let share = attractor.share.map_or_else(
+                || "share not known, interrupted".into(),
+                |share| format!("{} %", significant(100.0 * share, 3)),
             );
+            let text = format!("{}: {share}", attractor.name);
             let [r, g, b] = basin_colour(attractor.index);
             if let Some(png) = raster::encode(&[r, g, b], 1, 1) {
                 canvas.png(&png, (x, top - 21.0), (22.0, 13.0));
