@@ -1,23 +1,21 @@
 //! From a conditioned channel to an answer: which runs are made, and what they say together.
 
-use super::bench::{self, Bench, Pair, Purpose, samples_before, window_samples};
+use super::bench::{self, Bench, Pair, Purpose, Recall, samples_before, window_samples};
 use super::decision::{Judged, Share, decide, unanimous, worse};
 use super::ensemble::{Ensemble, Scatter};
 use super::filters::{self, FilterRow};
 use super::ladder::{self, Climbed, Ladder};
 use super::margin::{self, PreloadAnswer};
-use super::remarks::{
-    counts, crossing_outside_window, first_late_fault, late_faults, replay_findings,
-};
+use super::remarks::{Faults, crossing_outside_window, replay_findings};
 use super::what_if::{self, WhatIf};
 use super::{
     Answer, ErrorBudget, Evidence, Reason, RunAnswer, ScreenedRun, Trace, ribbon, screen, why,
 };
-use crate::conditioning::{Cfc, Conditioned, bias, resample, spectrum};
+use crate::conditioning::{Cfc, Conditioned, Signal, bias, resample, spectrum};
 use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
-use crate::recording::{Finding, Severity};
+use crate::recording::Finding;
 use crate::replay::{Method, Outcome, Run};
 use crate::units::OpensWhen;
 use std::collections::BTreeMap;
@@ -196,16 +194,11 @@ pub fn assess(
         Purpose::Deciding
     };
     let threshold = design.criterion.threshold_rad;
-    let counted = |finding: &&Finding| counts(finding, options.window_s);
-    let first_bad = findings
-        .iter()
-        .filter(|finding| finding.severity == Severity::Blocking)
-        .filter(counted)
-        .map(|finding| finding.at_s.unwrap_or(f64::NEG_INFINITY))
-        .min_by(f64::total_cmp);
-    let scope = first_bad.map_or(Scope::Whole, |bad_s| {
-        samples_before(signal, bad_s, window).map_or(Scope::Nothing, Scope::Until)
-    });
+    let scope_with = |filter: Option<Cfc>| {
+        let faults = Faults::of(conditioned, filter, findings, options.window_s);
+        (Scope::of(&faults, signal, window), faults)
+    };
+    let (scope, faults) = scope_with(conditioned.filter);
     let scatter = (options.members > 0)
         .then(|| Scatter::new(design, conditioned.bias_standard_error_m_s2, options.seed))
         .transpose()?;
@@ -252,7 +245,16 @@ pub fn assess(
     let nominal_index = index_of_largest(judged.iter().map(Judged::run));
     let (sign, stop) = pairs[nominal_index];
     let filtered = if options.filter_table {
-        filters::table(&bench, conditioned, &pairs, window, scope, &judged, &before)?
+        let scopes = |filter| scope_with(filter).0;
+        filters::table(
+            &bench,
+            conditioned,
+            &pairs,
+            window,
+            &scopes,
+            &judged,
+            &before,
+        )?
     } else {
         Vec::new()
     };
@@ -269,12 +271,15 @@ pub fn assess(
     own_findings.extend(filters::filter_decides(&filters));
     let outside = bench.crossing_outside(&pairs, &judged, window)?;
     own_findings.extend(outside.map(|at| crossing_outside_window(at, design)));
-    own_findings.extend(late_faults(findings, options.window_s));
-    let what_if = match (&scatter, scope) {
-        (Some(scatter), Scope::Whole) => {
-            what_if::reruns(&bench, conditioned, scatter, &pairs, &judged, window)?
-        }
-        _ => Vec::new(),
+    own_findings.extend(faults.findings());
+    let what_if = if scope == Scope::Whole {
+        // The bias belongs to the recording: nominal runs alone are asked about it as well.
+        let of_bias =
+            || Scatter::of_bias(design, conditioned.bias_standard_error_m_s2, options.seed);
+        let moved = scatter.clone().unwrap_or_else(of_bias);
+        what_if::reruns(&bench, conditioned, &moved, &pairs, &judged, window)?
+    } else {
+        Vec::new()
     };
     let why = why::reasons(&why::Case {
         answer,
@@ -284,9 +289,8 @@ pub fn assess(
         judged: &judged,
         nominal: nominal_index,
         findings,
-        first_bad,
+        faults: &faults,
         outside,
-        late_fault: first_late_fault(findings, options.window_s),
         budget: &budget,
         ensembles: &ensembles,
         what_if: &what_if,
@@ -381,16 +385,38 @@ pub fn assess(
 /// # Errors
 ///
 /// As [`assess`].
-pub(super) fn passes(
+pub fn passes(
     conditioned: &Conditioned,
     findings: &[Finding],
     design: &Design,
     options: &AssessOptions,
 ) -> Result<bool, Error> {
-    let blocked = findings
-        .iter()
-        .any(|finding| finding.severity == Severity::Blocking && counts(finding, options.window_s));
-    if blocked {
+    passes_again(
+        conditioned,
+        findings,
+        design,
+        options,
+        &mut Recall::default(),
+        false,
+    )
+}
+
+/// As [`passes`], of a design or recording like one that was asked about before: `recall` says
+/// which members to ask first, which saves most of them and changes no answer. With `presumed` a
+/// pass is not certain where it would take the members of which `recall` says that they stay
+/// below; what is no pass is.
+pub(super) fn passes_again(
+    conditioned: &Conditioned,
+    findings: &[Finding],
+    design: &Design,
+    options: &AssessOptions,
+    recall: &mut Recall,
+    presumed: bool,
+) -> Result<bool, Error> {
+    if Faults::of(conditioned, conditioned.filter, findings, options.window_s)
+        .first_bad
+        .is_some()
+    {
         return Ok(false);
     }
     let signal = &conditioned.used;
@@ -406,14 +432,14 @@ pub(super) fn passes(
         fine: &fine,
     };
     let pairs = pairs(options);
-    let mut judged = bench.judge_all(&pairs, window, Purpose::Deciding, &bench::follow_all)?;
+    let judged = bench.judge_all(&pairs, window, Purpose::Deciding, &bench::follow_all)?;
     if options.members == 0 {
         let threshold = design.criterion.threshold_rad;
         let answers: Vec<Answer> = judged.iter().map(|run| run.answer(threshold)).collect();
         return Ok(combine(options.polarity, &pairs, &answers) == Answer::Pass);
     }
     let scatter = Scatter::new(design, conditioned.bias_standard_error_m_s2, options.seed)?;
-    bench.all_pass(&scatter, &pairs, &mut judged, window)
+    bench.all_pass(&scatter, &pairs, &judged, window, recall, presumed)
 }
 
 /// The stops and polarities that count.
@@ -438,6 +464,13 @@ pub(super) enum Scope {
 }
 
 impl Scope {
+    /// Returns the samples that faults leave.
+    fn of(faults: &Faults, signal: &Signal, window: Option<(usize, usize)>) -> Self {
+        faults.first_bad.map_or(Self::Whole, |bad_s| {
+            samples_before(signal, bad_s, window).map_or(Self::Nothing, Self::Until)
+        })
+    }
+
     /// Parts 1 and 2 of the rule, from what part 3 says of all samples and of the good ones.
     pub(super) fn answer(self, of_all: Answer, of_good: Answer) -> Answer {
         match self {

@@ -3,7 +3,7 @@
 use super::Answer;
 use super::ErrorBudget;
 use super::assess::{AssessOptions, Polarity, Scope, settled};
-use super::decision::{Judged, PASS_SHARE_MAX};
+use super::decision::{Judged, PASS_SHARE_MAX, Standing, decide};
 use super::ensemble::{self, Count, End, Ensemble, Scatter};
 use super::filters;
 use super::ladder::{self, Known};
@@ -14,6 +14,7 @@ use crate::model::stop::StopModel;
 use crate::replay::batch::{self, BatchOptions};
 use crate::replay::{self, Method, Outcome, Run, RunOptions};
 use crate::units::OpensWhen;
+use std::collections::BTreeMap;
 
 /// A stop and the sign that opens.
 pub(super) type Pair = (OpensWhen, StopModel);
@@ -44,6 +45,102 @@ const SHARED_SAMPLES: usize = 20_000;
 
 /// Members that a thread takes at a time.
 const MEMBERS_TAKEN: usize = 64;
+
+/// Members that are run one after the other between two questions whether a pass is still
+/// possible.
+const MEMBERS_IN_A_ROW: usize = 256;
+
+/// What is asked of the ensemble of one stop and polarity.
+struct Asked<'a> {
+    scatter: &'a Scatter,
+    pair: Pair,
+    standing: Standing,
+    window: Option<(usize, usize)>,
+    /// A pass need not be certain.
+    presumed: bool,
+}
+
+/// How the question at one look ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Asking {
+    /// More members exceed the threshold than a pass allows.
+    NoPass,
+    /// Every member was run.
+    Complete,
+    /// Those that were likely to exceed the threshold were run.
+    Presumed,
+}
+
+/// What members did when a design like the present one was asked about: it says whom to ask
+/// first, and nothing else.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Recall {
+    /// Peaks [rad] of the members of each stop and polarity, where they were run last.
+    peaks: Vec<(Pair, BTreeMap<u32, f64>)>,
+    /// The stop and polarity that did not pass last.
+    in_the_way: Option<usize>,
+}
+
+impl Recall {
+    fn of(&mut self, pair: Pair) -> &mut BTreeMap<u32, f64> {
+        let index = match self.peaks.iter().position(|(known, _)| *known == pair) {
+            Some(index) => index,
+            None => {
+                self.peaks.push((pair, BTreeMap::new()));
+                self.peaks.len() - 1
+            }
+        };
+        &mut self.peaks[index].1
+    }
+}
+
+/// Part of the threshold from which on a peak makes its member worth asking first.
+const NEAR_PART: f64 = 0.8;
+
+/// Members that came near the threshold or went beyond, the furthest first.
+fn likely(last: &BTreeMap<u32, f64>, threshold: f64) -> Vec<u32> {
+    let mut near: Vec<(u32, f64)> = last
+        .iter()
+        .map(|(member, peak)| (*member, if peak.is_nan() { f64::INFINITY } else { *peak }))
+        .filter(|(_, peak)| *peak > NEAR_PART * threshold)
+        .collect();
+    near.sort_by(|a, b| b.1.total_cmp(&a.1));
+    near.into_iter().map(|(member, _)| member).collect()
+}
+
+/// Whether a member counts against a pass: it exceeds the threshold or was not followed.
+fn exceeds(peak: f64, threshold: f64) -> bool {
+    !peak.is_finite() || peak > threshold
+}
+
+fn exceeding(peaks: &[Option<f64>], threshold: f64) -> usize {
+    let known = peaks.iter().flatten();
+    known.filter(|peak| exceeds(**peak, threshold)).count()
+}
+
+/// The most members of a look that a pass lets exceed the threshold; none where not even that
+/// is enough for a pass, which a complete look then shows.
+fn most_of_a_pass(look: u32) -> usize {
+    let allows = |count: u32| {
+        let share = Count {
+            members: look,
+            exceeded: count,
+            failed_to_run: 0,
+        }
+        .share();
+        share.upper <= PASS_SHARE_MAX
+    };
+    let (mut most, mut more) = (0, look);
+    while more - most > 1 {
+        let middle = u32::midpoint(most, more);
+        if allows(middle) {
+            most = middle;
+        } else {
+            more = middle;
+        }
+    }
+    most as usize
+}
 
 impl Bench<'_> {
     /// Threads that `runs` runs are shared among: one for a few of a short recording.
@@ -254,16 +351,18 @@ impl Bench<'_> {
     }
 
     /// Returns whether every pair passes by the rule, as [`Self::ensembles`] would have it, and
-    /// asks no more members than that takes.
+    /// asks no more members than that takes: first those that `recall` has seen near or beyond
+    /// the threshold. Where a pass may be `presumed`, those alone, if it has seen all others stay
+    /// below; what is no pass is so for certain.
     pub(super) fn all_pass(
         &self,
         scatter: &Scatter,
         pairs: &[Pair],
-        judged: &mut [Judged],
+        judged: &[Judged],
         window: Option<(usize, usize)>,
+        recall: &mut Recall,
+        presumed: bool,
     ) -> Result<bool, Error> {
-        /// Members between two questions whether a pass is still possible.
-        const BETWEEN: usize = 1024;
         let threshold = self.design.criterion.threshold_rad;
         if judged
             .iter()
@@ -271,32 +370,131 @@ impl Bench<'_> {
         {
             return Ok(false);
         }
-        let members = self.options.members;
-        for (pair, judged) in pairs.iter().zip(judged) {
-            let mut peaks = Vec::new();
-            for look in ensemble::looks(members) {
-                let known = u32::try_from(peaks.len()).unwrap_or(look);
-                for part in (known..look).step_by(BETWEEN).skip(1).chain([look]) {
-                    self.extend(scatter, *pair, window, part, &mut peaks)?;
-                    // Nobody else crosses: the last look would be the mildest.
-                    let best = Count {
-                        members,
-                        ..Count::of(&peaks, threshold)
-                    };
-                    if best.share().upper > PASS_SHARE_MAX {
-                        return Ok(false);
-                    }
-                }
-                judged.share = Some(Count::of(&peaks, threshold).share());
-                if judged.answer(threshold) != Answer::Undecided {
-                    break;
-                }
-            }
-            if judged.answer(threshold) != Answer::Pass {
+        // The one that was in the way before is likely to be so again.
+        let mut order: Vec<usize> = (0..pairs.len()).collect();
+        order.sort_by_key(|index| Some(*index) != recall.in_the_way);
+        for index in order {
+            let asked = Asked {
+                scatter,
+                pair: pairs[index],
+                standing: judged[index].standing(),
+                window,
+                presumed,
+            };
+            if !self.passes(&asked, recall.of(pairs[index]))? {
+                recall.in_the_way = Some(index);
                 return Ok(false);
             }
         }
         Ok(true)
+    }
+
+    /// Returns whether one pair passes by the rule. A look is done with as soon as more members
+    /// exceed the threshold than it allows a pass, whichever they are.
+    fn passes(&self, asked: &Asked<'_>, last: &mut BTreeMap<u32, f64>) -> Result<bool, Error> {
+        let threshold = self.design.criterion.threshold_rad;
+        let likely = likely(last, threshold);
+        let mut peaks: Vec<Option<f64>> = vec![None; self.options.members as usize];
+        let mut before = Vec::new();
+        let mut answer = Answer::Undecided;
+        for look in ensemble::looks(self.options.members) {
+            let all_seen = asked.presumed && last.range(..look).count() == look as usize;
+            match self.ask(asked, look, &likely, all_seen, &mut peaks)? {
+                Asking::NoPass => {
+                    before.push(look);
+                    continue;
+                }
+                Asking::Presumed => {
+                    answer = Answer::Pass;
+                    break;
+                }
+                Asking::Complete => {}
+            }
+            // Every member of the look was run. An earlier one that fails comes first.
+            before.push(look);
+            let of_looks = before.iter().map(|look| {
+                let known: Vec<f64> = peaks[..*look as usize].iter().flatten().copied().collect();
+                let share = Count::of(&known, threshold).share();
+                decide(&asked.standing, threshold, Some(share))
+            });
+            answer = of_looks
+                .into_iter()
+                .find(|answer| *answer != Answer::Undecided)
+                .unwrap_or(Answer::Undecided);
+            if answer != Answer::Undecided {
+                break;
+            }
+        }
+        for (member, peak) in (0..).zip(&peaks) {
+            if let Some(peak) = peak {
+                last.insert(member, *peak);
+            }
+        }
+        Ok(answer == Answer::Pass)
+    }
+
+    /// Runs members of a look until it is certain that it allows no pass, or all of them; or,
+    /// where `all_seen` says that the others stayed below when they were last asked, until hardly
+    /// any of those that are likely to exceed the threshold still does.
+    fn ask(
+        &self,
+        asked: &Asked<'_>,
+        look: u32,
+        likely: &[u32],
+        all_seen: bool,
+        peaks: &mut [Option<f64>],
+    ) -> Result<Asking, Error> {
+        let threshold = self.design.criterion.threshold_rad;
+        let most = most_of_a_pass(look);
+        // Where what was likely does not come true, one after the other is no worse.
+        let worth_one_in = if all_seen { 32 } else { 4 };
+        let mut likely = likely.iter().copied().filter(|member| *member < look);
+        let mut worthwhile = true;
+        loop {
+            let count = exceeding(&peaks[..look as usize], threshold);
+            if count > most {
+                return Ok(Asking::NoPass);
+            }
+            let open = |member: &u32| peaks[*member as usize].is_none();
+            let mut wanted: Vec<u32> = Vec::new();
+            let from_likely = worthwhile;
+            if worthwhile {
+                let missing = (most + 1 - count).max(MEMBERS_TAKEN);
+                wanted = likely.by_ref().filter(open).take(missing).collect();
+                worthwhile = wanted.len() == missing;
+            }
+            if wanted.is_empty() {
+                if all_seen {
+                    return Ok(Asking::Presumed);
+                }
+                wanted = (0..look).filter(open).take(MEMBERS_IN_A_ROW).collect();
+            }
+            if wanted.is_empty() {
+                return Ok(Asking::Complete);
+            }
+            let found = self.peaks_of(asked, &wanted)?;
+            for (member, peak) in wanted.iter().zip(&found) {
+                peaks[*member as usize] = Some(*peak);
+            }
+            if from_likely {
+                let true_ones = found.iter().filter(|peak| exceeds(**peak, threshold));
+                worthwhile &= worth_one_in * true_ones.count() >= found.len();
+            }
+        }
+    }
+
+    /// Returns the peaks of the members named [rad], NaN where one could not be followed.
+    fn peaks_of(&self, asked: &Asked<'_>, members: &[u32]) -> Result<Vec<f64>, Error> {
+        let tasks: Vec<&[u32]> = members.chunks(MEMBERS_TAKEN).collect();
+        let mut peaks = Vec::with_capacity(members.len());
+        for result in in_parallel(self.threads(members.len()), &tasks, |task| {
+            self.peaks(asked.pair, asked.window, task.len(), &|index| {
+                asked.scatter.member(task[index])
+            })
+        }) {
+            peaks.extend(result?);
+        }
+        Ok(peaks)
     }
 
     /// Runs the members of one pair up to `look`, those that are in `peaks` not again.

@@ -250,6 +250,28 @@ impl Scatter {
         })
     }
 
+    /// Takes the scatter of the recording's bias alone, whatever else the design scatters.
+    pub(super) fn of_bias(design: &Design, bias_standard_error_m_s2: f64, seed: u64) -> Self {
+        let deviation = design
+            .input
+            .bias_g
+            .max(bias_standard_error_m_s2 / STANDARD_GRAVITY);
+        Self {
+            lever: design.lever,
+            stop: design.stop,
+            parameters: (0..)
+                .zip(PARAMETERS)
+                .filter(|(_, name)| *name == "input.bias_g" && deviation > 0.0)
+                .map(|(stream, name)| Parameter {
+                    name,
+                    deviation,
+                    stream,
+                })
+                .collect(),
+            seed,
+        }
+    }
+
     /// Returns what is scattered, in a fixed order.
     #[must_use]
     pub fn parameters(&self) -> &[Parameter] {

@@ -37,13 +37,14 @@ pub(super) struct Filtered {
 /// signals of one at a time.
 const SAMPLES_AT_ONCE: usize = 100_000;
 
-/// Judges the recording after each filter; the one that was chosen is not run again.
+/// Judges the recording after each filter; the one that was chosen is not run again. `scopes`
+/// says how many samples faults leave after a filter, which carries them backwards.
 pub(super) fn table(
     bench: &Bench<'_>,
     conditioned: &Conditioned,
     pairs: &[Pair],
     window: Option<(usize, usize)>,
-    scope: Scope,
+    scopes: &(dyn Fn(Option<Cfc>) -> Scope + Sync),
     judged: &[Judged],
     before: &[Judged],
 ) -> Result<Vec<Filtered>, Error> {
@@ -54,6 +55,7 @@ pub(super) fn table(
         bench.threads(8 * pairs.len())
     };
     in_parallel(threads, &filters, |filter| {
+        let scope = scopes(*filter);
         if *filter == conditioned.filter {
             let answers = bench.nominal_answers(pairs, window, judged)?;
             return Ok(row(

@@ -4,6 +4,7 @@
 //! varied alone over a stated range; every value at which the answer changes is listed, and the
 //! one nearest to the present is the margin.
 
+mod change;
 pub mod limit;
 pub mod map;
 mod preload;
@@ -17,17 +18,19 @@ pub use preload::PreloadAnswer;
 pub(super) use preload::preload_answer;
 pub use quantity::Quantity;
 
-use super::bench::window_samples;
-use super::remarks::counts;
+use super::bench::{Recall, window_samples};
+use super::remarks::Faults;
 use super::{Answer, AssessOptions, ConditioningBlock, RecordingBlock, Request, RunBlock, assess};
 use crate::conditioning::Conditioned;
 use crate::error::Error;
 use crate::model::Design;
-use crate::recording::{Finding, Severity};
+use crate::recording::Finding;
+use change::{Change, VerdictSearch};
 use quantity::{Stretch, applied};
 use runs::{Bench, Setting};
 use search::{Crossing, Edge, Excess, Found, Probe};
 use serde::Serialize;
+use std::cell::{Cell, RefCell};
 
 /// What the nominal runs say at one value of a quantity, no error counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -215,9 +218,13 @@ pub fn margins(
         options: &options.assess,
         window,
     };
-    let spoiled = findings.iter().any(|finding| {
-        finding.severity == Severity::Blocking && counts(finding, options.assess.window_s)
-    });
+    let faults = Faults::of(
+        conditioned,
+        conditioned.filter,
+        findings,
+        options.assess.window_s,
+    );
+    let spoiled = faults.first_bad.is_some();
     let search = Search {
         bench: &bench,
         conditioned,
@@ -232,6 +239,7 @@ pub fn margins(
         },
         lift_off_nm: lift_off_nm(&bench, design),
         state: bench.exact(design, 1.0)?.state(),
+        passes: Cell::new(None),
     };
     let mut answers = Vec::new();
     let mut boundaries = Vec::new();
@@ -342,22 +350,9 @@ struct Search<'a> {
     basis: Basis,
     lift_off_nm: f64,
     state: State,
-}
-
-/// A change of the verdict: the last value without and the first with it, which of both passes.
-#[derive(Debug, Clone, Copy)]
-struct Change {
-    passes: f64,
-    does_not: f64,
-}
-
-impl Change {
-    fn bracket(self) -> (f64, f64) {
-        (
-            self.passes.min(self.does_not),
-            self.passes.max(self.does_not),
-        )
-    }
+    /// Whether the verdict passes at present, once that was asked: it is the same of every
+    /// quantity.
+    passes: Cell<Option<bool>>,
 }
 
 impl Search<'_> {
@@ -403,8 +398,15 @@ impl Search<'_> {
         )
     }
 
-    /// Whether the verdict by the whole rule is a pass at a value.
-    fn verdict_passes(&self, quantity: Quantity, value: f64) -> bool {
+    /// Whether the verdict by the whole rule is a pass at a value; `recall` is of values of the
+    /// same quantity, and by it a pass may be `presumed`.
+    fn verdict_passes(
+        &self,
+        quantity: Quantity,
+        value: f64,
+        recall: &mut Recall,
+        presumed: bool,
+    ) -> bool {
         let (design, scale) = self.applied(quantity, value);
         let mut scaled = self.conditioned.clone();
         if quantity == Quantity::Scale {
@@ -420,7 +422,8 @@ impl Search<'_> {
             ..self.options.assess.clone()
         };
         // What cannot be judged is no pass.
-        assess::passes(&scaled, self.findings, &design, &options).unwrap_or(false)
+        assess::passes_again(&scaled, self.findings, &design, &options, recall, presumed)
+            .unwrap_or(false)
     }
 
     fn answer(
@@ -446,8 +449,13 @@ impl Search<'_> {
         let verdict = if spoiled {
             None
         } else {
+            let recall = RefCell::new(Recall::default());
+            let asked = |value: f64, presumed: bool| {
+                self.verdict_passes(quantity, value, &mut recall.borrow_mut(), presumed)
+            };
             let verdict = VerdictSearch {
-                passes: &|value| self.verdict_passes(quantity, value),
+                passes: &|value| asked(value, false),
+                presumes: &|value| asked(value, true),
                 stretch,
                 points: &found.points,
                 width: if self.basis == Basis::Verdict {
@@ -456,7 +464,11 @@ impl Search<'_> {
                     1e-6
                 },
             };
-            let passes = (verdict.passes)(stretch.present);
+            let passes = self
+                .passes
+                .get()
+                .unwrap_or_else(|| (verdict.passes)(stretch.present));
+            self.passes.set(Some(passes));
             if self.basis == Basis::Verdict {
                 passes_at_present = passes;
             }
@@ -531,234 +543,6 @@ fn settled(changes: &[&Crossing]) -> Option<f64> {
         (true, false) => Some(first.low.0),
         (false, true) => Some(last.high.0),
         _ => None,
-    }
-}
-
-/// Looks for the nearest change of a verdict that is dear to ask for, by what the nominal runs
-/// say: a pass needs more than theirs.
-struct VerdictSearch<'a> {
-    passes: &'a dyn Fn(f64) -> bool,
-    stretch: &'a Stretch,
-    /// The nominal runs that the search saw, in ascending order.
-    points: &'a [(f64, search::Excess)],
-    /// Width of the bracket, on the scale of places, of a stretch of length one.
-    width: f64,
-}
-
-/// First step from a boundary of the nominal runs, on the scale of places.
-const FIRST_STEP: f64 = 1e-3;
-
-/// Stretches in which the nominal runs pass that are looked into, the nearest first; one that
-/// reaches an end of the range is looked into in any case.
-const STRETCHES: usize = 3;
-
-/// Nominal peaks, the highest, between the present value and a boundary of the nominal runs
-/// at which the whole rule is asked: what comes close to the threshold may be no pass.
-const CLOSE_CALLS: usize = 6;
-
-impl VerdictSearch<'_> {
-    /// Length that widths and steps are relative to.
-    fn unit(&self) -> f64 {
-        if self.stretch.ratios {
-            1.0
-        } else {
-            self.stretch.high - self.stretch.low
-        }
-    }
-
-    fn nearest(&self, changes: &[&Crossing], nominal_passes: bool, passes: bool) -> Option<Change> {
-        if passes {
-            self.leaving(changes)
-        } else {
-            self.reaching(changes, nominal_passes)
-        }
-    }
-
-    /// From a present pass to the nearest value that is none, to either side.
-    fn leaving(&self, changes: &[&Crossing]) -> Option<Change> {
-        let here = self.stretch.place(self.stretch.present);
-        let mut best: Option<Change> = None;
-        for upwards in [true, false] {
-            let next = if upwards {
-                changes.iter().find(|c| c.high.0 > self.stretch.present)
-            } else {
-                changes
-                    .iter()
-                    .rev()
-                    .find(|c| c.low.0 < self.stretch.present)
-            };
-            let (end, certain) = match (next, upwards) {
-                (Some(crossing), true) => (crossing.high.0, true),
-                (Some(crossing), false) => (crossing.low.0, true),
-                (None, true) => (self.stretch.high, false),
-                (None, false) => (self.stretch.low, false),
-            };
-            // What is no nearer than the other side's change is not the answer.
-            let mut end = self.stretch.place(end);
-            let mut certain = certain;
-            if let Some(best) = best {
-                let reach = self.stretch.distance(best.does_not);
-                let mirrored = if upwards { here + reach } else { here - reach };
-                if (mirrored - here).abs() < (end - here).abs() {
-                    (end, certain) = (mirrored, false);
-                }
-            }
-            if let Some(doubt) = self.close_call(here, end) {
-                (end, certain) = (doubt, true);
-            }
-            if !certain && (self.passes)(self.stretch.value(end)) {
-                continue;
-            }
-            let change = self.halve(here, end);
-            if best.is_none_or(|best| {
-                self.stretch.distance(change.does_not) < self.stretch.distance(best.does_not)
-            }) {
-                best = Some(change);
-            }
-        }
-        best
-    }
-
-    /// The nearest of the close calls between `here` and `end` at which the verdict is no pass.
-    fn close_call(&self, here: f64, end: f64) -> Option<f64> {
-        let between = |place: f64| (place - here) * (place - end) < 0.0;
-        let mut tops: Vec<(f64, f64)> = self
-            .points
-            .windows(3)
-            .map(|near| (near[0].1.pass, near[1], near[2].1.pass))
-            .filter(|(before, top, after)| top.1.pass >= *before && top.1.pass >= *after)
-            .map(|(_, top, _)| (self.stretch.place(top.0), top.1.pass))
-            .filter(|(place, excess)| between(*place) && *excess <= 0.0)
-            .collect();
-        tops.sort_by(|a, b| b.1.total_cmp(&a.1));
-        tops.truncate(CLOSE_CALLS);
-        tops.sort_by(|a, b| (a.0 - here).abs().total_cmp(&(b.0 - here).abs()));
-        tops.into_iter()
-            .map(|(place, _)| place)
-            .find(|place| !(self.passes)(self.stretch.value(*place)))
-    }
-
-    /// From no pass at present to the nearest value that is one.
-    fn reaching(&self, changes: &[&Crossing], nominal_passes: bool) -> Option<Change> {
-        let here = self.stretch.place(self.stretch.present);
-        let distance = |(from, to): &(f64, f64)| {
-            if (*from..=*to).contains(&here) {
-                0.0
-            } else {
-                (from - here).abs().min((to - here).abs())
-            }
-        };
-        let mut stretches = self.nominal_passes(changes, nominal_passes);
-        stretches.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let mut best: Option<Change> = None;
-        let reaches_an_end = |(from, to): &(f64, f64)| {
-            *from <= self.low_place() || *to >= self.stretch.place(self.stretch.high)
-        };
-        for (_, (from, to)) in stretches
-            .into_iter()
-            .enumerate()
-            .filter(|(index, stretch)| *index < STRETCHES || reaches_an_end(stretch))
-        {
-            let starts = if (from..=to).contains(&here) {
-                vec![(here, to), (here, from)]
-            } else if here < from {
-                vec![(from, to)]
-            } else {
-                vec![(to, from)]
-            };
-            for (start, end) in starts {
-                let near = |change: &Change| self.stretch.distance(change.passes);
-                if best.is_some_and(|best| near(&best) <= (start - here).abs()) {
-                    continue;
-                }
-                if let Some(change) = self.inwards(start, end)
-                    && best.is_none_or(|best| near(&change) < near(&best))
-                {
-                    best = Some(change);
-                }
-            }
-        }
-        best
-    }
-
-    /// Stretches in which the nominal runs pass, on the scale of places.
-    fn nominal_passes(&self, changes: &[&Crossing], nominal_passes: bool) -> Vec<(f64, f64)> {
-        let place = |value: f64| self.stretch.place(value);
-        let mut stretches = Vec::new();
-        let first_passes = changes
-            .first()
-            .map_or(nominal_passes, |first| first.low.1.pass <= 0.0);
-        let mut from = first_passes.then(|| self.low_place());
-        for crossing in changes {
-            if crossing.low.1.pass <= 0.0 {
-                if let Some(from) = from.take() {
-                    stretches.push((from, place(crossing.low.0)));
-                }
-            } else {
-                from = Some(place(crossing.high.0));
-            }
-        }
-        if let Some(from) = from {
-            stretches.push((from, place(self.stretch.high)));
-        }
-        stretches
-    }
-
-    fn low_place(&self) -> f64 {
-        self.stretch.place(self.stretch.low)
-    }
-
-    /// Steps from `start`, where the verdict is no pass or just one, towards `end` until it is.
-    fn inwards(&self, start: f64, end: f64) -> Option<Change> {
-        let side = (end - start).signum();
-        let length = (end - start).abs();
-        let mut before = start;
-        let mut step = FIRST_STEP * self.unit();
-        let passes = |place: f64| (self.passes)(self.stretch.value(place));
-        if passes(start) {
-            let value = self.stretch.value(start);
-            return Some(Change {
-                passes: value,
-                does_not: value,
-            });
-        }
-        while step < length {
-            let place = start + side * step;
-            if passes(place) {
-                return Some(self.halve(place, before));
-            }
-            before = place;
-            step *= 2.0;
-        }
-        // What is left of the stretch: its end, or its middle where it is a narrow one.
-        for place in [end, f64::midpoint(start, end)] {
-            if passes(place) {
-                let from = if (place - start).abs() > (before - start).abs() {
-                    before
-                } else {
-                    start
-                };
-                return Some(self.halve(place, from));
-            }
-        }
-        None
-    }
-
-    /// Halves the way between a place that passes and one that does not.
-    fn halve(&self, passing: f64, not_passing: f64) -> Change {
-        let (mut passes, mut does_not) = (passing, not_passing);
-        while (passes - does_not).abs() > self.width * self.unit() {
-            let middle = f64::midpoint(passes, does_not);
-            if (self.passes)(self.stretch.value(middle)) {
-                passes = middle;
-            } else {
-                does_not = middle;
-            }
-        }
-        Change {
-            passes: self.stretch.value(passes),
-            does_not: self.stretch.value(does_not),
-        }
     }
 }
 
@@ -950,8 +734,8 @@ fn notes(margins: &Margins, context: &Context) -> Vec<String> {
         );
     }
     notes.push(match margins.basis {
-        Basis::NominalRun => "Each number is where the nominal peak angle, while the recording runs and in the coast after it, meets the threshold on one of the stops and polarities that count; no error and no tolerance is counted. The verdict, which counts them, changes where verdict_at says.".to_string(),
-        Basis::Verdict => "Each number is where the verdict changes, by the whole decision rule; nominal_at is where the nominal peak angle meets the threshold.".to_string(),
+        Basis::NominalRun => "Each number is where the nominal peak angle, while the recording runs and in the coast after it, meets the threshold on one of the stops and polarities that count; no error and no tolerance is counted. Where the verdict changes, which counts them, stands beside it (verdict_at).".to_string(),
+        Basis::Verdict => "Each number is where the verdict changes, by the whole decision rule; beside it stands where the nominal peak angle meets the threshold (nominal_at).".to_string(),
     });
     let passes = margins.state == State::Pass;
     if (context.verdict == Answer::Pass) != passes && !margins.spoiled {
@@ -969,8 +753,12 @@ fn notes(margins: &Margins, context: &Context) -> Vec<String> {
                 } else {
                     "above"
                 };
+                let unit = match answer.unit {
+                    "" => String::new(),
+                    unit => format!(" {unit}"),
+                };
                 format!(
-                    " Everything {side} {} within the range passes.",
+                    " Everything {side} {}{unit} within the range passes.",
                     crate::units::plain(at, 6)
                 )
             });

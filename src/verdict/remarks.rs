@@ -3,39 +3,120 @@
 use super::assess::{AssessOptions, Polarity};
 use super::decision::Judged;
 use super::why;
+use crate::conditioning::{Cfc, Conditioned, FilterStandard, cfc, resample};
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::recording::{Finding, Severity};
 use crate::replay::Method;
 use crate::units::SampleInterval;
 
-/// A fault that begins after the judged window does not count.
-pub(super) fn counts(finding: &Finding, window_s: Option<(f64, f64)>) -> bool {
-    match (window_s, finding.at_s) {
-        (Some((_, end)), Some(at)) => at <= end,
-        _ => true,
+/// Length of a filter's reach by its design frequency [-].
+///
+/// Both passes together answer an impulse by (ωd/√8)·e^−u·(cos u + sin u) with u = ωd·|t|/√2.
+/// Beyond 1.5/fd, where u = 6.66, e^−u/√2 leaves less than a thousandth of its area.
+const REACH_PERIODS: f64 = 1.5;
+
+/// Returns how far a filter without phase carries a sample backwards in time [s]: less than a
+/// thousandth of its weight lies further away.
+pub(super) fn filter_reach_s(filter: Option<Cfc>, standard: FilterStandard) -> f64 {
+    filter.map_or(0.0, |class| {
+        REACH_PERIODS / cfc::design_frequency_hz(class, standard)
+    })
+}
+
+/// What blocking findings leave of a recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Faults {
+    /// From when on the samples as used are bad [s], −∞ for throughout; `None` if no fault counts.
+    pub(super) first_bad: Option<f64>,
+    /// The same of the samples as recorded, before any filter.
+    pub(super) stated: Option<f64>,
+    /// When the first fault begins that lies after the judged window and does not count [s].
+    pub(super) late: Option<f64>,
+    /// When the first fault begins that lies after the judged window and counts all the same,
+    /// since a filter carries it back into the window [s].
+    pub(super) carried: Option<f64>,
+    /// How far conditioning carries a fault backwards [s].
+    pub(super) reach_s: f64,
+}
+
+impl Faults {
+    /// Finds them for a recording as it is used with `filter`.
+    pub(super) fn of(
+        conditioned: &Conditioned,
+        filter: Option<Cfc>,
+        findings: &[Finding],
+        window_s: Option<(f64, f64)>,
+    ) -> Self {
+        let resampled_s = if conditioned.resample_hz.is_some() {
+            resample::end_padding_s(conditioned.raw.rate, conditioned.used.rate)
+        } else {
+            0.0
+        };
+        let reach_s = filter_reach_s(filter, conditioned.filter_standard) + resampled_s;
+        let bias_end_s = conditioned
+            .bias_window_s
+            .filter(|_| conditioned.bias_samples > 0)
+            .map(|(_, end)| end);
+        let mut faults = Self {
+            first_bad: None,
+            stated: None,
+            late: None,
+            carried: None,
+            reach_s,
+        };
+        let earliest = |known: Option<f64>, at: f64| Some(known.map_or(at, |known| known.min(at)));
+        for finding in findings
+            .iter()
+            .filter(|finding| finding.severity == Severity::Blocking)
+        {
+            let at = finding.at_s.unwrap_or(f64::NEG_INFINITY);
+            // A bias taken from bad samples spoils every sample that it was removed from.
+            let bad = if bias_end_s.is_some_and(|end| at <= end) {
+                f64::NEG_INFINITY
+            } else {
+                at - reach_s
+            };
+            let end = window_s.map_or(f64::INFINITY, |(_, end)| end);
+            if bad <= end {
+                faults.first_bad = earliest(faults.first_bad, bad);
+                faults.stated = earliest(faults.stated, at);
+                if at > end {
+                    faults.carried = earliest(faults.carried, at);
+                }
+            } else {
+                faults.late = earliest(faults.late, at);
+            }
+        }
+        faults
     }
-}
 
-pub(super) fn late_faults(findings: &[Finding], window_s: Option<(f64, f64)>) -> Option<Finding> {
-    let first = first_late_fault(findings, window_s)?;
-    Some(Finding::warning(
-        "fault-after-window",
-        format!(
-            "What blocks a verdict from {} on lies after the end of the judged window and does not count; the verdict says nothing about what follows the window.",
-            why::instant(first)
-        ),
-    )
-    .at(first))
-}
-
-/// When the first blocking finding begins that lies after the judged window.
-pub(super) fn first_late_fault(findings: &[Finding], window_s: Option<(f64, f64)>) -> Option<f64> {
-    findings
-        .iter()
-        .filter(|finding| finding.severity == Severity::Blocking && !counts(finding, window_s))
-        .filter_map(|finding| finding.at_s)
-        .min_by(f64::total_cmp)
+    /// Returns what there is to say of faults after the judged window.
+    pub(super) fn findings(&self) -> Vec<Finding> {
+        let mut found = Vec::new();
+        found.extend(self.late.map(|at| {
+            Finding::warning(
+                "fault-after-window",
+                format!(
+                    "What blocks a verdict from {} on lies after the end of the judged window and does not count; the verdict says nothing about what follows the window.",
+                    why::instant(at)
+                ),
+            )
+            .at(at)
+        }));
+        found.extend(self.carried.map(|at| {
+            Finding::warning(
+                "fault-reaches-window",
+                format!(
+                    "What blocks a verdict from {} on lies after the end of the judged window, but bias, filter or resampling carry it into the window; a filter without phase does so by {}. End the window earlier, or take the bias from other samples.",
+                    why::instant(at),
+                    why::instant(self.reach_s)
+                ),
+            )
+            .at(at)
+        }));
+        found
+    }
 }
 
 pub(super) fn crossing_outside_window(at_s: f64, design: &Design) -> Finding {

@@ -3,6 +3,7 @@
 use super::assess::{AssessOptions, ModelChoice, Polarity};
 use super::decision::{FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, Judged, PASS_SHARE_MAX};
 use super::ensemble::Ensemble;
+use super::remarks::Faults;
 use super::what_if::{Change, Side, WhatIf};
 use super::{Answer, ErrorBudget, Reason};
 use crate::model::Design;
@@ -19,11 +20,9 @@ pub(super) struct Case<'a> {
     pub(super) judged: &'a [Judged],
     pub(super) nominal: usize,
     pub(super) findings: &'a [Finding],
-    pub(super) first_bad: Option<f64>,
+    pub(super) faults: &'a Faults,
     /// First crossing outside the judged window [s].
     pub(super) outside: Option<f64>,
-    /// When the first blocking finding after the judged window begins [s].
-    pub(super) late_fault: Option<f64>,
     pub(super) budget: &'a ErrorBudget,
     /// One for each pair that was not left out.
     pub(super) ensembles: &'a [Option<Ensemble>],
@@ -38,12 +37,16 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
     }
     if case.answer == Answer::Undecided {
         // What stands in the way of an answer comes before the size of the peak.
+        reasons.extend(others_not_followed(case));
         reasons.extend(disagreement(case));
         reasons.extend(undeclared(case));
         reasons.extend(ensemble(case));
         reasons.extend(deciding_inputs(case));
     }
     reasons.push(peak(case));
+    if case.answer != Answer::Undecided {
+        reasons.extend(others_not_followed(case));
+    }
     reasons.extend(before_fault(case));
     reasons.extend(case.outside.map(|at| Reason {
         code: "crossing-outside-window",
@@ -52,7 +55,7 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
             instant(at)
         ),
     }));
-    reasons.extend(case.late_fault.map(|at| Reason {
+    reasons.extend(case.faults.late.map(|at| Reason {
         code: "fault-after-window",
         text: format!(
             "From {} on, after the judged window, the recording is faulty: this verdict is not about what follows the window.",
@@ -303,13 +306,7 @@ fn peak(case: &Case<'_>) -> Reason {
     let threshold = case.design.criterion.threshold_rad;
     let place = describe(case.pairs[case.nominal], case.options);
     if judged.outcome.broke_down {
-        return Reason {
-            code: "method-broke-down",
-            text: format!(
-                "The {} method could not follow the lever ({place}); its figures mean nothing.",
-                run.method
-            ),
-        };
+        return not_followed(run.method, &place);
     }
     // What is found on faulty samples is told, but not as if it were known.
     let (lever, proviso) = if case.answer == Answer::Unusable {
@@ -355,6 +352,31 @@ fn peak(case: &Case<'_>) -> Reason {
     }
 }
 
+fn not_followed(method: &str, places: &str) -> Reason {
+    Reason {
+        code: "method-broke-down",
+        text: format!(
+            "The {method} method could not follow the lever ({places}); its figures mean nothing."
+        ),
+    }
+}
+
+/// Names the stops and polarities beside that of the nominal run which could not be followed.
+fn others_not_followed(case: &Case<'_>) -> Option<Reason> {
+    let lost: Vec<(usize, &Judged)> = case
+        .judged
+        .iter()
+        .enumerate()
+        .filter(|(index, judged)| judged.outcome.broke_down && *index != case.nominal)
+        .collect();
+    let (_, first) = lost.first()?;
+    let places: Vec<String> = lost
+        .iter()
+        .map(|(index, _)| describe(case.pairs[*index], case.options))
+        .collect();
+    Some(not_followed(first.run().method, &places.join("; ")))
+}
+
 fn coast_words(coast: Option<f64>) -> String {
     coast.map_or_else(String::new, |coast| {
         format!(
@@ -375,12 +397,22 @@ fn describe((sign, stop): (OpensWhen, StopModel), options: &AssessOptions) -> St
 /// Says that a fault came too late to matter.
 fn before_fault(case: &Case<'_>) -> Option<Reason> {
     let bad = case
-        .first_bad
+        .faults
+        .stated
         .filter(|bad| case.answer == Answer::Fail && bad.is_finite())?;
+    let reach = case.faults.reach_s;
+    let filtered = if reach > 0.0 {
+        format!(
+            " (and, through the filter, in the {} before)",
+            instant(reach)
+        )
+    } else {
+        String::new()
+    };
     Some(Reason {
         code: "failed-before-fault",
         text: format!(
-            "From {} on the recording is faulty, but the samples before that alone give fail; figures from later instants rest on faulty samples.",
+            "From {} on{filtered} the recording is faulty, but the samples before that alone give fail; figures from later instants rest on faulty samples.",
             instant(bad)
         ),
     })
@@ -418,11 +450,18 @@ fn each(case: &Case<'_>, threshold: f64) -> String {
                 .map_or_else(String::new, |coast| {
                     format!(", coasting to {} rad", plain(coast, 4))
                 });
+            let answer = judged.answer(threshold).name();
+            if judged.outcome.broke_down {
+                return format!(
+                    "{} stop, {} opens: {answer}, since it could not be followed",
+                    stop.name(),
+                    sign.name()
+                );
+            }
             format!(
-                "{} stop, {} opens: {} with a peak of {} rad{coast}",
+                "{} stop, {} opens: {answer} with a peak of {} rad{coast}",
                 stop.name(),
                 sign.name(),
-                judged.answer(threshold).name(),
                 plain(judged.run().peak_angle_rad, 4)
             )
         })

@@ -488,6 +488,23 @@ fn verif_a_needle_between_two_values_stays_unseen() {
 }
 
 /// A jump, and a stretch that could not be followed, are narrowed down like any change.
+/// Peaks of levers that whirl round jump from one value to the next: a cell between two of them is
+/// left, while the same picture near the threshold is looked into.
+#[test]
+fn verif_a_cell_between_whirling_levers_is_left() {
+    let peaks = |scale: f64| {
+        move |x: f64| {
+            if (0.42..0.47).contains(&x) {
+                -0.1
+            } else {
+                scale * (2.0 + (x * 10.0).round() % 2.0)
+            }
+        }
+    };
+    assert_eq!(probe_of(&peaks(2.0), 0.0, &tenths()).len(), 2);
+    assert_eq!(probe_of(&peaks(10.0), 0.0, &tenths()).len(), 0);
+}
+
 #[test]
 fn verif_jumps_and_unknown_stretches_are_narrowed_down() {
     let jump = |x: f64| if x < 1.0 / 3.0 { -0.2 } else { 7.0 };

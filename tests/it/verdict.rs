@@ -3,6 +3,9 @@
 mod document;
 mod draws;
 mod ensemble;
+mod faults;
+mod passes;
+mod reasons;
 mod rule;
 
 use latchgate::conditioning::{
@@ -82,6 +85,13 @@ fn with_threshold(threshold_rad: f64) -> Design {
     design
 }
 
+/// The same with a bias that is known for certain, so that it decides nothing.
+fn with_certain_bias(threshold_rad: f64) -> Design {
+    let mut design = with_threshold(threshold_rad);
+    design.input.bias_g = 0.0;
+    design
+}
+
 fn judge(
     signal: &Signal,
     findings: &[Finding],
@@ -141,7 +151,7 @@ fn verif_pass_and_fail_turn_at_the_uncertainty() {
         judge(
             &signal,
             &[],
-            &with_threshold(threshold),
+            &with_certain_bias(threshold),
             &options(RIGID, NEGATIVE),
         )
     };
@@ -229,7 +239,7 @@ fn verif_stops_that_differ_leave_it_undecided() {
     let signal = samples(|t| half_sine(t, 0.0, 0.01, -5.0) + half_sine(t, 0.01, 0.03, 0.5));
     let [rigid, soft] =
         [StopModel::Rigid, StopModel::Soft].map(|stop| peak_and_uncertainty(&signal, stop));
-    let between = with_threshold(0.5 * (rigid.0 + soft.0));
+    let between = with_certain_bias(0.5 * (rigid.0 + soft.0));
     assert!(
         (rigid.0 - soft.0).abs() > 4.0 * rigid.1.max(soft.1),
         "{rigid:?} {soft:?}"

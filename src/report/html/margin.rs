@@ -6,7 +6,7 @@ use crate::report::margin::{bracket, change, direction, with_unit};
 use crate::report::number::{ABSENT, significant};
 use crate::report::plot::{Figure, MARGIN_RULES};
 use crate::report::words;
-use crate::verdict::margin::MarginDocument;
+use crate::verdict::margin::{MarginDocument, Quantity};
 
 /// Returns the page as one self-contained HTML document.
 pub(in crate::report) fn page(document: &MarginDocument, figures: &[Figure]) -> String {
@@ -60,12 +60,17 @@ fn card(page: &mut Page, document: &MarginDocument) {
     page.raw(document.verdict.name());
     page.raw("\">\n<div class=\"answer\"><div>");
     page.element("strong", "", words::answer(document.verdict));
-    let answer = match (document.scale_to_flip, document.verdict) {
-        (Some(scale), _) => format!(
-            "the answer changes at {} times the recording",
-            significant(scale, 5)
+    let of_scale = document
+        .answers
+        .iter()
+        .find(|answer| answer.quantity == Quantity::Scale);
+    let answer = match (document.scale_to_flip, of_scale) {
+        (Some(scale), Some(answer)) => format!(
+            "the answer changes at {} times the recording: {}",
+            significant(scale, 5),
+            direction(answer)
         ),
-        (None, _) => "no scale of the recording that was searched changes the answer".into(),
+        _ => "no scale of the recording that was searched changes the answer".into(),
     };
     page.element("span", "", &answer);
     page.raw("</div>\n</div>\n<ul class=\"why\">\n");
@@ -169,8 +174,17 @@ fn boundaries(page: &mut Page, document: &MarginDocument) {
         &["Quantity", "#At", "Below", "Above", "#Bracket"],
     );
     for boundary in &document.boundaries {
+        let title = document
+            .answers
+            .iter()
+            .find(|answer| answer.quantity.name() == boundary.quantity)
+            .map_or(boundary.quantity, |answer| answer.title);
+        let unit = match boundary.unit {
+            "" => "–",
+            unit => unit,
+        };
         page.raw("<tr>");
-        page.element("th", "", boundary.quantity);
+        page.element("th", "", &format!("{title} [{unit}]"));
         page.element("td", "number", &significant(boundary.at, 9));
         page.element("td", "", boundary.below.name());
         page.element("td", "", boundary.above.name());

@@ -158,6 +158,19 @@ fn limit(limit: &LimitCurve) -> Figure {
             },
         );
     }
+    // Beyond the curve and below it, where neither curve nor bounds are.
+    canvas.text(
+        "muted halo",
+        (RIGHT - 8.0, level - 27.0),
+        Anchor::End,
+        "above the curve: beyond the limit",
+    );
+    canvas.text(
+        "muted halo",
+        (RIGHT - 8.0, panel.bottom - 10.0),
+        Anchor::End,
+        "below: stays within it",
+    );
     panel.frame(&mut canvas);
     Figure {
         name: "margin-limit",
@@ -293,15 +306,21 @@ fn draw_map(document: &MarginDocument, map: &Map) -> Option<Figure> {
     let height = 600.0;
     let mut canvas = Canvas::with_capacity(64 * 1024);
     let title = "Peak angle over two design keys";
+    let request = &map.request;
+    let inside = map.present.is_some_and(|(x, y)| {
+        (request.x.low..=request.x.high).contains(&x)
+            && (request.y.low..=request.y.high).contains(&y)
+    });
+    let legend = if inside {
+        "boundary of the pass; the circle is the present design"
+    } else {
+        "boundary of the pass; the present design lies outside the map"
+    };
     let top = header(
         &mut canvas,
         title,
-        &[Entry::new(
-            Mark::Line("boundary"),
-            "boundary of the pass; the circle is the present design",
-        )],
+        &[Entry::new(Mark::Line("boundary"), legend)],
     );
-    let request = &map.request;
     let (columns, rows) = (request.columns, request.rows);
     let panel = Panel::linear(
         (request.x.low, request.x.high),
@@ -358,8 +377,7 @@ fn draw_map(document: &MarginDocument, map: &Map) -> Option<Figure> {
     }
     canvas.end_group();
     if let Some((x, y)) = map.present
-        && panel.x.contains(x)
-        && panel.y.contains(y)
+        && inside
     {
         canvas.circle("mark", panel.place(x, y), 6.0);
     }
@@ -369,7 +387,7 @@ fn draw_map(document: &MarginDocument, map: &Map) -> Option<Figure> {
         name: "margin-map",
         title: title.into(),
         caption: format!(
-            "Largest angle of the stops and polarities that count, on {columns} × {rows} designs; on the line it meets the limit of {limit} rad, as found by further runs between them. Grey: no lever can have both values."
+            "Largest angle of the stops and polarities that count, on {columns} × {rows} designs; on the line it meets the limit of {limit} rad, as found by further runs between them, and on its darker side nominal runs pass, no error counted. Grey: no lever can have both values."
         ),
         description: format!(
             "Peak angle over {} and {}; {} of {} designs pass, {} points on the boundary.",

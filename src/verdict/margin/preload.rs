@@ -8,8 +8,9 @@ use crate::error::Error;
 use crate::model::Design;
 use crate::recording::Finding;
 use crate::verdict::AssessOptions;
-use crate::verdict::bench::window_samples;
+use crate::verdict::bench::{Recall, window_samples};
 use serde::Serialize;
+use std::cell::Cell;
 
 /// The preload that a recording asks for.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -85,6 +86,7 @@ pub(in crate::verdict) fn preload_answer(
         basis: Basis::Verdict,
         lift_off_nm: lift_off_nm(&bench, design),
         state: bench.exact(design, 1.0)?.state(),
+        passes: Cell::new(None),
     };
     let stretch = search.stretch(Quantity::Preload);
     let found = search.found(Quantity::Preload, &stretch)?;
@@ -97,6 +99,7 @@ pub(in crate::verdict) fn preload_answer(
         Some(last) => (last.high.1.pass <= 0.0).then_some(last.high.0),
         None => (search.state == State::Pass).then_some(stretch.low),
     };
+    let mut recall = Recall::default();
     let passes_from_nm = if passes {
         Some(stretch.present)
     } else {
@@ -105,7 +108,7 @@ pub(in crate::verdict) fn preload_answer(
                 .iter()
                 .map(|step| step * from)
                 .filter(|value| *value <= stretch.high)
-                .find(|value| search.verdict_passes(Quantity::Preload, *value))
+                .find(|value| search.verdict_passes(Quantity::Preload, *value, &mut recall, false))
         })
     };
     let number = |value: f64| crate::units::plain(value, 4);

@@ -105,6 +105,11 @@ pub const SPLITS: usize = 3;
 /// the peak over the cell or a neighbour.
 pub const REACH: f64 = 3.0;
 
+/// A cell both ends of which are further from the threshold than this is left as it is [rad]: a lever
+/// that whirls round changes its peak by radians from one value to the next, which says nothing of
+/// the threshold.
+pub const WHIRL_RAD: f64 = 2.0 * std::f64::consts::PI;
+
 /// A value, the excess there, and whether the exact run gave it.
 #[derive(Clone, Copy)]
 struct Point {
@@ -118,7 +123,7 @@ struct Point {
 /// A pair of crossings between two neighbouring values is found where a cell is split: where
 /// the peak at an end of the cell is no further from the threshold than [`REACH`] times what it
 /// changes over the cell or one of its neighbours (each split by [`PARTS`], up to [`SPLITS`] times over), or
-/// than `near_rad` (split once). No more than five times the grid's values are looked at, the
+/// than `near_rad` (split once), but no further than [`WHIRL_RAD`]. No more than five times the grid's values are looked at, the
 /// nearest to the threshold first. A pair that shows in neither way stays unseen.
 ///
 /// # Errors
@@ -204,6 +209,9 @@ fn doubtful(points: &[Point], cell: usize, near: f64) -> Option<f64> {
             return None;
         }
         let distance = from.abs().min(to.abs());
+        if distance > WHIRL_RAD {
+            return None;
+        }
         let first = cell.saturating_sub(1);
         let last = (cell + 1).min(points.len() - 2);
         let change = (first..=last)

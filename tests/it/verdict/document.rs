@@ -340,8 +340,8 @@ fn cli_the_first_sentences_tell_a_crash_engineer_what_he_needs() {
         ],
         [
             "The two stop models answer differently: rigid stop, negative opens: pass with a peak of 0.02915 rad; soft stop, negative opens: fail with a peak of 0.02918 rad.",
+            "The bias decides on which side of the limit a nominal lever stays: left in the recording (-0.000958 g), 0.02918 rad instead of 0.02915 rad (rigid stop, negative opens);",
             "The lever crosses the limit of 0.02917 rad at 24.193 ms",
-            "The error of the computation",
         ],
     );
 }

@@ -44,7 +44,7 @@ fn sorted(mut values: Vec<f64>) -> Vec<f64> {
 }
 
 /// A pulse of a few g, in 140 samples at 2 kHz, at which members cost next to nothing.
-fn short_pulse(length_s: f64, peak_g: f64) -> Signal {
+pub(super) fn short_pulse(length_s: f64, peak_g: f64) -> Signal {
     Signal {
         start_s: 0.0,
         rate: SampleRate::from_hertz(2000.0).unwrap(),

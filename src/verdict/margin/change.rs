@@ -1,0 +1,295 @@
+//! Where the verdict by the whole rule changes, which is dear to ask for.
+
+use super::quantity::Stretch;
+use super::search::{Crossing, Excess};
+
+/// A change of the verdict: the last value without and the first with it, which of both passes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Change {
+    pub(super) passes: f64,
+    pub(super) does_not: f64,
+}
+
+impl Change {
+    pub(super) fn bracket(self) -> (f64, f64) {
+        (
+            self.passes.min(self.does_not),
+            self.passes.max(self.does_not),
+        )
+    }
+}
+
+/// Looks for the nearest change of a verdict that is dear to ask for, by what the nominal runs
+/// say: a pass needs more than theirs.
+pub(super) struct VerdictSearch<'a> {
+    pub(super) passes: &'a dyn Fn(f64) -> bool,
+    /// The same, but a pass is not certain: cheaper, where values alike were asked about before.
+    pub(super) presumes: &'a dyn Fn(f64) -> bool,
+    pub(super) stretch: &'a Stretch,
+    /// The nominal runs that the search saw, in ascending order.
+    pub(super) points: &'a [(f64, Excess)],
+    /// Width of the bracket, on the scale of places, of a stretch of length one.
+    pub(super) width: f64,
+}
+
+/// First step from a boundary of the nominal runs, on the scale of places.
+const FIRST_STEP: f64 = 1e-3;
+
+/// Stretches in which the nominal runs pass that are looked into, the nearest first; one that
+/// reaches an end of the range is looked into in any case.
+const STRETCHES: usize = 3;
+
+/// Nominal peaks, the highest, between the present value and a boundary of the nominal runs
+/// at which the whole rule is asked: what comes close to the threshold may be no pass.
+const CLOSE_CALLS: usize = 6;
+
+/// Presumptions that may turn out wrong before none is made any more.
+const WRONG_MAX: usize = 4;
+
+impl VerdictSearch<'_> {
+    /// Length that widths and steps are relative to.
+    fn unit(&self) -> f64 {
+        if self.stretch.ratios {
+            1.0
+        } else {
+            self.stretch.high - self.stretch.low
+        }
+    }
+
+    /// Returns the nearest change; `passes` says what the verdict is at present.
+    pub(super) fn nearest(
+        &self,
+        changes: &[&Crossing],
+        nominal_passes: bool,
+        passes: bool,
+    ) -> Option<Change> {
+        if passes {
+            self.leaving(changes)
+        } else {
+            self.reaching(changes, nominal_passes)
+        }
+    }
+
+    /// From a present pass to the nearest value that is none, to either side.
+    fn leaving(&self, changes: &[&Crossing]) -> Option<Change> {
+        let here = self.stretch.place(self.stretch.present);
+        let mut best: Option<Change> = None;
+        for upwards in [true, false] {
+            let next = if upwards {
+                changes.iter().find(|c| c.high.0 > self.stretch.present)
+            } else {
+                changes
+                    .iter()
+                    .rev()
+                    .find(|c| c.low.0 < self.stretch.present)
+            };
+            let (end, certain) = match (next, upwards) {
+                (Some(crossing), true) => (crossing.high.0, true),
+                (Some(crossing), false) => (crossing.low.0, true),
+                (None, true) => (self.stretch.high, false),
+                (None, false) => (self.stretch.low, false),
+            };
+            // What is no nearer than the other side's change is not the answer.
+            let mut end = self.stretch.place(end);
+            let mut certain = certain;
+            if let Some(best) = best {
+                let reach = self.stretch.distance(best.does_not);
+                let mirrored = if upwards { here + reach } else { here - reach };
+                if (mirrored - here).abs() < (end - here).abs() {
+                    (end, certain) = (mirrored, false);
+                }
+            }
+            if let Some(doubt) = self.close_call(here, end) {
+                (end, certain) = (doubt, true);
+            }
+            if !certain && (self.passes)(self.stretch.value(end)) {
+                continue;
+            }
+            let change = self.halve(here, end);
+            if best.is_none_or(|best| {
+                self.stretch.distance(change.does_not) < self.stretch.distance(best.does_not)
+            }) {
+                best = Some(change);
+            }
+        }
+        best
+    }
+
+    /// The nearest of the close calls between `here` and `end` at which the verdict is no pass.
+    fn close_call(&self, here: f64, end: f64) -> Option<f64> {
+        let between = |place: f64| (place - here) * (place - end) < 0.0;
+        let mut tops: Vec<(f64, f64)> = self
+            .points
+            .windows(3)
+            .map(|near| (near[0].1.pass, near[1], near[2].1.pass))
+            .filter(|(before, top, after)| top.1.pass >= *before && top.1.pass >= *after)
+            .map(|(_, top, _)| (self.stretch.place(top.0), top.1.pass))
+            .filter(|(place, excess)| between(*place) && *excess <= 0.0)
+            .collect();
+        tops.sort_by(|a, b| b.1.total_cmp(&a.1));
+        tops.truncate(CLOSE_CALLS);
+        tops.sort_by(|a, b| (a.0 - here).abs().total_cmp(&(b.0 - here).abs()));
+        tops.into_iter()
+            .map(|(place, _)| place)
+            .find(|place| !(self.passes)(self.stretch.value(*place)))
+    }
+
+    /// From no pass at present to the nearest value that is one.
+    fn reaching(&self, changes: &[&Crossing], nominal_passes: bool) -> Option<Change> {
+        let here = self.stretch.place(self.stretch.present);
+        let distance = |(from, to): &(f64, f64)| {
+            if (*from..=*to).contains(&here) {
+                0.0
+            } else {
+                (from - here).abs().min((to - here).abs())
+            }
+        };
+        let mut stretches = self.nominal_passes(changes, nominal_passes);
+        stretches.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let mut best: Option<Change> = None;
+        let reaches_an_end = |(from, to): &(f64, f64)| {
+            *from <= self.low_place() || *to >= self.stretch.place(self.stretch.high)
+        };
+        for (_, (from, to)) in stretches
+            .into_iter()
+            .enumerate()
+            .filter(|(index, stretch)| *index < STRETCHES || reaches_an_end(stretch))
+        {
+            let starts = if (from..=to).contains(&here) {
+                vec![(here, to), (here, from)]
+            } else if here < from {
+                vec![(from, to)]
+            } else {
+                vec![(to, from)]
+            };
+            for (start, end) in starts {
+                let near = |change: &Change| self.stretch.distance(change.passes);
+                if best.is_some_and(|best| near(&best) <= (start - here).abs()) {
+                    continue;
+                }
+                if let Some(change) = self.inwards(start, end)
+                    && best.is_none_or(|best| near(&change) < near(&best))
+                {
+                    best = Some(change);
+                }
+            }
+        }
+        best
+    }
+
+    /// Stretches in which the nominal runs pass, on the scale of places.
+    fn nominal_passes(&self, changes: &[&Crossing], nominal_passes: bool) -> Vec<(f64, f64)> {
+        let place = |value: f64| self.stretch.place(value);
+        let mut stretches = Vec::new();
+        let first_passes = changes
+            .first()
+            .map_or(nominal_passes, |first| first.low.1.pass <= 0.0);
+        let mut from = first_passes.then(|| self.low_place());
+        for crossing in changes {
+            if crossing.low.1.pass <= 0.0 {
+                if let Some(from) = from.take() {
+                    stretches.push((from, place(crossing.low.0)));
+                }
+            } else {
+                from = Some(place(crossing.high.0));
+            }
+        }
+        if let Some(from) = from {
+            stretches.push((from, place(self.stretch.high)));
+        }
+        stretches
+    }
+
+    fn low_place(&self) -> f64 {
+        self.stretch.place(self.stretch.low)
+    }
+
+    /// Steps from `start`, where the verdict is no pass or just one, towards `end` until it is.
+    fn inwards(&self, start: f64, end: f64) -> Option<Change> {
+        let side = (end - start).signum();
+        let length = (end - start).abs();
+        let mut before = start;
+        let mut step = FIRST_STEP * self.unit();
+        let passes = |place: f64| (self.passes)(self.stretch.value(place));
+        if passes(start) {
+            let value = self.stretch.value(start);
+            return Some(Change {
+                passes: value,
+                does_not: value,
+            });
+        }
+        while step < length {
+            let place = start + side * step;
+            if passes(place) {
+                return Some(self.halve(place, before));
+            }
+            before = place;
+            step *= 2.0;
+        }
+        // What is left of the stretch: its end, or its middle where it is a narrow one.
+        for place in [end, f64::midpoint(start, end)] {
+            if passes(place) {
+                let from = if (place - start).abs() > (before - start).abs() {
+                    before
+                } else {
+                    start
+                };
+                return Some(self.halve(place, from));
+            }
+        }
+        None
+    }
+
+    /// What is asked after so many wrong presumptions: nothing is presumed any more after a few.
+    fn asked(&self, wrong: usize) -> &dyn Fn(f64) -> bool {
+        if wrong < WRONG_MAX {
+            self.presumes
+        } else {
+            self.passes
+        }
+    }
+
+    /// Halves the way between a place that passes and one that does not. Passes on the way may be
+    /// presumed; the ends of the bracket are certain.
+    fn halve(&self, passing: f64, not_passing: f64) -> Change {
+        let side = (passing - not_passing).signum();
+        let width = self.width * self.unit();
+        let (mut passes, mut does_not) = (passing, not_passing);
+        let mut wrong = 0;
+        loop {
+            let asked = self.asked(wrong);
+            while (passes - does_not).abs() > width {
+                let middle = f64::midpoint(passes, does_not);
+                if asked(self.stretch.value(middle)) {
+                    passes = middle;
+                } else {
+                    does_not = middle;
+                }
+            }
+            let certain = wrong >= WRONG_MAX || same(passes, passing);
+            if certain || (self.passes)(self.stretch.value(passes)) {
+                return Change {
+                    passes: self.stretch.value(passes),
+                    does_not: self.stretch.value(does_not),
+                };
+            }
+            // Back towards the place that is certain, in steps that double.
+            wrong += 1;
+            (does_not, passes) = (passes, passing);
+            let mut step = width;
+            while step < (passing - does_not).abs() {
+                let place = does_not + side * step;
+                if (self.asked(wrong))(self.stretch.value(place)) {
+                    passes = place;
+                    break;
+                }
+                does_not = place;
+                step *= 2.0;
+            }
+        }
+    }
+}
+
+fn same(a: f64, b: f64) -> bool {
+    a.to_bits() == b.to_bits()
+}
