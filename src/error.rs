@@ -107,7 +107,7 @@ pub enum ErrorKind {
         found: String,
     },
     /// A key or name that is not known.
-    #[error("unknown {what} `{found}`; {}", match nearest { Some(name) => format!("did you mean `{name}`?"), None => format!("known: {known}") })]
+    #[error("unknown {what} `{}`; {}", shortened(found), match nearest { Some(name) => format!("did you mean `{name}`?"), None => format!("known: {known}") })]
     UnknownName {
         /// What kind of name it is, for example "key".
         what: &'static str,
@@ -327,13 +327,27 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
+/// Shortens a name for a message: one taken from a file may be as long as the file.
+fn shortened(name: &str) -> String {
+    const MOST: usize = 60;
+    match name.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{}…", &name[..end]),
+        None => name.to_string(),
+    }
+}
+
 /// Returns the name in `known` nearest to `found`, if one is near enough to be a slip.
 #[must_use]
 pub fn nearest_name(found: &str, known: &[&str]) -> Option<String> {
+    let near = |name: &str| 2.max(name.len() / 3);
+    let length = found.chars().count();
     known
         .iter()
+        // Names differ by no less than their lengths do. To compare costs time and memory as the
+        // product of these, and `found` may be as long as a file.
+        .filter(|name| name.chars().count().abs_diff(length) <= near(name))
         .map(|name| (strsim::damerau_levenshtein(found, name), *name))
-        .filter(|(distance, name)| *distance <= 2.max(name.len() / 3))
+        .filter(|(distance, name)| *distance <= near(name))
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, name)| name.to_string())
 }

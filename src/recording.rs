@@ -235,6 +235,41 @@ pub struct ReadOutcome {
     pub findings: Vec<Finding>,
 }
 
+/// Times beyond which a clock is none [s]: near the largest number there is, so that no sum of
+/// them runs over it.
+const LONGEST_S: f64 = 1e300;
+
+impl ReadOutcome {
+    /// Leaves out channels whose last sample lies at no time that can be told, as an interval
+    /// in a damaged header makes it; an error where the one channel is such.
+    fn leave_out_the_endless(&mut self, selection: Selection) -> Result<(), Error> {
+        let mut refused = Vec::new();
+        self.channels.retain(|channel| {
+            let end_s = channel.time_s(channel.values.len());
+            let told = end_s.abs() < LONGEST_S;
+            if !told {
+                let error = Error::from(ErrorKind::OutOfRange {
+                    what: "the time of the last sample [s]".into(),
+                    expected: "a time".into(),
+                    found: format!("{end_s:e} at {:e} Hz", channel.rate.hertz()),
+                });
+                refused.push(error.at(Place::default().channel(channel.name.clone())));
+            }
+            told
+        });
+        for error in refused {
+            if selection == Selection::Lateral {
+                return Err(error);
+            }
+            self.findings.push(Finding::warning(
+                "channel-left-out",
+                format!("{error}; it is left out"),
+            ));
+        }
+        Ok(())
+    }
+}
+
 /// Every format that is read, the most easily recognised first.
 pub const FORMATS: &[Format] = &[
     Format {
@@ -293,7 +328,10 @@ pub fn read(
     };
     let format = find_format(&head, options.input_format.as_deref())
         .map_err(|error| error.at(place.clone()))?;
-    let outcome = (format.read)(&mut reader, options, selection, limits)
+    let mut outcome = (format.read)(&mut reader, options, selection, limits)
+        .map_err(|error| error.at(place.clone()))?;
+    outcome
+        .leave_out_the_endless(selection)
         .map_err(|error| error.at(place.clone()))?;
     let (sha256, parts) = reader.finish_parts().map_err(|error| error.at(place))?;
     tracing::info!(file = %source.name(), format = format.name, channels = outcome.channels.len(), "recording read");

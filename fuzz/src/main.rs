@@ -19,6 +19,9 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// Times that an input which took too long is tried again.
 const AGAIN: u32 = 4;
 
+/// Executions after which a run says how far it is.
+const SAID: u64 = 500_000;
+
 /// Longest input.
 const LONGEST: usize = 16 << 10;
 
@@ -231,6 +234,12 @@ fn main() -> ExitCode {
         slowest = slowest.max(took);
         most = most.max(held);
         done += 1;
+        if done.is_multiple_of(SAID) {
+            eprintln!(
+                "{name}: {done} executions from seed {seed}, {:.0} s",
+                started.elapsed().as_secs_f64()
+            );
+        }
     }
     let per_second = done as f64 / started.elapsed().as_secs_f64();
     println!(

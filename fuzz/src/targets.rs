@@ -3,7 +3,7 @@
 //! Fuzzers call them, and so does the test that replays what was once found.
 
 use latchgate::model::Design;
-use latchgate::recording::{self, Card, Limits, ReadOptions, Recording, Selection, Source};
+use latchgate::recording::{self, Card, Head, Limits, ReadOptions, Recording, Selection, Source};
 use latchgate::units::AccelerationUnit;
 
 /// A target with its name.
@@ -171,9 +171,17 @@ pub fn ev5(data: &[u8]) {
     both("v01.146", "ev5", data);
 }
 
-/// ISO-MME: single files and archives.
+/// ISO-MME: single files and archives. The name of an archive is looked at nowhere.
 pub fn iso_mme(data: &[u8]) {
-    for name in ["t.001", "t.mme", "t.chn", "t.zip"] {
+    let archive = data.starts_with(b"PK")
+        || data.starts_with(b"\x1F\x8B")
+        || data.get(257..262) == Some(b"ustar");
+    let names: &[&str] = if archive {
+        &["t.zip"]
+    } else {
+        &["t.001", "t.mme", "t.chn", "t.zip"]
+    };
+    for name in names {
         both(name, "iso-mme", data);
     }
 }
@@ -183,16 +191,41 @@ pub fn mcap(data: &[u8]) {
     both("a.mcap", "mcap", data);
 }
 
-/// Whatever it is: detection by content and name.
+/// Whatever it is: detection by content and name. Text tables, LabVIEW's files and logs are read
+/// the same under every name, so each is read once.
 pub fn any(data: &[u8]) {
+    let mut seen = Vec::new();
     for name in ["a", "a.csv", "a.EV5", "a.146", "a.zip", "a.lvm"] {
-        read(
+        let head = Head {
+            bytes: &data[..data.len().min(4096)],
+            file_name: name,
+            is_folder: false,
+            entries: &[],
+        };
+        let format = recording::FORMATS
+            .iter()
+            .find(|format| (format.recognises)(&head))
+            .map(|format| format.name);
+        if let Some(format @ ("csv" | "lvm" | "mcap")) = format {
+            if seen.contains(&format) {
+                continue;
+            }
+            seen.push(format);
+        }
+        let read = read(
             name,
             None,
             data,
             Selection::Lateral,
             &ReadOptions::default(),
         );
+        if let Some(recording) = read {
+            assert_eq!(
+                Some(recording.format),
+                format,
+                "another reader than that found"
+            );
+        }
     }
 }
 

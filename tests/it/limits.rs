@@ -1,7 +1,8 @@
 //! Guards the limits on input: each has a name, a value and an option, and a file made to burst
 //! the reader ends at once, in little memory, with the limit and the byte where it was crossed.
 
-use crate::cli::{Folder, latchgate, program, table, weak};
+use crate::cli::{Folder, finish, latchgate, program, table, weak};
+use crate::csv::Random;
 use crate::mcap::{Cdr, channel, chunk, file, header, imu_schema, lz4, message, record, schema};
 use latchgate::error::ErrorKind;
 use latchgate::recording::{self, Limits, ReadOptions, Selection, Source};
@@ -12,8 +13,12 @@ use std::time::{Duration, Instant};
 /// Memory that no refused file may take [KiB].
 const MEMORY_KIB: u64 = 256 << 10;
 
-/// How long a file is looked at after it has crossed a limit.
-const PATIENCE: Duration = Duration::from_secs(1);
+/// How long a file is looked at after it has crossed a limit, as users run it and unoptimised.
+const PATIENCE: Duration = Duration::from_secs(if cfg!(debug_assertions) { 4 } else { 1 });
+
+/// Times that a slow run is tried again: where the machine is busy with other tests a part of
+/// the time is theirs.
+const AGAIN: u32 = 2;
 
 /// What a fed program did.
 struct Fed {
@@ -114,8 +119,15 @@ fn repeated(arguments: &[&str], head: &[u8], block: &[u8], total: u64) -> Fed {
     })
 }
 
+/// Checks that a file ends at `limit`, at `byte` where that is known, in time and memory.
 #[track_caller]
-fn check_bomb(name: &str, fed: &Fed, limit: &str, byte: Option<u64>) {
+fn check_bomb(name: &str, limit: &str, byte: Option<u64>, mut run: impl FnMut() -> Fed) -> Fed {
+    let mut fed = run();
+    for _ in 0..AGAIN {
+        if fed.after >= PATIENCE {
+            fed = run();
+        }
+    }
     println!(
         "{name}: {} KiB, {:?} after the limit, {} bytes taken: {}",
         fed.memory_kib,
@@ -138,9 +150,13 @@ fn check_bomb(name: &str, fed: &Fed, limit: &str, byte: Option<u64>) {
         ),
         None => assert!(fed.err.contains("byte "), "{name}: {}", fed.err),
     }
-    assert!(fed.memory_kib > 0 && fed.memory_kib < MEMORY_KIB, "{name}");
-    // Where the machine is busy with other tests a part of the time is theirs.
-    assert!(fed.after < 4 * PATIENCE, "{name}: {:?}", fed.after);
+    assert!(
+        fed.memory_kib > 0 && fed.memory_kib < MEMORY_KIB,
+        "{name}: {} KiB",
+        fed.memory_kib
+    );
+    assert!(fed.after < PATIENCE, "{name}: {:?}", fed.after);
+    fed
 }
 
 const COMMANDS: [&[&str]; 2] = [&["replay", "-", "--no-report"], &["inspect", "-"]];
@@ -149,15 +165,18 @@ const COMMANDS: [&[&str]; 2] = [&["replay", "-", "--no-report"], &["inspect", "-
 fn verif_a_line_without_an_end_is_not_waited_for() {
     let line = Limits::default().line_bytes;
     for command in COMMANDS {
-        let commas = repeated(command, b"", b",", 256 << 20);
-        check_bomb("commas", &commas, "line_bytes", Some(line));
+        let commas = check_bomb("commas", "line_bytes", Some(line), || {
+            repeated(command, b"", b",", 256 << 20)
+        });
         assert!(commas.taken < 8 << 20);
         let head = b"time_s,acc_y_g\n0.0,";
-        let field = repeated(command, head, b"7", 1 << 30);
-        check_bomb("field", &field, "line_bytes", Some(15 + line));
+        let field = check_bomb("field", "line_bytes", Some(15 + line), || {
+            repeated(command, head, b"7", 1 << 30)
+        });
         assert!(field.taken < 8 << 20);
-        let quoted = repeated(command, b"time_s,acc_y_g\n0.0,\"", b"x", 1 << 30);
-        check_bomb("quoted field", &quoted, "line_bytes", Some(15 + line));
+        check_bomb("quoted field", "line_bytes", Some(15 + line), || {
+            repeated(command, b"time_s,acc_y_g\n0.0,\"", b"x", 1 << 30)
+        });
     }
 }
 
@@ -167,14 +186,16 @@ fn verif_commas_and_cells_on_lines_of_their_own_are_counted_before_they_are_kept
     let mut text = String::from("time_s,acc_y_g\n");
     text.push_str(&",".repeat(most as usize + 5));
     text.push('\n');
-    let fed = repeated(&["replay", "-", "--no-report"], text.as_bytes(), b"", 0);
-    check_bomb("commas on a line", &fed, "columns", Some(15));
+    check_bomb("commas on a line", "columns", Some(15), || {
+        repeated(&["replay", "-", "--no-report"], text.as_bytes(), b"", 0)
+    });
     let cell = Limits::default().field_bytes;
     let mut text = String::from("time_s,acc_y_g\n0.0,");
     text.push_str(&"1".repeat(cell as usize + 5));
     text.push('\n');
-    let fed = repeated(&["replay", "-", "--no-report"], text.as_bytes(), b"", 0);
-    check_bomb("a long cell", &fed, "field_bytes", Some(15 + 4 + cell));
+    check_bomb("a long cell", "field_bytes", Some(15 + 4 + cell), || {
+        repeated(&["replay", "-", "--no-report"], text.as_bytes(), b"", 0)
+    });
 }
 
 #[test]
@@ -188,10 +209,12 @@ fn verif_a_text_without_an_end_is_not_waited_for() {
     let rows = b"0.000001,12.345678901234567890\n";
     for command in COMMANDS {
         let arguments = [command, &["--limit", limit]].concat();
-        let fed = repeated(&arguments, b"time_s,acc_y_g\n", rows, 2 * bytes);
-        check_bomb("rows", &fed, "text_bytes", Some(bytes));
-        let fed = repeated(&arguments, b"t,a\n", b"\n", 2 * bytes);
-        check_bomb("empty lines", &fed, "lines", None);
+        check_bomb("rows", "text_bytes", Some(bytes), || {
+            repeated(&arguments, b"time_s,acc_y_g\n", rows, 2 * bytes)
+        });
+        check_bomb("empty lines", "lines", None, || {
+            repeated(&arguments, b"t,a\n", b"\n", 2 * bytes)
+        });
     }
 }
 
@@ -207,18 +230,20 @@ fn verif_rows_beyond_the_limit_are_counted_before_they_are_kept() {
     let byte = at(1001, &text);
     text.push_str("# a comment is no row\n");
     let short = ["replay", "-", "--no-report", "--limit", "samples=1000"];
-    let fed = repeated(&short, text.as_bytes(), b"", 0);
-    check_bomb("samples", &fed, "samples", Some(byte));
+    let fed = check_bomb("samples", "samples", Some(byte), || {
+        repeated(&short, text.as_bytes(), b"", 0)
+    });
     assert!(fed.err.contains("-:1002"), "{}", fed.err);
     let cells = ["inspect", "-", "--limit", "table_cells=1000"];
-    let fed = repeated(&cells, text.as_bytes(), b"", 0);
-    check_bomb("cells", &fed, "table_cells", Some(byte));
+    check_bomb("cells", "table_cells", Some(byte), || {
+        repeated(&cells, text.as_bytes(), b"", 0)
+    });
 }
 
-/// A .tar.gz whose one file is zeros.
-fn gzip_of_zeros(mebibytes: usize) -> Vec<u8> {
+/// A .tar.gz whose one file is a block of a mebibyte time and again.
+fn gzip_of(name: &str, mebibytes: usize, block: &[u8]) -> Vec<u8> {
     let mut head = vec![0_u8; 512];
-    head[..13].copy_from_slice(b"Channel/t.001");
+    head[..name.len()].copy_from_slice(name.as_bytes());
     let size = format!("{:011o}", mebibytes << 20);
     head[124..135].copy_from_slice(size.as_bytes());
     head[156] = b'0';
@@ -228,9 +253,8 @@ fn gzip_of_zeros(mebibytes: usize) -> Vec<u8> {
     head[148..155].copy_from_slice(format!("{sum:06o}\0").as_bytes());
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     encoder.write_all(&head).unwrap();
-    let zeros = vec![0; 1 << 20];
     for _ in 0..mebibytes {
-        encoder.write_all(&zeros).unwrap();
+        encoder.write_all(block).unwrap();
     }
     encoder.finish().unwrap()
 }
@@ -257,12 +281,14 @@ fn zip_of(name: &str, mebibytes: usize) -> Vec<u8> {
 #[test]
 fn verif_archives_that_unpack_to_far_more_are_refused() {
     for command in COMMANDS {
-        let bomb = gzip_of_zeros(64);
-        let fed = repeated(command, &bomb, b"", 0);
-        check_bomb("gzip", &fed, "unpacked_ratio", None);
+        let bomb = gzip_of("Channel/t.001", 64, &[0; 1 << 20]);
+        check_bomb("gzip", "unpacked_ratio", None, || {
+            repeated(command, &bomb, b"", 0)
+        });
         let bomb = zip_of("Channel/t.001", 64);
-        let fed = repeated(command, &bomb, b"", 0);
-        check_bomb("zip", &fed, "unpacked_ratio", None);
+        check_bomb("zip", "unpacked_ratio", None, || {
+            repeated(command, &bomb, b"", 0)
+        });
     }
     let folder = Folder::new("limits-entries");
     let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
@@ -279,6 +305,61 @@ fn verif_archives_that_unpack_to_far_more_are_refused() {
         "{}",
         done.err
     );
+}
+
+/// What is passed over in an archive counts as well: here a file that unpacks to 50 times its
+/// size, well below the limit on that, and to more than a gibibyte.
+#[test]
+fn verif_an_archive_that_goes_on_and_on_ends_at_its_limit() {
+    // Unoptimised, unpacking takes long; there a smaller limit tells the same.
+    let mebibytes: usize = if cfg!(debug_assertions) { 16 } else { 1 << 10 };
+    let mut random = Random(1);
+    let mut block: Vec<u8> = (0..16 << 10)
+        .map(|_| (random.next() & 0xFF) as u8)
+        .collect();
+    block.resize(1 << 20, 0);
+    let bomb = gzip_of("long.bin", mebibytes + 1, &block);
+    let limit = format!("unpacked_stream_bytes={mebibytes}MiB");
+    for command in COMMANDS {
+        let arguments = [command, &["--limit", &limit]].concat();
+        let fed = repeated(&arguments, &bomb, b"", 0);
+        println!("{} KiB: {}", fed.memory_kib, fed.err.trim());
+        assert_eq!(fed.code, 4, "{}", fed.err);
+        let named = format!("limit unpacked_stream_bytes of {}", mebibytes << 20);
+        assert!(fed.err.contains(&named), "{}", fed.err);
+        assert!(fed.err.contains("byte "), "{}", fed.err);
+        assert!(fed.memory_kib < MEMORY_KIB, "{} KiB", fed.memory_kib);
+    }
+}
+
+/// Settings with a key as long as they may be: to look for the name that was meant once took
+/// the key's length times the name's, in memory as well, and the message repeated all of it.
+#[cfg(unix)]
+#[test]
+fn regress_a_key_as_long_as_the_settings_costs_little() {
+    let most = usize::try_from(Limits::default().settings_bytes).unwrap();
+    let folder = Folder::new("limits-key");
+    let recording = folder.write("a.csv", table(weak));
+    let long = "k".repeat(most - 20);
+    let design = folder.write("design.toml", format!("[lever]\n{long} = 1.0\n"));
+    folder.write("b.csv", table(weak));
+    folder.write("b.csv.toml", format!("{long} = 1.0\n"));
+    let carded = folder.path().join("b.csv");
+    for arguments in [
+        vec!["replay", &recording, "--no-report", "--design", &design],
+        vec!["replay", carded.to_str().unwrap(), "--no-report"],
+    ] {
+        // The shell bounds the address space; what asks for more is ended by its allocator.
+        let bounded = format!("ulimit -v {MEMORY_KIB} && exec \"$0\" \"$@\"");
+        let done = finish(
+            std::process::Command::new("sh")
+                .args(["-c", &bounded, env!("CARGO_BIN_EXE_latchgate")])
+                .args(&arguments),
+        );
+        assert!(matches!(done.code, 2 | 4), "{} {}", done.code, done.err);
+        assert!(done.err.contains("kkk…"), "{}", done.err);
+        assert!(done.err.len() < 2000, "{} bytes", done.err.len());
+    }
 }
 
 /// A zstd frame of repeated bytes, four bytes a block of 128 KiB.
@@ -302,8 +383,9 @@ fn verif_chunks_that_unpack_to_far_more_are_refused() {
         let honest = [chunk(name, 10 << 30, 0, &data)];
         let bytes = file(&honest, &[]);
         for command in COMMANDS {
-            let fed = repeated(command, &bytes, b"", 0);
-            check_bomb(name, &fed, "mcap_chunk_bytes", None);
+            check_bomb(name, "mcap_chunk_bytes", None, || {
+                repeated(command, &bytes, b"", 0)
+            });
         }
         // ... and what it does not say is not unpacked.
         let lying = [chunk(name, 1 << 20, 0, &data)];
@@ -322,8 +404,9 @@ fn verif_chunks_that_unpack_to_far_more_are_refused() {
     long.extend([0x05]);
     long.extend((1_u64 << 40).to_le_bytes());
     for command in COMMANDS {
-        let fed = repeated(command, &long, b"x", 0);
-        check_bomb("record", &fed, "mcap_record_bytes", None);
+        check_bomb("record", "mcap_record_bytes", None, || {
+            repeated(command, &long, b"x", 0)
+        });
     }
     // Packed files that are no recording are refused by name.
     let zstd = latchgate(&[
@@ -364,8 +447,9 @@ fn verif_a_string_that_claims_four_gibibytes_is_refused() {
         ("message", in_message),
         ("ros1", ros1),
     ] {
-        let fed = repeated(COMMANDS[0], &bytes, b"", 0);
-        check_bomb(name, &fed, "mcap_string_bytes", None);
+        let fed = check_bomb(name, "mcap_string_bytes", None, || {
+            repeated(COMMANDS[0], &bytes, b"", 0)
+        });
         assert!(fed.err.contains("4294967295 bytes"), "{}", fed.err);
     }
 }

@@ -5,6 +5,7 @@ use super::dialect::{self, Separator};
 use super::layout::{Layout, TimeSource};
 use super::number::{self, Decimal, Fault, PrintedDigits};
 use super::plain;
+use super::table::{Row, Table};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::{Limits, Selection};
 
@@ -60,8 +61,8 @@ impl Rows {
             return Ok(rows);
         }
         let mut clock = date::Clock::default();
-        let mut reader = dialect::reader(text, layout.separator, layout.quoted);
-        let mut record = ::csv::ByteRecord::new();
+        let mut table = Table::new(text, layout.separator, layout.quoted);
+        let mut row = Row::default();
         let mut last_byte = 0_u64;
         let mut repeated: Option<(usize, u64)> = None;
         let mut stamps_s: Vec<f64> = Vec::new();
@@ -76,29 +77,27 @@ impl Rows {
         let mut values: Vec<Fate> = wanted.iter().map(|_| Fate::Kept(Vec::new())).collect();
         let mut count = 0_usize;
         let mut skipped = 0;
-        while next(&mut reader, &mut record)? {
+        while table.next(&mut row) {
             if skipped < layout.header_rows {
                 skipped += 1;
                 continue;
             }
             let at = |column: usize| {
-                let byte = record.position().map_or(0, ::csv::Position::byte);
                 Place::default()
-                    .line(dialect::line_of_record(text, byte))
+                    .line(dialect::line_of_record(text, row.byte()))
                     .column(column as u64 + 1)
             };
-            let fail =
-                |column: usize, fault: Fault| bad_cell(&record[column], fault).at(at(column));
-            layout.check_row(&record).map_err(|(column, error)| {
+            let fail = |column: usize, fault: Fault| bad_cell(&row[column], fault).at(at(column));
+            layout.check_row(&row).map_err(|(column, error)| {
                 let place = at(column);
                 error.at(Place {
-                    column: place.column.filter(|_| column < record.len()),
+                    column: place.column.filter(|_| column < row.len()),
                     ..place
                 })
             })?;
             count += 1;
             if let Some(column) = time_column {
-                let cell = &record[column];
+                let cell = &row[column];
                 let stamp = if dated {
                     clock
                         .seconds(cell)
@@ -110,8 +109,7 @@ impl Rows {
                 if let Some(previous) = stamps_s.last().copied()
                     && stamp <= previous
                 {
-                    let byte = record.position().map_or(0, ::csv::Position::byte);
-                    if row_at(text, last_byte) == row_at(text, byte) {
+                    if row_at(text, last_byte) == row_at(text, row.byte()) {
                         // A row written twice says nothing new; it takes no sample away.
                         let line = at(column).line.unwrap_or(0);
                         let (rows, first) = repeated.unwrap_or((0, line));
@@ -129,11 +127,11 @@ impl Rows {
                     digits.count(cell);
                 }
                 stamps_s.push(stamp);
-                last_byte = record.position().map_or(0, ::csv::Position::byte);
+                last_byte = row.byte();
             }
             for (column, fate) in wanted.iter().zip(&mut values) {
                 let Fate::Kept(samples) = fate else { continue };
-                match number::parse(&record[*column], &mut decimal) {
+                match number::parse(&row[*column], &mut decimal) {
                     Ok(value) => samples.push(value),
                     Err(fault) => {
                         let error = fail(*column, fault);
@@ -201,24 +199,6 @@ fn row_at(text: &[u8], byte: u64) -> Option<&[u8]> {
         .split(|byte| *byte == b'\n')
         .find(|line| dialect::is_row(line))
         .map(<[u8]>::trim_ascii_end)
-}
-
-/// Reads the next row.
-///
-/// # Errors
-///
-/// [`ErrorKind::Io`] if the table reader fails, which it cannot on bytes in memory.
-pub(super) fn next(
-    reader: &mut ::csv::Reader<&[u8]>,
-    record: &mut ::csv::ByteRecord,
-) -> Result<bool, Error> {
-    reader.read_byte_record(record).map_err(|error| {
-        ErrorKind::Io {
-            action: "read the table",
-            reason: error.to_string(),
-        }
-        .into()
-    })
 }
 
 fn bad_cell(cell: &[u8], fault: Fault) -> Error {

@@ -190,7 +190,7 @@ fn unzip(
     let packed = entry.compressed_size();
     let start = entry.data_start().unwrap_or_default();
     let mut bytes = Vec::new();
-    let mut buffer = vec![0; 64 << 10];
+    let mut buffer = vec![0; buffer_bytes(entry.size())];
     loop {
         let left = most
             .saturating_sub(bytes.len() as u64)
@@ -219,6 +219,11 @@ fn unzip(
             .map_err(|error| error.at(Place::default().byte(start)))?;
     }
     Ok(bytes)
+}
+
+/// Returns the bytes that are unpacked at a time, of a file that states its size.
+fn buffer_bytes(stated: u64) -> usize {
+    usize::try_from(stated.clamp(BLOCK, 64 << 10)).unwrap_or(64 << 10)
 }
 
 /// Refuses what unpacks to far more than it takes.
@@ -299,7 +304,7 @@ impl<'a, R: Read + Position> Stream<'a, R> {
     fn take(&mut self, size: u64, keep: bool) -> Result<Vec<u8>, Error> {
         let mut kept = Vec::new();
         let mut left = size;
-        let mut buffer = vec![0; 64 << 10];
+        let mut buffer = vec![0; buffer_bytes(size)];
         while left > 0 {
             let room = usize::try_from(left.min(buffer.len() as u64)).unwrap_or(buffer.len());
             let count = self.fill(&mut buffer[..room])?;
