@@ -546,7 +546,8 @@ impl Basins {
         let (columns, rows) = (self.options.grid.0 as usize, self.options.grid.1 as usize);
         for attractor in &mut self.attractors {
             let here = |cell: &Option<u32>| *cell == Some(attractor.index);
-            attractor.share = Some(self.cells.iter().filter(|cell| here(cell)).count() as f64 / total);
+            attractor.share =
+                Some(self.cells.iter().filter(|cell| here(cell)).count() as f64 / total);
             let differing = self
                 .cells
                 .chunks(columns)

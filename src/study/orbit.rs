@@ -553,7 +553,10 @@ pub(super) fn stretch(
             return Ok(None);
         };
         seen.rests += u32::from(section.rested);
-        states.push((section.angle_rad.to_bits(), section.velocity_rad_s.to_bits()));
+        states.push((
+            section.angle_rad.to_bits(),
+            section.velocity_rad_s.to_bits(),
+        ));
         let [[a, b], [c, d]] = map.by_state;
         let moved = [a * way[0] + b * way[1], c * way[0] + d * way[1]];
         let length = |way: [f64; 2]| libm::hypot(way[0], way[1] / omega);

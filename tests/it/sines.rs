@@ -505,7 +505,12 @@ fn check_basins(stop: StopModel, cells: [usize; 3]) -> Basins {
         let index = Some(attractor.index);
         let got = found.cells.iter().filter(|cell| **cell == index).count();
         assert_eq!(got, want, "{} {}", stop.name(), attractor.name);
-        check_near(&attractor.name, attractor.share.unwrap(), want as f64 / 1e4, 1e-12);
+        check_near(
+            &attractor.name,
+            attractor.share.unwrap(),
+            want as f64 / 1e4,
+            1e-12,
+        );
         check_near("error", attractor.standard_error.unwrap(), 2.5e-3, 1.5e-3);
     }
     found

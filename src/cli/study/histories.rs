@@ -1,9 +1,7 @@
 //! `latchgate study histories`.
 
 use super::{Analysis, Answer, Failure, Session, start, sweep};
-use crate::cli::args::{
-    ModelArgument, StudyCommon, parse_angle, parse_positive, parse_velocity,
-};
+use crate::cli::args::{ModelArgument, StudyCommon, parse_angle, parse_positive, parse_velocity};
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;

@@ -294,7 +294,10 @@ fn check_interrupted(name: &str, arguments: &[&str]) {
         assert!(text.contains("share of the cells [-]: none"), "{text}");
     }
     let rows = std::fs::read_to_string(out.join(format!("{name}.csv"))).unwrap();
-    assert!(rows.starts_with("a") || rows.starts_with("method"), "{name}: {rows:.80}");
+    assert!(
+        rows.starts_with("a") || rows.starts_with("method"),
+        "{name}: {rows:.80}"
+    );
     check_chart(&out.join(format!("{name}.svg")), &[]);
 }
 

@@ -192,7 +192,12 @@ fn check_shares(found: &Basins, shares: [f64; 3]) {
     for (attractor, share) in found.attractors.iter().zip(shares) {
         let error = attractor.standard_error.unwrap();
         assert!(error > 0.0 && error < 0.03, "{error}");
-        check_near(&attractor.name, attractor.share.unwrap(), share, 4.0 * error);
+        check_near(
+            &attractor.name,
+            attractor.share.unwrap(),
+            share,
+            4.0 * error,
+        );
     }
     let sum: f64 = found.attractors.iter().map(|one| one.share.unwrap()).sum();
     check_near("sum of the shares", sum, 1.0, 1e-12);
@@ -335,7 +340,11 @@ fn regress_a_stop_between_steps_is_told() {
     let part = after_the_first_step(calm);
     assert!(part.cells.iter().all(Option::is_some));
     assert!(!part.complete && part.fine.is_empty() && part.uncertainty_exponent.is_none());
-    assert!(part.attractors.iter().all(|one| one.share.is_some_and(|share| share > 0.0)));
+    assert!(
+        part.attractors
+            .iter()
+            .all(|one| one.share.is_some_and(|share| share > 0.0))
+    );
 }
 
 /// The fixed-step method used to run on after a stop, however long that took.
