@@ -58,7 +58,7 @@ pub fn read(
     limits: &Limits,
 ) -> Result<ReadOutcome, Error> {
     let bytes = source.read_text(limits)?;
-    let (mut text, mut findings) = encoding::decode(bytes)?;
+    let (mut text, mut findings) = encoding::decode(bytes, limits)?;
     let named = dialect::mark_lines(&mut text, limits)?;
     // The table reader takes a comment without a line end for an empty row.
     let last = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
@@ -67,7 +67,7 @@ pub fn read(
     }
     let separator = named.unwrap_or_else(|| dialect::find_separator(&text));
     if separator == dialect::Separator::Blanks {
-        text = dialect::collapse_blanks(&text);
+        dialect::collapse_blanks(&mut text);
     }
     let quoted = memchr::memchr(b'"', &text).is_some();
     dialect::check_lines(&text, separator, quoted, limits)?;

@@ -50,7 +50,7 @@ pub fn read(
     limits: &Limits,
 ) -> Result<ReadOutcome, Error> {
     let bytes = source.read_text(limits)?;
-    let (bytes, mut findings) = encoding::decode(bytes)?;
+    let (bytes, mut findings) = encoding::decode(bytes, limits)?;
     text::check_line_lengths(&bytes, limits)?;
     let content = String::from_utf8_lossy(&bytes);
     let (header, first_row) = Header::read(&content, limits)?;

@@ -13,6 +13,10 @@ use crate::recording::{Limits, text};
 /// Rows from which the separator is found.
 const SAMPLE_ROWS: usize = 64;
 
+/// Rows and bytes from which on fewer rows do: rows may be long.
+pub(super) const FEW_ROWS: usize = 8;
+pub(super) const SAMPLE_BYTES: usize = 4 << 20;
+
 /// What separates the cells of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Separator {
@@ -118,14 +122,14 @@ pub(super) fn mark_lines(text: &mut [u8], limits: &Limits) -> Result<Option<Sepa
 /// Finds the separator from the first rows: the one under which most of them have equally
 /// many cells that are numbers.
 pub(super) fn find_separator(text: &[u8]) -> Separator {
-    let sample = sample(text);
+    let mut sample = sample(text);
     let mut best = (Separator::None, 0.0);
     for candidate in Separator::CANDIDATES {
-        let score = if candidate == Separator::Blanks {
-            score(&collapse_blanks(sample), candidate)
-        } else {
-            score(sample, candidate)
-        };
+        // The last candidate, so that the others have seen the sample as it is.
+        if candidate == Separator::Blanks {
+            collapse_blanks(&mut sample);
+        }
+        let score = score(&sample, candidate);
         if score > best.1 {
             best = (candidate, score);
         }
@@ -133,20 +137,20 @@ pub(super) fn find_separator(text: &[u8]) -> Separator {
     best.0
 }
 
-/// Returns the first rows, whole.
-fn sample(text: &[u8]) -> &[u8] {
+/// Returns the first rows, whole, without what stands between them.
+fn sample(text: &[u8]) -> Vec<u8> {
     let mut rows = 0;
-    let mut end = 0;
+    let mut sample = Vec::new();
     for line in text.split_inclusive(|byte| *byte == b'\n') {
-        end += line.len();
         if is_row(line) {
+            sample.extend_from_slice(line);
             rows += 1;
-            if rows == SAMPLE_ROWS {
+            if rows == SAMPLE_ROWS || (rows >= FEW_ROWS && sample.len() > SAMPLE_BYTES) {
                 break;
             }
         }
     }
-    &text[..end]
+    sample
 }
 
 /// Tells whether a marked line is a row.
@@ -186,27 +190,45 @@ fn score(sample: &[u8], separator: Separator) -> f64 {
     }
 }
 
-/// Replaces each run of blanks and tabs by one blank and drops those at the ends of lines.
-pub(super) fn collapse_blanks(text: &[u8]) -> Vec<u8> {
-    let mut result = Vec::with_capacity(text.len());
-    for line in text.split_inclusive(|byte| *byte == b'\n') {
+/// Replaces each run of blanks and tabs by one blank and drops those at the ends of lines; in
+/// place, so that no second copy of a file is held.
+pub(super) fn collapse_blanks(text: &mut Vec<u8>) {
+    let (mut read, mut written) = (0, 0);
+    while read < text.len() {
+        let next = memchr::memchr(b'\n', &text[read..]).map_or(text.len(), |end| read + end + 1);
+        let ended = text[next - 1] == b'\n';
+        let mut started = false;
         let mut pending = false;
-        for byte in line.trim_ascii() {
+        // What trimming the line would drop at its end is written only once more follows.
+        let last = text[read..next]
+            .iter()
+            .rposition(|byte| !byte.is_ascii_whitespace())
+            .map_or(read, |at| read + at + 1);
+        for index in read..last {
+            let byte = text[index];
+            if !started && byte.is_ascii_whitespace() {
+                continue;
+            }
+            started = true;
             if matches!(byte, b' ' | b'\t') {
                 pending = true;
-            } else {
-                if pending {
-                    result.push(b' ');
-                    pending = false;
-                }
-                result.push(*byte);
+                continue;
             }
+            if pending {
+                text[written] = b' ';
+                written += 1;
+                pending = false;
+            }
+            text[written] = byte;
+            written += 1;
         }
-        if line.ends_with(b"\n") {
-            result.push(b'\n');
+        if ended {
+            text[written] = b'\n';
+            written += 1;
         }
+        read = next;
     }
-    result
+    text.truncate(written);
 }
 
 /// Checks what only the chosen separator tells: the columns of each line, and that no quoted

@@ -2,7 +2,7 @@
 
 use super::line_at;
 use crate::error::{Error, ErrorKind, Place};
-use crate::recording::Finding;
+use crate::recording::{Finding, Limits};
 
 /// Characters of Windows-1252 from 0x80 to 0x9F. The five bytes that it leaves undefined keep
 /// their Latin-1 control characters, as WHATWG's Encoding Standard has it.
@@ -27,12 +27,16 @@ pub(in crate::recording) fn looks_like_text(head: &[u8]) -> bool {
 ///
 /// # Errors
 ///
-/// [`ErrorKind::Malformed`] at the line where the bytes are not in the encoding that the file
+/// [`ErrorKind::LimitExceeded`] if the decoded text, together with the file's own bytes if these
+/// are UTF-16, takes more than `text_bytes`; [`ErrorKind::Malformed`] at the line where the bytes are not in the encoding that the file
 /// is marked with, or hold a NUL character.
-pub(in crate::recording) fn decode(bytes: Vec<u8>) -> Result<(Vec<u8>, Vec<Finding>), Error> {
+pub(in crate::recording) fn decode(
+    bytes: Vec<u8>,
+    limits: &Limits,
+) -> Result<(Vec<u8>, Vec<Finding>), Error> {
     let mut findings = Vec::new();
     let mut text = if is_utf_16(&bytes) {
-        decode_utf_16(&bytes)?
+        decode_utf_16(&bytes, limits)?
     } else if bytes.starts_with(b"\xEF\xBB\xBF") {
         let mut body = bytes;
         body.drain(..3);
@@ -47,7 +51,7 @@ pub(in crate::recording) fn decode(bytes: Vec<u8>) -> Result<(Vec<u8>, Vec<Findi
             "encoding-assumed",
             "the text is not UTF-8 and was read as Windows-1252; only names and comments depend on it",
         ));
-        decode_windows_1252(bytes)
+        decode_windows_1252(bytes, limits)?
     };
     // Text files of DOS may end with Ctrl-Z.
     if text.last() == Some(&0x1A) {
@@ -70,7 +74,7 @@ fn is_utf_16(bytes: &[u8]) -> bool {
     bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF")
 }
 
-fn decode_utf_16(bytes: &[u8]) -> Result<Vec<u8>, Error> {
+fn decode_utf_16(bytes: &[u8], limits: &Limits) -> Result<Vec<u8>, Error> {
     let little = bytes[0] == 0xFF;
     let pairs = bytes[2..].chunks_exact(2);
     let odd = !pairs.remainder().is_empty();
@@ -81,7 +85,22 @@ fn decode_utf_16(bytes: &[u8]) -> Result<Vec<u8>, Error> {
             u16::from_be_bytes([pair[0], pair[1]])
         }
     });
-    let mut text = String::with_capacity(bytes.len() / 2);
+    // Both are held while one is made of the other.
+    let room = usize::try_from(limits.text_bytes)
+        .unwrap_or(usize::MAX)
+        .saturating_sub(bytes.len());
+    let length = |unit: u16| match unit {
+        0..=0x7F => 1,
+        0x80..=0x7FF => 2,
+        // Half of a pair.
+        0xD800..=0xDFFF => 2,
+        _ => 3,
+    };
+    let needed: usize = units.clone().map(length).sum();
+    if needed > room {
+        return Err(too_long(limits));
+    }
+    let mut text = String::with_capacity(needed);
     for character in char::decode_utf16(units) {
         match character {
             Ok(character) => text.push(character),
@@ -103,7 +122,7 @@ fn decode_utf_16(bytes: &[u8]) -> Result<Vec<u8>, Error> {
 }
 
 /// Widens the bytes in place, from the end, so that no second copy of the file is held.
-fn decode_windows_1252(mut bytes: Vec<u8>) -> Vec<u8> {
+fn decode_windows_1252(mut bytes: Vec<u8>, limits: &Limits) -> Result<Vec<u8>, Error> {
     let of = |byte: u8| match byte {
         0x80..=0x9F => WINDOWS_1252[usize::from(byte - 0x80)],
         other => char::from(other),
@@ -114,6 +133,10 @@ fn decode_windows_1252(mut bytes: Vec<u8>) -> Vec<u8> {
         .filter(|byte| !byte.is_ascii())
         .map(|byte| of(*byte).len_utf8() - 1)
         .sum();
+    if (old + more) as u64 > limits.text_bytes {
+        return Err(too_long(limits));
+    }
+    bytes.reserve_exact(more);
     bytes.resize(old + more, 0);
     let mut end = bytes.len();
     for index in (0..old).rev() {
@@ -126,7 +149,16 @@ fn decode_windows_1252(mut bytes: Vec<u8>) -> Vec<u8> {
         end -= encoded.len();
         bytes[end..end + encoded.len()].copy_from_slice(encoded);
     }
-    bytes
+    Ok(bytes)
+}
+
+fn too_long(limits: &Limits) -> Error {
+    Error::from(ErrorKind::LimitExceeded {
+        limit: "text_bytes",
+        value: limits.text_bytes,
+        found: "more bytes once decoded to UTF-8".into(),
+    })
+    .at(Place::default().byte(limits.text_bytes))
 }
 
 /// Turns a carriage return that stands alone, the line end of old Macintosh files, into a

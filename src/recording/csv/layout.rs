@@ -1,7 +1,7 @@
 //! Layouts: which rows are header, which column is time, which one is the lateral acceleration.
 
 use super::date;
-use super::dialect::{self, Separator};
+use super::dialect::{self, FEW_ROWS, SAMPLE_BYTES, Separator};
 use super::header::{Column, is_known_unit};
 use super::number::{self, Decimal};
 use super::rows::shown;
@@ -515,7 +515,12 @@ fn first_rows(text: &[u8], separator: Separator, quoted: bool) -> Vec<Row> {
     let mut table = Table::new(text, separator, quoted);
     let mut rows = Vec::new();
     let mut row = Row::default();
-    while rows.len() < SAMPLE_ROWS && table.next(&mut row) {
+    let mut bytes = 0;
+    while rows.len() < SAMPLE_ROWS
+        && (rows.len() < FEW_ROWS || bytes <= SAMPLE_BYTES)
+        && table.next(&mut row)
+    {
+        bytes += row.iter().map(<[u8]>::len).sum::<usize>();
         rows.push(row.kept());
     }
     rows

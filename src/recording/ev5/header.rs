@@ -47,7 +47,7 @@ pub(super) struct Entry {
 
 impl Test {
     pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Error> {
-        let (bytes, _) = encoding::decode(bytes)?;
+        let (bytes, _) = encoding::decode(bytes, limits)?;
         text::check_line_lengths(&bytes, limits)?;
         let content = String::from_utf8_lossy(&bytes);
         let mut entries: Vec<Entry> = Vec::new();

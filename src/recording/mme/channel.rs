@@ -346,7 +346,7 @@ pub(super) struct Samples {
 
 impl Samples {
     pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Error> {
-        let (bytes, _) = encoding::decode(bytes)?;
+        let (bytes, _) = encoding::decode(bytes, limits)?;
         text::check_line_lengths(&bytes, limits)?;
         let content = String::from_utf8_lossy(&bytes);
         let mut values: Vec<f64> = Vec::new();
