@@ -331,7 +331,7 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec
             let bears = branch.found().next().is_some();
             match branches.iter_mut().find(|other| same(other, &branch)) {
                 // Begun on an orbit that parts from another, a branch lacks that other's birth.
-                Some(other) if other.found().count() < branch.found().count() => {
+                Some(other) if begins_earlier(&branch, other) => {
                     spent.push(std::mem::replace(other, branch));
                 }
                 None if bears => branches.push(branch),
@@ -345,6 +345,21 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec
     }
     branches.truncate(BRANCHES_MAX);
     (branches, whole)
+}
+
+/// Tells whether what is found first on a branch lies before that of another, or, with the same
+/// beginning, whether more is found.
+fn begins_earlier(a: &Cascade, b: &Cascade) -> bool {
+    let first = |branch: &Cascade| {
+        let amplitudes = branch.found().map(|found| found.orbit.amplitude_g);
+        amplitudes.fold(f64::INFINITY, f64::min)
+    };
+    let (here, there) = (first(a), first(b));
+    if (here - there).abs() > 1e-9 * there {
+        here < there
+    } else {
+        a.found().count() > b.found().count()
+    }
 }
 
 /// Tells whether two branches are one: they share what was found first on both.
