@@ -504,8 +504,7 @@ pub(super) fn excitation_map(maps: &[ExcitationMap]) -> Figure {
         format!(
             "Red: below it no amplitude of the grid passes {threshold} rad; where it lies between two is found by halving."
         ),
-        "Where motion is chaotic, amplitudes between those of the grid may pass it a little earlier."
-            .into(),
+        "Where motion is chaotic, amplitudes between those of the grid may pass it earlier.".into(),
     ];
     let mut top = heading(&mut canvas, &title, &lines);
     let mut description = String::new();
