@@ -87,7 +87,7 @@ fn headlines(motions: &[Motion], half_period_s: f64) -> Vec<Headline> {
         );
         let mut say = |what: &str, value: Option<f64>| {
             headlines.push(Headline {
-                digits: Headline::DIGITS,
+                digits: Headline::EXACT,
                 subject: subject.clone(),
                 model: Some(model),
                 what: what.into(),

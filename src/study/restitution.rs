@@ -78,6 +78,9 @@ pub struct Equivalence {
 /// Speed of the reference entry [rad/s]: near that of the first impact of the paper's Fig. 4b.
 const SPEED: f64 = 14.678_784;
 
+/// Digits of the figures: damping and speeds that differ in the fifth stand side by side.
+const DIGITS: usize = 7;
+
 /// Speeds of entry that are looked at [rad/s].
 const SPEEDS: (f64, f64) = (1e-3, 100.0);
 
@@ -297,7 +300,7 @@ fn headlines(
     let mut headlines = Vec::new();
     let mut say = |subject: &str, what: &str, value: Option<f64>| {
         headlines.push(Headline {
-            digits: Headline::DIGITS,
+            digits: DIGITS,
             subject: subject.into(),
             model: Some(StopModel::Soft),
             what: what.into(),

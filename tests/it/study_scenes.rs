@@ -912,6 +912,35 @@ fn cli_study_scenes_refuse_wrong_usage() {
     check_refused(&["shock", "--amplitude", "0"], 2, &["--amplitude"]);
 }
 
+/// A negative value after a space is the option's value, so that its range is what is spoken of.
+#[test]
+fn cli_study_tells_a_negative_value_from_an_option() {
+    for study in ["bifurcation", "attractor", "excitation-map"] {
+        check_refused(
+            &[study, "--amplitude", "-5..3"],
+            2,
+            &["--amplitude", "-5..3", "must not be negative"],
+        );
+    }
+    check_refused(&["bifurcation", "--omega", "-3"], 2, &["--omega", "'-3'"]);
+    check_refused(
+        &["bifurcation", "--gravity", "-9"],
+        2,
+        &["--gravity", "'-9'"],
+    );
+    check_refused(
+        &["excitation-map", "--omega", "-5..3"],
+        2,
+        &["--omega", "above 0"],
+    );
+    check_refused(&["basins", "--grid", "-2x3"], 2, &["--grid", "from 1 to"]);
+    check_refused(
+        &["bifurcation", "--points", "-5"],
+        2,
+        &["--points", "-5 is not in"],
+    );
+}
+
 /// What only the design makes impossible is no wrong usage.
 #[test]
 fn cli_study_scenes_end_with_four_where_the_design_forbids() {

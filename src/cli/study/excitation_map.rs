@@ -21,19 +21,19 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
     pub model: ModelArgument,
     /// Amplitudes [g]
-    #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_amplitude_range, default_value = "0..10")]
+    #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_amplitude_range, default_value = "0..10", allow_hyphen_values = true)]
     pub amplitude: Span,
     /// Angular frequencies [rad/s], by their logarithm
-    #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_frequencies, default_value = "5..1000")]
+    #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_frequencies, default_value = "5..1000", allow_hyphen_values = true)]
     pub omega: Span,
     /// Amplitudes × frequencies
-    #[arg(long, value_name = "NxM", value_parser = sweep::parse_grid, default_value = "100x160")]
+    #[arg(long, value_name = "NxM", value_parser = sweep::parse_grid, default_value = "100x160", allow_hyphen_values = true)]
     pub grid: (u32, u32),
     /// Periods of the excitation that each lever is followed from rest
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000), default_value_t = 30)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000), default_value_t = 30, allow_negative_numbers = true)]
     pub periods: u32,
     /// What one g is [m/s²]
-    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY)]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_negative_numbers = true)]
     pub gravity: f64,
 }
 

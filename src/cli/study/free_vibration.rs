@@ -26,7 +26,7 @@ pub struct Arguments {
     #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true, default_value_t = 0.0)]
     pub omega0: f64,
     /// Length [natural periods]
-    #[arg(long, value_name = "N", value_parser = parse_periods, default_value_t = 5.0)]
+    #[arg(long, value_name = "N", value_parser = parse_periods, default_value_t = 5.0, allow_negative_numbers = true)]
     pub periods: f64,
 }
 

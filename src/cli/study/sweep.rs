@@ -11,10 +11,10 @@ use clap::Args;
 #[derive(Debug, Clone, Args)]
 pub struct Sine {
     /// Angular frequency ω [rad/s]
-    #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0)]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0, allow_negative_numbers = true)]
     pub omega: f64,
     /// What one g is [m/s²]
-    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY)]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_negative_numbers = true)]
     pub gravity: f64,
 }
 

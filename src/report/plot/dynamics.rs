@@ -7,12 +7,13 @@ use super::colour::viridis;
 use super::panel::{LEFT, Panel, RIGHT};
 use super::raster::{self, BLUE, ORANGE};
 use super::{Figure, WIDTH};
-use crate::report::number::{significant, trimmed};
+use crate::report::number::{count, significant, trimmed};
 use crate::study::attractor::Attractor;
 use crate::study::basins::Basins;
 use crate::study::bifurcation::Diagram;
 use crate::study::excitation_map::ExcitationMap;
 use crate::study::orbit::Kind;
+use std::collections::BTreeSet;
 
 /// Rules of these charts.
 pub(super) const RULES: &str = "\
@@ -21,6 +22,10 @@ pub(super) const RULES: &str = "\
 .plot .doubling{fill:none;stroke:var(--fail);stroke-width:1.5}
 .plot .contour{fill:none;stroke:var(--paper);stroke-width:4;stroke-linejoin:round}
 .plot .contour-ink{fill:none;stroke:#e02020;stroke-width:2;stroke-linejoin:round}
+.plot .lift{fill:none;stroke:#ffffff;stroke-width:2;stroke-dasharray:11 7}
+.plot .lift-edge{fill:none;stroke:#000000;stroke-width:4;stroke-opacity:.45}
+.plot .few-event-driven{fill:#2d7dcd;stroke:var(--paper);stroke-width:.75}
+.plot .few-rk4{fill:#de7020;stroke:var(--paper);stroke-width:.75}
 .plot .ring{fill:none;stroke:var(--ink);stroke-width:1.5}
 .plot .tiny{font-size:11.5px}
 ";
@@ -77,21 +82,28 @@ pub(super) fn bifurcation(diagrams: &[Diagram]) -> Figure {
     };
     let omega = first.options.rig.angular_frequency_rad_s;
     let title = format!("Stroboscopic sections against amplitude, ω = {omega} rad/s");
-    let lines = [
-        "State at the start of each period of the excitation; the darker, the more points.",
-        "Long green marks at the foot: an orbit is born. Short red marks: its period doubles.",
+    let mut lines = vec![
+        "State at the start of each period of the excitation; the darker, the more points.".into(),
     ];
-    let mut top = heading(&mut canvas, &title, &lines.map(String::from));
+    lines.extend(marks(diagrams));
+    let mut top = heading(&mut canvas, &title, &lines);
     let amplitudes = first.options.amplitudes_g;
+    // One scale for all, so that the stops can be compared.
+    let velocities = widened(
+        span(
+            diagrams
+                .iter()
+                .flat_map(|diagram| &diagram.columns)
+                .flat_map(|column| &column.sections)
+                .map(|section| section.velocity_rad_s),
+        ),
+        0.04,
+    );
     let mut description = String::new();
     for diagram in diagrams {
         top += 30.0;
         let stop = diagram.options.rig.stop.name();
         let rows = diagram.rows();
-        let velocities = widened(
-            span(rows.iter().map(|row| row.angular_velocity_rad_s)),
-            0.04,
-        );
         let panel = Panel::linear(amplitudes, velocities, top, top + HEIGHT);
         canvas.text(
             "strong",
@@ -138,6 +150,23 @@ pub(super) fn bifurcation(diagrams: &[Diagram]) -> Figure {
     }
 }
 
+/// Explains the marks at the foot of the panels, if there are any.
+fn marks(diagrams: &[Diagram]) -> Option<String> {
+    let (low, high) = diagrams.first()?.options.amplitudes_g;
+    let shown = |kind: Kind| {
+        diagrams
+            .iter()
+            .flat_map(Diagram::found)
+            .any(|found| found.kind == kind && (low..=high).contains(&found.orbit.amplitude_g))
+    };
+    let birth =
+        shown(Kind::SaddleNode).then_some("Long green marks at the foot: an orbit is born.");
+    let doubling =
+        shown(Kind::PeriodDoubling).then_some("Short red marks at the foot: a period doubles.");
+    let words: Vec<&str> = birth.into_iter().chain(doubling).collect();
+    (!words.is_empty()).then(|| words.join(" "))
+}
+
 fn empty(name: &'static str) -> Figure {
     Figure {
         name,
@@ -168,14 +197,21 @@ pub(super) fn attractor(attractors: &[Attractor]) -> Figure {
         "Stroboscopic section, A = {amplitude} g, ω = {} rad/s",
         first.options.rig.angular_frequency_rad_s
     );
-    let mut top = heading(
-        &mut canvas,
-        &title,
-        &["State at the start of each period of the excitation, after the transient.".into()],
-    );
     let compared = attractors
         .iter()
         .any(|a| a.options.compared_steps.is_some());
+    let mut line =
+        String::from("State at the start of each period of the excitation, after the transient.");
+    let mut lines = Vec::new();
+    if compared {
+        lines.push(std::mem::take(&mut line));
+        line.push_str("Left: event-driven. Right: Runge-Kutta of fixed step, impacts on its grid.");
+    }
+    if attractors.iter().any(|a| a.orbit.is_some()) {
+        line.push_str(" Rings: the periodic orbit.");
+    }
+    lines.push(line);
+    let mut top = heading(&mut canvas, &title, &lines);
     let right = WIDTH - 24.0;
     let width = if compared {
         0.5 * (right - LEFT - GAP)
@@ -184,7 +220,8 @@ pub(super) fn attractor(attractors: &[Attractor]) -> Figure {
     };
     let mut description = String::new();
     for attractor in attractors {
-        top += 30.0;
+        // Beside a second panel the words take a line of their own.
+        top += if compared { 48.0 } else { 30.0 };
         let stop = attractor.options.rig.stop.name();
         let angles = widened(span(attractor.rows.iter().map(|row| row.angle_rad)), 0.06);
         let velocities = widened(
@@ -192,17 +229,13 @@ pub(super) fn attractor(attractors: &[Attractor]) -> Figure {
             0.06,
         );
         let summary = summary(attractor);
+        let canvas = &mut canvas;
         let mut draw = |left: f64, method: &str, name: &str, colour: raster::Colour| {
             let bottom = top + HEIGHT;
             let x = Axis::linear(angles.0, angles.1, left, left + width);
             let y = Axis::linear(velocities.0, velocities.1, bottom, top);
-            canvas.text(
-                "strong",
-                (left, top - 9.0),
-                Anchor::Start,
-                &format!("{stop} stop: {name}"),
-            );
-            super::series::grid(&mut canvas, &x, &y, (left, left + width), (top, bottom));
+            title_of(canvas, (left, top), width, stop, name);
+            super::series::grid(canvas, &x, &y, (left, left + width), (top, bottom));
             let rows: Vec<(f64, f64)> = attractor
                 .rows
                 .iter()
@@ -210,9 +243,18 @@ pub(super) fn attractor(attractors: &[Attractor]) -> Figure {
                 .map(|row| (row.angle_rad, row.angular_velocity_rad_s))
                 .collect();
             let size = (width, HEIGHT);
-            let dot = if rows.len() > 20_000 { 2 } else { 5 };
-            if let Some(png) = raster::cloud(rows.iter().copied(), &x, &y, size, dot, colour) {
-                canvas.png(&png, (left, top), size);
+            let places = places(&rows, &x, &y);
+            if places.len() <= FEW {
+                let radius = if places.len() > 100 { 2.2 } else { 3.5 };
+                for at in places {
+                    canvas.circle(&format!("few-{method}"), at, radius);
+                }
+            } else {
+                let dot = if places.len() < MANY { 5 } else { 2 };
+                let points = rows.iter().copied();
+                if let Some(png) = raster::cloud(points, &x, &y, size, dot, colour) {
+                    canvas.png(&png, (left, top), size);
+                }
             }
             if method == "event-driven"
                 && let Some(orbit) = &attractor.orbit
@@ -236,7 +278,7 @@ pub(super) fn attractor(attractors: &[Attractor]) -> Figure {
         };
         draw(LEFT, "event-driven", &summary, BLUE);
         if let Some(steps) = attractor.options.compared_steps {
-            let name = format!("RK4, {steps} steps a period");
+            let name = format!("RK4, {} steps a period", count(u64::from(steps)));
             draw(LEFT + width + GAP, "rk4", &name, ORANGE);
         }
         description.push_str(&format!(" {stop} stop: {summary}."));
@@ -245,14 +287,53 @@ pub(super) fn attractor(attractors: &[Attractor]) -> Figure {
     Figure {
         name: "attractor",
         title,
-        caption:
-            "Blue: event-driven; rings: the points of a periodic orbit. Orange: Runge-Kutta of \
-                  fixed step with events on its grid, where it was asked for."
-                .into(),
+        caption: lines.join(" "),
         description: format!("Angular velocity against angle once a period.{description}"),
         height: top + 8.0,
         body: canvas.into_string(),
     }
+}
+
+/// Writes which stop a panel shows, and what was found there: behind it, or, in a panel of half the
+/// width, below it.
+fn title_of(canvas: &mut Canvas, corner: (f64, f64), width: f64, stop: &str, name: &str) {
+    let (left, top) = corner;
+    if width > 0.5 * WIDTH {
+        let text = format!("{stop} stop: {name}");
+        canvas.text("strong", (left, top - 9.0), Anchor::Start, &text);
+    } else {
+        let text = format!("{stop} stop");
+        canvas.text("strong", (left, top - 27.0), Anchor::Start, &text);
+        // Long ones are still inside the panel's width in small letters.
+        let class = if name.chars().count() > 46 {
+            "tiny"
+        } else {
+            ""
+        };
+        canvas.text(class, (left, top - 9.0), Anchor::Start, name);
+    }
+}
+
+/// Places up to which a section is drawn point by point: small dots would be overlooked.
+const FEW: usize = 1000;
+
+/// Places from which on a section is a cloud of the smallest dots.
+const MANY: usize = 8000;
+
+/// Returns where points lie, those within a quarter of a unit once, [`MANY`] at most.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "places inside a drawing of a few hundred units"
+)]
+fn places(points: &[(f64, f64)], x: &Axis, y: &Axis) -> Vec<(f64, f64)> {
+    let mut taken: BTreeSet<(i64, i64)> = BTreeSet::new();
+    points
+        .iter()
+        .filter(|(px, py)| x.contains(*px) && y.contains(*py))
+        .map(|(px, py)| (x.place(*px), y.place(*py)))
+        .filter(|at| taken.insert(((4.0 * at.0).round() as i64, (4.0 * at.1).round() as i64)))
+        .take(MANY)
+        .collect()
 }
 
 fn summary(attractor: &Attractor) -> String {
@@ -273,15 +354,15 @@ fn summary(attractor: &Attractor) -> String {
                     (_, Some(periods)) => format!("repeats its digits after {periods} periods"),
                 };
                 format!(
-                    "{what}; rounding grows by {} decades: no period can be told",
+                    "no period can be told: {what}; rounding grows by up to {} decades",
                     significant(growth.decades_max, 2)
                 )
             },
             |exponent| {
                 format!(
-                    "exponent {} ± {} per period",
+                    "Lyapunov exponent {} per period, 95 % interval ±{}",
                     significant(exponent, 3),
-                    significant(1.96 * growth.standard_error, 1)
+                    significant(1.96 * growth.standard_error, 2)
                 )
             },
         );
@@ -320,14 +401,17 @@ pub(super) fn basins(all: &[Basins]) -> Figure {
         "Basins of attraction, A = {} g, ω = {} rad/s",
         first.options.amplitude_g, first.options.rig.angular_frequency_rad_s
     );
-    let mut top = heading(
-        &mut canvas,
-        &title,
-        &[format!(
-            "Where the lever ends up from each initial state; {} × {} states.",
-            first.options.grid.0, first.options.grid.1
-        )],
-    );
+    let (columns, rows) = first.options.grid;
+    let mut lines = vec![format!(
+        "Where the lever ends up from each of {columns} × {rows} initial states, and the share of them."
+    )];
+    if all.iter().any(|basins| !basins.fine.is_empty()) {
+        lines.push(
+            "Cells at a boundary are drawn cut in four; the shares are those of whole cells."
+                .into(),
+        );
+    }
+    let mut top = heading(&mut canvas, &title, &lines);
     let mut description = String::new();
     for basins in all {
         top += 30.0;
@@ -342,7 +426,7 @@ pub(super) fn basins(all: &[Basins]) -> Figure {
         for attractor in &basins.attractors {
             let share = attractor.share.map_or_else(
                 || "share not known, interrupted".into(),
-                |share| format!("{} %", significant(100.0 * share, 3)),
+                |share| format!("{} %", significant(100.0 * share, 4)),
             );
             let text = format!("{}: {share}", attractor.name);
             let [r, g, b] = basin_colour(attractor.index);
@@ -395,7 +479,7 @@ pub(super) fn basins(all: &[Basins]) -> Figure {
     Figure {
         name: "basins",
         title,
-        caption: "Each pixel is one initial state.".into(),
+        caption: lines.join(" "),
         description: format!("Map of initial states by attractor.{description}"),
         height: top + 8.0,
         body: canvas.into_string(),
@@ -409,23 +493,25 @@ fn basin_colour(index: u32) -> [u8; 3] {
 /// Draws the largest angle over amplitude and frequency with the threshold's contour.
 pub(super) fn excitation_map(maps: &[ExcitationMap]) -> Figure {
     const HEIGHT: f64 = 380.0;
-    /// Decades of the colour scale.
-    const DECADES: f64 = 4.0;
     let mut canvas = Canvas::with_capacity(512 * 1024);
     let Some(first) = maps.first() else {
         return empty("excitation-map");
     };
     let threshold = first.options.rig.design.criterion.threshold_rad;
+    let scale = Scale::around(threshold);
     let title = "What excitation opens the latch".to_string();
-    let mut top = heading(
-        &mut canvas,
-        &title,
-        &[format!(
-            "Largest angle from rest within {} periods. Red: least A beyond {threshold} rad; dashed: lift-off at A = {} g.",
+    let lines = [
+        format!(
+            "Colour: largest angle from rest within {} periods. White dashes: lift-off at A = {} g.",
             first.options.periods,
             significant(first.lift_off_g, 5)
-        )],
-    );
+        ),
+        format!(
+            "Red: below it no amplitude of the grid passes {threshold} rad; where it lies between two is found by halving."
+        ),
+        "Where motion is chaotic, amplitudes between those of the grid may pass it earlier.".into(),
+    ];
+    let mut top = heading(&mut canvas, &title, &lines);
     let mut description = String::new();
     for map in maps {
         top += 30.0;
@@ -458,8 +544,7 @@ pub(super) fn excitation_map(maps: &[ExcitationMap]) -> Figure {
         let mut pixels = vec![0_u8; 3 * amplitudes * lines];
         for (index, row) in map.rows.iter().enumerate() {
             let (column, line) = (index / amplitudes, index % amplitudes);
-            let share =
-                1.0 + libm::log10(row.peak_angle_rad.max(1e-12) / (10.0 * threshold)) / DECADES;
+            let share = scale.share(row.peak_angle_rad);
             let at = 3 * ((amplitudes - 1 - line) * lines + column);
             pixels[at..at + 3].copy_from_slice(&viridis(share));
         }
@@ -479,17 +564,18 @@ pub(super) fn excitation_map(maps: &[ExcitationMap]) -> Figure {
         }
         if panel.y.contains(map.lift_off_g) {
             let y = panel.y.place(map.lift_off_g);
-            canvas.line("edge", (LEFT, y), (RIGHT, y));
+            canvas.line("lift-edge", (LEFT, y), (RIGHT, y));
+            canvas.line("lift", (LEFT, y), (RIGHT, y));
         }
         panel.frame(&mut canvas);
-        bar(&mut canvas, &panel, threshold, DECADES);
+        bar(&mut canvas, &panel, threshold, &scale);
         let least = map
             .boundary
             .iter()
             .filter_map(|at| at.amplitude_g)
             .fold(f64::INFINITY, f64::min);
         description.push_str(&format!(
-            " {stop} stop: least amplitude beyond the threshold {} g.",
+            " {stop} stop: least amplitude of the contour {} g.",
             trimmed(least, 5)
         ));
         top += HEIGHT + 48.0;
@@ -497,14 +583,39 @@ pub(super) fn excitation_map(maps: &[ExcitationMap]) -> Figure {
     Figure {
         name: "excitation-map",
         title,
-        caption: "Colours by decades of the largest angle.".into(),
+        caption: lines.join(" "),
         description: format!("Map of the largest angle over amplitude and frequency.{description}"),
         height: top + 8.0,
         body: canvas.into_string(),
     }
 }
 
-fn bar(canvas: &mut Canvas, panel: &Panel, threshold: f64, decades: f64) {
+/// A colour scale by decades; what lies beyond an end has the end's colour.
+struct Scale {
+    low: f64,
+    high: f64,
+}
+
+impl Scale {
+    /// Four decades, the threshold within the upper two.
+    fn around(threshold: f64) -> Self {
+        let decade = libm::log10(threshold).round();
+        Self {
+            low: libm::pow(10.0, decade - 3.0),
+            high: libm::pow(10.0, decade + 1.0),
+        }
+    }
+
+    fn share(&self, value: f64) -> f64 {
+        if value > self.low {
+            libm::log10(value / self.low) / libm::log10(self.high / self.low)
+        } else {
+            0.0
+        }
+    }
+}
+
+fn bar(canvas: &mut Canvas, panel: &Panel, threshold: f64, scale: &Scale) {
     let steps: Vec<u8> = (0..64)
         .rev()
         .flat_map(|step| viridis((f64::from(step) + 0.5) / 64.0))
@@ -515,20 +626,32 @@ fn bar(canvas: &mut Canvas, panel: &Panel, threshold: f64, decades: f64) {
         canvas.png(&png, corner, size);
     }
     canvas.rectangle("frame", corner, size);
-    let top = 10.0 * threshold;
-    let axis = Axis::logarithmic(
-        top * libm::pow(10.0, -decades),
-        top,
-        panel.bottom,
-        panel.top,
-    );
+    let axis = Axis::logarithmic(scale.low, scale.high, panel.bottom, panel.top);
     for tick in axis.ticks(46.0, 0.0) {
         if tick.label.is_empty() {
             continue;
         }
+        // Both ends hold all beyond them.
+        let share = scale.share(tick.value);
+        let label = if share > 0.999 {
+            format!("≥ {}", trimmed(tick.value, 3))
+        } else if share < 0.001 {
+            format!("≤ {}", tick.label)
+        } else {
+            tick.label
+        };
         let y = axis.place(tick.value);
         canvas.line("tick", (RIGHT + 24.0, y), (RIGHT + 29.0, y));
-        canvas.text("muted", (RIGHT + 33.0, y + 5.0), Anchor::Start, &tick.label);
+        canvas.text("muted", (RIGHT + 33.0, y + 5.0), Anchor::Start, &label);
     }
-    canvas.text("", (RIGHT + 80.0, panel.top - 12.0), Anchor::End, "rad");
+    let y = axis.place(threshold);
+    for class in ["contour", "contour-ink"] {
+        canvas.line(class, (corner.0, y), (corner.0 + size.0, y));
+    }
+    canvas.text(
+        "",
+        (RIGHT + 10.0, panel.top - 12.0),
+        Anchor::Start,
+        "angle [rad]",
+    );
 }

@@ -172,14 +172,9 @@ fn intervals(canvas: &mut Canvas, result: &FreeVibration, place: frame::Place) {
         }
         panel.function(canvas, class(motion.against), points.iter().copied());
         if Some(motion.against) == marked {
-            if let Some((time, interval)) = points.first() {
-                let at = panel.place(*time, *interval);
-                canvas.text(
-                    "small halo",
-                    (at.0 + 4.0, at.1 + 34.0),
-                    Anchor::Start,
-                    &format!("T0 = {} N·m", exact(motion.preload_torque_nm)),
-                );
+            let text = format!("T0 = {} N·m", exact(motion.preload_torque_nm));
+            if let Some(at) = below(&panel, &points, &text) {
+                canvas.text("small halo", at, Anchor::Start, &text);
             }
             for (time, interval) in points.iter().take(40) {
                 canvas.circle("spot", panel.place(*time, *interval), 2.4);
@@ -195,4 +190,21 @@ fn intervals(canvas: &mut Canvas, result: &FreeVibration, place: frame::Place) {
         Anchor::End,
         &format!("π/ω0 = {} s", significant(result.half_period_s, 6)),
     );
+}
+
+/// Returns where a text stands that begins with a falling or level curve, right below it.
+fn below(panel: &Frame, points: &[(f64, f64)], text: &str) -> Option<(f64, f64)> {
+    let placed: Vec<(f64, f64)> = points.iter().map(|(x, y)| panel.place(*x, *y)).collect();
+    let left = placed.first()?.0;
+    #[expect(clippy::cast_precision_loss, reason = "a few letters")]
+    let right = left + 7.0 * text.chars().count() as f64;
+    let lowest = placed
+        .windows(2)
+        .filter(|two| two[0].0 <= right)
+        .map(|two| {
+            let part = ((right - two[0].0) / (two[1].0 - two[0].0)).clamp(0.0, 1.0);
+            two[0].1 + part * (two[1].1 - two[0].1)
+        })
+        .fold(placed[0].1, f64::max);
+    Some((left, (lowest + 18.0).min(panel.bottom - 6.0)))
 }
