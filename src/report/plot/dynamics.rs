@@ -349,12 +349,12 @@ fn summary(attractor: &Attractor) -> String {
         return growth.lyapunov().map_or_else(
             || {
                 let what = match (growth.rests, growth.returned) {
-                    (0, None) => "forgets where it was".into(),
+                    (0, None) => "differences die out".into(),
                     (_, None) => "rests now and then".into(),
-                    (_, Some(periods)) => format!("repeats its digits after {periods} periods"),
+                    (_, Some(periods)) => format!("digits repeat after {periods}"),
                 };
                 format!(
-                    "no period can be told: {what}; rounding grows by up to {} decades",
+                    "no period can be told ({what}); rounding grows by {} decades",
                     significant(growth.decades_max, 2)
                 )
             },
