@@ -375,8 +375,9 @@ fn same(a: &Cascade, b: &Cascade) -> bool {
 
 /// Tells whether the orbit at one amplitude is that at the next, a little moved.
 fn continues(options: &Options, before: &Column, after: &Column) -> bool {
-    /// Largest move of a section that is still taken for one [rad].
-    const MOVED: f64 = 0.1;
+    /// Largest move of a section that is still taken for one [rad]; one that moves further is asked
+    /// whether it lies on a branch that is known.
+    const MOVED: f64 = 0.02;
     let Some(last) = after.sections.last().map(state) else {
         return false;
     };
