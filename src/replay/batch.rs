@@ -211,8 +211,9 @@ impl<M: Fn(usize) -> Member> pulp::WithSimd for Chunk<'_, M> {
         for start in self.members.clone().step_by(lanes::<S>()) {
             let of = |lane: usize| (self.member)((start + lane).min(self.members.end - 1));
             let members: Vec<Member> = (0..lanes::<S>()).map(of).collect();
-            let group = Group::new(simd, members, &self).run();
-            results.extend(group.take(self.members.end - start));
+            let wanted = self.members.end - start;
+            let group = Group::new(simd, members, wanted, &self).run();
+            results.extend(group.take(wanted));
         }
         results
     }
@@ -344,7 +345,7 @@ impl Lane {
 
 impl<'a, S: pulp::Simd> Group<'a, S> {
     #[inline(always)]
-    fn new<M>(simd: S, members: Vec<Member>, chunk: &Chunk<'a, M>) -> Self {
+    fn new<M>(simd: S, members: Vec<Member>, wanted: usize, chunk: &Chunk<'a, M>) -> Self {
         let Chunk {
             signal,
             ahead,
@@ -354,7 +355,12 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
         let interval = signal.rate.interval().seconds();
         let lanes: Vec<Lane> = members
             .into_iter()
-            .map(|member| Lane::new(member, interval, options))
+            .enumerate()
+            .map(|(lane, member)| Lane {
+                // What only fills the vector need not be followed.
+                settled: lane >= wanted,
+                ..Lane::new(member, interval, options)
+            })
             .collect();
         let scaled: Vec<Option<Coefficients<f64>>> = lanes
             .iter()
@@ -520,8 +526,13 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
     /// Takes a lane that its kernel left in free flight into the vector.
     #[inline(always)]
     fn load(&mut self, lane: usize) {
-        let Lane { kernel, flying, .. } = &mut self.lanes[lane];
-        *flying = kernel.flies_free();
+        let Lane {
+            kernel,
+            flying,
+            settled,
+            ..
+        } = &mut self.lanes[lane];
+        *flying = kernel.flies_free() && !*settled;
         if *flying {
             self.flying += 1;
             let (angle, velocity) = kernel.state();
