@@ -21,8 +21,7 @@ use super::{
 };
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, SampleRate};
-use header::{Described, Header, TimeColumns};
-use std::cmp::Ordering;
+use header::{Header, TimeColumns};
 
 /// Tells whether the file begins as LabVIEW's do.
 #[must_use]
@@ -379,6 +378,19 @@ fn channel(
             None => ErrorKind::MissingUnit.into(),
         });
     }
+    if let Some(stated) = described.samples
+        && stated != values.len() as u64
+    {
+        // LabVIEW counts the samples of one write, so that either direction is common.
+        findings.push(Finding::warning(
+            "count-contradicted",
+            format!(
+                "the header says {stated} samples of {}, the table holds {}",
+                column.name,
+                values.len()
+            ),
+        ));
+    }
     let (start_s, rate, values) = match header.time_slot(index) {
         Some(slot) => {
             let (stamps, digit) = &table.stamps[slot];
@@ -405,8 +417,6 @@ fn channel(
             (described.start_s, rate, values.clone())
         }
     };
-    let end_s = start_s + to_f64(values.len().saturating_sub(1)) / rate.hertz();
-    findings.extend(count_finding(described, table.values[index].len(), end_s));
     let zero = options.time_zero_s.unwrap_or(0.0);
     for finding in &mut findings {
         finding.at_s = finding.at_s.map(|at| at - zero);
@@ -421,33 +431,6 @@ fn channel(
         stated: Stated::default(),
         findings,
     })
-}
-
-/// Holds the stated number of samples against the table.
-fn count_finding(described: &Described, found: usize, end_s: f64) -> Option<Finding> {
-    let stated = described.samples?;
-    let text = format!(
-        "the header says {stated} samples of {}, the table holds {found}",
-        described.column.name
-    );
-    match (found as u64).cmp(&stated) {
-        // LabVIEW may count the samples of the first write and go on writing, but it writes no
-        // fewer than it counts: the file was cut, and the door may open in what is gone.
-        Ordering::Less => Some(
-            Finding::blocking(
-                "samples-missing",
-                format!("{text}; what came after is not known"),
-            )
-            .at(end_s),
-        ),
-        Ordering::Equal => None,
-        Ordering::Greater => Some(Finding::warning("count-contradicted", text)),
-    }
-}
-
-#[expect(clippy::cast_precision_loss, reason = "counts stay far below 2^53")]
-fn to_f64(count: usize) -> f64 {
-    count as f64
 }
 
 /// Says where `Delta_X` is not the interval of the time column.

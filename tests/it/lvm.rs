@@ -75,11 +75,6 @@ impl Dialect {
 
 #[track_caller]
 fn check_dialect(dialect: Dialect, warnings: &[&str]) {
-    check_findings(dialect, warnings, &[]);
-}
-
-#[track_caller]
-fn check_findings(dialect: Dialect, warnings: &[&str], blocking: &[(&str, f64)]) {
     let folder = Folder::new("lvm-dialect");
     let path = folder.write("a.lvm", dialect.write());
     let (channel, findings) = one(&path, &ReadOptions::default());
@@ -89,13 +84,7 @@ fn check_findings(dialect: Dialect, warnings: &[&str], blocking: &[(&str, f64)])
     let expected: Vec<f64> = (0..300).map(sample).collect();
     assert_eq!(channel.values, expected);
     check_codes(&findings, Severity::Warning, warnings);
-    let codes: Vec<&str> = blocking.iter().map(|(code, _)| *code).collect();
-    check_codes(&findings, Severity::Blocking, &codes);
-    for (code, at_s) in blocking {
-        let found = findings.iter().find(|finding| finding.code == *code);
-        let at = found.and_then(|finding| finding.at_s).unwrap();
-        assert!((at - at_s).abs() < 1e-12, "{code} at {at} s");
-    }
+    check_codes(&findings, Severity::Blocking, &[]);
 }
 
 #[test]
@@ -149,15 +138,13 @@ fn val_every_dialect_gives_the_same_samples() {
         },
         &["count-contradicted"],
     );
-    // Rows that are announced and not there: what came after the last one is not known.
-    for time in ["No", "One", "Multi"] {
-        let cut = Dialect {
-            samples: "301",
-            time,
+    check_dialect(
+        Dialect {
+            samples: "999",
             ..PLAIN
-        };
-        check_findings(cut, &[], &[("samples-missing", 249.0 * 1e-4)]);
-    }
+        },
+        &["count-contradicted"],
+    );
     check_dialect(
         Dialect {
             delta: "1.0",
