@@ -319,8 +319,11 @@ impl Lane {
         let energy = stored + energy_of(lever, stop, model, angle, velocity);
         let needed = stored + energy_of(lever, stop, model, best, 0.0);
         let gained = self.kernel.gain() * (self.scale.abs() * ahead + self.bias.abs() * left);
-        // At an angle of zero the potential does not tell a lever from its stop.
-        best > 0.0 && speed(energy.max(0.0)) + gained < (1.0 - ROOM) * speed(needed)
+        // At an angle of zero the potential does not tell a lever from its stop; a state that is
+        // no number stays below nothing.
+        best > 0.0
+            && energy.is_finite()
+            && speed(energy.max(0.0)) + gained < (1.0 - ROOM) * speed(needed)
     }
 
     /// Tells whether the lever rests, or need not be followed.
