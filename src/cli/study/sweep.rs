@@ -91,8 +91,7 @@ pub(super) fn parse_range(text: &str) -> Result<Span, String> {
     })
 }
 
-/// Largest amplitude [g], fifty times the shock of the paper's Fig. 11: a lever turns so fast
-/// there that nothing of a study's numbers would be left.
+/// Largest amplitude [g]: fifty times the shock of the paper's Fig. 11, and far beyond any crash.
 const AMPLITUDE_MAX_G: f64 = 50_000.0;
 
 /// As [`parse_span`], from 0 or above.
