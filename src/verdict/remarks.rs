@@ -27,10 +27,9 @@ pub(super) fn filter_reach_s(filter: Option<Cfc>, standard: FilterStandard) -> f
 /// What blocking findings leave of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Faults {
-    /// From when on the samples as used are bad [s], −∞ for throughout; `None` if no fault counts.
+    /// From when on findings declare the samples bad [s], −∞ where a bias taken from bad ones
+    /// spoils all; `None` if no fault counts.
     pub(super) first_bad: Option<f64>,
-    /// The same of the samples as recorded, before any filter.
-    pub(super) stated: Option<f64>,
     /// When the first fault begins that lies after the judged window and does not count [s].
     pub(super) late: Option<f64>,
     /// When the first fault begins that lies after the judged window and counts all the same,
@@ -60,7 +59,6 @@ impl Faults {
             .map(|(_, end)| end);
         let mut faults = Self {
             first_bad: None,
-            stated: None,
             late: None,
             carried: None,
             reach_s,
@@ -72,15 +70,11 @@ impl Faults {
         {
             let at = finding.at_s.unwrap_or(f64::NEG_INFINITY);
             // A bias taken from bad samples spoils every sample that it was removed from.
-            let bad = if bias_end_s.is_some_and(|end| at <= end) {
-                f64::NEG_INFINITY
-            } else {
-                at - reach_s
-            };
+            let spoils_all = bias_end_s.is_some_and(|end| at <= end);
             let end = window_s.map_or(f64::INFINITY, |(_, end)| end);
-            if bad <= end {
+            if spoils_all || at - reach_s <= end {
+                let bad = if spoils_all { f64::NEG_INFINITY } else { at };
                 faults.first_bad = earliest(faults.first_bad, bad);
-                faults.stated = earliest(faults.stated, at);
                 if at > end {
                     faults.carried = earliest(faults.carried, at);
                 }

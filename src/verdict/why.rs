@@ -398,12 +398,12 @@ fn describe((sign, stop): (OpensWhen, StopModel), options: &AssessOptions) -> St
 fn before_fault(case: &Case<'_>) -> Option<Reason> {
     let bad = case
         .faults
-        .stated
+        .first_bad
         .filter(|bad| case.answer == Answer::Fail && bad.is_finite())?;
     let reach = case.faults.reach_s;
-    let filtered = if reach > 0.0 {
+    let mixed = if reach > 0.0 {
         format!(
-            " (and, through the filter, in the {} before)",
+            ", of which the filter mixes the last {} with faulty ones",
             instant(reach)
         )
     } else {
@@ -412,7 +412,7 @@ fn before_fault(case: &Case<'_>) -> Option<Reason> {
     Some(Reason {
         code: "failed-before-fault",
         text: format!(
-            "From {} on{filtered} the recording is faulty, but the samples before that alone give fail; figures from later instants rest on faulty samples.",
+            "From {} on the recording is faulty, but the samples before that alone give fail{mixed}; figures from later instants rest on faulty samples.",
             instant(bad)
         ),
     })
