@@ -251,11 +251,11 @@ impl Reader {
         limit: u64,
         mut check: impl FnMut(u64, &[u8]) -> Result<(), Error>,
     ) -> Result<Vec<u8>, Error> {
-        const BLOCK: usize = 256 << 10;
+        const BLOCK: usize = 1 << 20;
         /// Bytes that are read and hashed by one thread.
         const ALONE: usize = 4 << 20;
         /// Blocks that wait for the hash at most.
-        const BLOCKS_AHEAD: usize = 8;
+        const BLOCKS_AHEAD: usize = 4;
         let crossed = || {
             Error::from(ErrorKind::LimitExceeded {
                 limit: limit_name,

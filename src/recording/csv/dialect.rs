@@ -46,6 +46,30 @@ impl Separator {
     }
 }
 
+/// Bytes of a text whose lines are looked at together.
+const BLOCK: usize = 4096;
+
+/// Tells whether a line that begins with `byte` is a row without a further look.
+fn begins_row(byte: u8) -> bool {
+    matches!(byte, b'0'..=b'9' | b'-' | b'.' | b'+')
+}
+
+/// Returns the bytes and the number of the whole lines that a block, from a line's start on,
+/// holds; `None` if there is none, or one does not begin as a row does.
+fn plain_rows(block: &[u8]) -> Option<(usize, u64)> {
+    let last = memchr::memrchr(b'\n', block)?;
+    let lines = &block[..last];
+    // No early end, so that many bytes are compared at once.
+    let others = lines
+        .iter()
+        .zip(&block[1..])
+        .fold(!begins_row(block[0]), |found, (end, start)| {
+            found | ((*end == b'\n') & !begins_row(*start))
+        });
+    let count = memchr::memchr_iter(b'\n', lines).count() as u64 + 1;
+    (!others).then_some((last + 1, count))
+}
+
 /// Measures every line and marks what is no row: comments (`#`, `%`, `//`), empty lines and a
 /// spreadsheet's `sep=;` get a `#` as their first byte. Returns the separator that such a line names.
 ///
@@ -57,7 +81,23 @@ pub(super) fn mark_lines(text: &mut [u8], limits: &Limits) -> Result<Option<Sepa
     let mut seen_row = false;
     let mut next = 0;
     let mut index = 0_u64;
+    let block = limits
+        .line_bytes
+        .min(limits.columns)
+        .min(limits.field_bytes);
+    let block = usize::try_from(block).map_or(BLOCK, |least| least.min(BLOCK));
+    // Up to where lines are looked at one by one.
+    let mut singly = 0;
     while next < text.len() {
+        if seen_row && next >= singly {
+            let end = text.len().min(next + block);
+            if let Some((bytes, lines)) = plain_rows(&text[next..end]) {
+                next += bytes;
+                index += lines;
+                continue;
+            }
+            singly = end;
+        }
         let first = next;
         let rest = &mut text[first..];
         let length = memchr::memchr(b'\n', rest).map_or(rest.len(), |end| end + 1);
@@ -72,7 +112,7 @@ pub(super) fn mark_lines(text: &mut [u8], limits: &Limits) -> Result<Option<Sepa
         }
         // Most lines begin with a digit, a sign or a point, and are rows.
         if seen_row
-            && matches!(line[0], b'0'..=b'9' | b'-' | b'.' | b'+')
+            && begins_row(line[0])
             && line.len() as u64 <= limits.columns.min(limits.field_bytes)
         {
             continue;
@@ -317,4 +357,63 @@ pub(super) fn line_of_record(text: &[u8], byte: u64) -> u64 {
         .take_while(|line| !is_row(line))
         .count();
     line_at(text, start) + before as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Limits, mark_lines};
+
+    /// Lines looked at together are marked as each of them is alone after a row.
+    #[test]
+    fn verif_blocks_of_lines_are_marked_as_single_lines_are() {
+        const LINES: &[&str] = &[
+            "1.5,2\n",
+            "-3,4.25\n",
+            "+1,.5\r\n",
+            ".5,1\n",
+            "# note\n",
+            "\n",
+            "\r\n",
+            " 7,8\n",
+            "  \n",
+            "% note\n",
+            "//\n",
+        ];
+        let alone = |line: &str| {
+            let mut text = format!("0,0\n{line}").into_bytes();
+            mark_lines(&mut text, &Limits::default()).expect("short lines");
+            text.split_off(4)
+        };
+        let mut seed = 7_u64;
+        for case in 0..400 {
+            let (mut text, mut expected) = (b"0,0\n".to_vec(), b"0,0\n".to_vec());
+            for _ in 0..3 * case {
+                seed = seed
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
+                // Other lines than rows are rare, so that whole blocks are rows as well.
+                let pick = usize::try_from(seed >> 40).expect("24 bits");
+                let most = if pick % 64 == 0 { LINES.len() } else { 4 };
+                let line = LINES[pick / 64 % most];
+                text.extend_from_slice(line.as_bytes());
+                expected.extend_from_slice(&alone(line));
+            }
+            mark_lines(&mut text, &Limits::default()).expect("short lines");
+            assert!(text == expected, "case {case}");
+        }
+    }
+
+    /// A line too long after many that are not is told at its own line and byte.
+    #[test]
+    fn verif_a_long_line_after_many_rows_is_told_at_its_place() {
+        let rows = "1,2\n".repeat(5000);
+        let mut text = format!("{rows}{}\n1,2\n", "3".repeat(99)).into_bytes();
+        let limits = Limits {
+            line_bytes: 60,
+            ..Limits::default()
+        };
+        let error = mark_lines(&mut text, &limits).expect_err("a long line");
+        let place = error.place();
+        assert_eq!((place.line, place.byte), (Some(5001), Some(20_060)));
+    }
 }
