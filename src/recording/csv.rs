@@ -15,7 +15,6 @@ mod layout;
 pub(super) mod number;
 mod plain;
 mod rows;
-mod table;
 
 use super::source::Reader;
 use super::time_base::TimeBase;

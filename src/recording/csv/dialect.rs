@@ -6,7 +6,6 @@
 
 use super::line_at;
 use super::number;
-use super::table::{Row, Table};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::{Limits, text};
 
@@ -204,15 +203,18 @@ fn score(sample: &[u8], separator: Separator) -> f64 {
         return 0.0;
     }
     let mut rows: Vec<(usize, f64)> = Vec::with_capacity(SAMPLE_ROWS);
-    let mut table = Table::new(sample, separator, true);
-    let mut row = Row::default();
-    while table.next(&mut row) {
+    let mut reader = reader(sample, separator, true);
+    let mut record = ::csv::ByteRecord::new();
+    while let Ok(true) = reader.read_byte_record(&mut record) {
         let (mut filled, mut numbers) = (0_u32, 0_u32);
-        for cell in row.iter() {
+        for cell in &record {
             filled += u32::from(!cell.trim_ascii().is_empty());
             numbers += u32::from(number::is_numeric(cell));
         }
-        rows.push((row.len(), f64::from(numbers) / f64::from(filled).max(1.0)));
+        rows.push((
+            record.len(),
+            f64::from(numbers) / f64::from(filled).max(1.0),
+        ));
     }
     // The commonest number of cells; among equally common ones, that of the last rows.
     let common = rows
@@ -346,6 +348,18 @@ fn over(limit: &'static str, value: u64, found: &str) -> Error {
         found: found.into(),
     }
     .into()
+}
+
+/// Opens a table reader on marked text.
+pub(super) fn reader(text: &[u8], separator: Separator, quoted: bool) -> ::csv::Reader<&[u8]> {
+    ::csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .delimiter(separator.byte())
+        .comment(Some(b'#'))
+        .quoting(quoted)
+        .buffer_capacity(text.len().clamp(1 << 10, 1 << 16))
+        .from_reader(text)
 }
 
 /// Returns the line on which the record stands that the table reader began at `byte`; it may

@@ -4,11 +4,11 @@ use super::date;
 use super::dialect::{self, FEW_ROWS, SAMPLE_BYTES, Separator};
 use super::header::{Column, is_known_unit};
 use super::number::{self, Decimal};
-use super::rows::shown;
-use super::table::{Row, Table};
+use super::rows::{shown, unreadable};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::{Finding, ReadOptions, Selection, lateral};
 use crate::units::{SampleRate, TimeUnit};
+use ::csv::ByteRecord;
 
 /// Data rows from which the meaning of an unnamed first column is found.
 const SAMPLE_ROWS: usize = 64;
@@ -74,7 +74,7 @@ impl Layout {
         options: &ReadOptions,
         findings: &mut Vec<Finding>,
     ) -> Result<Self, Error> {
-        let rows = first_rows(text, separator, quoted);
+        let rows = first_rows(text, separator, quoted)?;
         let header_rows = count_header_rows(text, &rows)?;
         let data = &rows[header_rows..];
         let first = &data[0];
@@ -125,7 +125,7 @@ impl Layout {
     ///
     /// The index of the cell with [`ErrorKind::RaggedRow`], or [`ErrorKind::Malformed`] for
     /// content after the last column.
-    pub(super) fn check_row(&self, row: &Row) -> Result<(), (usize, Error)> {
+    pub(super) fn check_row(&self, row: &ByteRecord) -> Result<(), (usize, Error)> {
         if row.len() != self.cells {
             return Err((
                 row.len(),
@@ -482,7 +482,7 @@ impl Layout {
         names.join(", ")
     }
 
-    fn refuse_contradicting_units(&self, text: &[u8], rows: &[Row]) -> Result<(), Error> {
+    fn refuse_contradicting_units(&self, text: &[u8], rows: &[ByteRecord]) -> Result<(), Error> {
         if !self.named || self.header_rows < 2 {
             return Ok(());
         }
@@ -502,7 +502,7 @@ impl Layout {
 }
 
 /// Tells of each column whether at least half of its first cells are such.
-fn mostly(columns: &[Column], data: &[Row], such: fn(&[u8]) -> bool) -> Vec<bool> {
+fn mostly(columns: &[Column], data: &[ByteRecord], such: fn(&[u8]) -> bool) -> Vec<bool> {
     (0..columns.len())
         .map(|index| {
             let cells = data.iter().filter(|row| row.get(index).is_some_and(such));
@@ -511,24 +511,23 @@ fn mostly(columns: &[Column], data: &[Row], such: fn(&[u8]) -> bool) -> Vec<bool
         .collect()
 }
 
-fn first_rows(text: &[u8], separator: Separator, quoted: bool) -> Vec<Row> {
-    let mut table = Table::new(text, separator, quoted);
+fn first_rows(text: &[u8], separator: Separator, quoted: bool) -> Result<Vec<ByteRecord>, Error> {
     let mut rows = Vec::new();
-    let mut row = Row::default();
     let mut bytes = 0;
-    while rows.len() < SAMPLE_ROWS
-        && (rows.len() < FEW_ROWS || bytes <= SAMPLE_BYTES)
-        && table.next(&mut row)
-    {
-        bytes += row.iter().map(<[u8]>::len).sum::<usize>();
-        rows.push(row.kept());
+    for record in dialect::reader(text, separator, quoted).into_byte_records() {
+        let record = record.map_err(|error| unreadable(&error))?;
+        bytes += record.as_slice().len();
+        rows.push(record);
+        if rows.len() == SAMPLE_ROWS || (rows.len() >= FEW_ROWS && bytes > SAMPLE_BYTES) {
+            break;
+        }
     }
-    rows
+    Ok(rows)
 }
 
 /// Counts the rows before the data: none, names, or names and units.
-fn count_header_rows(text: &[u8], rows: &[Row]) -> Result<usize, Error> {
-    let has_number = |row: &Row| row.iter().any(number::is_numeric);
+fn count_header_rows(text: &[u8], rows: &[ByteRecord]) -> Result<usize, Error> {
+    let has_number = |row: &ByteRecord| row.iter().any(number::is_numeric);
     let is_unit = |cell: &[u8]| is_known_unit(&String::from_utf8_lossy(cell));
     let empty = |found: &str| -> Result<usize, Error> {
         Err(ErrorKind::Empty {
@@ -537,7 +536,7 @@ fn count_header_rows(text: &[u8], rows: &[Row]) -> Result<usize, Error> {
         }
         .into())
     };
-    let words = |row: &Row, expected: &str| -> Result<usize, Error> {
+    let words = |row: &ByteRecord, expected: &str| -> Result<usize, Error> {
         let cell = row.iter().find(|cell| !cell.trim_ascii().is_empty());
         Err(Error::from(ErrorKind::Malformed {
             expected: expected.into(),
@@ -565,7 +564,7 @@ fn count_header_rows(text: &[u8], rows: &[Row]) -> Result<usize, Error> {
 }
 
 /// Builds the columns from the header rows; the number of header cells if they do not fit.
-fn name_columns(header: &[Row], first: &Row) -> Result<Vec<Column>, usize> {
+fn name_columns(header: &[ByteRecord], first: &ByteRecord) -> Result<Vec<Column>, usize> {
     let names = &header[0];
     let count = filled_cells(names);
     if count > first.len() || filled_cells(first) > count {
@@ -601,9 +600,13 @@ fn name_columns(header: &[Row], first: &Row) -> Result<Vec<Column>, usize> {
 }
 
 /// Refuses rows such as `0,5` without a header: two cells, or one with a decimal comma?
-fn refuse_split_decimals(text: &[u8], separator: Separator, data: &[Row]) -> Result<(), Error> {
+fn refuse_split_decimals(
+    text: &[u8],
+    separator: Separator,
+    data: &[ByteRecord],
+) -> Result<(), Error> {
     let digits = |cell: &[u8]| !cell.is_empty() && cell.iter().all(u8::is_ascii_digit);
-    let split = |row: &Row| {
+    let split = |row: &ByteRecord| {
         row.len() == 2 && digits(row[0].strip_prefix(b"-").unwrap_or(&row[0])) && digits(&row[1])
     };
     if separator == Separator::Comma && data.iter().all(split) {
@@ -634,16 +637,17 @@ fn unnamed(count: usize) -> Vec<Column> {
 }
 
 /// Returns the number of cells, empty ones at the end left out.
-fn filled_cells(row: &Row) -> usize {
+fn filled_cells(row: &ByteRecord) -> usize {
     (0..row.len())
         .rfind(|index| !row[*index].trim_ascii().is_empty())
         .map_or(0, |index| index + 1)
 }
 
-fn text_of(row: &Row, index: usize) -> String {
+fn text_of(row: &ByteRecord, index: usize) -> String {
     String::from_utf8_lossy(row.get(index).unwrap_or_default()).into_owned()
 }
 
-fn line_of(text: &[u8], row: &Row) -> Place {
-    Place::default().line(dialect::line_of_record(text, row.byte()))
+fn line_of(text: &[u8], row: &ByteRecord) -> Place {
+    let byte = row.position().map_or(0, ::csv::Position::byte);
+    Place::default().line(dialect::line_of_record(text, byte))
 }

@@ -5,7 +5,6 @@ use super::dialect::{self, Separator};
 use super::layout::{Layout, TimeSource};
 use super::number::{self, Decimal, Fault, PrintedDigits};
 use super::plain;
-use super::table::{Row, Table};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::{Limits, Selection};
 
@@ -61,8 +60,8 @@ impl Rows {
             return Ok(rows);
         }
         let mut clock = date::Clock::default();
-        let mut table = Table::new(text, layout.separator, layout.quoted);
-        let mut row = Row::default();
+        let mut reader = dialect::reader(text, layout.separator, layout.quoted);
+        let mut record = ::csv::ByteRecord::new();
         let mut last_byte = 0_u64;
         let mut repeated: Option<(usize, u64)> = None;
         let mut stamps_s: Vec<f64> = Vec::new();
@@ -77,27 +76,32 @@ impl Rows {
         let mut values: Vec<Fate> = wanted.iter().map(|_| Fate::Kept(Vec::new())).collect();
         let mut count = 0_usize;
         let mut skipped = 0;
-        while table.next(&mut row) {
+        while reader
+            .read_byte_record(&mut record)
+            .map_err(|error| unreadable(&error))?
+        {
             if skipped < layout.header_rows {
                 skipped += 1;
                 continue;
             }
             let at = |column: usize| {
+                let byte = record.position().map_or(0, ::csv::Position::byte);
                 Place::default()
-                    .line(dialect::line_of_record(text, row.byte()))
+                    .line(dialect::line_of_record(text, byte))
                     .column(column as u64 + 1)
             };
-            let fail = |column: usize, fault: Fault| bad_cell(&row[column], fault).at(at(column));
-            layout.check_row(&row).map_err(|(column, error)| {
+            let fail =
+                |column: usize, fault: Fault| bad_cell(&record[column], fault).at(at(column));
+            layout.check_row(&record).map_err(|(column, error)| {
                 let place = at(column);
                 error.at(Place {
-                    column: place.column.filter(|_| column < row.len()),
+                    column: place.column.filter(|_| column < record.len()),
                     ..place
                 })
             })?;
             count += 1;
             if let Some(column) = time_column {
-                let cell = &row[column];
+                let cell = &record[column];
                 let stamp = if dated {
                     clock
                         .seconds(cell)
@@ -109,7 +113,8 @@ impl Rows {
                 if let Some(previous) = stamps_s.last().copied()
                     && stamp <= previous
                 {
-                    if row_at(text, last_byte) == row_at(text, row.byte()) {
+                    let byte = record.position().map_or(0, ::csv::Position::byte);
+                    if row_at(text, last_byte) == row_at(text, byte) {
                         // A row written twice says nothing new; it takes no sample away.
                         let line = at(column).line.unwrap_or(0);
                         let (rows, first) = repeated.unwrap_or((0, line));
@@ -127,11 +132,11 @@ impl Rows {
                     digits.count(cell);
                 }
                 stamps_s.push(stamp);
-                last_byte = row.byte();
+                last_byte = record.position().map_or(0, ::csv::Position::byte);
             }
             for (column, fate) in wanted.iter().zip(&mut values) {
                 let Fate::Kept(samples) = fate else { continue };
-                match number::parse(&row[*column], &mut decimal) {
+                match number::parse(&record[*column], &mut decimal) {
                     Ok(value) => samples.push(value),
                     Err(fault) => {
                         let error = fail(*column, fault);
@@ -199,6 +204,15 @@ fn row_at(text: &[u8], byte: u64) -> Option<&[u8]> {
         .split(|byte| *byte == b'\n')
         .find(|line| dialect::is_row(line))
         .map(<[u8]>::trim_ascii_end)
+}
+
+/// Says that the table reader failed, which it cannot on bytes in memory.
+pub(super) fn unreadable(error: &::csv::Error) -> Error {
+    ErrorKind::Io {
+        action: "read the table",
+        reason: error.to_string(),
+    }
+    .into()
 }
 
 fn bad_cell(cell: &[u8], fault: Fault) -> Error {
