@@ -49,6 +49,9 @@ pub struct ReadOptions {
     pub unit_from_card: bool,
     /// Format name of [`FORMATS`]; detected if absent.
     pub input_format: Option<String>,
+    /// Whether the calling thread does all the work; a large file has helpers otherwise. The
+    /// samples are the same.
+    pub one_thread: bool,
 }
 
 /// Which channels a reader shall deliver.
@@ -312,6 +315,7 @@ pub fn read(
 ) -> Result<Recording, Error> {
     let place = Place::file(source.name());
     let mut reader = source.open().map_err(|error| error.at(place.clone()))?;
+    reader.has_helper = !options.one_thread;
     let bytes = reader.head().map_err(|error| error.at(place.clone()))?;
     let entries = if reader.is_folder() {
         reader

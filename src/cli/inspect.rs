@@ -98,7 +98,7 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
     let source = source(&own.read.recording)
         .held_in_memory(&limits)
         .map_err(Failure::Data)?;
-    let mut options = read_options(&own.read);
+    let mut options = read_options(&own.read, common);
     let mut conditioning = ConditioningOptions::default();
     if let Some((card, _)) =
         recording::card::read_beside(&super::replay::source(&own.read.recording), &limits)

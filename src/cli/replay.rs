@@ -174,7 +174,7 @@ pub(super) fn judge(
     tables: Tables,
     facts: &mut Facts,
 ) -> Result<Assessment, Error> {
-    let mut options = read_options(&own.read);
+    let mut options = read_options(&own.read, common);
     if let Some((card, sha256)) = recording::card::read_beside(source, limits)? {
         card.merge_into(&mut options);
         facts.card = card;
@@ -264,7 +264,7 @@ fn model_choice(model: ModelArgument) -> ModelChoice {
 }
 
 /// Takes what the options say about reading.
-pub(super) fn read_options(own: &ReadArguments) -> ReadOptions {
+pub(super) fn read_options(own: &ReadArguments, common: &Common) -> ReadOptions {
     ReadOptions {
         channel: own.channel.clone(),
         time_column: own.time_column.clone(),
@@ -273,6 +273,7 @@ pub(super) fn read_options(own: &ReadArguments) -> ReadOptions {
         time_zero_s: own.time_zero,
         unit: own.unit,
         input_format: own.input_format.clone(),
+        one_thread: common.thread_count() == 1,
         ..ReadOptions::default()
     }
 }

@@ -78,7 +78,8 @@ pub fn read(
         });
     };
     let choice = layout.choose(options, selection, &time)?;
-    let rows = Rows::read(&text, &layout, &time, &choice.columns, selection, limits)?;
+    let wanted = &choice.columns;
+    let rows = Rows::read(&text, &layout, &time, wanted, (options, selection), limits)?;
     if rows.decimal_comma {
         findings.push(Finding::info(
             "decimal-comma",

@@ -72,6 +72,8 @@ impl Source {
         match self {
             Self::Stdin => {
                 let mut reader = self.open()?;
+                // The hash that counts is made when the bytes are read again.
+                reader.has_helper = false;
                 let head = reader.head()?;
                 let bytes = if super::csv::encoding::looks_like_text(&head) {
                     reader.read_text(limits)
@@ -127,6 +129,7 @@ impl Source {
             hasher: Sha256::new(),
             head: Vec::new(),
             consumed: 0,
+            has_helper: true,
         })
     }
 }
@@ -153,6 +156,8 @@ pub struct Reader {
     hasher: Sha256,
     head: Vec<u8>,
     consumed: usize,
+    /// Whether another thread may hash what is read.
+    pub(super) has_helper: bool,
 }
 
 impl std::fmt::Debug for Reader {
@@ -271,6 +276,7 @@ impl Reader {
         if let Some(size) = self.size {
             bytes.reserve_exact(usize::try_from(size).unwrap_or(0) + 1);
         }
+        let alone = if self.has_helper { ALONE } else { usize::MAX };
         let mut passed = |bytes: &[u8], old: usize| {
             if bytes.len() as u64 > limit {
                 return Err(crossed());
@@ -278,7 +284,7 @@ impl Reader {
             check(old as u64, &bytes[old..])
         };
         // The hash of a large file is made beside the reading, once a good part has come.
-        while bytes.len() < ALONE {
+        while bytes.len() < alone {
             let old = bytes.len();
             let count = self
                 .by_ref()

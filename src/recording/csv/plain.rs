@@ -43,8 +43,10 @@ pub(super) fn read(
     time: Option<(usize, f64)>,
     wanted: &[usize],
     rows: usize,
+    one_thread: bool,
 ) -> Option<Rows> {
-    read_in(text, layout, time, wanted, rows, IN_ONE)
+    let in_one = if one_thread { usize::MAX } else { IN_ONE };
+    read_in(text, layout, time, wanted, rows, in_one)
 }
 
 /// As [`read`], with the bytes from which on two threads are worth it.

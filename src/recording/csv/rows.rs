@@ -6,7 +6,7 @@ use super::layout::{Layout, TimeSource};
 use super::number::{self, Decimal, Fault, PrintedDigits};
 use super::plain;
 use crate::error::{Error, ErrorKind, Place};
-use crate::recording::{Limits, Selection};
+use crate::recording::{Limits, ReadOptions, Selection};
 
 /// What became of a wanted column.
 #[derive(Debug)]
@@ -46,7 +46,7 @@ impl Rows {
         layout: &Layout,
         time: &TimeSource,
         wanted: &[usize],
-        selection: Selection,
+        (options, selection): (&ReadOptions, Selection),
         limits: &Limits,
     ) -> Result<Self, Error> {
         let in_all = check_counts(text, layout, wanted, limits)?;
@@ -56,7 +56,10 @@ impl Rows {
             } => (Some((*index, unit.per_second())), *dated),
             TimeSource::Rate(_) => (None, false),
         };
-        if !dated && let Some(rows) = plain::read(text, layout, stamped, wanted, in_all) {
+        if !dated
+            && let Some(rows) =
+                plain::read(text, layout, stamped, wanted, in_all, options.one_thread)
+        {
             return Ok(rows);
         }
         let mut clock = date::Clock::default();
