@@ -192,6 +192,8 @@ pub(super) fn judge(
     }
     let recording = recording::read(source, &options, Selection::Lateral, limits)?;
     facts.findings.clone_from(&recording.findings);
+    let chosen = |finding: &Finding| finding.code == "channel-chosen";
+    let several = options.channel.is_some() || facts.findings.iter().any(chosen);
     facts.block.sha256 = Some(recording.sha256.clone());
     facts.block.parts.clone_from(&recording.parts);
     facts.block.format = Some(recording.format);
@@ -211,6 +213,11 @@ pub(super) fn judge(
     };
     describe_channel(&mut facts.block, &channel);
     facts.findings.extend(channel.findings.iter().cloned());
+    if several {
+        facts
+            .findings
+            .extend(beside(source, &options, &channel, limits));
+    }
     let conditioned = conditioning::condition(&channel, &conditioning_options(own, &facts.card))
         .map_err(|error| error.at(Place::file(source.name())))?;
     if let Some((peak, time)) = conditioning::peak(&conditioned.raw) {
@@ -229,6 +236,28 @@ pub(super) fn judge(
         &assess_options(own, common, facts.polarity, tables),
     )
     .map_err(|error| error.at(Place::file(source.name()).channel(channel.name.clone())))
+}
+
+/// Returns what the recording's other channels say against the one that is replayed; nothing where
+/// they cannot be read, which is no fault of this one.
+fn beside(
+    source: &Source,
+    options: &ReadOptions,
+    channel: &Channel,
+    limits: &Limits,
+) -> Vec<Finding> {
+    let Ok(all) = recording::read(source, options, Selection::Every, limits) else {
+        return Vec::new();
+    };
+    let same = |other: &Channel| other.name == channel.name && other.values == channel.values;
+    let Some(index) = all.channels.iter().position(same) else {
+        return Vec::new();
+    };
+    conditioning::neighbours::findings(&all.channels)
+        .into_iter()
+        .filter(|(of, _)| *of == index)
+        .map(|(_, finding)| finding)
+        .collect()
 }
 
 pub(super) fn assess_options(

@@ -70,6 +70,10 @@ const FROZEN_S: f64 = 5e-3;
 /// Least number of equal samples of a frozen run, for slow channels.
 const FROZEN_RUN: usize = 8;
 
+/// How many times the longest run of equal samples before the event one inside it has to last until
+/// it is not chance.
+const CHANCE_RUNS: usize = 4;
+
 /// Part of the peak that counts as "inside the event" at either end of a record.
 const EVENT_PART: f64 = 0.1;
 
@@ -494,17 +498,22 @@ fn frozen(facts: &Facts<'_>) -> Option<Finding> {
     )]
     let least = ((FROZEN_S * facts.raw.rate.hertz()).floor() as usize + 2).max(FROZEN_RUN);
     let noisy = facts.pre_deviation >= 0.5 * facts.quantum && facts.pre_deviation > 0.0;
-    let quiet_before = facts
+    // A coarse converter holds its noise still now and then, so that chance counts.
+    let longest_before = facts
         .runs(FROZEN_RUN)
         .iter()
-        .any(|(first, _)| *first < facts.pre_event);
+        .filter(|(first, _)| *first < facts.pre_event)
+        .map(|(first, length)| (*length).min(facts.pre_event - first))
+        .max()
+        .unwrap_or(0);
     facts.runs(least).into_iter().find_map(|(first, length)| {
         let level = facts.samples[first];
         let away = (level.abs() > QUIET_QUANTA * facts.quantum
             && (level - facts.pre_mean).abs() > 5.0 * facts.pre_deviation)
             && level.abs() > 0.01 * facts.peak
             && is_cut(facts, first, length);
-        let lost = noisy && !quiet_before && inside_event(facts, first, least);
+        let lost =
+            noisy && length > CHANCE_RUNS * longest_before && inside_event(facts, first, least);
         (away || lost).then(|| {
             let at_s = facts.raw.time_s(first);
             let seen = format!(

@@ -22,7 +22,8 @@ pub fn is_lateral(channel: &Channel) -> bool {
 
 /// Chooses among columns of numbers. Taken is the only one; else the one whose name says
 /// lateral acceleration; else the only one with a unit of acceleration among columns that all
-/// state their units. Whatever was weighed is said in a finding.
+/// state their units. A name that says another axis, a dummy or a barrier is never taken.
+/// Whatever was weighed is said in a finding.
 ///
 /// # Errors
 ///
@@ -32,22 +33,21 @@ pub(super) fn choose(
     columns: &[&Column],
     known: &str,
 ) -> Result<(usize, Option<Finding>), ErrorKind> {
+    let none = || ErrorKind::NoChannel {
+        known: known.to_string(),
+    };
+    let other = |column: &Column| column.not_lateral_finding().is_some();
     if let [only] = columns {
-        let finding = only.says_other_axis().then(|| {
-            Finding::warning(
-                "channel-not-lateral",
-                format!(
-                    "`{}` is the only channel, but its name says another axis than the lateral one",
-                    only.name
-                ),
-            )
-        });
-        return Ok((0, finding));
+        return if other(only) {
+            Err(none())
+        } else {
+            Ok((0, None))
+        };
     }
     let of = |wanted: &dyn Fn(&Column) -> bool| -> Vec<usize> {
         (0..columns.len()).filter(|i| wanted(columns[*i])).collect()
     };
-    let named = of(&|column| column.says_lateral_acceleration());
+    let named = of(&|column| column.says_lateral_acceleration() && !column.says_elsewhere());
     // Redundant sensors count only where no primary one does.
     let primary: Vec<usize> = named
         .iter()
@@ -74,26 +74,19 @@ pub(super) fn choose(
             let accelerations = of(&|column| column.unit.is_some());
             let silent = of(&|column| column.unit.is_none() && !column.has_foreign_unit());
             match accelerations.as_slice() {
-                [only] if silent.is_empty() => {
-                    let column = columns[*only];
-                    let text = format!(
-                        "`{}` was chosen among {} channels, since it alone has a unit of \
-                         acceleration; its name does not say that it is lateral",
-                        column.name,
-                        columns.len()
-                    );
-                    Ok((
-                        *only,
-                        Some(if column.says_other_axis() {
-                            Finding::warning("channel-not-lateral", text)
-                        } else {
-                            Finding::info("channel-chosen", text)
-                        }),
-                    ))
-                }
-                _ => Err(ErrorKind::NoChannel {
-                    known: known.to_string(),
-                }),
+                [only] if silent.is_empty() && !other(columns[*only]) => Ok((
+                    *only,
+                    Some(Finding::info(
+                        "channel-chosen",
+                        format!(
+                            "`{}` was chosen among {} channels, since it alone has a unit of \
+                             acceleration; its name does not say that it is lateral",
+                            columns[*only].name,
+                            columns.len()
+                        ),
+                    )),
+                )),
+                _ => Err(none()),
             }
         }
         several => Err(ErrorKind::AmbiguousChannel {

@@ -195,8 +195,11 @@ fn choose(
         };
     }
     let accelerations = of(&|entry| entry.header.is_acceleration());
-    if let [only] = accelerations.as_slice() {
-        return Ok((*only, channels[*only].header.not_lateral_finding()));
+    // A code says what a channel is; only a name that is no code leaves it open.
+    if let [only] = accelerations.as_slice()
+        && channels[*only].header.code().is_none()
+    {
+        return Ok((*only, None));
     }
     let mut candidates = of(&|entry| {
         entry.header.is_acceleration()

@@ -203,6 +203,32 @@ fn verif_a_frozen_stretch_blocks_from_its_first_sample() {
     check_faults(&pulse_signal(padded), &default, &[]);
 }
 
+/// A coarse converter shows its noise now and then only; a dead sensor behind it is told all the
+/// same, and such noise alone is no fault.
+#[test]
+fn verif_a_frozen_stretch_is_told_from_chance_runs_of_coarse_noise() {
+    let default = ConditioningOptions::default();
+    let quantum = 0.5 * STANDARD_GRAVITY;
+    let mut random = Random(3);
+    let mut record = pulse(60.0, 0.5);
+    for (n, value) in record.iter_mut().enumerate() {
+        if !(300..500).contains(&n) {
+            let code = [-1.0, 0.0, 0.0, 0.0, 1.0][random.below(5)];
+            *value = code * quantum;
+        }
+    }
+    let runs = record[..300].chunk_by(|a, b| a.to_bits() == b.to_bits());
+    let longest = runs.map(<[f64]>::len).max().unwrap();
+    assert!(
+        longest >= 8,
+        "chance makes a run that looks frozen: {longest}"
+    );
+    check_faults(&pulse_signal(record.clone()), &default, &[]);
+    record[420..].fill(0.0);
+    let found = check_faults(&pulse_signal(record), &default, &["frozen"]);
+    assert!((found[0].at_s.unwrap() - 0.012).abs() < 1e-12);
+}
+
 #[test]
 fn verif_a_record_cut_inside_the_event_blocks() {
     let default = ConditioningOptions::default();

@@ -394,7 +394,10 @@ fn val_findings_of_the_reader() {
     check_codes(&format!("time,a_g\n{rows}"), &none, &["time-unit-assumed"]);
     check_codes(
         &format!("time_s,acc_x_g\n{rows}"),
-        &none,
+        &ReadOptions {
+            channel: Some("acc_x_g".into()),
+            ..ReadOptions::default()
+        },
         &["channel-not-lateral"],
     );
     check_codes(

@@ -118,3 +118,28 @@ fn cli_inspect_compares_neighbours() {
         "{disagree}"
     );
 }
+
+/// A verdict on one of several channels says what the others have against it.
+#[test]
+fn cli_replay_compares_neighbours() {
+    let folder = Folder::new("replay-neighbours");
+    for (third, expected) in [(1.0, false), (-0.4, true)] {
+        let path = folder.write("a.csv", &three(third));
+        let done = latchgate(&[
+            "replay",
+            &path,
+            "--channel",
+            "sill_y (g)",
+            "--opens-when",
+            "both",
+            "--members",
+            "0",
+            "--no-report",
+            "--format",
+            "json",
+        ]);
+        let document = done.document();
+        let found = codes(&document).contains(&"neighbours-disagree");
+        assert_eq!(found, expected, "{document}");
+    }
+}

@@ -1,5 +1,6 @@
 //! Headers: names, units, and what a column's name says about its content.
 
+use crate::recording::Finding;
 use crate::units::{AccelerationUnit, TimeUnit};
 
 /// A column as its header describes it.
@@ -151,10 +152,29 @@ impl Column {
         self
     }
 
-    /// Tells whether the name says another axis than the lateral one.
-    pub(in crate::recording) fn says_other_axis(&self) -> bool {
+    /// Tells whether the name says a place that is not the vehicle's structure.
+    pub(in crate::recording) fn says_elsewhere(&self) -> bool {
+        self.says(OFF_THE_STRUCTURE)
+    }
+
+    fn says(&self, list: &[&str]) -> bool {
         let words = words(&self.label);
-        words.iter().any(|word| OTHER_AXES.contains(&word.as_str()))
+        words.iter().any(|word| list.contains(&word.as_str()))
+    }
+
+    /// Warns of a name that says another axis than the lateral one, a dummy or a barrier.
+    pub(in crate::recording) fn not_lateral_finding(&self) -> Option<Finding> {
+        let reason = if self.says(OTHER_AXES) && !self.says_lateral_acceleration() {
+            "says another axis than the lateral one"
+        } else if self.says_elsewhere() {
+            "says a dummy or a barrier, not the vehicle's structure"
+        } else {
+            return None;
+        };
+        Some(Finding::warning(
+            "channel-not-lateral",
+            format!("the name of `{}` {reason}", self.name),
+        ))
     }
 }
 
@@ -209,6 +229,12 @@ const OTHER_AXES: &[&str] = &[
     "resultant",
     "längs",
     "hoch",
+];
+
+/// Words for places in a dummy or on a barrier.
+const OFF_THE_STRUCTURE: &[&str] = &[
+    "dummy", "head", "neck", "chest", "thorax", "spine", "rib", "ribs", "shoulder", "abdomen",
+    "pelvis", "femur", "tibia", "barrier", "mdb", "kopf", "brust", "becken", "barriere",
 ];
 
 /// Words for motions that are no linear acceleration.

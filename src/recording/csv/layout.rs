@@ -342,17 +342,25 @@ impl Layout {
             }
             return Ok(Choice {
                 columns: vec![index],
-                findings: Vec::new(),
+                findings: self.columns[index]
+                    .not_lateral_finding()
+                    .into_iter()
+                    .filter(|_| self.named)
+                    .collect(),
             });
         }
-        if candidates.is_empty() {
-            // A column of nothing but faults: reading it says what is wrong, and where.
-            let others: Vec<usize> = (0..self.columns.len())
-                .filter(|i| Some(*i) != time && !self.is_index(*i))
-                .collect();
-            if others.len() == 1 {
-                return self.lateral(&others);
-            }
+        // A column of nothing but faults: reading it says what is wrong, and where.
+        let others: Vec<usize> = (0..self.columns.len())
+            .filter(|i| Some(*i) != time && !self.is_index(*i))
+            .collect();
+        if candidates.is_empty() && others.len() == 1 {
+            return self.lateral(&others);
+        }
+        let lateral = |i: &usize| self.columns[*i].says_lateral_acceleration();
+        if self.named && !candidates.iter().any(lateral) && others.iter().any(lateral) {
+            // No other column stands in for one that says it is the one and cannot be read.
+            let lost: Vec<usize> = others.into_iter().filter(lateral).collect();
+            return self.lateral(&lost);
         }
         self.lateral(&candidates)
     }

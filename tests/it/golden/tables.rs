@@ -452,11 +452,13 @@ fn channels() -> Vec<Case> {
         good("by-name.csv", three("time_s,acc_x_g,acc_y_g,acc_z_g"))
             .options(&["--channel", "acc_x_g"])
             .channel("acc_x_g")
-            .unit("g", |k| g(k + 3)),
+            .unit("g", |k| g(k + 3))
+            .finds(&["warning channel-not-lateral"]),
         good("by-number.csv", three("time_s,acc_x_g,acc_y_g,acc_z_g"))
             .options(&["--channel", "4"])
             .channel("acc_z_g")
-            .unit("g", |k| g(k - 5)),
+            .unit("g", |k| g(k - 5))
+            .finds(&["warning channel-not-lateral"]),
         good(
             "primary.csv",
             three("time_s,acc_y_red (g),acc_y (g),acc_z (g)"),
@@ -468,9 +470,36 @@ fn channels() -> Vec<Case> {
             three("time_s,angular y (deg/s),acc_y_g,force y (N)"),
         )
         .finds(&["info channel-chosen"]),
-        good("only-other-axis.csv", plain("time_s,acc_x_g"))
+        refused(
+            "only-other-axis.csv",
+            plain("time_s,acc_x_g"),
+            &["no channel carries a lateral", "acc_x_g", "--channel"],
+        ),
+        refused(
+            "only-head.csv",
+            plain("time_s,head_acc_y (g)"),
+            &[
+                "no channel carries a lateral",
+                "head_acc_y (g)",
+                "--channel",
+            ],
+        ),
+        good("other-axis-named.csv", plain("time_s,acc_x_g"))
+            .options(&["--channel", "acc_x_g"])
             .channel("acc_x_g")
             .finds(&["warning channel-not-lateral"]),
+        refused(
+            "head-and-pillar.csv",
+            three("time_s,head_acc_y (g),bpillar_acc_x (g),bpillar_acc_z (g)"),
+            &["no channel carries a lateral", "--channel"],
+        ),
+        refused(
+            "lateral-unreadable.csv",
+            plain("time_s,acc_x_g")
+                .replace('\n', ",n/a\n")
+                .replacen("n/a", "acc_y_g", 1),
+            &["`n/a`", "line 2"],
+        ),
         refused(
             "two-lateral.csv",
             three("time_s,acc_y_upper (g),acc_y_lower (g),acc_z (g)"),
