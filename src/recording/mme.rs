@@ -196,10 +196,9 @@ fn choose(
     }
     let accelerations = of(&|entry| entry.header.is_acceleration());
     // A code says what a channel is; only a name that is no code leaves it open.
-    if let [only] = accelerations.as_slice()
-        && channels[*only].header.code().is_none()
-    {
-        return Ok((*only, None));
+    let alone = accelerations.len() == 1;
+    if alone && channels[accelerations[0]].header.code().is_none() {
+        return Ok((accelerations[0], None));
     }
     let mut candidates = of(&|entry| {
         entry.header.is_acceleration()
@@ -237,6 +236,7 @@ fn choose(
         }
     }
     match candidates.as_slice() {
+        [only] if alone => Ok((*only, None)),
         [only] => Ok((
             *only,
             Some(Finding::info(

@@ -213,7 +213,7 @@ fn verif_a_frozen_stretch_is_told_from_chance_runs_of_coarse_noise() {
     let mut record = pulse(60.0, 0.5);
     for (n, value) in record.iter_mut().enumerate() {
         if !(300..500).contains(&n) {
-            *value = (0.6 * random.normal()).round() * quantum;
+            *value = (0.6 * random.normal()).round() * quantum + 0.0;
         }
     }
     let runs = record[..300].chunk_by(|a, b| a.to_bits() == b.to_bits());
@@ -333,8 +333,10 @@ fn verif_a_flat_top_without_evidence_is_no_clipping() {
         check_faults(&record, &ranged, &["clipping"]);
         // ... the noise of a channel that vanishes at the top is, ...
         let mut noisy = trapezium(flat);
-        for (n, value) in noisy.iter_mut().enumerate().take(290) {
-            *value += 0.05 * (n as f64 * 2.1).sin();
+        for (n, value) in noisy.iter_mut().enumerate() {
+            if !(290..361 + flat as usize).contains(&n) {
+                *value += 0.05 * (n as f64 * 2.1).sin();
+            }
         }
         check_faults(&pulse_signal(noisy), &default, &["clipping"]);
         // ... and so is the limit of a converter: 2¹¹ codes of 180 g / 2048.

@@ -67,16 +67,18 @@ fn cli_inspect_offers_names_with_commas() {
     assert_eq!(chosen["replay"]["channel"], "y, right (g)");
 }
 
-/// A lone channel of another axis is taken, and why that may be wrong stands beside it.
+/// A lone channel of another axis is not taken unless it is asked for, and then doubted.
 #[test]
 fn cli_inspect_doubts_another_axis() {
     let text = table(weak).replacen("acc_y_g", "acc_x_g", 1);
     let document = inspected("axis", &text, &[]);
+    assert!(document["replay"]["channel"].is_null(), "{document}");
     let reason = document["replay"]["reason"].as_str().unwrap();
-    assert!(
-        reason.starts_with("it is the only channel, but: "),
-        "{reason}"
-    );
+    assert!(reason.contains("no channel carries a lateral"), "{reason}");
+    let asked = inspected("axis-asked", &text, &["--channel", "acc_x_g"]);
+    assert_eq!(asked["replay"]["channel"], "acc_x_g");
+    let reason = asked["replay"]["reason"].as_str().unwrap();
+    assert!(reason.starts_with("--channel names it, but: "), "{reason}");
     assert!(reason.contains("another axis"), "{reason}");
 }
 

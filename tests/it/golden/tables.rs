@@ -498,7 +498,7 @@ fn channels() -> Vec<Case> {
             plain("time_s,acc_x_g")
                 .replace('\n', ",n/a\n")
                 .replacen("n/a", "acc_y_g", 1),
-            &["`n/a`", "line 2"],
+            &["`n/a`", "csv:2, column 3"],
         ),
         refused(
             "two-lateral.csv",
