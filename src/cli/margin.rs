@@ -31,7 +31,7 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
         request.check(&design).map_err(Failure::Usage)?;
     }
     let source = replay::source(&asked.read.recording);
-    let mut facts = Facts::new(asked, &source);
+    let mut facts = Facts::new(asked, common, &source);
     let (assessment, margins) =
         judge(own, common, &design, &source, &limits, map, &mut facts).map_err(Failure::Data)?;
     let mut findings = facts.findings.clone();

@@ -103,7 +103,7 @@ pub(super) fn document(
     limits: &Limits,
     tables: Tables,
 ) -> (Document, Option<Evidence>, Option<Error>) {
-    let mut facts = Facts::new(own, source);
+    let mut facts = Facts::new(own, common, source);
     match judge(own, common, design, source, limits, tables, &mut facts) {
         Ok(mut assessment) => {
             let evidence = assessment.evidence.take();
@@ -139,7 +139,7 @@ pub(super) struct Facts {
 }
 
 impl Facts {
-    pub(super) fn new(own: &ReplayArguments, source: &Source) -> Self {
+    pub(super) fn new(own: &ReplayArguments, common: &Common, source: &Source) -> Self {
         Self {
             recording: None,
             card: Card::default(),
@@ -151,7 +151,7 @@ impl Facts {
             findings: Vec::new(),
             polarity: Polarity::Undeclared,
             request: Request {
-                command: command_line(own, source),
+                command: command_line(own, common, source),
                 opens_when_source: "undeclared",
                 model: model_choice(own.model).name(),
                 window_s: own.window.map(|window| (window.start_s, window.end_s)),
@@ -642,7 +642,7 @@ pub(super) fn default_folder(recording: &str, design: &str) -> PathBuf {
 
 /// The command that repeats the run, with file names only: options that change no number
 /// (threads, output, log) are left out.
-fn command_line(own: &ReplayArguments, source: &Source) -> String {
+fn command_line(own: &ReplayArguments, common: &Common, source: &Source) -> String {
     let mut words = vec!["latchgate".to_string(), "replay".into(), source.name()];
     let mut option = |name: &str, value: Option<String>| {
         if let Some(value) = value {
@@ -712,6 +712,9 @@ fn command_line(own: &ReplayArguments, source: &Source) -> String {
         "tolerance",
         own.tolerance.map(|tolerance| tolerance.to_string()),
     );
+    for assignment in &common.limit {
+        option("limit", Some(assignment.clone()));
+    }
     if own.members != MEMBERS_DEFAULT {
         option("members", Some(own.members.to_string()));
     }

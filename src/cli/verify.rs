@@ -48,9 +48,14 @@ struct Recording<'a> {
 /// Runs the command; returns the exit code.
 pub(super) fn command(own: &VerifyArguments, common: &Common) -> Result<u8, Failure> {
     let stored = read(&own.verdict).map_err(Failure::Data)?;
-    let limits = Limits::default();
-    let asked = asked(own, &stored).map_err(Failure::Data)?;
+    let (mut asked, mut limits) = asked(own, &stored).map_err(Failure::Data)?;
+    for assignment in &common.limit {
+        limits.set(assignment).map_err(Failure::Usage)?;
+    }
     let design = design(&stored).map_err(|error| Failure::Data(error.at(place(&own.verdict))))?;
+    check_design(own, &asked, &design).map_err(Failure::Data)?;
+    asked.design = None;
+    asked.set.clear();
     let source = replay::source(&asked.read.recording);
     // What goes with a verdict is made again where the verdict holds it.
     let tables = Tables {
@@ -124,7 +129,7 @@ fn text(answer: &Answer<'_>, comparison: &Comparison) -> String {
     match &comparison.first {
         None => line(
             "compared",
-            "every key but the time it took, every number to its last digit",
+            "every key but version and time taken, every number to its last digit",
         ),
         Some(first) => {
             line("first", &first.text);
@@ -175,7 +180,8 @@ fn read(path: &Path) -> Result<Value, Error> {
     let stored: Value = serde_json::from_slice(&bytes)
         .map_err(|error| malformed(path, "a JSON document", &error.to_string()))?;
     match stored["schema"].as_str() {
-        Some("latchgate.verdict/1") => Ok(stored),
+        Some("latchgate.verdict/1") if stored["run"]["version"].is_string() => Ok(stored),
+        Some("latchgate.verdict/1") => Err(malformed(path, "run.version", "none")),
         found => Err(malformed(
             path,
             "\"schema\": \"latchgate.verdict/1\"",
@@ -184,9 +190,9 @@ fn read(path: &Path) -> Result<Value, Error> {
     }
 }
 
-/// Takes what was asked from the command inside the verdict; the design is that of the verdict,
-/// the recording is looked for.
-fn asked(own: &VerifyArguments, stored: &Value) -> Result<ReplayArguments, Error> {
+/// Takes what was asked, and within which limits, from the command inside the verdict; the
+/// recording is looked for.
+fn asked(own: &VerifyArguments, stored: &Value) -> Result<(ReplayArguments, Limits), Error> {
     let command = stored["request"]["command"]
         .as_str()
         .ok_or_else(|| malformed(&own.verdict, "request.command", "none"))?;
@@ -198,8 +204,11 @@ fn asked(own: &VerifyArguments, stored: &Value) -> Result<ReplayArguments, Error
         )
     };
     let words = words(command).ok_or_else(|| unknown(format!("{command:?}")))?;
-    let mut asked = match Arguments::try_parse_from(&words).map(|arguments| arguments.command) {
-        Ok(Command::Replay(asked)) => *asked,
+    let (mut asked, common) = match Arguments::try_parse_from(&words) {
+        Ok(Arguments {
+            command: Command::Replay(asked),
+            common,
+        }) => (*asked, common),
         Ok(_) => return Err(unknown(format!("{command:?}"))),
         Err(error) => {
             let text = error.to_string();
@@ -207,11 +216,39 @@ fn asked(own: &VerifyArguments, stored: &Value) -> Result<ReplayArguments, Error
             return Err(unknown(format!("{command:?}, {first}")));
         }
     };
-    asked.design = None;
-    asked.set.clear();
     asked.out = None;
     asked.read.recording = recording(own, stored)?;
-    Ok(asked)
+    Ok((asked, common.limits()?))
+}
+
+/// Checks that the design of the verdict is the one that its command gives: the reference design
+/// with what `--set` says, or any that holds what `--set` says where it came from a file.
+fn check_design(
+    own: &VerifyArguments,
+    asked: &ReplayArguments,
+    stored: &Design,
+) -> Result<(), Error> {
+    let mut given = if asked.design.is_some() {
+        stored.clone()
+    } else {
+        Design::reference()
+    };
+    for assignment in &asked.set {
+        given
+            .set(assignment)
+            .map_err(|error| error.at(place(&own.verdict)))?;
+    }
+    if given == *stored {
+        return Ok(());
+    }
+    Err(Error::from(ErrorKind::Malformed {
+        expected: "the design that request.command gives".into(),
+        found: "another one".into(),
+        hint: "command and design of a verdict belong together; it was changed by hand, or put \
+               together from two"
+            .into(),
+    })
+    .at(place(&own.verdict)))
 }
 
 /// Returns the recording: the one that is named, else that of the verdict's name beside the

@@ -309,7 +309,7 @@ fn clipping(facts: &Facts<'_>, range_g: Option<f64>) -> Vec<Finding> {
             Finding::blocking(
                 "clipping",
                 format!(
-                    "{} at {:.5} s is {:.0} % of the declared full scale of {range} g or more; what \
+                    "{} at {:.5} s reaches {:.0} % of the declared full scale of {range} g; what \
                      lay beyond full scale is lost from there on",
                     in_g(facts.samples[first]),
                     facts.raw.time_s(first),

@@ -51,6 +51,19 @@ pub struct MemberPeak {
     pub spared_samples: u32,
 }
 
+impl MemberPeak {
+    /// Returns the largest angle in the window or in the coast after it [rad]; NaN if the lever
+    /// could not be followed.
+    #[must_use]
+    pub fn highest_rad(&self) -> f64 {
+        let (peak, coast) = (self.peak_angle_rad, self.coast_peak_angle_rad);
+        match coast {
+            Some(coast) if coast.is_nan() || coast > peak => coast,
+            _ => peak,
+        }
+    }
+}
+
 /// What a batch is asked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BatchOptions {
@@ -621,10 +634,11 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
 }
 
 fn finish(lane: Lane, end: f64, options: &BatchOptions) -> MemberPeak {
+    let (angle, velocity) = lane.kernel.state();
+    let raises = !lane.stays_below((angle, velocity), 0.0, 0.0, options.stop);
     let Lane {
         member, mut kernel, ..
     } = lane;
-    let (angle, velocity) = kernel.state();
     kernel.tally.close_window(angle, end, 0.0);
     let peak = if kernel.stuck {
         f64::NAN
@@ -632,7 +646,8 @@ fn finish(lane: Lane, end: f64, options: &BatchOptions) -> MemberPeak {
         kernel.tally.peak.angle
     };
     let energy = energy_of(&member.lever, &member.stop, options.stop, angle, velocity);
-    let coasts = options.coast && !kernel.stuck && !lane.settled && energy > MOVING_ENERGY_J;
+    let coasts =
+        options.coast && raises && !kernel.stuck && !lane.settled && energy > MOVING_ENERGY_J;
     MemberPeak {
         peak_angle_rad: peak,
         coast_peak_angle_rad: coasts.then(|| kernel.coast(end).map_or(f64::NAN, |peak| peak.angle)),

@@ -151,13 +151,18 @@ fn ensemble(out: &mut String, document: &Document) {
                 plain(peak.p95, 3)
             )
         });
+        let coasting = match ensemble.exceeded_in_coast {
+            0 => String::new(),
+            members => format!("; {members} more coast beyond it afterwards"),
+        };
         line(
             out,
             "ensemble",
             &format!(
-                "{} of {} members cross the limit, {} to {} % of all{spread}",
+                "{} of {} members cross the limit{}, {} to {} % of all{coasting}{spread}",
                 ensemble.exceeded,
                 ensemble.members,
+                words::until(ensemble).replace('\u{00A0}', " "),
                 percent(ensemble.p_lower),
                 percent(ensemble.p_upper)
             ),

@@ -27,9 +27,38 @@ pub(super) fn meaning(document: &Document) -> &'static str {
         Answer::Pass => "the nominal lever stays below the limit, numerical error included",
         Answer::Fail if ensemble => "the lever crosses the limit, uncertainty included",
         Answer::Fail => "the nominal lever crosses the limit, numerical error included",
+        Answer::Undecided if ends_too_early(document) => {
+            "the lever may cross the limit after the last judged sample"
+        }
         Answer::Undecided => "the uncertainty of input, model or method spans the limit",
         Answer::Unusable => "the recording cannot carry an answer",
     }
+}
+
+fn ends_too_early(document: &Document) -> bool {
+    document
+        .why
+        .first()
+        .is_some_and(|reason| matches!(reason.code, "coast-reaches-limit" | "members-coast-beyond"))
+}
+
+/// Returns up to when members were judged, where a fault ends that before the record does.
+pub(super) fn until(ensemble: &Ensemble) -> String {
+    ensemble
+        .judged_until_s
+        .map_or_else(String::new, |at| format!(" up to {}", instant(at)))
+}
+
+/// Returns how many members cross only after the last judged sample, if any do.
+pub(super) fn coasting(ensemble: &Ensemble) -> Option<String> {
+    (ensemble.exceeded_in_coast > 0).then(|| {
+        format!(
+            "After the last judged sample {} more coast beyond it, with which up to {}\u{00A0}% \
+             cross",
+            ensemble.exceeded_in_coast,
+            percent(ensemble.p_upper_with_coast)
+        )
+    })
 }
 
 /// Returns an instant or duration [s] with its unit: milliseconds below ten seconds.

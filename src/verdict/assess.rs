@@ -513,6 +513,7 @@ pub(super) fn settled(
     let none_exceeds = Share {
         lower: 0.0,
         upper: 0.0,
+        upper_with_coast: 0.0,
     };
     let mut joined: Vec<Vec<Answer>> = vec![Vec::new()];
     for (answer, judged) in answers.iter().zip(judged) {

@@ -50,6 +50,16 @@ const MEMBERS_TAKEN: usize = 64;
 /// possible.
 const MEMBERS_IN_A_ROW: usize = 256;
 
+/// How far members come.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Reached {
+    /// Largest angle of each in the window [rad]; NaN if it could not be followed.
+    pub(super) peaks: Vec<f64>,
+    /// Largest angle of each in the window or in the coast after it [rad]; NaN if it could not be
+    /// followed.
+    pub(super) highest: Vec<f64>,
+}
+
 /// What is asked of the ensemble of one stop and polarity.
 struct Asked<'a> {
     scatter: &'a Scatter,
@@ -125,6 +135,7 @@ fn most_of_a_pass(look: u32) -> usize {
         let share = Count {
             members: look,
             exceeded: count,
+            exceeded_in_coast: 0,
             failed_to_run: 0,
         }
         .share();
@@ -305,7 +316,7 @@ impl Bench<'_> {
             let peak = |index: &usize| judged[*index].run().peak_angle_rad;
             peak(b).total_cmp(&peak(a))
         });
-        let mut peaks: Vec<Vec<f64>> = vec![Vec::new(); pairs.len()];
+        let mut reached = vec![Reached::default(); pairs.len()];
         let mut looks = vec![0; pairs.len()];
         let mut answers: Vec<Option<Answer>> = judged
             .iter()
@@ -319,9 +330,10 @@ impl Bench<'_> {
                 if answers[pair].is_some() || settled {
                     continue;
                 }
-                self.extend(scatter, pairs[pair], window, look, &mut peaks[pair])?;
+                self.extend(scatter, pairs[pair], window, look, &mut reached[pair])?;
                 looks[pair] = number;
-                let share = Count::of(&peaks[pair], threshold).share();
+                let Reached { peaks, highest } = &reached[pair];
+                let share = Count::with_coast(peaks, highest, threshold).share();
                 judged[pair].share = Some(share);
                 let answer = judged[pair].answer(threshold);
                 if answer != Answer::Undecided {
@@ -339,7 +351,7 @@ impl Bench<'_> {
                 (looks[pair] > 0).then(|| {
                     ensemble::summarise(
                         scatter,
-                        &peaks[pair],
+                        (&reached[pair].peaks, &reached[pair].highest),
                         threshold,
                         pairs[pair],
                         (looks[pair], ends[pair]),
@@ -483,7 +495,8 @@ impl Bench<'_> {
         }
     }
 
-    /// Returns the peaks of the members named [rad], NaN where one could not be followed.
+    /// Returns the largest angles of the members named, coast included [rad], NaN where one could
+    /// not be followed.
     fn peaks_of(&self, asked: &Asked<'_>, members: &[u32]) -> Result<Vec<f64>, Error> {
         let tasks: Vec<&[u32]> = members.chunks(MEMBERS_TAKEN).collect();
         let mut peaks = Vec::with_capacity(members.len());
@@ -492,21 +505,21 @@ impl Bench<'_> {
                 asked.scatter.member(task[index])
             })
         }) {
-            peaks.extend(result?);
+            peaks.extend(result?.highest);
         }
         Ok(peaks)
     }
 
-    /// Runs the members of one pair up to `look`, those that are in `peaks` not again.
+    /// Runs the members of one pair up to `look`, those that are in `reached` not again.
     fn extend(
         &self,
         scatter: &Scatter,
         pair: Pair,
         window: Option<(usize, usize)>,
         look: u32,
-        peaks: &mut Vec<f64>,
+        reached: &mut Reached,
     ) -> Result<(), Error> {
-        let known = u32::try_from(peaks.len()).unwrap_or(look);
+        let known = u32::try_from(reached.peaks.len()).unwrap_or(look);
         let tasks: Vec<u32> = (known..look).step_by(MEMBERS_TAKEN).collect();
         let threads = self.threads(tasks.len().saturating_mul(MEMBERS_TAKEN));
         for result in in_parallel(threads, &tasks, |&first| {
@@ -515,30 +528,34 @@ impl Bench<'_> {
                 scatter.member(first.saturating_add(u32::try_from(index).unwrap_or(0)))
             })
         }) {
-            peaks.extend(result?);
+            let more = result?;
+            reached.peaks.extend(more.peaks);
+            reached.highest.extend(more.highest);
         }
         Ok(())
     }
 
-    /// Returns the peaks of `count` members on one stop and polarity [rad], NaN where one could
-    /// not be followed.
+    /// Returns how far `count` members come on one stop and polarity.
     pub(super) fn peaks(
         &self,
         pair: Pair,
         window: Option<(usize, usize)>,
         count: usize,
         member: &(impl Fn(usize) -> batch::Member + Sync),
-    ) -> Result<Vec<f64>, Error> {
+    ) -> Result<Reached, Error> {
         let options = BatchOptions {
             stop: pair.1,
             opens_when: pair.0,
             initial: self.initial(pair.1),
             window,
-            coast: false,
+            coast: true,
             threads: 1,
         };
         let peaks = batch::peaks(self.signal, count, member, &options)?;
-        Ok(peaks.iter().map(|peak| peak.peak_angle_rad).collect())
+        Ok(Reached {
+            peaks: peaks.iter().map(|peak| peak.peak_angle_rad).collect(),
+            highest: peaks.iter().map(batch::MemberPeak::highest_rad).collect(),
+        })
     }
 
     /// When the lever first crosses the threshold outside the judged window, if it does so on

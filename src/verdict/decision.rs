@@ -8,7 +8,7 @@ pub const DECISION_RULE: &str = "U = numerical + interpolation error; p = the sh
 (1) fail, if the runs say so by (3) on the samples before the first that a blocking finding declares bad. \
 (2) Otherwise unusable, if any finding is blocking; one that begins after the judged window, and further away than the filter reaches, does not count. \
 (3) Otherwise, for each stop and polarity that counts, by the nominal run and an ensemble, which is looked at after 128, 512, 2048 and 10000 members (or at --members) with one-sided Clopper-Pearson bounds of p, each at confidence 1 - 0.05/4; members that could not be followed count against either answer: \
-pass, if the upper bound of p is at most 5 % and the nominal peak angle plus U and the nominal coast's peak angle plus its own error, never less than U, are at or below the threshold; \
+pass, if the upper bound of p, levers that exceed the threshold only in the coast after the last judged sample counted as well, is at most 5 % and the nominal peak angle plus U and the nominal coast's peak angle plus its own error, never less than U, are at or below the threshold; \
 fail, if the lower bound of p is at least 95 %, or the nominal peak angle minus U exceeds the threshold and the lower bound of p exceeds 50 %; \
 undecided, if neither holds at the last look. \
 (4) Two stops (model auto) or two undeclared polarities that answer differently: undecided; polarities declared as both: the worse counts.";
@@ -37,6 +37,8 @@ pub struct Share {
     pub lower: f64,
     /// Upper bound [-].
     pub upper: f64,
+    /// Upper bound of the share that exceeds it in the judged window or coasting after it [-].
+    pub upper_with_coast: f64,
 }
 
 /// What a nominal run says of itself.
@@ -71,7 +73,7 @@ impl Standing {
 /// run alone. At a look that is not the last, undecided means that the next one follows.
 #[must_use]
 pub fn decide(standing: &Standing, threshold_rad: f64, share: Option<Share>) -> Answer {
-    let few_exceed = share.is_none_or(|share| share.upper <= PASS_SHARE_MAX);
+    let few_exceed = share.is_none_or(|share| share.upper_with_coast <= PASS_SHARE_MAX);
     let most_exceed = share.is_none_or(|share| share.lower > FAIL_SHARE_WITH_NOMINAL);
     let nearly_all_exceed = share.is_some_and(|share| share.lower >= FAIL_SHARE_MIN);
     if few_exceed

@@ -115,6 +115,11 @@ pub struct Ensemble {
     pub p_lower: f64,
     /// One-sided upper bound of that share [-].
     pub p_upper: f64,
+    /// Members that exceed the threshold only in the coast after the last judged sample.
+    pub exceeded_in_coast: u32,
+    /// As `p_upper`, of the levers that exceed it in the window or in that coast [-]; this one
+    /// decides about a pass.
+    pub p_upper_with_coast: f64,
     /// Quantiles of the peak [rad]; `None` if no member could be followed.
     pub peak_angle_rad: Option<PeakQuantiles>,
     /// The last instant judged, where a fault ends the samples that the ensemble rests on [s].
@@ -133,6 +138,7 @@ impl Ensemble {
         Share {
             lower: self.p_lower,
             upper: self.p_upper,
+            upper_with_coast: self.p_upper_with_coast,
         }
     }
 }
@@ -144,6 +150,8 @@ pub struct Count {
     pub members: u32,
     /// Of these, with a peak above the threshold.
     pub exceeded: u32,
+    /// Of these, with a peak at or below it, but above it in the coast after the window.
+    pub exceeded_in_coast: u32,
     /// Of these, not followed.
     pub failed_to_run: u32,
 }
@@ -158,7 +166,22 @@ impl Count {
         Self {
             members: u32::try_from(peaks.len()).unwrap_or(u32::MAX),
             exceeded: number(&|peak| peak > threshold_rad && peak.is_finite()),
+            exceeded_in_coast: 0,
             failed_to_run: number(&|peak| !peak.is_finite()),
+        }
+    }
+
+    /// Counts members as [`Self::of`] does, and those that exceed the threshold in the coast
+    /// only. `highest` are the largest angles of window and coast [rad]; NaN where a coast was
+    /// not followed.
+    #[must_use]
+    pub fn with_coast(peaks: &[f64], highest: &[f64], threshold_rad: f64) -> Self {
+        let later = peaks.iter().zip(highest).filter(|(peak, highest)| {
+            **peak <= threshold_rad && (highest.is_nan() || **highest > threshold_rad)
+        });
+        Self {
+            exceeded_in_coast: u32::try_from(later.count()).unwrap_or(u32::MAX),
+            ..Self::of(peaks, threshold_rad)
         }
     }
 
@@ -169,9 +192,11 @@ impl Count {
         let confidence = bounds::LOOK_CONFIDENCE;
         let (members, exceeded) = (u64::from(self.members), u64::from(self.exceeded));
         let at_most = exceeded + u64::from(self.failed_to_run);
+        let with_coast = at_most + u64::from(self.exceeded_in_coast);
         Share {
             lower: bounds::lower(exceeded, members, confidence),
             upper: bounds::upper(at_most, members, confidence),
+            upper_with_coast: bounds::upper(with_coast, members, confidence),
         }
     }
 }
@@ -419,13 +444,13 @@ fn refused(what: &str, expected: &str, found: f64) -> Error {
 /// Puts together what the peaks of one stop and polarity say.
 pub(super) fn summarise(
     scatter: &Scatter,
-    peaks: &[f64],
+    (peaks, highest): (&[f64], &[f64]),
     threshold_rad: f64,
     (opens_when, model): (OpensWhen, StopModel),
     (look, ended): (usize, End),
     judged_until_s: Option<f64>,
 ) -> Ensemble {
-    let count = Count::of(peaks, threshold_rad);
+    let count = Count::with_coast(peaks, highest, threshold_rad);
     let share = count.share();
     let drivers = drivers::drivers(peaks, &scatter.parameters, |member, parameter| {
         let member = u32::try_from(member).unwrap_or(u32::MAX);
@@ -445,6 +470,8 @@ pub(super) fn summarise(
         confidence: bounds::LOOK_CONFIDENCE,
         p_lower: share.lower,
         p_upper: share.upper,
+        exceeded_in_coast: count.exceeded_in_coast,
+        p_upper_with_coast: share.upper_with_coast,
         peak_angle_rad: drivers::quantiles(peaks),
         judged_until_s,
         rank_correlation_by_chance: (count.members > 1)

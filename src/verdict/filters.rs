@@ -91,7 +91,7 @@ pub(super) fn table(
             }
             Scope::Whole | Scope::Nothing => Vec::new(),
         };
-        let answers = bench.nominal_answers(pairs, window, &all)?;
+        let answers = other.nominal_answers(pairs, window, &all)?;
         Ok(row(
             bench, *filter, false, pairs, scope, &all, &answers, &good,
         ))

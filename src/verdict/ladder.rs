@@ -97,13 +97,18 @@ pub(super) struct Known {
 impl Known {
     /// Bounds of the share that crosses, as those of the first look, which are no wider.
     fn share(&self) -> Option<Share> {
-        self.members.map(|(below, crossing, of)| Share {
-            lower: bounds::lower(u64::from(crossing), u64::from(of), bounds::LOOK_CONFIDENCE),
-            upper: bounds::upper(
+        self.members.map(|(below, crossing, of)| {
+            let upper = bounds::upper(
                 u64::from(of.saturating_sub(below)),
                 u64::from(of),
                 bounds::LOOK_CONFIDENCE,
-            ),
+            );
+            Share {
+                lower: bounds::lower(u64::from(crossing), u64::from(of), bounds::LOOK_CONFIDENCE),
+                upper,
+                // What stays below by the bounds does so in the coast as well.
+                upper_with_coast: upper,
+            }
         })
     }
 

@@ -1,6 +1,6 @@
 //! What would change the answer: one input at a time, moved by one standard deviation.
 
-use super::bench::{Bench, Pair, Purpose, in_parallel};
+use super::bench::{Bench, Pair, Purpose, Reached, in_parallel};
 use super::decision::Judged;
 use super::ensemble::Scatter;
 use super::filters;
@@ -105,9 +105,12 @@ pub(super) fn reruns(
             scatter.moved(name, if how == Change::More { 1.0 } else { -1.0 })
         })
     });
-    let of_pairs: Vec<Vec<f64>> = of_pairs.into_iter().collect::<Result<_, Error>>()?;
+    let of_pairs: Vec<Reached> = of_pairs.into_iter().collect::<Result<_, Error>>()?;
     for (index, moved) in moves.iter().enumerate() {
-        let peaks: Vec<f64> = of_pairs.iter().map(|peaks| peaks[index]).collect();
+        let peaks: Vec<f64> = of_pairs
+            .iter()
+            .map(|reached| reached.peaks[index])
+            .collect();
         found.extend(compared(bench, pairs, judged, *moved, &peaks));
     }
     Ok(found)

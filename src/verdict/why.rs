@@ -38,6 +38,8 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
     if case.answer == Answer::Undecided {
         // What stands in the way of an answer comes before the size of the peak.
         reasons.extend(others_not_followed(case));
+        reasons.extend(coast(case));
+        reasons.extend(coast_of_members(case));
         reasons.extend(disagreement(case));
         reasons.extend(undeclared(case));
         reasons.extend(ensemble(case));
@@ -67,7 +69,9 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
         reasons.extend(deciding_inputs(case));
     }
     if case.answer != Answer::Unusable {
-        reasons.extend(coast(case));
+        if case.answer != Answer::Undecided {
+            reasons.extend(coast(case));
+        }
         if case.answer != Answer::Undecided {
             reasons.extend(disagreement(case));
         }
@@ -137,6 +141,10 @@ fn ensemble(case: &Case<'_>) -> Option<Reason> {
         Answer::Fail => (
             "most-members-cross",
             format!("a fail needs more than {fail} % if the nominal lever crosses"),
+        ),
+        Answer::Undecided if named.iter().all(|ensemble| few_cross(ensemble)) => (
+            "few-members-cross",
+            format!("a pass allows {pass} %, but that is not all it asks"),
         ),
         Answer::Undecided | Answer::Unusable => (
             "members-cross",
@@ -433,6 +441,31 @@ fn coast(case: &Case<'_>) -> Option<Reason> {
             plain(judged.run().coast_peak_angle_rad.unwrap_or(0.0), 4),
             plain(judged.coast_uncertainty_rad(), 2),
             describe(*pair, case.options),
+        ),
+    })
+}
+
+/// Tells whether few enough members cross for a pass, in window and coast.
+fn few_cross(ensemble: &Ensemble) -> bool {
+    ensemble.p_upper_with_coast <= PASS_SHARE_MAX
+}
+
+/// Says that scattered levers which stayed below the limit in the window reach it afterwards.
+fn coast_of_members(case: &Case<'_>) -> Option<Reason> {
+    let ensemble = case
+        .ensembles
+        .iter()
+        .flatten()
+        .find(|ensemble| ensemble.p_upper <= PASS_SHARE_MAX && !few_cross(ensemble))?;
+    Some(Reason {
+        code: "members-coast-beyond",
+        text: format!(
+            "After the last judged sample {} of {} scattered levers move on beyond the limit with no further acceleration; with those that cross before, up to {} % of all such do, and a pass allows {} % ({}): the record or window ends too early for a pass.",
+            ensemble.exceeded_in_coast,
+            ensemble.members,
+            percent(ensemble.p_upper_with_coast),
+            percent(PASS_SHARE_MAX),
+            briefly((ensemble.opens_when, ensemble.model)),
         ),
     })
 }

@@ -221,8 +221,8 @@ fn verif_a_coast_beyond_the_limit_forbids_a_pass() {
         &assessment,
         Answer::Undecided,
         &[
-            "threshold-not-crossed",
             "coast-reaches-limit",
+            "threshold-not-crossed",
             "uncertainty",
             "nominal-runs-only",
         ],
@@ -232,6 +232,49 @@ fn verif_a_coast_beyond_the_limit_forbids_a_pass() {
     assert_eq!(rest.answer, Answer::Fail);
     let change = rest.nominal.peak_angle_rad / nominal.coast_peak_angle_rad.unwrap() - 1.0;
     assert!(change.abs() < 1e-9, "{change}");
+}
+
+/// Nearly all scattered levers stay below while the record runs, and many open just after it.
+#[test]
+fn verif_scattered_levers_that_coast_beyond_the_limit_forbid_a_pass() {
+    let last = 110_u16;
+    let until = |t: f64| t < (f64::from(last) + 0.5) / 10_000.0;
+    let longer = samples(|t| {
+        if until(t) {
+            half_sine(t, 0.0, 0.02, -12.0)
+        } else {
+            0.0
+        }
+    });
+    let mut cut = longer.clone();
+    // One sample of nothing, so that the coast begins as in the longer record.
+    cut.samples.truncate(500 + usize::from(last) + 2);
+    let coast = explicit(&cut, StopModel::Rigid, OpensWhen::Negative)
+        .run
+        .coast_peak_angle_rad;
+    let own = AssessOptions {
+        members: 128,
+        ..options(RIGID, NEGATIVE)
+    };
+    let design = with_certain_bias(1.005 * coast.unwrap());
+    let found = judge(&cut, &[], &design, &own);
+    let ensemble = found.ensemble.as_ref().unwrap();
+    assert_eq!(found.answer, Answer::Undecided, "{:#?}", found.why);
+    assert_eq!(
+        found.why[0].code, "members-coast-beyond",
+        "{:#?}",
+        found.why
+    );
+    assert_eq!(found.why[1].code, "members-cross", "{:#?}", found.why);
+    assert_eq!(ensemble.exceeded, 0);
+    assert!(ensemble.p_upper <= 0.05 && ensemble.p_upper_with_coast > 0.05);
+    // They are those that cross where the record goes on.
+    let rest = judge(&longer, &[], &design, &own);
+    assert_eq!(rest.answer, Answer::Undecided);
+    assert_eq!(rest.ensemble.unwrap().exceeded, ensemble.exceeded_in_coast);
+    // The short question is answered alike.
+    let conditioned = as_recorded(cut);
+    assert!(!latchgate::verdict::assess::passes(&conditioned, &[], &design, &own).unwrap());
 }
 
 #[test]

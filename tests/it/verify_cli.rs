@@ -50,6 +50,7 @@ fn cli_verify_repeats_what_was_asked() {
     let surviving = signal("surviving.csv");
     let nominal = ["--members", "0"];
     for (recording, options, word) in [
+        (&burst, &["--limit", "samples=100"][..], "unusable"),
         (&burst, &[][..], "fail"),
         (&surviving, &[][..], "pass"),
         (&surviving, &nominal[..], "pass"),
@@ -292,6 +293,24 @@ fn cli_verify_refuses_what_it_cannot_repeat() {
         ("\"mass_kg\": 0.1475", "\"mass_kg\": -1.0", "mass_kg"),
         ("\"mass_kg\": 0.1475", "\"mess_kg\": 1.0", "mess_kg"),
         ("\"mass_kg\": 0.1475", "\"mass_kg\": null", "mass_kg"),
+        // Command and design belong together, whichever of them was changed.
+        (
+            command,
+            "latchgate replay surviving.csv --set lever.mass_kg=0.2 --members 0",
+            "request.command",
+        ),
+        (
+            command,
+            "latchgate replay surviving.csv --design own.toml --set lever.mass_kg=0.2 --members 0",
+            "request.command",
+        ),
+        ("\"mass_kg\": 0.1475", "\"mass_kg\": 0.2", "request.command"),
+        (
+            "\"name\": \"paper\"",
+            "\"name\": \"other\"",
+            "request.command",
+        ),
+        ("\"version\": ", "\"edition\": ", "run.version"),
         ("{\n", "{{\n", "JSON"),
     ] {
         assert!(text.contains(from), "{from}");

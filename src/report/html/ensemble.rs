@@ -87,14 +87,16 @@ fn share_sentence(ensemble: &Ensemble) -> String {
         ),
     };
     format!(
-        "Levers that cross the limit: {} of {}{lost}; of all such levers {} ({}, {}), each bound \
-         at {}\u{00A0}% confidence.",
+        "Levers that cross the limit{}: {} of {}{lost}; of all such levers {} ({}, {}), each bound \
+         at {}\u{00A0}% confidence.{}",
+        words::until(ensemble),
         count(u64::from(ensemble.exceeded)),
         count(u64::from(ensemble.members)),
         interval(ensemble),
         words::stop(ensemble.model),
         words::opens(ensemble.opens_when),
         trimmed(100.0 * ensemble.confidence, 4),
+        words::coasting(ensemble).map_or_else(String::new, |coasting| format!(" {coasting}.")),
     )
 }
 

@@ -21,8 +21,9 @@ pub struct PreloadAnswer {
     /// the limit from a smaller one on [N m]; the present one where that passes; `None` if none
     /// was found.
     pub passes_from_nm: Option<f64>,
-    /// The preload from which on the nominal lever stays at or below the limit at every value that
-    /// was searched [N m]; `None` if it does not at the greatest.
+    /// The last preload found at which the nominal lever comes to stay at or below the limit [N m],
+    /// as it does at every greater value that was searched, which proves nothing of those between;
+    /// `None` if it does not at the greatest.
     pub nominal_from_nm: Option<f64>,
     /// Least and greatest preload searched [N m].
     pub searched_nm: (f64, f64),
@@ -115,7 +116,7 @@ pub(in crate::verdict) fn preload_answer(
     let (low, high) = (number(stretch.low), number(stretch.high));
     let text = match (passes, passes_from_nm, nominal_from_nm) {
         (true, _, Some(from)) => format!(
-            "Passes with T0 = {} N·m; the nominal lever stays below the limit from T0 = {} N·m on.",
+            "Passes with T0 = {} N·m; the nominal lever was found below the limit at every greater T0 searched, as from {} N·m.",
             number(stretch.present),
             number(from)
         ),
@@ -124,13 +125,13 @@ pub(in crate::verdict) fn preload_answer(
             number(stretch.present)
         ),
         (false, Some(at), Some(from)) => format!(
-            "Would pass from T0 = {} N·m (present {} N·m): by the whole rule there, and the nominal lever stays below the limit from {} N·m on.",
+            "Would pass at T0 = {} N·m (present {} N·m), by the whole rule; nothing is said of greater values, of which only the nominal lever was searched and found below the limit from {} N·m. Check the preload that is chosen.",
             number(at),
             number(stretch.present),
             number(from)
         ),
         (false, None, Some(from)) => format!(
-            "The nominal lever would stay below the limit from T0 = {} N·m on (present {} N·m), but no preload up to {high} N·m was found at which the whole rule says pass.",
+            "The nominal lever was found below the limit at every T0 searched from {} N·m (present {} N·m), but no preload up to {high} N·m was found at which the whole rule says pass.",
             number(from),
             number(stretch.present)
         ),

@@ -75,7 +75,7 @@ impl Quantity {
             }
             Self::Preload => "lever.preload_torque_nm alone changes",
             Self::Unbalance => {
-                "the product of mass and distance of its centre changes, the moment of inertia stays; the product alone enters the model, and only times the acceleration, so this is the present product times the scale to flip"
+                "the product of mass and distance of its centre changes, the moment of inertia stays; the product alone enters the model, and only times the acceleration, so for a nominal lever this is the present product times the scale to flip; scattered levers differ, since their bias is not scaled with the recording"
             }
             Self::Counterweight => {
                 "a mass at the stated radius beyond the pivot takes mass times radius off the unbalance and adds mass times radius squared to the moment of inertia"

@@ -78,6 +78,8 @@ fn with_ensemble(case: &mut Case) {
             confidence: 0.9875,
             p_lower: 0.827_31,
             p_upper: 0.861_92,
+            exceeded_in_coast: 0,
+            p_upper_with_coast: 0.861_92,
             peak_angle_rad: (index != 2).then_some(PeakQuantiles {
                 p05: 0.081_23,
                 p50: 0.21,

@@ -215,9 +215,24 @@ fn verif_members_that_were_not_followed_count_against_either_answer() {
     let Share {
         lower: low,
         upper: high,
+        upper_with_coast,
     } = count.share();
     assert_eq!(low, lower(20, 128, LOOK_CONFIDENCE));
     assert_eq!(high, upper(28, 128, LOOK_CONFIDENCE));
+    assert_eq!(upper_with_coast.to_bits(), high.to_bits());
+    // Of those that stay below in the window, 30 exceed it in the coast and 5 get lost there.
+    let highest: Vec<f64> = (0..128)
+        .map(|member| match member {
+            0..30 => 0.11,
+            30..35 => f64::NAN,
+            _ => peaks[member],
+        })
+        .collect();
+    let count = Count::with_coast(&peaks, &highest, 0.1);
+    assert_eq!((count.exceeded, count.exceeded_in_coast), (20, 35));
+    let share = count.share();
+    assert_eq!(share.upper, upper(28, 128, LOOK_CONFIDENCE));
+    assert_eq!(share.upper_with_coast, upper(63, 128, LOOK_CONFIDENCE));
     // The limit itself is not exceeded; an infinite angle is no angle.
     assert_eq!(Count::of(&[0.1, f64::INFINITY], 0.1).exceeded, 0);
     let none = Count::of(&[f64::NAN; 128], 0.1).share();

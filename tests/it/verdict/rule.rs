@@ -31,7 +31,11 @@ fn standing(peak: f64, uncertainty: f64) -> Standing {
 
 #[track_caller]
 fn check(standing: Standing, share: Option<(f64, f64)>, expected: Answer) {
-    let share = share.map(|(lower, upper)| Share { lower, upper });
+    let share = share.map(|(lower, upper)| Share {
+        lower,
+        upper,
+        upper_with_coast: upper,
+    });
     assert_eq!(
         decide(&standing, LIMIT, share),
         expected,
@@ -50,6 +54,16 @@ fn verif_every_branch_with_an_ensemble() {
     check(low, Some((0.6, 0.9)), Undecided);
     check(low, Some((below(0.95), 1.0)), Undecided);
     check(low, Some((0.95, 1.0)), Fail);
+
+    // Levers that exceed the threshold in the coast alone hold back a pass, and make no fail.
+    let coasts = |upper_with_coast| Share {
+        lower: 0.0,
+        upper: 0.03,
+        upper_with_coast,
+    };
+    assert_eq!(decide(&low, LIMIT, Some(coasts(0.05))), Pass);
+    assert_eq!(decide(&low, LIMIT, Some(coasts(above(0.05)))), Undecided);
+    assert_eq!(decide(&low, LIMIT, Some(coasts(1.0))), Undecided);
 
     // U counts: at the limit a pass, beyond it none.
     check(standing(0.0625, 0.0375), Some((0.0, 0.03)), Pass);
