@@ -2,40 +2,56 @@
 //!
 //! Status codes often say that all is well where the comment says until when: "NO VALID DATA
 //! AFTER 64.6 MILLISECONDS". The comment counts. What it says of a time is taken as the instant
-//! on the file's clock from which the samples are no evidence.
+//! on the file's clock from which the samples are no evidence. A comment that names an instant
+//! and is not understood asks for a look: it may say the same in words that are not known here.
 
 use super::Finding;
 
-/// Words that take the worth from a sample.
+/// Words that take the worth from a sample. Umlauts are written out, as in all lists here.
 const FAULTS: &[&str] = &[
     "INVALID",
+    "INVALIDATED",
     "QUESTIONABLE",
+    "QUES",
+    "EXCEED",
     "EXCEEDED",
     "EXCEEDS",
+    "SATURATE",
     "SATURATED",
     "SATURATES",
     "SATURATION",
     "CLIPPED",
+    "CLIPED",
     "CLIPPING",
     "CLIPS",
     "OVERRANGE",
     "OVERRANGED",
     "OVERLOAD",
     "OVERLOADED",
+    "OVERFLOW",
+    "OFFSCALE",
     "LOST",
     "LOSS",
+    "FAIL",
     "FAILED",
     "FAILS",
     "FAILURE",
+    "FAULT",
+    "FAULTY",
     "DISCONNECTED",
     "BROKE",
     "BROKEN",
     "SEVERED",
+    "SHORTED",
     "DROPOUT",
     "DROPOUTS",
     "ERRATIC",
     "UNRELIABLE",
     "UNUSABLE",
+    "UNUSEABLE",
+    "INOPERATIVE",
+    "INOPERABLE",
+    "NONFUNCTIONAL",
     "SUSPECT",
     "DEFECT",
     "DEFECTIVE",
@@ -52,10 +68,109 @@ const FAULTS: &[&str] = &[
     "CORRUPT",
     "CORRUPTED",
     "DEAD",
-    "UNGÜLTIG",
+    "DISREGARD",
+    "DISREGARDED",
+    "DISCARD",
+    "DISCARDED",
+    "IGNORE",
+    "DISAPPEARED",
+    "TRUNCATED",
+    "TRUNCATES",
+    "UNGUELTIG",
+    "UNBRAUCHBAR",
     "AUSGEFALLEN",
-    "ÜBERSTEUERT",
+    "AUSFALL",
+    "UEBERSTEUERT",
+    "UEBERSTEUERUNG",
+    "ABGERISSEN",
+    "ABGEFALLEN",
+    "GERISSEN",
+    "KABELBRUCH",
+    "KABELRISS",
+    "GESTOERT",
+    "FEHLERHAFT",
     "DEFEKT",
+];
+
+/// What carries a signal.
+const CARRIERS: &[&str] = &[
+    "CABLE",
+    "CABLES",
+    "WIRE",
+    "WIRES",
+    "LEAD",
+    "CONNECTOR",
+    "SENSOR",
+    "ACCELEROMETER",
+    "KABEL",
+    "STECKER",
+];
+
+/// Successions of words, each one of several, that take the worth from a sample.
+const FAULTY_PHRASES: &[&[&[&str]]] = &[
+    &[&["OVER", "OUT", "OVR"], &["RANGE", "RANGED"]],
+    &[&["OUT"], &["OF"], &["RANGE", "SCALE"]],
+    &[&["OFF"], &["SCALE"]],
+    &[
+        &[
+            "REACHED", "REACHES", "HIT", "HITS", "BEYOND", "ABOVE", "OVER", "PAST",
+        ],
+        &["FULL"],
+        &["SCALE"],
+    ],
+    &[&["FULL"], &["SCALE"], &["REACHED", "HIT"]],
+    &[
+        CARRIERS,
+        &[
+            "CUT",
+            "SEPARATED",
+            "PULLED",
+            "DAMAGE",
+            "TORN",
+            "SNAPPED",
+            "OPEN",
+            "MISSING",
+        ],
+    ],
+    &[
+        &["CAME", "TORN", "PULLED", "FELL", "RIPPED", "KNOCKED"],
+        &["OFF", "OUT", "AWAY"],
+    ],
+    &[
+        &["WENT", "GOES", "GOING"],
+        &["OPEN", "DEAD", "BAD", "OFF", "FLAT"],
+    ],
+    &[&["OPEN", "SHORT"], &["CIRCUIT"]],
+    &[
+        &["DATA", "SIGNAL", "RECORD", "RECORDING", "DATEN"],
+        &[
+            "END", "ENDS", "ENDED", "STOP", "STOPS", "STOPPED", "CEASES", "CEASED", "MISSING",
+            "ENDEN", "FEHLEN",
+        ],
+    ],
+    &[
+        &["END"],
+        &["OF"],
+        &["DATA", "SIGNAL", "RECORD", "RECORDING"],
+    ],
+    &[
+        &["WRONG", "INCORRECT", "FALSCHE", "FALSCHES"],
+        &[
+            "POLARITY",
+            "SIGN",
+            "UNIT",
+            "UNITS",
+            "SCALE",
+            "SCALING",
+            "DATA",
+            "AXIS",
+            "CALIBRATION",
+            "SENSITIVITY",
+            "RANGE",
+            "DATEN",
+            "VORZEICHEN",
+        ],
+    ],
 ];
 
 /// Words for what is worth a look.
@@ -71,14 +186,157 @@ const DOUBTS: &[&str] = &[
     "ANOMALY",
     "ANOMALIES",
     "ANOMALOUS",
+    "WRONG",
+    "INCORRECT",
+    // A sign that was turned over: whether before the samples were stored is not said.
+    "REVERSED",
+    "INVERTED",
+    "SWAPPED",
+    "VERTAUSCHT",
+    "STOERUNG",
 ];
 
 /// Words for samples that can be used.
-const GOOD: &[&str] = &["VALID", "GOOD", "USABLE", "GÜLTIG"];
+const GOOD: &[&str] = &[
+    "VALID",
+    "GOOD",
+    "USABLE",
+    "USEABLE",
+    "OK",
+    "OKAY",
+    "ACCEPTABLE",
+    "RELIABLE",
+    "ACCURATE",
+    "CORRECT",
+    "GUELTIG",
+    "GUELTIGE",
+    "BRAUCHBAR",
+    "BRAUCHBARE",
+    "VERWERTBAR",
+    "VERWERTBARE",
+];
+
+/// Words whose denial takes the worth from the samples: "NO DATA", "DO NOT USE".
+const NEEDED: &[&str] = &[
+    "DATA",
+    "SIGNAL",
+    "OUTPUT",
+    "RESPONSE",
+    "DATEN",
+    "MESSDATEN",
+    "USE",
+    "USED",
+    "TRUST",
+    "TRUSTED",
+    "FUNCTION",
+    "FUNCTIONAL",
+    "FUNCTIONING",
+    "WORK",
+    "WORKING",
+    "OPERATIONAL",
+    "OPERATING",
+    "VERWENDEN",
+];
+
+/// Words whose denial does so if it is the samples that are spoken of: "DATA NOT RECORDED",
+/// but not "SERIAL NUMBER NOT RECORDED".
+const NEEDED_OF_DATA: &[&str] = &[
+    "RECORD",
+    "RECORDED",
+    "COLLECTED",
+    "ACQUIRED",
+    "AVAILABLE",
+    "CONNECTED",
+];
+
+/// What is spoken of, if it is the samples.
+const DATA: &[&str] = &[
+    "DATA",
+    "DATEN",
+    "SIGNAL",
+    "CHANNEL",
+    "KANAL",
+    "SENSOR",
+    "ACCELEROMETER",
+    "CURVE",
+    "DID",
+];
+
+/// What may well be missing: "NO DATA LOST", "NO SIGNAL CONDITIONING".
+const MAY_BE_MISSING: &[&str] = &[
+    "LOST",
+    "LOSS",
+    "LOSSES",
+    "MISSING",
+    "DROPOUT",
+    "DROPOUTS",
+    "CLIPPING",
+    "CLIPPED",
+    "SATURATION",
+    "CORRUPTED",
+    "CORRUPTION",
+    "TRUNCATED",
+    "NOISE",
+    "CORRECTION",
+    "CONDITIONING",
+    "PROCESSING",
+    "FILTERING",
+    "PROBLEM",
+    "PROBLEMS",
+    "ISSUES",
+    "ANOMALIES",
+    "ERRORS",
+];
+
+/// Words that deny the next one.
+const DENIALS: &[&str] = &[
+    "NO", "NOT", "WITHOUT", "NON", "NEVER", "CANNOT", "CANT", "DONT", "DIDNT", "ISNT", "WASNT",
+    "DOESNT", "KEIN", "KEINE", "KEINEN", "NICHT", "OHNE",
+];
+
+/// Words that stand between a denial and what it denies.
+const BETWEEN: &[&str] = &[
+    "A",
+    "AN",
+    "THE",
+    "ANY",
+    "MORE",
+    "FURTHER",
+    "LONGER",
+    "FULLY",
+    "TO",
+    "BE",
+    "BEEN",
+    "IS",
+    "ARE",
+    "WAS",
+    "WERE",
+    "HAS",
+    "HAVE",
+    "CONSIDERED",
+    "DEEMED",
+];
 
 /// Words that point to the time before an instant.
 const BEFORE: &[&str] = &[
-    "BEFORE", "PRIOR", "UNTIL", "TILL", "TO", "THROUGH", "FIRST", "WITHIN", "BIS", "VOR",
+    "BEFORE", "PRIOR", "UNTIL", "TILL", "TO", "THROUGH", "FIRST", "WITHIN", "BIS", "VOR", "UP",
+];
+
+/// Words that set a limit to what is good.
+const LIMITING: &[&str] = &[
+    "AFTER", "FROM", "SINCE", "BETWEEN", "ONLY", "AB", "NACH", "NUR", "PAST", "BEYOND", "ENDS",
+    "END", "ENDED",
+];
+
+/// Words after which an instant stands.
+const AT: &[&str] = &[
+    "AT", "AFTER", "FROM", "SINCE", "PAST", "BEYOND", "UNTIL", "TILL", "T", "AB", "BEI", "NACH",
+];
+
+/// Units that show that a number is no instant.
+const OTHER_UNITS: &[&str] = &[
+    "G", "GS", "HZ", "KHZ", "V", "MV", "VOLT", "VOLTS", "PERCENT", "KM", "KPH", "KMH", "MPH", "N",
+    "KN", "NM", "M", "MM", "CM", "IN", "INCH", "INCHES", "DEG", "DEGREES", "C", "F",
 ];
 
 /// What a remark says of the samples.
@@ -88,46 +346,125 @@ pub(super) enum Remark {
     Invalid(Option<f64>),
     /// They are worth a look: from an instant on, or throughout.
     Doubtful(Option<f64>),
+    /// An instant is named, and what happened then is not understood.
+    Unclear,
+}
+
+impl Remark {
+    /// Orders remarks: the higher, the less the samples are worth.
+    fn weight(self) -> (u8, f64) {
+        let early = |at_s: Option<f64>| at_s.map_or(f64::INFINITY, |at_s| -at_s);
+        match self {
+            Self::Unclear => (0, 0.0),
+            Self::Doubtful(at_s) => (1, early(at_s)),
+            Self::Invalid(at_s) => (2, early(at_s)),
+        }
+    }
 }
 
 /// Reads what a comment says of the samples; `None` if nothing.
 pub(super) fn remark(comment: &str) -> Option<Remark> {
-    let words = words(comment);
+    let tokens = tokens(comment);
+    let instants = instants(&tokens);
     let says = |list: &[&str]| {
-        words
-            .iter()
-            .enumerate()
-            .any(|(index, word)| list.contains(&word.as_str()) && !denied(&words, index))
+        (0..tokens.len())
+            .any(|index| tokens[index].is_one_of(list) && denial(&tokens, index).is_none())
     };
-    let denies_good = words
-        .iter()
-        .enumerate()
-        .any(|(index, word)| GOOD.contains(&word.as_str()) && denied(&words, index));
-    let instants = instants(&words);
+    // What cannot be placed counts throughout.
+    let placed = !has_bare_instant(&tokens) && instants.iter().all(|(_, at_s)| at_s.is_some());
     let first = instants
         .iter()
-        .map(|(_, instant)| *instant)
-        .min_by(f64::total_cmp);
+        .filter_map(|(_, at_s)| *at_s)
+        .min_by(f64::total_cmp)
+        .filter(|_| placed);
     let points_before = instants.iter().any(|(index, _)| {
         let from = index.saturating_sub(3);
-        words[from..*index]
+        tokens[from..*index]
             .iter()
-            .any(|word| BEFORE.contains(&word.as_str()))
+            .any(|token| token.is_one_of(BEFORE))
             // "from 60 to 65 ms" names a stretch, not all that came before.
-            && !words[..*index].iter().any(|word| word == "FROM" || word == "BETWEEN")
+            && !tokens[..*index].iter().any(|token| token.is_one_of(&["FROM", "BETWEEN"]))
     });
-    if says(FAULTS) || denies_good {
+    if says(FAULTS) || has_faulty_phrase(&tokens) || denies_what_is_needed(&tokens) {
         return Some(Remark::Invalid(first.filter(|_| !points_before)));
     }
-    if says(GOOD) && first.is_some() {
+    let limited = tokens
+        .iter()
+        .any(|token| token.is_one_of(LIMITING) || token.is_one_of(BEFORE));
+    if says(GOOD) && limited && !instants.is_empty() {
         // "valid until 80 ms" against "valid after 10 ms", which spoils the start.
         return Some(Remark::Invalid(first.filter(|_| points_before)));
     }
     if says(DOUBTS) {
         return Some(Remark::Doubtful(first.filter(|_| !points_before)));
     }
-    None
+    (!instants.is_empty()).then_some(Remark::Unclear)
 }
+
+/// Tells whether a denial takes the worth from the samples.
+fn denies_what_is_needed(tokens: &[Token]) -> bool {
+    (0..tokens.len()).any(|index| {
+        let Some(denial) = denial(tokens, index) else {
+            return false;
+        };
+        let token = &tokens[index];
+        if token.is_one_of(GOOD) {
+            return true;
+        }
+        if token.is_one_of(NEEDED_OF_DATA) {
+            return tokens[..denial]
+                .iter()
+                .rfind(|token| !token.is_one_of(BETWEEN))
+                .is_none_or(|token| token.is_one_of(DATA));
+        }
+        let next = tokens[index + 1..]
+            .iter()
+            .find(|token| !token.is_one_of(BETWEEN));
+        token.is_one_of(NEEDED) && !next.is_some_and(|token| token.is_one_of(MAY_BE_MISSING))
+    })
+}
+
+/// Tells whether words that are harmless one by one say together that samples are no evidence.
+fn has_faulty_phrase(tokens: &[Token]) -> bool {
+    FAULTY_PHRASES.iter().any(|phrase| {
+        (0..tokens.len()).any(|start| {
+            let mut rest = tokens[start..].iter().enumerate();
+            let fits = phrase.iter().enumerate().all(|(place, words)| {
+                rest.find(|(_, token)| {
+                    place == 0 || token.is_one_of(words) || !token.is_one_of(BETWEEN)
+                })
+                .is_some_and(|(_, token)| token.is_one_of(words))
+            });
+            fits && denial(tokens, start).is_none()
+        })
+    })
+}
+
+/// Tells whether a number stands where an instant is expected, without a unit.
+fn has_bare_instant(tokens: &[Token]) -> bool {
+    (1..tokens.len()).any(|index| {
+        let is_number = matches!(tokens[index], Token::Number(_));
+        let before = tokens[..index].iter().rfind(|token| {
+            !token.is_one_of(BETWEEN) && !token.is_one_of(&["TIME", "ABOUT", "APPROX", "T"])
+        });
+        let stands_for_one =
+            before.is_some_and(|token| token.is_one_of(AT)) || tokens[index - 1].is_one_of(&["T"]);
+        let after = tokens.get(index + 1);
+        let has_unit =
+            after.is_some_and(|token| token.is_one_of(OTHER_UNITS) || token.exponent().is_some());
+        // "from 60 to 65 ms": the unit stands at the second one.
+        let in_stretch = after
+            .is_some_and(|token| matches!(token, Token::Number(_)) || token.is_one_of(STRETCH))
+            && tokens[index + 1..]
+                .iter()
+                .take(3)
+                .any(|token| token.exponent().is_some());
+        is_number && stands_for_one && !has_unit && !in_stretch
+    })
+}
+
+/// Words between the two ends of a stretch of time.
+const STRETCH: &[&str] = &["AND", "TO", "BIS", "UND"];
 
 /// Characters of a note that are shown.
 const LONGEST_NOTE: usize = 300;
@@ -149,30 +486,82 @@ const NO_COMMENTS: &[&str] = &[
 /// Returns the finding for a comment: what it says of the samples, and where it says nothing
 /// of them that is known here, its text to be read by a person.
 pub(super) fn told(comment: &str, instant: Option<f64>) -> Option<Finding> {
-    finding(comment, instant).or_else(|| {
-        let nothing = NO_COMMENTS.contains(&words(comment).join(" ").as_str());
-        (!nothing).then(|| Finding {
-            at_s: instant,
-            ..Finding::info(
-                "notes",
-                format!(
-                    "the laboratory notes: \"{}\"",
-                    comment
-                        .trim()
-                        .chars()
-                        .take(LONGEST_NOTE)
-                        .collect::<String>()
-                ),
-            )
+    finding(comment, instant).or_else(|| note(comment, instant))
+}
+
+/// Returns the finding for a comment that was cut into pieces at a fixed width.
+///
+/// Whether a blank was lost at a cut is not known: of all ways to join the pieces, the one that
+/// leaves the samples the least worth counts.
+pub(super) fn told_in_pieces(pieces: &[&str], instant: Option<f64>) -> Option<Finding> {
+    joined(pieces)
+        .into_iter()
+        .filter_map(|text| Some((remark(&text)?.weight(), text)))
+        .reduce(|worst, next| {
+            let worse = next
+                .0
+                .0
+                .cmp(&worst.0.0)
+                .then(next.0.1.total_cmp(&worst.0.1));
+            if worse.is_gt() { next } else { worst }
         })
+        .and_then(|(_, text)| finding(&text, instant))
+        .or_else(|| note(&pieces.join(" "), instant))
+}
+
+/// Cuts up to which every way of joining is looked at.
+const ALL_WAYS: usize = 6;
+
+/// Joins pieces with and without blanks at the cuts.
+fn joined(pieces: &[&str]) -> Vec<String> {
+    let cuts = pieces.len().saturating_sub(1);
+    if cuts <= ALL_WAYS {
+        return (0..1_u32 << cuts)
+            .map(|way| {
+                let mut text = String::new();
+                for (index, piece) in pieces.iter().enumerate() {
+                    if index > 0 && (way >> (index - 1)) & 1 == 0 {
+                        text.push(' ');
+                    }
+                    text.push_str(piece);
+                }
+                text
+            })
+            .collect();
+    }
+    let mut ways = vec![pieces.join(" "), pieces.concat()];
+    // A comment of a few lines somewhere in many.
+    ways.extend(pieces.windows(ALL_WAYS).flat_map(joined));
+    ways
+}
+
+fn note(comment: &str, instant: Option<f64>) -> Option<Finding> {
+    let words: Vec<String> = tokens(comment)
+        .iter()
+        .filter(|token| **token != Token::Break)
+        .map(Token::shown)
+        .collect();
+    let nothing = NO_COMMENTS.contains(&words.join(" ").as_str());
+    (!nothing).then(|| Finding {
+        at_s: instant,
+        ..Finding::info(
+            "notes",
+            format!("the laboratory notes: \"{}\"", shortened(comment)),
+        )
     })
+}
+
+fn shortened(comment: &str) -> String {
+    comment.trim().chars().take(LONGEST_NOTE).collect()
 }
 
 /// Returns the finding for what a comment says; `instant` stands in for a remark without a
 /// time of its own [s].
 pub(super) fn finding(comment: &str, instant: Option<f64>) -> Option<Finding> {
     let comment = comment.trim();
-    let (finding, at_s) = match remark(comment)? {
+    let remark = remark(comment)?;
+    let comment = shortened(comment);
+    let (finding, at_s) = match remark {
         Remark::Invalid(at_s) => (
             Finding::blocking(
                 "invalid-by-laboratory",
@@ -187,6 +576,16 @@ pub(super) fn finding(comment: &str, instant: Option<f64>) -> Option<Finding> {
             ),
             at_s,
         ),
+        Remark::Unclear => (
+            Finding::warning(
+                "laboratory-remark",
+                format!(
+                    "the laboratory says of this channel: \"{comment}\"; what it says of that \
+                     instant is not understood here: read it before the verdict is used"
+                ),
+            ),
+            None,
+        ),
     };
     Some(Finding {
         at_s: at_s.or(instant),
@@ -194,102 +593,246 @@ pub(super) fn finding(comment: &str, instant: Option<f64>) -> Option<Finding> {
     })
 }
 
-/// Tells whether "no", "not" or the like stands right before a word.
-fn denied(words: &[String], index: usize) -> bool {
-    index > 0
-        && matches!(
-            words[index - 1].as_str(),
-            "NO" | "NOT" | "WITHOUT" | "NON" | "KEINE" | "NICHT"
-        )
-}
-
-/// Splits a comment into words in capitals; a number and a unit written together come apart.
-fn words(comment: &str) -> Vec<String> {
-    let mut words: Vec<String> = Vec::new();
-    let mut word = String::new();
-    let mut flush = |word: &mut String| {
-        let trimmed = word.trim_matches(['.', ',', '-', '+']);
-        // A minus before a digit belongs to the number.
-        let sign = if word.starts_with('-') && trimmed.starts_with(|c: char| c.is_ascii_digit()) {
-            "-"
-        } else {
-            ""
-        };
-        if !trimmed.is_empty() {
-            words.push(format!("{sign}{trimmed}"));
-        }
-        word.clear();
-    };
-    for character in comment.chars() {
-        if !character.is_alphanumeric() && !matches!(character, '.' | ',' | '-' | '+') {
-            flush(&mut word);
-            continue;
-        }
-        let before = word.chars().last();
-        let splits = match before {
-            // "64.6MS"
-            Some(last) => last.is_ascii_digit() && character.is_alphabetic(),
-            None => false,
-        };
-        // "EVENT,QUESTIONABLE" and "60-65"
-        let joins = matches!(character, ',' | '-' | '+' | '.') && !word.is_empty();
-        if splits {
-            flush(&mut word);
-        }
-        if joins && (character == '-' || !before.is_some_and(|c| c.is_ascii_digit())) {
-            flush(&mut word);
-            if character == '-' && before.is_some_and(|c| c.is_ascii_digit()) {
-                continue;
-            }
-        }
-        word.extend(character.to_uppercase());
+/// Takes what the laboratory says of an instant outside of the record, from `start_s` to
+/// `end_s` with samples `interval_s` apart [s], as said of all of it: clock or instant are not
+/// what they seem.
+pub(super) fn hold_against_record(
+    finding: &mut Finding,
+    start_s: f64,
+    end_s: f64,
+    interval_s: f64,
+) {
+    if finding.code != "invalid-by-laboratory" {
+        return;
     }
-    flush(&mut word);
-    words
+    let Some(at_s) = finding.at_s else { return };
+    // A curve may end with the last sample that is good.
+    if (start_s - interval_s..=end_s + interval_s).contains(&at_s) {
+        return;
+    }
+    finding.at_s = None;
+    finding.text = format!(
+        "{}; {at_s} s lies outside of the record, from {start_s} s to {end_s} s, so that no \
+         sample is taken for good",
+        finding.text
+    );
 }
 
-/// Finds numbers with a unit of time: index of the number among the words, and instant [s].
-fn instants(words: &[String]) -> Vec<(usize, f64)> {
-    // The exponent goes in before the number is read, so that 64.6 ms are 0.0646 s to the bit.
-    let number = |word: &String, exponent: i32| -> Option<f64> {
-        format!("{}e{exponent}", word.replace(',', "."))
+/// Returns the index of the denial of a word: "no", "not" or the like before it.
+fn denial(tokens: &[Token], index: usize) -> Option<usize> {
+    let may_be_missing = tokens[index].is_one_of(MAY_BE_MISSING);
+    let at = tokens[..index].iter().rposition(|token| {
+        let passed = token.is_one_of(BETWEEN)
+            || (may_be_missing && token.is_one_of(&["DATA", "SIGNAL", "CHANNEL", "DATEN"]));
+        !passed
+    })?;
+    tokens[at].is_one_of(DENIALS).then_some(at)
+}
+
+/// A part of a comment.
+#[derive(Debug, Clone, PartialEq)]
+enum Token {
+    /// A word in capitals, umlauts written out.
+    Word(String),
+    /// A number: digits with a decimal point, and power of ten; `None` if it can be read in two
+    /// ways, such as 1,000.
+    Number(Option<(String, i32)>),
+    /// The end of a sentence or a part of one.
+    Break,
+}
+
+impl Token {
+    fn is_one_of(&self, list: &[&str]) -> bool {
+        match self {
+            Self::Word(word) => list.contains(&word.as_str()),
+            Self::Number(_) | Self::Break => false,
+        }
+    }
+
+    /// Returns the power of ten of a unit of time in seconds.
+    fn exponent(&self) -> Option<i32> {
+        let Self::Word(word) = self else { return None };
+        match word.as_str() {
+            "S" | "SEC" | "SECS" | "SECOND" | "SECONDS" | "SEK" | "SEKUNDE" | "SEKUNDEN" => Some(0),
+            "MS" | "MSEC" | "MSECS" | "MSECOND" | "MSECONDS" | "MSEK" => Some(-3),
+            "US" | "USEC" | "USECS" => Some(-6),
+            // NHTSA's own files hold "MILLSECONDS".
+            other if other.contains("SEC") || other.contains("SEK") => {
+                if other.starts_with("MIL") {
+                    Some(-3)
+                } else if other.starts_with("MICRO") || other.starts_with("MIKRO") {
+                    Some(-6)
+                } else {
+                    None
+                }
+            }
+            _ => None,
+        }
+    }
+
+    /// Returns the number in a unit that is `exponent` powers of ten of a second [s].
+    fn instant(&self, exponent: i32) -> Option<f64> {
+        // The exponent goes in before the number is read, so that 64.6 ms are 0.0646 s to the
+        // bit.
+        let Self::Number(Some((digits, own))) = self else {
+            return None;
+        };
+        format!("{digits}e{}", own + exponent)
             .parse::<f64>()
             .ok()
             .filter(|value| value.is_finite())
-    };
-    let mut found = Vec::new();
-    for (index, pair) in words.windows(2).enumerate() {
-        let Some(exponent) = exponent(&pair[1]) else {
-            continue;
-        };
-        let Some(instant) = number(&pair[0], exponent) else {
-            continue;
-        };
-        found.push((index, instant));
-        // "between 60 and 65 ms", "60 to 65 ms", "60-65 ms"
-        let earlier = match index {
-            0 => None,
-            1 => number(&words[0], exponent),
-            _ => match words[index - 1].as_str() {
-                "AND" | "TO" | "BIS" | "UND" => number(&words[index - 2], exponent),
-                _ => number(&words[index - 1], exponent),
-            },
-        };
-        found.extend(earlier.map(|earlier| (index, earlier)));
+    }
+
+    fn shown(&self) -> String {
+        match self {
+            Self::Word(word) => word.clone(),
+            Self::Number(Some((digits, _))) => digits.clone(),
+            Self::Number(None) => "?".into(),
+            Self::Break => String::new(),
+        }
+    }
+}
+
+/// Splits a comment; a number and a unit written together come apart.
+fn tokens(comment: &str) -> Vec<Token> {
+    let characters: Vec<char> = capitals(comment);
+    let mut found: Vec<Token> = Vec::new();
+    let mut at = 0;
+    while at < characters.len() {
+        let character = characters[at];
+        let next = characters.get(at + 1).copied();
+        let digit_next = next.is_some_and(|c| c.is_ascii_digit());
+        let free = at == 0 || !characters[at - 1].is_alphanumeric();
+        let signed = matches!(character, '-' | '+')
+            && free
+            && (digit_next
+                || (matches!(next, Some('.' | ','))
+                    && characters.get(at + 2).is_some_and(char::is_ascii_digit)));
+        let begins_number =
+            character.is_ascii_digit() || (matches!(character, '.' | ',') && digit_next) || signed;
+        if begins_number {
+            let (number, end) = number(&characters, at);
+            found.push(number);
+            at = end;
+        } else if character.is_alphanumeric() {
+            let start = at;
+            while at < characters.len() && characters[at].is_alphanumeric() {
+                at += 1;
+            }
+            found.push(Token::Word(characters[start..at].iter().collect()));
+        } else {
+            let dash = character == '-' && free && !next.is_some_and(char::is_alphanumeric);
+            let ends = matches!(character, ';' | '.' | ',' | ':' | '!' | '?') || dash;
+            if ends && found.last().is_some_and(|last| *last != Token::Break) {
+                found.push(Token::Break);
+            }
+            at += 1;
+        }
+    }
+    if found.last() == Some(&Token::Break) {
+        found.pop();
     }
     found
 }
 
-/// Returns the power of ten of a unit of time in seconds.
-fn exponent(word: &str) -> Option<i32> {
-    match word {
-        "S" | "SEC" | "SECS" | "SECOND" | "SECONDS" | "SEKUNDEN" => Some(0),
-        "MS" | "MSEC" | "MSECS" | "MILLISEKUNDEN" => Some(-3),
-        "US" | "USEC" | "MICROSECONDS" => Some(-6),
-        // NHTSA's own files hold "MILLSECONDS".
-        other if other.starts_with("MILL") && other.contains("SECOND") => Some(-3),
-        _ => None,
+/// Returns the characters in capitals, umlauts written out, without apostrophes.
+fn capitals(comment: &str) -> Vec<char> {
+    let mut found = Vec::with_capacity(comment.len());
+    for character in comment.chars().flat_map(char::to_uppercase) {
+        match character {
+            'Ä' => found.extend(['A', 'E']),
+            'Ö' => found.extend(['O', 'E']),
+            'Ü' => found.extend(['U', 'E']),
+            '\'' | '\u{2019}' => {}
+            '\u{2013}' | '\u{2014}' | '\u{2212}' => found.push('-'),
+            other => found.push(other),
+        }
     }
+    found
+}
+
+/// Reads the number that begins at a place, and returns it with the place after it.
+fn number(characters: &[char], start: usize) -> (Token, usize) {
+    let mut digits = String::new();
+    let mut at = start;
+    if matches!(characters[at], '-' | '+') {
+        digits.push(characters[at]);
+        at += 1;
+    }
+    let is_digit = |at: usize| characters.get(at).is_some_and(char::is_ascii_digit);
+    let (mut whole, mut decimals, mut marks, mut comma) = (0, 0, 0, false);
+    let mut leading_zero = false;
+    loop {
+        match characters.get(at) {
+            Some(digit) if digit.is_ascii_digit() => {
+                if marks == 0 {
+                    leading_zero |= whole == 0 && *digit == '0';
+                    whole += 1;
+                } else {
+                    decimals += 1;
+                }
+                digits.push(*digit);
+            }
+            Some(mark @ ('.' | ',')) if is_digit(at + 1) => {
+                marks += 1;
+                comma |= *mark == ',';
+                digits.push('.');
+            }
+            _ => break,
+        }
+        at += 1;
+    }
+    // 1.0E-2, but not 10 EVENTS.
+    let mut exponent = 0_i32;
+    if characters.get(at) == Some(&'E') {
+        let signed = usize::from(matches!(characters.get(at + 1), Some('-' | '+')));
+        if is_digit(at + 1 + signed) {
+            let first = at + 1;
+            at = first + signed;
+            while is_digit(at) {
+                at += 1;
+            }
+            let text: String = characters[first..at].iter().collect();
+            exponent = text.parse::<i32>().unwrap_or(0).clamp(-400, 400);
+        }
+    }
+    let thousands = comma && decimals == 3 && (1..=3).contains(&whole) && !leading_zero;
+    let readable = marks <= 1 && !thousands;
+    (Token::Number(readable.then_some((digits, exponent))), at)
+}
+
+/// Finds numbers with a unit of time: index of the number among the tokens, and instant [s];
+/// `None` where it can be read in two ways.
+fn instants(tokens: &[Token]) -> Vec<(usize, Option<f64>)> {
+    let is_number = |index: usize| matches!(tokens[index], Token::Number(_));
+    let mut found = Vec::new();
+    for index in 0..tokens.len().saturating_sub(1) {
+        let Some(exponent) = tokens[index + 1].exponent() else {
+            continue;
+        };
+        if !is_number(index) {
+            continue;
+        }
+        let instant = tokens[index].instant(exponent);
+        found.push((index, instant));
+        // "between 60 and 65 ms", "60 to 65 ms", "60-65 ms"
+        let earlier = if index >= 1 && is_number(index - 1) {
+            Some(index - 1)
+        } else if index >= 2 && tokens[index - 1].is_one_of(STRETCH) && is_number(index - 2) {
+            Some(index - 2)
+        } else {
+            None
+        };
+        if let Some(earlier) = earlier {
+            let start = tokens[earlier].instant(exponent);
+            // 10-2 s is no stretch.
+            found.push((
+                index,
+                start.filter(|start| instant.is_some_and(|end| *start <= end)),
+            ));
+        }
+    }
+    found
 }
 
 #[cfg(test)]
@@ -317,6 +860,33 @@ mod tests {
             ("CLIPPED BETWEEN 60 AND 65 MS", 0.06),
             ("saturated 60-65 ms", 0.06),
             ("QUESTIONABLE FROM 60 TO 65 MS", 0.06),
+            ("NO VALID DATA AFTER .010 SECONDS", 0.01),
+            ("NO VALID DATA AFTER 1.0E-2 S", 0.01),
+            ("NO VALID DATA AFTER 10 MILISECONDS", 0.01),
+            ("NO DATA AFTER 10 MILLISECONDS", 0.01),
+            ("DATA NOT USEABLE AFTER 10 MS", 0.01),
+            ("DO NOT USE DATA AFTER 10 MS", 0.01),
+            ("DATA OK UNTIL 10 MS", 0.01),
+            ("VALID DATA ENDS AT 10 MS", 0.01),
+            ("DATA ENDS AT 10 MS", 0.01),
+            ("DATA IS NOT CONSIDERED VALID AFTER 10 MS", 0.01),
+            ("OVER RANGE AT 10 MS", 0.01),
+            ("OVER-RANGE AT 10 MS", 0.01),
+            ("OFF SCALE AT 10 MS", 0.01),
+            ("REACHED FULL SCALE AT 10 MS", 0.01),
+            ("FULL SCALE WAS REACHED AT 10 MS", 0.01),
+            ("CABLE CUT AT 10 MS", 0.01),
+            ("SENSOR CAME OFF AT 10 MS", 0.01),
+            ("CHANNEL WENT OPEN AT 10 MS", 0.01),
+            ("CHANNEL INOPERATIVE AFTER 10 MS", 0.01),
+            ("DATA TRUNCATED AT 10 MS", 0.01),
+            ("DISREGARD DATA AFTER 10 MS", 0.01),
+            ("NO FAILURE, DATA LOST AFTER 10 MS", 0.01),
+            ("NO VALID DATA AFTER 10 MS; TRIGGER AT 1 SECOND", 0.01),
+            ("KEINE DATEN AB 10 MS", 0.01),
+            ("ungültig ab 10 ms", 0.01),
+            ("UNGUELTIG AB 10 MS", 0.01),
+            ("Kabelbruch bei 10 ms", 0.01),
         ] {
             check_remark(comment, Some(Remark::Invalid(Some(instant))));
         }
@@ -327,10 +897,29 @@ mod tests {
             "NO VALID DATA BEFORE 12 MS",
             "data valid after 12 ms",
             "LOST COMMUNICATION",
+            "QUES. DATA THROUGHOUT THE EVENT.",
+            "NO DATA",
+            "DID NOT RECORD",
+            "ACCELEROMETER NOT RECORDED",
+            "NO DATA CHANNEL FAILED",
+            "WRONG POLARITY",
+            // Read in two ways, or without a unit: no sample is good.
+            "NO VALID DATA AFTER 1,000 MS",
+            "QUESTIONABLE AFTER 10",
+            "NO VALID DATA AFTER T=10; TRIGGER AT 100 MS",
+            "NO VALID DATA AFTER 10-2 S",
         ] {
             check_remark(comment, Some(Remark::Invalid(None)));
         }
         check_remark("SPIKE AT 40 MS", Some(Remark::Doubtful(Some(0.04))));
+        check_remark("POLARITY REVERSED", Some(Remark::Doubtful(None)));
+        for comment in [
+            "TIME ZERO AT 20 MS",
+            "SOMETHING HAPPENED AT 10 MS",
+            "CHANNEL OK, TRIGGER AT 20 MS",
+        ] {
+            check_remark(comment, Some(Remark::Unclear));
+        }
         for comment in [
             "",
             "NO COMMENTS",
@@ -339,7 +928,12 @@ mod tests {
             "OK",
             "SEAT BELT CLIP",
             "FILTERED AT 1650 HZ",
-            "TIME ZERO AT 20 MS",
+            "ANTI-ALIAS CUT-OFF 1650 HZ, 5 V AT FULL SCALE",
+            "NO DATA LOST",
+            "NO DATA WAS LOST AFTER THE EVENT",
+            "NO SIGNAL CONDITIONING USED",
+            "SERIAL NUMBER NOT RECORDED",
+            "IMPACT AT 15 M/S",
         ] {
             check_remark(comment, None);
         }
