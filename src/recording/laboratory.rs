@@ -377,13 +377,16 @@ pub(super) fn remark(comment: &str) -> Option<Remark> {
         .filter_map(|(_, at_s)| *at_s)
         .min_by(f64::total_cmp)
         .filter(|_| placed);
+    // "from 60 to 65 ms" names a stretch, not all that came before.
+    let stretch = tokens
+        .iter()
+        .position(|token| token.is_one_of(&["FROM", "BETWEEN"]));
     let points_before = instants.iter().any(|(index, _)| {
         let from = index.saturating_sub(3);
         tokens[from..*index]
             .iter()
             .any(|token| token.is_one_of(BEFORE))
-            // "from 60 to 65 ms" names a stretch, not all that came before.
-            && !tokens[..*index].iter().any(|token| token.is_one_of(&["FROM", "BETWEEN"]))
+            && stretch.is_none_or(|stretch| stretch >= *index)
     });
     if says(FAULTS) || has_faulty_phrase(&tokens) || denies_what_is_needed(&tokens) {
         return Some(Remark::Invalid(first.filter(|_| !points_before)));
@@ -404,10 +407,16 @@ pub(super) fn remark(comment: &str) -> Option<Remark> {
 /// Tells whether a denial takes the worth from the samples.
 fn denies_what_is_needed(tokens: &[Token]) -> bool {
     (0..tokens.len()).any(|index| {
+        let token = &tokens[index];
+        if ![GOOD, NEEDED, NEEDED_OF_DATA]
+            .iter()
+            .any(|list| token.is_one_of(list))
+        {
+            return false;
+        }
         let Some(denial) = denial(tokens, index) else {
             return false;
         };
-        let token = &tokens[index];
         if token.is_one_of(GOOD) {
             return true;
         }
@@ -469,6 +478,9 @@ const STRETCH: &[&str] = &["AND", "TO", "BIS", "UND"];
 /// Characters of a note that are shown.
 const LONGEST_NOTE: usize = 300;
 
+/// Characters of a remark that are shown.
+const LONGEST_REMARK: usize = 2000;
+
 /// Words that fill the place of a comment.
 const NO_COMMENTS: &[&str] = &[
     "",
@@ -509,8 +521,11 @@ pub(super) fn told_in_pieces(pieces: &[&str], instant: Option<f64>) -> Option<Fi
         .or_else(|| note(&pieces.join(" "), instant))
 }
 
-/// Cuts up to which every way of joining is looked at.
-const ALL_WAYS: usize = 6;
+/// Cuts up to which every way of joining all pieces is looked at.
+const ALL_WAYS: usize = 4;
+
+/// Pieces that are looked at together where there are more.
+const TOGETHER: usize = 3;
 
 /// Joins pieces with and without blanks at the cuts.
 fn joined(pieces: &[&str]) -> Vec<String> {
@@ -531,7 +546,7 @@ fn joined(pieces: &[&str]) -> Vec<String> {
     }
     let mut ways = vec![pieces.join(" "), pieces.concat()];
     // A comment of a few lines somewhere in many.
-    ways.extend(pieces.windows(ALL_WAYS).flat_map(joined));
+    ways.extend(pieces.windows(TOGETHER).flat_map(joined));
     ways
 }
 
@@ -546,13 +561,16 @@ fn note(comment: &str, instant: Option<f64>) -> Option<Finding> {
         at_s: instant,
         ..Finding::info(
             "notes",
-            format!("the laboratory notes: \"{}\"", shortened(comment)),
+            format!(
+                "the laboratory notes: \"{}\"",
+                shortened(comment, LONGEST_NOTE)
+            ),
         )
     })
 }
 
-fn shortened(comment: &str) -> String {
-    comment.trim().chars().take(LONGEST_NOTE).collect()
+fn shortened(comment: &str, most: usize) -> String {
+    comment.trim().chars().take(most).collect()
 }
 
 /// Returns the finding for what a comment says; `instant` stands in for a remark without a
@@ -560,7 +578,7 @@ fn shortened(comment: &str) -> String {
 pub(super) fn finding(comment: &str, instant: Option<f64>) -> Option<Finding> {
     let comment = comment.trim();
     let remark = remark(comment)?;
-    let comment = shortened(comment);
+    let comment = shortened(comment, LONGEST_REMARK);
     let (finding, at_s) = match remark {
         Remark::Invalid(at_s) => (
             Finding::blocking(
@@ -837,7 +855,7 @@ fn instants(tokens: &[Token]) -> Vec<(usize, Option<f64>)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Remark, remark};
+    use super::{Remark, remark, told_in_pieces};
 
     #[track_caller]
     fn check_remark(comment: &str, expected: Option<Remark>) {
@@ -936,6 +954,43 @@ mod tests {
             "IMPACT AT 15 M/S",
         ] {
             check_remark(comment, None);
+        }
+    }
+
+    /// Words may be cut, and not be cut, in one comment.
+    #[test]
+    fn val_pieces_of_a_comment_are_joined_both_ways() {
+        let filler = ["a word"; 8];
+        for pieces in [
+            &["no val", "id data after 10 ms"][..],
+            &["no", "valid data after 10 ms"],
+            &["no val", "id data", "after 10 ms"],
+            &["no val", "id data after 1", "0 ms"],
+            &[
+                &filler[..],
+                &["no val", "id data", "after 10 ms"],
+                &filler[..],
+            ]
+            .concat(),
+        ] {
+            let finding = told_in_pieces(pieces, None).unwrap();
+            assert_eq!(finding.code, "invalid-by-laboratory", "{pieces:?}");
+            assert!(
+                finding.at_s.is_some_and(|at_s| at_s <= 0.01),
+                "{pieces:?}: {finding:?}"
+            );
+        }
+        assert_eq!(
+            told_in_pieces(&["door, lower", "hinge"], None).map(|finding| finding.code),
+            Some("notes")
+        );
+    }
+
+    /// The work grows with the length of a comment, not with its square.
+    #[test]
+    fn regress_long_comments_are_read_in_one_pass() {
+        for part in ["TO 1 S ", "NO THE DATA ", "A CABLE THE ", "AT THE 1 "] {
+            let _ = remark(&part.repeat(100_000));
         }
     }
 }

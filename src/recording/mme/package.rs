@@ -96,10 +96,13 @@ fn number_of(name: &str) -> Option<u32> {
 /// side would be a guess.
 fn check_one_test(names: &[String], in_archive: bool) -> Result<(), Error> {
     const LISTED: usize = 8;
-    // Of each test, one file that shows it.
+    // Of each test, one file that shows it; its own header, if there is one.
     let mut tests: BTreeMap<(String, String), &String> = BTreeMap::new();
     for name in names {
-        tests.entry(test_of(name)).or_insert(name);
+        let shows = tests.entry(test_of(name)).or_insert(name);
+        if suffix_of(name).is_some_and(|suffix| suffix.eq_ignore_ascii_case("mme")) {
+            *shows = name;
+        }
     }
     if tests.len() > 1 {
         let mut shown: Vec<String> = tests

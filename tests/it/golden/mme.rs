@@ -422,7 +422,7 @@ pub(super) fn cases() -> Vec<Case> {
             let mut case = refused(
                 "two tests in a folder",
                 "",
-                &["files of one test", "A.001", "B.001", "name the .mme"],
+                &["files of one test", "A.mme", "B.mme", "name the .mme"],
             )
             .open("");
             case.files = two_tests(["", ""]);
