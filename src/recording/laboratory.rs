@@ -973,10 +973,11 @@ mod tests {
             ]
             .concat(),
         ] {
-            let finding = told_in_pieces(pieces, None).unwrap();
+            let finding = told_in_pieces(pieces, None).expect("a finding");
             assert_eq!(finding.code, "invalid-by-laboratory", "{pieces:?}");
+            // From there on, or throughout where a reading has no instant.
             assert!(
-                finding.at_s.is_some_and(|at_s| at_s <= 0.01),
+                finding.at_s.is_none_or(|at_s| at_s <= 0.01),
                 "{pieces:?}: {finding:?}"
             );
         }
@@ -989,8 +990,16 @@ mod tests {
     /// The work grows with the length of a comment, not with its square.
     #[test]
     fn regress_long_comments_are_read_in_one_pass() {
-        for part in ["TO 1 S ", "NO THE DATA ", "A CABLE THE ", "AT THE 1 "] {
-            let _ = remark(&part.repeat(100_000));
+        let started = std::time::Instant::now();
+        for (part, expected) in [
+            ("TO 1 S ", Some(Remark::Unclear)),
+            ("NO THE DATA ", Some(Remark::Invalid(None))),
+            ("A CABLE THE ", None),
+            ("AT THE 1 ", None),
+        ] {
+            assert_eq!(remark(&part.repeat(50_000)), expected, "{part}");
         }
+        // Generous, for a busy machine: by the square it would be many minutes.
+        assert!(started.elapsed().as_secs() < 30);
     }
 }
