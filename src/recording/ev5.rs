@@ -440,10 +440,19 @@ fn channel(
     let clock = Clock::find(&curve, entry, options, limits, &mut findings)?;
     let zero = options.time_zero_s.unwrap_or(0.0);
     if let Some(entry) = entry {
-        findings.extend(entry.validity_findings());
-        findings.extend(entry.peak_finding(&clock.values));
+        let confirmed = entry.clock().is_some()
+            && !findings
+                .iter()
+                .any(|finding| finding.code == "time-contradicted");
+        findings.extend(entry.time_unit_finding(confirmed));
         let end_s =
             clock.start_s + to_f64(clock.values.len().saturating_sub(1)) / clock.rate.hertz();
+        for mut finding in entry.validity_findings() {
+            let interval_s = 1.0 / clock.rate.hertz();
+            laboratory::hold_against_record(&mut finding, clock.start_s, end_s, interval_s);
+            findings.push(finding);
+        }
+        findings.extend(entry.peak_finding(&clock.values));
         findings.extend(entry.count_finding(curve.values.len(), end_s));
     }
     for finding in &mut findings {

@@ -2,84 +2,18 @@
 //!
 //! Status codes often say that all is well where the comment says until when: "NO VALID DATA
 //! AFTER 64.6 MILLISECONDS". The comment counts. What it says of a time is taken as the instant
-//! on the file's clock from which the samples are no evidence.
+//! on the file's clock from which the samples are no evidence. A comment that names an instant
+//! and is not understood asks for a look: it may say the same in words that are not known here.
+
+mod tokens;
+mod words;
 
 use super::Finding;
-
-/// Words that take the worth from a sample.
-const FAULTS: &[&str] = &[
-    "INVALID",
-    "QUESTIONABLE",
-    "EXCEEDED",
-    "EXCEEDS",
-    "SATURATED",
-    "SATURATES",
-    "SATURATION",
-    "CLIPPED",
-    "CLIPPING",
-    "CLIPS",
-    "OVERRANGE",
-    "OVERRANGED",
-    "OVERLOAD",
-    "OVERLOADED",
-    "LOST",
-    "LOSS",
-    "FAILED",
-    "FAILS",
-    "FAILURE",
-    "DISCONNECTED",
-    "BROKE",
-    "BROKEN",
-    "SEVERED",
-    "DROPOUT",
-    "DROPOUTS",
-    "ERRATIC",
-    "UNRELIABLE",
-    "UNUSABLE",
-    "SUSPECT",
-    "DEFECT",
-    "DEFECTIVE",
-    "MALFUNCTION",
-    "MALFUNCTIONED",
-    "MEANINGLESS",
-    "BAD",
-    "DAMAGED",
-    "INTERMITTENT",
-    "DETACHED",
-    "LOOSE",
-    "DEBONDED",
-    "UNPLUGGED",
-    "CORRUPT",
-    "CORRUPTED",
-    "DEAD",
-    "UNGÜLTIG",
-    "AUSGEFALLEN",
-    "ÜBERSTEUERT",
-    "DEFEKT",
-];
-
-/// Words for what is worth a look.
-const DOUBTS: &[&str] = &[
-    "SPIKE",
-    "SPIKES",
-    "NOISE",
-    "NOISY",
-    "DRIFT",
-    "DRIFTS",
-    "SHIFT",
-    "SHIFTED",
-    "ANOMALY",
-    "ANOMALIES",
-    "ANOMALOUS",
-];
-
-/// Words for samples that can be used.
-const GOOD: &[&str] = &["VALID", "GOOD", "USABLE", "GÜLTIG"];
-
-/// Words that point to the time before an instant.
-const BEFORE: &[&str] = &[
-    "BEFORE", "PRIOR", "UNTIL", "TILL", "TO", "THROUGH", "FIRST", "WITHIN", "BIS", "VOR",
-];
+use tokens::{Token, instants, tokens};
+use words::{
+    AT, BEFORE, BETWEEN, DATA, DENIALS, DOUBTS, FAULTS, FAULTY_PHRASES, GOOD, LIMITING,
+    MAY_BE_MISSING, NEEDED, NEEDED_OF_DATA, NO_COMMENTS, OTHER_UNITS, STRETCH,
+};
 
 /// What a remark says of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,91 +22,223 @@ pub(super) enum Remark {
     Invalid(Option<f64>),
     /// They are worth a look: from an instant on, or throughout.
     Doubtful(Option<f64>),
+    /// An instant is named, and what happened then is not understood.
+    Unclear,
+}
+
+impl Remark {
+    /// Orders remarks: the higher, the less the samples are worth.
+    fn weight(self) -> (u8, f64) {
+        let early = |at_s: Option<f64>| at_s.map_or(f64::INFINITY, |at_s| -at_s);
+        match self {
+            Self::Unclear => (0, 0.0),
+            Self::Doubtful(at_s) => (1, early(at_s)),
+            Self::Invalid(at_s) => (2, early(at_s)),
+        }
+    }
 }
 
 /// Reads what a comment says of the samples; `None` if nothing.
 pub(super) fn remark(comment: &str) -> Option<Remark> {
-    let words = words(comment);
+    let tokens = tokens(comment);
+    let instants = instants(&tokens);
     let says = |list: &[&str]| {
-        words
-            .iter()
-            .enumerate()
-            .any(|(index, word)| list.contains(&word.as_str()) && !denied(&words, index))
+        (0..tokens.len())
+            .any(|index| tokens[index].is_one_of(list) && denial(&tokens, index).is_none())
     };
-    let denies_good = words
-        .iter()
-        .enumerate()
-        .any(|(index, word)| GOOD.contains(&word.as_str()) && denied(&words, index));
-    let instants = instants(&words);
+    // What cannot be placed counts throughout.
+    let placed = !has_bare_instant(&tokens) && instants.iter().all(|(_, at_s)| at_s.is_some());
     let first = instants
         .iter()
-        .map(|(_, instant)| *instant)
-        .min_by(f64::total_cmp);
+        .filter_map(|(_, at_s)| *at_s)
+        .min_by(f64::total_cmp)
+        .filter(|_| placed);
+    // "from 60 to 65 ms" names a stretch, not all that came before.
+    let stretch = tokens
+        .iter()
+        .position(|token| token.is_one_of(&["FROM", "BETWEEN"]));
     let points_before = instants.iter().any(|(index, _)| {
         let from = index.saturating_sub(3);
-        words[from..*index]
+        tokens[from..*index]
             .iter()
-            .any(|word| BEFORE.contains(&word.as_str()))
-            // "from 60 to 65 ms" names a stretch, not all that came before.
-            && !words[..*index].iter().any(|word| word == "FROM" || word == "BETWEEN")
+            .any(|token| token.is_one_of(BEFORE))
+            && stretch.is_none_or(|stretch| stretch >= *index)
     });
-    if says(FAULTS) || denies_good {
+    if says(FAULTS) || has_faulty_phrase(&tokens) || denies_what_is_needed(&tokens) {
         return Some(Remark::Invalid(first.filter(|_| !points_before)));
     }
-    if says(GOOD) && first.is_some() {
+    let limited = tokens
+        .iter()
+        .any(|token| token.is_one_of(LIMITING) || token.is_one_of(BEFORE));
+    if says(GOOD) && limited && !instants.is_empty() {
         // "valid until 80 ms" against "valid after 10 ms", which spoils the start.
         return Some(Remark::Invalid(first.filter(|_| points_before)));
     }
     if says(DOUBTS) {
         return Some(Remark::Doubtful(first.filter(|_| !points_before)));
     }
-    None
+    (!instants.is_empty()).then_some(Remark::Unclear)
+}
+
+/// Tells whether a denial takes the worth from the samples.
+fn denies_what_is_needed(tokens: &[Token]) -> bool {
+    (0..tokens.len()).any(|index| {
+        let token = &tokens[index];
+        if ![GOOD, NEEDED, NEEDED_OF_DATA]
+            .iter()
+            .any(|list| token.is_one_of(list))
+        {
+            return false;
+        }
+        let Some(denial) = denial(tokens, index) else {
+            return false;
+        };
+        if token.is_one_of(GOOD) {
+            return true;
+        }
+        if token.is_one_of(NEEDED_OF_DATA) {
+            return tokens[..denial]
+                .iter()
+                .rfind(|token| !token.is_one_of(BETWEEN))
+                .is_none_or(|token| token.is_one_of(DATA));
+        }
+        let next = tokens[index + 1..]
+            .iter()
+            .find(|token| !token.is_one_of(BETWEEN));
+        token.is_one_of(NEEDED) && !next.is_some_and(|token| token.is_one_of(MAY_BE_MISSING))
+    })
+}
+
+/// Tells whether words that are harmless one by one say together that samples are no evidence.
+fn has_faulty_phrase(tokens: &[Token]) -> bool {
+    FAULTY_PHRASES.iter().any(|phrase| {
+        (0..tokens.len()).any(|start| {
+            let mut rest = tokens[start..].iter().enumerate();
+            let fits = phrase.iter().enumerate().all(|(place, words)| {
+                rest.find(|(_, token)| {
+                    place == 0 || token.is_one_of(words) || !token.is_one_of(BETWEEN)
+                })
+                .is_some_and(|(_, token)| token.is_one_of(words))
+            });
+            fits && denial(tokens, start).is_none()
+        })
+    })
+}
+
+/// Tells whether a number stands where an instant is expected, without a unit.
+fn has_bare_instant(tokens: &[Token]) -> bool {
+    (1..tokens.len()).any(|index| {
+        let is_number = matches!(tokens[index], Token::Number(_));
+        let before = tokens[..index].iter().rfind(|token| {
+            !token.is_one_of(BETWEEN) && !token.is_one_of(&["TIME", "ABOUT", "APPROX", "T"])
+        });
+        let stands_for_one =
+            before.is_some_and(|token| token.is_one_of(AT)) || tokens[index - 1].is_one_of(&["T"]);
+        let after = tokens.get(index + 1);
+        let has_unit =
+            after.is_some_and(|token| token.is_one_of(OTHER_UNITS) || token.exponent().is_some());
+        // "from 60 to 65 ms": the unit stands at the second one.
+        let in_stretch = after
+            .is_some_and(|token| matches!(token, Token::Number(_)) || token.is_one_of(STRETCH))
+            && tokens[index + 1..]
+                .iter()
+                .take(3)
+                .any(|token| token.exponent().is_some());
+        is_number && stands_for_one && !has_unit && !in_stretch
+    })
 }
 
 /// Characters of a note that are shown.
 const LONGEST_NOTE: usize = 300;
 
-/// Words that fill the place of a comment.
-const NO_COMMENTS: &[&str] = &[
-    "",
-    "NO COMMENTS",
-    "NO COMMENT",
-    "NONE",
-    "NO REMARKS",
-    "KEINE",
-    "NOVALUE",
-    "N A",
-    "NA",
-    "OK",
-];
+/// Characters of a remark that are shown.
+const LONGEST_REMARK: usize = 2000;
 
 /// Returns the finding for a comment: what it says of the samples, and where it says nothing
 /// of them that is known here, its text to be read by a person.
 pub(super) fn told(comment: &str, instant: Option<f64>) -> Option<Finding> {
-    finding(comment, instant).or_else(|| {
-        let nothing = NO_COMMENTS.contains(&words(comment).join(" ").as_str());
-        (!nothing).then(|| Finding {
-            at_s: instant,
-            ..Finding::info(
-                "notes",
-                format!(
-                    "the laboratory notes: \"{}\"",
-                    comment
-                        .trim()
-                        .chars()
-                        .take(LONGEST_NOTE)
-                        .collect::<String>()
-                ),
-            )
+    finding(comment, instant).or_else(|| note(comment, instant))
+}
+
+/// Returns the finding for a comment that was cut into pieces at a fixed width.
+///
+/// Whether a blank was lost at a cut is not known: of all ways to join the pieces, the one that
+/// leaves the samples the least worth counts.
+pub(super) fn told_in_pieces(pieces: &[&str], instant: Option<f64>) -> Option<Finding> {
+    joined(pieces)
+        .into_iter()
+        .filter_map(|text| Some((remark(&text)?.weight(), text)))
+        .reduce(|worst, next| {
+            let worse = next
+                .0
+                .0
+                .cmp(&worst.0.0)
+                .then(next.0.1.total_cmp(&worst.0.1));
+            if worse.is_gt() { next } else { worst }
         })
+        .and_then(|(_, text)| finding(&text, instant))
+        .or_else(|| note(&pieces.join(" "), instant))
+}
+
+/// Cuts up to which every way of joining all pieces is looked at.
+const ALL_WAYS: usize = 4;
+
+/// Pieces that are looked at together where there are more.
+const TOGETHER: usize = 3;
+
+/// Joins pieces with and without blanks at the cuts.
+fn joined(pieces: &[&str]) -> Vec<String> {
+    let cuts = pieces.len().saturating_sub(1);
+    if cuts <= ALL_WAYS {
+        return (0..1_u32 << cuts)
+            .map(|way| {
+                let mut text = String::new();
+                for (index, piece) in pieces.iter().enumerate() {
+                    if index > 0 && (way >> (index - 1)) & 1 == 0 {
+                        text.push(' ');
+                    }
+                    text.push_str(piece);
+                }
+                text
+            })
+            .collect();
+    }
+    let mut ways = vec![pieces.join(" "), pieces.concat()];
+    // A comment of a few lines somewhere in many.
+    ways.extend(pieces.windows(TOGETHER).flat_map(joined));
+    ways
+}
+
+fn note(comment: &str, instant: Option<f64>) -> Option<Finding> {
+    let words: Vec<String> = tokens(comment)
+        .iter()
+        .filter(|token| **token != Token::Break)
+        .map(Token::shown)
+        .collect();
+    let nothing = NO_COMMENTS.contains(&words.join(" ").as_str());
+    (!nothing).then(|| Finding {
+        at_s: instant,
+        ..Finding::info(
+            "notes",
+            format!(
+                "the laboratory notes: \"{}\"",
+                shortened(comment, LONGEST_NOTE)
+            ),
+        )
     })
+}
+
+fn shortened(comment: &str, most: usize) -> String {
+    comment.trim().chars().take(most).collect()
 }
 
 /// Returns the finding for what a comment says; `instant` stands in for a remark without a
 /// time of its own [s].
 pub(super) fn finding(comment: &str, instant: Option<f64>) -> Option<Finding> {
     let comment = comment.trim();
-    let (finding, at_s) = match remark(comment)? {
+    let remark = remark(comment)?;
+    let comment = shortened(comment, LONGEST_REMARK);
+    let (finding, at_s) = match remark {
         Remark::Invalid(at_s) => (
             Finding::blocking(
                 "invalid-by-laboratory",
@@ -187,6 +253,16 @@ pub(super) fn finding(comment: &str, instant: Option<f64>) -> Option<Finding> {
             ),
             at_s,
         ),
+        Remark::Unclear => (
+            Finding::warning(
+                "laboratory-remark",
+                format!(
+                    "the laboratory says of this channel: \"{comment}\"; what it says of that \
+                     instant is not understood here: read it before the verdict is used"
+                ),
+            ),
+            None,
+        ),
     };
     Some(Finding {
         at_s: at_s.or(instant),
@@ -194,107 +270,45 @@ pub(super) fn finding(comment: &str, instant: Option<f64>) -> Option<Finding> {
     })
 }
 
-/// Tells whether "no", "not" or the like stands right before a word.
-fn denied(words: &[String], index: usize) -> bool {
-    index > 0
-        && matches!(
-            words[index - 1].as_str(),
-            "NO" | "NOT" | "WITHOUT" | "NON" | "KEINE" | "NICHT"
-        )
+/// Takes what the laboratory says of an instant outside of the record, from `start_s` to
+/// `end_s` with samples `interval_s` apart [s], as said of all of it: clock or instant are not
+/// what they seem.
+pub(super) fn hold_against_record(
+    finding: &mut Finding,
+    start_s: f64,
+    end_s: f64,
+    interval_s: f64,
+) {
+    if finding.code != "invalid-by-laboratory" {
+        return;
+    }
+    let Some(at_s) = finding.at_s else { return };
+    // A curve may end with the last sample that is good.
+    if (start_s - interval_s..=end_s + interval_s).contains(&at_s) {
+        return;
+    }
+    finding.at_s = None;
+    finding.text = format!(
+        "{}; {at_s} s lies outside of the record, from {start_s} s to {end_s} s, so that no \
+         sample is taken for good",
+        finding.text
+    );
 }
 
-/// Splits a comment into words in capitals; a number and a unit written together come apart.
-fn words(comment: &str) -> Vec<String> {
-    let mut words: Vec<String> = Vec::new();
-    let mut word = String::new();
-    let mut flush = |word: &mut String| {
-        let trimmed = word.trim_matches(['.', ',', '-', '+']);
-        // A minus before a digit belongs to the number.
-        let sign = if word.starts_with('-') && trimmed.starts_with(|c: char| c.is_ascii_digit()) {
-            "-"
-        } else {
-            ""
-        };
-        if !trimmed.is_empty() {
-            words.push(format!("{sign}{trimmed}"));
-        }
-        word.clear();
-    };
-    for character in comment.chars() {
-        if !character.is_alphanumeric() && !matches!(character, '.' | ',' | '-' | '+') {
-            flush(&mut word);
-            continue;
-        }
-        let before = word.chars().last();
-        let splits = match before {
-            // "64.6MS"
-            Some(last) => last.is_ascii_digit() && character.is_alphabetic(),
-            None => false,
-        };
-        // "EVENT,QUESTIONABLE" and "60-65"
-        let joins = matches!(character, ',' | '-' | '+' | '.') && !word.is_empty();
-        if splits {
-            flush(&mut word);
-        }
-        if joins && (character == '-' || !before.is_some_and(|c| c.is_ascii_digit())) {
-            flush(&mut word);
-            if character == '-' && before.is_some_and(|c| c.is_ascii_digit()) {
-                continue;
-            }
-        }
-        word.extend(character.to_uppercase());
-    }
-    flush(&mut word);
-    words
-}
-
-/// Finds numbers with a unit of time: index of the number among the words, and instant [s].
-fn instants(words: &[String]) -> Vec<(usize, f64)> {
-    // The exponent goes in before the number is read, so that 64.6 ms are 0.0646 s to the bit.
-    let number = |word: &String, exponent: i32| -> Option<f64> {
-        format!("{}e{exponent}", word.replace(',', "."))
-            .parse::<f64>()
-            .ok()
-            .filter(|value| value.is_finite())
-    };
-    let mut found = Vec::new();
-    for (index, pair) in words.windows(2).enumerate() {
-        let Some(exponent) = exponent(&pair[1]) else {
-            continue;
-        };
-        let Some(instant) = number(&pair[0], exponent) else {
-            continue;
-        };
-        found.push((index, instant));
-        // "between 60 and 65 ms", "60 to 65 ms", "60-65 ms"
-        let earlier = match index {
-            0 => None,
-            1 => number(&words[0], exponent),
-            _ => match words[index - 1].as_str() {
-                "AND" | "TO" | "BIS" | "UND" => number(&words[index - 2], exponent),
-                _ => number(&words[index - 1], exponent),
-            },
-        };
-        found.extend(earlier.map(|earlier| (index, earlier)));
-    }
-    found
-}
-
-/// Returns the power of ten of a unit of time in seconds.
-fn exponent(word: &str) -> Option<i32> {
-    match word {
-        "S" | "SEC" | "SECS" | "SECOND" | "SECONDS" | "SEKUNDEN" => Some(0),
-        "MS" | "MSEC" | "MSECS" | "MILLISEKUNDEN" => Some(-3),
-        "US" | "USEC" | "MICROSECONDS" => Some(-6),
-        // NHTSA's own files hold "MILLSECONDS".
-        other if other.starts_with("MILL") && other.contains("SECOND") => Some(-3),
-        _ => None,
-    }
+/// Returns the index of the denial of a word: "no", "not" or the like before it.
+fn denial(tokens: &[Token], index: usize) -> Option<usize> {
+    let may_be_missing = tokens[index].is_one_of(MAY_BE_MISSING);
+    let at = tokens[..index].iter().rposition(|token| {
+        let passed = token.is_one_of(BETWEEN)
+            || (may_be_missing && token.is_one_of(&["DATA", "SIGNAL", "CHANNEL", "DATEN"]));
+        !passed
+    })?;
+    tokens[at].is_one_of(DENIALS).then_some(at)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Remark, remark};
+    use super::{Remark, remark, told_in_pieces};
 
     #[track_caller]
     fn check_remark(comment: &str, expected: Option<Remark>) {
@@ -317,6 +331,33 @@ mod tests {
             ("CLIPPED BETWEEN 60 AND 65 MS", 0.06),
             ("saturated 60-65 ms", 0.06),
             ("QUESTIONABLE FROM 60 TO 65 MS", 0.06),
+            ("NO VALID DATA AFTER .010 SECONDS", 0.01),
+            ("NO VALID DATA AFTER 1.0E-2 S", 0.01),
+            ("NO VALID DATA AFTER 10 MILISECONDS", 0.01),
+            ("NO DATA AFTER 10 MILLISECONDS", 0.01),
+            ("DATA NOT USEABLE AFTER 10 MS", 0.01),
+            ("DO NOT USE DATA AFTER 10 MS", 0.01),
+            ("DATA OK UNTIL 10 MS", 0.01),
+            ("VALID DATA ENDS AT 10 MS", 0.01),
+            ("DATA ENDS AT 10 MS", 0.01),
+            ("DATA IS NOT CONSIDERED VALID AFTER 10 MS", 0.01),
+            ("OVER RANGE AT 10 MS", 0.01),
+            ("OVER-RANGE AT 10 MS", 0.01),
+            ("OFF SCALE AT 10 MS", 0.01),
+            ("REACHED FULL SCALE AT 10 MS", 0.01),
+            ("FULL SCALE WAS REACHED AT 10 MS", 0.01),
+            ("CABLE CUT AT 10 MS", 0.01),
+            ("SENSOR CAME OFF AT 10 MS", 0.01),
+            ("CHANNEL WENT OPEN AT 10 MS", 0.01),
+            ("CHANNEL INOPERATIVE AFTER 10 MS", 0.01),
+            ("DATA TRUNCATED AT 10 MS", 0.01),
+            ("DISREGARD DATA AFTER 10 MS", 0.01),
+            ("NO FAILURE, DATA LOST AFTER 10 MS", 0.01),
+            ("NO VALID DATA AFTER 10 MS; TRIGGER AT 1 SECOND", 0.01),
+            ("KEINE DATEN AB 10 MS", 0.01),
+            ("ungültig ab 10 ms", 0.01),
+            ("UNGUELTIG AB 10 MS", 0.01),
+            ("Kabelbruch bei 10 ms", 0.01),
         ] {
             check_remark(comment, Some(Remark::Invalid(Some(instant))));
         }
@@ -327,10 +368,29 @@ mod tests {
             "NO VALID DATA BEFORE 12 MS",
             "data valid after 12 ms",
             "LOST COMMUNICATION",
+            "QUES. DATA THROUGHOUT THE EVENT.",
+            "NO DATA",
+            "DID NOT RECORD",
+            "ACCELEROMETER NOT RECORDED",
+            "NO DATA CHANNEL FAILED",
+            "WRONG POLARITY",
+            // Read in two ways, or without a unit: no sample is good.
+            "NO VALID DATA AFTER 1,000 MS",
+            "QUESTIONABLE AFTER 10",
+            "NO VALID DATA AFTER T=10; TRIGGER AT 100 MS",
+            "NO VALID DATA AFTER 10-2 S",
         ] {
             check_remark(comment, Some(Remark::Invalid(None)));
         }
         check_remark("SPIKE AT 40 MS", Some(Remark::Doubtful(Some(0.04))));
+        check_remark("POLARITY REVERSED", Some(Remark::Doubtful(None)));
+        for comment in [
+            "TIME ZERO AT 20 MS",
+            "SOMETHING HAPPENED AT 10 MS",
+            "CHANNEL OK, TRIGGER AT 20 MS",
+        ] {
+            check_remark(comment, Some(Remark::Unclear));
+        }
         for comment in [
             "",
             "NO COMMENTS",
@@ -339,9 +399,57 @@ mod tests {
             "OK",
             "SEAT BELT CLIP",
             "FILTERED AT 1650 HZ",
-            "TIME ZERO AT 20 MS",
+            "ANTI-ALIAS CUT-OFF 1650 HZ, 5 V AT FULL SCALE",
+            "NO DATA LOST",
+            "NO DATA WAS LOST AFTER THE EVENT",
+            "NO SIGNAL CONDITIONING USED",
+            "SERIAL NUMBER NOT RECORDED",
+            "IMPACT AT 15 M/S",
         ] {
             check_remark(comment, None);
+        }
+    }
+
+    /// Words may be cut, and not be cut, in one comment.
+    #[test]
+    fn val_pieces_of_a_comment_are_joined_both_ways() {
+        let filler = ["a word"; 8];
+        for pieces in [
+            &["no val", "id data after 10 ms"][..],
+            &["no", "valid data after 10 ms"],
+            &["no val", "id data", "after 10 ms"],
+            &["no val", "id data after 1", "0 ms"],
+            &[
+                &filler[..],
+                &["no val", "id data", "after 10 ms"],
+                &filler[..],
+            ]
+            .concat(),
+        ] {
+            let finding = told_in_pieces(pieces, None).expect("a finding");
+            assert_eq!(finding.code, "invalid-by-laboratory", "{pieces:?}");
+            // From there on, or throughout where a reading has no instant.
+            assert!(
+                finding.at_s.is_none_or(|at_s| at_s <= 0.01),
+                "{pieces:?}: {finding:?}"
+            );
+        }
+        assert_eq!(
+            told_in_pieces(&["door, lower", "hinge"], None).map(|finding| finding.code),
+            Some("notes")
+        );
+    }
+
+    /// The work grows with the length of a comment, not with its square.
+    #[test]
+    fn regress_long_comments_are_read_in_one_pass() {
+        for (part, expected) in [
+            ("TO 1 S ", Some(Remark::Unclear)),
+            ("NO THE DATA ", Some(Remark::Invalid(None))),
+            ("A CABLE THE ", None),
+            ("AT THE 1 ", None),
+        ] {
+            assert_eq!(remark(&part.repeat(50_000)), expected, "{part}");
         }
     }
 }

@@ -59,6 +59,8 @@ pub fn read(
     let impact_side = package.impact_side(source, limits)?;
     let mut channels = package.channels(source, limits, &mut outcome.findings)?;
     name_twins(&mut channels);
+    let listed = package.list_finding(&channels, source, limits)?;
+    outcome.findings.extend(listed);
     if channels.is_empty() {
         return Err(ErrorKind::NoChannel {
             known: "no channel file".into(),
@@ -272,6 +274,9 @@ fn read_channel(
     if selection == Selection::Every && header.is_time() {
         return Ok(None);
     }
+    header
+        .check_repeated_keys()
+        .map_err(|error| error.at(package.place_of(&entry.file)))?;
     let mut findings = Vec::new();
     let (unit, unit_source) = unit(header, options, &mut findings);
     if unit.is_none() && selection == Selection::Lateral {
@@ -287,12 +292,12 @@ fn read_channel(
     }
     let bytes = package.whole(&entry.file, source, limits)?;
     let samples =
-        Samples::read(bytes, limits).map_err(|error| error.at(Place::file(&entry.file)))?;
+        Samples::read(bytes, limits).map_err(|error| error.at(package.place_of(&entry.file)))?;
     let clock = Clock::find(
         package,
         source,
         channels,
-        header,
+        index,
         &samples,
         options,
         limits,
@@ -301,7 +306,9 @@ fn read_channel(
     findings.extend(header.count_finding(samples.count, clock.end_s()));
     findings.extend(header.extreme_findings(&clock.values, clock.start_s, clock.rate));
     for (from, to) in &samples.holes {
-        let at = clock.start_s + to_f64(from.saturating_sub(1)) / clock.rate.hertz();
+        // The last sample that is there before the hole.
+        let last = from.saturating_sub(samples.skipped + 1);
+        let at = clock.start_s + to_f64(last) / clock.rate.hertz();
         findings.push(
             Finding::blocking(
                 "gap",
@@ -315,6 +322,10 @@ fn read_channel(
         );
     }
     findings.extend(header.validity_findings());
+    for finding in &mut findings {
+        let interval_s = 1.0 / clock.rate.hertz();
+        laboratory::hold_against_record(finding, clock.start_s, clock.end_s(), interval_s);
+    }
     let stated = header.stated();
     findings.extend(stated.findings(clock.rate));
     findings.extend(header.sign_finding());
@@ -369,6 +380,35 @@ fn unit(
     }
 }
 
+/// Returns the channel of times that a header names; `None` if there is none of that name.
+fn channel_of_times<'a>(
+    channels: &'a [Entry],
+    own: usize,
+    name: &str,
+) -> Result<Option<&'a Entry>, Error> {
+    let mut named: Vec<&Entry> = channels
+        .iter()
+        .enumerate()
+        .filter(|(index, entry)| *index != own && entry.is_named(name))
+        .map(|(_, entry)| entry)
+        .collect();
+    if named.iter().any(|entry| entry.header.is_time()) {
+        named.retain(|entry| entry.header.is_time());
+    }
+    match named.as_slice() {
+        [] => Ok(None),
+        [only] => Ok(Some(only)),
+        several => Err(ErrorKind::Malformed {
+            expected: format!("one channel of times named {}", text::shown(name)),
+            found: list(several.iter().copied()),
+            hint: "which of them holds is not known; leave the right one in the test, or name it \
+                   by its file's number in the channel's header"
+                .into(),
+        }
+        .into()),
+    }
+}
+
 /// The uniform clock of a channel.
 struct Clock {
     start_s: f64,
@@ -385,16 +425,28 @@ impl Clock {
         package: &mut Package,
         source: &mut Reader,
         channels: &[Entry],
-        header: &ChannelHeader,
+        own: usize,
         samples: &Samples,
         options: &ReadOptions,
         limits: &Limits,
         findings: &mut Vec<Finding>,
     ) -> Result<Self, Error> {
+        let header = &channels[own].header;
         if let Some(name) = header.reference_channel() {
-            let found = channels.iter().find(|entry| entry.is_named(name));
-            if let Some(times) = found {
-                return Self::explicit(package, source, times, samples, limits, findings);
+            if let Some(times) = channel_of_times(channels, own, name)? {
+                let clock =
+                    Self::explicit(package, source, times, header, samples, limits, findings)?;
+                if let Some(hertz) = options.rate_hz
+                    && (hertz - clock.rate.hertz()).abs() > 1e-3 * clock.rate.hertz()
+                {
+                    return Err(ErrorKind::Malformed {
+                        expected: format!("a rate of {hertz} Hz, as option or card say"),
+                        found: format!("{} Hz by the channel of times", clock.rate.hertz()),
+                        hint: "leave out the rate".into(),
+                    }
+                    .into());
+                }
+                return Ok(clock);
             }
             findings.push(Finding::warning(
                 "time-reference-missing",
@@ -458,11 +510,17 @@ impl Clock {
         package: &mut Package,
         source: &mut Reader,
         times: &Entry,
+        header: &ChannelHeader,
         samples: &Samples,
         limits: &Limits,
         findings: &mut Vec<Finding>,
     ) -> Result<Self, Error> {
-        let place = || Place::file(&times.file).channel(times.label.clone());
+        let file = package.place_of(&times.file);
+        let place = || file.clone().channel(times.label.clone());
+        times
+            .header
+            .check_repeated_keys()
+            .map_err(|error| error.at(place()))?;
         let unit = match times.header.value("Unit") {
             None => TimeUnit::Second,
             Some(text) => TimeUnit::from_spelling(text).ok_or_else(|| {
@@ -490,6 +548,7 @@ impl Clock {
             .map(|stamp| stamp / unit.per_second())
             .collect();
         let digit = stamps.last_digit / unit.per_second();
+        findings.extend(header.clock_finding(&stamps.values, unit, digit));
         let base = TimeBase::fit(&stamps_s, digit, limits).map_err(|error| error.at(place()))?;
         findings.extend(base.findings.iter().cloned());
         Ok(Self {

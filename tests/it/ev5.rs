@@ -195,6 +195,17 @@ fn val_the_laboratory_says_from_when_on_a_curve_is_no_evidence() {
         with("AM", "EXCEEDED FULL SCALE AT 3 MS"),
         &[(word, Some(0.003))],
     );
+    check_blocking(
+        with("AM", "NO VALID DATA AFTER .010 SECONDS"),
+        &[(word, Some(0.01))],
+    );
+    check_blocking(
+        with("AM", "NO VALID DATA AFTER 1.0E-2 S"),
+        &[(word, Some(0.01))],
+    );
+    // Outside of the record, and in two ways: no sample is good.
+    check_blocking(with("AM", "NO VALID DATA AFTER 10 S"), &[(word, None)]);
+    check_blocking(with("AM", "NO VALID DATA AFTER 1,000 MS"), &[(word, None)]);
     check_blocking(with("QD", "NO COMMENTS"), &[(word, None)]);
     check_blocking(with("CF", ""), &[(word, None)]);
     check_blocking(with("MN", "NO COMMENTS"), &[(word, None)]);

@@ -319,6 +319,16 @@ fn val_missing_samples_block_and_are_not_zero() {
     let folder = folder_of("mme-novalue", &test_of(&[file]));
     let (channel, findings) = one(folder.path(), &ReadOptions::default());
     check_codes(&findings, Severity::Blocking, &["gap"; 3]);
+    // Each from the last sample that is there: the file's first two are not.
+    let gaps: Vec<f64> = findings
+        .iter()
+        .filter(|finding| finding.code == "gap")
+        .map(|finding| finding.at_s.unwrap())
+        .collect();
+    for (found, index) in gaps.iter().zip([2.0, 149.0, 398.0]) {
+        let expected = -0.01 + index * 1e-4;
+        assert!((found - expected).abs() < 1e-12, "{found} for {expected}");
+    }
     assert_eq!(channel.values.len(), 397);
     assert!((channel.start_s + 0.0098).abs() < 1e-12);
     assert!((channel.values[148] - sample(150)).abs() < 1e-9);

@@ -205,9 +205,6 @@ impl Entry {
 
     /// Returns time of the first sample [s] and rate as the line states them.
     pub(super) fn clock(&self) -> Option<(f64, SampleRate)> {
-        if !matches!(self.x_unit.as_str(), "SEC" | "S" | "") {
-            return None;
-        }
         let interval_us = text::header_number(&self.interval_us).filter(|us| *us > 0.0)?;
         let digit = text::last_digit(&self.interval_us);
         let rate = time_base::rate_of_interval(interval_us / 1e6, digit / 1e6).ok()?;
@@ -227,6 +224,36 @@ impl Entry {
             by_rate
         };
         Some((start, rate))
+    }
+
+    /// Says that the stated unit of time is not that of the stamps, which are seconds;
+    /// `confirmed` if indices and interval agree with them.
+    pub(super) fn time_unit_finding(&self, confirmed: bool) -> Option<Finding> {
+        if matches!(
+            self.x_unit.as_str(),
+            "" | "S" | "SEC" | "SECS" | "SECOND" | "SECONDS"
+        ) {
+            return None;
+        }
+        let unit = text::shown(&self.x_unit);
+        Some(if confirmed {
+            Finding::warning(
+                "time-unit-overridden",
+                format!(
+                    "the header states `{unit}` as the unit of time (XUNITS); the stamps are \
+                     seconds, as this format has them and as indices and interval confirm"
+                ),
+            )
+        } else {
+            Finding::blocking(
+                "time-contradicted",
+                format!(
+                    "the header states `{unit}` as the unit of time (XUNITS); the stamps were \
+                     read as seconds, as this format has them, and indices and interval do not \
+                     confirm that"
+                ),
+            )
+        })
     }
 
     pub(super) fn stated(&self) -> Stated {

@@ -5,9 +5,10 @@
 //! it takes in the archive, ends the reading there.
 
 use super::package::{is_channel_file, is_test_file};
+use super::text;
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::Limits;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Cursor, Read};
 
 /// Bytes unpacked before the ratio counts.
@@ -86,6 +87,7 @@ impl Archive {
         if entries > limits.archive_entries {
             return Err(too_many_entries(entries, limits));
         }
+        let repeated = repeated_name(&bytes);
         let archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|_| {
             Error::from(ErrorKind::RefusedFormat {
                 format: "a zip container (.xlsx or an archive) that does not open",
@@ -94,6 +96,9 @@ impl Archive {
         })?;
         if archive.len() as u64 > limits.archive_entries {
             return Err(too_many_entries(archive.len() as u64, limits));
+        }
+        if archive.has_duplicate_names() {
+            return Err(twice(repeated.as_deref().unwrap_or("a file")));
         }
         Ok(Self::Zip {
             archive: Box::new(archive),
@@ -238,6 +243,26 @@ fn check_ratio(unpacked: u64, packed: u64, limits: &Limits) -> Result<(), Error>
     Ok(())
 }
 
+/// Returns a name that comes twice among what looks like records of a zip archive's directory.
+fn repeated_name(bytes: &[u8]) -> Option<String> {
+    let mut seen: BTreeSet<&[u8]> = BTreeSet::new();
+    memchr::memmem::find_iter(bytes, b"PK\x01\x02").find_map(|start| {
+        let length = bytes.get(start + 28..start + 30)?;
+        let length = usize::from(u16::from_le_bytes([length[0], length[1]]));
+        let name = bytes.get(start + 46..start + 46 + length)?;
+        (!seen.insert(name)).then(|| String::from_utf8_lossy(name).into_owned())
+    })
+}
+
+fn twice(name: &str) -> Error {
+    ErrorKind::Malformed {
+        expected: "each file once in the archive".into(),
+        found: format!("{} twice", text::shown(name)),
+        hint: "which of the two holds is not known; pack the test again".into(),
+    }
+    .into()
+}
+
 /// A stream that counts what comes out of it, and what went in if it unpacks.
 struct Stream<'a, R> {
     inner: R,
@@ -326,6 +351,21 @@ impl<'a, R: Read + Position> Stream<'a, R> {
         Ok(kept)
     }
 
+    /// Reads the filling after the last file, so that checksums at the end are looked at.
+    fn drain(&mut self) -> Result<(), Error> {
+        let mut buffer = vec![0; 64 << 10];
+        loop {
+            let count = self.fill(&mut buffer)?;
+            if buffer[..count].iter().any(|byte| *byte != 0) {
+                return Err(damaged("more data after the end of the tar archive")
+                    .at(Place::default().byte(self.inner.position())));
+            }
+            if count < buffer.len() {
+                return Ok(());
+            }
+        }
+    }
+
     fn cut(&self) -> Error {
         Error::from(ErrorKind::Truncated {
             expected: "the rest of a file in the archive".into(),
@@ -364,7 +404,11 @@ fn tar<R: Read + Position>(
             };
         }
         if header.iter().all(|byte| *byte == 0) {
-            return Ok((entries > 0).then_some(files));
+            if entries == 0 {
+                return Ok(None);
+            }
+            stream.drain()?;
+            return Ok(Some(files));
         }
         let Some(size) = octal(&header[124..136]).filter(|_| checksum_fits(&header)) else {
             if entries == 0 {
@@ -406,12 +450,7 @@ fn tar<R: Read + Position>(
                 }
                 let bytes = stream.take(size, keep)?;
                 if keep && files.insert(name.clone(), bytes).is_some() {
-                    return Err(ErrorKind::Malformed {
-                        expected: "each file once in the archive".into(),
-                        found: format!("{name} twice"),
-                        hint: "pack the test again".into(),
-                    }
-                    .into());
+                    return Err(twice(&name));
                 }
             }
             _ => {

@@ -5,13 +5,32 @@ use super::{encoding, laboratory, text, time_base, to_f64};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::number::{Decimal, PrintedDigits};
 use crate::recording::{Finding, Limits, Severity, Stated};
-use crate::units::{AccelerationUnit, SampleRate};
+use crate::units::{AccelerationUnit, SampleRate, TimeUnit};
 
 /// What stands for "nothing" as a value.
 const NOTHING: &str = "NOVALUE";
 
+/// Keys whose values would be guessed if they came twice and differed.
+const STATED_ONCE: &[&str] = &[
+    "Channel code",
+    "Unit",
+    "Sampling interval",
+    "Time of first sample",
+    "Number of samples",
+    "Reference channel",
+    "Reference channel name",
+    "Channel amplitude class",
+];
+
 /// Part of the largest magnitude by which a stated extreme may be off [-].
 const EXTREME_AGREEMENT: f64 = 1e-4;
+
+fn is_comment(key: &str) -> bool {
+    key.to_ascii_lowercase().starts_with("comment")
+}
+
+/// Share of the interval by which a stamp may be off the clock that a header states [-].
+const STAMP_SLACK: f64 = 0.01;
 
 /// Tells whether the head is that of a channel file.
 pub(super) fn looks_like_channel(head: &[u8]) -> bool {
@@ -44,13 +63,19 @@ impl ChannelHeader {
                         .push((key.trim().to_string(), value.trim().to_string()));
                 }
                 None if is_value(line) => break,
-                // A value that was cut at a fixed width and goes on.
-                None => {
-                    if let Some((_, value)) = header.lines.last_mut() {
+                // A value that was cut at a fixed width and goes on. Where a comment was cut
+                // counts, for a word may have been.
+                None => match header.lines.last_mut() {
+                    Some((key, _)) if is_comment(key) => {
+                        let key = key.clone();
+                        header.lines.push((key, line.trim().to_string()));
+                    }
+                    Some((_, value)) => {
                         value.push(' ');
                         value.push_str(line.trim());
                     }
-                }
+                    None => {}
+                },
             }
         }
         header.code = header.value("Channel code").and_then(Code::new);
@@ -59,11 +84,41 @@ impl ChannelHeader {
 
     /// Returns a value that says something.
     pub(super) fn value(&self, key: &str) -> Option<&str> {
+        self.values(key).next()
+    }
+
+    /// Returns all values of a key that say something.
+    fn values<'a>(&'a self, key: &str) -> impl Iterator<Item = &'a str> + use<'a> {
+        let key = key.to_ascii_lowercase();
         self.lines
             .iter()
-            .find(|(known, _)| known.eq_ignore_ascii_case(key))
+            .filter(move |(known, _)| known.eq_ignore_ascii_case(&key))
             .map(|(_, value)| value.as_str())
             .filter(|value| !value.is_empty() && *value != NOTHING)
+    }
+
+    /// Refuses a header that states twice, and differently, what channel, time or unit rest on.
+    pub(super) fn check_repeated_keys(&self) -> Result<(), Error> {
+        for key in STATED_ONCE {
+            let mut values = self.values(key);
+            let Some(first) = values.next() else { continue };
+            let other = values.find(|other| {
+                !other.eq_ignore_ascii_case(first)
+                    && match (text::header_number(first), text::header_number(other)) {
+                        (Some(first), Some(other)) => first.total_cmp(&other).is_ne(),
+                        _ => true,
+                    }
+            });
+            if let Some(other) = other {
+                return Err(ErrorKind::Malformed {
+                    expected: format!("one `{key}` in the channel's header"),
+                    found: format!("`{}` and `{}`", text::shown(first), text::shown(other)),
+                    hint: "which of them holds is not known; mend the header".into(),
+                }
+                .into());
+            }
+        }
+        Ok(())
     }
 
     fn number(&self, key: &str) -> Option<f64> {
@@ -183,6 +238,52 @@ impl ChannelHeader {
         })
     }
 
+    /// Holds the clock that the header states of itself against the stamps of the channel of
+    /// times, in `unit` and with a last printed digit of `digit_s` [s].
+    pub(super) fn clock_finding(
+        &self,
+        stamps: &[f64],
+        unit: TimeUnit,
+        digit_s: f64,
+    ) -> Option<Finding> {
+        let stamp = |index: usize| stamps.get(index).map(|stamp| stamp / unit.per_second());
+        let first_stamp = stamp(0)?;
+        let last = stamps.len().saturating_sub(1);
+        let stated_first = self.number("Time of first sample");
+        // What is no interval states none; 0 stands for none beside explicit times.
+        let rate = self.interval().ok().flatten();
+        let first = stated_first.unwrap_or(first_stamp);
+        let interval_s = match rate {
+            Some(rate) => 1.0 / rate.hertz(),
+            None => (stamp(last)? - first_stamp) / to_f64(last.max(1)),
+        };
+        let first_digit = self
+            .value("Time of first sample")
+            .filter(|_| stated_first.is_some())
+            .map_or(0.0, text::last_digit);
+        let slack = 0.5 * (digit_s + first_digit) * (1.0 + 1e-6) + 1e-12 + STAMP_SLACK * interval_s;
+        let compared = if rate.is_some() { stamps.len() } else { 1 };
+        let off = (0..compared)
+            .filter_map(|index| Some((stamp(index)? - (first + to_f64(index) * interval_s)).abs()))
+            .fold(0.0, f64::max);
+        if off <= slack {
+            return None;
+        }
+        let stated = [
+            stated_first.map(|first| format!("the first sample at {first} s")),
+            rate.map(|rate| format!("{} Hz", rate.hertz())),
+        ];
+        Some(Finding::blocking(
+            "time-contradicted",
+            format!(
+                "the stamps of the channel of times differ by up to {off:.3e} s from the clock \
+                 that the channel's own header states ({}); one of the two is wrong, the stamps \
+                 were used",
+                stated.into_iter().flatten().collect::<Vec<_>>().join(", ")
+            ),
+        ))
+    }
+
     pub(super) fn stated(&self) -> Stated {
         let class = self
             .value("Channel frequency class")
@@ -208,41 +309,17 @@ impl ChannelHeader {
         let comments: Vec<&str> = self
             .lines
             .iter()
-            .filter(|(key, value)| {
-                key.to_ascii_lowercase().starts_with("comment") && value != NOTHING
-            })
+            .filter(|(key, value)| is_comment(key) && value != NOTHING)
             .map(|(_, value)| value.as_str())
             .collect();
-        let comments = comments.join(" ");
-        let mut found: Vec<Finding> = laboratory::told(&comments, None).into_iter().collect();
+        let mut found: Vec<Finding> = laboratory::told_in_pieces(&comments, None)
+            .into_iter()
+            .collect();
         let said = found
             .iter()
             .any(|finding| finding.severity == Severity::Blocking);
-        let Some(status) = self.value("Data status") else {
-            return found;
-        };
-        match status.to_ascii_lowercase().as_str() {
-            "ok" | "o.k." | "as measured" => {}
-            "linearised data" | "linearized data" | "scaling factor applied" => {
-                found.push(Finding::info(
-                    "channel-computed",
-                    format!("the laboratory's word on the data: {status}"),
-                ));
-            }
-            // The comment has said from when on.
-            "questionable data" | "channel failed" if said => {}
-            "questionable data" | "channel failed" | "meaningless data" | "no data"
-            | "system failed" => found.push(Finding::blocking(
-                "invalid-by-laboratory",
-                format!("the laboratory's word on the data: {status}"),
-            )),
-            _ => found.push(Finding::warning(
-                "laboratory-remark",
-                format!(
-                    "the laboratory's word on the data is not known here: {}",
-                    text::shown(status)
-                ),
-            )),
+        for status in self.values("Data status") {
+            found.extend(status_finding(status, said));
         }
         found
     }
@@ -329,6 +406,35 @@ impl ChannelHeader {
     }
 }
 
+/// Returns what a status says of the samples; `said` if a comment has said from when on they
+/// are no evidence.
+fn status_finding(status: &str, said: bool) -> Option<Finding> {
+    match status.to_ascii_lowercase().as_str() {
+        "ok" | "o.k." | "as measured" => None,
+        "linearised data" | "linearized data" | "scaling factor applied" => Some(Finding::info(
+            "channel-computed",
+            format!("the laboratory's word on the data: {status}"),
+        )),
+        // The comment has said from when on.
+        "questionable data" | "channel failed" if said => None,
+        "questionable data" | "channel failed" | "meaningless data" | "no data"
+        | "system failed" => Some(Finding::blocking(
+            "invalid-by-laboratory",
+            format!("the laboratory's word on the data: {status}"),
+        )),
+        // Free text, as a comment is.
+        _ => laboratory::finding(status, None).or_else(|| {
+            Some(Finding::warning(
+                "laboratory-remark",
+                format!(
+                    "the laboratory's word on the data is not known here: {}",
+                    text::shown(status)
+                ),
+            ))
+        }),
+    }
+}
+
 /// The samples of a channel file.
 #[derive(Debug)]
 pub(super) struct Samples {
@@ -354,10 +460,23 @@ impl Samples {
         let mut decimal = Decimal::Unknown;
         let mut digits = PrintedDigits::new();
         let mut inside = false;
+        let mut empty = None;
+        let mut marks = Marks::default();
         for (number, line) in text::lines(&content) {
             let cell = line.trim();
             if cell.is_empty() {
+                empty = empty.or(inside.then_some(number));
                 continue;
+            }
+            if let Some(number) = empty {
+                return Err(Error::from(ErrorKind::Malformed {
+                    expected: "a value in each line up to the last sample".into(),
+                    found: "an empty line".into(),
+                    hint: "a missing sample is not left out, it would move those after it; \
+                           write NOVALUE there, or export again"
+                        .into(),
+                })
+                .at(Place::default().line(number)));
             }
             inside = inside || (!cell.contains(':') && is_value(cell));
             if !inside {
@@ -378,7 +497,9 @@ impl Samples {
             }
             values.push(text::sample(cell, &mut decimal).map_err(|error| error.at(place))?);
             digits.count(cell.as_bytes());
+            marks.count(number, cell);
         }
+        marks.check()?;
         let count = values.len();
         let first = values.iter().position(|value| !value.is_nan());
         let last = values.iter().rposition(|value| !value.is_nan());
@@ -401,6 +522,67 @@ impl Samples {
             holes,
             last_digit: digits.last_digit(),
         })
+    }
+}
+
+/// Tells decimal marks from thousands marks, which look alike in `588,273`.
+#[derive(Debug, Default)]
+struct Marks {
+    /// A number with three digits after its mark, and its line.
+    marked: Option<(u64, String)>,
+    /// A whole number without a mark.
+    whole: Option<String>,
+    /// Whether a number shows that marks are decimal ones.
+    decimal: bool,
+}
+
+impl Marks {
+    fn count(&mut self, line: u64, cell: &str) {
+        if self.decimal {
+            return;
+        }
+        let digits = cell.trim_start_matches(['-', '+']);
+        let are_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+        match digits.split_once([',', '.']) {
+            None if are_digits(digits) => {
+                // A group of thousands takes a mark from four digits on.
+                self.decimal |= digits.len() > 3;
+                if self.whole.is_none() {
+                    self.whole = Some(cell.to_string());
+                }
+            }
+            Some((before, after))
+                if after.len() == 3
+                    && are_digits(after)
+                    && (1..=3).contains(&before.len())
+                    && are_digits(before)
+                    && !before.starts_with('0') =>
+            {
+                if self.marked.is_none() {
+                    self.marked = Some((line, cell.to_string()));
+                }
+            }
+            _ => self.decimal = true,
+        }
+    }
+
+    /// Refuses samples whose marks may part thousands.
+    fn check(self) -> Result<(), Error> {
+        let (Some((line, marked)), Some(whole), false) = (self.marked, self.whole, self.decimal)
+        else {
+            return Ok(());
+        };
+        Err(Error::from(ErrorKind::Malformed {
+            expected: "numbers without thousands marks".into(),
+            found: format!(
+                "`{}` beside whole numbers such as `{}`: a factor of 1000 is not clear",
+                text::shown(&marked),
+                text::shown(&whole)
+            ),
+            hint: "export again without thousands marks, or with the same decimals in all numbers"
+                .into(),
+        })
+        .at(Place::default().line(line)))
     }
 }
 

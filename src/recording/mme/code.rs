@@ -23,9 +23,10 @@ pub(super) enum Side {
 pub(super) struct Code([u8; 16]);
 
 impl Code {
-    /// Reads a code: 16 capitals, digits or question marks.
+    /// Reads a code: 16 letters, digits or question marks. Some programs write small letters.
     pub(super) fn new(text: &str) -> Option<Self> {
-        let bytes: [u8; 16] = text.trim().as_bytes().try_into().ok()?;
+        let capitals = text.trim().to_ascii_uppercase();
+        let bytes: [u8; 16] = capitals.as_bytes().try_into().ok()?;
         bytes
             .iter()
             .all(|byte| byte.is_ascii_uppercase() || byte.is_ascii_digit() || *byte == b'?')
@@ -101,6 +102,14 @@ impl Code {
 
     pub(super) fn text(&self) -> String {
         String::from_utf8_lossy(&self.0).into_owned()
+    }
+
+    /// Tells whether two codes may mean one channel: a question mark leaves a place open.
+    pub(super) fn agrees_with(&self, other: &Self) -> bool {
+        self.0
+            .iter()
+            .zip(&other.0)
+            .all(|(own, other)| own == other || *own == b'?' || *other == b'?')
     }
 }
 

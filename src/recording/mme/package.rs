@@ -2,11 +2,12 @@
 
 use super::archive::{Archive, is_archive};
 use super::channel::{ChannelHeader, looks_like_channel};
-use super::code::{self, Side};
+use super::code::{self, Code, Side};
 use super::{encoding, text};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::source::Reader;
 use crate::recording::{Finding, Limits};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Bytes at the start of a channel file in which its header ends.
 const HEADER_BYTES: u64 = 64 << 10;
@@ -69,10 +70,83 @@ pub(super) fn is_channel_file(name: &str) -> bool {
         .is_some_and(|suffix| suffix.len() >= 3 && suffix.bytes().all(|byte| byte.is_ascii_digit()))
 }
 
+/// Returns what the files of one test share: their folder, without the `Channel` in it, and
+/// their stem in small letters.
+fn test_of(name: &str) -> (String, String) {
+    let (folder, file) = name.rsplit_once('/').unwrap_or(("", name));
+    let (above, last) = folder.rsplit_once('/').unwrap_or(("", folder));
+    let folder = if last.eq_ignore_ascii_case("channel") {
+        above
+    } else {
+        folder
+    };
+    let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
+    (folder.to_string(), stem.to_lowercase())
+}
+
+/// Returns the number that a channel file has as its suffix.
+fn number_of(name: &str) -> Option<u32> {
+    suffix_of(name)
+        .filter(|_| is_channel_file(name))?
+        .parse()
+        .ok()
+}
+
+/// Refuses files that are not of one test: which channel goes with which clock and which struck
+/// side would be a guess.
+fn check_one_test(names: &[String], in_archive: bool) -> Result<(), Error> {
+    const LISTED: usize = 8;
+    // Of each test, one file that shows it; its own header, if there is one.
+    let mut tests: BTreeMap<(String, String), &String> = BTreeMap::new();
+    for name in names {
+        let shows = tests.entry(test_of(name)).or_insert(name);
+        if suffix_of(name).is_some_and(|suffix| suffix.eq_ignore_ascii_case("mme")) {
+            *shows = name;
+        }
+    }
+    if tests.len() > 1 {
+        let mut shown: Vec<String> = tests
+            .values()
+            .take(LISTED)
+            .map(|name| text::shown(name))
+            .collect();
+        if tests.len() > LISTED {
+            shown.push("others".into());
+        }
+        return Err(ErrorKind::Malformed {
+            expected: "the files of one test, which share folder and stem".into(),
+            found: format!("those of {}: {}", tests.len(), shown.join(", ")),
+            hint: if in_archive {
+                "unpack the archive and name the .mme file of one test, or pack each test by itself"
+            } else {
+                "name the .mme file of one test, or one channel file"
+            }
+            .into(),
+        }
+        .into());
+    }
+    let mut numbers: BTreeMap<u32, &String> = BTreeMap::new();
+    for name in names {
+        if let Some(number) = number_of(name)
+            && let Some(other) = numbers.insert(number, name)
+        {
+            return Err(ErrorKind::Malformed {
+                expected: "one file for each channel's number".into(),
+                found: format!("{} and {}", text::shown(other), text::shown(name)),
+                hint: "which of the two holds is not known; leave out one of them".into(),
+            }
+            .into());
+        }
+    }
+    Ok(())
+}
+
 /// The files of a test.
 pub(super) struct Package {
     /// Names of the test's files, in order.
     names: Vec<String>,
+    /// Name of the archive that holds them.
+    archive: Option<String>,
     place: Where,
     /// The one channel file that was given, with its bytes.
     given: Option<(String, Vec<u8>)>,
@@ -86,8 +160,11 @@ enum Where {
 impl Package {
     pub(super) fn open(source: &mut Reader, limits: &Limits) -> Result<Self, Error> {
         if source.is_folder() {
+            let names = kept(source.list(true, limits)?);
+            check_one_test(&names, false)?;
             return Ok(Self {
-                names: kept(source.list(true, limits)?),
+                names,
+                archive: None,
                 place: Where::Beside,
                 given: None,
             });
@@ -102,8 +179,10 @@ impl Package {
             if !names.iter().any(|name| is_channel_file(name)) {
                 return Err(archive.refused());
             }
+            check_one_test(&names, true)?;
             return Ok(Self {
                 names,
+                archive: Some(source.name().to_string()),
                 place: Where::Archive(Box::new(archive)),
                 given: None,
             });
@@ -113,21 +192,51 @@ impl Package {
             let name = source.name().to_string();
             // Others are of use only for an explicit time, so that a large folder does no harm.
             let mut names = kept(source.list(false, limits).unwrap_or_default());
-            let stem = |name: &str| name.rsplit_once('.').map(|(stem, _)| stem.to_lowercase());
-            names.retain(|other| stem(other) == stem(&name));
+            names.retain(|other| test_of(other) == test_of(&name));
             if !names.contains(&name) {
                 names.push(name.clone());
             }
             return Ok(Self {
                 names,
+                archive: None,
                 place: Where::Beside,
                 given: Some((name, bytes)),
             });
         }
+        let name = source.name().to_string();
+        let (mut names, others): (Vec<String>, Vec<String>) = kept(source.list(true, limits)?)
+            .into_iter()
+            .partition(|other| test_of(other) == test_of(&name));
+        if !names.iter().any(|name| is_channel_file(name))
+            && let Some(other) = others.iter().find(|name| is_channel_file(name))
+        {
+            let stem = name.rsplit_once('.').map_or(&*name, |(stem, _)| stem);
+            return Err(ErrorKind::Malformed {
+                expected: format!(
+                    "channel files of the same stem, {stem}.001 or Channel/{stem}.001"
+                ),
+                found: format!("{}, of another test", text::shown(other)),
+                hint: "give the test's files one stem, or name the channel file".into(),
+            }
+            .into());
+        }
+        if !names.contains(&name) {
+            names.push(name);
+        }
+        check_one_test(&names, false)?;
         Ok(Self {
-            names: kept(source.list(true, limits)?),
+            names,
+            archive: None,
             place: Where::Beside,
             given: None,
+        })
+    }
+
+    /// Names a file for a message, with the archive that holds it.
+    pub(super) fn place_of(&self, name: &str) -> Place {
+        Place::file(match &self.archive {
+            Some(archive) => format!("{archive}: {name}"),
+            None => name.to_string(),
         })
     }
 
@@ -157,7 +266,7 @@ impl Package {
                 bytes.clone()
             });
         }
-        match &mut self.place {
+        let read = match &mut self.place {
             Where::Beside => source.read_beside(name, limits)?.ok_or_else(|| {
                 ErrorKind::Io {
                     action: "read the test",
@@ -166,8 +275,8 @@ impl Package {
                 .into()
             }),
             Where::Archive(archive) => archive.read(name, limits.unpacked_bytes, limits),
-        }
-        .map_err(|error: Error| error.at(Place::file(name)))
+        };
+        read.map_err(|error: Error| error.at(self.place_of(name)))
     }
 
     fn head(&mut self, name: &str, source: &Reader, limits: &Limits) -> Result<Vec<u8>, Error> {
@@ -177,13 +286,13 @@ impl Package {
             let end = bytes.len().min(64 << 10);
             return Ok(bytes[..end].to_vec());
         }
-        match &mut self.place {
+        let read = match &mut self.place {
             Where::Beside => source
                 .read_head_of(name, HEADER_BYTES)
                 .map(Option::unwrap_or_default),
             Where::Archive(archive) => archive.head(name, HEADER_BYTES, limits),
-        }
-        .map_err(|error| error.at(Place::file(name)))
+        };
+        read.map_err(|error| error.at(self.place_of(name)))
     }
 
     /// Reads the start of a file as text.
@@ -203,7 +312,7 @@ impl Package {
             bytes.truncate(end);
         }
         let (bytes, found) =
-            encoding::decode(bytes, limits).map_err(|error| error.at(Place::file(name)))?;
+            encoding::decode(bytes, limits).map_err(|error| error.at(self.place_of(name)))?;
         for finding in found {
             if !findings.contains(&finding) {
                 findings.push(finding);
@@ -243,6 +352,89 @@ impl Package {
         Ok(entries)
     }
 
+    /// Holds the test's list of channels, the `.chn`, against the channel files.
+    pub(super) fn list_finding(
+        &mut self,
+        channels: &[Entry],
+        source: &Reader,
+        limits: &Limits,
+    ) -> Result<Option<Finding>, Error> {
+        const SHOWN: usize = 3;
+        let list = self
+            .names
+            .iter()
+            .find(|name| suffix_of(name).is_some_and(|suffix| suffix.eq_ignore_ascii_case("chn")));
+        let Some(list) = list.cloned() else {
+            return Ok(None);
+        };
+        let content = self.head_text(&list, source, limits, &mut Vec::new())?;
+        let files: BTreeMap<u32, &Entry> = channels
+            .iter()
+            .filter_map(|entry| Some((number_of(&entry.file)?, entry)))
+            .collect();
+        let mut differences = Vec::new();
+        let mut listed = BTreeSet::new();
+        for (key, value) in text::lines(&content).filter_map(|(_, line)| line.split_once(':')) {
+            let key = key.trim().to_ascii_lowercase();
+            let value = value.trim();
+            if key == "number of channels" {
+                if value
+                    .parse::<usize>()
+                    .is_ok_and(|number| number != files.len())
+                {
+                    differences.push(format!("{value} channels for {} files", files.len()));
+                }
+                continue;
+            }
+            let number = key.strip_prefix("name of channel").map(str::trim);
+            let Some(number) = number.and_then(|number| number.parse::<u32>().ok()) else {
+                continue;
+            };
+            listed.insert(number);
+            let code = value.split('/').next().and_then(Code::new);
+            match (files.get(&number), code) {
+                (None, _) => differences.push(format!("{number:03}, which has no file")),
+                (Some(entry), Some(code)) => {
+                    if let Some(own) = entry.header.code()
+                        && !own.agrees_with(&code)
+                    {
+                        differences.push(format!(
+                            "{} as {number:03}, whose file says {}",
+                            code.text(),
+                            own.text()
+                        ));
+                    }
+                }
+                (Some(_), None) => {}
+            }
+        }
+        if !listed.is_empty() {
+            differences.extend(
+                files
+                    .keys()
+                    .filter(|number| !listed.contains(number))
+                    .map(|number| format!("nothing as {number:03}, which has a file")),
+            );
+        }
+        if differences.is_empty() {
+            return Ok(None);
+        }
+        let more = differences.len().saturating_sub(SHOWN);
+        differences.truncate(SHOWN);
+        if more > 0 {
+            differences.push(format!("{more} more"));
+        }
+        Ok(Some(Finding::warning(
+            "list-contradicted",
+            format!(
+                "{} lists {}; the channel files were believed, but list and files may be of \
+                 different tests",
+                text::shown(&list),
+                differences.join("; ")
+            ),
+        )))
+    }
+
     /// Reads from the test's header which side was struck.
     pub(super) fn impact_side(
         &mut self,
@@ -269,9 +461,14 @@ impl Package {
     }
 }
 
-/// Keeps the names of the test's header, list and channels.
+/// Keeps the names of the test's header, list and channels; not those of the shadows that macOS
+/// packs beside each file.
 fn kept(mut names: Vec<String>) -> Vec<String> {
     names.retain(|name| is_test_file(name) || is_channel_file(name));
+    names.retain(|name| {
+        let file = name.rsplit('/').next().unwrap_or(name);
+        !file.starts_with("._") && !name.starts_with("__MACOSX/")
+    });
     names.sort();
     names
 }

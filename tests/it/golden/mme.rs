@@ -109,6 +109,46 @@ fn refused_folder(name: &str, channels: &[File], says: &[&str]) -> Case {
     case
 }
 
+/// A zip that holds one channel twice under the same name.
+fn doubled_zip() -> Vec<u8> {
+    let mut files = files(&[File::new()]);
+    files.push(("Channel/T7.009".into(), File::new().text().into()));
+    let mut bytes = zip_of(&files);
+    let name = b"Channel/T7.009";
+    for at in 0..bytes.len() - name.len() {
+        if bytes[at..].starts_with(name) {
+            bytes[at + name.len() - 1] = b'1';
+        }
+    }
+    bytes
+}
+
+/// Tests A and B in one package, each with a lateral channel.
+fn two_tests(folders: [&str; 2]) -> Vec<(String, Vec<u8>)> {
+    let text = File::new().text();
+    ["A", "B"]
+        .into_iter()
+        .zip(folders)
+        .flat_map(|(stem, folder)| {
+            [
+                (format!("{folder}{stem}.mme"), b"Test number :7\n".to_vec()),
+                (format!("{folder}{stem}.001"), text.clone().into_bytes()),
+            ]
+        })
+        .collect()
+}
+
+/// Numbers in thousands of a small unit, with thousands marks.
+fn thousands(k: i64, mark: char) -> String {
+    let whole = (push(k) * 9_806.65).round() as i64;
+    let (sign, whole) = (if whole < 0 { "-" } else { "" }, whole.abs());
+    if whole < 1000 {
+        format!("{sign}{whole}")
+    } else {
+        format!("{sign}{}{mark}{:03}", whole / 1000, whole % 1000)
+    }
+}
+
 pub(super) fn cases() -> Vec<Case> {
     let other = |code: &str| File::new().with("Channel code", code);
     let stamps = |from: &str| {
@@ -126,6 +166,31 @@ pub(super) fn cases() -> Vec<Case> {
             .with("Reference channel name", "11TIRS000000TI00")
             .without("Sampling interval")
             .without("Time of first sample")
+    };
+    let of_itself = |interval: &str, first: &str| {
+        explicit()
+            .with("Sampling interval", interval)
+            .with("Time of first sample", first)
+    };
+    let refused_text = |name: &str, text: String, says: &[&str]| {
+        let mut case = refused("t7.001", text, says);
+        case.name = name.into();
+        case
+    };
+    let twice = |key: &'static str, text: &str| {
+        let mut file = File::new();
+        file.lines.push((key, text.into()));
+        file
+    };
+    let cut_comment = |pieces: &[&str]| {
+        let mut file = File::new();
+        for piece in pieces {
+            file.lines.push(("Comments", (*piece).into()));
+        }
+        file
+    };
+    let said = |name: &str, file: &File, says: &str| {
+        one(name, file).unusable(&["blocking invalid-by-laboratory"], &[says])
     };
     let peak = (FROM..TO)
         .map(|k| value(k).parse::<f64>().unwrap())
@@ -227,6 +292,39 @@ pub(super) fn cases() -> Vec<Case> {
                 "warning time-start-assumed",
                 "warning no-pre-event-data",
             ]),
+        folder(
+            "explicit times as the header says",
+            &[of_itself("1.0E-4", "-2.0E-2"), stamps("implicit")],
+        ),
+        folder(
+            "explicit times and no interval",
+            &[of_itself("0", "NOVALUE"), stamps("implicit")],
+        ),
+        folder(
+            "another interval than the times",
+            &[of_itself("8.0E-5", "-2.0E-2"), stamps("implicit")],
+        )
+        .unusable(&["blocking time-contradicted"], &["12500 Hz"]),
+        folder(
+            "another start than the times",
+            &[of_itself("NOVALUE", "-1.0E-2"), stamps("implicit")],
+        )
+        .unusable(&["blocking time-contradicted"], &["-0.01 s"]),
+        refused_folder(
+            "two channels of times",
+            &[explicit(), stamps("implicit"), stamps("implicit")],
+            &["one channel of times", "file 002", "file 003"],
+        ),
+        refused_folder(
+            "another rate than the times",
+            &[explicit(), stamps("implicit")],
+            &[
+                "777 Hz",
+                "10000 Hz by the channel of times",
+                "leave out the rate",
+            ],
+        )
+        .options(&["--rate-hz", "777"]),
         {
             let file = File::new()
                 .without("Sampling interval")
@@ -303,5 +401,196 @@ pub(super) fn cases() -> Vec<Case> {
             case.name = "no unit".into();
             case
         },
+        // Which files are one test, and whether an archive is whole.
+        {
+            let mut case = lateral(good("A.mme", ""), "one of two tests").open("A.mme");
+            case.files = two_tests(["", ""]);
+            case
+        },
+        {
+            let mut case = refused(
+                "channels of another test",
+                "",
+                &["A.001 or Channel/A.001", "B.001"],
+            )
+            .open("A.mme");
+            case.files = two_tests(["", ""]);
+            case.files.remove(1);
+            case
+        },
+        {
+            let mut case = refused(
+                "two tests in a folder",
+                "",
+                &["files of one test", "A.mme", "B.mme", "name the .mme"],
+            )
+            .open("");
+            case.files = two_tests(["", ""]);
+            case
+        },
+        refused(
+            "two.zip",
+            zip_of(&two_tests(["A/", "B/"])),
+            &["files of one test", "A/A.mme", "B/B.mme", "unpack"],
+        ),
+        refused(
+            "number.zip",
+            zip_of(&[
+                ("T7.001".into(), File::new().text().into()),
+                ("Channel/t7.001".into(), File::new().text().into()),
+            ]),
+            &[
+                "one file for each channel's number",
+                "Channel/t7.001",
+                "T7.001",
+            ],
+        ),
+        lateral(
+            good(
+                "mac.zip",
+                zip_of(
+                    &[
+                        files(&[File::new()]),
+                        vec![("__MACOSX/Channel/._T7.001".into(), vec![0, 5, 22, 7])],
+                    ]
+                    .concat(),
+                ),
+            ),
+            "shadows of macOS",
+        ),
+        refused(
+            "twice.zip",
+            doubled_zip(),
+            &["each file once", "Channel/T7.001 twice", "twice.zip"],
+        ),
+        {
+            let mut bytes = gzip_of(&tar_of(&files(&[File::new()])));
+            let at = bytes.len() - 6;
+            bytes[at] ^= 0xFF;
+            refused(
+                "checksum.tar.gz",
+                bytes,
+                &["archive that unpacks", "checksum.tar.gz"],
+            )
+        },
+        {
+            let mut tar = tar_of(&files(&[File::new()]));
+            tar.extend_from_slice(&tar_of(&files(&[File::new()])));
+            refused("two.tar", tar, &["after the end of the tar", "two.tar"])
+        },
+        {
+            let mut bytes = zip_of(&files(&[File::new()]));
+            // In the middle of the one large file.
+            let at = bytes.len() / 2;
+            bytes[at] ^= 0x55;
+            refused("crc.zip", bytes, &["crc.zip: Channel/T7.001", "unpacks"])
+        },
+        {
+            let mut case = folder("a list of another test", &[File::new()])
+                .finds(&["warning list-contradicted"]);
+            case.files[2].1 =
+                b"Number of channels :2\nName of channel 001 :13DOORRI0000ACXP / x\n".to_vec();
+            case
+        },
+        {
+            let mut case = folder("a list that leaves places open", &[File::new()]);
+            case.files[2].1 = b"Name of channel 001 :11DOORLE00??ACYP / x\n".to_vec();
+            case
+        },
+        folder(
+            "codes in small letters",
+            &[
+                other("11doorle0000acxp"),
+                other("11doorle0000acyp"),
+                other("11doorle0000aczp"),
+            ],
+        )
+        .channel("11doorle0000acyp")
+        .finds(&["info channel-chosen"]),
+        // Samples that are not what they seem.
+        refused_text(
+            "an empty line",
+            File::new().row(350, "").without("Number of samples").text(),
+            &["t7.001:363", "empty line", "NOVALUE"],
+        ),
+        refused_text(
+            "thousands by comma",
+            {
+                let mut file = File::new().with("Unit", "mm/s2");
+                file.rows = (FROM..TO).map(|k| thousands(k, ',')).collect();
+                file.text()
+            },
+            &["thousands marks", "beside whole numbers"],
+        ),
+        refused_text(
+            "thousands by point",
+            {
+                let mut file = File::new().with("Unit", "mm/s2");
+                file.rows = (FROM..TO).map(|k| thousands(k, '.')).collect();
+                file.text()
+            },
+            &["thousands marks", "beside whole numbers"],
+        ),
+        // Keys that come twice.
+        one("a key twice, alike", &twice("Sampling interval", "0.0001")),
+        one(
+            "a key twice, once without a value",
+            &twice("Unit", "NOVALUE"),
+        ),
+        refused_text(
+            "two intervals",
+            twice("Sampling interval", "1.0E-5").text(),
+            &[
+                "one `Sampling interval`",
+                "`1.0E-4` and `1.0E-5`",
+                "mend the header",
+            ],
+        ),
+        refused_text(
+            "two units",
+            twice("Unit", "g").text(),
+            &["one `Unit`", "`m/(s*s)` and `g`"],
+        ),
+        refused_text(
+            "two starts",
+            twice("Time of first sample", "-5.0E-3").text(),
+            &["one `Time of first sample`"],
+        ),
+        // What the laboratory says, wherever and however cut.
+        said(
+            "a comment cut in a word",
+            &cut_comment(&["channel seems to be good but no val", "id data after 10 ms"]),
+            "id data after 10 ms",
+        ),
+        said(
+            "a comment cut between words",
+            &cut_comment(&["channel seems to be good but no", "valid data after 10 ms"]),
+            "valid data after 10 ms",
+        ),
+        said(
+            "a status in words",
+            &File::new().with("Data status", "Data invalid after 10 ms"),
+            "Data invalid after 10 ms",
+        ),
+        said(
+            "a status in German",
+            &File::new().with("Data status", "ung\u{fc}ltig"),
+            "ung\u{fc}ltig",
+        ),
+        said(
+            "two states",
+            &twice("Data status", "channel failed"),
+            "channel failed",
+        ),
+        said(
+            "an instant outside of the record",
+            &cut_comment(&["no valid data after 300 ms"]),
+            "outside of the record",
+        ),
+        one(
+            "an instant that is not understood",
+            &cut_comment(&["look at 10 ms"]),
+        )
+        .finds(&["warning laboratory-remark"]),
     ]
 }

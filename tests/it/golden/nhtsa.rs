@@ -250,6 +250,76 @@ pub(super) fn cases() -> Vec<Case> {
             },
             "FULL SCALE",
         ),
+        blocked(
+            "a leading point",
+            &Line {
+                comment: "NO VALID DATA AFTER .010 SECONDS",
+                ..PLAIN
+            },
+            ".010",
+        ),
+        blocked(
+            "no data",
+            &Line {
+                comment: "NO DATA AFTER 10 MILLISECONDS",
+                ..PLAIN
+            },
+            "NO DATA",
+        ),
+        blocked(
+            "not useable",
+            &Line {
+                comment: "NOT USEABLE",
+                ..PLAIN
+            },
+            "USEABLE",
+        ),
+        blocked(
+            "over range",
+            &Line {
+                comment: "OVER RANGE AT 10 MS",
+                ..PLAIN
+            },
+            "OVER RANGE",
+        ),
+        blocked(
+            "an instant outside of the record",
+            &Line {
+                comment: "NO VALID DATA AFTER 1 SECOND",
+                ..PLAIN
+            },
+            "outside of the record",
+        ),
+        read(
+            "an instant that is not understood",
+            &Line {
+                comment: "HOOD TOUCHED MOUNT AT 10 MS",
+                ..PLAIN
+            },
+        )
+        .finds(&["warning laboratory-remark"]),
+        good("v07292.146", whole())
+            .beside(
+                "v07292.EV5",
+                header(&[PLAIN.text(146).replace("|SEC|", "|MSEC|")]),
+            )
+            .channel("146 V1 AC DSLF YG")
+            .unit("g", value)
+            .finds(&["info header-beside", "warning time-unit-overridden"])
+            .named("milliseconds that are seconds"),
+        good("v07292.146", whole())
+            .beside(
+                "v07292.EV5",
+                header(&[PLAIN
+                    .text(146)
+                    .replace("|SEC|", "|MSEC|")
+                    .replace("|100|AM", "||AM")]),
+            )
+            .channel("146 V1 AC DSLF YG")
+            .unit("g", value)
+            .finds(&["info header-beside"])
+            .unusable(&["blocking time-contradicted"], &["XUNITS"])
+            .named("a unit of time that nothing confirms"),
         read(
             "a remark",
             &Line {
