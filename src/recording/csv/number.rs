@@ -94,6 +94,62 @@ pub(in crate::recording) fn is_numeric(cell: &[u8]) -> bool {
     )
 }
 
+/// What the marks in the numbers of a column may be: `6,158` is a little more than six, or six
+/// thousand, and only its neighbours tell.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(in crate::recording) struct Marks {
+    /// Whether a number was there whose mark separates no thousands, such as `0,5` or `12.25`.
+    pub(in crate::recording) decimal: bool,
+    /// Whether one was there whose mark may separate thousands.
+    pub(in crate::recording) doubtful: bool,
+    /// Whether one was there that is whole and has no mark.
+    pub(in crate::recording) whole: bool,
+}
+
+impl Marks {
+    /// Takes in a cell that [`parse`] accepted; returns whether its mark is the first doubtful one.
+    pub(in crate::recording) fn look(&mut self, cell: &[u8]) -> bool {
+        if self.decimal {
+            return false;
+        }
+        let cell = cell.trim_ascii();
+        let digits = match cell {
+            [b'-' | b'+', rest @ ..] => rest,
+            _ => cell,
+        };
+        let Some(mark) = digits.iter().position(|byte| matches!(byte, b',' | b'.')) else {
+            self.whole |= digits.iter().all(u8::is_ascii_digit);
+            return false;
+        };
+        let (before, after) = (&digits[..mark], &digits[mark + 1..]);
+        // Nobody writes a zero before the first group of thousands.
+        let thousands = (1..=3).contains(&before.len())
+            && before[0] != b'0'
+            && after.len() == 3
+            && before.iter().chain(after).all(u8::is_ascii_digit);
+        if thousands {
+            let first = !self.doubtful;
+            self.doubtful = true;
+            return first;
+        }
+        self.decimal = true;
+        false
+    }
+
+    /// Tells whether the marks may separate thousands: all of them could, and whole numbers
+    /// without a mark stand beside them.
+    pub(in crate::recording) fn may_be_thousands(self) -> bool {
+        !self.decimal && self.doubtful && self.whole
+    }
+
+    /// Takes in what further rows of the same column have shown.
+    pub(in crate::recording) fn join(&mut self, next: Self) {
+        self.decimal |= next.decimal;
+        self.doubtful |= next.doubtful;
+        self.whole |= next.whole;
+    }
+}
+
 /// Powers of ten of first digits that are told apart.
 const DECADES: Range<i32> = -24..24;
 
