@@ -213,7 +213,7 @@ fn find_base(
         .map_err(|error| at_longest_gap(error, text, rows, layout))?;
     let rate = fitted.rate.hertz();
     text::check_rate(options, rate, &format!("the time column `{name}`"))?;
-    if rate > INCREDIBLE && options.time_unit.is_none() {
+    if rate > INCREDIBLE && options.time_unit.is_none() && options.rate_hz.is_none() {
         return Err(Error::from(ErrorKind::Malformed {
             expected: "a time column of a rate that crash recordings have".into(),
             found: format!(
@@ -314,7 +314,7 @@ fn at_longest_gap(error: Error, text: &[u8], rows: &Rows, layout: &Layout) -> Er
         return error;
     };
     let found = format!(
-        "more on a uniform time base: after the stamp {} s the next one comes {} s later; mend that stamp, or cut the recording there",
+        "more on a uniform time base: after the stamp {} s the next one comes {} s later",
         rows.stamps_s[longest],
         crate::units::plain(step(longest), 6)
     );

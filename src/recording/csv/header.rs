@@ -361,13 +361,17 @@ fn find_unit(cell: &str) -> Found {
 /// Returns each with what stands before and after it.
 fn bracketed_units(cell: &str) -> Vec<(&str, &str, &str)> {
     let mut found = Vec::new();
-    let mut opened: Vec<usize> = Vec::new();
+    let mut opened: Vec<(usize, char)> = Vec::new();
     for (index, character) in cell.char_indices() {
         match character {
-            '(' | '[' | '{' => opened.push(index),
+            '(' => opened.push((index, ')')),
+            '[' => opened.push((index, ']')),
+            '{' => opened.push((index, '}')),
             ')' | ']' | '}' => {
-                let Some(start) = opened.pop() else { continue };
-                if !opened.is_empty() {
+                let Some((start, close)) = opened.pop() else {
+                    continue;
+                };
+                if !opened.is_empty() || character != close {
                     continue;
                 }
                 let content = cell[start + 1..index].trim();
