@@ -212,7 +212,12 @@ fn find_base(
     let fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, limits)
         .map_err(|error| at_longest_gap(error, text, rows, layout))?;
     let rate = fitted.rate.hertz();
-    text::check_rate(options, rate, &format!("the time column `{name}`"))?;
+    text::check_rate(
+        options,
+        rate,
+        &format!("the time column `{name}`"),
+        "state --time-unit, or leave out the rate",
+    )?;
     if rate > INCREDIBLE && options.time_unit.is_none() && options.rate_hz.is_none() {
         return Err(Error::from(ErrorKind::Malformed {
             expected: "a time column of a rate that crash recordings have".into(),

@@ -23,6 +23,9 @@ use crate::error::{Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, SampleRate, TimeUnit};
 use header::{Header, TimeColumns};
 
+/// What to do where option or card state another rate than the file.
+const RATE_HINT: &str = "leave out the rate, or mend the header if it is the one that is wrong";
+
 /// Tells whether the file begins as LabVIEW's do.
 #[must_use]
 pub fn recognises(head: &Head<'_>) -> bool {
@@ -478,7 +481,12 @@ fn channel(
             let (stamps, digit) = &table.stamps[slot];
             let stamps = stamps.get(..values.len()).unwrap_or(stamps);
             let base = TimeBase::fit(stamps, *digit, limits)?;
-            text::check_rate(options, base.rate.hertz(), "the file's time column")?;
+            text::check_rate(
+                options,
+                base.rate.hertz(),
+                "the file's time column",
+                RATE_HINT,
+            )?;
             findings.extend(base.findings.iter().cloned());
             findings.extend(interval_finding(described.interval(), base.rate));
             (base.start_s, base.rate, base.apply(stamps, values)?)
@@ -486,7 +494,7 @@ fn channel(
         None => {
             let rate = match (described.interval(), options.rate_hz) {
                 (Some(rate), _) => {
-                    text::check_rate(options, rate.hertz(), "Delta_X in the header")?;
+                    text::check_rate(options, rate.hertz(), "Delta_X in the header", RATE_HINT)?;
                     rate
                 }
                 (None, Some(hertz)) => SampleRate::from_hertz(hertz)?,

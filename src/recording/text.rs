@@ -112,18 +112,23 @@ pub(super) fn sample(cell: &str, decimal: &mut Decimal) -> Result<f64, Error> {
 const RATE_AGREEMENT: f64 = 1e-3;
 
 /// Holds the rate that option or card state against the one that the file says; `by` names what
-/// says it.
+/// says it and `hint` the way out.
 ///
 /// # Errors
 ///
 /// [`ErrorKind::Malformed`] where they differ.
-pub(super) fn check_rate(options: &ReadOptions, found: f64, by: &str) -> Result<(), Error> {
+pub(super) fn check_rate(
+    options: &ReadOptions,
+    found: f64,
+    by: &str,
+    hint: &str,
+) -> Result<(), Error> {
     match options.rate_hz {
         Some(stated) if (stated - found).abs() > RATE_AGREEMENT * found => {
             Err(Error::from(ErrorKind::Malformed {
                 expected: format!("a rate of {stated} Hz, as option or card say"),
                 found: format!("{found} Hz by {by}"),
-                hint: "state --time-unit, or leave out the rate".into(),
+                hint: hint.into(),
             }))
         }
         _ => Ok(()),

@@ -388,23 +388,44 @@ fn bracketed_units(cell: &str) -> Vec<(&str, &str, &str)> {
 /// Characters of arithmetic that no name holds.
 const OPERATORS: [char; 8] = ['*', '×', '^', '=', '±', '·', '⋅', '%'];
 
-/// Tells whether a text begins with a number, or with a factor such as `x10` or `/ 10`.
-fn begins_with_number(text: &str) -> bool {
-    text.trim_start_matches(['x', 'X', '/', '+', '-', '.', ' '])
-        .starts_with(|first: char| first.is_ascii_digit())
+/// Tells whether a word is a number, or a factor such as `x10`; `X1` is a sensor.
+fn is_factor(word: &str) -> bool {
+    let is_digit = |first: char| first.is_ascii_digit();
+    let number = word.trim_start_matches(['/', '+', '-', '.']);
+    let times = word.strip_prefix(['x', 'X']).unwrap_or_default();
+    number.starts_with(is_digit) || (times.len() > 1 && times.starts_with(is_digit))
 }
 
 /// Tells whether arithmetic around a unit in brackets changes what it means: `(g) x10`,
 /// `(m/s2) / g`, `acc/10 (g)`.
 fn is_scaled(before: &str, after: &str) -> bool {
-    let factor = |text: &str| {
-        text.contains(OPERATORS)
-            || text.split('/').skip(1).any(begins_with_number)
-            || text
-                .split_whitespace()
-                .any(|token| token.starts_with(['x', 'X']) && begins_with_number(token))
+    let digit = |byte: Option<&u8>| byte.is_some_and(u8::is_ascii_digit);
+    let computes = |text: &str| {
+        let text: String = text.split_whitespace().collect();
+        text.match_indices(['*', '×', '·', '⋅', '^', '/'])
+            .any(|(at, operator)| {
+                let left = digit(text[..at].as_bytes().last());
+                let right = digit(text.as_bytes().get(at + operator.len()));
+                // `1/2` counts channels.
+                if operator == "/" {
+                    right && !left
+                } else {
+                    right || left
+                }
+            })
     };
-    after.trim_start().starts_with('/') || factor(before) || factor(after)
+    let words: Vec<&str> = before.split_whitespace().collect();
+    let times = words
+        .windows(2)
+        .any(|pair| matches!(pair[0], "x" | "X") && is_factor(pair[1]));
+    let after = after.trim_start();
+    times
+        || after.starts_with(['/', '*', '×', '·', '⋅', '^'])
+        || after
+            .split_whitespace()
+            .any(|word| word.starts_with(['x', 'X']) && is_factor(word))
+        || computes(before)
+        || computes(after)
 }
 
 /// Tells whether the text around a unit in brackets names another one: `acc_y_g (m/s2)`.
@@ -488,7 +509,7 @@ fn is_name(label: &str, suffixed: bool) -> bool {
             _ => false,
         }
     } else {
-        label.split_whitespace().any(begins_with_number)
+        label.split_whitespace().any(is_factor)
     };
     let is_unit = |part: &str| {
         is_foreign(part)

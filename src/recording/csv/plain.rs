@@ -486,6 +486,27 @@ mod tests {
         }
     }
 
+    /// Whole numbers in one half and marks that may separate thousands in the other are told by
+    /// the careful reader; stamps or samples with decimals make them decimal ones.
+    #[test]
+    fn verif_marks_of_both_halves_are_judged_together() {
+        for cut in 1..30 {
+            let table = |stamp: fn(usize) -> String, last: &str| {
+                let mut text = "t_us,ay_g\n".to_string();
+                for k in 0..30 {
+                    let value = if k < cut { "7" } else { "6.158" };
+                    text += &format!("{},{value}\n", stamp(k));
+                }
+                text + &format!("{},{last}\n", stamp(30))
+            };
+            let whole: fn(usize) -> String = |k| (100 * k).to_string();
+            let tenths: fn(usize) -> String = |k| format!("{k}.5");
+            check_halves(&table(whole, "6.158"), None);
+            check_halves(&table(whole, "0.158"), Some(31));
+            check_halves(&table(tenths, "6.158"), Some(31));
+        }
+    }
+
     /// Digits of every length, with every byte behind them, against the plain sum.
     #[test]
     fn verif_digits_are_summed_eight_at_a_time() {

@@ -783,6 +783,9 @@ fn doubtful_units() -> Vec<Case> {
         "acc_y_g (m/s2)",
         "acc_y (g) x10",
         "acc_y*10 [g]",
+        "acc_y / 10 [g]",
+        "acc_y x 100 [g]",
+        "acc_y x10 g",
         "acc_y_100_g",
         "acc_y_mV_g",
         "acc_y [m/s2)",
@@ -808,6 +811,9 @@ fn doubtful_units() -> Vec<Case> {
         "Beschl. quer [g]",
         "acc_y (G's)",
         "acc 1 y [g]",
+        "acc 1/2 y [g]",
+        "acc_y X1 [g]",
+        "acc y* CFC=60 (g)",
     ]
     .iter()
     .enumerate()
