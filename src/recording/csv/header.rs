@@ -404,7 +404,7 @@ fn is_scaled(before: &str, after: &str) -> bool {
         let text: String = text.split_whitespace().collect();
         text.match_indices(['*', '×', '·', '⋅', '^', '/'])
             .any(|(at, operator)| {
-                let left = digit(text[..at].as_bytes().last());
+                let left = digit(text.as_bytes()[..at].last());
                 let right = digit(text.as_bytes().get(at + operator.len()));
                 // `1/2` counts channels.
                 if operator == "/" {
