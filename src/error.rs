@@ -180,7 +180,12 @@ pub enum ErrorKind {
     },
     /// Time that stands still or goes back.
     #[error(
-        "expected a time after {previous} s, found {found} s; time must increase, sort or cut the recording"
+        "expected a time after {previous} s, found {found} s; time must increase, {}",
+        if found < previous {
+            "sort or cut the recording"
+        } else {
+            "remove the row that came twice, or export the stamps with more digits; in a text table --rate-hz HZ stands in for digits that are missing"
+        }
     )]
     TimeNotIncreasing {
         /// The stamp before [s].

@@ -352,6 +352,16 @@ pub fn read(
 /// Formats that are known but not read: first bytes, name, way out.
 const REFUSED: &[(&[u8], &str, &str)] = &[
     (
+        b"MDF     3",
+        "ASAM MDF3",
+        "export the channel as CSV, for example with asammdf or the logger's converter",
+    ),
+    (
+        b"MDF     2",
+        "ASAM MDF2",
+        "export the channel as CSV, for example with asammdf or the logger's converter",
+    ),
+    (
         b"MDF     ",
         "ASAM MDF4",
         "export the channel as CSV, for example with asammdf or the logger's converter",

@@ -153,35 +153,78 @@ impl AccelerationUnit {
     }
 
     /// Reads one of the spellings found in files: `g`, `G'S`, `m/s^2`, `m/s²`, `m/(s*s)`,
-    /// `m s-2`, `mm/ms^2`, `ft/s2` and their like; `None` for anything else.
+    /// `m s-2`, `mm/ms^2`, `ft/s2` and their like; `None` for anything else, a product with a
+    /// number or with another unit among it.
     #[must_use]
     pub fn from_spelling(text: &str) -> Option<Self> {
-        let plain: String = text
-            .trim()
-            .chars()
-            .filter(|c| {
-                !c.is_whitespace() && !matches!(c, '^' | '*' | '(' | ')' | '\'' | '·' | '.')
-            })
-            .map(|c| match c {
-                '²' => '2',
-                '⁻' => '-',
-                other => other.to_ascii_lowercase(),
-            })
-            .collect();
-        match plain.as_str() {
-            "g" | "gs" | "gn" | "g0" => Some(Self::StandardGravity),
-            "m/s2" | "m/ss" | "m/s/s" | "ms-2" | "m/sec2" | "m/sec/sec" | "meters/sec2"
-            | "metre/s2" => Some(Self::MetrePerSecondSquared),
-            "mm/s2" | "mm/ss" | "mm/s/s" | "mms-2" | "mm/sec2" => {
-                Some(Self::MillimetrePerSecondSquared)
-            }
-            "mm/ms2" | "mm/msms" | "mm/ms/ms" | "mmms-2" => {
-                Some(Self::MillimetrePerMillisecondSquared)
-            }
-            "ft/s2" | "ft/ss" | "ft/s/s" | "fts-2" | "ft/sec2" => Some(Self::FootPerSecondSquared),
+        let plain = plain_spelling(text);
+        if matches!(plain.as_str(), "g" | "gs" | "g's" | "g'" | "gn" | "g0") {
+            return Some(Self::StandardGravity);
+        }
+        let (unit, rest) = [
+            (Self::MillimetrePerSecondSquared, "mm"),
+            (Self::MetrePerSecondSquared, "meters"),
+            (Self::MetrePerSecondSquared, "metre"),
+            (Self::MetrePerSecondSquared, "m"),
+            (Self::FootPerSecondSquared, "ft"),
+        ]
+        .into_iter()
+        .find_map(|(unit, length)| Some((unit, plain.strip_prefix(length)?)))?;
+        match (rest, unit) {
+            (
+                "/s2" | "/ss" | "/s/s" | "/(s*s)" | "/(s2)" | "s-2" | "*s-2" | "/sec2" | "/sec/sec"
+                | "/(sec*sec)" | "/(sec2)",
+                unit,
+            ) => Some(unit),
+            (
+                "/ms2" | "/msms" | "/ms/ms" | "/(ms*ms)" | "/(ms2)" | "ms-2" | "*ms-2",
+                Self::MillimetrePerSecondSquared,
+            ) => Some(Self::MillimetrePerMillisecondSquared),
             _ => None,
         }
     }
+}
+
+/// Writes a unit in small letters without powers' carets, blanks around operators and the
+/// brackets around all of it; a product gets a `*`, be it written with a dot or a blank.
+fn plain_spelling(text: &str) -> String {
+    let text = text.trim();
+    let inner = text
+        .strip_prefix('(')
+        .and_then(|rest| rest.strip_suffix(')'))
+        .filter(|inner| inner.find('(').unwrap_or(0) <= inner.find(')').unwrap_or(0));
+    let text = inner.unwrap_or(text).trim_end_matches('.');
+    let mut plain = String::with_capacity(text.len());
+    let mut product = false;
+    for character in text.replace("**", "^").chars() {
+        let character = match character {
+            '²' => '2',
+            '⁻' => '-',
+            '’' => '\'',
+            other => other.to_ascii_lowercase(),
+        };
+        if character.is_whitespace() || matches!(character, '*' | '·' | '⋅' | '∙' | '.') {
+            product = true;
+            continue;
+        }
+        if character == '^' {
+            continue;
+        }
+        // A blank beside a stroke or a bracket is no product.
+        if product
+            && !matches!(character, '/' | ')')
+            && !plain.is_empty()
+            && !plain.ends_with(['/', '('])
+        {
+            plain.push('*');
+        }
+        product = false;
+        plain.push(character);
+    }
+    if product && text.ends_with(['*', '·', '⋅', '∙']) {
+        plain.push('*');
+    }
+    plain
 }
 
 /// The unit in which a recording states time.

@@ -18,20 +18,21 @@ mod rows;
 
 use super::source::Reader;
 use super::time_base::TimeBase;
-use super::{Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, Stated};
+use super::{Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, Stated, text};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, SampleRate};
 use layout::{Layout, TimeSource};
 use rows::{Fate, Rows};
 
 /// Rates outside of which a stated unit of time is doubted [Hz].
-const PLAUSIBLE_STATED: (f64, f64) = (1.0, 10e6);
+const PLAUSIBLE_STATED: (f64, f64) = (1.0, 200e3);
 
 /// Rates outside of which an assumed unit of time is doubted [Hz]; no crash recording is slower.
-const PLAUSIBLE_ASSUMED: (f64, f64) = (250.0, 10e6);
+const PLAUSIBLE_ASSUMED: (f64, f64) = (250.0, 200e3);
 
-/// Largest relative difference between the rate of a time column and a stated one [-].
-const RATE_AGREEMENT: f64 = 1e-3;
+/// Rate from which on only the user's word for the unit of time counts [Hz]: a header that says
+/// milliseconds over seconds makes 1 MHz of 1 kHz, and the pulse a thousandth of its length.
+const INCREDIBLE: f64 = 500e3;
 
 /// Tells whether the head looks like text.
 #[must_use]
@@ -58,13 +59,15 @@ pub fn read(
 ) -> Result<ReadOutcome, Error> {
     let bytes = source.read_text(limits)?;
     let (mut text, mut findings) = encoding::decode(bytes, limits)?;
-    let named = dialect::mark_lines(&mut text, limits)?;
+    let marked = dialect::mark_lines(&mut text, limits)?;
     // The table reader takes a comment without a line end for an empty row.
     let last = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
     if text.get(last) == Some(&b'#') {
         text.truncate(last);
     }
-    let separator = named.unwrap_or_else(|| dialect::find_separator(&text));
+    let separator = marked
+        .separator
+        .unwrap_or_else(|| dialect::find_separator(&text));
     if separator == dialect::Separator::Blanks {
         dialect::collapse_blanks(&mut text);
     }
@@ -77,6 +80,15 @@ pub fn read(
             findings,
         });
     };
+    if let (TimeSource::Rate(_), Some(line)) = (&time, marked.break_after(layout.header_rows)) {
+        return Err(Error::from(ErrorKind::Malformed {
+            expected: "rows of samples without a break, since no column tells their time".into(),
+            found: "a line that is empty or a comment".into(),
+            hint: "remove the line if no sample is missing there, or export with a time column"
+                .into(),
+        })
+        .at(Place::default().line(line)));
+    }
     let choice = layout.choose(options, selection, &time)?;
     let wanted = &choice.columns;
     let rows = Rows::read(&text, &layout, &time, wanted, (options, selection), limits)?;
@@ -111,7 +123,7 @@ pub fn read(
             ),
         ));
     }
-    let base = find_base(&rows, &layout, &time, options, limits, &mut findings)?;
+    let base = find_base(&text, &rows, &layout, &time, options, limits, &mut findings)?;
     let zero = options.time_zero_s.unwrap_or(0.0);
     let mut channels = Vec::with_capacity(choice.columns.len());
     for (index, fate) in choice.columns.iter().zip(rows.values) {
@@ -164,6 +176,7 @@ struct Base {
 }
 
 fn find_base(
+    text: &[u8],
     rows: &Rows,
     layout: &Layout,
     time: &TimeSource,
@@ -192,19 +205,31 @@ fn find_base(
             index, unit_stated, ..
         } => (*index, *unit_stated),
     };
-    let fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, limits)?;
+    let name = &layout.columns[column].name;
+    if let (true, Some(stated)) = (rows.stamps_repeat, options.rate_hz) {
+        return coarse_base(rows, name, SampleRate::from_hertz(stated)?);
+    }
+    let fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, limits)
+        .map_err(|error| at_longest_gap(error, text, rows, layout))?;
     let rate = fitted.rate.hertz();
-    if let Some(stated) = options.rate_hz
-        && (stated - rate).abs() > RATE_AGREEMENT * rate
-    {
+    text::check_rate(
+        options,
+        rate,
+        &format!("the time column `{name}`"),
+        "state --time-unit, or leave out the rate",
+    )?;
+    if rate > INCREDIBLE && options.time_unit.is_none() && options.rate_hz.is_none() {
         return Err(Error::from(ErrorKind::Malformed {
-            expected: format!("a rate of {stated} Hz, as option or card say"),
+            expected: "a time column of a rate that crash recordings have".into(),
             found: format!(
-                "{rate} Hz by the time column `{}`",
-                layout.columns[column].name
+                "{rate} Hz by `{name}`{}",
+                if unit_stated { "" } else { ", seconds assumed" }
             ),
-            hint: "state --time-unit, or leave out the rate".into(),
-        }));
+            hint:
+                "its unit is likely another than the header says; state it with --time-unit s|ms|us"
+                    .into(),
+        })
+        .at(Place::default().channel(name.clone())));
     }
     let (low, high) = if unit_stated {
         PLAUSIBLE_STATED
@@ -226,6 +251,97 @@ fn find_base(
         findings: fitted.findings.clone(),
         fitted: Some(fitted),
     })
+}
+
+/// Finds the time base of stamps that repeat, since they have too few digits, at a stated rate:
+/// each of them must be the instant of its row, to a printed digit.
+fn coarse_base(rows: &Rows, name: &str, rate: SampleRate) -> Result<Base, Error> {
+    let interval = rate.interval().seconds();
+    let digit = rows.printed_digit_s;
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut instant = 0.0;
+    for stamp in &rows.stamps_s {
+        let residual = stamp - instant * interval;
+        instant += 1.0;
+        low = low.min(residual);
+        high = high.max(residual);
+    }
+    let slack = 1e-9 * digit + 8.0 * f64::EPSILON * (instant * interval);
+    if high - low > digit + slack {
+        return Err(Error::from(ErrorKind::Malformed {
+            expected: format!(
+                "stamps that follow {} Hz to a printed digit, as option or card say",
+                rate.hertz()
+            ),
+            found: format!(
+                "stamps of `{name}` that repeat and are off by up to {} s",
+                crate::units::plain(high - low, 3)
+            ),
+            hint: "rows are doubled or missing, or the rate is another; export the stamps with more digits".into(),
+        })
+        .at(Place::default().channel(name.to_string())));
+    }
+    // Rounded stamps lie within half a digit of the clock on either side.
+    let (earliest, latest) = (high - 0.5 * digit, low + 0.5 * digit);
+    let start = |at: f64| {
+        (earliest - slack..=latest + slack)
+            .contains(&at)
+            .then_some(at)
+    };
+    let first = rows.stamps_s[0];
+    let start_s = start(first)
+        .or_else(|| start((first / interval).round() * interval))
+        .unwrap_or(0.5 * (low + high));
+    Ok(Base {
+        start_s,
+        rate,
+        findings: vec![Finding::warning(
+            "stamps-coarse",
+            format!(
+                "the stamps of `{name}` have too few digits and repeat; the stated {} Hz was used, which they follow to a printed digit, so that the start is known to {} s",
+                rate.hertz(),
+                crate::units::plain(digit, 3)
+            ),
+        )],
+        fitted: None,
+    })
+}
+
+/// Says where the longest gap stands if filling the gaps takes more samples than allowed.
+fn at_longest_gap(error: Error, text: &[u8], rows: &Rows, layout: &Layout) -> Error {
+    let ErrorKind::LimitExceeded { limit, value, .. } = error.kind() else {
+        return error;
+    };
+    let step = |index: usize| rows.stamps_s[index + 1] - rows.stamps_s[index];
+    let Some(longest) =
+        (0..rows.stamps_s.len().saturating_sub(1)).max_by(|a, b| step(*a).total_cmp(&step(*b)))
+    else {
+        return error;
+    };
+    let found = format!(
+        "more on a uniform time base: after the stamp {} s the next one comes {} s later",
+        rows.stamps_s[longest],
+        crate::units::plain(step(longest), 6)
+    );
+    let place = if rows.repeated.is_some() {
+        Place::default()
+    } else {
+        let row = layout.header_rows + longest + 1;
+        text.split(|byte| *byte == b'\n')
+            .enumerate()
+            .filter(|(_, line)| dialect::is_row(line))
+            .nth(row)
+            .map_or(Place::default(), |(line, _)| {
+                Place::default().line(line as u64 + 1)
+            })
+    };
+    let (limit, value) = (*limit, *value);
+    Error::from(ErrorKind::LimitExceeded {
+        limit,
+        value,
+        found,
+    })
+    .at(place)
 }
 
 /// Returns the unit of a column, what states it, and a finding if option and file disagree.

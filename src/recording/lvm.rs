@@ -12,7 +12,7 @@
 mod header;
 
 use super::csv::header::Column;
-use super::csv::number::{Decimal, PrintedDigits};
+use super::csv::number::{Decimal, Marks, PrintedDigits};
 use super::source::Reader;
 use super::time_base::{self, TimeBase};
 use super::{
@@ -20,17 +20,28 @@ use super::{
     laboratory, lateral, text,
 };
 use crate::error::{Error, ErrorKind, Place};
-use crate::units::{AccelerationUnit, SampleRate};
+use crate::units::{AccelerationUnit, SampleRate, TimeUnit};
 use header::{Header, TimeColumns};
+
+/// What to do where option or card state another rate than the file.
+const RATE_HINT: &str = "leave out the rate, or mend the header if it is the one that is wrong";
 
 /// Tells whether the file begins as LabVIEW's do.
 #[must_use]
 pub fn recognises(head: &Head<'_>) -> bool {
+    const MAGIC: &[u8] = b"LabVIEW Measurement";
+    let wide = |order: fn(u16) -> [u8; 2]| -> Vec<u8> {
+        let mark = order(0xFEFF).into_iter();
+        mark.chain(MAGIC.iter().flat_map(|byte| order(u16::from(*byte))))
+            .collect()
+    };
     let start = head
         .bytes
         .strip_prefix(b"\xEF\xBB\xBF")
         .unwrap_or(head.bytes);
-    start.starts_with(b"LabVIEW Measurement")
+    start.starts_with(MAGIC)
+        || start.starts_with(&wide(u16::to_le_bytes))
+        || start.starts_with(&wide(u16::to_be_bytes))
 }
 
 /// Reads a LabVIEW measurement file.
@@ -48,12 +59,21 @@ pub fn read(
     selection: Selection,
     limits: &Limits,
 ) -> Result<ReadOutcome, Error> {
+    let other_unit = |unit| unit != TimeUnit::Second;
+    if options.time_column.is_some() || options.time_unit.is_some_and(other_unit) {
+        return Err(ErrorKind::Malformed {
+            expected: "a LabVIEW file, whose header says where its times are, in seconds".into(),
+            found: "options that say otherwise".into(),
+            hint: "leave out --time-column and --time-unit".into(),
+        }
+        .into());
+    }
     let bytes = source.read_text(limits)?;
     let (bytes, mut findings) = encoding::decode(bytes, limits)?;
     text::check_line_lengths(&bytes, limits)?;
     let content = String::from_utf8_lossy(&bytes);
     let (header, first_row) = Header::read(&content, limits)?;
-    let table = Table::read(&content, &header, first_row, options, selection, limits)?;
+    let mut table = Table::read(&content, &header, first_row, options, selection, limits)?;
     findings.extend(header.decimal_finding(table.decimal));
     let silent: Vec<&str> = (0..header.channels.len())
         .filter(|index| table.lengths[*index] == 0)
@@ -85,7 +105,10 @@ pub fn read(
     };
     for index in wanted {
         let name = header.channels[index].column.name.clone();
-        match channel(&header, &table, index, options, selection, limits) {
+        // Not copied, for there may be many.
+        let values = std::mem::take(&mut table.values[index]);
+        let choice = (options, selection);
+        match channel(&header, &table, index, values, choice, limits) {
             Ok(mut channel) => {
                 channel.findings.extend(chosen.clone());
                 outcome.channels.push(channel);
@@ -115,6 +138,49 @@ struct Table {
     decimal: Decimal,
     /// What the Comment column says.
     remarks: Vec<Finding>,
+    /// Of each channel the place and text of a number that may have a mark between thousands.
+    doubts: Vec<Option<(Place, String)>>,
+}
+
+/// What the marks in a column may be, and where the first doubtful one stands.
+#[derive(Clone, Default)]
+struct Doubt {
+    marks: Marks,
+    first: Option<(u64, usize, String)>,
+}
+
+impl Doubt {
+    fn look(&mut self, cell: &str, line: u64, column: usize) {
+        if self.marks.look(cell.as_bytes()) {
+            self.first = Some((line, column, text::shown(cell)));
+        }
+    }
+
+    /// Judges the marks of each channel by its own numbers and those of its stamps. A mark that
+    /// the header declares is the decimal one; another must prove to be.
+    fn among(header: &Header, channels: &[Self], stamps: &[Self]) -> Vec<Option<(Place, String)>> {
+        let doubtful = |doubt: &Self| {
+            let (line, column, cell) = doubt.first.as_ref()?;
+            let doubtful = match header.decimal.map(|mark| cell.contains(mark)) {
+                Some(true) => false,
+                Some(false) => !doubt.marks.decimal,
+                None => doubt.marks.may_be_thousands(),
+            };
+            doubtful.then(|| {
+                let place = Place::default().line(*line).column(*column as u64 + 1);
+                (place, cell.clone())
+            })
+        };
+        let of = |(index, doubt): (usize, &Self)| {
+            let stamps = header.time_slot(index).and_then(|slot| stamps.get(slot));
+            match stamps {
+                Some(stamps) if stamps.marks.decimal => None,
+                Some(stamps) => doubtful(stamps).or_else(|| doubtful(doubt)),
+                None => doubtful(doubt),
+            }
+        };
+        channels.iter().enumerate().map(of).collect()
+    }
 }
 
 /// Most remarks that are told one by one.
@@ -144,6 +210,7 @@ impl Table {
             stamps: Vec::new(),
             decimal: Decimal::Unknown,
             remarks: Vec::new(),
+            doubts: Vec::new(),
         };
         let time_columns = header.time_columns();
         let mut digits: Vec<PrintedDigits> =
@@ -151,8 +218,17 @@ impl Table {
         table.stamps = time_columns.iter().map(|_| (Vec::new(), 0.0)).collect();
         let mut cells_kept = 0_u64;
         let mut unsaid = 0_usize;
+        let mut marks = vec![Doubt::default(); count];
+        let mut stamp_marks = vec![Doubt::default(); time_columns.len()];
+        // Rows so far, those without a cell among them, for without stamps each takes its time.
+        let mut row = 0_usize;
         for (number, line) in text::lines(content) {
-            if number < first_row || line.trim().is_empty() {
+            if number < first_row {
+                continue;
+            }
+            if line.trim().is_empty() {
+                // An empty line before the table is none of its rows.
+                row += usize::from(row > 0 || !line.is_empty());
                 continue;
             }
             let at = |column: usize| Place::default().line(number).column(column as u64 + 1);
@@ -200,10 +276,10 @@ impl Table {
                     .at(at(*column)));
                 }
                 digits[slot].count(cell.as_bytes());
+                stamp_marks[slot].look(cell, number, *column);
                 stamps.push(stamp);
                 instant = instant.or(Some(stamp));
             }
-            let row = table.lengths.iter().copied().max().unwrap_or(0);
             for (index, channel) in header.channels.iter().enumerate() {
                 let cell = cells.get(channel.index).copied().unwrap_or_default();
                 if cell.is_empty() {
@@ -214,10 +290,7 @@ impl Table {
                 {
                     return Err(missing_cell(&channel.column.name, at(channel.index)));
                 }
-                if header.time_slot(index).is_none()
-                    && table.lengths[index] != row
-                    && table.lengths[index] + 1 != row
-                {
+                if header.time_slot(index).is_none() && table.lengths[index] != row {
                     return Err(missing_cell(&channel.column.name, at(channel.index)));
                 }
                 table.lengths[index] += 1;
@@ -226,6 +299,7 @@ impl Table {
                 }
                 let value = text::sample(cell, &mut table.decimal)
                     .map_err(|error| error.at(at(channel.index)));
+                marks[index].look(cell, number, channel.index);
                 if kept[index] {
                     table.values[index].push(value?);
                     cells_kept += 1;
@@ -239,6 +313,7 @@ impl Table {
                 })
                 .at(at(0)));
             }
+            row += 1;
             if let Some(finding) = laboratory::told(words, instant) {
                 // Of each weight the first few; the first that blocks decides from when on
                 // nothing counts, however many came before it.
@@ -250,6 +325,7 @@ impl Table {
                 }
             }
         }
+        table.doubts = Doubt::among(header, &marks, &stamp_marks);
         if unsaid > 0 {
             table.remarks.push(Finding::info(
                 "notes",
@@ -351,13 +427,12 @@ fn channel(
     header: &Header,
     table: &Table,
     index: usize,
-    options: &ReadOptions,
-    selection: Selection,
+    values: Vec<f64>,
+    (options, selection): (&ReadOptions, Selection),
     limits: &Limits,
 ) -> Result<Channel, Error> {
     let described = &header.channels[index];
     let column = &described.column;
-    let values = &table.values[index];
     let mut findings = Vec::new();
     if values.is_empty() {
         return Err(ErrorKind::Empty {
@@ -365,6 +440,16 @@ fn channel(
             expected: "a channel with samples".into(),
         }
         .into());
+    }
+    if let Some((place, cell)) = table.doubts.get(index).and_then(Option::as_ref) {
+        return Err(Error::from(ErrorKind::Malformed {
+            expected: "numbers whose mark is clear".into(),
+            found: format!(
+                "`{cell}`, with no number in the column whose mark can only be a decimal one"
+            ),
+            hint: "the mark may separate thousands or decimals; declare it as Decimal_Separator if it is the decimal one, else export without marks between thousands".into(),
+        })
+        .at(place.clone()));
     }
     let (unit, unit_source) = unit(column, options, &mut findings);
     if unit.is_none() && selection == Selection::Lateral {
@@ -396,14 +481,23 @@ fn channel(
             let (stamps, digit) = &table.stamps[slot];
             let stamps = stamps.get(..values.len()).unwrap_or(stamps);
             let base = TimeBase::fit(stamps, *digit, limits)?;
+            text::check_rate(
+                options,
+                base.rate.hertz(),
+                "the file's time column",
+                RATE_HINT,
+            )?;
             findings.extend(base.findings.iter().cloned());
             findings.extend(interval_finding(described.interval(), base.rate));
-            (base.start_s, base.rate, base.apply(stamps, values.clone())?)
+            (base.start_s, base.rate, base.apply(stamps, values)?)
         }
         None => {
             let rate = match (described.interval(), options.rate_hz) {
-                (_, Some(hertz)) => SampleRate::from_hertz(hertz)?,
-                (Some(rate), None) => rate,
+                (Some(rate), _) => {
+                    text::check_rate(options, rate.hertz(), "Delta_X in the header", RATE_HINT)?;
+                    rate
+                }
+                (None, Some(hertz)) => SampleRate::from_hertz(hertz)?,
                 (None, None) => return Err(ErrorKind::MissingTime.into()),
             };
             if values.len() < 2 {
@@ -414,7 +508,7 @@ fn channel(
                 }
                 .into());
             }
-            (described.start_s, rate, values.clone())
+            (described.start_s, rate, values)
         }
     };
     let zero = options.time_zero_s.unwrap_or(0.0);

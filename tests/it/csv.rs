@@ -252,14 +252,14 @@ fn prop_every_dialect_reads_the_same() {
 fn check_header(header: &str, unit: Option<AccelerationUnit>, time_scale: f64) {
     let mut text = format!("{header}\n");
     for i in 0..20 {
-        writeln!(text, "{};{}", f64::from(i) * 0.5, i % 7).unwrap();
+        writeln!(text, "{};{}", f64::from(i) * 2.5, i % 7).unwrap();
     }
     let recording = read_table(text, &ReadOptions::default(), Selection::Every)
         .unwrap_or_else(|error| panic!("{header}: {error}"));
     assert_eq!(recording.channels.len(), 1, "{header}");
     let channel = &recording.channels[0];
     assert_eq!(channel.unit, unit, "{header}");
-    assert_eq!(channel.rate.hertz(), 2.0 * time_scale, "{header}");
+    assert_eq!(channel.rate.hertz(), time_scale / 2.5, "{header}");
 }
 
 /// Spellings of names and units in header cells.

@@ -69,15 +69,72 @@ fn plain_rows(block: &[u8]) -> Option<(usize, u64)> {
     (!others).then_some((last + 1, count))
 }
 
+/// What the lines of a text are.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Marked {
+    /// The separator that a spreadsheet's `sep=;` names.
+    pub(super) separator: Option<Separator>,
+    /// The first line that is no row between one row, two, and three or more before it and
+    /// others after it.
+    breaks: [Option<u64>; 3],
+}
+
+impl Marked {
+    /// Returns the first line that is no row between two rows of data.
+    pub(super) fn break_after(&self, header_rows: usize) -> Option<u64> {
+        self.breaks
+            .iter()
+            .skip(header_rows)
+            .copied()
+            .flatten()
+            .next()
+    }
+
+    /// Takes in that more rows follow a line that is none.
+    fn close(&mut self, open: &mut Option<(u64, u64)>) {
+        if let Some((line, rows)) = open.take() {
+            let slot = usize::try_from(rows).map_or(2, |rows| rows.clamp(1, 3) - 1);
+            self.breaks[slot].get_or_insert(line);
+        }
+    }
+}
+
+/// Reads a spreadsheet's line that names the separator, `sep=;`; `None` for any other line.
+fn named_separator(line: &[u8]) -> Option<Result<Separator, ErrorKind>> {
+    let bare = line
+        .strip_prefix(b"\"")
+        .and_then(|rest| rest.strip_suffix(b"\""))
+        .unwrap_or(line);
+    let (key, value) = bare.split_at_checked(4)?;
+    if !key.eq_ignore_ascii_case(b"sep=") || value.len() > 1 {
+        return None;
+    }
+    Some(match value {
+        b";" => Ok(Separator::Semicolon),
+        b"," => Ok(Separator::Comma),
+        b"" | b"\t" => Ok(Separator::Tab),
+        b" " => Ok(Separator::Blanks),
+        other => Err(ErrorKind::Malformed {
+            expected: "a comma, a semicolon, a tab or blanks between cells".into(),
+            found: format!("`{}` by the line sep=", String::from_utf8_lossy(other)),
+            hint: "export with one of them".into(),
+        }),
+    })
+}
+
 /// Measures every line and marks what is no row: comments (`#`, `%`, `//`), empty lines and a
-/// spreadsheet's `sep=;` get a `#` as their first byte. Returns the separator that such a line names.
+/// spreadsheet's `sep=;` get a `#` as their first byte. Returns what the lines are.
 ///
 /// # Errors
 ///
-/// [`ErrorKind::LimitExceeded`] at the first line with too many bytes or separators.
-pub(super) fn mark_lines(text: &mut [u8], limits: &Limits) -> Result<Option<Separator>, Error> {
-    let mut named = None;
+/// [`ErrorKind::LimitExceeded`] at the first line with too many bytes or separators,
+/// [`ErrorKind::Malformed`] for a named separator that is not read.
+pub(super) fn mark_lines(text: &mut [u8], limits: &Limits) -> Result<Marked, Error> {
+    let mut marked = Marked::default();
     let mut seen_row = false;
+    // Rows so far, and the line that is none after them, with their number.
+    let mut rows = 0_u64;
+    let mut open: Option<(u64, u64)> = None;
     let mut next = 0;
     let mut index = 0_u64;
     let block = limits
@@ -93,6 +150,8 @@ pub(super) fn mark_lines(text: &mut [u8], limits: &Limits) -> Result<Option<Sepa
             if let Some((bytes, lines)) = plain_rows(&text[next..end]) {
                 next += bytes;
                 index += lines;
+                rows += lines;
+                marked.close(&mut open);
                 continue;
             }
             singly = end;
@@ -114,9 +173,18 @@ pub(super) fn mark_lines(text: &mut [u8], limits: &Limits) -> Result<Option<Sepa
             && begins_row(line[0])
             && line.len() as u64 <= limits.columns.min(limits.field_bytes)
         {
+            rows += 1;
+            marked.close(&mut open);
             continue;
         }
         let start = line.trim_ascii_start();
+        let no_row = start.is_empty()
+            || start.starts_with(b"#")
+            || start.starts_with(b"%")
+            || start.starts_with(b"//");
+        if no_row && rows > 0 {
+            open.get_or_insert((index, rows));
+        }
         if start.is_empty() {
             // The table reader skips a bare line end by itself, and it must stay one.
             if !matches!(line[0], b'\r' | b'\n') {
@@ -124,24 +192,26 @@ pub(super) fn mark_lines(text: &mut [u8], limits: &Limits) -> Result<Option<Sepa
             }
             continue;
         }
-        if start.starts_with(b"#") || start.starts_with(b"%") || start.starts_with(b"//") {
+        if no_row {
             line[0] = b'#';
             continue;
         }
         if !seen_row {
             seen_row = true;
-            let separator = match start.trim_ascii_end() {
-                b"sep=;" => Some(Separator::Semicolon),
-                b"sep=," => Some(Separator::Comma),
-                b"sep=" | b"sep=\t" => Some(Separator::Tab),
-                _ => None,
-            };
-            if separator.is_some() {
-                named = separator;
+            let end = start
+                .iter()
+                .rposition(|byte| !matches!(byte, b'\r' | b'\n'))
+                .map_or(0, |last| last + 1);
+            if let Some(separator) =
+                named_separator(&start[..end]).or_else(|| named_separator(start.trim_ascii_end()))
+            {
+                marked.separator = Some(separator.map_err(|kind| Error::from(kind).at(place(0)))?);
                 line[0] = b'#';
                 continue;
             }
         }
+        rows += 1;
+        marked.close(&mut open);
         text::check_fields(
             line,
             first as u64,
@@ -155,7 +225,7 @@ pub(super) fn mark_lines(text: &mut [u8], limits: &Limits) -> Result<Option<Sepa
             }
         }
     }
-    Ok(named)
+    Ok(marked)
 }
 
 /// Finds the separator from the first rows: the one under which most of them have equally

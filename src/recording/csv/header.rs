@@ -18,6 +18,9 @@ pub(in crate::recording) struct Column {
     pub(in crate::recording) unit_source: &'static str,
     /// The unit of time.
     pub(in crate::recording) time_unit: Option<TimeUnit>,
+    /// Whether the header cell holds what looks like a unit and does not say what one of the
+    /// column's numbers is, such as `100 us`, `mV / g` or `_min`.
+    pub(in crate::recording) doubtful: bool,
 }
 
 impl Column {
@@ -35,14 +38,18 @@ impl Column {
         if cell.is_empty() {
             return Self::unnamed(number);
         }
-        let (label, unit) = split_unit(cell);
         let mut column = Self {
             name: cell.to_string(),
-            label,
+            label: cell.to_string(),
             ..Self::default()
         };
-        if let Some(unit) = unit {
-            column.take_unit(&unit, "header");
+        match find_unit(cell) {
+            Found::Unit(label, unit) => {
+                column.label = label.trim().to_string();
+                column.take_unit(&unit, "header");
+            }
+            Found::Doubtful => column.doubtful = true,
+            Found::Nothing => column.doubtful = says_time(cell) && says_other_time(cell),
         }
         column
     }
@@ -52,6 +59,9 @@ impl Column {
         let text = strip_brackets(cell.trim());
         if text.is_empty() || text == "-" {
             return true;
+        }
+        if self.doubtful {
+            return false;
         }
         let before = (self.unit, self.time_unit);
         let mut stated = Self::default();
@@ -345,37 +355,54 @@ fn strip_brackets(text: &str) -> &str {
     text
 }
 
-/// Splits a header cell into its label and its unit.
-fn split_unit(cell: &str) -> (String, Option<String>) {
-    let mut bracketed = bracketed_units(cell);
-    let found = match bracketed.len() {
-        0 => unit_after_word(cell).or_else(|| unit_suffix(cell)),
-        1 => bracketed.pop(),
+/// What a header cell says of its unit.
+enum Found {
+    /// The label and the unit.
+    Unit(String, String),
+    /// Something like a unit that says nothing for sure.
+    Doubtful,
+    Nothing,
+}
+
+/// Finds the unit in a header cell.
+fn find_unit(cell: &str) -> Found {
+    match bracketed_units(cell).as_slice() {
+        [] => match unit_after_word(cell) {
+            Found::Nothing => unit_suffix(cell),
+            found => found,
+        },
+        [(before, content, after)] => {
+            let known = is_known_unit(content);
+            if known && (is_scaled(before, after) || says_other_unit(before, after, content)) {
+                return Found::Doubtful;
+            }
+            Found::Unit(format!("{before} {after}"), (*content).to_string())
+        }
         // Two units in one cell say nothing for sure.
-        _ => None,
-    };
-    found.map_or_else(
-        || (cell.to_string(), None),
-        |(label, unit)| (label.trim().to_string(), Some(unit)),
-    )
+        _ => Found::Doubtful,
+    }
 }
 
 /// Finds `a (m/s^2)`, `Time [s]`, `acc (g) y`; brackets may hold brackets, as in `(m/(s*s))`.
-fn bracketed_units(cell: &str) -> Vec<(String, String)> {
+/// Returns each with what stands before and after it.
+fn bracketed_units(cell: &str) -> Vec<(&str, &str, &str)> {
     let mut found = Vec::new();
-    let mut opened: Vec<usize> = Vec::new();
+    let mut opened: Vec<(usize, char)> = Vec::new();
     for (index, character) in cell.char_indices() {
         match character {
-            '(' | '[' | '{' => opened.push(index),
+            '(' => opened.push((index, ')')),
+            '[' => opened.push((index, ']')),
+            '{' => opened.push((index, '}')),
             ')' | ']' | '}' => {
-                let Some(start) = opened.pop() else { continue };
-                if !opened.is_empty() {
+                let Some((start, close)) = opened.pop() else {
+                    continue;
+                };
+                if !opened.is_empty() || character != close {
                     continue;
                 }
                 let content = cell[start + 1..index].trim();
                 if is_known_unit(content) || FOREIGN_UNITS.contains(&content) {
-                    let rest = &cell[index + 1..];
-                    found.push((format!("{} {rest}", &cell[..start]), content.to_string()));
+                    found.push((&cell[..start], content, &cell[index + 1..]));
                 }
             }
             _ => {}
@@ -384,9 +411,184 @@ fn bracketed_units(cell: &str) -> Vec<(String, String)> {
     found
 }
 
+/// Characters of arithmetic that no name holds.
+const OPERATORS: [char; 8] = ['*', '×', '^', '=', '±', '·', '⋅', '%'];
+
+/// Tells whether a word is a number, or a factor such as `x10`; `X1` is a sensor.
+fn is_factor(word: &str) -> bool {
+    let is_digit = |first: char| first.is_ascii_digit();
+    let number = word.trim_start_matches(['/', '+', '-', '.']);
+    let times = word.strip_prefix(['x', 'X']).unwrap_or_default();
+    number.starts_with(is_digit) || (times.len() > 1 && times.starts_with(is_digit))
+}
+
+/// Tells whether arithmetic around a unit in brackets changes what it means: `(g) x10`,
+/// `(m/s2) / g`, `acc/10 (g)`.
+fn is_scaled(before: &str, after: &str) -> bool {
+    let digit = |byte: Option<&u8>| byte.is_some_and(u8::is_ascii_digit);
+    let computes = |text: &str| {
+        let text: String = text.split_whitespace().collect();
+        text.match_indices(['*', '×', '·', '⋅', '^', '/'])
+            .any(|(at, operator)| {
+                let left = digit(text.as_bytes()[..at].last());
+                let right = digit(text.as_bytes().get(at + operator.len()));
+                // `1/2` counts channels.
+                if operator == "/" {
+                    right && !left
+                } else {
+                    right || left
+                }
+            })
+    };
+    let words: Vec<&str> = before.split_whitespace().collect();
+    let times = words
+        .windows(2)
+        .any(|pair| matches!(pair[0], "x" | "X") && is_factor(pair[1]));
+    let after = after.trim_start();
+    times
+        || after.starts_with(['/', '*', '×', '·', '⋅', '^'])
+        || after
+            .split_whitespace()
+            .any(|word| word.starts_with(['x', 'X']) && is_factor(word))
+        || computes(before)
+        || computes(after)
+}
+
+/// Tells whether the text around a unit in brackets names another one: `acc_y_g (m/s2)`.
+fn says_other_unit(before: &str, after: &str, content: &str) -> bool {
+    let meaning = |text: &str| {
+        (
+            AccelerationUnit::from_spelling(text),
+            TimeUnit::from_spelling(text),
+        )
+    };
+    let stated = meaning(strip_brackets(content));
+    let tokens = before.split_whitespace().chain(after.split_whitespace());
+    let mut others = tokens.filter(|token| {
+        let found = meaning(token);
+        (found != (None, None) && found != stated) || is_foreign(token)
+    });
+    let suffixed = match unit_suffix(before.trim()) {
+        Found::Unit(_, unit) => meaning(&unit) != stated,
+        _ => false,
+    };
+    suffixed || others.next().is_some()
+}
+
+/// Tells whether a word is another unit. Single letters may be parts of names, and so may bars.
+fn is_foreign(word: &str) -> bool {
+    word.chars().count() > 1 && word != "bar" && FOREIGN_UNITS.contains(&word)
+}
+
+/// Words that make another unit of the one behind them, or tell that it is not the column's.
+const NO_NAMES: &[&str] = &[
+    "nano",
+    "micro",
+    "milli",
+    "centi",
+    "deci",
+    "hecto",
+    "kilo",
+    "mega",
+    "count",
+    "counts",
+    "digit",
+    "digits",
+    "lsb",
+    "bit",
+    "bits",
+    "adc",
+    "volt",
+    "volts",
+    "fs",
+    "range",
+    "sensitivity",
+    "per",
+    "times",
+];
+
+/// Tells whether the text before a unit without brackets is a name and nothing else, so that
+/// the unit is that of the column: no number, no prefix, no operator, no other unit. In
+/// `suffixed` names, `acc_y_2_g`, a last part of one digit counts sensors.
+fn is_name(label: &str, suffixed: bool) -> bool {
+    let mut depth = 0_i32;
+    for character in label.chars() {
+        depth += i32::from(matches!(character, '(' | '[' | '{'));
+        depth -= i32::from(matches!(character, ')' | ']' | '}'));
+        if depth < 0 {
+            return false;
+        }
+    }
+    if depth != 0 || label.contains(OPERATORS) || (!suffixed && label.contains('/')) {
+        return false;
+    }
+    let parts: Vec<&str> = label
+        .split(|character: char| !character.is_alphanumeric())
+        .filter(|part| !part.is_empty())
+        .collect();
+    let is_number = |part: &str| part.starts_with(|first: char| first.is_ascii_digit());
+    let numbered = if suffixed {
+        match parts.as_slice() {
+            [.., before, last] if is_number(last) => {
+                is_number(before) || last.len() > 1 || *last == "0"
+            }
+            _ => false,
+        }
+    } else {
+        label.split_whitespace().any(is_factor)
+    };
+    let is_unit = |part: &str| {
+        is_foreign(part)
+            || AccelerationUnit::from_spelling(part).is_some()
+            || TimeUnit::from_spelling(part).is_some()
+    };
+    let other = parts
+        .iter()
+        .any(|part| NO_NAMES.contains(&part.to_lowercase().as_str()) || is_unit(part));
+    // Before a unit these are prefixes, a volt, or the word that leads to the unit.
+    let spoilt = matches!(parts.last(), Some(&("k" | "m" | "µ" | "μ" | "V" | "in")));
+    !numbered && !other && !spoilt
+}
+
+/// Words behind a name for time that are units and not read.
+const OTHER_TIMES: &[&str] = &[
+    "min",
+    "mins",
+    "minute",
+    "minutes",
+    "h",
+    "hr",
+    "hrs",
+    "hour",
+    "hours",
+    "d",
+    "day",
+    "days",
+    "ns",
+    "nsec",
+    "nanosec",
+    "nanosecond",
+    "nanoseconds",
+    "ps",
+    "tick",
+    "ticks",
+    "cycles",
+    "frame",
+    "frames",
+];
+
+/// Tells whether a name for time holds a unit that is not read, or a number with a unit.
+fn says_other_time(cell: &str) -> bool {
+    words(cell).iter().any(|word| {
+        OTHER_TIMES.contains(&word.as_str())
+            || (word.starts_with(|first: char| first.is_ascii_digit())
+                && word.chars().any(char::is_alphabetic))
+    })
+}
+
 /// Finds `a / m/s^2`, `t/s`, `a in g`, `a, g` and `Acceleration y g`, provided that the words
 /// before mean what the unit measures: in `v m/s` the `s` is no unit of time.
-fn unit_after_word(cell: &str) -> Option<(String, String)> {
+fn unit_after_word(cell: &str) -> Found {
     let fits = |label: &str, unit: &str| {
         let means = |list: &[&str]| words(label).iter().any(|w| list.contains(&w.as_str()));
         if AccelerationUnit::from_spelling(unit).is_some() {
@@ -395,12 +597,18 @@ fn unit_after_word(cell: &str) -> Option<(String, String)> {
             TimeUnit::from_spelling(unit).is_some() && says_time(label)
         }
     };
-    [" / ", " in ", ", ", "/"]
+    let found = [" / ", " in ", ", ", "/"]
         .iter()
         .filter_map(|separator| cell.split_once(separator))
         .chain(cell.rsplit_once(' '))
-        .find(|(label, unit)| fits(label, unit))
-        .map(|(label, unit)| (label.to_string(), unit.trim().to_string()))
+        .find(|(label, unit)| fits(label, unit));
+    match found {
+        Some((label, unit)) if is_name(label, false) => {
+            Found::Unit(label.to_string(), unit.trim().to_string())
+        }
+        Some(_) => Found::Doubtful,
+        None => Found::Nothing,
+    }
 }
 
 /// Endings of names that are units, with the unit they mean. `_ms2` is not among them, since it
@@ -428,7 +636,7 @@ const TIME_SUFFIXES: &[(&str, &str)] = &[
     ("_usec", "us"),
 ];
 
-fn unit_suffix(cell: &str) -> Option<(String, String)> {
+fn unit_suffix(cell: &str) -> Found {
     let lower = cell.to_ascii_lowercase();
     let ends_with = |list: &[(&'static str, &'static str)]| {
         list.iter().find_map(|(ending, unit)| {
@@ -436,11 +644,15 @@ fn unit_suffix(cell: &str) -> Option<(String, String)> {
             (!label.is_empty()).then(|| (cell[..label.len()].to_string(), (*unit).to_string()))
         })
     };
-    ends_with(SUFFIXES)
-        .or_else(|| ends_with(TIME_SUFFIXES).filter(|(label, _)| says_time(label)))
-        .or_else(|| {
-            // `seconds` and `ms` are name and unit at once.
-            (says_time(cell) && TimeUnit::from_spelling(cell).is_some())
-                .then(|| (cell.to_string(), cell.to_string()))
-        })
+    let found = ends_with(SUFFIXES)
+        .or_else(|| ends_with(TIME_SUFFIXES).filter(|(label, _)| says_time(label)));
+    match found {
+        Some((label, unit)) if is_name(&label, true) => Found::Unit(label, unit),
+        Some(_) => Found::Doubtful,
+        // `seconds` and `ms` are name and unit at once.
+        None if says_time(cell) && TimeUnit::from_spelling(cell).is_some() => {
+            Found::Unit(cell.to_string(), cell.to_string())
+        }
+        None => Found::Nothing,
+    }
 }

@@ -80,6 +80,7 @@ impl Layout {
         let first = &data[0];
         let (columns, named) = if header_rows == 0 {
             refuse_split_decimals(text, separator, data)?;
+            refuse_column_numbers(text, data)?;
             (unnamed(filled_cells(first)), false)
         } else {
             match name_columns(&rows[..header_rows], first) {
@@ -275,7 +276,9 @@ impl Layout {
             (Some(unit), _) | (None, Some(unit)) => Some(unit),
             (None, None) => None,
         };
-        if unit.is_none() && (column.unit_text.is_some() || column.name.contains(['(', '['])) {
+        if unit.is_none()
+            && (column.unit_text.is_some() || column.doubtful || column.name.contains(['(', '[']))
+        {
             return Err(Error::from(ErrorKind::Malformed {
                 expected: "a time in s, ms or us".into(),
                 found: format!(
@@ -627,6 +630,45 @@ fn refuse_split_decimals(
         .at(line_of(text, row)));
     }
     Ok(())
+}
+
+/// Refuses a first row `0,1,2` over rows that hold no whole numbers but in the first column: it
+/// is the header that some exports number their columns with, and not a sample.
+fn refuse_column_numbers(text: &[u8], data: &[ByteRecord]) -> Result<(), Error> {
+    let Some((first, rows)) = data.split_first() else {
+        return Ok(());
+    };
+    let filled: Vec<&[u8]> = first
+        .iter()
+        .map(<[u8]>::trim_ascii)
+        .filter(|cell| !cell.is_empty())
+        .collect();
+    let counts = filled
+        .iter()
+        .enumerate()
+        .all(|(number, cell)| *cell == number.to_string().as_bytes());
+    let whole = |cell: &[u8]| {
+        let cell = cell.trim_ascii();
+        let digits = cell.strip_prefix(b"-").unwrap_or(cell);
+        !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
+    };
+    if filled.len() < 2
+        || !counts
+        || rows.is_empty()
+        || rows.iter().any(|row| row.iter().skip(1).any(whole))
+    {
+        return Ok(());
+    }
+    let names: Vec<String> = filled.into_iter().map(shown).collect();
+    Err(Error::from(ErrorKind::Malformed {
+        expected: "a header of names, or rows of samples".into(),
+        found: format!(
+            "`{}`, which counts the columns or is the only row of whole numbers",
+            names.join(" ")
+        ),
+        hint: "put # before it if it is a header, or write its numbers as in the rows below".into(),
+    })
+    .at(line_of(text, first)))
 }
 
 /// Tells whether the options choose every column by number, so that no header is needed.

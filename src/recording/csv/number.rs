@@ -94,6 +94,62 @@ pub(in crate::recording) fn is_numeric(cell: &[u8]) -> bool {
     )
 }
 
+/// What the marks in the numbers of a column may be: `6,158` is a little more than six, or six
+/// thousand, and only its neighbours tell.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(in crate::recording) struct Marks {
+    /// Whether a number was there whose mark separates no thousands, such as `0,5` or `12.25`.
+    pub(in crate::recording) decimal: bool,
+    /// Whether one was there whose mark may separate thousands.
+    pub(in crate::recording) doubtful: bool,
+    /// Whether one was there that is whole and has no mark.
+    pub(in crate::recording) whole: bool,
+}
+
+impl Marks {
+    /// Takes in a cell that [`parse`] accepted; returns whether its mark is the first doubtful one.
+    pub(in crate::recording) fn look(&mut self, cell: &[u8]) -> bool {
+        if self.decimal {
+            return false;
+        }
+        let cell = cell.trim_ascii();
+        let digits = match cell {
+            [b'-' | b'+', rest @ ..] => rest,
+            _ => cell,
+        };
+        let Some(mark) = digits.iter().position(|byte| matches!(byte, b',' | b'.')) else {
+            self.whole |= digits.iter().all(u8::is_ascii_digit);
+            return false;
+        };
+        let (before, after) = (&digits[..mark], &digits[mark + 1..]);
+        // Nobody writes a zero before the first group of thousands.
+        let thousands = (1..=3).contains(&before.len())
+            && before[0] != b'0'
+            && after.len() == 3
+            && before.iter().chain(after).all(u8::is_ascii_digit);
+        if thousands {
+            let first = !self.doubtful;
+            self.doubtful = true;
+            return first;
+        }
+        self.decimal = true;
+        false
+    }
+
+    /// Tells whether the marks may separate thousands: all of them could, and whole numbers
+    /// without a mark stand beside them.
+    pub(in crate::recording) fn may_be_thousands(self) -> bool {
+        !self.decimal && self.doubtful && self.whole
+    }
+
+    /// Takes in what further rows of the same column have shown.
+    pub(in crate::recording) fn join(&mut self, next: Self) {
+        self.decimal |= next.decimal;
+        self.doubtful |= next.doubtful;
+        self.whole |= next.whole;
+    }
+}
+
 /// Powers of ten of first digits that are told apart.
 const DECADES: Range<i32> = -24..24;
 
@@ -197,5 +253,36 @@ impl PrintedDigits {
             .or(seen)
             .and_then(|digit| format!("1e{digit}").parse().ok())
             .unwrap_or(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Marks;
+
+    #[track_caller]
+    fn check(cells: &[&str], decimal: bool, may_be_thousands: bool) {
+        let mut marks = Marks::default();
+        for cell in cells {
+            marks.look(cell.as_bytes());
+        }
+        assert_eq!(marks.decimal, decimal, "{cells:?}");
+        assert_eq!(marks.may_be_thousands(), may_be_thousands, "{cells:?}");
+    }
+
+    #[test]
+    fn verif_marks_that_may_separate_thousands_are_told_from_decimal_ones() {
+        check(&["-1", "2", "6,158", "12,322"], false, true);
+        check(&["-1", " -6.158 "], false, true);
+        check(&["+588,273", "0"], false, true);
+        // Three decimals throughout, and nothing beside them.
+        check(&["6.158", "12.322"], false, false);
+        check(&["1", "2"], false, false);
+        for proof in [
+            "0,158", "-0.158", ".158", "1234.158", "6.1580", "6,1", "6.158e0", "6.",
+        ] {
+            check(&["1", "6.158", proof], true, false);
+            check(&[proof, "1", "6.158"], true, false);
+        }
     }
 }

@@ -7,7 +7,7 @@
 
 use super::dialect::{self, Separator};
 use super::layout::Layout;
-use super::number::{self, Decimal, PrintedDigits};
+use super::number::{self, Decimal, Marks, PrintedDigits};
 use super::rows::{Fate, Rows};
 
 /// Largest integer whose every smaller neighbour is a double too.
@@ -117,12 +117,20 @@ fn read_in(
         });
         first?.followed_by(second?)?
     };
+    // What may be thousands is for the careful reader to judge.
+    if !part.stamp_marks.decimal
+        && (part.stamp_marks.may_be_thousands()
+            || part.marks.iter().any(|marks| marks.may_be_thousands()))
+    {
+        return None;
+    }
     Some(Rows {
         printed_digit_s: part.digits.last_digit() / shape.per_second,
         stamps_s: std::mem::take(&mut part.stamps_s),
         values: part.values.into_iter().map(Fate::Kept).collect(),
         count: part.count,
         repeated: None,
+        stamps_repeat: false,
         decimal_comma: false,
     })
 }
@@ -157,6 +165,9 @@ struct Part {
     stamps_s: Vec<f64>,
     values: Vec<Vec<f64>>,
     digits: PrintedDigits,
+    stamp_marks: Marks,
+    /// Of each wanted column.
+    marks: Vec<Marks>,
     count: usize,
 }
 
@@ -167,6 +178,8 @@ impl Part {
             stamps_s: Vec::with_capacity(if shape.stamped { room } else { 0 }),
             values: (0..shape.slots).map(|_| Vec::with_capacity(room)).collect(),
             digits: PrintedDigits::new(),
+            stamp_marks: Marks::default(),
+            marks: vec![Marks::default(); shape.slots],
             count: 0,
         };
         // A number just below any stamp.
@@ -191,13 +204,22 @@ impl Part {
                             return None;
                         }
                         last = stamp;
-                        number.count_in(&mut part.digits, &cell[..cell.len() - rest.len()]);
+                        let cell = &cell[..cell.len() - rest.len()];
+                        number.count_in(&mut part.digits, cell);
+                        if !part.stamp_marks.decimal {
+                            number.mark_in(&mut part.stamp_marks, cell);
+                        }
                         part.stamps_s.push(stamp);
                     }
                     Some(Use::Sample(slot)) => {
                         let number;
+                        let cell = rest;
                         (number, rest) = self::number(rest)?;
                         part.values[*slot].push(number.value);
+                        let marks = &mut part.marks[*slot];
+                        if !marks.decimal {
+                            number.mark_in(marks, &cell[..cell.len() - rest.len()]);
+                        }
                     }
                     Some(Use::Pass) => {
                         let end =
@@ -237,6 +259,10 @@ impl Part {
             values.extend_from_slice(more);
         }
         self.digits.join(&next.digits);
+        self.stamp_marks.join(next.stamp_marks);
+        for (marks, more) in self.marks.iter_mut().zip(&next.marks) {
+            marks.join(*more);
+        }
         self.count += next.count;
         Some(self)
     }
@@ -277,6 +303,17 @@ impl Number {
                 digits.count_parts(whole, decimals, first, 0);
             }
             _ => digits.count(cell),
+        }
+    }
+}
+
+impl Number {
+    fn mark_in(&self, marks: &mut Marks, cell: &[u8]) {
+        if self.simple && self.decimals == 0 {
+            // A point with nothing behind it counts as none, which only adds to the doubt.
+            marks.whole = true;
+        } else {
+            marks.look(cell);
         }
     }
 }
@@ -446,6 +483,27 @@ mod tests {
             back.swap(cut, cut + 1);
             let short = format!("{head}{}3\n{}", rows[..cut].concat(), rows[cut..].concat());
             check_halves(&short, None);
+        }
+    }
+
+    /// Whole numbers in one half and marks that may separate thousands in the other are told by
+    /// the careful reader; stamps or samples with decimals make them decimal ones.
+    #[test]
+    fn verif_marks_of_both_halves_are_judged_together() {
+        for cut in 1..30 {
+            let table = |stamp: fn(usize) -> String, last: &str| {
+                let mut text = "t_us,ay_g\n".to_string();
+                for k in 0..30 {
+                    let value = if k < cut { "7" } else { "6.158" };
+                    text += &format!("{},{value}\n", stamp(k));
+                }
+                text + &format!("{},{last}\n", stamp(30))
+            };
+            let whole: fn(usize) -> String = |k| (100 * k).to_string();
+            let tenths: fn(usize) -> String = |k| format!("{k}.5");
+            check_halves(&table(whole, "6.158"), None);
+            check_halves(&table(whole, "0.158"), Some(31));
+            check_halves(&table(tenths, "6.158"), Some(31));
         }
     }
 

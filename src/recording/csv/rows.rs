@@ -3,7 +3,7 @@
 use super::date;
 use super::dialect::{self, Separator};
 use super::layout::{Layout, TimeSource};
-use super::number::{self, Decimal, Fault, PrintedDigits};
+use super::number::{self, Decimal, Fault, Marks, PrintedDigits};
 use super::plain;
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::{Limits, ReadOptions, Selection};
@@ -30,6 +30,8 @@ pub(super) struct Rows {
     pub(super) count: usize,
     /// Rows that repeat the one before to the last cell, and the line of the first.
     pub(super) repeated: Option<(usize, u64)>,
+    /// Whether stamps repeat those before, so that only a stated rate can tell the time.
+    pub(super) stamps_repeat: bool,
     /// Whether the numbers have a decimal comma.
     pub(super) decimal_comma: bool,
 }
@@ -62,6 +64,41 @@ impl Rows {
         {
             return Ok(rows);
         }
+        let read = |repeating: bool| {
+            Self::read_carefully(text, layout, time, wanted, selection, repeating)
+        };
+        match read(false) {
+            // Stamps of too few digits: the stated rate is held against them later.
+            Err(error) if !dated && is_repeated(&error) => {
+                let coarse = |rows: &Self| {
+                    options
+                        .rate_hz
+                        .is_some_and(|rate| rows.printed_digit_s * rate > 1.01)
+                };
+                if options.rate_hz.is_none() {
+                    return Err(error);
+                }
+                read(true).ok().filter(coarse).ok_or(error)
+            }
+            read => read,
+        }
+    }
+
+    /// Reads rows of whatever kind; with `repeating` a stamp may be that of the row before.
+    fn read_carefully(
+        text: &[u8],
+        layout: &Layout,
+        time: &TimeSource,
+        wanted: &[usize],
+        selection: Selection,
+        repeating: bool,
+    ) -> Result<Self, Error> {
+        let (stamped, dated) = match time {
+            TimeSource::Column {
+                index, unit, dated, ..
+            } => (Some((*index, unit.per_second())), *dated),
+            TimeSource::Rate(_) => (None, false),
+        };
         let mut clock = date::Clock::default();
         let mut reader = dialect::reader(text, layout.separator, layout.quoted);
         let mut record = ::csv::ByteRecord::new();
@@ -71,12 +108,16 @@ impl Rows {
         let mut digits = PrintedDigits::new();
         let (time_column, per_second) =
             stamped.map_or((None, 1.0), |(index, per_second)| (Some(index), per_second));
-        let mut decimal = if layout.separator == Separator::Comma {
+        // Between commas only quotes can hold a number with a comma together.
+        let between_commas = layout.separator == Separator::Comma;
+        let mut decimal = if between_commas && !layout.quoted {
             Decimal::PointOnly
         } else {
             Decimal::Unknown
         };
         let mut values: Vec<Fate> = wanted.iter().map(|_| Fate::Kept(Vec::new())).collect();
+        let mut doubts: Vec<Doubt> = wanted.iter().map(|_| Doubt::default()).collect();
+        let mut stamp_doubt = Doubt::default();
         let mut count = 0_usize;
         let mut skipped = 0;
         while reader
@@ -114,7 +155,7 @@ impl Rows {
                         / per_second
                 };
                 if let Some(previous) = stamps_s.last().copied()
-                    && stamp <= previous
+                    && (stamp < previous || (stamp <= previous && !repeating))
                 {
                     let byte = record.position().map_or(0, ::csv::Position::byte);
                     if row_at(text, last_byte) == row_at(text, byte) {
@@ -133,14 +174,18 @@ impl Rows {
                 }
                 if !dated {
                     digits.count(cell);
+                    stamp_doubt.look(&record, column);
                 }
                 stamps_s.push(stamp);
                 last_byte = record.position().map_or(0, ::csv::Position::byte);
             }
-            for (column, fate) in wanted.iter().zip(&mut values) {
+            for ((column, fate), doubt) in wanted.iter().zip(&mut values).zip(&mut doubts) {
                 let Fate::Kept(samples) = fate else { continue };
                 match number::parse(&record[*column], &mut decimal) {
-                    Ok(value) => samples.push(value),
+                    Ok(value) => {
+                        samples.push(value);
+                        doubt.look(&record, *column);
+                    }
                     Err(fault) => {
                         let error = fail(*column, fault);
                         if selection == Selection::Lateral {
@@ -151,7 +196,24 @@ impl Rows {
                 }
             }
         }
+        // Between commas a comma in a number more often separates thousands.
+        let strict = between_commas && decimal == Decimal::Comma;
+        if let Some(error) = stamp_doubt.error(text, strict) {
+            return Err(error);
+        }
+        if !stamp_doubt.marks.decimal {
+            for (fate, doubt) in values.iter_mut().zip(&doubts) {
+                match (doubt.error(text, strict), &fate) {
+                    (Some(error), Fate::Kept(_)) if selection == Selection::Lateral => {
+                        return Err(error);
+                    }
+                    (Some(error), Fate::Kept(_)) => *fate = Fate::LeftOut(error.to_string()),
+                    _ => {}
+                }
+            }
+        }
         Ok(Self {
+            stamps_repeat: repeating,
             printed_digit_s: if dated {
                 clock.last_digit()
             } else {
@@ -164,6 +226,48 @@ impl Rows {
             decimal_comma: decimal == Decimal::Comma,
         })
     }
+}
+
+/// What a column's marks may be, and where the first doubtful one stands.
+#[derive(Default)]
+struct Doubt {
+    marks: Marks,
+    /// Byte at which its row was begun, its column, and the cell.
+    first: Option<(u64, usize, String)>,
+}
+
+impl Doubt {
+    fn look(&mut self, record: &::csv::ByteRecord, column: usize) {
+        let cell = &record[column];
+        if self.marks.look(cell) {
+            let byte = record.position().map_or(0, ::csv::Position::byte);
+            self.first = Some((byte, column, shown(cell)));
+        }
+    }
+
+    /// Returns the error for a column whose marks may separate thousands; with `strict` for one
+    /// in which no number tells that they do not.
+    fn error(&self, text: &[u8], strict: bool) -> Option<Error> {
+        let (byte, column, cell) = self.first.as_ref()?;
+        let doubtful = self.marks.may_be_thousands() || (strict && !self.marks.decimal);
+        doubtful.then(|| {
+            Error::from(ErrorKind::Malformed {
+                expected: "numbers whose mark is clear".into(),
+                found: format!(
+                    "`{cell}`, and no number in the column whose mark can only be a decimal one"
+                ),
+                hint: "the mark may separate thousands or decimals; export without marks between thousands, and with the same number of decimals in every row".into(),
+            })
+            .at(Place::default()
+                .line(dialect::line_of_record(text, *byte))
+                .column(*column as u64 + 1))
+        })
+    }
+}
+
+/// Tells whether a stamp is refused for being that of the row before.
+fn is_repeated(error: &Error) -> bool {
+    matches!(error.kind(), ErrorKind::TimeNotIncreasing { previous, found } if found >= previous)
 }
 
 /// Counts the rows of data before any of them is kept.

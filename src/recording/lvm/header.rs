@@ -56,7 +56,7 @@ pub(super) struct Header {
     pub(super) comment_column: usize,
     pub(super) notes: Option<String>,
     /// The decimal mark that the header declares.
-    decimal: Option<char>,
+    pub(super) decimal: Option<char>,
 }
 
 impl Header {

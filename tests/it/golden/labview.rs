@@ -81,6 +81,36 @@ fn read(name: &str, file: &Lvm) -> Case {
 
 pub(super) fn cases() -> Vec<Case> {
     let plain = PLAIN.text();
+    let no_time = Lvm {
+        columns: "No",
+        ..PLAIN
+    }
+    .text();
+    let row = |k: i64| format!("\t{}\t{}\n", g(k + 9), g(k));
+    let grouped = |decimal| {
+        let cell = |k: i64| {
+            let whole = format!("{:.0}", super::push(k) * 9_806.65);
+            match whole.trim_start_matches('-').len() {
+                0..=3 => whole,
+                _ => format!(
+                    "{},{}",
+                    &whole[..whole.len() - 3],
+                    &whole[whole.len() - 3..]
+                ),
+            }
+        };
+        let file = Lvm {
+            columns: "No",
+            unit: "mm/s2",
+            decimal,
+            ..PLAIN
+        };
+        let text = file.text();
+        let head = &text[..text.find(&row(FROM)).unwrap()];
+        (FROM..TO).fold(head.to_string(), |text, k| {
+            text + &format!("\t1.5\t{}\n", cell(k))
+        })
+    };
     vec![
         read("one.lvm", &PLAIN),
         read(
@@ -279,6 +309,69 @@ pub(super) fn cases() -> Vec<Case> {
             plain[..plain.find(&s(FROM)).unwrap()].to_string(),
             &["no-rows.lvm"],
         ),
+        // Two bytes a character, as newer versions write it.
+        good(
+            "utf-16.lvm",
+            format!("\u{feff}{plain}")
+                .encode_utf16()
+                .flat_map(u16::to_le_bytes)
+                .collect::<Vec<u8>>(),
+        )
+        .channel("acc y"),
+        // Whole mm/s² with commas between thousands, where the header declares the point.
+        refused(
+            "thousands.lvm",
+            grouped("Decimal_Separator\t.\n"),
+            &["column 3", "thousands"],
+        ),
+        refused(
+            "thousands-undeclared.lvm",
+            grouped(""),
+            &["column 3", "thousands"],
+        ),
+        // Without stamps a row without its cell is a sample that is missing.
+        refused(
+            "empty-row.lvm",
+            no_time.replace(&row(100), &format!("\t\t\n{}", row(100))),
+            &["without a break"],
+        ),
+        refused(
+            "empty-line.lvm",
+            no_time.replace(&row(100), &format!("\n{}", row(100))),
+            &["without a break"],
+        ),
+        refused(
+            "first-row-empty.lvm",
+            no_time.replace(&row(FROM), &format!("\t\t\n{}", row(FROM))),
+            &["without a break"],
+        ),
+        refused(
+            "one-cell-empty.lvm",
+            no_time.replace(&row(100), &format!("\t{}\t\n", g(109))),
+            &["without a break", "acc y"],
+        ),
+        good("empty-lines-at-end.lvm", no_time.clone() + "\t\t\n\n").channel("acc y"),
+        refused(
+            "rate-against-delta.lvm",
+            no_time.clone(),
+            &["1000000 Hz", "10000 Hz by Delta_X"],
+        )
+        .options(&["--rate-hz", "1e6"]),
+        refused(
+            "rate-against-stamps.lvm",
+            plain.clone(),
+            &["5000 Hz", "10000 Hz by the file's time column"],
+        )
+        .options(&["--rate-hz", "5000"]),
+        good("rate-agrees.lvm", no_time.clone())
+            .options(&["--rate-hz", "10000"])
+            .channel("acc y"),
+        refused(
+            "time-unit.lvm",
+            plain.clone(),
+            &["leave out --time-column and --time-unit"],
+        )
+        .options(&["--time-unit", "ms"]),
         good("by-number.lvm", plain.clone())
             .options(&["--channel", "1", "--unit", "g"])
             .channel("Force")

@@ -47,6 +47,10 @@ pub(super) fn cases() -> Vec<Case> {
     cases.extend(clocks());
     cases.extend(channels());
     cases.extend(bad_rows());
+    cases.extend(marks());
+    cases.extend(breaks());
+    cases.extend(doubtful_units());
+    cases.extend(doubtful_times());
     cases.extend(other_formats());
     cases
 }
@@ -604,6 +608,7 @@ fn other_formats() -> Vec<Case> {
     vec![
         head("log.mf4", b"MDF     4.10    ", "ASAM MDF4"),
         head("open.mf4", b"UnFinMF 4.10    ", "ASAM MDF4"),
+        head("old.mdf", b"MDF     3.30    ", "ASAM MDF3"),
         head("data.tdms", b"TDSm\x0e\0\0\0", "NI TDMS"),
         head(
             "data.xls",
@@ -630,6 +635,306 @@ fn other_formats() -> Vec<Case> {
             &["picture.csv"],
         ),
     ]
+}
+
+/// Whole mm/s².
+fn whole(k: i64) -> String {
+    format!("{:.0}", push(k) * 9_806.65)
+}
+
+/// The same with a mark between thousands.
+fn grouped(k: i64, mark: char) -> String {
+    let text = whole(k);
+    let digits = text.trim_start_matches('-');
+    match digits.len() {
+        0..=3 => text,
+        length => {
+            let (thousands, rest) = digits.split_at(length - 3);
+            format!(
+                "{}{thousands}{mark}{rest}",
+                &text[..text.len() - digits.len()]
+            )
+        }
+    }
+}
+
+/// Marks that are decimal ones, or stand between thousands and make a thousandth of the pulse.
+fn marks() -> Vec<Case> {
+    let micro = |head: &str, separator: &str, value: &dyn Fn(i64) -> String| {
+        table(head, |k| format!("{}{separator}{}", k * 100, value(k)))
+    };
+    let quoted = |value: &dyn Fn(i64) -> String| {
+        table("time_s,acc_y_g", |k| {
+            format!("\"{}\",\"{}\"", comma(&s(k)), value(k))
+        })
+    };
+    vec![
+        good("whole.csv", micro("time_us;acc_y (mm/s2)", ";", &whole))
+            .channel("acc_y (mm/s2)")
+            .unit("mm/s2", whole),
+        refused(
+            "thousands-comma.csv",
+            micro("time_us;acc_y (mm/s2)", ";", &|k| grouped(k, ',')),
+            &["column 2", "thousands"],
+        ),
+        refused(
+            "thousands-point.txt",
+            micro("time_us\tacc_y (mm/s2)", "\t", &|k| grouped(k, '.')),
+            &["column 2", "thousands"],
+        ),
+        // A point between commas may be one between thousands just as well.
+        refused(
+            "thousands-point.csv",
+            micro("time_us,acc_y (mm/s2)", ",", &|k| grouped(k, '.')),
+            &["column 2", "thousands"],
+        ),
+        refused(
+            "thousands-in-time.csv",
+            table("time_us;acc_y (mm/s2)", |k| {
+                let stamp = (k * 100).to_string();
+                let (sign, digits) = stamp.split_at(usize::from(k < 0));
+                let split = digits.len().saturating_sub(3);
+                let stamp = match split {
+                    0 => stamp.clone(),
+                    _ => format!("{sign}{}.{}", &digits[..split], &digits[split..]),
+                };
+                format!("{stamp};{}", whole(k))
+            }),
+            &["column 1", "thousands"],
+        ),
+        // Quotes hold number and comma together; `-0,0200` has no thousands.
+        good("quoted-comma.csv", quoted(&|k| comma(&g(k)))).finds(&["info decimal-comma"]),
+        refused(
+            "quoted-thousands.csv",
+            table("time_us,acc_y (mm/s2)", |k| {
+                format!("{},\"{}\"", k * 100, grouped(k, ','))
+            }),
+            &["column 2", "thousands"],
+        ),
+        good("sep-capital.csv", plain("SEP=,\ntime_s,acc_y_g")),
+        good("sep-quoted.csv", plain("\"sep=,\"\ntime_s,acc_y_g")),
+        refused(
+            "sep-bar.csv",
+            plain("sep=|\ntime_s,acc_y_g").replace(',', "|"),
+            &[":1", "sep="],
+        ),
+        refused(
+            "numbered-columns.csv",
+            plain("0,1"),
+            &[":1", "counts the columns"],
+        )
+        .options(&["--unit", "g"]),
+    ]
+}
+
+/// Lines between rows that are none: harmless with stamps, a missing sample without.
+fn breaks() -> Vec<Case> {
+    let broken = |head: &str, row: &dyn Fn(i64) -> String, line: &str| {
+        let (before, after) = (format!("{}\n", row(99)), format!("{}\n", row(100)));
+        let text = table(head, row);
+        let joined = format!("{before}{after}");
+        assert_eq!(text.matches(&joined).count(), 1);
+        text.replace(&joined, &format!("{before}{line}\n{after}"))
+    };
+    let stamped = |k: i64| format!("{},{}", s(k), g(k));
+    let two = |k: i64| format!("{}\t{}", g(k), g(k + 5));
+    let rate = ["--rate-hz", "10000", "--time-zero", "0.02"];
+    let mut cases = Vec::new();
+    for (name, line) in [
+        ("empty", ""),
+        ("blanks", "  "),
+        ("tabs", "\t"),
+        ("comment", "# pause"),
+    ] {
+        cases.push(good(
+            &format!("{name}-with-stamps.csv"),
+            broken("time_s,acc_y_g", &stamped, line),
+        ));
+        cases.push(
+            refused(
+                &format!("{name}-without-stamps.csv"),
+                broken("acc_y_g", &|k| g(k), line),
+                &[":302", "no column tells their time"],
+            )
+            .options(&rate),
+        );
+        cases.push(
+            refused(
+                &format!("{name}-in-two-columns.txt"),
+                broken("acc_y_g\tacc_x_g", &two, line),
+                &[":302", "no column tells their time"],
+            )
+            .options(&rate),
+        );
+    }
+    cases.push(
+        good(
+            "breaks-around.csv",
+            format!(
+                "# sled\n\nacc_y\n\ng\n\n# begin\n{}\n \n# end\n\n",
+                table("", g).trim()
+            ),
+        )
+        .channel("acc_y")
+        .options(&rate),
+    );
+    cases.push(
+        refused(
+            "break-after-first.csv",
+            table("", g).trim_start().replacen('\n', "\n\n", 1),
+            &[":2", "no column tells their time"],
+        )
+        .options(&rate)
+        .options(&["--unit", "g"]),
+    );
+    cases
+}
+
+/// Header cells that end in a unit which is not that of the column.
+fn doubtful_units() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for (index, name) in [
+        "acc_y in 100 g",
+        "acc_y 100 g",
+        "acc_y (x 9.81 m/s2)",
+        "acc_y mV/g",
+        "acc_y [g*s]",
+        "acc_y [g·s]",
+        "acc_y (0.1 g)",
+        "acc_y counts / g",
+        "acc_y k m/s2",
+        "acc_y [k m/s2]",
+        "acc_y m g",
+        "acc_y milli g",
+        "acc_y range 50 g",
+        "acc_y (range 50 g",
+        "acc_y (m/s2) / g",
+        "acc_y_g (m/s2)",
+        "acc_y (g) x10",
+        "acc_y*10 [g]",
+        "acc_y / 10 [g]",
+        "acc_y x 100 [g]",
+        "acc_y x10 g",
+        "acc_y_100_g",
+        "acc_y_mV_g",
+        "acc_y [m/s2)",
+        "acc_y [m/s*s]",
+    ]
+    .iter()
+    .enumerate()
+    {
+        cases.push(refused(
+            &format!("doubtful-unit-{index}.csv"),
+            plain(&format!("time_s,{name}")),
+            &["no unit of acceleration", "--unit"],
+        ));
+    }
+    for (index, name) in [
+        "Acceleration Y g",
+        "acc y / g",
+        "ay/g",
+        "Beschleunigung Y in g",
+        "T12 Y acceleration g",
+        "acc (g) y2",
+        "acc_y_2_g",
+        "Beschl. quer [g]",
+        "acc_y (G's)",
+        "acc 1 y [g]",
+        "acc 1/2 y [g]",
+        "acc_y X1 [g]",
+        "acc y* CFC=60 (g)",
+    ]
+    .iter()
+    .enumerate()
+    {
+        cases.push(
+            good(
+                &format!("stated-unit-{index}.csv"),
+                plain(&format!("time_s,{name}")),
+            )
+            .channel(name),
+        );
+    }
+    cases
+}
+
+/// Units of time that the header or the stamps themselves contradict, and stamps that repeat.
+fn doubtful_times() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for (index, name) in [
+        "time 100 us",
+        "time in 0.1 ms",
+        "time_100us",
+        "time_min",
+        "time_h",
+        "time_ns",
+        "Timestamp ns",
+    ]
+    .iter()
+    .enumerate()
+    {
+        cases.push(refused(
+            &format!("doubtful-time-{index}.csv"),
+            plain(&format!("{name},acc_y_g")),
+            &["a time in s, ms or us", "--time-unit"],
+        ));
+    }
+    cases.extend([
+        refused(
+            "ms-over-seconds.csv",
+            plain("t (ms),acc_y_g"),
+            &["Hz by `t (ms)`", "--time-unit"],
+        ),
+        good("ms-over-seconds-told.csv", plain("t (ms),acc_y_g"))
+            .options(&["--time-unit", "s"])
+            .finds(&["warning time-unit-overridden"]),
+        refused(
+            "stamps-coarse.csv",
+            clocked(10_000.0, 3),
+            &[":3", "time must increase", "--rate-hz"],
+        ),
+        good("stamps-coarse-rate.csv", clocked(10_000.0, 3))
+            .options(&["--rate-hz", "10000"])
+            .finds(&["warning stamps-coarse"]),
+        good("stamps-coarse-12khz.csv", clocked(12_000.0, 4))
+            .options(&["--rate-hz", "12000"])
+            .clock(12_000.0, -200.0 / 12_000.0)
+            .finds(&["warning stamps-coarse"]),
+        refused(
+            "stamps-coarse-other-rate.csv",
+            clocked(10_000.0, 3),
+            &["repeat and are off"],
+        )
+        .options(&["--rate-hz", "9500"]),
+        // A row too many among coarse stamps moves all that follow.
+        refused(
+            "stamps-coarse-missing.csv",
+            clocked(10_000.0, 3).replace(
+                &(100..130)
+                    .map(|k| format!("{:.3},{}\n", k as f64 / 1e4, g(k)))
+                    .collect::<String>(),
+                "",
+            ),
+            &["repeat and are off"],
+        )
+        .options(&["--rate-hz", "10000"]),
+        // One doubled stamp among fine ones is no matter of digits.
+        refused(
+            "stamp-twice-rate.csv",
+            with_row(&format!("{},1.0", s(99))),
+            &[":302", "time must increase"],
+        )
+        .options(&["--rate-hz", "10000"]),
+        refused(
+            "jump.csv",
+            table("time_s,acc_y_g", |k| {
+                let stamp = k as f64 / 1e4 + if k < 100 { 0.0 } else { 360_000.0 };
+                format!("{stamp:.4},{}", g(k))
+            }),
+            &[":302", "samples", "0.0099", "later"],
+        ),
+    ]);
+    cases
 }
 
 /// The samples of every table above that is written in g.
