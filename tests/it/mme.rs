@@ -297,11 +297,18 @@ fn val_what_the_header_states_is_held_against_the_samples() {
         &["already-filtered"],
     );
     check_findings(File::new("14BPILLO0000AC2A"), warning, &["sign-diverges"]);
-    check_findings(
-        File::new("14BPILLO0000ACXA"),
-        warning,
-        &["channel-not-lateral"],
-    );
+    // A package's only acceleration is taken unasked where it is the lateral one.
+    for code in ["14BPILLO0000ACXA", "11HEAD0000H3ACYA"] {
+        let folder = folder_of("mme-not-lateral", &test_of(&[File::new(code)]));
+        check_refused(
+            folder.path(),
+            &ReadOptions::default(),
+            |kind| matches!(kind, ErrorKind::NoChannel { .. }),
+            &[code, "--channel"],
+        );
+        let (_, findings) = one(folder.path(), &with_channel(code));
+        check_codes(&findings, warning, &["channel-not-lateral"]);
+    }
     // The stated time of the maximum shows that the assumption is wrong.
     check_findings(
         file().without("Time of first sample"),
