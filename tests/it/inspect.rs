@@ -126,7 +126,7 @@ fn cli_inspect_compares_neighbours() {
 fn cli_replay_compares_neighbours() {
     let folder = Folder::new("replay-neighbours");
     for (third, expected) in [(1.0, false), (-0.4, true)] {
-        let path = folder.write("a.csv", &three(third));
+        let path = folder.write("a.csv", three(third));
         let done = latchgate(&[
             "replay",
             &path,

@@ -39,6 +39,14 @@ const FIRST_STEP: f64 = 1e-3;
 /// reaches an end of the range is looked into in any case.
 const STRETCHES: usize = 3;
 
+/// The same of those that are longer than the first step: a needle is soon asked, and hardly ever
+/// an answer.
+const LONG_STRETCHES: usize = 12;
+
+/// Values to either side, evenly between the present one and the change that was found, at which
+/// the whole rule is asked whether there is a nearer one.
+const BETWEEN: u32 = 24;
+
 /// Nominal peaks, the highest, between the present value and a boundary of the nominal runs
 /// at which the whole rule is asked: what comes close to the threshold may be no pass.
 const CLOSE_CALLS: usize = 6;
@@ -112,7 +120,25 @@ impl VerdictSearch<'_> {
                 best = Some(change);
             }
         }
-        best
+        self.nearer(here, best)
+    }
+
+    /// Asks between the present value, which passes, and the change that was found, or the ends of
+    /// the range, whether there is a nearer one.
+    fn nearer(&self, here: f64, found: Option<Change>) -> Option<Change> {
+        let (low, high) = (self.low_place(), self.stretch.place(self.stretch.high));
+        let reach = found.map_or((high - here).max(here - low), |found| {
+            self.stretch.distance(found.does_not)
+        });
+        (1..=BETWEEN)
+            .flat_map(|step| {
+                let away = reach * f64::from(step) / f64::from(BETWEEN + 1);
+                [here + away, here - away]
+            })
+            .filter(|place| (low..=high).contains(place))
+            .find(|place| !(self.passes)(self.stretch.value(*place)))
+            .map(|place| self.halve(here, place))
+            .or(found)
     }
 
     /// The nearest of the close calls between `here` and `end` at which the verdict is no pass.
@@ -150,11 +176,14 @@ impl VerdictSearch<'_> {
         let reaches_an_end = |(from, to): &(f64, f64)| {
             *from <= self.low_place() || *to >= self.stretch.place(self.stretch.high)
         };
-        for (_, (from, to)) in stretches
-            .into_iter()
-            .enumerate()
-            .filter(|(index, stretch)| *index < STRETCHES || reaches_an_end(stretch))
-        {
+        let mut long_ones = 0;
+        for (index, (from, to)) in stretches.into_iter().enumerate() {
+            let long = to - from > FIRST_STEP * self.unit();
+            long_ones += usize::from(long);
+            let near = index < STRETCHES || (long && long_ones <= LONG_STRETCHES);
+            if !near && !reaches_an_end(&(from, to)) {
+                continue;
+            }
             let starts = if (from..=to).contains(&here) {
                 vec![(here, to), (here, from)]
             } else if here < from {
