@@ -53,8 +53,8 @@ pub(super) fn until(ensemble: &Ensemble) -> String {
 pub(super) fn coasting(ensemble: &Ensemble) -> Option<String> {
     (ensemble.exceeded_in_coast > 0).then(|| {
         format!(
-            "After the last judged sample {} more coast beyond it, with which up to {}\u{00A0}% \
-             cross",
+            "After the last judged sample {} more coast beyond it (pale), with which up to \
+             {}\u{00A0}% cross",
             ensemble.exceeded_in_coast,
             percent(ensemble.p_upper_with_coast)
         )

@@ -796,6 +796,51 @@ fn regress_the_least_preload_beyond_stretches_of_luck() {
     assert!(at < 60.0, "{at}");
 }
 
+/// A shake after which the lever bounces at random: the nominal peak says little of where scattered
+/// levers fail. The answer is no further than what asking the whole rule step by step finds.
+#[test]
+fn regress_the_nearest_change_of_scattered_levers_is_found() {
+    let tau = 2.0 * std::f64::consts::PI;
+    let shake = |t: f64| 12.0 * (tau * 90.0 * t).sin() + 6.0 * (tau * 37.0 * t + 1.0).sin();
+    let samples: Vec<f64> = (-200..1800)
+        .map(|k| f64::from(k) / 10_000.0)
+        .map(|t| {
+            if (0.0..=0.1).contains(&t) {
+                STANDARD_GRAVITY * shake(t)
+            } else {
+                0.0
+            }
+        })
+        .collect();
+    let input = conditioned(signal(10_000.0, samples));
+    let mut asked = options(ModelChoice::Auto);
+    asked.basis = Basis::Verdict;
+    asked.points = None;
+    asked.assess.members = 512;
+    for (mass_kg, passes, step) in [(0.0925, false, 0.01)] {
+        let mut design = Design::reference();
+        design.lever.mass_kg = mass_kg;
+        design.input.bias_g = 0.005;
+        design.input.scale = 0.003;
+        let passes_at = |scale: f64| {
+            let mut scaled = input.clone();
+            scaled.used.samples.iter_mut().for_each(|a| *a *= scale);
+            assess(&scaled, &[], &design, &asked.assess).unwrap().answer == Answer::Pass
+        };
+        assert_eq!(passes_at(1.0), passes, "{mass_kg} kg");
+        let nearest = (1..=20)
+            .flat_map(|k| [1.0 + step * f64::from(k), 1.0 - step * f64::from(k)])
+            .find(|scale| passes_at(*scale) != passes)
+            .expect("a change within twenty steps");
+        let found = margins(&input, &[], &design, &asked).unwrap();
+        let at = of(&found, Quantity::Scale).at.unwrap();
+        assert!(
+            libm::log(at).abs() <= libm::log(nearest).abs(),
+            "{mass_kg} kg: {at}, a change lies before {nearest}"
+        );
+    }
+}
+
 /// A blocking finding leaves no verdict to change: the numbers are the nominal run's, and marked.
 #[test]
 fn verif_a_spoiled_recording_is_marked() {

@@ -305,9 +305,7 @@ impl Number {
             _ => digits.count(cell),
         }
     }
-}
 
-impl Number {
     fn mark_in(&self, marks: &mut Marks, cell: &[u8]) {
         if self.simple && self.decimals == 0 {
             // A point with nothing behind it counts as none, which only adds to the doubt.

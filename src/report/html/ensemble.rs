@@ -46,6 +46,13 @@ pub(super) fn gauge(page: &mut Page, document: &Document) {
             860.0 - from_x,
             (to - from).max(2.0)
         );
+        if ensemble.exceeded_in_coast > 0 {
+            let _ = write!(
+                svg,
+                "<rect class=\"bar\" opacity=\"0.35\" x=\"{to:.2}\" y=\"{y}\" width=\"{:.2}\" height=\"12\"/>",
+                x(ensemble.p_upper_with_coast) - to
+            );
+        }
         y += 17.0;
     }
     for (share, anchor, dx, text) in [
