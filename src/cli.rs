@@ -1,6 +1,7 @@
 //! The command line: arguments in, data to stdout, talk to stderr, an exit code out.
 
 pub mod args;
+mod candidates;
 mod inspect;
 mod limits;
 mod log;

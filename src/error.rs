@@ -2,6 +2,73 @@
 
 use std::fmt;
 
+/// A channel that could be meant.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Candidate {
+    /// Name under which the recording lists it.
+    pub name: String,
+    /// What tells it from others of its name, such as `column 2`.
+    pub twin: Option<String>,
+    /// What the option `--channel` takes for it; `None` where nothing singles it out.
+    pub asked_as: Option<String>,
+}
+
+impl Candidate {
+    /// Returns a channel that its name singles out.
+    #[must_use]
+    pub fn named(name: impl Into<String>) -> Self {
+        let name = name.into();
+        Self {
+            asked_as: Some(name.clone()),
+            name,
+            twin: None,
+        }
+    }
+
+    /// Returns one of several channels of a name, told from them by its number; `what` says what
+    /// is counted.
+    #[must_use]
+    pub fn numbered(name: impl Into<String>, what: &str, number: usize) -> Self {
+        Self {
+            name: name.into(),
+            twin: Some(format!("{what} {number}")),
+            asked_as: Some(number.to_string()),
+        }
+    }
+}
+
+/// Channels that could be meant, in the order of the recording.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Candidates(pub Vec<Candidate>);
+
+impl Candidates {
+    /// Returns channels that their names single out.
+    pub fn named<T: Into<String>>(names: impl IntoIterator<Item = T>) -> Self {
+        Self(names.into_iter().map(Candidate::named).collect())
+    }
+}
+
+impl fmt::Display for Candidates {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const LISTED: usize = 40;
+        const LETTERS: usize = 100;
+        for (index, candidate) in self.0.iter().take(LISTED).enumerate() {
+            let comma = if index == 0 { "" } else { ", " };
+            let mut letters = candidate.name.chars();
+            let name: String = letters.by_ref().take(LETTERS).collect();
+            let cut = if letters.next().is_some() { "…" } else { "" };
+            write!(f, "{comma}{name}{cut}")?;
+            if let Some(twin) = &candidate.twin {
+                write!(f, " ({twin})")?;
+            }
+        }
+        match self.0.len() {
+            ..=LISTED => Ok(()),
+            all => write!(f, ", {} more", all - LISTED),
+        }
+    }
+}
+
 /// Where in the input something went wrong; every part is optional.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Place {
@@ -216,8 +283,8 @@ pub enum ErrorKind {
         "several channels could be the lateral acceleration: {candidates}; choose one with --channel NAME"
     )]
     AmbiguousChannel {
-        /// The names of the candidates.
-        candidates: String,
+        /// The candidates.
+        candidates: Candidates,
     },
     /// No channel carries an acceleration.
     #[error(

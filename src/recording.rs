@@ -54,6 +54,41 @@ pub struct ReadOptions {
     pub one_thread: bool,
 }
 
+/// Largest relative difference between a stated rate and that of the file [-].
+const RATE_AGREEMENT: f64 = 1e-3;
+
+impl ReadOptions {
+    /// Holds the rate that option or card state against the one that the file says [Hz]; `by`
+    /// names what says it and `hint` the way out.
+    fn check_rate(&self, found: f64, by: &str, hint: &str) -> Result<(), Error> {
+        match self.rate_hz {
+            Some(stated) if (stated - found).abs() > RATE_AGREEMENT * found => {
+                Err(Error::from(ErrorKind::Malformed {
+                    expected: format!("a rate of {stated} Hz, as option or card say"),
+                    found: format!("{found} Hz by {by}"),
+                    hint: hint.into(),
+                }))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuses options that say where times stand, or in which unit, for a format that says so
+    /// itself and in seconds; `format` names it and `way_out` what else could be done.
+    fn refuse_other_clock(&self, format: &str, way_out: &str) -> Result<(), Error> {
+        let other_unit = self.time_unit.is_some_and(|unit| unit != TimeUnit::Second);
+        if self.time_column.is_none() && !other_unit {
+            return Ok(());
+        }
+        Err(ErrorKind::Malformed {
+            expected: format!("{format}, which says where its times are, in seconds"),
+            found: "options that say otherwise".into(),
+            hint: format!("leave out --time-column and --time-unit{way_out}"),
+        }
+        .into())
+    }
+}
+
 /// Which channels a reader shall deliver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Selection {

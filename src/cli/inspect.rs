@@ -1,14 +1,16 @@
 //! `latchgate inspect`: what a recording holds. Judges nothing.
 
 use super::args::{Common, InspectArguments, OutputFormat};
+use super::candidates::{self, Offer};
 use super::replay::{check_format_name, read_options, source};
 use super::{Failure, output};
 use crate::conditioning::{self, ConditioningOptions, neighbours};
 use crate::error::ErrorKind;
 use crate::recording::{self, Channel, Finding, Recording, Selection};
-use crate::report::{escape, number, sparkline};
+use crate::report::{escape, number};
 use serde::Serialize;
 use std::fmt::Write as _;
+use std::path::Path;
 
 /// The document that `inspect --format json` prints.
 #[derive(Debug, Serialize)]
@@ -35,8 +37,10 @@ struct Choice {
     channel: Option<String>,
     /// Why this channel, or why none.
     reason: Option<String>,
-    /// The channels among which `--channel` has to choose.
+    /// What `--channel` takes for each of the channels among which it has to choose.
     candidates: Vec<String>,
+    #[serde(skip)]
+    offers: Vec<Offer>,
 }
 
 #[derive(Debug, Serialize)]
@@ -58,38 +62,6 @@ struct Entry {
     #[serde(skip)]
     spark: String,
 }
-
-/// Returns the names of those channels that a list with commas between them names; a name may
-/// hold commas itself.
-fn named_in(list: &str, channels: &[Channel]) -> Vec<String> {
-    let mut found = Vec::new();
-    let mut rest = list;
-    loop {
-        let ends = |name: &str| {
-            rest.strip_prefix(name)
-                .is_some_and(|tail| tail.is_empty() || tail.starts_with(", "))
-        };
-        let longest = channels
-            .iter()
-            .map(|channel| channel.name.as_str())
-            .filter(|name| ends(name))
-            .max_by_key(|name| name.len());
-        let length = match longest {
-            Some(name) => {
-                found.push(name.to_string());
-                name.len()
-            }
-            None => rest.find(", ").unwrap_or(rest.len()),
-        };
-        match rest.get(length..).and_then(|tail| tail.strip_prefix(", ")) {
-            Some(tail) => rest = tail,
-            None => return found,
-        }
-    }
-}
-
-/// Width of a sparkline in characters.
-const SPARK_WIDTH: usize = 32;
 
 /// Runs the command; returns the exit code.
 pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Failure> {
@@ -158,18 +130,18 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
                     Some(finding) => format!("{plain}, but: {}", finding.text),
                 }),
                 candidates: Vec::new(),
+                offers: Vec::new(),
             }
         }
-        Err(error) => Choice {
-            channel: None,
-            reason: Some(error.to_string()),
-            candidates: match error.kind() {
-                ErrorKind::AmbiguousChannel { candidates } => {
-                    named_in(candidates, &everything.channels)
-                }
-                _ => Vec::new(),
-            },
-        },
+        Err(error) => {
+            let offers = candidates::offers(&error, &everything.channels);
+            Choice {
+                channel: None,
+                reason: Some(error.to_string()),
+                candidates: offers.iter().map(|offer| offer.channel.clone()).collect(),
+                offers,
+            }
+        }
     };
     let listing = listing(everything, choice, &conditioning);
     match common.format {
@@ -186,7 +158,7 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
             text.push('\n');
             output::data(&text)
         }
-        OutputFormat::Text => output::data(&table(&listing)),
+        OutputFormat::Text => output::data(&table(&listing, &own.read.recording)),
     }
     .map_err(Failure::Data)?;
     Ok(0)
@@ -247,7 +219,7 @@ fn entry(
     }
     findings.extend(beside);
     Entry {
-        spark: sparkline::render(&channel.values, SPARK_WIDTH),
+        spark: candidates::spark(&channel.values),
         name: channel.name,
         unit: channel.unit.map(crate::units::AccelerationUnit::name),
         unit_source: channel.unit_source,
@@ -273,7 +245,7 @@ fn short(value: f64, digits: usize) -> String {
     }
 }
 
-fn table(listing: &Listing) -> String {
+fn table(listing: &Listing, asked: &Path) -> String {
     let mut text = String::new();
     let source = &listing.recording;
     let _ = writeln!(
@@ -335,16 +307,7 @@ fn table(listing: &Listing) -> String {
         }
         (None, None) => {}
     }
-    for name in &listing.replay.candidates {
-        let spark = listing.channels.iter().find(|entry| entry.name == *name);
-        let _ = writeln!(
-            text,
-            "choose: latchgate replay {} --channel '{}'  {}",
-            escape::terminal(&source.file),
-            escape::terminal(name),
-            spark.map_or("", |entry| entry.spark.as_str())
-        );
-    }
+    text += &candidates::lines(asked, &listing.replay.offers);
     let of_channels = listing.channels.iter().flat_map(|entry| {
         entry
             .findings

@@ -4,7 +4,7 @@ use super::args::{
     Common, MEMBERS_DEFAULT, ModelArgument, OutputFormat, ReadArguments, ReplayArguments, Resample,
     SEED_DEFAULT,
 };
-use super::{Failure, output};
+use super::{Failure, candidates, output};
 use crate::conditioning::{self, BiasWindow, Conditioned, ConditioningOptions, FilterChoice, cfc};
 use crate::error::{Error, ErrorKind, Place};
 use crate::model::Design;
@@ -72,6 +72,14 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
     .map_err(Failure::Data)?;
     if let Some(error) = refusal {
         output::talk(&format!("latchgate: {error}"));
+        let mut options = read_options(&own.read, common);
+        if let Ok(Some((card, _))) = recording::card::read_beside(&source, &limits) {
+            card.merge_into(&mut options);
+        }
+        let asked = &own.read.recording;
+        if let Some(lines) = candidates::of_refusal(&error, asked, &source, &options, &limits) {
+            output::talk(&lines);
+        }
     } else if document.verdict == Answer::Unusable {
         let reason = document
             .why

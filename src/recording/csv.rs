@@ -18,7 +18,7 @@ mod rows;
 
 use super::source::Reader;
 use super::time_base::TimeBase;
-use super::{Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, Stated, text};
+use super::{Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, Stated};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, SampleRate};
 use layout::{Layout, TimeSource};
@@ -212,8 +212,7 @@ fn find_base(
     let fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, limits)
         .map_err(|error| at_longest_gap(error, text, rows, layout))?;
     let rate = fitted.rate.hertz();
-    text::check_rate(
-        options,
+    options.check_rate(
         rate,
         &format!("the time column `{name}`"),
         "state --time-unit, or leave out the rate",

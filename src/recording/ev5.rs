@@ -16,8 +16,8 @@ mod header;
 use super::source::Reader;
 use super::{Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection};
 use super::{csv::encoding, laboratory, text, time_base};
-use crate::error::{Error, ErrorKind, Place};
-use crate::units::{AccelerationUnit, SampleRate, TimeUnit};
+use crate::error::{Candidates, Error, ErrorKind, Place};
+use crate::units::{AccelerationUnit, SampleRate};
 use curve::Curve;
 use header::{Entry, Test};
 
@@ -141,18 +141,10 @@ fn read_bare(
         Some(entry) => entry.name(),
         None => name.clone(),
     };
-    if options.time_column.is_some()
-        || options
-            .time_unit
-            .is_some_and(|unit| unit != TimeUnit::Second)
-    {
-        return Err(ErrorKind::Malformed {
-            expected: "a curve file of NHTSA: stamps in seconds, then values".into(),
-            found: "options that say otherwise".into(),
-            hint: "leave out --time-column and --time-unit, or read the file as a table with --input-format csv".into(),
-        }
-        .into());
-    }
+    options.refuse_other_clock(
+        "a curve file of NHTSA",
+        ", or read the file as a table with --input-format csv",
+    )?;
     if let Some(wanted) = &options.channel {
         let number = curve::number_of(&name);
         let fits = match &entry {
@@ -360,7 +352,7 @@ fn choose<'a>(
             }
             .into()),
             several => Err(ErrorKind::AmbiguousChannel {
-                candidates: list(several),
+                candidates: Candidates::named(several.iter().map(|entry| entry.name())),
             }
             .into()),
         };
@@ -403,7 +395,7 @@ fn choose<'a>(
         }
         .into()),
         several => Err(ErrorKind::AmbiguousChannel {
-            candidates: list(several),
+            candidates: Candidates::named(several.iter().map(|entry| entry.name())),
         }
         .into()),
     }
@@ -553,17 +545,7 @@ impl Clock {
         findings: &mut Vec<Finding>,
     ) -> Result<Self, Error> {
         let base = time_base::TimeBase::fit(&curve.stamps_s, curve.printed_digit_s, limits)?;
-        let found = base.rate.hertz();
-        if let Some(rate) = options.rate_hz
-            && (rate - found).abs() > 1e-3 * found
-        {
-            return Err(ErrorKind::Malformed {
-                expected: format!("a rate of {rate} Hz, as option or card say"),
-                found: format!("{found} Hz by the stamps"),
-                hint: "leave out the rate".into(),
-            }
-            .into());
-        }
+        options.check_rate(base.rate.hertz(), "the stamps", "leave out the rate")?;
         findings.extend(base.findings.iter().cloned());
         Ok(Self {
             start_s: base.start_s,

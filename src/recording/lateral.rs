@@ -2,7 +2,7 @@
 
 use super::csv::header::Column;
 use super::{Channel, Finding};
-use crate::error::ErrorKind;
+use crate::error::{Candidate, Candidates, ErrorKind};
 
 /// Tells whether a channel that was read measures lateral acceleration, by its name, its code or
 /// its sensor's axis.
@@ -20,7 +20,7 @@ pub fn is_lateral(channel: &Channel) -> bool {
             || place.is_some_and(|place| axis(place) || named(place)))
 }
 
-/// Chooses among columns of numbers. Taken is the only one; else the one whose name says
+/// Chooses among columns of numbers, each with its number, which counts what `counted` says. Taken is the only one; else the one whose name says
 /// lateral acceleration; else the only one with a unit of acceleration among columns that all
 /// state their units. A name that says another axis, a dummy or a barrier is never taken.
 /// Whatever was weighed is said in a finding.
@@ -30,14 +30,15 @@ pub fn is_lateral(channel: &Channel) -> bool {
 /// [`ErrorKind::AmbiguousChannel`] with the names of several candidates,
 /// [`ErrorKind::NoChannel`] with all names where nothing tells.
 pub(super) fn choose(
-    columns: &[&Column],
+    columns: &[(usize, &Column)],
+    counted: &str,
     known: &str,
 ) -> Result<(usize, Option<Finding>), ErrorKind> {
     let none = || ErrorKind::NoChannel {
         known: known.to_string(),
     };
     let other = |column: &Column| column.not_lateral_finding().is_some();
-    if let [only] = columns {
+    if let [(_, only)] = columns {
         return if other(only) {
             Err(none())
         } else {
@@ -45,19 +46,21 @@ pub(super) fn choose(
         };
     }
     let of = |wanted: &dyn Fn(&Column) -> bool| -> Vec<usize> {
-        (0..columns.len()).filter(|i| wanted(columns[*i])).collect()
+        (0..columns.len())
+            .filter(|i| wanted(columns[*i].1))
+            .collect()
     };
     let named = of(&|column| column.says_lateral_acceleration() && !column.says_elsewhere());
     // Redundant sensors count only where no primary one does.
     let primary: Vec<usize> = named
         .iter()
         .copied()
-        .filter(|i| !columns[*i].says_redundant())
+        .filter(|i| !columns[*i].1.says_redundant())
         .collect();
     let named = if primary.is_empty() { named } else { primary };
     match named.as_slice() {
         [only] => {
-            let column = columns[*only];
+            let column = columns[*only].1;
             Ok((
                 *only,
                 Some(Finding::info(
@@ -74,14 +77,14 @@ pub(super) fn choose(
             let accelerations = of(&|column| column.unit.is_some());
             let silent = of(&|column| column.unit.is_none() && !column.has_foreign_unit());
             match accelerations.as_slice() {
-                [only] if silent.is_empty() && !other(columns[*only]) => Ok((
+                [only] if silent.is_empty() && !other(columns[*only].1) => Ok((
                     *only,
                     Some(Finding::info(
                         "channel-chosen",
                         format!(
                             "`{}` was chosen among {} channels, since it alone has a unit of \
                              acceleration; its name does not say that it is lateral",
-                            columns[*only].name,
+                            columns[*only].1.name,
                             columns.len()
                         ),
                     )),
@@ -89,12 +92,19 @@ pub(super) fn choose(
                 _ => Err(none()),
             }
         }
-        several => Err(ErrorKind::AmbiguousChannel {
-            candidates: several
-                .iter()
-                .map(|i| columns[*i].name.clone())
-                .collect::<Vec<_>>()
-                .join(", "),
-        }),
+        several => {
+            let one = |index: &usize| {
+                let (number, column) = columns[*index];
+                let same = |(_, other): &&(usize, &Column)| other.name == column.name;
+                if columns.iter().filter(same).count() > 1 {
+                    Candidate::numbered(&column.name, counted, number)
+                } else {
+                    Candidate::named(&column.name)
+                }
+            };
+            Err(ErrorKind::AmbiguousChannel {
+                candidates: Candidates(several.iter().map(one).collect()),
+            })
+        }
     }
 }

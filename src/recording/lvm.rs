@@ -19,8 +19,8 @@ use super::{
     Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, Stated, csv::encoding,
     laboratory, lateral, text,
 };
-use crate::error::{Error, ErrorKind, Place};
-use crate::units::{AccelerationUnit, SampleRate, TimeUnit};
+use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
+use crate::units::{AccelerationUnit, SampleRate};
 use header::{Header, TimeColumns};
 
 /// What to do where option or card state another rate than the file.
@@ -59,15 +59,7 @@ pub fn read(
     selection: Selection,
     limits: &Limits,
 ) -> Result<ReadOutcome, Error> {
-    let other_unit = |unit| unit != TimeUnit::Second;
-    if options.time_column.is_some() || options.time_unit.is_some_and(other_unit) {
-        return Err(ErrorKind::Malformed {
-            expected: "a LabVIEW file, whose header says where its times are, in seconds".into(),
-            found: "options that say otherwise".into(),
-            hint: "leave out --time-column and --time-unit".into(),
-        }
-        .into());
-    }
+    options.refuse_other_clock("a LabVIEW file", "")?;
     let bytes = source.read_text(limits)?;
     let (bytes, mut findings) = encoding::decode(bytes, limits)?;
     text::check_line_lengths(&bytes, limits)?;
@@ -124,7 +116,22 @@ pub fn read(
     for finding in &mut outcome.findings {
         finding.at_s = finding.at_s.map(|at| at - zero);
     }
+    hold_against_channels(&mut outcome);
     Ok(outcome)
+}
+
+/// Holds instants of which the file's own words speak against the clocks of its channels.
+fn hold_against_channels(outcome: &mut ReadOutcome) {
+    let clocks = outcome.channels.iter().map(|channel| {
+        let end_s = channel.time_s(channel.values.len().saturating_sub(1));
+        (channel.start_s, end_s, 1.0 / channel.rate.hertz())
+    });
+    let widest = clocks.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1), a.2.max(b.2)));
+    if let Some((start_s, end_s, interval_s)) = widest {
+        for finding in &mut outcome.findings {
+            laboratory::hold_against_record(finding, start_s, end_s, interval_s);
+        }
+    }
 }
 
 /// The table of a file.
@@ -381,11 +388,12 @@ fn choose(
             }
             .into()),
             several => Err(ErrorKind::AmbiguousChannel {
-                candidates: several
-                    .iter()
-                    .map(|index| format!("{} (channel {})", wanted, index + 1))
-                    .collect::<Vec<_>>()
-                    .join(", "),
+                candidates: Candidates(
+                    several
+                        .iter()
+                        .map(|index| Candidate::numbered(wanted, "channel", index + 1))
+                        .collect(),
+                ),
             }
             .into()),
         };
@@ -396,11 +404,11 @@ fn choose(
         .copied()
         .filter(|index| !header.channels[*index].column.has_foreign_unit())
         .collect();
-    let columns: Vec<&Column> = possible
+    let columns: Vec<(usize, &Column)> = possible
         .iter()
-        .map(|index| &header.channels[*index].column)
+        .map(|index| (index + 1, &header.channels[*index].column))
         .collect();
-    match lateral::choose(&columns, &known) {
+    match lateral::choose(&columns, "channel", &known) {
         Ok((index, finding)) => {
             let column = &header.channels[possible[index]].column;
             // The only one of its unit, but not the only one.
@@ -481,12 +489,7 @@ fn channel(
             let (stamps, digit) = &table.stamps[slot];
             let stamps = stamps.get(..values.len()).unwrap_or(stamps);
             let base = TimeBase::fit(stamps, *digit, limits)?;
-            text::check_rate(
-                options,
-                base.rate.hertz(),
-                "the file's time column",
-                RATE_HINT,
-            )?;
+            options.check_rate(base.rate.hertz(), "the file's time column", RATE_HINT)?;
             findings.extend(base.findings.iter().cloned());
             findings.extend(interval_finding(described.interval(), base.rate));
             (base.start_s, base.rate, base.apply(stamps, values)?)
@@ -494,7 +497,7 @@ fn channel(
         None => {
             let rate = match (described.interval(), options.rate_hz) {
                 (Some(rate), _) => {
-                    text::check_rate(options, rate.hertz(), "Delta_X in the header", RATE_HINT)?;
+                    options.check_rate(rate.hertz(), "Delta_X in the header", RATE_HINT)?;
                     rate
                 }
                 (None, Some(hertz)) => SampleRate::from_hertz(hertz)?,

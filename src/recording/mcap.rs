@@ -25,7 +25,7 @@ mod schema;
 mod series;
 
 use super::{Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, source::Reader};
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use ::mcap::McapError;
 use ::mcap::records::op;
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -67,6 +67,7 @@ pub fn read(
     selection: Selection,
     limits: &Limits,
 ) -> Result<ReadOutcome, Error> {
+    options.refuse_other_clock("an MCAP log", "")?;
     let mut log = Log {
         options,
         selection,
@@ -630,15 +631,17 @@ impl Log<'_> {
     ) -> Result<Series, Error> {
         if series.len() > 1 {
             // Names tell topics apart, except where one name was asked for and several fit.
-            let names: Vec<String> = series
-                .iter()
-                .map(|(id, series)| match self.options.channel {
-                    Some(_) => format!("{} (channel id {id})", series.name()),
-                    None => series.name(),
-                })
-                .collect();
+            let named = self.options.channel.is_some();
+            let one = |(id, series): &(u16, Series)| match named {
+                true => Candidate {
+                    name: series.name(),
+                    twin: Some(format!("channel id {id}")),
+                    asked_as: None,
+                },
+                false => Candidate::named(series.name()),
+            };
             return Err(ErrorKind::AmbiguousChannel {
-                candidates: names.join(", "),
+                candidates: Candidates(series.iter().map(one).collect()),
             }
             .into());
         }

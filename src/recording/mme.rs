@@ -20,7 +20,7 @@ use super::{
     Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, csv::encoding, laboratory,
     text,
 };
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Candidates, Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, SampleRate, TimeUnit};
 use channel::{ChannelHeader, Samples};
 use package::{Entry, Package};
@@ -54,6 +54,7 @@ pub fn read(
     selection: Selection,
     limits: &Limits,
 ) -> Result<ReadOutcome, Error> {
+    options.refuse_other_clock("an ISO-MME package", "")?;
     let mut package = Package::open(source, limits)?;
     let mut outcome = ReadOutcome::default();
     let impact_side = package.impact_side(source, limits)?;
@@ -172,7 +173,7 @@ fn choose(
 ) -> Result<(usize, Option<Finding>), Error> {
     let ambiguous = |several: &[usize]| {
         Error::from(ErrorKind::AmbiguousChannel {
-            candidates: list(several.iter().map(|index| &channels[*index])),
+            candidates: Candidates::named(several.iter().map(|i| channels[*i].label.as_str())),
         })
     };
     let of = |wanted: &dyn Fn(&Entry) -> bool| -> Vec<usize> {
@@ -436,16 +437,8 @@ impl Clock {
             if let Some(times) = channel_of_times(channels, own, name)? {
                 let clock =
                     Self::explicit(package, source, times, header, samples, limits, findings)?;
-                if let Some(hertz) = options.rate_hz
-                    && (hertz - clock.rate.hertz()).abs() > 1e-3 * clock.rate.hertz()
-                {
-                    return Err(ErrorKind::Malformed {
-                        expected: format!("a rate of {hertz} Hz, as option or card say"),
-                        found: format!("{} Hz by the channel of times", clock.rate.hertz()),
-                        hint: "leave out the rate".into(),
-                    }
-                    .into());
-                }
+                let hertz = clock.rate.hertz();
+                options.check_rate(hertz, "the channel of times", "leave out the rate")?;
                 return Ok(clock);
             }
             findings.push(Finding::warning(
@@ -457,20 +450,12 @@ impl Clock {
             ));
         }
         let stated = header.interval()?;
+        if let Some(stated) = stated {
+            let by = "the channel's header";
+            options.check_rate(stated.hertz(), by, "leave out the rate")?;
+        }
         let rate = match (options.rate_hz, stated) {
-            (Some(hertz), stated) => {
-                if let Some(stated) = stated
-                    && (stated.hertz() - hertz).abs() > 1e-3 * hertz
-                {
-                    return Err(ErrorKind::Malformed {
-                        expected: format!("a rate of {hertz} Hz, as option or card say"),
-                        found: format!("{} Hz in the channel's header", stated.hertz()),
-                        hint: "leave out the rate".into(),
-                    }
-                    .into());
-                }
-                SampleRate::from_hertz(hertz)?
-            }
+            (Some(hertz), _) => SampleRate::from_hertz(hertz)?,
             (None, Some(stated)) => stated,
             (None, None) => return Err(ErrorKind::MissingTime.into()),
         };

@@ -1,7 +1,7 @@
 //! What readers of text share: lines within limits, decimal numbers as the file writes them.
 
+use super::Limits;
 use super::csv::number::{self, Decimal, Fault, PrintedDigits};
-use super::{Limits, ReadOptions};
 use crate::error::{Error, ErrorKind, Place};
 
 /// Refuses a text with a line that is too long.
@@ -106,33 +106,6 @@ pub(super) fn sample(cell: &str, decimal: &mut Decimal) -> Result<f64, Error> {
         }
         .into()
     })
-}
-
-/// Largest relative difference between a stated rate and that of the file [-].
-const RATE_AGREEMENT: f64 = 1e-3;
-
-/// Holds the rate that option or card state against the one that the file says; `by` names what
-/// says it and `hint` the way out.
-///
-/// # Errors
-///
-/// [`ErrorKind::Malformed`] where they differ.
-pub(super) fn check_rate(
-    options: &ReadOptions,
-    found: f64,
-    by: &str,
-    hint: &str,
-) -> Result<(), Error> {
-    match options.rate_hz {
-        Some(stated) if (stated - found).abs() > RATE_AGREEMENT * found => {
-            Err(Error::from(ErrorKind::Malformed {
-                expected: format!("a rate of {stated} Hz, as option or card say"),
-                found: format!("{found} Hz by {by}"),
-                hint: hint.into(),
-            }))
-        }
-        _ => Ok(()),
-    }
 }
 
 /// Shortens a text for a message.

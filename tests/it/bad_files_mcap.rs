@@ -2,7 +2,7 @@
 //! in a panic, an abort or a recording with other samples than were written.
 
 use crate::mcap::*;
-use latchgate::error::ErrorKind;
+use latchgate::error::{Candidates, ErrorKind};
 use latchgate::recording::{Limits, ReadOptions, Selection, read};
 use std::mem::{Discriminant, discriminant};
 
@@ -514,7 +514,8 @@ fn val_json_that_cannot_be_read_is_refused() {
     check_refused("no JSON", &broken, MALFORMED, "/json");
     let both = r#"{"accel": {"linear": {"y": 1}}, "linear_acceleration": {"y": 2}}"#;
     let error = lateral(&json(&[both]), &options(None)).unwrap_err();
-    let candidates = "/json:linear_acceleration.y, /json:accel.linear.y".to_string();
+    let names = ["/json:linear_acceleration.y", "/json:accel.linear.y"];
+    let candidates = Candidates::named(names);
     assert_eq!(error.kind(), &ErrorKind::AmbiguousChannel { candidates });
     // Beside a topic that can be meant, one that is no JSON does not matter.
     let data = [

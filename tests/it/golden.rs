@@ -127,6 +127,12 @@ impl Case {
         self
     }
 
+    /// Gives the case a name that says more than its file's.
+    fn named(mut self, name: &str) -> Self {
+        self.name = name.into();
+        self
+    }
+
     fn options(mut self, options: &[&str]) -> Self {
         self.options
             .extend(options.iter().map(|text| (*text).to_string()));
@@ -263,7 +269,9 @@ fn differences(case: &Case, replayed: &Done, inspected: &Done) -> Vec<String> {
         format!("{:?}", codes(&document["findings"])),
         format!("{expected:?}"),
     );
-    let lines = replayed.err.lines().count();
+    // What to choose from belongs to the message before it.
+    let chosen = |line: &&str| line.starts_with("  choose: latchgate replay ");
+    let lines = replayed.err.lines().filter(|line| !chosen(line)).count();
     same(
         "messages",
         lines.to_string(),
@@ -377,6 +385,18 @@ fn check(table: &str, cases: &[Case]) {
         let replayed = with(&["replay", path, "--no-report", "--members", "0"], &options);
         // `--opens-when NAME` is for those who judge.
         let inspected = with(&["inspect", path], &options[2..]);
+        if inspected.code == 0 {
+            // Each channel that is offered can be taken, and leads further.
+            let listing = inspected.document();
+            for offered in listing["replay"]["candidates"].as_array().unwrap() {
+                let named = ["inspect", path, "--channel", offered.as_str().unwrap()];
+                let document = with(&named, &[]).document();
+                let said = document["replay"].to_string();
+                if said.contains("several channels") || said.contains("no channel") {
+                    wrong.push(format!("{} ({index}): {offered}: {said}", case.name));
+                }
+            }
+        }
         for text in differences(case, &replayed, &inspected) {
             wrong.push(format!("{} ({index}): {text}", case.name));
         }

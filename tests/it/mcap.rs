@@ -2,7 +2,7 @@
 //! what the format allows is read. Files are built here, byte by byte, so that the reader is
 //! not held against its own idea of the format.
 
-use latchgate::error::{Error, ErrorKind};
+use latchgate::error::{Candidates, Error, ErrorKind};
 use latchgate::recording::{Channel, Limits, ReadOptions, Recording, Selection, Source, read};
 use latchgate::units::AccelerationUnit;
 use std::path::{Path, PathBuf};
@@ -619,7 +619,10 @@ fn val_two_candidates_are_listed_and_none_is_taken() {
     assert_eq!(
         kind,
         ErrorKind::AmbiguousChannel {
-            candidates: "/imu:linear_acceleration.y, /imu2:linear_acceleration.y".into()
+            candidates: Candidates::named([
+                "/imu:linear_acceleration.y",
+                "/imu2:linear_acceleration.y"
+            ])
         }
     );
     assert_eq!(one(&bytes, &options(Some("/imu2"))).values, values(3));

@@ -369,34 +369,17 @@ impl Layout {
     }
 
     fn lateral(&self, candidates: &[usize]) -> Result<Choice, Error> {
-        let columns: Vec<&Column> = candidates.iter().map(|i| &self.columns[*i]).collect();
+        let columns: Vec<(usize, &Column)> = candidates
+            .iter()
+            .map(|index| (index + 1, &self.columns[*index]))
+            .collect();
         let known = self.list(0..self.columns.len());
-        match lateral::choose(&columns, &known) {
-            Ok((index, finding)) => Ok(Choice {
-                columns: vec![candidates[index]],
-                // What an unnamed column is called says nothing.
-                findings: finding.into_iter().filter(|_| self.named).collect(),
-            }),
-            Err(ErrorKind::AmbiguousChannel { candidates: names }) => {
-                // Twins are told apart by their number.
-                let twins: Vec<usize> = candidates
-                    .iter()
-                    .copied()
-                    .filter(|i| names.split(", ").any(|name| name == self.columns[*i].name))
-                    .collect();
-                // A name with a comma in it falls apart here; the list then stays as it is.
-                let whole = names
-                    .split(", ")
-                    .all(|name| columns.iter().any(|column| column.name == name));
-                let candidates = if twins.is_empty() || !whole {
-                    names
-                } else {
-                    self.list(twins)
-                };
-                Err(ErrorKind::AmbiguousChannel { candidates }.into())
-            }
-            Err(other) => Err(other.into()),
-        }
+        let (index, finding) = lateral::choose(&columns, "column", &known)?;
+        Ok(Choice {
+            columns: vec![candidates[index]],
+            // What an unnamed column is called says nothing.
+            findings: finding.into_iter().filter(|_| self.named).collect(),
+        })
     }
 
     /// Finds a column by its name (as it stands, then without unit, then whatever its case) or

@@ -4,7 +4,7 @@ use super::json::{self, Leaf};
 use super::schema::{Definitions, Dialect, Number, Plan, plain_name};
 use super::{cdr, name_of, protobuf, records};
 
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Candidates, Error, ErrorKind, Place};
 use crate::recording::csv::header::Column as Named;
 use crate::recording::time_base::TimeBase;
 use crate::recording::{Channel, Finding, Limits, ReadOptions, Stated};
@@ -310,7 +310,7 @@ impl Series {
                     .map(|path| name_of(&self.topic, path))
                     .collect();
                 Err(ErrorKind::AmbiguousChannel {
-                    candidates: names.join(", "),
+                    candidates: Candidates::named(names),
                 }
                 .into())
             }
@@ -466,7 +466,7 @@ impl Series {
                         .map(|path| name_of(&self.topic, path))
                         .collect();
                     return Err(ErrorKind::AmbiguousChannel {
-                        candidates: names.join(", "),
+                        candidates: Candidates::named(names),
                     }
                     .into());
                 }
@@ -556,6 +556,13 @@ impl Series {
             .map_err(|error| error.at(place.clone()))?;
         let base = TimeBase::fit(&stamps, 1e-9, limits).map_err(|error| error.at(place.clone()))?;
         findings.extend(base.findings.iter().cloned());
+        options
+            .check_rate(
+                base.rate.hertz(),
+                "the times of the messages",
+                "leave out the rate, which the messages themselves give",
+            )
+            .map_err(|error| error.at(place))?;
         let topic = self.topic;
         Ok(self
             .columns

@@ -239,7 +239,7 @@ pub(super) fn cases() -> Vec<Case> {
             }
             .text()
             .replace("Y_Unit_Label\tN\t", "Y_Unit_Label\tg\t"),
-            &["several channels", "--channel"],
+            &["several channels", "choose: latchgate replay", "▁"],
         ),
         read(
             "remark.lvm",
@@ -249,6 +249,16 @@ pub(super) fn cases() -> Vec<Case> {
             },
         )
         .unusable(&["blocking invalid-by-laboratory"], &["signal lost"]),
+        // An instant that the record does not reach is no leave to use all of it.
+        good(
+            "notes-beyond-the-end.lvm",
+            plain.replace("Date\t", "Notes\tNO VALID DATA AFTER 64.6 SECONDS\nDate\t"),
+        )
+        .channel("acc y")
+        .unusable(
+            &["blocking invalid-by-laboratory"],
+            &["lies outside of the record"],
+        ),
         // What is not understood is passed on.
         read(
             "note.lvm",

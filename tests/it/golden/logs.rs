@@ -489,7 +489,30 @@ fn broken() -> Vec<Case> {
         refused(
             "two-topics.mcap",
             file(&two, &[statistics(&[(1, count), (2, count)])]),
-            &["several channels", "/imu:", "/imu2:", "--channel"],
+            &[
+                "several channels",
+                "--channel /imu:linear_acceleration.y",
+                "--channel /imu2:linear_acceleration.y",
+                "▁",
+            ],
         ),
+        refused(
+            "rate-against-stamps.mcap",
+            whole.clone(),
+            &["5000 Hz", "Hz by the times of the messages"],
+        )
+        .options(&["--rate-hz", "5000"]),
+        refused(
+            "time-unit.mcap",
+            whole.clone(),
+            &["leave out --time-column and --time-unit"],
+        )
+        .options(&["--time-unit", "ms"]),
+        refused(
+            "time-column.mcap",
+            whole.clone(),
+            &["leave out --time-column and --time-unit"],
+        )
+        .options(&["--time-column", "1"]),
     ]
 }

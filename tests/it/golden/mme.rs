@@ -249,12 +249,12 @@ pub(super) fn cases() -> Vec<Case> {
         refused_folder(
             "two of one code",
             &[File::new(), File::new()],
-            &["several channels", CODE, "--channel"],
+            &["several channels", CODE, "choose: latchgate replay", "▁"],
         ),
         refused_folder(
             "two doors",
             &[File::new(), other("13DOORRI0000ACYP")],
-            &["several channels", "13DOORRI0000ACYP", "--channel"],
+            &["several channels", "--channel 13DOORRI0000ACYP", "▁"],
         ),
         folder("by pattern", &[other("13DOORRI0000ACYP"), File::new()])
             .options(&["--channel", "11DOOR*AC[Y2]?"]),
@@ -325,6 +325,13 @@ pub(super) fn cases() -> Vec<Case> {
             ],
         )
         .options(&["--rate-hz", "777"]),
+        refused(
+            "t7.001",
+            File::new().text(),
+            &["leave out --time-column and --time-unit"],
+        )
+        .named("time in another unit")
+        .options(&["--time-unit", "ms"]),
         {
             let file = File::new()
                 .without("Sampling interval")

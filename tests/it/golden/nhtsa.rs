@@ -99,11 +99,6 @@ fn test(name: &str, lines: [&Line; 3]) -> Case {
 }
 
 impl Case {
-    fn named(mut self, name: &str) -> Self {
-        self.name = name.into();
-        self
-    }
-
     fn refused(self, says: &[&str]) -> Self {
         let mut case = refused(&self.name.clone(), "", says);
         case.files = self.files;
@@ -179,7 +174,9 @@ pub(super) fn cases() -> Vec<Case> {
             "several channels",
             "145",
             "146",
-            "--channel",
+            "choose: latchgate replay",
+            "--channel '145",
+            "▁",
         ]),
         good("v07292.EV5", header(&[x.text(145), PLAIN.text(146)]))
             .beside("v07292.146", whole())

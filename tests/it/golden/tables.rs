@@ -510,8 +510,8 @@ fn channels() -> Vec<Case> {
             &[
                 "several channels",
                 "acc_y_upper (g)",
-                "acc_y_lower (g)",
-                "--channel",
+                "two-lateral.csv --channel 'acc_y_lower (g)'",
+                "▁",
             ],
         ),
         // With gravity and without: only the header tells, and both are named.
