@@ -301,6 +301,10 @@ fn table(listing: &Listing, asked: &Path) -> String {
             if let Some(reason) = reason {
                 let _ = writeln!(text, "because {}", escape::terminal(reason));
             }
+            let taken = listing.channels.iter().find(|entry| entry.name == *name);
+            if let Some(hash) = taken.and_then(|entry| entry.content_sha256.as_ref()) {
+                let _ = writeln!(text, "signal: sha256 {hash}, whatever file it came from");
+            }
         }
         (None, Some(reason)) => {
             let _ = writeln!(text, "replay takes none: {}", escape::terminal(reason));

@@ -78,6 +78,7 @@ limits! {
     mcap_record_bytes = 64 << 20, "bytes", "Bytes of one MCAP record, a chunk included; of all schemas together.";
     mcap_chunk_bytes = 64 << 20, "bytes", "Bytes of one MCAP chunk after decompression.";
     mcap_string_bytes = 16 << 20, "bytes", "Bytes of one string in an MCAP record or message.";
+    mcap_fields = 1 << 20, "fields", "Fields of an MCAP file's message types looked at together, each wherever it is nested.";
     mcap_channels = 4096, "topics", "Topics of an MCAP file.";
 }
 

@@ -19,6 +19,7 @@
 mod cdr;
 mod decompress;
 mod json;
+mod layout;
 mod protobuf;
 mod records;
 mod schema;
@@ -29,10 +30,12 @@ use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use ::mcap::McapError;
 use ::mcap::records::op;
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use layout::{Laid, Schema, Wanted};
 use records::{
     ChannelRecord, ChunkRecord, Inside, MessageRecord, PREFIX_BYTES, SchemaRecord, StatisticsRecord,
 };
-use series::{Schema, Series, Standing, Wanted};
+use schema::Budget;
+use series::{Series, Standing};
 use std::collections::BTreeMap;
 use std::io::Read;
 
@@ -75,6 +78,8 @@ pub fn read(
         schemas: BTreeMap::new(),
         schema_bytes: 0,
         topics: BTreeMap::new(),
+        layouts: BTreeMap::new(),
+        budget: Budget::new(limits),
         kept: 0,
         messages: 0,
         account: Account::default(),
@@ -252,6 +257,9 @@ struct Topic {
     encoding: String,
     schema_id: u16,
     messages: u64,
+    /// What is wanted of it, if anything.
+    wanted: Option<Wanted>,
+    /// What was read of it, from its first message on.
     series: Option<Series>,
 }
 
@@ -264,6 +272,10 @@ struct Log<'a> {
     schemas: BTreeMap<u16, Schema>,
     schema_bytes: u64,
     topics: BTreeMap<u16, Topic>,
+    /// Where in the messages of a type stands what is wanted of it.
+    layouts: BTreeMap<(u16, String, Wanted), Laid>,
+    /// What the message types may still cost.
+    budget: Budget,
     /// Values kept in all.
     kept: u64,
     messages: u64,
@@ -391,11 +403,7 @@ impl Log<'_> {
                 name: record.name.to_string(),
                 encoding: record.encoding.to_string(),
                 data: record.data.to_vec(),
-                has_lateral_field: series::has_lateral_field(
-                    record.name,
-                    record.encoding,
-                    record.data,
-                ),
+                has_lateral_field: None,
             },
         );
         Ok(())
@@ -414,8 +422,7 @@ impl Log<'_> {
                 format!("another definition (topic {})", record.topic),
             ));
         }
-        let schema = self.schemas.get(&record.schema_id);
-        if record.schema_id != 0 && schema.is_none() {
+        if record.schema_id != 0 && !self.schemas.contains_key(&record.schema_id) {
             return Err(damaged(
                 format!("schema {} before topic {}", record.schema_id, record.topic),
                 "none",
@@ -429,9 +436,7 @@ impl Log<'_> {
             }
             .into());
         }
-        let series = self
-            .wanted(record, schema)
-            .map(|wanted| Series::new(record.topic, record.encoding, schema, wanted));
+        let wanted = self.wanted(record)?;
         self.topics.insert(
             record.id,
             Topic {
@@ -439,30 +444,81 @@ impl Log<'_> {
                 encoding: record.encoding.to_string(),
                 schema_id: record.schema_id,
                 messages: 0,
-                series,
+                wanted,
+                series: None,
             },
         );
         Ok(())
     }
 
     /// Tells what is wanted of a topic, if anything.
-    fn wanted(&self, record: &ChannelRecord<'_>, schema: Option<&Schema>) -> Option<Wanted> {
-        let likely = record.encoding == "json"
-            || schema.is_some_and(|schema| {
-                series::is_acceleration(&schema.name) || schema.has_lateral_field
-            });
-        match (self.selection, &self.options.channel) {
-            (Selection::Every, _) => likely.then_some(Wanted::Every),
-            (Selection::Lateral, None) => likely.then_some(Wanted::Lateral),
-            (Selection::Lateral, Some(name)) => {
-                let path = name.strip_prefix(record.topic)?;
-                if path.is_empty() {
-                    return Some(Wanted::Lateral);
-                }
+    fn wanted(&mut self, record: &ChannelRecord<'_>) -> Result<Option<Wanted>, Error> {
+        if self.selection == Selection::Lateral
+            && let Some(name) = &self.options.channel
+        {
+            let Some(path) = name.strip_prefix(record.topic) else {
+                return Ok(None);
+            };
+            return Ok(if path.is_empty() {
+                Some(Wanted::Lateral)
+            } else {
                 path.strip_prefix(':')
                     .map(|path| Wanted::Path(path.to_string()))
-            }
+            });
         }
+        let likely = match self.schemas.get_mut(&record.schema_id) {
+            _ if record.encoding == "json" => true,
+            None => false,
+            Some(schema) if layout::is_acceleration(&schema.name) => true,
+            Some(schema) => match schema.has_lateral_field {
+                Some(known) => known,
+                None => {
+                    let found = layout::has_lateral_field(schema, &mut self.budget)?;
+                    schema.has_lateral_field = Some(found);
+                    found
+                }
+            },
+        };
+        Ok(match self.selection {
+            _ if !likely => None,
+            Selection::Every => Some(Wanted::Every),
+            // A dummy's acceleration is not taken unless it is asked for.
+            Selection::Lateral if layout::is_elsewhere(record.topic) => None,
+            Selection::Lateral => Some(Wanted::Lateral),
+        })
+    }
+
+    /// Begins to read a topic of which something is wanted.
+    fn begin(&mut self, id: u16) -> Result<(), Error> {
+        let Some(topic) = self.topics.get_mut(&id) else {
+            return Ok(());
+        };
+        let Some(wanted) = &topic.wanted else {
+            return Ok(());
+        };
+        // Topics of one type share what was found out about it.
+        let laid = if topic.encoding == "json" {
+            None
+        } else {
+            let key = (topic.schema_id, topic.encoding.clone(), wanted.clone());
+            let laid = match self.layouts.get(&key) {
+                Some(laid) => laid.clone(),
+                None => {
+                    let schema = self.schemas.get(&topic.schema_id);
+                    let laid = layout::layout(&topic.encoding, schema, wanted, &mut self.budget)?;
+                    self.layouts.insert(key, laid.clone());
+                    laid
+                }
+            };
+            Some(laid)
+        };
+        topic.series = Some(Series::new(
+            &topic.name,
+            wanted,
+            laid.as_ref(),
+            &mut self.kept,
+        ));
+        Ok(())
     }
 
     fn message(&mut self, data: &[u8], byte: u64) -> Result<(), Error> {
@@ -475,7 +531,12 @@ impl Log<'_> {
         };
         self.messages += 1;
         topic.messages += 1;
-        if let Some(series) = &mut topic.series {
+        if topic.messages == 1 {
+            self.begin(record.channel_id)?;
+        }
+        if let Some(topic) = self.topics.get_mut(&record.channel_id)
+            && let Some(series) = &mut topic.series
+        {
             series.push(
                 topic.messages,
                 record.log_time,
@@ -548,20 +609,23 @@ impl Log<'_> {
         let mut doubtful: Vec<(u16, Series)> = Vec::new();
         let named = self.options.channel.is_some() && self.selection == Selection::Lateral;
         for (id, topic) in &mut self.topics {
-            let Some(found) = topic.series.take() else {
+            if topic.wanted.is_none() {
                 continue;
-            };
+            }
             let unknown = !named && topic.encoding == "json";
-            if topic.messages == 0 {
+            let Some(found) = topic.series.take() else {
                 if !unknown {
                     silent.push(topic.name.clone());
                 }
-            } else {
-                match found.standing() {
-                    Standing::Other if unknown => {}
-                    Standing::Doubtful(_) if unknown => doubtful.push((*id, found)),
-                    _ => series.push((*id, found)),
-                }
+                continue;
+            };
+            // A type of which more is known than its name has to have the field.
+            let schema = self.schemas.get(&topic.schema_id);
+            let is_known = schema.is_some_and(|schema| layout::is_acceleration(&schema.name));
+            match found.standing() {
+                Standing::Other if unknown || !(named || is_known) => {}
+                Standing::Doubtful(_) if unknown => doubtful.push((*id, found)),
+                _ => series.push((*id, found)),
             }
         }
         if series.is_empty() {
@@ -575,18 +639,15 @@ impl Log<'_> {
             }
         }
         if !named && self.selection == Selection::Lateral {
-            // A type that is known to be an acceleration comes before a name that says so.
-            let is_known = |(id, _): &(u16, Series)| {
-                self.topics.get(id).is_some_and(|topic| {
-                    topic.encoding == "json"
-                        || self
-                            .schemas
-                            .get(&topic.schema_id)
-                            .is_some_and(|schema| series::is_acceleration(&schema.name))
-                })
+            // A type that is known to be an acceleration comes before a name that says so and
+            // states no unit.
+            let is_known = |id: u16| {
+                let schema = self.topics.get(&id).map(|topic| topic.schema_id);
+                let schema = schema.and_then(|id| self.schemas.get(&id));
+                schema.is_some_and(|schema| layout::is_acceleration(&schema.name))
             };
-            if series.iter().any(is_known) {
-                series.retain(is_known);
+            if series.iter().any(|(id, _)| is_known(*id)) {
+                series.retain(|(id, one)| is_known(*id) || one.has_unit() || one.is_ambiguous());
             }
         }
         match self.selection {

@@ -435,7 +435,7 @@ fn val_messages_that_cannot_be_read_are_refused() {
         "types that multiply",
         schema_of(&swollen),
         MALFORMED,
-        "fields",
+        "at most 4096 numbers",
     );
 
     for (what, bytes, kind, fragment) in &cases {

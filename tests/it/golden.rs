@@ -13,6 +13,7 @@ mod mme;
 mod nhtsa;
 mod samples;
 mod tables;
+mod topics;
 
 use crate::cli::{Done, latchgate};
 use crate::ingest_support::Folder;
@@ -427,6 +428,11 @@ fn val_golden_iso_mme_tests() {
 #[test]
 fn val_golden_logs() {
     check("logs", &logs::cases());
+}
+
+#[test]
+fn val_golden_topics() {
+    check("topics", &topics::cases());
 }
 
 #[test]

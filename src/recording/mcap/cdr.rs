@@ -7,8 +7,9 @@ use super::schema::{Number, Plan, Step};
 
 /// Bytes of the header that tells the byte order.
 const HEADER: usize = 4;
-/// Bytes that may follow the last field: padding of the message to its alignment.
-const PADDING: usize = 7;
+/// Bytes that may follow the last field: padding of the message to a multiple of four, as the
+/// header's alignment asks. A field of four bytes that the schema lacks is no padding.
+const PADDING: usize = 3;
 
 /// Walks one message along `plan` and puts what it takes into `slots`; `longest` is the longest
 /// text let in [byte].
@@ -102,6 +103,16 @@ fn fault(expected: &str, found: &str) -> Fault {
     }
 }
 
+/// Returns a number that two texts share only by a chance of one in 2⁵³ (FNV-1a).
+pub(super) fn fingerprint(text: &[u8]) -> f64 {
+    let hash = text.iter().fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01B3)
+    });
+    #[expect(clippy::cast_precision_loss, reason = "53 bits fit a double")]
+    let number = (hash >> 11) as f64;
+    number
+}
+
 struct Walk<'a> {
     body: &'a [u8],
     at: usize,
@@ -129,7 +140,7 @@ impl<'a> Walk<'a> {
                         *place = value;
                     }
                 }
-                Step::Text => {
+                Step::Text { slot } => {
                     let length = self.length()?;
                     if length > self.longest {
                         return Err(Fault {
@@ -137,7 +148,11 @@ impl<'a> Walk<'a> {
                             ..fault("a shorter string", "a longer one")
                         });
                     }
-                    self.aligned(1, usize::try_from(length).unwrap_or(usize::MAX))?;
+                    let text = self.aligned(1, usize::try_from(length).unwrap_or(usize::MAX))?;
+                    if let Some(place) = slot.and_then(|slot| slots.get_mut(slot)) {
+                        // The zero at the end, which some writers leave out, is none of the text.
+                        *place = fingerprint(text.strip_suffix(&[0]).unwrap_or(text));
+                    }
                 }
                 Step::Repeat { count, element } => {
                     for _ in 0..*count {

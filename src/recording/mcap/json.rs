@@ -10,8 +10,12 @@ use std::fmt;
 pub(super) enum Leaf {
     /// A number.
     Number(f64),
-    /// Anything else: its kind in words.
-    Other(&'static str),
+    /// A text: its [`super::cdr::fingerprint`].
+    Text(f64),
+    /// Nothing.
+    Null,
+    /// Yes or no.
+    Boolean,
 }
 
 /// Walks `message` and hands each scalar with its path, such as `a.b[2].c`, to `sink`.
@@ -59,7 +63,7 @@ impl<'de> Visitor<'de> for Walk<'_> {
     }
 
     fn visit_bool<E>(self, _value: bool) -> Result<(), E> {
-        self.leaf(Leaf::Other("a boolean"))
+        self.leaf(Leaf::Boolean)
     }
 
     fn visit_i64<E>(self, value: i64) -> Result<(), E> {
@@ -82,12 +86,12 @@ impl<'de> Visitor<'de> for Walk<'_> {
         self.leaf(Leaf::Number(value))
     }
 
-    fn visit_str<E>(self, _value: &str) -> Result<(), E> {
-        self.leaf(Leaf::Other("a text"))
+    fn visit_str<E>(self, value: &str) -> Result<(), E> {
+        self.leaf(Leaf::Text(super::cdr::fingerprint(value.as_bytes())))
     }
 
     fn visit_unit<E>(self) -> Result<(), E> {
-        self.leaf(Leaf::Other("null"))
+        self.leaf(Leaf::Null)
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut elements: A) -> Result<(), A::Error> {

@@ -7,8 +7,9 @@
 //!
 //! Protocol Buffers, "Encoding"; `descriptor.proto` for the field numbers.
 
+use super::schema::{Budget, FIELDS, too_many_fields};
 use crate::error::{Error, ErrorKind};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Deepest nesting that is listed.
 const DEPTH: usize = 16;
@@ -107,6 +108,8 @@ struct Field {
 pub(super) struct Descriptor {
     root: String,
     types: BTreeMap<String, Vec<Field>>,
+    /// The types of entries of maps, which stand in a message in any order.
+    maps: BTreeSet<String>,
 }
 
 /// A step on the way to a number: field number, and index if it is repeated.
@@ -133,6 +136,7 @@ impl Descriptor {
         let mut descriptor = Self {
             root: root.trim_start_matches('.').to_string(),
             types: BTreeMap::new(),
+            maps: BTreeSet::new(),
         };
         for part in fields(data) {
             let (1, Wire::Bytes(file)) = part? else {
@@ -190,6 +194,13 @@ impl Descriptor {
         let mut list = Vec::new();
         for part in fields(data) {
             match part? {
+                (7, Wire::Bytes(options)) => {
+                    for option in fields(options) {
+                        if let (7, Wire::Varint(1)) = option? {
+                            self.maps.insert(name.clone());
+                        }
+                    }
+                }
                 (2, Wire::Bytes(field)) => list.push(Field::read(field, proto3)?),
                 (3, Wire::Bytes(nested)) => self.message(&name, nested, proto3, depth - 1)?,
                 _ => {}
@@ -227,6 +238,8 @@ impl Descriptor {
                 index,
             });
             match &field.kind {
+                // An entry of a map has no number of its own.
+                Kind::Message(inner) if self.maps.contains(inner) => return None,
                 Kind::Message(inner) if position + 1 < parts.len() => type_name = inner,
                 Kind::Number(scalar) if position + 1 == parts.len() => {
                     return Some(Target {
@@ -265,12 +278,7 @@ impl Descriptor {
         bases.push("header.timestamp".into());
         for base in bases {
             for [seconds, nanos] in [["seconds", "nanos"], ["sec", "nanosec"], ["sec", "nsec"]] {
-                let way = |name: &str| {
-                    self.target(&format!("{base}.{name}")).map(|target| Target {
-                        optional: true,
-                        ..target
-                    })
-                };
+                let way = |name: &str| self.target(&format!("{base}.{name}")).map(Target::or_zero);
                 if let (Some(seconds), Some(nanos)) = (way(seconds), way(nanos)) {
                     return Some([seconds, nanos]);
                 }
@@ -279,12 +287,16 @@ impl Descriptor {
         None
     }
 
-    /// Lists the paths of up to `most` number fields, and whether each is a floating-point one.
-    pub(super) fn numbers(&self, most: usize) -> Vec<(String, bool)> {
+    /// Lists the paths of all number fields, and whether each is a floating-point one.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Malformed`] for a type with too many, [`ErrorKind::LimitExceeded`] once
+    /// `budget` is spent.
+    pub(super) fn numbers(&self, budget: &mut Budget) -> Result<Vec<(String, bool)>, Error> {
         let mut found = Vec::new();
-        let mut work = 1 << 14;
-        self.list(&self.root, "", DEPTH, most, &mut work, &mut found);
-        found
+        self.list(&self.root, "", DEPTH, budget, &mut found)?;
+        Ok(found)
     }
 
     fn list(
@@ -292,27 +304,35 @@ impl Descriptor {
         type_name: &str,
         prefix: &str,
         depth: usize,
-        most: usize,
-        work: &mut usize,
+        budget: &mut Budget,
         found: &mut Vec<(String, bool)>,
-    ) {
+    ) -> Result<(), Error> {
         let Some(list) = self.types.get(type_name).filter(|_| depth > 0) else {
-            return;
+            return Ok(());
         };
         for field in list {
-            *work = work.saturating_sub(1);
-            if found.len() >= most || *work == 0 {
-                return;
-            }
+            budget.spend()?;
             let array = if field.repeated { "[0..]" } else { "" };
             let path = format!("{prefix}{}{array}", field.name);
             match &field.kind {
+                Kind::Number(_) if found.len() >= FIELDS => return Err(too_many_fields()),
                 Kind::Number(scalar) => found.push((path, scalar.is_float())),
-                Kind::Message(inner) => {
-                    self.list(inner, &format!("{path}."), depth - 1, most, work, found);
+                Kind::Message(inner) if !self.maps.contains(inner) => {
+                    self.list(inner, &format!("{path}."), depth - 1, budget, found)?;
                 }
-                Kind::Other => {}
+                Kind::Message(_) | Kind::Other => {}
             }
+        }
+        Ok(())
+    }
+}
+
+impl Target {
+    /// Returns the same way, on which a message that lacks it means zero.
+    pub(super) fn or_zero(self) -> Self {
+        Self {
+            optional: true,
+            ..self
         }
     }
 }

@@ -6,15 +6,57 @@
 //! flat: what to step over and what to take.
 
 use crate::error::{Error, ErrorKind};
+use crate::recording::Limits;
 use crate::units::AccelerationUnit;
 use std::collections::BTreeMap;
 
 /// Deepest nesting of types; a definition that uses itself ends here.
 const DEPTH: usize = 32;
-/// Steps of a plan, so that nested types cannot multiply without end.
-const STEPS: usize = 1 << 16;
 /// Shortest line of `=` that divides definitions.
 const DIVIDER: usize = 80;
+
+/// What the message types of a file may still cost, so that nested types cannot multiply without
+/// end: one for each field looked at, wherever it is nested.
+#[derive(Debug)]
+pub(super) struct Budget {
+    left: u64,
+    limit: u64,
+}
+
+impl Budget {
+    /// Returns the budget of a file.
+    pub(super) fn new(limits: &Limits) -> Self {
+        Self {
+            left: limits.mcap_fields,
+            limit: limits.mcap_fields,
+        }
+    }
+
+    /// Takes one field from the budget.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::LimitExceeded`] if nothing is left.
+    pub(super) fn spend(&mut self) -> Result<(), Error> {
+        self.left = self.left.checked_sub(1).ok_or(ErrorKind::LimitExceeded {
+            limit: "mcap_fields",
+            value: self.limit,
+            found: "message types of more fields together".into(),
+        })?;
+        Ok(())
+    }
+}
+
+/// Refuses a message type with more number fields than are looked at.
+pub(super) fn too_many_fields() -> Error {
+    unreadable(
+        &format!("a message type of at most {FIELDS} numbers"),
+        "more",
+    )
+}
+
+/// Most number fields of one message type.
+pub(super) const FIELDS: usize = 4096;
 
 /// A number as CDR stores it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,8 +95,8 @@ pub(super) enum Step {
     Skip { size: usize, count: u64 },
     /// Takes a number into a slot.
     Take { number: Number, slot: usize },
-    /// Steps over a string.
-    Text,
+    /// Steps over a string; its fingerprint goes into the slot, if there is one.
+    Text { slot: Option<usize> },
     /// Steps over `count` elements.
     Repeat { count: u64, element: Vec<Step> },
     /// Goes through a sequence whose length stands before it; `picks` are taken at their
@@ -253,12 +295,16 @@ impl Definitions {
         None
     }
 
-    /// Lists the paths of up to `most` number fields; an array shows as `name[0..N]`.
-    pub(super) fn numbers(&self, most: usize) -> Vec<(String, Number)> {
+    /// Lists the paths of all number fields; an array shows as `name[0..N]`.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Malformed`] for a type with too many, [`ErrorKind::LimitExceeded`] once
+    /// `budget` is spent.
+    pub(super) fn numbers(&self, budget: &mut Budget) -> Result<Vec<(String, Number)>, Error> {
         let mut found = Vec::new();
-        let mut work = STEPS;
-        self.list(&self.root, "", DEPTH, most, &mut work, &mut found);
-        found
+        self.list(&self.root, "", DEPTH, budget, &mut found)?;
+        Ok(found)
     }
 
     fn list(
@@ -266,18 +312,14 @@ impl Definitions {
         type_name: &str,
         prefix: &str,
         depth: usize,
-        most: usize,
-        work: &mut usize,
+        budget: &mut Budget,
         found: &mut Vec<(String, Number)>,
-    ) {
+    ) -> Result<(), Error> {
         let Some(fields) = self.types.get(type_name).filter(|_| depth > 0) else {
-            return;
+            return Ok(());
         };
         for field in fields {
-            *work = work.saturating_sub(1);
-            if found.len() >= most || *work == 0 {
-                return;
-            }
+            budget.spend()?;
             let name = &field.name;
             let path = match field.count {
                 Count::One => format!("{prefix}{name}"),
@@ -285,12 +327,28 @@ impl Definitions {
                 Count::Sequence => format!("{prefix}{name}[0..]"),
             };
             match &field.kind {
+                Kind::Number(_) if found.len() >= FIELDS => return Err(too_many_fields()),
                 Kind::Number(number) => found.push((path, *number)),
                 Kind::Message(inner) => {
-                    self.list(inner, &format!("{path}."), depth - 1, most, work, found);
+                    self.list(inner, &format!("{path}."), depth - 1, budget, found)?;
                 }
                 Kind::Bool | Kind::Text | Kind::WideText => {}
             }
+        }
+        Ok(())
+    }
+
+    /// Tells whether the root's field `field` is a message with a text `name`.
+    pub(super) fn has_text(&self, field: &str, name: &str) -> bool {
+        let of = |type_name: &str, name: &str| {
+            let fields = self.types.get(type_name)?;
+            fields
+                .iter()
+                .find(|field| field.name == name && field.count == Count::One)
+        };
+        match of(&self.root, field).map(|field| &field.kind) {
+            Some(Kind::Message(inner)) => of(inner, name).is_some_and(|f| f.kind == Kind::Text),
+            _ => false,
         }
     }
 
@@ -300,7 +358,7 @@ impl Definitions {
     ///
     /// [`ErrorKind::Malformed`] if a type is missing or nested too deep, or if the message
     /// holds wide strings, whose layout differs between writers.
-    pub(super) fn plan(&self, paths: &[&str]) -> Result<Plan, Error> {
+    pub(super) fn plan(&self, paths: &[&str], budget: &mut Budget) -> Result<Plan, Error> {
         let wanted: Vec<(Vec<Segment>, usize)> = paths
             .iter()
             .enumerate()
@@ -310,8 +368,7 @@ impl Definitions {
             .iter()
             .map(|(segments, slot)| (segments.as_slice(), *slot))
             .collect();
-        let mut budget = STEPS;
-        let steps = self.lay_type(&self.root, &wanted, DEPTH, &mut budget)?;
+        let steps = self.lay_type(&self.root, &wanted, DEPTH, budget)?;
         Ok(Plan { steps })
     }
 
@@ -320,7 +377,7 @@ impl Definitions {
         type_name: &str,
         wanted: &[(&[Segment], usize)],
         depth: usize,
-        budget: &mut usize,
+        budget: &mut Budget,
     ) -> Result<Vec<Step>, Error> {
         let Some(fields) = self.types.get(type_name) else {
             return Err(unreadable(
@@ -357,16 +414,10 @@ impl Definitions {
         field: &Field,
         wanted: &[(Option<u64>, &[Segment], usize)],
         depth: usize,
-        budget: &mut usize,
+        budget: &mut Budget,
         steps: &mut Vec<Step>,
     ) -> Result<(), Error> {
-        *budget = budget.saturating_sub(1);
-        if *budget == 0 {
-            return Err(unreadable(
-                &format!("a definition of at most {STEPS} fields"),
-                "more",
-            ));
-        }
+        budget.spend()?;
         let mut lay =
             |wanted: &[(&[Segment], usize)]| self.lay_element(&field.kind, wanted, depth, budget);
         let at = |index: Option<u64>| -> Vec<(&[Segment], usize)> {
@@ -408,7 +459,7 @@ impl Definitions {
         kind: &Kind,
         wanted: &[(&[Segment], usize)],
         depth: usize,
-        budget: &mut usize,
+        budget: &mut Budget,
     ) -> Result<Vec<Step>, Error> {
         Ok(match kind {
             Kind::Number(number) => vec![match wanted.first() {
@@ -422,7 +473,9 @@ impl Definitions {
                 },
             }],
             Kind::Bool => vec![Step::Skip { size: 1, count: 1 }],
-            Kind::Text => vec![Step::Text],
+            Kind::Text => vec![Step::Text {
+                slot: wanted.first().map(|(_, slot)| *slot),
+            }],
             Kind::WideText => {
                 return Err(unreadable(
                     "numbers, booleans, strings and messages",

@@ -1,111 +1,22 @@
-//! One topic's messages turned into numbers: which fields, at which stamps.
+//! One topic's messages turned into numbers, each at its stamp.
 
 use super::json::{self, Leaf};
-use super::schema::{Definitions, Dialect, Number, Plan, plain_name};
+use super::layout::{
+    self, ESTIMATE, Extractor, FRAME, Laid, Layout, Unfit, Wanted, damaged_message, says_lateral,
+};
+use super::schema::{FIELDS, too_many_fields};
 use super::{cdr, name_of, protobuf, records};
-
-use crate::error::{Candidates, Error, ErrorKind, Place};
-use crate::recording::csv::header::Column as Named;
+use crate::error::{Error, ErrorKind, Place};
 use crate::recording::time_base::TimeBase;
 use crate::recording::{Channel, Finding, Limits, ReadOptions, Stated};
 use crate::units::AccelerationUnit;
+use std::collections::BTreeSet;
+use std::rc::Rc;
 
-/// Message types whose lateral acceleration is known, with the path to it. REP 103: x
-/// forward, y to the left, z up.
-const LATERAL: [(&str, &str); 2] = [
-    ("sensor_msgs/Imu", "linear_acceleration.y"),
-    ("geometry_msgs/AccelStamped", "accel.linear.y"),
-];
-
-/// Fields that a message type is asked for.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Wanted {
-    /// The lateral acceleration.
-    Lateral,
-    /// This one.
-    Path(String),
-    /// Every floating-point field that is no array element.
-    Every,
-}
-
-/// Tells whether a message type carries a lateral acceleration.
-pub(super) fn is_acceleration(schema_name: &str) -> bool {
-    lateral_path(schema_name).is_some()
-}
-
-/// Tells whether a message type of our users' own has a field whose name says lateral
-/// acceleration.
-pub(super) fn has_lateral_field(name: &str, encoding: &str, data: &[u8]) -> bool {
-    let paths: Vec<String> = match encoding {
-        "protobuf" => protobuf::Descriptor::read(name, data)
-            .map(|descriptor| descriptor.numbers(LISTED))
-            .unwrap_or_default()
-            .into_iter()
-            .filter_map(|(path, is_float)| is_float.then_some(path))
-            .collect(),
-        _ => Dialect::of_schema(encoding)
-            .and_then(|dialect| {
-                let text = std::str::from_utf8(data).ok()?;
-                Definitions::read(name, text, dialect).ok()
-            })
-            .map(|definitions| definitions.numbers(LISTED))
-            .unwrap_or_default()
-            .into_iter()
-            .filter_map(|(path, number)| number.is_float().then_some(path))
-            .collect(),
-    };
-    paths.iter().any(|path| says_lateral(path))
-}
-
-/// Tells whether a path's own words say lateral acceleration.
-fn says_lateral(path: &str) -> bool {
-    !path.contains('[') && named(path).says_lateral_acceleration()
-}
-
-/// Reads a path as a column's name, with the unit that its end may state (`ay_g`).
-fn named(path: &str) -> Named {
-    let (parents, own) = path.rsplit_once('.').unwrap_or(("", path));
-    let column = Named::from_header(own, 0);
-    // The unit is that of the field; words on the way to it tell what it is.
-    let mut whole = Named::from_header(&format!("{parents} {}", column.label), 0);
-    whole.unit = column.unit;
-    whole.unit_text = column.unit_text;
-    whole
-}
-
-/// Returns the unit of acceleration that the end of a field's name states.
-fn unit_in_name(path: &str) -> Option<AccelerationUnit> {
-    named(path).unit
-}
-
-fn lateral_path(schema_name: &str) -> Option<&'static str> {
-    let plain = plain_name(&schema_name.replace('.', "/"));
-    LATERAL
-        .iter()
-        .find(|(name, _)| *name == plain)
-        .map(|(_, path)| *path)
-}
-
-/// Most names in a list of fields.
-const LISTED: usize = 60;
+/// How much later than it was measured a message may be logged [ns].
+const LATE_NS: i128 = 50_000_000;
 /// Nanoseconds in a second.
 const NANO: i128 = 1_000_000_000;
-/// Paths of the two numbers of a stamp.
-const STAMP: [&str; 2] = ["header.stamp.sec", "header.stamp.nanosec"];
-/// The same in ROS 1.
-const ROS1_STAMP: [&str; 2] = ["header.stamp.secs", "header.stamp.nsecs"];
-
-/// How the numbers of a message are found.
-#[derive(Debug)]
-enum Extractor {
-    Cdr(Plan),
-    Ros1(Plan),
-    Protobuf(Vec<protobuf::Target>),
-    /// JSON tells its fields only in the first message.
-    JsonUnseen(Wanted),
-    Json(Vec<String>),
-}
-
 /// One field's values.
 #[derive(Debug)]
 struct Column {
@@ -133,200 +44,67 @@ pub(super) type Finished = Vec<(String, Result<Channel, Error>)>;
 #[derive(Debug)]
 pub(super) struct Series {
     topic: String,
-    extractor: Extractor,
+    /// What was wanted of it.
+    wanted: Wanted,
+    /// `None` for JSON before its first message, which alone tells its fields, and where an
+    /// error says why there is none.
+    layout: Option<Rc<Layout>>,
     columns: Vec<Column>,
-    /// Numbers of the message at hand: columns first, then the stamp if there is one.
+    /// Numbers of the message at hand, as the layout says.
     slots: Vec<f64>,
-    stamped: bool,
     /// Stamps in the messages [ns].
     stamps: Vec<i64>,
     /// Times of recording [ns]; kept only while no stamp has shown to be of use.
     logged: Vec<u64>,
+    /// First and last time of recording [ns].
+    log_span: Option<(u64, u64)>,
+    /// The frame that the first message names.
+    frame: Option<f64>,
+    /// Paths of JSON whose names were looked at.
+    looked_at: BTreeSet<String>,
     /// The first thing wrong with the whole; nothing is read after it.
     error: Option<Error>,
 }
 
+/// What one path or column costs beside its values, in values.
+const OVERHEAD: u64 = 16;
+
 impl Series {
-    /// Prepares to read the messages of a topic.
-    pub(super) fn new(
-        topic: &str,
-        encoding: &str,
-        schema: Option<&Schema>,
-        wanted: Wanted,
-    ) -> Self {
+    /// Prepares to read the messages of a topic; those of a JSON topic have no layout yet.
+    pub(super) fn new(topic: &str, wanted: &Wanted, laid: Option<&Laid>, kept: &mut u64) -> Self {
         let mut series = Self {
             topic: topic.to_string(),
-            extractor: Extractor::JsonUnseen(wanted.clone()),
+            wanted: wanted.clone(),
+            layout: None,
             columns: Vec::new(),
             slots: Vec::new(),
-            stamped: false,
             stamps: Vec::new(),
             logged: Vec::new(),
+            log_span: None,
+            frame: None,
+            looked_at: BTreeSet::new(),
             error: None,
         };
-        let prepared = match encoding {
-            "json" => Ok(()),
-            "protobuf" => series.prepare_protobuf(schema, &wanted),
-            _ => series.prepare_ros(encoding, schema, &wanted),
-        };
-        series.error = prepared.err();
+        match laid {
+            None => {}
+            Some(Ok(layout)) => series.take_layout(Rc::clone(layout), kept),
+            Some(Err(unfit)) => series.error = Some(unfit.of(topic)),
+        }
         series
     }
 
-    fn prepare_ros(
-        &mut self,
-        encoding: &str,
-        schema: Option<&Schema>,
-        wanted: &Wanted,
-    ) -> Result<(), Error> {
-        refuse_encoding(encoding)?;
-        let Some(schema) = schema else {
-            return Err(refused(
-                "a schema for the topic's messages",
-                "none: the topic is without schema",
-            ));
-        };
-        let expected = if encoding == "ros1" {
-            "ros1msg"
-        } else {
-            "ros2msg"
-        };
-        let Some(dialect) =
-            Dialect::of_schema(&schema.encoding).filter(|_| schema.encoding == expected)
-        else {
-            return Err(refused(
-                &format!("a schema in the {expected} encoding"),
-                &format!("`{}`", schema.encoding),
-            ));
-        };
-        let text = std::str::from_utf8(&schema.data)
-            .map_err(|_| refused("a schema in UTF-8", "other bytes"))?;
-        let definitions = Definitions::read(&schema.name, text, dialect)?;
-        let floats: Vec<String> = definitions
-            .numbers(LISTED)
-            .into_iter()
-            .filter(|(path, number)| number.is_float() && !path.contains('['))
-            .map(|(path, _)| path)
-            .collect();
-        let known: Vec<String> = definitions
-            .numbers(LISTED)
-            .into_iter()
-            .map(|(path, _)| path)
-            .collect();
-        let paths = self.wanted_paths(&schema.name, wanted, floats, &known)?;
-        for path in &paths {
-            let Some(target) = definitions.target(path) else {
-                return Err(no_field(&self.topic, path, known));
-            };
-            self.add_column(path, target.unit.or_else(|| unit_in_name(path)));
-        }
-        let (stamp, kinds) = match dialect {
-            Dialect::Ros2 => (STAMP, [Number::I32, Number::U32]),
-            Dialect::Ros1 => (ROS1_STAMP, [Number::U32, Number::U32]),
-        };
-        let found = stamp.map(|path| definitions.target(path).map(|target| target.number));
-        self.stamped = found == kinds.map(Some);
-        let mut all: Vec<&str> = paths.iter().map(String::as_str).collect();
-        if self.stamped {
-            all.extend(stamp);
-        }
-        self.slots = vec![0.0; all.len()];
-        let plan = definitions.plan(&all)?;
-        self.extractor = match dialect {
-            Dialect::Ros2 => Extractor::Cdr(plan),
-            Dialect::Ros1 => Extractor::Ros1(plan),
-        };
-        Ok(())
-    }
-
-    fn prepare_protobuf(&mut self, schema: Option<&Schema>, wanted: &Wanted) -> Result<(), Error> {
-        let Some(schema) = schema else {
-            return Err(refused(
-                "a schema for the topic's messages",
-                "none: the topic is without schema",
-            ));
-        };
-        if schema.encoding != "protobuf" {
-            return Err(refused(
-                "a schema in the protobuf encoding",
-                &format!("`{}`", schema.encoding),
-            ));
-        }
-        let descriptor = protobuf::Descriptor::read(&schema.name, &schema.data)?;
-        let numbers = descriptor.numbers(LISTED);
-        let floats: Vec<String> = numbers
-            .iter()
-            .filter(|(path, is_float)| *is_float && !path.contains('['))
-            .map(|(path, _)| path.clone())
-            .collect();
-        let known: Vec<String> = numbers.into_iter().map(|(path, _)| path).collect();
-        let paths = self.wanted_paths(&schema.name, wanted, floats, &known)?;
-        let mut targets = Vec::new();
-        for path in &paths {
-            let Some(target) = descriptor.target(path) else {
-                return Err(no_field(&self.topic, path, known));
-            };
-            // The types of ROS keep their units when they travel as protobuf.
-            let of_type = lateral_path(&schema.name).filter(|lateral| {
-                path.trim_end_matches(['x', 'y', 'z']) == lateral.trim_end_matches('y')
-            });
-            let unit = of_type.map(|_| AccelerationUnit::MetrePerSecondSquared);
-            self.add_column(path, unit.or_else(|| unit_in_name(path)));
-            targets.push(target);
-        }
-        if let Some(stamp) = descriptor.stamp() {
-            self.stamped = true;
-            targets.extend(stamp);
-        }
-        self.slots = vec![0.0; targets.len()];
-        self.extractor = Extractor::Protobuf(targets);
-        Ok(())
-    }
-
-    /// Returns the paths of the fields that are wanted of a message type.
-    fn wanted_paths(
-        &self,
-        schema_name: &str,
-        wanted: &Wanted,
-        floats: Vec<String>,
-        known: &[String],
-    ) -> Result<Vec<String>, Error> {
-        let paths = match wanted {
-            Wanted::Path(path) => vec![path.clone()],
-            Wanted::Every => floats,
-            Wanted::Lateral => match lateral_path(schema_name) {
-                Some(path) => vec![path.to_string()],
-                None => floats
-                    .into_iter()
-                    .filter(|path| says_lateral(path))
-                    .collect(),
-            },
-        };
-        match (wanted, paths.as_slice()) {
-            (_, []) => Err(no_field(&self.topic, "", known.to_vec())),
-            (Wanted::Lateral, [_, _, ..]) => {
-                let names: Vec<String> = paths
-                    .iter()
-                    .map(|path| name_of(&self.topic, path))
-                    .collect();
-                Err(ErrorKind::AmbiguousChannel {
-                    candidates: Candidates::named(names),
-                }
-                .into())
-            }
-            _ => Ok(paths),
-        }
-    }
-
-    fn add_column(&mut self, path: &str, unit: Option<AccelerationUnit>) {
-        self.columns.push(Column {
-            path: path.to_string(),
-            unit,
+    fn take_layout(&mut self, layout: Rc<Layout>, kept: &mut u64) {
+        let column = |(path, unit): &(String, Option<AccelerationUnit>)| Column {
+            path: path.clone(),
+            unit: *unit,
             values: Vec::new(),
             error: None,
-        });
+        };
+        self.columns = layout.columns.iter().map(column).collect();
+        self.slots = vec![0.0; layout.slots()];
+        *kept += OVERHEAD * self.columns.len() as u64;
+        self.layout = Some(layout);
     }
-
     /// Takes in one message; what is wrong with it is kept until the series is asked for.
     ///
     /// # Errors
@@ -344,7 +122,7 @@ impl Series {
         if self.error.is_some() {
             return Ok(());
         }
-        if let Err(error) = self.take(number, log_time, data, byte, limits) {
+        if let Err(error) = self.take(number, log_time, data, byte, kept, limits) {
             self.error = Some(error);
             return Ok(());
         }
@@ -368,35 +146,79 @@ impl Series {
         log_time: u64,
         data: &[u8],
         byte: u64,
+        kept: &mut u64,
         limits: &Limits,
     ) -> Result<(), Error> {
-        if let Extractor::JsonUnseen(wanted) = &self.extractor {
-            let wanted = wanted.clone();
-            self.prepare_json(&wanted, data)
-                .map_err(|error| error.at(place(&self.topic, number, byte, "")))?;
+        let topic = self.topic.clone();
+        let place = |path: &str| place(&topic, number, byte, path);
+        if self.layout.is_none() {
+            let laid = layout::json_layout(data, &self.wanted);
+            let (layout, looked_at) = laid.map_err(|unfit| match unfit {
+                Unfit::Other(error) => error.at(place("")),
+                other => other.of(&topic),
+            })?;
+            *kept += OVERHEAD * looked_at.len() as u64;
+            self.looked_at = looked_at;
+            self.take_layout(Rc::new(layout), kept);
         }
+        let Some(layout) = self.layout.clone() else {
+            return Ok(());
+        };
         let longest = limits.mcap_string_bytes;
         let odd = |fault: cdr::Fault| match fault.too_long {
             Some(length) => records::too_long(longest, length, "message"),
             None => damaged_message(&fault.expected, &fault.found),
         };
         let slots = &mut self.slots;
-        let place = |path: &str| place(&self.topic, number, byte, path);
-        match &self.extractor {
+        match &layout.extractor {
             Extractor::Cdr(plan) => cdr::read(plan, data, slots, longest).map_err(odd),
             Extractor::Ros1(plan) => cdr::read_ros1(plan, data, slots, longest).map_err(odd),
             Extractor::Protobuf(targets) => protobuf::read(targets, data, slots)
                 .map_err(|(expected, found)| damaged_message(&expected, &found)),
-            Extractor::Json(paths) => read_json(paths, data, slots),
-            Extractor::JsonUnseen(_) => return Ok(()),
+            Extractor::Json(paths) => {
+                let looked_at = (self.wanted == Wanted::Lateral).then_some(&mut self.looked_at);
+                read_json(paths, data, slots, looked_at, kept).and_then(|other| match other {
+                    None => Ok(()),
+                    Some(path) => Err(ErrorKind::Malformed {
+                        expected: "the fields of the first message".into(),
+                        found: format!("a further lateral acceleration, {path}"),
+                        hint: "choose one with --channel TOPIC:FIELD, or write each sensor to a \
+                               topic of its own"
+                            .into(),
+                    }
+                    .into()),
+                })
+            }
         }
         .map_err(|error| error.at(place("")))?;
-        let stamp = if self.stamped {
-            let pair = self.slots.last_chunk::<2>().copied().unwrap_or_default();
+        let mut rest = self.slots.iter().skip(self.columns.len()).copied();
+        if layout.estimate && rest.next() == Some(-1.0) {
+            return Err(damaged_message(
+                "an estimate of the acceleration",
+                &format!("-1 in {ESTIMATE}, by which the sensor says that it has none"),
+            )
+            .at(place("")));
+        }
+        if layout.frame {
+            let frame = rest.next();
+            if self.frame.is_some() && self.frame != frame {
+                return Err(Error::from(ErrorKind::Malformed {
+                    expected: "the messages of one sensor, with one frame_id".into(),
+                    found: "another frame_id than before".into(),
+                    hint: "write each sensor to a topic of its own".into(),
+                })
+                .at(place("header.frame_id")));
+            }
+            self.frame = frame;
+        }
+        let stamp = if layout.stamped {
+            let pair = [rest.next(), rest.next()].map(Option::unwrap_or_default);
             Some(stamp_ns(pair).map_err(|error| error.at(place("header.stamp")))?)
         } else {
             None
         };
+        let first = self.log_span.map_or(log_time, |(first, _)| first);
+        self.log_span = Some((first, log_time));
         for (column, value) in self.columns.iter_mut().zip(&self.slots) {
             if column.error.is_some() {
                 continue;
@@ -423,88 +245,6 @@ impl Series {
         Ok(())
     }
 
-    /// Learns the fields of a JSON topic from its first message.
-    fn prepare_json(&mut self, wanted: &Wanted, data: &[u8]) -> Result<(), Error> {
-        let mut numbers: Vec<String> = Vec::new();
-        let lateral: Vec<&str> = LATERAL.iter().map(|(_, path)| *path).collect();
-        let mut found = |path: &str, leaf: Leaf| {
-            let base = path.strip_suffix(['x', 'y', 'z']);
-            let needed = STAMP.contains(&path)
-                || matches!(wanted, Wanted::Path(wanted) if wanted == path)
-                || lateral
-                    .iter()
-                    .any(|lateral| lateral.strip_suffix('y') == base);
-            let listed = matches!(leaf, Leaf::Number(_)) && numbers.len() < LISTED;
-            if (needed || listed) && !numbers.iter().any(|known| known == path) {
-                numbers.push(path.to_string());
-            }
-        };
-        json::walk(data, &mut found)
-            .map_err(|reason| damaged_message("a JSON message", &reason))?;
-        let has = |path: &str| numbers.iter().any(|known| known == path);
-        let chosen: Vec<String> = match wanted {
-            Wanted::Path(path) if has(path) => vec![path.clone()],
-            Wanted::Path(path) => return Err(no_field(&self.topic, path, numbers)),
-            Wanted::Lateral => {
-                let found: Vec<String> = lateral
-                    .iter()
-                    .filter(|path| has(path))
-                    .map(|path| (*path).to_string())
-                    .collect();
-                let found = if found.is_empty() {
-                    numbers
-                        .iter()
-                        .filter(|path| says_lateral(path))
-                        .cloned()
-                        .collect()
-                } else {
-                    found
-                };
-                if found.len() > 1 {
-                    let names: Vec<String> = found
-                        .iter()
-                        .map(|path| name_of(&self.topic, path))
-                        .collect();
-                    return Err(ErrorKind::AmbiguousChannel {
-                        candidates: Candidates::named(names),
-                    }
-                    .into());
-                }
-                found
-            }
-            Wanted::Every => {
-                let bases = lateral
-                    .iter()
-                    .filter(|path| has(path))
-                    .map(|path| path.trim_end_matches('y'));
-                let triples: Vec<String> = bases
-                    .flat_map(|base| ["x", "y", "z"].map(|axis| format!("{base}{axis}")))
-                    .filter(|path| has(path))
-                    .collect();
-                if triples.is_empty() && numbers.iter().any(|path| says_lateral(path)) {
-                    let no_stamp = |path: &&String| !STAMP.contains(&path.as_str());
-                    numbers.iter().filter(no_stamp).cloned().collect()
-                } else {
-                    triples
-                }
-            }
-        };
-        if chosen.is_empty() {
-            return Err(no_field(&self.topic, "", numbers));
-        }
-        self.stamped = STAMP.iter().all(|path| has(path));
-        for path in &chosen {
-            self.add_column(path, unit_in_name(path));
-        }
-        let mut paths = chosen;
-        if self.stamped {
-            paths.extend(STAMP.map(String::from));
-        }
-        self.slots = vec![0.0; paths.len()];
-        self.extractor = Extractor::Json(paths);
-        Ok(())
-    }
-
     /// Tells whether the topic has a field that was wanted: for JSON, only its first message
     /// tells.
     fn has_fields(&self) -> bool {
@@ -522,6 +262,17 @@ impl Series {
             },
             None => Standing::Other,
         }
+    }
+
+    /// Tells whether several of its fields could be meant.
+    pub(super) fn is_ambiguous(&self) -> bool {
+        let kind = self.error.as_ref().map(Error::kind);
+        matches!(kind, Some(ErrorKind::AmbiguousChannel { .. }))
+    }
+
+    /// Tells whether the unit of what was taken is known.
+    pub(super) fn has_unit(&self) -> bool {
+        self.columns.iter().any(|column| column.unit.is_some())
     }
 
     /// Returns the name of the first field.
@@ -570,8 +321,10 @@ impl Series {
             .map(|column| {
                 let name = name_of(&topic, &column.path);
                 let place = Place::default().channel(&name);
+                let doubt = layout::not_lateral_finding(&topic, &column.path);
+                let findings = findings.iter().cloned().chain(doubt).collect();
                 let channel = column
-                    .into_channel(name.clone(), &base, &stamps, &findings, options)
+                    .into_channel(name.clone(), &base, &stamps, findings, options)
                     .map_err(|error| error.at(place));
                 (name, channel)
             })
@@ -584,7 +337,8 @@ impl Series {
         options: &ReadOptions,
         findings: &mut Vec<Finding>,
     ) -> Result<Vec<f64>, Error> {
-        let use_stamps = self.stamped && self.stamps.iter().any(|stamp| *stamp != 0);
+        let stamped = self.layout.as_ref().is_some_and(|layout| layout.stamped);
+        let use_stamps = stamped && self.stamps.iter().any(|stamp| *stamp != 0);
         let (count, clock): (usize, Box<dyn Fn(usize) -> i128 + '_>) = if use_stamps {
             let stamps = &self.stamps;
             (stamps.len(), Box::new(|index| i128::from(stamps[index])))
@@ -592,7 +346,7 @@ impl Series {
             let logged = &self.logged;
             (logged.len(), Box::new(|index| i128::from(logged[index])))
         };
-        if self.stamped && !use_stamps {
+        if stamped && !use_stamps {
             findings.push(Finding::warning(
                 "stamp-zero",
                 "header.stamp is 0 in every message; the time of logging is used, which carries \
@@ -624,6 +378,23 @@ impl Series {
                 .at(place));
             }
         }
+        if let (true, Some((began, ended))) = (use_stamps, self.log_span) {
+            let logged = i128::from(ended) - i128::from(began);
+            let stamped = clock(last) - first;
+            // Transport comes late now and then; a clock that runs slow is late all the time.
+            if logged > stamped + stamped / 2 + LATE_NS {
+                findings.push(Finding::warning(
+                    "log-time-differs",
+                    format!(
+                        "the messages' own stamps span {} s, the times at which they were logged \
+                         {} s: one of the two clocks is wrong, or what was measured before was \
+                         sent slowly; the stamps are used",
+                        seconds_text(stamped),
+                        seconds_text(logged)
+                    ),
+                ));
+            }
+        }
         let zero = match options.time_zero_s {
             Some(instant_s) => nanoseconds(instant_s)?,
             None => first,
@@ -648,29 +419,18 @@ impl Series {
 /// Values kept in all, times and all topics included, per sample that is allowed.
 const KEPT_PER_SAMPLE: u64 = 4;
 
-/// A schema as the file holds it.
-#[derive(Debug, PartialEq)]
-pub(super) struct Schema {
-    pub(super) name: String,
-    pub(super) encoding: String,
-    pub(super) data: Vec<u8>,
-    /// Whether a field's name says lateral acceleration.
-    pub(super) has_lateral_field: bool,
-}
-
 impl Column {
     fn into_channel(
         self,
         name: String,
         base: &TimeBase,
         stamps: &[f64],
-        findings: &[Finding],
+        mut findings: Vec<Finding>,
         options: &ReadOptions,
     ) -> Result<Channel, Error> {
         if let Some(error) = self.error {
             return Err(error);
         }
-        let mut findings = findings.to_vec();
         let (unit, unit_source) = match (self.unit, options.unit) {
             (Some(own), Some(said)) => {
                 if own != said {
@@ -702,7 +462,6 @@ impl Column {
     }
 }
 
-/// Refuses a message encoding that is not read, by its name.
 /// Returns where a message stands: the byte of its record and the channel with its number.
 fn place(topic: &str, number: u64, byte: u64, path: &str) -> Place {
     Place::default()
@@ -710,45 +469,61 @@ fn place(topic: &str, number: u64, byte: u64, path: &str) -> Place {
         .channel(format!("{}, message {number}", name_of(topic, path)))
 }
 
-fn refuse_encoding(encoding: &str) -> Result<(), Error> {
-    Err(match encoding {
-        "cdr" | "ros1" => return Ok(()),
-        other => ErrorKind::Malformed {
-            expected: "messages encoded as cdr, ros1, protobuf or json".into(),
-            found: format!("`{other}`"),
-            hint: "export the topic as CSV, or write it as JSON or ROS 2 messages".into(),
-        },
-    }
-    .into())
-}
-
-/// Takes the numbers at `paths` from a JSON message.
-fn read_json(paths: &[String], data: &[u8], slots: &mut [f64]) -> Result<(), Error> {
+/// Takes the numbers at `paths` from a JSON message. Returns the path of a further lateral
+/// acceleration, if the message has one that is not among those looked at before.
+fn read_json(
+    paths: &[String],
+    data: &[u8],
+    slots: &mut [f64],
+    mut looked_at: Option<&mut BTreeSet<String>>,
+    kept: &mut u64,
+) -> Result<Option<String>, Error> {
     let mut leaves: Vec<Option<Leaf>> = vec![None; paths.len()];
-    let mut twice = None;
+    let (mut twice, mut further, mut too_many) = (None, None, false);
     let mut found = |path: &str, leaf: Leaf| {
         for (slot, wanted) in leaves.iter_mut().zip(paths) {
             if wanted == path && slot.replace(leaf).is_some() {
                 twice = Some(path.to_string());
             }
         }
+        if let Some(looked_at) = looked_at.as_deref_mut()
+            && matches!(leaf, Leaf::Number(_) | Leaf::Null)
+            && !path.contains('[')
+            && !looked_at.contains(path)
+        {
+            too_many |= looked_at.len() > FIELDS;
+            if !too_many {
+                looked_at.insert(path.to_string());
+                *kept += OVERHEAD;
+            }
+            if says_lateral(path) {
+                further = Some(path.to_string());
+            }
+        }
     };
     json::walk(data, &mut found).map_err(|reason| damaged_message("a JSON message", &reason))?;
+    if too_many {
+        return Err(too_many_fields());
+    }
     if let Some(path) = twice {
         return Err(damaged_message(
             &format!("the field {path} once"),
             "it twice",
         ));
     }
+    let frame = FRAME.join(".");
     for ((leaf, path), slot) in leaves.into_iter().zip(paths).zip(slots) {
+        let no_number = |kind: &str| {
+            Error::from(ErrorKind::NonFinite {
+                found: format!("{kind} in {path}"),
+            })
+        };
         *slot = match leaf {
             Some(Leaf::Number(value)) => value,
-            Some(Leaf::Other(kind)) => {
-                return Err(ErrorKind::NonFinite {
-                    found: format!("{kind} in {path}"),
-                }
-                .into());
-            }
+            Some(Leaf::Text(fingerprint)) if *path == frame => fingerprint,
+            Some(Leaf::Text(_)) => return Err(no_number("a text")),
+            Some(Leaf::Null) => return Err(no_number("null")),
+            Some(Leaf::Boolean) => return Err(no_number("a boolean")),
             None => {
                 return Err(damaged_message(
                     &format!("the field {path}, as in the first message"),
@@ -757,7 +532,7 @@ fn read_json(paths: &[String], data: &[u8], slots: &mut [f64]) -> Result<(), Err
             }
         };
     }
-    Ok(())
+    Ok(further)
 }
 
 /// Returns a stamp in whole nanoseconds.
@@ -787,12 +562,13 @@ fn nanoseconds(instant_s: f64) -> Result<i128, Error> {
         }
         .into());
     }
-    let whole = instant_s.floor();
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "the range was checked above"
-    )]
-    Ok(whole as i128 * NANO + ((instant_s - whole) * 1e9).round() as i128)
+    // Taken as it was written: the nearest double to an instant of today is off by up to 0.1 µs,
+    // its shortest decimal is not.
+    let text = format!("{}", instant_s.abs());
+    let (whole, rest) = text.split_once('.').unwrap_or((&text, ""));
+    let digits = format!("{whole}{rest:0<9.9}");
+    let time: i128 = digits.parse().unwrap_or_default();
+    Ok(if instant_s < 0.0 { -time } else { time })
 }
 
 fn seconds(span_ns: i128) -> f64 {
@@ -809,38 +585,4 @@ fn seconds_text(time_ns: i128) -> String {
     let time = time_ns.unsigned_abs();
     let second = NANO.unsigned_abs();
     format!("{sign}{}.{:09}", time / second, time % second)
-}
-
-fn no_field(topic: &str, path: &str, known: Vec<String>) -> Error {
-    let mut names: Vec<String> = known.iter().map(|path| name_of(topic, path)).collect();
-    if names.len() >= LISTED {
-        names.push("…".into());
-    }
-    ErrorKind::NoSuchChannel {
-        wanted: name_of(topic, path),
-        known: if names.is_empty() {
-            format!("no number field in {topic}")
-        } else {
-            names.join(", ")
-        },
-    }
-    .into()
-}
-
-fn refused(expected: &str, found: &str) -> Error {
-    ErrorKind::Malformed {
-        expected: expected.to_string(),
-        found: found.to_string(),
-        hint: "export the topic as CSV, or record it with a current rosbag2".into(),
-    }
-    .into()
-}
-
-fn damaged_message(expected: &str, found: &str) -> Error {
-    ErrorKind::Malformed {
-        expected: expected.to_string(),
-        found: found.to_string(),
-        hint: "the message and its schema contradict one another; record it again".into(),
-    }
-    .into()
 }

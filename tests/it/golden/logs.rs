@@ -11,16 +11,16 @@ use crate::mcap_encodings::{block, described, double, message_type, schema_of_by
 const CONTACT: i64 = 1_700_000_000_000_000_000;
 
 /// What a log writes for sample `k` [m/s²].
-fn value(k: i64) -> f64 {
+pub(super) fn value(k: i64) -> f64 {
     push(k) * 9.806_65
 }
 
-fn stamp(k: i64) -> u64 {
+pub(super) fn stamp(k: i64) -> u64 {
     (CONTACT + 100_000 * k) as u64
 }
 
 /// A message per sample, logged a millisecond after its stamp.
-fn messages(body: impl Fn(i64) -> Vec<u8>) -> Vec<Vec<u8>> {
+pub(super) fn messages(body: impl Fn(i64) -> Vec<u8>) -> Vec<Vec<u8>> {
     (FROM..TO)
         .map(|k| message(1, stamp(k) + 1_000_000, &body(k)))
         .collect()
@@ -39,18 +39,18 @@ fn imu_records() -> Vec<Vec<u8>> {
 }
 
 /// A log of these records, with statistics that agree.
-fn log(records: &[Vec<u8>]) -> Vec<u8> {
+pub(super) fn log(records: &[Vec<u8>]) -> Vec<u8> {
     let count = records.iter().filter(|record| record[0] == 5).count() as u64;
     file(records, &[statistics(&[(1, count)])])
 }
 
-fn of(schema: Vec<u8>, encoding: &str, body: impl Fn(i64) -> Vec<u8>) -> Vec<u8> {
+pub(super) fn of(schema: Vec<u8>, encoding: &str, body: impl Fn(i64) -> Vec<u8>) -> Vec<u8> {
     let topic = vec![schema, channel(1, 1, "/door", encoding)];
     log(&[topic, messages(body)].concat())
 }
 
 /// A log that is read: time zero is stated, since a log's clock begins in 1970.
-fn read(name: &str, bytes: Vec<u8>, channel: &str) -> Case {
+pub(super) fn read(name: &str, bytes: Vec<u8>, channel: &str) -> Case {
     good(name, bytes)
         .options(&["--time-zero", "1700000000"])
         .channel(channel)
@@ -63,7 +63,7 @@ fn imu_log(name: &str, bytes: Vec<u8>) -> Case {
     read(name, bytes, "/imu:linear_acceleration.y").finds(&["info channel-chosen"])
 }
 
-fn stamped_header(k: i64) -> Cdr {
+pub(super) fn stamped_header(k: i64) -> Cdr {
     Cdr::new(true).header(stamp(k), "door")
 }
 
@@ -234,6 +234,7 @@ fn encodings() -> Vec<Case> {
                 "blocking dead-sensor",
                 "blocking starts-inside-event",
                 "blocking ends-inside-event",
+                "warning channel-not-lateral",
                 "warning implausible-peak",
                 "warning implausible-velocity",
             ],
@@ -343,7 +344,7 @@ fn clocks() -> Vec<Case> {
         log(&[topic(), all].concat())
     };
     let stamped = |k: i64, at: u64| {
-        let body = imu::imu_message_cdr(at, "", [0.0, value(k), 9.8]);
+        let body = imu::imu_message_cdr(at, "imu", [0.0, value(k), 9.8]);
         message(1, stamp(k) + 1_000_000, &body)
     };
     let all = |of: &dyn Fn(i64) -> Vec<u8>| log(&[topic(), (FROM..TO).map(of).collect()].concat());
