@@ -402,6 +402,7 @@ pub(super) fn cases() -> Vec<Case> {
         )
         .channel("acc y")
         .clock(5_000.0, -0.02)
+        .finds(&["warning rate-below-default-filter"])
         .unusable(&["blocking time-contradicted"], &["X_Columns No"]),
         refused(
             "unannounced-word.lvm",
