@@ -83,6 +83,24 @@ const LEAST_RATE_HZ: f64 = 250.0;
 /// Peaks of vehicle structures near a door [g].
 const PLAUSIBLE_PEAK_G: (f64, f64) = (20.0, 2000.0);
 
+/// Spread of samples of which only the last bit flickers [quanta], rounding of the grid included.
+const BAND_QUANTA: f64 = 1.25;
+
+/// Least number of samples of a top that flickers.
+const FLICKER_RUN: usize = 6;
+
+/// Noise before the event that does not fit into one quantum for long [quanta].
+const LIVELY_QUANTA: f64 = 2.0;
+
+/// Least number of samples that were lost one by one.
+const LOST_SAMPLES: usize = 3;
+
+/// Part of the whole span that a step takes if the converter wrapped around.
+const WRAP_PART: f64 = 0.6;
+
+/// Largest part of such a step that the others may have, once it is undone.
+const UNWRAPPED_PART: f64 = 1.0 / 3.0;
+
 /// Two levels further apart than this are a signal, nearer than this a flickering last bit [g].
 const FLICKER_G: f64 = 1.0;
 
@@ -108,8 +126,9 @@ pub fn findings(raw: &Signal, options: &ConditioningOptions) -> Vec<Finding> {
         found.extend(dead);
         if !is_dead {
             found.extend(clipping(&facts, options.range_g));
-            found.extend(frozen(&facts));
-            found.extend(drop_out(&facts));
+            found.extend(frozen(&facts).or_else(|| stilled(&facts)));
+            found.extend(drop_out(&facts).or_else(|| lost_one_by_one(&facts)));
+            found.extend(wrap_around(&facts));
         }
     }
     if facts.peak > 0.0 && !is_dead {
@@ -247,6 +266,27 @@ impl<'a> Facts<'a> {
         })
     }
 
+    /// Stretches of at least `least` samples that one quantum holds: first index and length.
+    fn bands(&self, least: usize) -> Vec<(usize, usize)> {
+        let mut bands = Vec::new();
+        let (mut first, mut low, mut high) = (0, f64::INFINITY, f64::NEG_INFINITY);
+        for (index, value) in self.samples.iter().enumerate() {
+            let (lower, higher) = (low.min(*value), high.max(*value));
+            if index > first && higher - lower > BAND_QUANTA * self.quantum {
+                if index - first >= least {
+                    bands.push((first, index - first));
+                }
+                (first, low, high) = (index, *value, *value);
+            } else {
+                (low, high) = (lower, higher);
+            }
+        }
+        if self.samples.len() - first >= least {
+            bands.push((first, self.samples.len() - first));
+        }
+        bands
+    }
+
     /// Runs of at least `least` equal samples: first index and length.
     fn runs(&self, least: usize) -> Vec<(usize, usize)> {
         let mut runs = Vec::new();
@@ -325,7 +365,46 @@ fn clipping(facts: &Facts<'_>, range_g: Option<f64>) -> Vec<Finding> {
         .filter_map(|extreme| flat_top(facts, *extreme, range_g))
         .collect();
     found.extend(converter_limit(facts).filter(|_| found.is_empty()));
+    if found.is_empty() {
+        found.extend(flickering_top(facts));
+    }
     found
+}
+
+/// A top within one quantum, entered or left steeply: a limit of which the last bit flickers.
+fn flickering_top(facts: &Facts<'_>) -> Option<Finding> {
+    let bands = facts.bands(FLICKER_RUN);
+    let extremes = [facts.levels.last(), facts.levels.first()];
+    extremes.into_iter().flatten().find_map(|extreme| {
+        if extreme.abs() <= QUIET_QUANTA * facts.quantum
+            || extreme.abs() <= EXTREME_PART * facts.peak
+        {
+            return None;
+        }
+        let (first, length) = bands
+            .iter()
+            .copied()
+            .filter(|(first, length)| {
+                let top = &facts.samples[*first..first + length];
+                top.iter()
+                    .all(|value| (value - extreme).abs() <= BAND_QUANTA * facts.quantum)
+                    && is_cut(facts, *first, *length, 2.0)
+            })
+            .max_by_key(|(_, length)| *length)?;
+        let at_s = facts.raw.time_s(first);
+        Some(
+            Finding::warning(
+                "flat-top",
+                format!(
+                    "{length} samples within one quantum of the record's extreme of {} from \
+                     {at_s:.5} s on, entered or left steeply: the channel may have been \
+                     saturated, with its last bit flickering; declare the range (`range_g`)",
+                    in_g(*extreme)
+                ),
+            )
+            .at(at_s),
+        )
+    })
 }
 
 fn beyond_range(facts: &Facts<'_>, range_g: Option<f64>) -> Option<usize> {
@@ -345,7 +424,7 @@ fn flat_top(facts: &Facts<'_>, extreme: f64, range_g: Option<f64>) -> Option<Fin
         .runs(CLIPPED_RUN)
         .into_iter()
         .filter(|(first, length)| {
-            same(facts.samples[*first], extreme) && is_cut(facts, *first, *length)
+            same(facts.samples[*first], extreme) && is_cut(facts, *first, *length, 1.0)
         })
         .max_by_key(|(_, length)| *length)?;
     // Samples that touched the limit before the run are clipped as well.
@@ -411,8 +490,9 @@ fn near_converter_limit(quanta: f64) -> bool {
 /// fallen by at most q (1 + 2s/(r−1))² after s samples beyond the run, plus one quantum of
 /// rounding. A signal that has fallen further was cut: at s = 1, where nothing but the next
 /// sample counts, or both at half and at the whole length of the run. Noise of a few quanta
-/// lets three or four samples of a sharper top share a value by chance; q grows for them.
-fn is_cut(facts: &Facts<'_>, first: usize, length: usize) -> bool {
+/// lets three or four samples of a sharper top share a value by chance; q grows for them. A run
+/// may take several `quanta`.
+fn is_cut(facts: &Facts<'_>, first: usize, length: usize, quanta: f64) -> bool {
     let end = first + length - 1;
     let level = facts.samples[first];
     let reaches = |steps: usize| {
@@ -437,7 +517,7 @@ fn is_cut(facts: &Facts<'_>, first: usize, length: usize) -> bool {
             }
             let beyond = if before { first - steps } else { end + steps };
             let fallen = (level - facts.samples[beyond]).abs() / facts.quantum;
-            fallen > spare * chance * reaches(steps) + 1.5
+            fallen > spare * chance * quanta * reaches(steps) + 0.5 + quanta
         };
         exceeds(1, 1.0) || (exceeds(length / 2, 1.25) && exceeds(length, 1.25))
     })
@@ -511,7 +591,7 @@ fn frozen(facts: &Facts<'_>) -> Option<Finding> {
         let away = (level.abs() > QUIET_QUANTA * facts.quantum
             && (level - facts.pre_mean).abs() > 5.0 * facts.pre_deviation)
             && level.abs() > 0.01 * facts.peak
-            && is_cut(facts, first, length);
+            && is_cut(facts, first, length, 1.0);
         let lost =
             noisy && length > CHANCE_RUNS * longest_before && inside_event(facts, first, least);
         (away || lost).then(|| {
@@ -541,6 +621,128 @@ fn frozen(facts: &Facts<'_>) -> Option<Finding> {
             .at(at_s)
         })
     })
+}
+
+/// A stretch that one quantum holds, begun inside the event, on a channel whose noise takes
+/// several: the last bit flickers where sensor or cable failed.
+fn stilled(facts: &Facts<'_>) -> Option<Finding> {
+    if facts.quantum <= 0.0 || facts.pre_deviation < LIVELY_QUANTA * facts.quantum {
+        return None;
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "positive; a float cast saturates"
+    )]
+    let least = ((FROZEN_S * facts.raw.rate.hertz()).floor() as usize + 2).max(FROZEN_RUN);
+    let longest_before = facts
+        .bands(2)
+        .iter()
+        .filter(|(first, _)| *first < facts.pre_event)
+        .map(|(first, length)| (*length).min(facts.pre_event - first))
+        .max()
+        .unwrap_or(0);
+    let (first, length) = facts.bands(least).into_iter().find(|(first, length)| {
+        *length > CHANCE_RUNS * longest_before && inside_event(facts, *first, least)
+    })?;
+    let at_s = facts.raw.time_s(first);
+    Some(
+        Finding::blocking(
+            "frozen",
+            format!(
+                "{length} samples from {at_s:.5} s to {:.5} s differ by no more than the last \
+                 digit, at {}, on a channel whose noise before the event is {}: sensor, cable or \
+                 recorder failed",
+                facts.raw.time_s(first + length - 1),
+                in_g(facts.samples[first]),
+                in_g(facts.pre_deviation)
+            ),
+        )
+        .at(at_s),
+    )
+}
+
+/// Single samples of zero amid loud ones of one sign, again and again. Ringing dips as well,
+/// but not always to zero.
+fn lost_one_by_one(facts: &Facts<'_>) -> Option<Finding> {
+    let loud = LOUD_PART * facts.peak;
+    let (mut first, mut lost, mut dips) = (None, 0_usize, 0_usize);
+    for (index, three) in facts.samples.windows(3).enumerate() {
+        let amid =
+            three[0].abs() > loud && three[2].abs() > loud && (three[0] > 0.0) == (three[2] > 0.0);
+        if !amid || three[1].abs() > EVENT_PART * facts.peak {
+            continue;
+        }
+        dips += 1;
+        if same(three[1], 0.0) {
+            lost += 1;
+            first = first.or(Some(index + 1));
+        }
+    }
+    let first = first.filter(|_| lost >= LOST_SAMPLES && 10 * lost >= 9 * dips)?;
+    let at_s = facts.raw.time_s(first);
+    let text = format!(
+        "{lost} single samples from {at_s:.5} s on are zero between loud ones of one sign: the \
+         values were lost there"
+    );
+    Some(
+        if facts.has_noise() {
+            Finding::blocking("drop-out", text)
+        } else {
+            Finding::warning("drop-out", text)
+        }
+        .at(at_s),
+    )
+}
+
+/// Steps from one end of the converter to the other, with a smooth signal beyond that end once
+/// they are undone: the code ran over. A record that does not come back is only doubted.
+fn wrap_around(facts: &Facts<'_>) -> Option<Finding> {
+    let (low, high) = (*facts.levels.first()?, *facts.levels.last()?);
+    let span = high - low + facts.quantum;
+    if low >= 0.0 || high <= 0.0 {
+        return None;
+    }
+    let (mut turns, mut wraps, mut first) = (0_i32, 0_usize, None);
+    let (mut least_wrap, mut largest_rest, mut largest) = (f64::INFINITY, 0.0_f64, 0.0_f64);
+    for (index, pair) in facts.samples.windows(2).enumerate() {
+        let step = pair[1] - pair[0];
+        let undone = if step.abs() > WRAP_PART * span {
+            wraps += 1;
+            first = first.or(Some(index + 1));
+            least_wrap = least_wrap.min(step.abs());
+            turns = turns.saturating_add(if step > 0.0 { -1 } else { 1 });
+            step - span.copysign(step)
+        } else {
+            step
+        };
+        largest_rest = largest_rest.max(undone.abs());
+        largest = largest.max((pair[1] + f64::from(turns) * span).abs());
+    }
+    let first = first?;
+    let smooth = largest_rest <= UNWRAPPED_PART * least_wrap;
+    let few = wraps <= (facts.samples.len() / 20).max(16);
+    let at_the_ends = (high + low).abs() <= 2.0 * largest_rest + 4.0 * facts.quantum;
+    let beyond = largest > facts.peak + 5.0 * facts.quantum + 5.0 * facts.pre_deviation;
+    if !(smooth && few && at_the_ends && beyond) {
+        return None;
+    }
+    let at_s = facts.raw.time_s(first);
+    let text = format!(
+        "the samples step from {} to {} at {at_s:.5} s, from one end of all values to the other, \
+         {wraps} such steps in all, and the signal is smooth where they are undone: the converter \
+         ran over, and from there on the values are none",
+        in_g(facts.samples[first - 1]),
+        in_g(facts.samples[first])
+    );
+    Some(
+        if turns == 0 {
+            Finding::blocking("wrap-around", text)
+        } else {
+            Finding::warning("wrap-around", text)
+        }
+        .at(at_s),
+    )
 }
 
 /// Samples of zero amid loud ones of one sign: the value was lost, not the motion.

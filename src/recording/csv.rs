@@ -25,14 +25,14 @@ use layout::{Layout, TimeSource};
 use rows::{Fate, Rows};
 
 /// Rates outside of which a stated unit of time is doubted [Hz].
-const PLAUSIBLE_STATED: (f64, f64) = (1.0, 200e3);
+pub(super) const PLAUSIBLE_STATED: (f64, f64) = (1.0, 200e3);
 
 /// Rates outside of which an assumed unit of time is doubted [Hz]; no crash recording is slower.
 const PLAUSIBLE_ASSUMED: (f64, f64) = (250.0, 200e3);
 
 /// Rate from which on only the user's word for the unit of time counts [Hz]: a header that says
 /// milliseconds over seconds makes 1 MHz of 1 kHz, and the pulse a thousandth of its length.
-const INCREDIBLE: f64 = 500e3;
+pub(super) const INCREDIBLE: f64 = 500e3;
 
 /// Tells whether the head looks like text.
 #[must_use]

@@ -11,8 +11,9 @@ mod words;
 use super::Finding;
 use tokens::{Token, instants, tokens};
 use words::{
-    AT, BEFORE, BETWEEN, DATA, DENIALS, DOUBTS, FAULTS, FAULTY_PHRASES, GOOD, LIMITING,
-    MAY_BE_MISSING, NEEDED, NEEDED_OF_DATA, NO_COMMENTS, OTHER_UNITS, STRETCH,
+    AT, BEFORE, BETWEEN, COUNTED, DATA, DENIALS, DOUBTFUL_PHRASES, DOUBTS, FAULTS, FAULTS_ALONE,
+    FAULTY_PHRASES, GOOD, LIMITING, MAY_BE_MISSING, NEEDED, NEEDED_OF_DATA, NO_COMMENTS,
+    OF_SAMPLES, OFTEN_MISSPELT, OTHER_UNITS, STRETCH, UP_TO,
 };
 
 /// What a remark says of the samples.
@@ -64,17 +65,35 @@ pub(super) fn remark(comment: &str) -> Option<Remark> {
             .any(|token| token.is_one_of(BEFORE))
             && stretch.is_none_or(|stretch| stretch >= *index)
     });
-    if says(FAULTS) || has_faulty_phrase(&tokens) || denies_what_is_needed(&tokens) {
+    let alone = tokens.len() == 1 && tokens[0].is_one_of(FAULTS_ALONE);
+    let misspelt = (0..tokens.len())
+        .any(|index| tokens[index].resembles(OFTEN_MISSPELT) && denial(&tokens, index).is_none());
+    if says(FAULTS)
+        || alone
+        || misspelt
+        || has_phrase(&tokens, FAULTY_PHRASES)
+        || denies_what_is_needed(&tokens)
+    {
         return Some(Remark::Invalid(first.filter(|_| !points_before)));
     }
+    if is_all_there_is(&tokens, &instants) {
+        return Some(Remark::Invalid(first));
+    }
+    // "valid 0-30 ms" is no less a limit than "valid 0 to 30 ms".
+    let is_number = |index: usize| matches!(tokens.get(index), Some(Token::Number(_)));
+    let in_stretch = instants
+        .iter()
+        .any(|(index, _)| *index > 0 && is_number(index - 1));
     let limited = tokens
         .iter()
         .any(|token| token.is_one_of(LIMITING) || token.is_one_of(BEFORE));
-    if says(GOOD) && limited && !instants.is_empty() {
+    if says(GOOD) && (limited || in_stretch) && !instants.is_empty() {
         // "valid until 80 ms" against "valid after 10 ms", which spoils the start.
-        return Some(Remark::Invalid(first.filter(|_| points_before)));
+        return Some(Remark::Invalid(
+            first.filter(|_| points_before || in_stretch),
+        ));
     }
-    if says(DOUBTS) {
+    if says(DOUBTS) || has_phrase(&tokens, DOUBTFUL_PHRASES) {
         return Some(Remark::Doubtful(first.filter(|_| !points_before)));
     }
     (!instants.is_empty()).then_some(Remark::Unclear)
@@ -109,9 +128,22 @@ fn denies_what_is_needed(tokens: &[Token]) -> bool {
     })
 }
 
-/// Tells whether words that are harmless one by one say together that samples are no evidence.
-fn has_faulty_phrase(tokens: &[Token]) -> bool {
-    FAULTY_PHRASES.iter().any(|phrase| {
+/// Tells whether a time is said to be all for which there are samples, or good ones: "ONLY 30 MS
+/// OF DATA", "USE FIRST 30 MS ONLY".
+fn is_all_there_is(tokens: &[Token], instants: &[(usize, Option<f64>)]) -> bool {
+    let only = |token: &Token| token.is_one_of(&["ONLY", "NUR"]);
+    tokens.iter().any(|token| token.is_one_of(OF_SAMPLES))
+        && instants.iter().any(|(index, _)| {
+            let before = tokens[..*index]
+                .iter()
+                .rfind(|token| !token.is_one_of(UP_TO) && !matches!(token, Token::Number(_)));
+            before.is_some_and(only) || tokens.get(index + 2).is_some_and(only)
+        })
+}
+
+/// Tells whether words that are harmless one by one stand together as in one of the phrases.
+fn has_phrase(tokens: &[Token], phrases: &[&[&[&str]]]) -> bool {
+    phrases.iter().any(|phrase| {
         (0..tokens.len()).any(|start| {
             let mut rest = tokens[start..].iter().enumerate();
             let fits = phrase.iter().enumerate().all(|(place, words)| {
@@ -295,15 +327,21 @@ pub(super) fn hold_against_record(
     );
 }
 
+/// What may stand between a denial and what is missing: "NO BUFFER OVERRUN".
+const CARRIED: &[&str] = &["SIGNAL", "CHANNEL", "DATEN", "BUFFER", "SENSOR", "INPUT"];
+
 /// Returns the index of the denial of a word: "no", "not" or the like before it.
 fn denial(tokens: &[Token], index: usize) -> Option<usize> {
     let may_be_missing = tokens[index].is_one_of(MAY_BE_MISSING);
     let at = tokens[..index].iter().rposition(|token| {
         let passed = token.is_one_of(BETWEEN)
-            || (may_be_missing && token.is_one_of(&["DATA", "SIGNAL", "CHANNEL", "DATEN"]));
+            || (may_be_missing && (token.is_one_of(CARRIED) || token.is_one_of(COUNTED)));
         !passed
     })?;
-    tokens[at].is_one_of(DENIALS).then_some(at)
+    // "0 samples dropped"
+    let none = matches!(&tokens[at], Token::Number(Some((digits, _))) if digits == "0")
+        && (may_be_missing || tokens[index].is_one_of(COUNTED));
+    (none || tokens[at].is_one_of(DENIALS)).then_some(at)
 }
 
 #[cfg(test)]
@@ -358,6 +396,14 @@ mod tests {
             ("ungültig ab 10 ms", 0.01),
             ("UNGUELTIG AB 10 MS", 0.01),
             ("Kabelbruch bei 10 ms", 0.01),
+            ("DATA VALID 0-30 MS", 0.0),
+            ("DATA VALID 0 TO 30 MS", 0.0),
+            ("ONLY 30 MS OF DATA", 0.03),
+            ("USE ONLY FIRST 30 MS", 0.03),
+            ("USE FIRST 30 MS ONLY", 0.03),
+            ("FLATLINED AT 30 MS", 0.03),
+            ("CHANNEL DIED AT 30 MS", 0.03),
+            ("SATURTED AT 30MS", 0.03),
         ] {
             check_remark(comment, Some(Remark::Invalid(Some(instant))));
         }
@@ -374,6 +420,31 @@ mod tests {
             "ACCELEROMETER NOT RECORDED",
             "NO DATA CHANNEL FAILED",
             "WRONG POLARITY",
+            "ERRONEOUS DATA",
+            "DATA ERROR",
+            "DATA COLLECTION ERROR",
+            "SENSOR BOTTOMED OUT",
+            "RAILED",
+            "NOT MEASURED",
+            "NOT INSTALLED",
+            "UMBILICAL CUT",
+            "QUESTIONALBE DATA",
+            "INVAILD",
+            "FLAT LINE",
+            "MAXED OUT",
+            "samples skipped",
+            "buffer overrun",
+            "buffer overrun, samples skipped",
+            "dropped samples",
+            "3 samples dropped",
+            "missed data",
+            "gap",
+            "gap in data",
+            "clip",
+            "clipped",
+            "OVL",
+            "overload",
+            "DAQ error",
             // Read in two ways, or without a unit: no sample is good.
             "NO VALID DATA AFTER 1,000 MS",
             "QUESTIONABLE AFTER 10",
@@ -383,7 +454,16 @@ mod tests {
             check_remark(comment, Some(Remark::Invalid(None)));
         }
         check_remark("SPIKE AT 40 MS", Some(Remark::Doubtful(Some(0.04))));
-        check_remark("POLARITY REVERSED", Some(Remark::Doubtful(None)));
+        for comment in [
+            "POLARITY REVERSED",
+            "AXES SWITCHED",
+            "X AND Y AXES INTERCHANGED",
+            "UNITS ARE M/S2",
+            "DATA IN M/S/S",
+            "CHANNEL MISLABELED",
+        ] {
+            check_remark(comment, Some(Remark::Doubtful(None)));
+        }
         for comment in [
             "TIME ZERO AT 20 MS",
             "SOMETHING HAPPENED AT 10 MS",
@@ -405,6 +485,21 @@ mod tests {
             "NO SIGNAL CONDITIONING USED",
             "SERIAL NUMBER NOT RECORDED",
             "IMPACT AT 15 M/S",
+            "NO CLIPPING",
+            "NOT CLIPPED",
+            "NO DATA GAPS",
+            "NO DATA ERROR",
+            "NO BUFFER OVERRUN",
+            "NO SENSOR OVERLOAD",
+            "NO SAMPLES SKIPPED",
+            "NO DROPPED SAMPLES",
+            "0 samples dropped",
+            "0 dropped samples",
+            "DATA CORRECTED",
+            "VALIDATED DATA",
+            "OPERATIVE",
+            "DETECTED BY SWITCH",
+            "TEMPERATURE NOT MEASURED",
         ] {
             check_remark(comment, None);
         }

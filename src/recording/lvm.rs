@@ -16,12 +16,12 @@ use super::csv::number::{Decimal, Marks, PrintedDigits};
 use super::source::Reader;
 use super::time_base::{self, TimeBase};
 use super::{
-    Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, Stated, csv::encoding,
-    laboratory, lateral, text,
+    Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, Stated, csv,
+    csv::encoding, laboratory, lateral, text,
 };
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, SampleRate};
-use header::{Header, TimeColumns};
+use header::{Header, TimeColumns, Words};
 
 /// What to do where option or card state another rate than the file.
 const RATE_HINT: &str = "leave out the rate, or mend the header if it is the one that is wrong";
@@ -81,14 +81,7 @@ pub fn read(
             ),
         ));
     }
-    findings.extend(header.notes.as_ref().map(|notes| {
-        laboratory::finding(notes, None).unwrap_or_else(|| {
-            Finding::info(
-                "notes",
-                format!("the file's notes say: \"{}\"", text::shown(notes)),
-            )
-        })
-    }));
+    findings.extend(header.remarks.iter().filter_map(judged));
     findings.extend(table.remarks.iter().cloned());
     let (wanted, chosen) = choose(&header, &table, options, selection)?;
     let mut outcome = ReadOutcome {
@@ -120,6 +113,35 @@ pub fn read(
     Ok(outcome)
 }
 
+/// Judges words of a header by the reading that leaves the samples the least worth.
+fn judged(words: &Words) -> Option<Finding> {
+    let found = words
+        .readings
+        .iter()
+        .filter_map(|reading| laboratory::finding(reading, None));
+    // Said throughout outweighs said from an instant on, and early an instant that is late.
+    let weight = |finding: &Finding| {
+        let at_s = finding.at_s.unwrap_or(f64::NEG_INFINITY);
+        (finding.severity, -at_s)
+    };
+    let worst = found.reduce(|worst, next| {
+        if weight(&next) > weight(&worst) {
+            next
+        } else {
+            worst
+        }
+    });
+    let text = words.readings.first().filter(|text| !text.is_empty());
+    worst.or_else(|| {
+        text.filter(|_| words.is_note).map(|text| {
+            Finding::info(
+                "notes",
+                format!("the file's notes say: \"{}\"", text::shown(text)),
+            )
+        })
+    })
+}
+
 /// Holds instants of which the file's own words speak against the clocks of its channels.
 fn hold_against_channels(outcome: &mut ReadOutcome) {
     let clocks = outcome.channels.iter().map(|channel| {
@@ -142,6 +164,9 @@ struct Table {
     lengths: Vec<usize>,
     /// Stamps of each time column [s], with the size of their last digit.
     stamps: Vec<(Vec<f64>, f64)>,
+    /// What the X_Value column holds where the header says that it holds nothing: row and
+    /// number, with the size of the last digit.
+    unannounced: (Vec<(usize, f64)>, f64),
     decimal: Decimal,
     /// What the Comment column says.
     remarks: Vec<Finding>,
@@ -215,6 +240,7 @@ impl Table {
             values: vec![Vec::new(); count],
             lengths: vec![0; count],
             stamps: Vec::new(),
+            unannounced: (Vec::new(), 0.0),
             decimal: Decimal::Unknown,
             remarks: Vec::new(),
             doubts: Vec::new(),
@@ -223,6 +249,7 @@ impl Table {
         let mut digits: Vec<PrintedDigits> =
             time_columns.iter().map(|_| PrintedDigits::new()).collect();
         table.stamps = time_columns.iter().map(|_| (Vec::new(), 0.0)).collect();
+        let mut unannounced_digits = PrintedDigits::new();
         let mut cells_kept = 0_u64;
         let mut unsaid = 0_usize;
         let mut marks = vec![Doubt::default(); count];
@@ -263,6 +290,12 @@ impl Table {
                     hint: "mend the export".into(),
                 })
                 .at(at(header.comment_column + 1)));
+            }
+            if header.time == TimeColumns::No && !cells[0].is_empty() {
+                let number =
+                    text::sample(cells[0], &mut table.decimal).map_err(|error| error.at(at(0)))?;
+                unannounced_digits.count(cells[0].as_bytes());
+                table.unannounced.0.push((row, number));
             }
             let mut instant = None;
             for (slot, column) in time_columns.iter().enumerate() {
@@ -349,7 +382,52 @@ impl Table {
         for ((_, digit), digits) in table.stamps.iter_mut().zip(&digits) {
             *digit = digits.last_digit();
         }
+        table.unannounced.1 = unannounced_digits.last_digit();
         Ok(table)
+    }
+}
+
+/// Part of the interval by which a stamp may lie beside the stated clock, as for a time column.
+const JITTER: f64 = 0.01;
+
+impl Table {
+    /// Holds what stands in the X_Value column, where the header says that nothing does, against
+    /// the clock of the header. It may count the rows, or repeat that clock.
+    fn clock_finding(&self, start_s: f64, rate: SampleRate, samples: usize) -> Option<Finding> {
+        let (cells, digit) = &self.unannounced;
+        let (_, first) = *cells.first()?;
+        let interval_s = rate.interval().seconds();
+        let whole = cells.len() >= samples;
+        #[expect(clippy::cast_precision_loss, reason = "rows stay far below 2^53")]
+        let at = |row: usize| row as f64;
+        let counts_rows = cells
+            .iter()
+            .all(|(row, number)| number.fract() == 0.0 && (number - first - at(*row)).abs() < 0.5);
+        if whole && counts_rows {
+            return None;
+        }
+        let slack = (0.5 * digit * (1.0 + 1e-6)).max(JITTER * interval_s);
+        let contradiction = cells
+            .iter()
+            .find(|(row, number)| {
+                let instant_s = start_s + at(*row) * interval_s;
+                (number - instant_s).abs() > slack + 8.0 * f64::EPSILON * instant_s.abs()
+            })
+            .map(|(row, number)| {
+                format!(
+                    "it holds {number} at the sample that X0 and Delta_X place at {} s",
+                    crate::units::plain(start_s + at(*row) * interval_s, 9)
+                )
+            })
+            .or_else(|| (!whole).then(|| "it is filled in some of the rows only".to_string()))?;
+        Some(Finding::blocking(
+            "time-contradicted",
+            format!(
+                "the header says X_Columns No, so that its own clock was used, and yet the X_Value \
+                 column is filled, neither with that clock nor with the rows' numbers: \
+                 {contradiction}; write X_Columns One if the column holds the time"
+            ),
+        ))
     }
 }
 
@@ -490,6 +568,7 @@ fn channel(
             let stamps = stamps.get(..values.len()).unwrap_or(stamps);
             let base = TimeBase::fit(stamps, *digit, limits)?;
             options.check_rate(base.rate.hertz(), "the file's time column", RATE_HINT)?;
+            findings.extend(implausible_rate(base.rate, "the time column", options)?);
             findings.extend(base.findings.iter().cloned());
             findings.extend(interval_finding(described.interval(), base.rate));
             (base.start_s, base.rate, base.apply(stamps, values)?)
@@ -498,6 +577,7 @@ fn channel(
             let rate = match (described.interval(), options.rate_hz) {
                 (Some(rate), _) => {
                     options.check_rate(rate.hertz(), "Delta_X in the header", RATE_HINT)?;
+                    findings.extend(implausible_rate(rate, "Delta_X in the header", options)?);
                     rate
                 }
                 (None, Some(hertz)) => SampleRate::from_hertz(hertz)?,
@@ -511,6 +591,7 @@ fn channel(
                 }
                 .into());
             }
+            findings.extend(table.clock_finding(described.start_s, rate, values.len()));
             (described.start_s, rate, values)
         }
     };
@@ -528,6 +609,30 @@ fn channel(
         stated: Stated::default(),
         findings,
     })
+}
+
+/// Doubts a rate that crash recordings do not have: beyond all belief only the user's word counts.
+fn implausible_rate(
+    rate: SampleRate,
+    told_by: &str,
+    options: &ReadOptions,
+) -> Result<Option<Finding>, Error> {
+    let hertz = rate.hertz();
+    if hertz > csv::INCREDIBLE && options.rate_hz.is_none() {
+        return Err(ErrorKind::Malformed {
+            expected: "a rate that crash recordings have".into(),
+            found: format!("{hertz} Hz by {told_by}"),
+            hint: "mend the header, or confirm the rate with --rate-hz if it is right".into(),
+        }
+        .into());
+    }
+    let (low, high) = csv::PLAUSIBLE_STATED;
+    Ok((!(low..=high).contains(&hertz)).then(|| {
+        Finding::warning(
+            "time-unit-implausible",
+            format!("{told_by} gives {hertz} Hz, which no crash recording has; check its unit"),
+        )
+    }))
 }
 
 /// Says where `Delta_X` is not the interval of the time column.

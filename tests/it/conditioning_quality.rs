@@ -376,6 +376,111 @@ fn verif_a_drop_out_blocks_where_it_begins() {
     check_warns(&pulse_signal(pause), "drop-out", true);
 }
 
+/// A push of `peak_g` for `width` samples at 10 kHz, with noise of about eight quanta of 10 mg.
+fn lively(peak_g: f64, width: i32) -> Vec<f64> {
+    let mut random = Random::new(7);
+    (-300..700)
+        .map(|n| {
+            let phase = f64::from(n) / f64::from(width);
+            let push = if (0.0..=1.0).contains(&phase) {
+                peak_g * (PI * phase).sin()
+            } else {
+                0.0
+            };
+            push + 0.08 * random.normal()
+        })
+        .collect()
+}
+
+/// Samples [g] as a file with two decimals holds them.
+fn printed(samples: impl IntoIterator<Item = f64>) -> Signal {
+    let rounded = samples.into_iter().map(|g| (g * 100.0).round() / 100.0);
+    pulse_signal(rounded.map(|g| g * STANDARD_GRAVITY).collect())
+}
+
+/// A sample of a level of which the last digit flickers.
+fn flicker(level_g: f64, n: usize) -> f64 {
+    level_g - if n * n % 3 == 1 { 0.01 } else { 0.0 }
+}
+
+#[test]
+fn verif_a_top_whose_last_bit_flickers_is_seen() {
+    let default = ConditioningOptions::default();
+    let cut = |record: Vec<f64>, limit_g: f64| {
+        let samples = record.into_iter().enumerate();
+        printed(samples.map(|(n, g)| if g > limit_g { flicker(limit_g, n) } else { g }))
+    };
+    check_faults(&printed(lively(300.0, 10)), &default, &[]);
+    check_faults(&cut(lively(300.0, 10), 40.0), &default, &["flat-top"]);
+    check_faults(
+        &cut(lively(30.0, 100), 3.0),
+        &default,
+        &["flat-top", "frozen"],
+    );
+    check_faults(
+        &cut(lively(30.0, 600), 12.0),
+        &default,
+        &["flat-top", "frozen"],
+    );
+}
+
+#[test]
+fn verif_a_dead_cable_whose_last_bit_flickers_blocks() {
+    let mut record = lively(30.0, 200);
+    for (n, g) in record.iter_mut().enumerate().skip(330) {
+        *g = flicker(0.01, n);
+    }
+    let found = check_faults(
+        &printed(record),
+        &ConditioningOptions::default(),
+        &["frozen"],
+    );
+    let finding = found
+        .iter()
+        .find(|finding| finding.code == "frozen")
+        .unwrap();
+    assert!((finding.at_s.unwrap() - 0.003).abs() < 2e-4, "{finding:?}");
+}
+
+#[test]
+fn verif_samples_lost_one_by_one_block() {
+    let default = ConditioningOptions::default();
+    let record = lively(30.0, 30).into_iter().enumerate();
+    let lost = printed(record.map(|(n, g)| if n % 2 == 0 { 0.0 } else { g }));
+    check_faults(&lost, &default, &["drop-out"]);
+    // Ringing dips too, but not always to zero.
+    let ringing = lively(30.0, 200).into_iter().enumerate();
+    let ringing = printed(ringing.map(|(n, g)| g * if n % 2 == 0 { 1.0 } else { 0.02 }));
+    check_faults(&ringing, &default, &[]);
+}
+
+#[test]
+fn verif_a_converter_that_runs_over_is_seen() {
+    let wrapped = |record: Vec<f64>, limit_g: f64| {
+        printed(
+            record
+                .into_iter()
+                .map(move |g| (g + limit_g).rem_euclid(2.0 * limit_g) - limit_g),
+        )
+    };
+    let default = ConditioningOptions::default();
+    for (width, limit_g) in [(80, 16.0), (200, 16.0), (600, 10.0)] {
+        let found = check_faults(
+            &wrapped(lively(30.0, width), limit_g),
+            &default,
+            &["wrap-around"],
+        );
+        assert!(found.iter().any(|finding| finding.code == "wrap-around"));
+    }
+    // A square wave goes nowhere beyond its ends.
+    let square = (0..1000).map(|n| if n % 100 < 50 { 30.0 } else { -30.0 });
+    let square: Vec<f64> = square
+        .zip(lively(0.0, 1))
+        .map(|(g, noise)| g + noise)
+        .collect();
+    check_warns(&printed(square), "wrap-around", false);
+}
+
 #[test]
 fn verif_gravity_aliasing_and_sign_are_suspected() {
     let whole = pulse(180.0, 0.061);

@@ -22,6 +22,18 @@ impl Token {
         }
     }
 
+    /// Tells whether this is one of the words, misspelt: a letter too many, too few or wrong, or
+    /// two that changed places; of long words two such slips. The first letter stays, for
+    /// "VALIDATED" is not "INVALIDATED".
+    pub(super) fn resembles(&self, list: &[&str]) -> bool {
+        let Self::Word(word) = self else { return false };
+        list.iter().any(|known| {
+            word.len().abs_diff(known.len()) <= 2
+                && word.as_bytes().first() == known.as_bytes().first()
+                && strsim::osa_distance(word, known) <= if known.len() > 10 { 2 } else { 1 }
+        })
+    }
+
     /// Returns the power of ten of a unit of time in seconds.
     pub(super) fn exponent(&self) -> Option<i32> {
         let Self::Word(word) = self else { return None };

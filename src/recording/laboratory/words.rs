@@ -83,6 +83,21 @@ pub(super) const FAULTS: &[&str] = &[
     "GESTOERT",
     "FEHLERHAFT",
     "DEFEKT",
+    "OVL",
+    "OVLD",
+    "OVERRUN",
+    "OVERRUNS",
+    "UNDERRUN",
+    "ERRONEOUS",
+    "FLATLINE",
+    "FLATLINED",
+    "FLATLINES",
+    "BOTTOMED",
+    "RAILED",
+    "PEGGED",
+    "MAXED",
+    "JUNK",
+    "DIED",
 ];
 
 /// What carries a signal.
@@ -97,6 +112,9 @@ pub(super) const CARRIERS: &[&str] = &[
     "ACCELEROMETER",
     "KABEL",
     "STECKER",
+    "UMBILICAL",
+    "UMBILICALS",
+    "HARNESS",
 ];
 
 /// Successions of words, each one of several, that take the worth from a sample.
@@ -164,6 +182,103 @@ pub(super) const FAULTY_PHRASES: &[&[&[&str]]] = &[
             "VORZEICHEN",
         ],
     ],
+    &[COUNTED, NOT_KEPT],
+    &[NOT_KEPT, COUNTED],
+    &[&["GAP", "GAPS"], &["IN"], COUNTED],
+    &[COUNTED, &["GAP", "GAPS"]],
+    &[&["FLAT"], &["LINE", "LINED", "LINES"]],
+    &[
+        &[
+            "DATA",
+            "SIGNAL",
+            "CHANNEL",
+            "SENSOR",
+            "RECORDING",
+            "ACQUISITION",
+            "COLLECTION",
+            "MEASUREMENT",
+            "DAQ",
+            "ADC",
+            "GAIN",
+            "SCALING",
+        ],
+        &["ERROR", "ERRORS"],
+    ],
+];
+
+/// What a recorder counts.
+pub(super) const COUNTED: &[&str] = &[
+    "SAMPLE", "SAMPLES", "DATA", "POINT", "POINTS", "SCAN", "SCANS", "ROW", "ROWS", "BLOCK",
+    "BLOCKS", "PACKET", "PACKETS",
+];
+
+/// What becomes of those that are not in the record.
+const NOT_KEPT: &[&str] = &[
+    "SKIPPED",
+    "DROPPED",
+    "MISSED",
+    "MISSING",
+    "OVERWRITTEN",
+    "LOST",
+];
+
+/// Words that take the worth from a sample if they are all that is said beside it.
+pub(super) const FAULTS_ALONE: &[&str] = &[
+    "CLIP", "CLIPS", "GAP", "GAPS", "ERROR", "ERR", "OPEN", "SHORT", "SKIPPED", "DROPPED",
+    "MISSED", "MISSING",
+];
+
+/// Words by whose misspellings a fault is known: "QUESTIONALBE".
+pub(super) const OFTEN_MISSPELT: &[&str] = &[
+    "QUESTIONABLE",
+    "INVALID",
+    "SATURATED",
+    "SATURATION",
+    "OVERLOADED",
+    "ERRONEOUS",
+    "MALFUNCTION",
+    "DISCONNECTED",
+    "UNRELIABLE",
+    "INOPERATIVE",
+    "INTERMITTENT",
+    "DEFECTIVE",
+    "FLATLINED",
+    "DISREGARD",
+    "TRUNCATED",
+    "EXCEEDED",
+];
+
+/// Successions of words that are worth a look: whether the samples were mended is not said.
+pub(super) const DOUBTFUL_PHRASES: &[&[&[&str]]] = &[
+    &[
+        &["AXES", "AXIS", "CHANNELS", "WIRES", "LEADS", "CABLES"],
+        &["SWITCHED", "CROSSED", "MIXED"],
+    ],
+    // A unit in words may contradict the one that counts.
+    &[&["UNIT", "UNITS"], &["M", "MM"], &["S", "S2", "SS", "SEC2"]],
+    &[&["DATA"], &["IN"], &["M", "MM"], &["S", "S2", "SS", "SEC2"]],
+];
+
+/// Words between "only" and the time for which samples are good: "USE ONLY THE FIRST 30 MS".
+pub(super) const UP_TO: &[&str] = &[
+    "FIRST", "THE", "FOR", "UP", "TO", "UNTIL", "TILL", "ABOUT", "APPROX", "USE", "DATA", "VALID",
+    "GOOD", "DIE", "ERSTEN", "BIS",
+];
+
+/// Words that show that it is the samples of which there are "only" some.
+pub(super) const OF_SAMPLES: &[&str] = &[
+    "DATA",
+    "USE",
+    "USED",
+    "SIGNAL",
+    "RECORD",
+    "RECORDED",
+    "RECORDING",
+    "CHANNEL",
+    "CURVE",
+    "FIRST",
+    "DATEN",
+    "ERSTEN",
 ];
 
 /// Words for what is worth a look.
@@ -187,6 +302,19 @@ pub(super) const DOUBTS: &[&str] = &[
     "SWAPPED",
     "VERTAUSCHT",
     "STOERUNG",
+    "ERROR",
+    "ERRORS",
+    "GAP",
+    "GAPS",
+    "GLITCH",
+    "GLITCHES",
+    "DISCONTINUITY",
+    "DISCONTINUITIES",
+    "TIMEOUT",
+    "INTERCHANGED",
+    "EXCHANGED",
+    "MISLABELED",
+    "MISLABELLED",
 ];
 
 /// Words for samples that can be used.
@@ -207,6 +335,7 @@ pub(super) const GOOD: &[&str] = &[
     "BRAUCHBARE",
     "VERWERTBAR",
     "VERWERTBARE",
+    "VAILD",
 ];
 
 /// Words whose denial takes the worth from the samples: "NO DATA", "DO NOT USE".
@@ -240,6 +369,8 @@ pub(super) const NEEDED_OF_DATA: &[&str] = &[
     "ACQUIRED",
     "AVAILABLE",
     "CONNECTED",
+    "MEASURED",
+    "INSTALLED",
 ];
 
 /// What is spoken of, if it is the samples.
@@ -279,6 +410,24 @@ pub(super) const MAY_BE_MISSING: &[&str] = &[
     "ISSUES",
     "ANOMALIES",
     "ERRORS",
+    "OVERLOAD",
+    "OVERLOADS",
+    "OVERFLOW",
+    "OVERRUN",
+    "OVERRUNS",
+    "UNDERRUN",
+    "SKIPPED",
+    "DROPPED",
+    "MISSED",
+    "GAP",
+    "GAPS",
+    "ERROR",
+    "FAILURE",
+    "FAILURES",
+    "DISCONTINUITY",
+    "DISCONTINUITIES",
+    "SPIKES",
+    "GLITCHES",
 ];
 
 /// Words that deny the next one.

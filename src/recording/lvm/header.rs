@@ -8,6 +8,43 @@ use crate::recording::{Finding, Limits, text};
 /// What closes each header.
 const END: &str = "***End_of_Header***";
 
+/// What may stand between cells.
+const SEPARATORS: [char; 3] = ['\t', ',', ';'];
+
+/// Keys of both headers whose values are no words of the operator's.
+const KEYS: &[&str] = &[
+    "LabVIEW Measurement",
+    "Writer_Version",
+    "Reader_Version",
+    "Separator",
+    "Decimal_Separator",
+    "Multi_Headings",
+    "X_Columns",
+    "Time_Pref",
+    "Date",
+    "Time",
+    "Channels",
+    "Samples",
+    "Y_Unit_Label",
+    "Y_Dimension",
+    "X_Unit_Label",
+    "X_Dimension",
+    "X0",
+    "Delta_X",
+];
+
+/// Keys after which the operator speaks.
+const NOTES: &[&str] = &["Description", "Notes", "Comment", "Comments", "Remarks"];
+
+/// Words of the operator's in a header.
+#[derive(Debug)]
+pub(super) struct Words {
+    /// The text in each way in which it can be read: whole, and where it has cells, cell by cell.
+    pub(super) readings: Vec<String>,
+    /// Whether it is told even if nothing in it speaks of the samples.
+    pub(super) is_note: bool,
+}
+
 /// Where the times of the samples stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum TimeColumns {
@@ -54,7 +91,8 @@ pub(super) struct Header {
     pub(super) channels: Vec<Described>,
     /// Column of the Comment, counted from 0; beyond the last one if there is none.
     pub(super) comment_column: usize,
-    pub(super) notes: Option<String>,
+    /// What was written in words: each remark in the ways in which it can be read.
+    pub(super) remarks: Vec<Words>,
     /// The decimal mark that the header declares.
     pub(super) decimal: Option<char>,
 }
@@ -67,7 +105,7 @@ impl Header {
             time: TimeColumns::One,
             channels: Vec::new(),
             comment_column: 0,
-            notes: None,
+            remarks: Vec::new(),
             decimal: None,
         };
         let mut lines = text::lines(content);
@@ -77,8 +115,7 @@ impl Header {
         let mut closed = 0;
         for (number, line) in first {
             closed = number;
-            let (key, value) = line.split_once(['\t', ',']).unwrap_or((line, ""));
-            let value = value.trim_end_matches(['\t', ',', ' ']);
+            let (key, value) = line.split_once(SEPARATORS).unwrap_or((line, ""));
             header
                 .take(key.trim(), value, line)
                 .map_err(|error| error.at(Place::default().line(number)))?;
@@ -143,26 +180,53 @@ impl Header {
         };
         match key {
             "Separator" => {
-                self.separator = match value.trim() {
+                let word = value.trim_matches([' ', '\t']);
+                let name = word.trim_end_matches([' ', '\t', ',', ';']);
+                self.separator = match if name.is_empty() { word } else { name } {
                     "Tab" | "" => '\t',
-                    "Comma" | "," => ',',
-                    "Semicolon" | ";" => ';',
-                    _ => return Err(unknown("Separator Tab or Comma")),
+                    "Comma" => ',',
+                    "Semicolon" => ';',
+                    mark if mark.starts_with(',') => ',',
+                    mark if mark.starts_with(';') => ';',
+                    _ => return Err(unknown("Separator Tab, Comma or Semicolon")),
                 };
             }
             "X_Columns" => {
-                self.time = match value.trim() {
+                self.time = match value.trim_end_matches([' ', '\t', ',', ';']).trim() {
                     "No" => TimeColumns::No,
                     "One" => TimeColumns::One,
                     "Multi" => TimeColumns::Multi,
                     _ => return Err(unknown("X_Columns No, One or Multi")),
                 };
             }
-            "Decimal_Separator" => self.decimal = line.trim_end().chars().last(),
-            "Description" | "Notes" => self.notes = Some(value.trim().to_string()),
-            _ => {}
+            "Decimal_Separator" => self.decimal = value.trim_start().chars().next(),
+            _ => self.listen(key, value.trim(), &value.split('\t').collect::<Vec<_>>()),
         }
         Ok(())
+    }
+
+    /// Keeps what is no entry of the format's own: lines of notes, and those of any other key,
+    /// for a note may go on on the next line.
+    fn listen(&mut self, key: &str, whole: &str, cells: &[&str]) {
+        let known = |keys: &[&str]| keys.iter().any(|known| known.eq_ignore_ascii_case(key));
+        if known(KEYS) {
+            return;
+        }
+        let is_note = known(NOTES);
+        let mut readings = vec![if is_note {
+            whole.to_string()
+        } else {
+            format!("{key} {whole}")
+        }];
+        let cells = cells.iter().map(|cell| cell.trim());
+        let filled: Vec<String> = cells
+            .filter(|cell| !cell.is_empty())
+            .map(str::to_string)
+            .collect();
+        if filled.len() > 1 || !is_note {
+            readings.extend(filled);
+        }
+        self.remarks.push(Words { readings, is_note });
     }
 
     fn describe(&mut self, names: &[String], rows: &[(u64, Vec<String>)]) -> Result<(), Error> {
@@ -173,8 +237,9 @@ impl Header {
                 .filter(|cell| !cell.is_empty())
                 .cloned()
         };
-        if let Some((_, cells)) = row("Notes") {
-            self.notes = Some(cells[1..].join(" ").trim().to_string());
+        for (_, cells) in rows {
+            let words: Vec<&str> = cells[1..].iter().map(String::as_str).collect();
+            self.listen(&cells[0], words.join(" ").trim(), &words);
         }
         let comment = names.iter().rposition(|name| name == "Comment");
         let filled = names.iter().rposition(|name| !name.is_empty()).unwrap_or(0);
@@ -209,7 +274,7 @@ impl Header {
         }
         if let Some(dimension) = (1..columns)
             .filter_map(|index| cell("X_Dimension", index))
-            .find(|dimension| dimension != "Time")
+            .find(|dimension| !dimension.eq_ignore_ascii_case("Time"))
         {
             return Err(ErrorKind::Malformed {
                 expected: "X_Dimension Time".into(),

@@ -87,6 +87,17 @@ pub(super) fn cases() -> Vec<Case> {
     }
     .text();
     let row = |k: i64| format!("\t{}\t{}\n", g(k + 9), g(k));
+    // What else stands in the X_Value column, or in the first header.
+    let with_cells = |text: &str, cell: fn(i64) -> String| {
+        (FROM..TO).fold(text.to_string(), |text, k| {
+            text.replacen(
+                &format!("\n{}", row(k)),
+                &format!("\n{}{}", cell(k), row(k)),
+                1,
+            )
+        })
+    };
+    let spoken = |words: &str| plain.replace("Date\t", &format!("{words}Date\t"));
     let grouped = |decimal| {
         let cell = |k: i64| {
             let whole = format!("{:.0}", super::push(k) * 9_806.65);
@@ -360,6 +371,101 @@ pub(super) fn cases() -> Vec<Case> {
             no_time.replace(&row(100), &format!("\t{}\t\n", g(109))),
             &["without a break", "acc y"],
         ),
+        // X_Columns No, and a column of stamps all the same: it is looked at.
+        good(
+            "unannounced-rows.lvm",
+            with_cells(&no_time, |k| (k - FROM).to_string()),
+        )
+        .channel("acc y"),
+        good("unannounced-clock.lvm", with_cells(&no_time, s)).channel("acc y"),
+        good(
+            "unannounced-gap.lvm",
+            with_cells(&no_time, |k| s(if k < 100 { k } else { k + 440 })),
+        )
+        .channel("acc y")
+        .unusable(&["blocking time-contradicted"], &["X_Columns No"]),
+        good(
+            "unannounced-row-missing.lvm",
+            with_cells(&no_time, |k| (k + i64::from(k >= 100)).to_string()),
+        )
+        .channel("acc y")
+        .unusable(&["blocking time-contradicted"], &["X_Columns No"]),
+        good(
+            "unannounced-in-part.lvm",
+            with_cells(&no_time, |k| if k < 100 { s(k) } else { String::new() }),
+        )
+        .channel("acc y")
+        .unusable(&["blocking time-contradicted"], &["some of the rows"]),
+        good(
+            "unannounced-rate.lvm",
+            with_cells(&no_time.replace("1.0E-4", "2.0E-4"), s),
+        )
+        .channel("acc y")
+        .clock(5_000.0, -0.02)
+        .finds(&["warning rate-below-default-filter"])
+        .unusable(&["blocking time-contradicted"], &["X_Columns No"]),
+        refused(
+            "unannounced-word.lvm",
+            no_time.replace(&row(100), &format!("lost{}", row(100))),
+            &["column 1", "lost"],
+        ),
+        refused(
+            "rate-incredible.lvm",
+            no_time.replace("1.0E-4", "1.0E-6"),
+            &["1000000 Hz", "Delta_X"],
+        ),
+        refused(
+            "stamps-incredible.lvm",
+            Lvm {
+                stamp: |k| format!("{:.7}", k as f64 / 1e6),
+                ..PLAIN
+            }
+            .text(),
+            &["1000000 Hz", "time column"],
+        ),
+        // Words at several places: none silences another.
+        good(
+            "description-then-notes.lvm",
+            spoken("Description\tSensor failed at 10 ms\nNotes\tfine test\n"),
+        )
+        .channel("acc y")
+        .finds(&["info notes"])
+        .unusable(&["blocking invalid-by-laboratory"], &["Sensor failed"]),
+        good(
+            "two-notes.lvm",
+            spoken("Notes\tsignal lost\nNotes\tfine test\n"),
+        )
+        .channel("acc y")
+        .finds(&["info notes"])
+        .unusable(&["blocking invalid-by-laboratory"], &["signal lost"]),
+        good(
+            "note-goes-on.lvm",
+            spoken("Notes\tfine test\nbut signal lost\n"),
+        )
+        .channel("acc y")
+        .finds(&["info notes"])
+        .unusable(&["blocking invalid-by-laboratory"], &["signal lost"]),
+        good("operator-says.lvm", spoken("Operator\tmt, cable broken\n"))
+            .channel("acc y")
+            .unusable(&["blocking invalid-by-laboratory"], &["cable broken"]),
+        good(
+            "channel-notes.lvm",
+            plain.replace("Samples", "Comment\tfine\tsignal lost\t\nSamples"),
+        )
+        .channel("acc y")
+        .unusable(&["blocking invalid-by-laboratory"], &["signal lost"]),
+        good(
+            "semicolon.lvm",
+            plain
+                .replace("Separator\tTab", "Separator\tSemicolon")
+                .replace('\t', ";"),
+        )
+        .channel("acc y"),
+        good(
+            "time-lower-case.lvm",
+            plain.replace("X_Dimension\tTime\tTime", "X_Dimension\ttime\ttime"),
+        )
+        .channel("acc y"),
         good("empty-lines-at-end.lvm", no_time.clone() + "\t\t\n\n").channel("acc y"),
         refused(
             "rate-against-delta.lvm",
