@@ -7,7 +7,7 @@ use super::{cdr, name_of, protobuf, records};
 use crate::error::{Candidates, Error, ErrorKind, Place};
 use crate::recording::csv::header::Column as Named;
 use crate::recording::time_base::TimeBase;
-use crate::recording::{Channel, Finding, Limits, ReadOptions, Stated};
+use crate::recording::{Channel, Finding, Limits, ReadOptions};
 use crate::units::AccelerationUnit;
 
 /// Message types whose lateral acceleration is known, with the path to it. REP 103: x
@@ -59,7 +59,10 @@ pub(super) fn has_lateral_field(name: &str, encoding: &str, data: &[u8]) -> bool
 
 /// Tells whether a path's own words say lateral acceleration.
 fn says_lateral(path: &str) -> bool {
-    !path.contains('[') && named(path).says_lateral_acceleration()
+    let named = named(path);
+    !path.contains('[')
+        && named.says_lateral_acceleration()
+        && named.not_lateral_finding().is_none()
 }
 
 /// Reads a path as a column's name, with the unit that its end may state (`ay_g`).
@@ -68,6 +71,7 @@ fn named(path: &str) -> Named {
     let column = Named::from_header(own, 0);
     // The unit is that of the field; words on the way to it tell what it is.
     let mut whole = Named::from_header(&format!("{parents} {}", column.label), 0);
+    whole.name = path.to_string();
     whole.unit = column.unit;
     whole.unit_text = column.unit_text;
     whole
@@ -671,6 +675,13 @@ impl Column {
             return Err(error);
         }
         let mut findings = findings.to_vec();
+        let named = named(&self.path);
+        let stated = named.stated();
+        findings.extend(stated.findings(base.rate));
+        findings.extend(named.name_findings());
+        if options.channel.is_some() {
+            findings.extend(named.not_lateral_finding());
+        }
         let (unit, unit_source) = match (self.unit, options.unit) {
             (Some(own), Some(said)) => {
                 if own != said {
@@ -696,7 +707,7 @@ impl Column {
             start_s: base.start_s,
             rate: base.rate,
             values: base.apply(stamps, self.values)?,
-            stated: Stated::default(),
+            stated,
             findings,
         })
     }
