@@ -153,14 +153,14 @@ fn places() -> Vec<Case> {
     let mut cases = never_unasked(
         "place",
         &[
-            "11PELV0000ESACYC [g]",
+            "11PELV0000ESACY0 [g]",
             "11HEAD0000ESACYA (g)",
             "11SPIN1200ESACYC [g]",
             "11CHST0000ESACYC [g]",
             "11THSP0100ESACYC [g]",
             "B0BARR000000ACYD (g)",
             "14BPILLE0000ACXD (g)",
-            "14BPILLE0000VEYD (g)",
+            "14BPILLE0000VEY0 (g)",
             "T1 acc y (g)",
             "T12 Y acceleration g",
             "ES2 ay (g)",
