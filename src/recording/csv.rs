@@ -18,7 +18,7 @@ mod rows;
 
 use super::source::Reader;
 use super::time_base::TimeBase;
-use super::{Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, Stated};
+use super::{Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, SampleRate};
 use layout::{Layout, TimeSource};
@@ -149,6 +149,9 @@ pub fn read(
         }
         let mut own = choice.findings.clone();
         own.extend(unit_finding);
+        let stated = column.stated();
+        own.extend(stated.findings(base.rate));
+        own.extend(column.name_findings());
         own.extend(base.findings.iter().cloned().map(|mut finding| {
             finding.at_s = finding.at_s.map(|at| at - zero);
             finding
@@ -160,7 +163,7 @@ pub fn read(
             start_s: base.start_s - zero,
             rate: base.rate,
             values,
-            stated: Stated::default(),
+            stated,
             findings: own,
         });
     }

@@ -255,11 +255,8 @@ fn read_test(
     for entry in chosen {
         let label = entry.name();
         let place = || Place::default().channel(entry.name());
-        let file = files
-            .name_of(entry.number)
-            .map(ToString::to_string)
-            .unwrap_or_else(|| format!("curve file .{:03}", entry.number));
-        let read = source.read_beside(&file, limits).and_then(|bytes| {
+        let read = files.only_name_of(entry.number).and_then(|file| {
+            let bytes = source.read_beside(&file, limits)?;
             let bytes = bytes.ok_or_else(|| missing(&format!("the {file}")))?;
             channel(bytes, Some(entry), &label, options, selection, limits)
         });
@@ -317,6 +314,32 @@ impl CurveFiles {
             .find(|(known, _)| *known == number)
             .map(|(_, name)| name.as_str())
     }
+
+    /// Returns the name of a curve's file, whether it is there or not.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Malformed`] where several files have the curve's number.
+    fn only_name_of(&self, number: u32) -> Result<String, Error> {
+        let mut names: Vec<&str> = self
+            .names
+            .iter()
+            .filter(|(known, _)| *known == number)
+            .map(|(_, name)| name.as_str())
+            .collect();
+        names.sort_unstable();
+        match names.as_slice() {
+            [] => Ok(format!("curve file .{number:03}")),
+            [only] => Ok((*only).to_string()),
+            several => Err(ErrorKind::Malformed {
+                expected: format!("one file of curve {number}"),
+                found: several.join(", "),
+                hint: "which of them holds is not known; keep the one that belongs to the test"
+                    .into(),
+            }
+            .into()),
+        }
+    }
 }
 
 /// Chooses the curve that is meant.
@@ -369,14 +392,14 @@ fn choose<'a>(
         .map(|entry| entry.place())
         .collect();
     candidates.retain(|entry| !entry.is_redundant() || !primaries.contains(&entry.place()));
-    let near_a_latch: Vec<&Entry> = candidates
+    // Of one vehicle, a sensor near a latch comes first. Which of several vehicles was struck
+    // the file does not say.
+    let near_a_latch: Vec<u32> = candidates
         .iter()
-        .copied()
         .filter(|entry| entry.is_near_a_latch())
+        .map(|entry| entry.vehicle())
         .collect();
-    if !near_a_latch.is_empty() {
-        candidates = near_a_latch;
-    }
+    candidates.retain(|entry| entry.is_near_a_latch() || !near_a_latch.contains(&entry.vehicle()));
     match candidates.as_slice() {
         [only] => Ok((
             only,

@@ -22,8 +22,8 @@ pub fn is_lateral(channel: &Channel) -> bool {
 
 /// Chooses among columns of numbers, each with its number, which counts what `counted` says. Taken is the only one; else the one whose name says
 /// lateral acceleration; else the only one with a unit of acceleration among columns that all
-/// state their units. A name that says another axis, a dummy or a barrier is never taken.
-/// Whatever was weighed is said in a finding.
+/// state their units. A name that says another axis, a dummy, a barrier or something computed is
+/// never taken, and a filtered channel not where an unfiltered one may be meant. Whatever was weighed is said in a finding.
 ///
 /// # Errors
 ///
@@ -50,14 +50,30 @@ pub(super) fn choose(
             .filter(|i| wanted(columns[*i].1))
             .collect()
     };
-    let named = of(&|column| column.says_lateral_acceleration() && !column.says_elsewhere());
+    let named = of(&|column| column.says_lateral_acceleration() && !other(column));
     // Redundant sensors count only where no primary one does.
     let primary: Vec<usize> = named
         .iter()
         .copied()
         .filter(|i| !columns[*i].1.says_redundant())
         .collect();
-    let named = if primary.is_empty() { named } else { primary };
+    let mut named = if primary.is_empty() { named } else { primary };
+    // What was filtered does not stand in for what was not.
+    if let [only] = named.as_slice()
+        && columns[*only].1.says_filtered()
+    {
+        let taken = columns[*only].1;
+        let raw = of(&|column| {
+            !column.says_filtered()
+                && !other(column)
+                && !column.has_foreign_unit()
+                && (column.unit.is_some()
+                    || column.says_lateral_acceleration()
+                    || column.is_short_for(taken))
+        });
+        named.extend(raw);
+        named.sort_unstable();
+    }
     match named.as_slice() {
         [only] => {
             let column = columns[*only].1;

@@ -16,8 +16,8 @@ use super::csv::number::{Decimal, Marks, PrintedDigits};
 use super::source::Reader;
 use super::time_base::{self, TimeBase};
 use super::{
-    Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, Stated, csv,
-    csv::encoding, laboratory, lateral, text,
+    Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, csv, csv::encoding,
+    laboratory, lateral, text,
 };
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, SampleRate};
@@ -459,7 +459,10 @@ fn choose(
             .filter(|index| header.channels[*index].answers_to(wanted, *index))
             .collect();
         return match found.as_slice() {
-            [only] => Ok((vec![*only], None)),
+            [only] => Ok((
+                vec![*only],
+                header.channels[*only].column.not_lateral_finding(),
+            )),
             [] => Err(ErrorKind::NoSuchChannel {
                 wanted: wanted.clone(),
                 known,
@@ -595,6 +598,9 @@ fn channel(
             (described.start_s, rate, values)
         }
     };
+    let stated = column.stated();
+    findings.extend(stated.findings(rate));
+    findings.extend(column.name_findings());
     let zero = options.time_zero_s.unwrap_or(0.0);
     for finding in &mut findings {
         finding.at_s = finding.at_s.map(|at| at - zero);
@@ -606,7 +612,7 @@ fn channel(
         start_s: start_s - zero,
         rate,
         values,
-        stated: Stated::default(),
+        stated,
         findings,
     })
 }

@@ -11,7 +11,7 @@
 
 mod archive;
 mod channel;
-mod code;
+pub(super) mod code;
 mod package;
 
 use super::source::Reader;

@@ -10,6 +10,7 @@
 mod labview;
 mod logs;
 mod mme;
+mod names;
 mod nhtsa;
 mod samples;
 mod tables;
@@ -411,6 +412,11 @@ fn val_golden_tables() {
 }
 
 #[test]
+fn val_golden_names() {
+    check("names", &names::cases());
+}
+
+#[test]
 fn val_golden_labview_files() {
     check("labview", &labview::cases());
 }
@@ -445,6 +451,7 @@ fn val_golden_faults_in_samples() {
 fn tidy_the_golden_set_is_whole() {
     let tables = [
         tables::cases(),
+        names::cases(),
         labview::cases(),
         nhtsa::cases(),
         mme::cases(),

@@ -1,7 +1,13 @@
 //! Headers: names, units, and what a column's name says about its content.
 
-use crate::recording::Finding;
+mod derived;
+pub(in crate::recording) mod filtered;
+mod place;
+
+use crate::recording::{Finding, Stated};
 use crate::units::{AccelerationUnit, TimeUnit};
+use filtered::Filtered;
+use place::Coded;
 
 /// A column as its header describes it.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -63,14 +69,30 @@ impl Column {
         if self.doubtful {
             return false;
         }
-        let before = (self.unit, self.time_unit);
-        let mut stated = Self::default();
-        stated.take_unit(text, "units row");
-        if (before.0.is_some() || before.1.is_some()) && before != (stated.unit, stated.time_unit) {
+        if self.is_contradicted_by(text) {
             return false;
         }
         self.take_unit(text, "units row");
         true
+    }
+
+    /// Tells whether the header cell states another unit than `text`, or holds what makes
+    /// another one of it: a number, a prefix, arithmetic.
+    fn is_contradicted_by(&self, text: &str) -> bool {
+        let before = (self.unit, self.time_unit);
+        let mut stated = Self::default();
+        stated.take_unit(text, "units row");
+        let after = (stated.unit, stated.time_unit);
+        if before != (None, None) {
+            return before != after;
+        }
+        // `acc y (V)` over `g`.
+        let foreign = self.unit_text.is_some() && after != (None, None);
+        foreign
+            || (after.0.is_some()
+                && (is_scaled(&self.label, "")
+                    || says_other_unit(&self.label, "", text)
+                    || is_spoilt(&self.label, "")))
     }
 
     fn take_unit(&mut self, text: &str, source: &'static str) {
@@ -125,7 +147,7 @@ impl Column {
         }
         let words = words(&self.label);
         let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
-        if has(OTHER_MOTIONS) {
+        if self.is_no_acceleration() {
             return false;
         }
         let accelerates = has(ACCELERATION) || self.unit.is_some();
@@ -142,7 +164,14 @@ impl Column {
         };
         numbered(LATERAL_ACCELERATION)
             || (accelerates && numbered(LATERAL))
-            || is_mme_lateral(&self.label)
+            || place::code_in(&self.label).is_some_and(|code| code.is_lateral())
+    }
+
+    /// Tells whether the name says something computed, or another quantity.
+    fn is_no_acceleration(&self) -> bool {
+        derived::says_computed(&self.label)
+            || derived::says_other_quantity(&self.label)
+            || place::coded(&self.label) == Some(Coded::OtherQuantity)
     }
 
     /// Tells whether the name says a second sensor at a place that has one.
@@ -153,18 +182,30 @@ impl Column {
             .any(|word| matches!(word.as_str(), "redundant" | "red" | "backup" | "secondary"))
     }
 
-    /// Takes the unit that stands in a header line of its own.
+    /// Takes the unit that stands in a header line of its own. Where it contradicts the name,
+    /// neither counts.
     pub(in crate::recording) fn with_unit(mut self, text: &str) -> Self {
         let text = strip_brackets(text.trim());
-        if !text.is_empty() {
-            self.take_unit(text, "header");
+        if text.is_empty() {
+            return self;
         }
+        if self.doubtful || self.is_contradicted_by(text) {
+            return Self {
+                doubtful: true,
+                unit_text: None,
+                unit: None,
+                unit_source: "",
+                time_unit: None,
+                ..self
+            };
+        }
+        self.take_unit(text, "header");
         self
     }
 
-    /// Tells whether the name says a place that is not the vehicle's structure.
+    /// Tells whether the name says a place that is not the structure of the struck vehicle.
     pub(in crate::recording) fn says_elsewhere(&self) -> bool {
-        self.says(OFF_THE_STRUCTURE)
+        place::says_elsewhere(&self.label)
     }
 
     fn says(&self, list: &[&str]) -> bool {
@@ -172,12 +213,20 @@ impl Column {
         words.iter().any(|word| list.contains(&word.as_str()))
     }
 
-    /// Warns of a name that says another axis than the lateral one, a dummy or a barrier.
+    /// Warns of a name that says another axis than the lateral one, a dummy, a barrier, another
+    /// quantity, or what was computed.
     pub(in crate::recording) fn not_lateral_finding(&self) -> Option<Finding> {
-        let reason = if self.says(OTHER_AXES) && !self.says_lateral_acceleration() {
+        let reason = if self.is_no_acceleration() && derived::says_computed(&self.label) {
+            "says something derived or computed, not an acceleration as it was measured, with its \
+             sign"
+        } else if self.is_no_acceleration() {
+            "says another quantity than a linear acceleration"
+        } else if (self.says(OTHER_AXES) && !self.says_lateral_acceleration())
+            || place::coded(&self.label) == Some(Coded::OtherAxis)
+        {
             "says another axis than the lateral one"
         } else if self.says_elsewhere() {
-            "says a dummy or a barrier, not the vehicle's structure"
+            "says a dummy, a barrier or another place, not the structure of the struck vehicle"
         } else {
             return None;
         };
@@ -185,6 +234,63 @@ impl Column {
             "channel-not-lateral",
             format!("the name of `{}` {reason}", self.name),
         ))
+    }
+
+    /// Returns what the name says of the filter that was applied.
+    fn filter(&self) -> Option<Filtered> {
+        let coded = place::code_in(&self.name).and_then(|code| code.filter_class());
+        let stated = coded.map(|class| Filtered::Class(class.to_string()));
+        stated.or_else(|| filtered::filter_in(&self.name))
+    }
+
+    /// Tells whether the name says that the samples were filtered.
+    pub(in crate::recording) fn says_filtered(&self) -> bool {
+        self.filter().is_some()
+    }
+
+    /// Tells whether the name is that of `other` but for words that `other` has beside it.
+    pub(in crate::recording) fn is_short_for(&self, other: &Self) -> bool {
+        let others = words(&other.label);
+        let own = words(&self.label);
+        !own.is_empty() && own.iter().all(|word| others.contains(word))
+    }
+
+    /// Returns what the name states beside axis and unit.
+    pub(in crate::recording) fn stated(&self) -> Stated {
+        Stated {
+            filter_class: match self.filter() {
+                Some(Filtered::Class(class)) => Some(class),
+                _ => None,
+            },
+            ..Stated::default()
+        }
+    }
+
+    /// Returns what else the name says that bears on the samples: a filter without a class, a
+    /// code whose sign is another one.
+    pub(in crate::recording) fn name_findings(&self) -> Vec<Finding> {
+        let mut found = Vec::new();
+        if self.filter() == Some(Filtered::Unclassed) {
+            found.push(Finding::warning(
+                "already-filtered",
+                format!(
+                    "the name of `{}` says that the channel was filtered, not with which class; \
+                     what that took away no choice of filter brings back",
+                    self.name
+                ),
+            ));
+        }
+        if let Some(code) = place::code_in(&self.name).filter(|code| code.diverges()) {
+            found.push(Finding::warning(
+                "sign-diverges",
+                format!(
+                    "{} has a direction whose sign diverges from SAE J211: state with \
+                     --opens-when which sign of these samples opens",
+                    code.text()
+                ),
+            ));
+        }
+        found
     }
 }
 
@@ -241,29 +347,6 @@ const OTHER_AXES: &[&str] = &[
     "hoch",
 ];
 
-/// Words for places in a dummy or on a barrier.
-const OFF_THE_STRUCTURE: &[&str] = &[
-    "dummy", "head", "neck", "chest", "thorax", "spine", "rib", "ribs", "shoulder", "abdomen",
-    "pelvis", "femur", "tibia", "barrier", "mdb", "kopf", "brust", "becken", "barriere",
-];
-
-/// Words for motions that are no linear acceleration.
-const OTHER_MOTIONS: &[&str] = &[
-    "angular",
-    "ang",
-    "rot",
-    "rotational",
-    "gyro",
-    "gyroscope",
-    "jerk",
-    "velocity",
-    "speed",
-    "displacement",
-    "force",
-    "mag",
-    "magnetic",
-];
-
 /// Units that tell that a header cell's brackets hold a unit, though none of acceleration.
 const FOREIGN_UNITS: &[&str] = &[
     "V", "mV", "µV", "N", "kN", "Nm", "N·m", "mm", "cm", "m", "m/s", "km/h", "mph", "deg", "°",
@@ -306,18 +389,6 @@ fn says_time(label: &str) -> bool {
             "czas",
         ]),
     }
-}
-
-/// Tells whether a name is an ISO/TS 13499 channel code for a lateral acceleration: 16
-/// characters with the dimension AC and the direction Y.
-fn is_mme_lateral(label: &str) -> bool {
-    let code = label.as_bytes();
-    code.len() == 16
-        && code
-            .iter()
-            .all(|byte| byte.is_ascii_uppercase() || byte.is_ascii_digit() || *byte == b'?')
-        // Direction 2 is Y with a sign that diverges from SAE J211.
-        && (&code[12..15] == b"ACY" || &code[12..15] == b"AC2")
 }
 
 /// Splits a name into lower-case words, at everything but letters and digits and where a
@@ -373,7 +444,10 @@ fn find_unit(cell: &str) -> Found {
         },
         [(before, content, after)] => {
             let known = is_known_unit(content);
-            if known && (is_scaled(before, after) || says_other_unit(before, after, content)) {
+            let doubtful = is_scaled(before, after)
+                || says_other_unit(before, after, content)
+                || is_spoilt(before, after);
+            if known && doubtful {
                 return Found::Doubtful;
             }
             Found::Unit(format!("{before} {after}"), (*content).to_string())
@@ -506,6 +580,85 @@ const NO_NAMES: &[&str] = &[
     "per",
     "times",
 ];
+
+/// Words that scale, beside [`NO_NAMES`].
+const SCALES: &[&str] = &[
+    "div",
+    "divided",
+    "mult",
+    "multiplied",
+    "mul",
+    "gain",
+    "scale",
+    "scaling",
+    "factor",
+    "faktor",
+    "mal",
+    "durch",
+    "hundred",
+    "thousand",
+    "tausend",
+    "percent",
+    "prozent",
+];
+
+/// Tells whether the name around a unit in brackets, or over one in a row of units, holds what
+/// makes another unit of it: `ay x10`, `ay counts`, `ay % of FS`, `ay E3`, `ay k`, `ay (100 g)`.
+fn is_spoilt(before: &str, after: &str) -> bool {
+    let bare = |word: &str| -> String {
+        let edge = |c: char| matches!(c, '(' | ')' | '[' | ']' | '{' | '}' | ',' | ';' | ':');
+        word.trim_matches(edge).to_string()
+    };
+    let tokens: Vec<String> = before
+        .split_whitespace()
+        .chain(after.split_whitespace())
+        .map(bare)
+        .collect();
+    let small: Vec<String> = words(before).into_iter().chain(words(after)).collect();
+    let scales =
+        |word: &String| NO_NAMES.contains(&word.as_str()) || SCALES.contains(&word.as_str());
+    // `x10`, and in a name that says the lateral axis already `x2`; `X1` is a sensor.
+    let lateral = small.iter().any(|word| {
+        LATERAL.contains(&word.as_str()) || LATERAL_ACCELERATION.contains(&word.as_str())
+    });
+    let times = |word: &String| {
+        let digits = |text: &str| {
+            !text.is_empty()
+                && text
+                    .chars()
+                    .all(|c| c.is_ascii_digit() || matches!(c, '.' | ','))
+        };
+        let factor = |text: &str, least: usize| digits(text) && text.len() >= least;
+        word.strip_prefix('x')
+            .is_some_and(|rest| factor(rest, if lateral { 1 } else { 2 }))
+            || word.strip_prefix('X').is_some_and(|rest| factor(rest, 2))
+    };
+    // `E3`, `1e-3`, `10E3`.
+    let power = |word: &String| {
+        word.split_once(['e', 'E'])
+            .is_some_and(|(mantissa, power)| {
+                let power = power.trim_start_matches(['+', '-']);
+                mantissa.chars().all(|c| c.is_ascii_digit() || c == '.')
+                    && !power.is_empty()
+                    && power.chars().all(|c| c.is_ascii_digit())
+            })
+    };
+    let prefix = before
+        .split_whitespace()
+        .last()
+        .is_some_and(|word| matches!(word, "k" | "µ" | "μ"));
+    let is_number = |word: &str| word.parse::<f64>().is_ok();
+    let stated = |word: &str| AccelerationUnit::from_spelling(word).is_some();
+    let amount = tokens
+        .windows(2)
+        .any(|pair| is_number(&pair[0]) && stated(&pair[1]));
+    before.contains(['%', '±'])
+        || after.contains(['%', '±'])
+        || small.iter().any(scales)
+        || tokens.iter().any(|word| times(word) || power(word))
+        || prefix
+        || amount
+}
 
 /// Tells whether the text before a unit without brackets is a name and nothing else, so that
 /// the unit is that of the column: no number, no prefix, no operator, no other unit. In

@@ -2,6 +2,7 @@
 
 use super::{encoding, laboratory, text, time_base};
 use crate::error::{Error, ErrorKind, Place};
+use crate::recording::csv::header::filtered::{Filtered, filter_in};
 use crate::recording::{Finding, Limits, Stated};
 use crate::units::{AccelerationUnit, SampleRate};
 
@@ -189,6 +190,11 @@ impl Entry {
             .any(|start| self.attachment.starts_with(start))
     }
 
+    /// Returns the number of the vehicle.
+    pub(super) fn vehicle(&self) -> u32 {
+        self.vehicle
+    }
+
     /// Returns what primary and redundant sensors share.
     pub(super) fn place(&self) -> (u32, String, String) {
         (self.vehicle, self.attachment.clone(), self.axis.clone())
@@ -262,7 +268,10 @@ impl Entry {
             location: Some(format!("{} {}", self.attachment, self.axis)),
             full_scale: self.rating,
             prefilter_hz: self.prefilter_hz,
-            filter_class: None,
+            filter_class: match filter_in(&self.comment) {
+                Some(Filtered::Class(class)) => Some(class),
+                _ => None,
+            },
             status: some(&self.status),
         }
     }
@@ -292,6 +301,16 @@ impl Entry {
         let said = found
             .iter()
             .any(|finding| finding.severity == crate::recording::Severity::Blocking);
+        if filter_in(&self.comment) == Some(Filtered::Unclassed) {
+            found.push(Finding::warning(
+                "already-filtered",
+                format!(
+                    "the laboratory says that the channel was filtered, not with which class \
+                     (\"{}\"); what that took away no choice of filter brings back",
+                    self.comment
+                ),
+            ));
+        }
         let comment = match self.comment.as_str() {
             "" => "no comment".to_string(),
             comment => format!("\"{comment}\""),

@@ -6,7 +6,6 @@ use super::schema::{
 };
 use super::{name_of, protobuf};
 use crate::error::{Candidates, Error, ErrorKind};
-use crate::recording::Finding;
 use crate::recording::csv::header::Column as Named;
 use crate::units::AccelerationUnit;
 use std::collections::BTreeSet;
@@ -85,7 +84,7 @@ fn names_lateral(path: &str) -> bool {
 
 /// Tells whether a path's own words say lateral acceleration of the vehicle.
 pub(super) fn says_lateral(path: &str) -> bool {
-    names_lateral(path) && !named(path).says_elsewhere()
+    names_lateral(path) && named(path).not_lateral_finding().is_none()
 }
 
 /// Reads a path as a column's name, with the unit that its end may state (`ay_g`).
@@ -94,18 +93,18 @@ fn named(path: &str) -> Named {
     let column = Named::from_header(own, 0);
     // The unit is that of the field; words on the way to it tell what it is.
     let mut whole = Named::from_header(&format!("{parents} {}", column.label), 0);
+    whole.name = path.to_string();
     whole.unit = column.unit;
     whole.unit_text = column.unit_text;
     whole
 }
 
-/// Warns of a topic or field whose words say another axis than the lateral one, a dummy or a
-/// barrier.
-pub(super) fn not_lateral_finding(topic: &str, path: &str) -> Option<Finding> {
+/// Returns what the words of a topic and a field say.
+pub(super) fn words_of(topic: &str, path: &str) -> Named {
     let mut column = named(path);
     column.label = format!("{} {}", topic.replace('/', " "), column.label);
     column.name = name_of(topic, path);
-    column.not_lateral_finding()
+    column
 }
 
 /// Returns the unit of acceleration that the end of a field's name states.

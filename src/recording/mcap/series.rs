@@ -7,8 +7,9 @@ use super::layout::{
 use super::schema::{FIELDS, too_many_fields};
 use super::{cdr, name_of, protobuf, records};
 use crate::error::{Error, ErrorKind, Place};
+use crate::recording::csv::header::Column as Named;
 use crate::recording::time_base::TimeBase;
-use crate::recording::{Channel, Finding, Limits, ReadOptions, Stated};
+use crate::recording::{Channel, Finding, Limits, ReadOptions};
 use crate::units::AccelerationUnit;
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -321,10 +322,9 @@ impl Series {
             .map(|column| {
                 let name = name_of(&topic, &column.path);
                 let place = Place::default().channel(&name);
-                let doubt = layout::not_lateral_finding(&topic, &column.path);
-                let findings = findings.iter().cloned().chain(doubt).collect();
+                let words = layout::words_of(&topic, &column.path);
                 let channel = column
-                    .into_channel(name.clone(), &base, &stamps, findings, options)
+                    .into_channel(&words, &base, &stamps, &findings, options)
                     .map_err(|error| error.at(place));
                 (name, channel)
             })
@@ -422,14 +422,21 @@ const KEPT_PER_SAMPLE: u64 = 4;
 impl Column {
     fn into_channel(
         self,
-        name: String,
+        words: &Named,
         base: &TimeBase,
         stamps: &[f64],
-        mut findings: Vec<Finding>,
+        findings: &[Finding],
         options: &ReadOptions,
     ) -> Result<Channel, Error> {
         if let Some(error) = self.error {
             return Err(error);
+        }
+        let mut findings = findings.to_vec();
+        let stated = words.stated();
+        findings.extend(stated.findings(base.rate));
+        findings.extend(words.name_findings());
+        if options.channel.is_some() {
+            findings.extend(words.not_lateral_finding());
         }
         let (unit, unit_source) = match (self.unit, options.unit) {
             (Some(own), Some(said)) => {
@@ -450,13 +457,13 @@ impl Column {
             (None, None) => (None, "none"),
         };
         Ok(Channel {
-            name,
+            name: words.name.clone(),
             unit,
             unit_source,
             start_s: base.start_s,
             rate: base.rate,
             values: base.apply(stamps, self.values)?,
-            stated: Stated::default(),
+            stated,
             findings,
         })
     }

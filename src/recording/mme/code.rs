@@ -20,11 +20,11 @@ pub(super) enum Side {
 
 /// A channel code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Code([u8; 16]);
+pub(in crate::recording) struct Code([u8; 16]);
 
 impl Code {
     /// Reads a code: 16 letters, digits or question marks. Some programs write small letters.
-    pub(super) fn new(text: &str) -> Option<Self> {
+    pub(in crate::recording) fn new(text: &str) -> Option<Self> {
         let capitals = text.trim().to_ascii_uppercase();
         let bytes: [u8; 16] = capitals.as_bytes().try_into().ok()?;
         bytes
@@ -38,7 +38,7 @@ impl Code {
     }
 
     /// Tells whether the physical dimension is a linear acceleration.
-    pub(super) fn is_acceleration(&self) -> bool {
+    pub(in crate::recording) fn is_acceleration(&self) -> bool {
         &self.0[12..14] == b"AC"
     }
 
@@ -48,17 +48,17 @@ impl Code {
     }
 
     /// Tells whether it is an acceleration along Y, whatever its sign.
-    pub(super) fn is_lateral(&self) -> bool {
+    pub(in crate::recording) fn is_lateral(&self) -> bool {
         self.is_acceleration() && matches!(self.0[14], b'Y' | b'2')
     }
 
     /// Tells whether the sign diverges from SAE J211: directions 1, 2 and 3.
-    pub(super) fn diverges(&self) -> bool {
+    pub(in crate::recording) fn diverges(&self) -> bool {
         matches!(self.0[14], b'1' | b'2' | b'3')
     }
 
     /// Tells whether the sensor sits on a vehicle's structure, not in a dummy or on a barrier.
-    pub(super) fn is_structure(&self) -> bool {
+    pub(in crate::recording) fn is_structure(&self) -> bool {
         !matches!(self.0[0], b'M' | b'B')
             && (self.is_near_a_latch()
                 || STRUCTURE
@@ -89,7 +89,7 @@ impl Code {
     }
 
     /// Returns the channel frequency class that the last character states.
-    pub(super) fn filter_class(&self) -> Option<&'static str> {
+    pub(in crate::recording) fn filter_class(&self) -> Option<&'static str> {
         match self.0[15] {
             b'L' => Some("20"),
             b'D' | b'H' => Some("60"),
@@ -100,7 +100,7 @@ impl Code {
         }
     }
 
-    pub(super) fn text(&self) -> String {
+    pub(in crate::recording) fn text(&self) -> String {
         String::from_utf8_lossy(&self.0).into_owned()
     }
 

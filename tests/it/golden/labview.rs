@@ -492,6 +492,6 @@ pub(super) fn cases() -> Vec<Case> {
             .options(&["--channel", "1", "--unit", "g"])
             .channel("Force")
             .values(numbers(|k| g(k + 9)))
-            .finds(&["warning unit-overridden"]),
+            .finds(&["warning unit-overridden", "warning channel-not-lateral"]),
     ]
 }

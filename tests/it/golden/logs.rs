@@ -231,6 +231,7 @@ fn encodings() -> Vec<Case> {
         .values(vec![9.8; 800])
         .unusable(
             &[
+                "warning channel-not-lateral",
                 "blocking dead-sensor",
                 "blocking starts-inside-event",
                 "blocking ends-inside-event",

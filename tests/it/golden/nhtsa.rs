@@ -99,6 +99,13 @@ fn test(name: &str, lines: [&Line; 3]) -> Case {
 }
 
 impl Case {
+    /// Changes the text of the header.
+    fn change_header(mut self, change: impl FnOnce(String) -> String) -> Self {
+        let text = String::from_utf8(std::mem::take(&mut self.files[0].1)).unwrap();
+        self.files[0].1 = change(text).into_bytes();
+        self
+    }
+
     fn refused(self, says: &[&str]) -> Self {
         let mut case = refused(&self.name.clone(), "", says);
         case.files = self.files;
@@ -120,6 +127,10 @@ pub(super) fn cases() -> Vec<Case> {
     let dummy = Line {
         place: "HDCG",
         axis: "YL",
+        ..PLAIN
+    };
+    let sill = Line {
+        place: "SILR",
         ..PLAIN
     };
     let blocked = |name: &str, line: &Line, says: &str| {
@@ -428,5 +439,35 @@ pub(super) fn cases() -> Vec<Case> {
             .beside("v07292.EV5", header(&[PLAIN.text(146)]))
             .named("nothing in it")
             .refused(&["empty"]),
+        // What the laboratory says of a filter.
+        read(
+            "filtered",
+            &Line {
+                comment: "FILTERED CFC 60",
+                ..PLAIN
+            },
+        )
+        .finds(&["info notes", "warning already-filtered"]),
+        // Two files of one curve: which holds is not known.
+        good("v07292.EV5", header(&[PLAIN.text(146)]))
+            .beside("v07292.146", whole())
+            .beside("V07292.146", whole())
+            .named("a curve twice")
+            .refused(&["one file of curve 146", "V07292.146, v07292.146"]),
+        good("v07292.EV5", header(&[PLAIN.text(146)]))
+            .beside("v07292.146", whole())
+            .beside("v07292.0146", whole())
+            .named("a curve twice by its number")
+            .refused(&["one file of curve 146", "v07292.0146"]),
+        // The sill of the one that strikes does not stand for the one that is struck.
+        test("two vehicles", [&x, &sill, &z])
+            .change_header(|text| {
+                let struck = Line {
+                    place: "VECG",
+                    ..PLAIN
+                };
+                text.replace(&z.text(147), &struck.text(147).replacen("1|", "2|", 1))
+            })
+            .refused(&["146 V1 AC SILR YG", "147 V2 AC VECG YG"]),
     ]
 }

@@ -834,7 +834,7 @@ fn doubtful_units() -> Vec<Case> {
         "acc y / g",
         "ay/g",
         "Beschleunigung Y in g",
-        "T12 Y acceleration g",
+        "S12 Y acceleration g",
         "acc (g) y2",
         "acc_y_2_g",
         "Beschl. quer [g]",
@@ -842,7 +842,7 @@ fn doubtful_units() -> Vec<Case> {
         "acc 1 y [g]",
         "acc 1/2 y [g]",
         "acc_y X1 [g]",
-        "acc y* CFC=60 (g)",
+        "acc y* N=60 (g)",
     ]
     .iter()
     .enumerate()

@@ -1,0 +1,66 @@
+//! Words that say that a channel was filtered before it was stored.
+
+use super::words;
+
+/// The channel frequency classes.
+const CLASSES: &[&str] = &["20", "60", "180", "600", "1000"];
+
+/// Words for a filter.
+const FILTERS: &[&str] = &[
+    "filtered",
+    "gefiltert",
+    "filter",
+    "filt",
+    "smoothed",
+    "smooth",
+    "geglättet",
+    "lowpass",
+    "tiefpass",
+    "highpass",
+    "hochpass",
+    "bandpass",
+    "butterworth",
+    "fir",
+    "fir100",
+];
+
+/// Words that take back a word for a filter behind them, or before it.
+const NEGATIONS: &[&str] = &[
+    "not", "no", "non", "un", "without", "none", "off", "nicht", "kein", "keine", "ohne", "aus",
+];
+
+/// What a text says of a filter.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(in crate::recording) enum Filtered {
+    /// A channel frequency class.
+    Class(String),
+    /// A filter whose class is not stated.
+    Unclassed,
+}
+
+/// Finds a filter in a name or a comment: `CFC60`, `SAE 180`, `class 60`, `filtered`.
+pub(in crate::recording) fn filter_in(text: &str) -> Option<Filtered> {
+    let words = words(text);
+    let class = |number: &str| CLASSES.iter().find(|class| **class == number);
+    let named = words.iter().enumerate().find_map(|(index, word)| {
+        ["cfc", "sae", "class", "klasse", "filterklasse"]
+            .iter()
+            .filter_map(|start| word.strip_prefix(start))
+            .find_map(|rest| match rest {
+                "" => class(words.get(index + 1)?),
+                number => class(number),
+            })
+    });
+    if let Some(class) = named {
+        return Some(Filtered::Class((*class).to_string()));
+    }
+    let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
+    let low_pass = words
+        .windows(2)
+        .any(|pair| matches!(pair[0].as_str(), "low" | "high" | "band") && pair[1] == "pass");
+    let class_without_number = has(&["cfc"]);
+    if class_without_number || ((has(FILTERS) || low_pass) && !has(NEGATIONS)) {
+        return Some(Filtered::Unclassed);
+    }
+    None
+}
