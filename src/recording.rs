@@ -517,11 +517,11 @@ fn refused_by_content(head: &Head<'_>) -> Option<(&'static str, &'static str)> {
     // A bracket may begin a unit in a table; in JSON a value follows it.
     let text = text.trim_ascii_start();
     let rest = text.get(1..).unwrap_or_default().trim_ascii_start().first();
-    let is_json = match (text.first(), rest) {
-        (Some(b'{'), Some(b'"' | b'}')) => true,
-        (Some(b'['), Some(b'{' | b'[' | b'"' | b'-' | b'0'..=b'9')) => true,
-        _ => false,
-    };
+    let is_json = matches!(
+        (text.first(), rest),
+        (Some(b'{'), Some(b'"' | b'}'))
+            | (Some(b'['), Some(b'{' | b'[' | b'"' | b'-' | b'0'..=b'9'))
+    );
     is_json.then_some((
         "JSON",
         "write the samples as CSV, with a column of times and one of accelerations",
