@@ -412,6 +412,12 @@ const REFUSED: &[(&[u8], &str, &str)] = &[
         "export the channel as CSV from DIAdem or with the npTDMS package",
     ),
     (
+        b"TDSh",
+        "NI TDMS, its index (.tdms_index)",
+        "export the channel as CSV from DIAdem, or with the npTDMS package from the .tdms file",
+    ),
+    (b"|CF,", "imc FAMOS", "export the channel as CSV from FAMOS"),
+    (
         b"\xD0\xCF\x11\xE0",
         "legacy Excel (.xls)",
         "save the sheet as CSV",
@@ -449,9 +455,78 @@ const REFUSED: &[(&[u8], &str, &str)] = &[
         "a ROS 1 bag",
         "convert it to MCAP with `mcap convert`",
     ),
+    (
+        b"#ROSBAG",
+        "a ROS 1 bag of an old version",
+        "bring it up to date with `rosbag fix`, then convert it to MCAP with `mcap convert`",
+    ),
+    (
+        b"#ROSRECORD",
+        "a ROS 1 bag of an old version",
+        "bring it up to date with `rosbag fix`, then convert it to MCAP with `mcap convert`",
+    ),
     (b"\x28\xB5\x2F\xFD", "a zstd file", "unpack it first"),
     (b"\x04\x22\x4D\x18", "an lz4 file", "unpack it first"),
 ];
+
+/// Recognises formats that are not read and whose first bytes alone do not say it: name, way out.
+fn refused_by_content(head: &Head<'_>) -> Option<(&'static str, &'static str)> {
+    let text = head
+        .bytes
+        .strip_prefix(b"\xEF\xBB\xBF")
+        .unwrap_or(head.bytes);
+    let has = |words: &[u8]| memchr::memmem::find(text, words).is_some();
+    if text.starts_with(b"<?xml") && has(b"usi:tdm") {
+        return Some(("NI DIAdem (.tdm)", "export the channel as CSV from DIAdem"));
+    }
+    let mut lines = text
+        .split(|byte| *byte == b'\n')
+        .map(<[u8]>::trim_ascii_end);
+    let mut line = || lines.next().unwrap_or_default();
+    // A dataset begins with a line of -1 and one with its number, both in six columns, and text.
+    let (mark, dataset, title) = (line(), line(), line());
+    let number = dataset.get(2..6).unwrap_or_default().trim_ascii_start();
+    if mark == b"    -1"
+        && dataset.starts_with(b"  ")
+        && !number.is_empty()
+        && number.iter().all(u8::is_ascii_digit)
+        && title.iter().any(u8::is_ascii_alphabetic)
+    {
+        return Some((
+            "a universal file (.uff, .unv)",
+            "export the channel as CSV, for example with pyuff",
+        ));
+    }
+    let is_text = csv::encoding::looks_like_text(head.bytes);
+    if head.bytes.starts_with(b"PAR1") && !is_text {
+        return Some((
+            "Apache Parquet",
+            "export the channel as CSV, for example with pandas or DuckDB",
+        ));
+    }
+    let has_matlab_name = head
+        .file_name
+        .rsplit_once('.')
+        .is_some_and(|(_, suffix)| suffix.eq_ignore_ascii_case("mat"));
+    if has_matlab_name && !is_text {
+        return Some((
+            "a MATLAB .mat file",
+            "write the channel as CSV with writematrix",
+        ));
+    }
+    // A bracket may begin a unit in a table; in JSON a value follows it.
+    let text = text.trim_ascii_start();
+    let rest = text.get(1..).unwrap_or_default().trim_ascii_start().first();
+    let is_json = matches!(
+        (text.first(), rest),
+        (Some(b'{'), Some(b'"' | b'}'))
+            | (Some(b'['), Some(b'{' | b'[' | b'"' | b'-' | b'0'..=b'9'))
+    );
+    is_json.then_some((
+        "JSON",
+        "write the samples as CSV, with a column of times and one of accelerations",
+    ))
+}
 
 fn find_format(head: &Head<'_>, named: Option<&str>) -> Result<&'static Format, Error> {
     let known: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
@@ -488,9 +563,11 @@ fn find_format(head: &Head<'_>, named: Option<&str>) -> Result<&'static Format, 
         }
         .into());
     }
-    if let Some((_, format, way_out)) = REFUSED
+    if let Some((format, way_out)) = REFUSED
         .iter()
         .find(|(magic, _, _)| head.bytes.starts_with(magic))
+        .map(|(_, format, way_out)| (*format, *way_out))
+        .or_else(|| refused_by_content(head))
     {
         return Err(ErrorKind::RefusedFormat { format, way_out }.into());
     }

@@ -75,6 +75,9 @@ limits! {
     unpacked_bytes = 64 << 20, "bytes", "Bytes of an archive's files after decompression, those held at a time.";
     unpacked_stream_bytes = 1 << 30, "bytes", "Bytes of an archive's stream after decompression, those passed over included.";
     unpacked_ratio = 200, "bytes per byte", "Ratio of bytes after decompression to bytes before it, past the first 4 MiB.";
+    header_bytes = 64 << 10, "bytes", "Bytes of the header of an ISO-MME channel file.";
+    headers_bytes = 8 << 20, "bytes", "Bytes of the headers of an ISO-MME test, all that are kept together, with 64 for each line; of its test header, and of its list of channels.";
+    test_samples = 16_000_000, "samples", "Samples kept of all channels of an ISO-MME test when every channel is read.";
     mcap_record_bytes = 64 << 20, "bytes", "Bytes of one MCAP record, a chunk included; of all schemas together.";
     mcap_chunk_bytes = 64 << 20, "bytes", "Bytes of one MCAP chunk after decompression.";
     mcap_string_bytes = 16 << 20, "bytes", "Bytes of one string in an MCAP record or message.";

@@ -24,6 +24,7 @@ use crate::error::{Candidates, Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, SampleRate, TimeUnit};
 use channel::{ChannelHeader, Samples};
 use package::{Entry, Package};
+use std::collections::BTreeMap;
 
 /// Recognises archives, folders with an .mme or .chn file, and single files of a test.
 #[must_use]
@@ -57,22 +58,19 @@ pub fn read(
     options.refuse_other_clock("an ISO-MME package", "")?;
     let mut package = Package::open(source, limits)?;
     let mut outcome = ReadOutcome::default();
-    let impact_side = package.impact_side(source, limits)?;
+    let sides = package.impact_sides(source, limits)?;
     let mut channels = package.channels(source, limits, &mut outcome.findings)?;
     name_twins(&mut channels);
     let listed = package.list_finding(&channels, source, limits)?;
     outcome.findings.extend(listed);
     if channels.is_empty() {
-        return Err(ErrorKind::NoChannel {
-            known: "no channel file".into(),
-        }
-        .into());
+        return Err(package.without_channels());
     }
     let only = package.only_channel();
     let (wanted, finding) = match (selection, only) {
         (Selection::Every, None) => ((0..channels.len()).collect(), None),
         (Selection::Lateral, None) => {
-            let (index, finding) = choose(&channels, impact_side, options)?;
+            let (index, finding) = choose(&channels, &sides, options)?;
             (vec![index], finding)
         }
         (_, Some(index)) => {
@@ -85,6 +83,22 @@ pub fn read(
         }
     };
     outcome.findings.extend(finding);
+    let more = || {
+        Error::from(ErrorKind::LimitExceeded {
+            limit: "test_samples",
+            value: limits.test_samples,
+            found: "more samples in all channels".into(),
+        })
+    };
+    // What headers announce ends it before anything is unpacked; what they do not, after.
+    let mut announced = 0.0;
+    for index in &wanted {
+        let entry = &channels[*index];
+        announced += entry.header.announced().min(to_float(limits.samples));
+        if announced > to_float(limits.test_samples) && selection == Selection::Every {
+            return Err(more().at(Place::default().channel(entry.label.clone())));
+        }
+    }
     let mut cells = 0_u64;
     for index in wanted {
         let entry = &channels[index];
@@ -100,13 +114,8 @@ pub fn read(
         ) {
             Ok(Some(channel)) => {
                 cells += channel.values.len() as u64;
-                if cells > limits.table_cells {
-                    return Err(Error::from(ErrorKind::LimitExceeded {
-                        limit: "table_cells",
-                        value: limits.table_cells,
-                        found: "more samples in all channels".into(),
-                    })
-                    .at(place));
+                if cells > limits.test_samples {
+                    return Err(more().at(place));
                 }
                 outcome.channels.push(channel);
             }
@@ -168,7 +177,7 @@ fn list<'a>(entries: impl Iterator<Item = &'a Entry>) -> String {
 /// Chooses the channel that is meant.
 fn choose(
     channels: &[Entry],
-    impact_side: Option<code::Side>,
+    sides: &BTreeMap<u8, code::Side>,
     options: &ReadOptions,
 ) -> Result<(usize, Option<Finding>), Error> {
     let ambiguous = |several: &[usize]| {
@@ -198,66 +207,104 @@ fn choose(
         };
     }
     let accelerations = of(&|entry| entry.header.is_acceleration());
+    let none = || {
+        Error::from(ErrorKind::NoChannel {
+            known: list(channels.iter()),
+        })
+    };
     // A code says what a channel is; only a name that is no code leaves it open.
     let alone = accelerations.len() == 1;
-    if alone && channels[accelerations[0]].header.code().is_none() {
-        return Ok((accelerations[0], None));
+    if alone {
+        let header = &channels[accelerations[0]].header;
+        if header.code().is_none() {
+            return match header.said_elsewhere() {
+                Some(_) => Err(none()),
+                None => Ok((accelerations[0], header.not_lateral_finding())),
+            };
+        }
     }
-    let mut candidates = of(&|entry| {
-        entry.header.is_acceleration()
-            && entry
-                .header
-                .code()
-                .is_some_and(|code| code.is_lateral() && code.is_structure())
-    });
-    let near = |index: &usize| {
-        channels[*index]
-            .header
-            .code()
-            .is_some_and(code::Code::is_near_a_latch)
-    };
-    if candidates.iter().any(near) {
-        candidates.retain(near);
+    let coded = |index: &usize| channels[*index].header.code();
+    let mut objects: BTreeMap<u8, Vec<usize>> = BTreeMap::new();
+    for index in 0..channels.len() {
+        if let Some(code) = coded(&index).filter(|code| code.is_lateral() && code.is_structure()) {
+            objects.entry(code.object()).or_default().push(index);
+        }
     }
-    let primary = |index: &usize| !channels[*index].header.is_redundant();
-    if candidates.iter().any(primary) {
-        candidates.retain(primary);
-    }
-    let mut by_side = "";
-    if candidates.len() > 1
-        && let Some(side) = impact_side
+    // Of several test objects, the one whose struck side is stated, if it alone is.
+    if objects
+        .keys()
+        .filter(|object| sides.contains_key(*object))
+        .count()
+        == 1
     {
-        let struck = |index: &usize| {
-            channels[*index]
-                .header
-                .code()
-                .is_some_and(|code| code.side() == Some(side))
-        };
-        if candidates.iter().any(struck) {
-            candidates.retain(struck);
+        objects.retain(|object, _| sides.contains_key(object));
+    }
+    // Places are weighed within one object: those of two vehicles are no alternatives.
+    let mut by_side = "";
+    let mut candidates = Vec::new();
+    for (object, mut found) in objects {
+        let side = sides.get(&object);
+        if preferred(channels, &mut found, side.copied()) {
             by_side = " on the struck side";
         }
+        candidates.extend(found);
     }
-    match candidates.as_slice() {
-        [only] if alone => Ok((*only, None)),
-        [only] => Ok((
-            *only,
-            Some(Finding::info(
+    candidates.sort_unstable();
+    let only = match candidates.as_slice() {
+        [only] => *only,
+        [] => return Err(none()),
+        several => return Err(ambiguous(several)),
+    };
+    let label = &channels[only].label;
+    let far = coded(&only).is_some_and(|code| {
+        let struck = sides.get(&code.object());
+        code.side()
+            .is_some_and(|side| struck.is_some_and(|struck| *struck != side))
+    });
+    let finding = if far {
+        Some(Finding::warning(
+            "side-not-struck",
+            format!(
+                "{label} was chosen as the one lateral acceleration of the structure, but it lies \
+                 on the side that was not struck, as the test's header says: the struck side \
+                 moved more"
+            ),
+        ))
+    } else {
+        (!alone).then(|| {
+            Finding::info(
                 "channel-chosen",
                 format!(
-                    "{} was chosen among {} channels of acceleration as the one lateral \
+                    "{label} was chosen among {} channels of acceleration as the one lateral \
                      acceleration of the structure{by_side}",
-                    channels[*only].label,
                     accelerations.len()
                 ),
-            )),
-        )),
-        [] => Err(ErrorKind::NoChannel {
-            known: list(channels.iter()),
-        }
-        .into()),
-        several => Err(ambiguous(several)),
+            )
+        })
+    };
+    Ok((only, finding))
+}
+
+/// Keeps, of the lateral channels of one test object, those near a latch before others, primary
+/// sensors before redundant ones and those on the struck side before the rest; returns whether
+/// the side decided.
+fn preferred(channels: &[Entry], found: &mut Vec<usize>, side: Option<code::Side>) -> bool {
+    let coded = |index: &usize| channels[*index].header.code();
+    let near = |index: &usize| coded(index).is_some_and(code::Code::is_near_a_latch);
+    if found.iter().any(near) {
+        found.retain(near);
     }
+    let primary = |index: &usize| !channels[*index].header.is_redundant();
+    if found.iter().any(primary) {
+        found.retain(primary);
+    }
+    let struck =
+        |index: &usize| side.is_some() && coded(index).is_some_and(|code| code.side() == side);
+    let decides = found.len() > 1 && found.iter().any(struck);
+    if decides {
+        found.retain(struck);
+    }
+    decides
 }
 
 /// Reads one channel; `None` for a channel of times.
@@ -304,7 +351,10 @@ fn read_channel(
         limits,
         &mut findings,
     )?;
-    findings.extend(header.count_finding(samples.count, clock.end_s()));
+    let counted = header
+        .count_finding(samples.count, clock.end_s())
+        .map_err(|error| error.at(package.place_of(&entry.file)))?;
+    findings.extend(counted);
     findings.extend(header.extreme_findings(&clock.values, clock.start_s, clock.rate));
     for (from, to) in &samples.holes {
         // The last sample that is there before the hole.
@@ -328,6 +378,7 @@ fn read_channel(
         laboratory::hold_against_record(finding, clock.start_s, clock.end_s(), interval_s);
     }
     let stated = header.stated();
+    findings.extend(header.class_finding());
     findings.extend(stated.findings(clock.rate));
     findings.extend(header.sign_finding());
     let zero = options.time_zero_s.unwrap_or(0.0);
@@ -352,8 +403,8 @@ fn unit(
     findings: &mut Vec<Finding>,
 ) -> (Option<AccelerationUnit>, &'static str) {
     let text = header.value("Unit");
-    let own = text
-        .and_then(AccelerationUnit::from_spelling)
+    let own = header
+        .unit_of_acceleration()
         .filter(|_| header.code().is_none() || header.is_acceleration());
     let source = if options.unit_from_card {
         "card"
@@ -433,7 +484,7 @@ impl Clock {
         findings: &mut Vec<Finding>,
     ) -> Result<Self, Error> {
         let header = &channels[own].header;
-        if let Some(name) = header.reference_channel() {
+        if let Some(name) = header.reference_channel()? {
             if let Some(times) = channel_of_times(channels, own, name)? {
                 let clock =
                     Self::explicit(package, source, times, header, samples, limits, findings)?;
@@ -546,6 +597,14 @@ impl Clock {
     fn end_s(&self) -> f64 {
         self.start_s + to_f64(self.values.len().saturating_sub(1)) / self.rate.hertz()
     }
+}
+
+#[expect(
+    clippy::cast_precision_loss,
+    reason = "a limit needs no exact comparison"
+)]
+fn to_float(limit: u64) -> f64 {
+    limit as f64
 }
 
 #[expect(clippy::cast_precision_loss, reason = "counts stay far below 2^53")]

@@ -294,7 +294,7 @@ fn val_what_the_header_states_is_held_against_the_samples() {
     check_findings(
         file().with("Channel frequency class", "60"),
         warning,
-        &["already-filtered"],
+        &["already-filtered", "class-contradicted"],
     );
     check_findings(File::new("14BPILLO0000AC2A"), warning, &["sign-diverges"]);
     // A package's only acceleration is taken unasked where it is the lateral one.
@@ -523,4 +523,40 @@ fn prop_damaged_archives_never_panic() {
             assert!(read.is_ok(), "{kind}, seed {seed}");
         }
     }
+}
+
+/// Headers and samples of many channels together end at a limit of their own.
+#[test]
+fn verif_what_a_test_holds_together_is_bounded() {
+    let many = |count: usize| {
+        let files: Vec<File> = (0..count)
+            .map(|index| File::new(&format!("14BPIL{index:06}ACYA")))
+            .collect();
+        folder_of("mme-many", &test_of(&files))
+    };
+    let folder = many(20);
+    let source = latchgate::recording::Source::File(folder.path().to_path_buf());
+    for (assignment, name) in [
+        ("header_bytes=100", "header_bytes"),
+        ("headers_bytes=5000", "headers_bytes"),
+        ("test_samples=1000", "test_samples"),
+    ] {
+        let mut limits = latchgate::recording::Limits::default();
+        limits.set(assignment).unwrap();
+        let options = ReadOptions::default();
+        let error =
+            latchgate::recording::read(&source, &options, Selection::Every, &limits).unwrap_err();
+        assert!(
+            matches!(error.kind(), ErrorKind::LimitExceeded { limit, .. } if *limit == name),
+            "{name}: {error}"
+        );
+        let place = error.to_string();
+        assert!(place.contains("T7.") || place.contains("14BPIL"), "{place}");
+    }
+    // One channel is read however many there are.
+    let mut limits = latchgate::recording::Limits::default();
+    limits.set("test_samples=1000").unwrap();
+    let read =
+        latchgate::recording::read(&source, &with_channel("003"), Selection::Lateral, &limits);
+    assert_eq!(read.unwrap().channels[0].values.len(), 400);
 }

@@ -41,6 +41,8 @@ fn is_tar(head: &[u8]) -> bool {
 pub(super) enum Archive {
     Zip {
         archive: Box<zip::ZipArchive<Cursor<Vec<u8>>>>,
+        /// Index of each file by its name, with `/` between folder and file.
+        files: BTreeMap<String, usize>,
         /// Bytes unpacked so far.
         out: u64,
     },
@@ -88,7 +90,7 @@ impl Archive {
             return Err(too_many_entries(entries, limits));
         }
         let repeated = repeated_name(&bytes);
-        let archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|_| {
+        let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|_| {
             Error::from(ErrorKind::RefusedFormat {
                 format: "a zip container (.xlsx or an archive) that does not open",
                 way_out: "if it is a sheet, save the sheet as CSV; if it is a test, fetch it again",
@@ -100,8 +102,35 @@ impl Archive {
         if archive.has_duplicate_names() {
             return Err(twice(repeated.as_deref().unwrap_or("a file")));
         }
+        let mut files = BTreeMap::new();
+        let mut first = u64::MAX;
+        for index in 0..archive.len() {
+            let entry = archive
+                .by_index_raw(index)
+                .map_err(|error| damaged(&error.to_string()))?;
+            first = first.min(entry.header_start());
+            // Some programs for Windows write its own mark between folder and file.
+            let Ok(name) = entry.name() else { continue };
+            let name = name.replace('\\', "/");
+            if files.insert(name.clone(), index).is_some() {
+                return Err(twice(&name));
+            }
+        }
+        // The file begins with a file in a zip: what stands before the first one that is listed
+        // is of another archive, or of one that this one has replaced.
+        if archive.offset() > 0 || (first > 0 && !archive.is_empty()) {
+            return Err(Error::from(ErrorKind::Malformed {
+                expected: "one zip archive, from the first byte on".into(),
+                found: "files before those that its list names, as where two archives stand one \
+                        behind the other"
+                    .into(),
+                hint: "which of them hold is not known; pack the test again".into(),
+            })
+            .at(Place::default().byte(0)));
+        }
         Ok(Self::Zip {
             archive: Box::new(archive),
+            files,
             out: 0,
         })
     }
@@ -109,10 +138,7 @@ impl Archive {
     /// Lists the files.
     pub(super) fn names(&self) -> Vec<String> {
         match self {
-            Self::Zip { archive, .. } => archive
-                .file_names()
-                .filter_map(|name| Some(name.ok()?.into_owned()))
-                .collect(),
+            Self::Zip { files, .. } => files.keys().cloned().collect(),
             Self::Tar { files, .. } => files.keys().cloned().collect(),
             Self::Plain => Vec::new(),
         }
@@ -121,10 +147,9 @@ impl Archive {
     /// Says what the archive is, if it holds no test.
     pub(super) fn refused(&self) -> Error {
         let (format, way_out) = match self {
-            Self::Zip { archive, .. }
-                if archive
-                    .file_names()
-                    .filter_map(Result::ok)
+            Self::Zip { files, .. }
+                if files
+                    .keys()
                     .any(|name| name == "[Content_Types].xml" || name.starts_with("xl/")) =>
             {
                 ("Excel (.xlsx)", "save the sheet as CSV")
@@ -156,7 +181,14 @@ impl Archive {
         limits: &Limits,
     ) -> Result<Vec<u8>, Error> {
         match self {
-            Self::Zip { archive, out } => unzip(archive, out, name, most, limits),
+            Self::Zip {
+                archive,
+                files,
+                out,
+            } => match files.get(name) {
+                Some(index) => unzip(archive, out, *index, most, limits),
+                None => Ok(Vec::new()),
+            },
             Self::Tar { files, .. } => {
                 let bytes = files.get(name).map(Vec::as_slice).unwrap_or_default();
                 let end = bytes.len().min(usize::try_from(most).unwrap_or(usize::MAX));
@@ -185,12 +217,13 @@ impl Archive {
 fn unzip(
     archive: &mut zip::ZipArchive<Cursor<Vec<u8>>>,
     out: &mut u64,
-    name: &str,
+    index: usize,
     most: u64,
     limits: &Limits,
 ) -> Result<Vec<u8>, Error> {
+    check_packing(archive, index)?;
     let mut entry = archive
-        .by_name(name)
+        .by_index(index)
         .map_err(|error| damaged(&error.to_string()))?;
     let packed = entry.compressed_size();
     let start = entry.data_start().unwrap_or_default();
@@ -224,6 +257,31 @@ fn unzip(
             .map_err(|error| error.at(Place::default().byte(start)))?;
     }
     Ok(bytes)
+}
+
+/// Refuses by name what is packed in a way that is not read here.
+fn check_packing(
+    archive: &mut zip::ZipArchive<Cursor<Vec<u8>>>,
+    index: usize,
+) -> Result<(), Error> {
+    use zip::CompressionMethod as Method;
+    let way_out = "unpack it and name the folder";
+    let entry = archive
+        .by_index_raw(index)
+        .map_err(|error| damaged(&error.to_string()))?;
+    let format = match entry.compression() {
+        _ if entry.encrypted() => "a .zip that is encrypted",
+        Method::Stored | Method::Deflated => return Ok(()),
+        Method::AES => "a .zip that is encrypted",
+        Method::DEFLATE64 => "a .zip packed with deflate64",
+        Method::BZIP2 => "a .zip packed with bzip2",
+        Method::LZMA => "a .zip packed with lzma",
+        Method::ZSTD => "a .zip packed with zstd",
+        Method::XZ => "a .zip packed with xz",
+        Method::PPMD => "a .zip packed with ppmd",
+        _ => "a .zip packed in a way that is not read here",
+    };
+    Err(ErrorKind::RefusedFormat { format, way_out }.into())
 }
 
 /// Returns the bytes that are unpacked at a time, of a file that states its size.
@@ -368,7 +426,7 @@ impl<'a, R: Read + Position> Stream<'a, R> {
 
     fn cut(&self) -> Error {
         Error::from(ErrorKind::Truncated {
-            expected: "the rest of a file in the archive".into(),
+            expected: "the rest of the archive, up to the block of zeros that ends it".into(),
             found: "the archive's end".into(),
         })
         .at(Place::default().byte(self.inner.position()))
@@ -399,7 +457,6 @@ fn tar<R: Read + Position>(
         if count < header.len() {
             return match (entries, count) {
                 (0, _) => Ok(None),
-                (_, 0) => Ok(Some(files)),
                 _ => Err(stream.cut()),
             };
         }
@@ -453,8 +510,22 @@ fn tar<R: Read + Position>(
                     return Err(twice(&name));
                 }
             }
-            _ => {
-                long_name = None;
+            kind => {
+                let name = long_name.clone().unwrap_or_else(|| name_of(&header));
+                let is_wanted = is_test_file(&name) || is_channel_file(&name);
+                if is_wanted && !matches!(kind, b'5' | b'g' | b'x' | b'L' | b'K') {
+                    return Err(Error::from(ErrorKind::Malformed {
+                        expected: "the files of the test themselves in the archive".into(),
+                        found: format!("{} as a link or another kind of entry", text::shown(&name)),
+                        hint: "unpack the archive and name the folder, or pack it without links"
+                            .into(),
+                    })
+                    .at(Place::default().byte(stream.inner.position())));
+                }
+                // What a link points to may stand between a long name and its entry.
+                if kind != b'K' {
+                    long_name = None;
+                }
                 stream.take(size, false)?;
             }
         }

@@ -1,8 +1,9 @@
 //! Channel files: header and samples.
 
-use super::code::Code;
+use super::code::{self, Code};
 use super::{encoding, laboratory, text, time_base, to_f64};
 use crate::error::{Error, ErrorKind, Place};
+use crate::recording::csv::header::Column;
 use crate::recording::csv::number::{Decimal, PrintedDigits};
 use crate::recording::{Finding, Limits, Severity, Stated};
 use crate::units::{AccelerationUnit, SampleRate, TimeUnit};
@@ -25,8 +26,131 @@ const STATED_ONCE: &[&str] = &[
 /// Part of the largest magnitude by which a stated extreme may be off [-].
 const EXTREME_AGREEMENT: f64 = 1e-4;
 
+/// What keys of notes begin with, in small letters.
+const NOTES: &[&str] = &[
+    "comment",
+    "remark",
+    "note",
+    "bemerkung",
+    "anmerkung",
+    "kommentar",
+    "hinweis",
+];
+
+/// What other keys of free text begin with, in small letters.
+const FREE_TEXT: &[&str] = &["name of the channel", "title", "description"];
+
+/// What programs write for a sample that they do not have, in small letters and without marks.
+const NO_SAMPLE: &[&str] = &[
+    "nan",
+    "na",
+    "nv",
+    "inf",
+    "infinity",
+    "overrange",
+    "overload",
+    "overflow",
+    "over",
+    "underrange",
+    "underflow",
+    "under",
+    "saturated",
+    "clipped",
+    "error",
+    "err",
+    "fault",
+    "failed",
+    "invalid",
+    "bad",
+    "missing",
+    "none",
+    "null",
+    "nil",
+    "empty",
+    "void",
+    "undef",
+    "undefined",
+    "novalue",
+    "nodata",
+    "value",
+    "wert",
+    "num",
+    "div0",
+    "ind",
+    "qnan",
+];
+
+/// Length of a piece of text from which on a single word may be the rest of it.
+const CUT_AT: usize = 24;
+
 fn is_comment(key: &str) -> bool {
-    key.to_ascii_lowercase().starts_with("comment")
+    begins_with_one_of(key, NOTES)
+}
+
+fn begins_with_one_of(key: &str, words: &[&str]) -> bool {
+    let key = key.trim_start_matches('.').to_lowercase();
+    words.iter().any(|word| key.starts_with(word))
+}
+
+/// Tells whether a line is a sample, or stands for one that is missing, rather than text.
+fn looks_like_sample(cell: &str) -> bool {
+    if !cell.chars().any(char::is_alphabetic) {
+        return true;
+    }
+    let bare: String = cell.chars().filter(|c| c.is_alphanumeric()).collect();
+    if NO_SAMPLE.contains(&bare.to_lowercase().as_str()) {
+        return true;
+    }
+    let words = cell.split_whitespace().count();
+    let is_numeric = cell
+        .trim_start_matches(['-', '+', '.', ','])
+        .starts_with(|c: char| c.is_ascii_digit());
+    words <= 2 && (is_numeric || (words == 1 && cell.contains(|c: char| c.is_ascii_digit())))
+}
+
+/// What a line of a channel file is, up to its first sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Line<'a> {
+    Empty,
+    Key(&'a str, &'a str),
+    /// Text that was cut at a fixed width and goes on.
+    Continued(&'a str),
+    /// A sample, or what stands in its place.
+    Sample,
+}
+
+/// Tells header from samples, line by line.
+#[derive(Debug, Default)]
+struct HeaderLines<'a> {
+    key: Option<&'a str>,
+    /// The text of the line before.
+    last: &'a str,
+}
+
+impl<'a> HeaderLines<'a> {
+    fn next(&mut self, line: &'a str) -> Line<'a> {
+        let cell = line.trim();
+        if cell.is_empty() {
+            return Line::Empty;
+        }
+        if let Some((key, value)) = cell.split_once(':')
+            && key.chars().any(char::is_alphabetic)
+        {
+            let (key, value) = (key.trim(), value.trim());
+            (self.key, self.last) = (Some(key), value);
+            return Line::Key(key, value);
+        }
+        // Only a text goes on; a word alone is its rest where it was cut, not where it ended.
+        let is_text = self
+            .key
+            .is_none_or(|key| is_comment(key) || begins_with_one_of(key, FREE_TEXT));
+        let may_go_on = cell.contains(char::is_whitespace) || self.last.chars().count() >= CUT_AT;
+        if is_text && may_go_on && cell != self.last && !looks_like_sample(cell) {
+            self.last = cell;
+            return Line::Continued(cell);
+        }
+        Line::Sample
+    }
 }
 
 /// Share of the interval by which a stamp may be off the clock that a header states [-].
@@ -34,52 +158,86 @@ const STAMP_SLACK: f64 = 0.01;
 
 /// Tells whether the head is that of a channel file.
 pub(super) fn looks_like_channel(head: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(head);
-    text.lines().take(64).any(|line| {
+    let is_code = |line: &str| {
         line.split_once(':')
-            .is_some_and(|(key, _)| key.trim() == "Channel code")
-    })
+            .is_some_and(|(key, _)| key.trim().eq_ignore_ascii_case("Channel code"))
+    };
+    let text = match head {
+        [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] => {
+            let whole = &head[..head.len() - head.len() % 2];
+            encoding::decode(whole.to_vec(), &Limits::default())
+                .map(|(text, _)| text)
+                .unwrap_or_default()
+        }
+        _ => head.to_vec(),
+    };
+    String::from_utf8_lossy(&text)
+        .split(['\n', '\r'])
+        .filter(|line| !line.is_empty())
+        .take(64)
+        .any(is_code)
 }
 
 /// The header of a channel file: keys and values in their order.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ChannelHeader {
-    lines: Vec<(String, String)>,
+    lines: Vec<(Box<str>, Box<str>)>,
     code: Option<Code>,
+    is_whole: bool,
 }
 
 impl ChannelHeader {
     /// Reads the header at the start of decoded text.
     pub(super) fn read(content: &str) -> Self {
         let mut header = Self::default();
+        let mut lines = HeaderLines::default();
         for (_, line) in text::lines(content) {
-            if line.trim().is_empty() {
-                continue;
-            }
-            match line.split_once(':') {
-                Some((key, value)) => {
-                    header
-                        .lines
-                        .push((key.trim().to_string(), value.trim().to_string()));
-                }
-                None if is_value(line) => break,
-                // A value that was cut at a fixed width and goes on. Where a comment was cut
-                // counts, for a word may have been.
-                None => match header.lines.last_mut() {
+            match lines.next(line) {
+                Line::Empty => {}
+                Line::Key(key, value) => header.push(key, value),
+                // Where a comment was cut counts, for a word may have been.
+                Line::Continued(text) => match header.lines.last_mut() {
                     Some((key, _)) if is_comment(key) => {
                         let key = key.clone();
-                        header.lines.push((key, line.trim().to_string()));
+                        header.push(&key, text);
                     }
                     Some((_, value)) => {
-                        value.push(' ');
-                        value.push_str(line.trim());
+                        let longer = format!("{value} {text}");
+                        *value = longer.into();
                     }
                     None => {}
                 },
+                Line::Sample => {
+                    header.is_whole = true;
+                    // What is no number ends no header: the reading of samples refuses it, and
+                    // what stands behind it may say which channel this is.
+                    if text::header_number(line.trim()).is_some() || line.trim() == NOTHING {
+                        break;
+                    }
+                }
             }
         }
+        header.lines.shrink_to_fit();
         header.code = header.value("Channel code").and_then(Code::new);
         header
+    }
+
+    fn push(&mut self, key: &str, value: &str) {
+        self.lines.push((key.into(), value.into()));
+    }
+
+    /// Returns the bytes of keys and values, and of what keeping each takes.
+    pub(super) fn bytes(&self) -> u64 {
+        const KEPT_WITH_EACH: usize = 64;
+        self.lines
+            .iter()
+            .map(|(key, value)| (key.len() + value.len() + KEPT_WITH_EACH) as u64)
+            .sum()
+    }
+
+    /// Tells whether a sample stood behind the header, so that all of it was read.
+    pub(super) fn is_whole(&self) -> bool {
+        self.is_whole
     }
 
     /// Returns a value that says something.
@@ -93,7 +251,7 @@ impl ChannelHeader {
         self.lines
             .iter()
             .filter(move |(known, _)| known.eq_ignore_ascii_case(&key))
-            .map(|(_, value)| value.as_str())
+            .map(|(_, value)| &**value)
             .filter(|value| !value.is_empty() && *value != NOTHING)
     }
 
@@ -143,11 +301,17 @@ impl ChannelHeader {
     pub(super) fn is_acceleration(&self) -> bool {
         match &self.code {
             Some(code) => code.is_acceleration(),
-            None => self
-                .value("Unit")
-                .and_then(AccelerationUnit::from_spelling)
-                .is_some(),
+            None => self.unit_of_acceleration().is_some(),
         }
+    }
+
+    /// Returns the unit, if it is one of acceleration; it may stand in square brackets.
+    pub(super) fn unit_of_acceleration(&self) -> Option<AccelerationUnit> {
+        let text = self.value("Unit")?;
+        let inner = text
+            .strip_prefix('[')
+            .and_then(|rest| rest.strip_suffix(']'));
+        AccelerationUnit::from_spelling(inner.unwrap_or(text).trim())
     }
 
     /// Tells whether name or comment say that another sensor is the primary one.
@@ -164,7 +328,20 @@ impl ChannelHeader {
     }
 
     pub(super) fn not_lateral_finding(&self) -> Option<Finding> {
-        let code = self.code.as_ref()?;
+        let Some(code) = self.code.as_ref() else {
+            let said = self.said_elsewhere();
+            if said.is_some() || self.words().any(|word| word.says_lateral_acceleration()) {
+                return said;
+            }
+            return Some(Finding::warning(
+                "channel-not-lateral",
+                format!(
+                    "neither a code nor the name of `{}` says that it is a lateral acceleration \
+                     of a vehicle's structure",
+                    text::shown(&self.label().unwrap_or_default())
+                ),
+            ));
+        };
         let reason = if !code.is_acceleration() {
             "its dimension is not AC (acceleration)"
         } else if !code.is_lateral() {
@@ -183,6 +360,35 @@ impl ChannelHeader {
         ))
     }
 
+    /// Warns of a channel without a code whose words say another axis, a dummy or a barrier.
+    pub(super) fn said_elsewhere(&self) -> Option<Finding> {
+        if self.code.is_some() {
+            return None;
+        }
+        if let Some(found) = self.words().find_map(|word| word.not_lateral_finding()) {
+            return Some(found);
+        }
+        let broken = self
+            .value("Channel code")
+            .filter(|text| code::broken_code_says_elsewhere(text))?;
+        Some(Finding::warning(
+            "channel-not-lateral",
+            format!(
+                "`{}` is no code of 16 characters; as far as it reads as one it says another \
+                 axis, a dummy or a barrier",
+                text::shown(broken)
+            ),
+        ))
+    }
+
+    /// Returns what the channel is called, as columns of tables are read.
+    fn words(&self) -> impl Iterator<Item = Column> + use<'_> {
+        ["Channel code", "Name of the channel"]
+            .into_iter()
+            .filter_map(|key| self.value(key))
+            .map(|text| Column::from_header(text, 1))
+    }
+
     pub(super) fn sign_finding(&self) -> Option<Finding> {
         let code = self.code.filter(Code::diverges)?;
         Some(Finding::warning(
@@ -196,15 +402,25 @@ impl ChannelHeader {
     }
 
     /// Returns the name of the channel that holds the times, if they are explicit.
-    pub(super) fn reference_channel(&self) -> Option<&str> {
-        let kind = self.value("Reference channel")?;
-        if !kind.eq_ignore_ascii_case("explicit") {
-            return None;
+    pub(super) fn reference_channel(&self) -> Result<Option<&str>, Error> {
+        let name = self.value("Reference channel name");
+        let Some(kind) = self.value("Reference channel") else {
+            // A name alone means a channel of times as well.
+            return Ok(name);
+        };
+        let begins = |word: &str| kind.to_ascii_lowercase().starts_with(word);
+        if begins("explicit") {
+            Ok(Some(name.unwrap_or("a channel without a name")))
+        } else if begins("implicit") {
+            Ok(None)
+        } else {
+            Err(ErrorKind::Malformed {
+                expected: "`Reference channel` implicit or explicit".into(),
+                found: format!("`{}`", text::shown(kind)),
+                hint: "whether a channel of times holds is not known; mend the header".into(),
+            }
+            .into())
         }
-        Some(
-            self.value("Reference channel name")
-                .unwrap_or("a channel without a name"),
-        )
     }
 
     /// Returns the rate that the sampling interval states.
@@ -284,13 +500,52 @@ impl ChannelHeader {
         ))
     }
 
+    /// Returns the channel frequency class that the header states, `CFC` before it or not.
+    fn stated_class(&self) -> Option<String> {
+        let text = self.value("Channel frequency class")?.to_ascii_uppercase();
+        let class = text
+            .strip_prefix("CFC")
+            .unwrap_or(&text)
+            .trim_matches([' ', '_', '-', '=']);
+        let letter = match class.as_bytes() {
+            [letter] => code::class_of(*letter),
+            _ => None,
+        };
+        Some(letter.unwrap_or(class).to_string()).filter(|class| !class.is_empty())
+    }
+
+    /// Returns the two filter classes that header and code state, where they differ.
+    fn classes_at_odds(&self) -> Option<(String, &'static str)> {
+        let own = self.stated_class()?;
+        let of_code = self.code?.filter_class()?;
+        (own != of_code).then_some((own, of_code))
+    }
+
+    /// Warns of a header whose filter class is not that of the channel's code.
+    pub(super) fn class_finding(&self) -> Option<Finding> {
+        let (own, of_code) = self.classes_at_odds()?;
+        Some(Finding::warning(
+            "class-contradicted",
+            format!(
+                "the header states the channel frequency class {own}, the last letter of the \
+                 code {of_code}; the lower one was taken to have been applied"
+            ),
+        ))
+    }
+
     pub(super) fn stated(&self) -> Stated {
-        let class = self
-            .value("Channel frequency class")
-            .map(ToString::to_string);
-        let class = class
-            .map(|class| class.trim_start_matches("CFC").trim().to_string())
-            .or_else(|| self.code?.filter_class().map(ToString::to_string));
+        let class = match self.classes_at_odds() {
+            Some((own, of_code)) => {
+                let least = match (own.parse::<u32>(), of_code.parse::<u32>()) {
+                    (Ok(own), Ok(of_code)) => own.min(of_code).to_string(),
+                    _ => of_code.to_string(),
+                };
+                Some(least)
+            }
+            None => self
+                .stated_class()
+                .or_else(|| self.code?.filter_class().map(ToString::to_string)),
+        };
         Stated {
             location: self.value("Name of the channel").map(ToString::to_string),
             full_scale: self
@@ -309,8 +564,8 @@ impl ChannelHeader {
         let comments: Vec<&str> = self
             .lines
             .iter()
-            .filter(|(key, value)| is_comment(key) && value != NOTHING)
-            .map(|(_, value)| value.as_str())
+            .filter(|(key, value)| is_comment(key) && &**value != NOTHING)
+            .map(|(_, value)| &**value)
             .collect();
         let mut found: Vec<Finding> = laboratory::told_in_pieces(&comments, None)
             .into_iter()
@@ -324,12 +579,33 @@ impl ChannelHeader {
         found
     }
 
+    /// Returns the number of samples that the header announces; 0 if it does not.
+    pub(super) fn announced(&self) -> f64 {
+        self.number("Number of samples").unwrap_or(0.0).max(0.0)
+    }
+
     /// Holds the stated number of samples against the file.
-    pub(super) fn count_finding(&self, found: usize, end_s: f64) -> Option<Finding> {
-        let stated = self.number("Number of samples")?;
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Malformed`] if it is no number: what is missing would not show.
+    pub(super) fn count_finding(&self, found: usize, end_s: f64) -> Result<Option<Finding>, Error> {
+        let Some(printed) = self.value("Number of samples") else {
+            return Ok(None);
+        };
+        let stated = text::header_number(printed)
+            .filter(|stated| *stated >= 0.0 && stated.fract().total_cmp(&0.0).is_eq());
+        let Some(stated) = stated else {
+            return Err(ErrorKind::Malformed {
+                expected: "a whole number as `Number of samples`".into(),
+                found: format!("`{}`", text::shown(printed)),
+                hint: "whether samples are missing cannot be told; mend the header".into(),
+            }
+            .into());
+        };
         let found = to_f64(found);
         let text = format!("the header announces {stated} samples, the file holds {found}");
-        if found < stated {
+        Ok(if found < stated {
             Some(
                 Finding::blocking(
                     "samples-missing",
@@ -339,7 +615,7 @@ impl ChannelHeader {
             )
         } else {
             (found > stated).then(|| Finding::warning("count-contradicted", text))
-        }
+        })
     }
 
     /// Holds the stated extremes and their times against the samples.
@@ -460,6 +736,7 @@ impl Samples {
         let mut decimal = Decimal::Unknown;
         let mut digits = PrintedDigits::new();
         let mut inside = false;
+        let mut header = HeaderLines::default();
         let mut empty = None;
         let mut marks = Marks::default();
         for (number, line) in text::lines(&content) {
@@ -478,7 +755,7 @@ impl Samples {
                 })
                 .at(Place::default().line(number)));
             }
-            inside = inside || (!cell.contains(':') && is_value(cell));
+            inside = inside || header.next(cell) == Line::Sample;
             if !inside {
                 continue;
             }
@@ -593,10 +870,4 @@ fn fill(values: &mut [f64], start: usize, end: usize) {
     for (index, value) in values[start..end].iter_mut().enumerate() {
         *value = before + (after - before) * (to_f64(index + 1) / steps);
     }
-}
-
-/// Tells whether a line is a sample, be it a missing one.
-fn is_value(line: &str) -> bool {
-    let cell = line.trim();
-    cell == NOTHING || text::header_number(cell).is_some()
 }

@@ -90,14 +90,12 @@ impl Code {
 
     /// Returns the channel frequency class that the last character states.
     pub(in crate::recording) fn filter_class(&self) -> Option<&'static str> {
-        match self.0[15] {
-            b'L' => Some("20"),
-            b'D' | b'H' => Some("60"),
-            b'C' | b'G' => Some("180"),
-            b'B' | b'F' => Some("600"),
-            b'A' | b'E' => Some("1000"),
-            _ => None,
-        }
+        class_of(self.0[15])
+    }
+
+    /// Returns the character of the test object that the sensor belongs to.
+    pub(super) fn object(&self) -> u8 {
+        self.0[0]
     }
 
     pub(in crate::recording) fn text(&self) -> String {
@@ -111,6 +109,41 @@ impl Code {
             .zip(&other.0)
             .all(|(own, other)| own == other || *own == b'?' || *other == b'?')
     }
+}
+
+/// Returns the channel frequency class that a letter stands for.
+pub(super) fn class_of(letter: u8) -> Option<&'static str> {
+    match letter {
+        b'L' => Some("20"),
+        b'D' | b'H' => Some("60"),
+        b'C' | b'G' => Some("180"),
+        b'B' | b'F' => Some("600"),
+        b'A' | b'E' => Some("1000"),
+        _ => None,
+    }
+}
+
+/// Locations in a dummy or on a barrier.
+const ELSEWHERE: &[&str] = &[
+    "HEAD", "NECK", "CHST", "THSP", "SPIN", "RIBS", "TRRI", "ABRI", "SHLD", "ABDO", "PELV", "FEMR",
+    "TIBI", "KNEE", "FOOT", "MBAR", "BARR", "MDB",
+];
+
+/// Tells whether a text that is nearly a code, but too short or too long, says another axis, a
+/// dummy or a barrier.
+pub(super) fn broken_code_says_elsewhere(text: &str) -> bool {
+    let capitals = text.trim().to_ascii_uppercase();
+    let is_nearly = (12..=20).contains(&capitals.len())
+        && capitals
+            .bytes()
+            .all(|byte| byte.is_ascii_alphanumeric() || byte == b'?');
+    let axis = capitals
+        .rsplit_once("AC")
+        .and_then(|(_, rest)| rest.bytes().next());
+    is_nearly
+        && (capitals.starts_with(['M', 'B'])
+            || ELSEWHERE.iter().any(|place| capitals.contains(place))
+            || axis.is_some_and(|axis| !matches!(axis, b'Y' | b'2' | b'?')))
 }
 
 /// Tells whether `text` fits a pattern: `?` for one character, `[Y2]` for one of several, `*`

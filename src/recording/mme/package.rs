@@ -9,9 +9,6 @@ use crate::recording::source::Reader;
 use crate::recording::{Finding, Limits};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Bytes at the start of a channel file in which its header ends.
-const HEADER_BYTES: u64 = 64 << 10;
-
 /// Bytes up to which the one channel file that was given may be held twice.
 const HELD_TWICE: usize = 16 << 20;
 
@@ -150,6 +147,8 @@ pub(super) struct Package {
     place: Where,
     /// The one channel file that was given, with its bytes.
     given: Option<(String, Vec<u8>)>,
+    /// Bytes of headers read so far.
+    header_bytes: u64,
 }
 
 enum Where {
@@ -167,6 +166,7 @@ impl Package {
                 archive: None,
                 place: Where::Beside,
                 given: None,
+                header_bytes: 0,
             });
         }
         let head = source.head()?;
@@ -185,6 +185,7 @@ impl Package {
                 archive: Some(source.name().to_string()),
                 place: Where::Archive(Box::new(archive)),
                 given: None,
+                header_bytes: 0,
             });
         }
         if looks_like_channel(&head) {
@@ -201,6 +202,7 @@ impl Package {
                 archive: None,
                 place: Where::Beside,
                 given: Some((name, bytes)),
+                header_bytes: 0,
             });
         }
         let name = source.name().to_string();
@@ -229,6 +231,7 @@ impl Package {
             archive: None,
             place: Where::Beside,
             given: None,
+            header_bytes: 0,
         })
     }
 
@@ -279,38 +282,37 @@ impl Package {
         read.map_err(|error: Error| error.at(self.place_of(name)))
     }
 
-    fn head(&mut self, name: &str, source: &Reader, limits: &Limits) -> Result<Vec<u8>, Error> {
+    /// Reads up to `most` bytes from the start of a file.
+    fn head(
+        &mut self,
+        name: &str,
+        most: u64,
+        source: &Reader,
+        limits: &Limits,
+    ) -> Result<Vec<u8>, Error> {
         if let Some((given, bytes)) = &self.given
             && given == name
         {
-            let end = bytes.len().min(64 << 10);
+            let end = bytes.len().min(usize::try_from(most).unwrap_or(usize::MAX));
             return Ok(bytes[..end].to_vec());
         }
         let read = match &mut self.place {
             Where::Beside => source
-                .read_head_of(name, HEADER_BYTES)
+                .read_head_of(name, most)
                 .map(Option::unwrap_or_default),
-            Where::Archive(archive) => archive.head(name, HEADER_BYTES, limits),
+            Where::Archive(archive) => archive.head(name, most, limits),
         };
         read.map_err(|error| error.at(self.place_of(name)))
     }
 
-    /// Reads the start of a file as text.
-    fn head_text(
-        &mut self,
+    /// Decodes the start of a file.
+    fn decoded(
+        &self,
         name: &str,
-        source: &Reader,
+        bytes: Vec<u8>,
         limits: &Limits,
         findings: &mut Vec<Finding>,
     ) -> Result<String, Error> {
-        let mut bytes = self.head(name, source, limits)?;
-        if bytes.len() as u64 >= HEADER_BYTES {
-            let end = bytes
-                .iter()
-                .rposition(|byte| *byte == b'\n')
-                .map_or(0, |at| at + 1);
-            bytes.truncate(end);
-        }
         let (bytes, found) =
             encoding::decode(bytes, limits).map_err(|error| error.at(self.place_of(name)))?;
         for finding in found {
@@ -319,6 +321,70 @@ impl Package {
             }
         }
         Ok(String::from_utf8_lossy(&bytes).into_owned())
+    }
+
+    /// Reads the test's header or list.
+    fn test_file(&mut self, name: &str, source: &Reader, limits: &Limits) -> Result<String, Error> {
+        let bytes = self.head(name, limits.headers_bytes.saturating_add(1), source, limits)?;
+        if bytes.len() as u64 > limits.headers_bytes {
+            return Err(longer_headers(limits).at(self.place_of(name).byte(limits.headers_bytes)));
+        }
+        self.decoded(name, bytes, limits, &mut Vec::new())
+    }
+
+    /// Reads the header of a channel file.
+    fn channel_header(
+        &mut self,
+        name: &str,
+        source: &Reader,
+        limits: &Limits,
+        findings: &mut Vec<Finding>,
+    ) -> Result<ChannelHeader, Error> {
+        let mut bytes = self.head(name, limits.header_bytes.saturating_add(1), source, limits)?;
+        let is_cut = bytes.len() as u64 > limits.header_bytes;
+        if is_cut {
+            bytes.truncate(whole_lines(&bytes));
+        }
+        let content = self.decoded(name, bytes, limits, findings)?;
+        let header = ChannelHeader::read(&content);
+        if is_cut && !header.is_whole() {
+            return Err(Error::from(ErrorKind::LimitExceeded {
+                limit: "header_bytes",
+                value: limits.header_bytes,
+                found: "no sample after as many bytes of header".into(),
+            })
+            .at(self.place_of(name).byte(limits.header_bytes)));
+        }
+        self.header_bytes += header.bytes();
+        if self.header_bytes > limits.headers_bytes {
+            return Err(longer_headers(limits).at(self.place_of(name).byte(header.bytes())));
+        }
+        Ok(header)
+    }
+
+    /// Says why a test without a channel file cannot be read.
+    pub(super) fn without_channels(&self) -> Error {
+        let inner = self
+            .names
+            .iter()
+            .find_map(|name| name.split_once('/'))
+            .map(|(folder, _)| folder)
+            .filter(|folder| !folder.eq_ignore_ascii_case("channel"));
+        match inner {
+            Some(folder) => ErrorKind::Malformed {
+                expected: "the folder of one test, with its channel files".into(),
+                found: format!(
+                    "a folder above it: the test lies in {}",
+                    text::shown(folder)
+                ),
+                hint: "name the folder that lies inside".into(),
+            }
+            .into(),
+            None => ErrorKind::NoChannel {
+                known: "no channel file".into(),
+            }
+            .into(),
+        }
     }
 
     /// Reads the headers of all channels.
@@ -337,7 +403,7 @@ impl Package {
             .collect();
         let mut entries = Vec::with_capacity(files.len());
         for file in files {
-            let header = ChannelHeader::read(&self.head_text(&file, source, limits, findings)?);
+            let header = self.channel_header(&file, source, limits, findings)?;
             let suffix = suffix_of(&file).unwrap_or_default().to_string();
             let label = header
                 .label()
@@ -367,7 +433,7 @@ impl Package {
         let Some(list) = list.cloned() else {
             return Ok(None);
         };
-        let content = self.head_text(&list, source, limits, &mut Vec::new())?;
+        let content = self.test_file(&list, source, limits)?;
         let files: BTreeMap<u32, &Entry> = channels
             .iter()
             .filter_map(|entry| Some((number_of(&entry.file)?, entry)))
@@ -435,29 +501,94 @@ impl Package {
         )))
     }
 
-    /// Reads from the test's header which side was struck.
-    pub(super) fn impact_side(
+    /// Reads from the test's header which side of each test object was struck; objects are
+    /// named by the character that codes have for them.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Malformed`] if it states two sides of one object.
+    pub(super) fn impact_sides(
         &mut self,
         source: &Reader,
         limits: &Limits,
-    ) -> Result<Option<Side>, Error> {
+    ) -> Result<BTreeMap<u8, Side>, Error> {
         let header = self
             .names
             .iter()
             .find(|name| suffix_of(name).is_some_and(|suffix| suffix.eq_ignore_ascii_case("mme")));
         let Some(header) = header.cloned() else {
-            return Ok(None);
+            return Ok(BTreeMap::new());
         };
-        let content = self.head_text(&header, source, limits, &mut Vec::new())?;
-        let side = text::lines(&content)
-            .filter_map(|(_, line)| line.split_once(':'))
-            .find(|(key, _)| key.trim().eq_ignore_ascii_case("Impact side test object 1"))
-            .map(|(_, value)| value.trim().to_ascii_lowercase());
-        Ok(match side.as_deref() {
+        let content = self.test_file(&header, source, limits)?;
+        let mut stated: BTreeMap<u8, String> = BTreeMap::new();
+        for (number, line) in text::lines(&content) {
+            let Some((key, value)) = line.split_once(':') else {
+                continue;
+            };
+            let key = key.trim().to_ascii_uppercase();
+            let Some(&[object]) = key
+                .strip_prefix("IMPACT SIDE TEST OBJECT")
+                .map(|object| object.trim().as_bytes())
+            else {
+                continue;
+            };
+            let value = value.trim().to_ascii_lowercase();
+            if value.is_empty() || value == "novalue" {
+                continue;
+            }
+            if let Some(other) = stated.get(&object)
+                && *other != value
+            {
+                return Err(Error::from(ErrorKind::Malformed {
+                    expected: format!(
+                        "one `Impact side test object {}` in the test's header",
+                        char::from(object)
+                    ),
+                    found: format!("`{}` and `{}`", text::shown(other), text::shown(&value)),
+                    hint: "which of them holds is not known; mend the header".into(),
+                })
+                .at(self.place_of(&header).line(number)));
+            }
+            stated.insert(object, value);
+        }
+        let side = |value: &str| match value.split(|c: char| !c.is_alphabetic()).next() {
             Some("left" | "le" | "links") => Some(Side::Left),
             Some("right" | "ri" | "rechts") => Some(Side::Right),
             _ => None,
-        })
+        };
+        Ok(stated
+            .iter()
+            .filter_map(|(object, value)| Some((*object, side(value)?)))
+            .collect())
+    }
+}
+
+fn longer_headers(limits: &Limits) -> Error {
+    ErrorKind::LimitExceeded {
+        limit: "headers_bytes",
+        value: limits.headers_bytes,
+        found: "more bytes in the headers of the test".into(),
+    }
+    .into()
+}
+
+/// Returns how many bytes of a text that was cut are whole lines, in its encoding.
+fn whole_lines(bytes: &[u8]) -> usize {
+    let unit = match bytes {
+        [0xFF, 0xFE, ..] => Some([b'\n', 0]),
+        [0xFE, 0xFF, ..] => Some([0, b'\n']),
+        _ => None,
+    };
+    match unit {
+        Some(unit) => bytes
+            .chunks_exact(2)
+            .rposition(|pair| pair == unit)
+            .map_or(2, |at| 2 * (at + 1)),
+        // Old Macintosh files have carriage returns alone.
+        None => bytes
+            .iter()
+            .rposition(|byte| matches!(byte, b'\n' | b'\r'))
+            .map_or(0, |at| at + 1),
     }
 }
 

@@ -1,5 +1,7 @@
 //! ISO-MME tests: folders, archives and single channels.
 
+mod odd;
+
 use super::{Case, FROM, TO, good, push, refused};
 use crate::mme::{gzip_of, tar_of, zip_of};
 use std::fmt::Write as _;
@@ -150,6 +152,12 @@ fn thousands(k: i64, mark: char) -> String {
 }
 
 pub(super) fn cases() -> Vec<Case> {
+    let mut cases = readings();
+    cases.extend(odd::cases());
+    cases
+}
+
+fn readings() -> Vec<Case> {
     let other = |code: &str| File::new().with("Channel code", code);
     let stamps = |from: &str| {
         let mut file = other("11TIRS000000TI00")

@@ -627,7 +627,7 @@ fn other_formats() -> Vec<Case> {
         refused(
             "object.csv",
             "{\"time\": [0, 1], \"acc\": [0, 1]}\n",
-            &["expected"],
+            &["this is JSON"],
         ),
         refused(
             "picture.csv",
