@@ -89,6 +89,7 @@ pub fn read(
         })
         .at(Place::default().line(line)));
     }
+    refuse_lost_rows(&text, &marked, &layout, &time, &mut findings)?;
     let choice = layout.choose(options, selection, &time)?;
     let wanted = &choice.columns;
     let rows = Rows::read(&text, &layout, &time, wanted, (options, selection), limits)?;
@@ -165,6 +166,42 @@ pub fn read(
         });
     }
     Ok(ReadOutcome { channels, findings })
+}
+
+/// Refuses comments that are rows in disguise where no stamp shows what is missing by them, and
+/// tells of them where one does.
+fn refuse_lost_rows(
+    text: &[u8],
+    marked: &dialect::Marked,
+    layout: &Layout,
+    time: &TimeSource,
+    findings: &mut Vec<Finding>,
+) -> Result<(), Error> {
+    let (columns, _) = layout.widths();
+    if let (1, Some(line)) = (columns, marked.hashes) {
+        return Err(dialect::damaged_row(b"####").at(Place::default().line(line).column(1)));
+    }
+    let Some((count, line, followed)) =
+        marked.rows_made_comments(text, layout.separator, layout.header_rows, columns)
+    else {
+        return Ok(());
+    };
+    if followed && matches!(time, TimeSource::Rate(_)) {
+        return Err(Error::from(ErrorKind::Malformed {
+            expected: "rows of samples without a break, since no column tells their time".into(),
+            found: "a comment that holds as many numbers as a row".into(),
+            hint: "take the # away if it is a sample, or the line if it is none".into(),
+        })
+        .at(Place::default().line(line)));
+    }
+    findings.push(Finding::warning(
+        "rows-made-comments",
+        format!(
+            "{count} {} as many numbers as a row, the first on line {line}; samples may have been taken out by hand",
+            if count == 1 { "comment holds" } else { "comments hold" }
+        ),
+    ));
+    Ok(())
 }
 
 /// The time base of a table, with the fit if there is a time column.

@@ -49,6 +49,7 @@ pub(super) fn cases() -> Vec<Case> {
     cases.extend(bad_rows());
     cases.extend(marks());
     cases.extend(breaks());
+    cases.extend(lost_rows());
     cases.extend(doubtful_units());
     cases.extend(doubtful_times());
     cases.extend(other_formats());
@@ -787,6 +788,87 @@ fn breaks() -> Vec<Case> {
         .options(&rate)
         .options(&["--unit", "g"]),
     );
+    cases
+}
+
+/// Rows that look like comments: cells that a spreadsheet damaged, and rows put behind a `#`.
+fn lost_rows() -> Vec<Case> {
+    let rate = ["--rate-hz", "10000", "--time-zero", "0.02"];
+    let mut cases = Vec::new();
+    for (index, cell) in [
+        "########", "##", "#NUM!", "#DIV/0!", "#N/A", "#VALUE!", "#REF!", "#NAME?", "#NULL!",
+        "#WERT!", "#NV",
+    ]
+    .iter()
+    .enumerate()
+    {
+        let says = [":302, column 1", cell, "widen the column or mend the cell"];
+        cases.push(refused(
+            &format!("damaged-stamp-{index}.csv"),
+            with_row(&format!("{cell},{}", g(100))),
+            &says,
+        ));
+        // The samples first, and no more after them.
+        let swapped = table("acc_y_g\ttime_s", |k| {
+            let sample = if k < 100 { g(k) } else { (*cell).to_string() };
+            format!("{sample}\t{}", s(k))
+        });
+        cases.push(refused(
+            &format!("damaged-to-the-end-{index}.txt"),
+            swapped,
+            &says,
+        ));
+        let blanks = table("acc_y_g time_s", |k| {
+            let sample = if k == 100 { (*cell).to_string() } else { g(k) };
+            format!(" {sample} {}", s(k))
+        });
+        cases.push(refused(
+            &format!("damaged-between-blanks-{index}.txt"),
+            blanks,
+            &says,
+        ));
+        for (place, row) in [("start", FROM), ("end", TO - 1)] {
+            let line = format!(":{}, column 1", row - FROM + 2);
+            let alone = table(
+                "acc_y_g",
+                |k| {
+                    if k == row { (*cell).to_string() } else { g(k) }
+                },
+            );
+            cases.push(
+                refused(
+                    &format!("damaged-{place}-{index}.csv"),
+                    alone,
+                    &[&line, "widen the column or mend the cell"],
+                )
+                .options(&rate),
+            );
+        }
+    }
+    cases.extend([
+        good(
+            "rules-drawn.csv",
+            plain("########\n## Sled 12 ##\n######## ab\n### 3 tests, one good\ntime_s,acc_y_g")
+                + "########\n## end\n",
+        ),
+        good(
+            "rows-made-comments.csv",
+            with_row("# made a comment").replace("\n# made", &format!("\n#{},0.1\n# made", s(99))),
+        )
+        .samples(800)
+        .unusable(&["blocking gap", "warning rows-made-comments"], &["gap"]),
+        good(
+            "row-made-a-comment-at-the-end.csv",
+            plain("time_s,acc_y_g") + "# 0.0600,0.1\n",
+        )
+        .finds(&["warning rows-made-comments"]),
+        refused(
+            "sample-made-a-comment.csv",
+            table("acc_y_g\n#0.01", g),
+            &[":2", "as many numbers as a row"],
+        )
+        .options(&rate),
+    ]);
     cases
 }
 
