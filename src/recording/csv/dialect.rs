@@ -45,6 +45,9 @@ impl Separator {
     }
 }
 
+/// Bytes of comments that are read.
+const COMMENT_BYTES: usize = 1 << 20;
+
 /// Bytes of a text whose lines are looked at together.
 const BLOCK: usize = 4096;
 
@@ -70,7 +73,7 @@ fn plain_rows(block: &[u8]) -> Option<(usize, u64)> {
 }
 
 /// What the lines of a text are.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct Marked {
     /// The separator that a spreadsheet's `sep=;` names.
     pub(super) separator: Option<Separator>,
@@ -82,6 +85,12 @@ pub(super) struct Marked {
     pub(super) hashes: Option<u64>,
     /// Whether a comment follows a row.
     comments: bool,
+    /// The text of comments that are words, with their lines; of very many the first.
+    pub(super) words: Vec<(u64, String)>,
+    /// Whether more are there.
+    pub(super) more_words: bool,
+    /// Bytes of those kept.
+    kept: usize,
 }
 
 impl Marked {
@@ -121,6 +130,23 @@ impl Marked {
             }
         }
         found
+    }
+
+    /// Keeps what a comment says.
+    fn keep(&mut self, line: u64, comment: &[u8]) {
+        let marks = |byte: &u8| matches!(byte, b'#' | b'%' | b'/' | b' ' | b'\t');
+        let skipped = comment.iter().take_while(|byte| marks(byte)).count();
+        let comment = comment[skipped..].trim_ascii_end();
+        if !comment.iter().any(u8::is_ascii_alphabetic) {
+            return;
+        }
+        if self.kept + comment.len() > COMMENT_BYTES {
+            self.more_words = true;
+            return;
+        }
+        self.kept += comment.len() + 64;
+        self.words
+            .push((line, String::from_utf8_lossy(comment).into_owned()));
     }
 
     /// Takes in that more rows follow a line that is none.
@@ -323,6 +349,7 @@ pub(super) fn mark_lines(text: &mut [u8], limits: &Limits) -> Result<Marked, Err
             continue;
         }
         if no_row {
+            marked.keep(index, start);
             line[0] = b'#';
             continue;
         }

@@ -1,5 +1,6 @@
 //! Numbers in cells: decimal point or comma, and the digits they were printed with.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// The decimal mark of a table, as far as it is known.
@@ -34,7 +35,7 @@ const LONGEST: usize = 64;
 
 /// Reads a cell, and learns the decimal mark from the first number that has one.
 pub(in crate::recording) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<f64, Fault> {
-    let cell = cell.trim_ascii();
+    let cell = &*bare(cell);
     if cell.is_empty() {
         return Err(Fault::Empty);
     }
@@ -74,10 +75,45 @@ pub(in crate::recording) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<
     Ok(value)
 }
 
+/// Returns a cell without the blanks around it, those that do not break a line among them, and
+/// with a plain hyphen for the minus of typesetters.
+fn bare(cell: &[u8]) -> Cow<'_, [u8]> {
+    const BLANKS: [char; 7] = [
+        '\u{a0}', '\u{2009}', '\u{200a}', '\u{200b}', '\u{202f}', '\u{2060}', '\u{feff}',
+    ];
+    let cell = cell.trim_ascii();
+    if cell.is_ascii() {
+        return Cow::Borrowed(cell);
+    }
+    let Ok(text) = std::str::from_utf8(cell) else {
+        return Cow::Borrowed(cell);
+    };
+    let text = text.trim_matches(|c: char| c == ' ' || c == '\t' || BLANKS.contains(&c));
+    match text.strip_prefix('\u{2212}') {
+        Some(rest) => Cow::Owned(format!("-{rest}").into_bytes()),
+        None => Cow::Borrowed(text.as_bytes()),
+    }
+}
+
+/// Reads a number with the exponent of Fortran's doubles, `-5.0D-02`; one without a point may be
+/// hexadecimal.
+fn double_of_fortran(text: &str) -> Option<f64> {
+    let (mantissa, exponent) = text.split_once(['D', 'd'])?;
+    let digits = exponent.strip_prefix(['+', '-']).unwrap_or(exponent);
+    let ok = mantissa.contains('.')
+        && mantissa
+            .bytes()
+            .all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b'+' | b'-'))
+        && !digits.is_empty()
+        && digits.bytes().all(|byte| byte.is_ascii_digit());
+    ok.then(|| format!("{mantissa}e{exponent}").parse().ok())
+        .flatten()
+}
+
 fn plain(cell: &[u8]) -> Result<f64, Fault> {
     let value: f64 = std::str::from_utf8(cell)
         .ok()
-        .and_then(|text| text.parse().ok())
+        .and_then(|text| text.parse().ok().or_else(|| double_of_fortran(text)))
         .ok_or(Fault::Text)?;
     if value.is_finite() {
         Ok(value)
@@ -112,7 +148,7 @@ impl Marks {
         if self.decimal {
             return false;
         }
-        let cell = cell.trim_ascii();
+        let cell = &*bare(cell);
         let digits = match cell {
             [b'-' | b'+', rest @ ..] => rest,
             _ => cell,
@@ -193,7 +229,7 @@ impl PrintedDigits {
                     }
                 }
                 b'.' | b',' => seen_mark = true,
-                b'e' | b'E' => {
+                b'e' | b'E' | b'd' | b'D' => {
                     exponent = std::str::from_utf8(&cell[index + 1..])
                         .ok()
                         .and_then(|text| text.trim().parse().ok())
