@@ -225,7 +225,7 @@ impl Layout {
             several => Err(ErrorKind::Malformed {
                 expected: "one time column".into(),
                 found: self.list(several.iter().copied()),
-                hint: "each may be the clock of the channels beside it; choose that of the channel with --time-column NAME".into(),
+                hint: "choose one with --time-column NAME: each may be the clock of the channels beside it".into(),
             }
             .into()),
         }

@@ -95,25 +95,10 @@ fn bare(cell: &[u8]) -> Cow<'_, [u8]> {
     }
 }
 
-/// Reads a number with the exponent of Fortran's doubles, `-5.0D-02`; one without a point may be
-/// hexadecimal.
-fn double_of_fortran(text: &str) -> Option<f64> {
-    let (mantissa, exponent) = text.split_once(['D', 'd'])?;
-    let digits = exponent.strip_prefix(['+', '-']).unwrap_or(exponent);
-    let ok = mantissa.contains('.')
-        && mantissa
-            .bytes()
-            .all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b'+' | b'-'))
-        && !digits.is_empty()
-        && digits.bytes().all(|byte| byte.is_ascii_digit());
-    ok.then(|| format!("{mantissa}e{exponent}").parse().ok())
-        .flatten()
-}
-
 fn plain(cell: &[u8]) -> Result<f64, Fault> {
     let value: f64 = std::str::from_utf8(cell)
         .ok()
-        .and_then(|text| text.parse().ok().or_else(|| double_of_fortran(text)))
+        .and_then(|text| text.parse().ok())
         .ok_or(Fault::Text)?;
     if value.is_finite() {
         Ok(value)
@@ -229,7 +214,7 @@ impl PrintedDigits {
                     }
                 }
                 b'.' | b',' => seen_mark = true,
-                b'e' | b'E' | b'd' | b'D' => {
+                b'e' | b'E' => {
                     exponent = std::str::from_utf8(&cell[index + 1..])
                         .ok()
                         .and_then(|text| text.trim().parse().ok())

@@ -5,8 +5,8 @@ use super::header::Column;
 use super::layout::Layout;
 use super::rows::{shown, unreadable};
 use crate::error::Error;
+use crate::recording::Finding;
 use crate::recording::laboratory::{self, Remark};
-use crate::recording::{Finding, Severity};
 
 /// Findings of one severity that comments may give.
 const MOST: usize = 20;
@@ -37,7 +37,14 @@ pub(super) fn of_comment(
     if denied {
         return None;
     }
-    let remark = laboratory::remark(comment)?;
+    // Written below every table of some exports.
+    let ended = comment.trim().to_lowercase().starts_with("end of ")
+        && !comment.contains(|c: char| c.is_ascii_digit());
+    let remark = laboratory::remark(comment).filter(|_| !ended)?;
+    if matches!(remark, Remark::Unclear) {
+        // An instant alone, such as that of the trigger, says nothing of the samples.
+        return None;
+    }
     let mut finding = laboratory::finding(comment, None)?;
     finding.text = format!("comment on line {line}: {}", finding.text);
     let is_of = |column: &Column| {
@@ -45,10 +52,7 @@ pub(super) fn of_comment(
         !key.is_empty()
             && (column.name.eq_ignore_ascii_case(key) || column.label.eq_ignore_ascii_case(key))
     };
-    if matches!(remark, Remark::Unclear) {
-        finding.severity = Severity::Info;
-        finding.code = "notes";
-    } else if columns.iter().any(is_of) && !is_of(&columns[column]) {
+    if columns.iter().any(is_of) && !is_of(&columns[column]) {
         finding = Finding::warning(
             "laboratory-remark",
             format!(

@@ -375,6 +375,8 @@ fn hint_for(cell: &str) -> &'static str {
         DATES
     } else if digits && cell.contains([',', ';', '|', '\t']) {
         ONE_CELL
+    } else if cell.replacen(['D', 'd'], "e", 1).parse::<f64>().is_ok() {
+        "write the exponent with E, as in 1.0E+00"
     } else {
         "mend the cell; lines of words begin with #"
     }

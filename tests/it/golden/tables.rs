@@ -912,14 +912,16 @@ fn counts() -> Vec<Case> {
         faulty(
             with("ticks-gap.csv", "ticks,acc_y_g", &|k| 100 * gap(k)),
             "from 29900 to 34000",
-        ),
+        )
+        .finds(&["info channel-chosen"]),
         faulty(
             with("stamps-unknown.csv", "Zeitstempel,acc_y_g", &|k| {
                 100 * gap(k)
             }),
             "from 29900",
-        ),
-        with("ticks.csv", "ticks,acc_y_g", &|k| 100 * k),
+        )
+        .finds(&["info channel-chosen"]),
+        with("ticks.csv", "ticks,acc_y_g", &|k| 100 * k).finds(&["info channel-chosen"]),
         with("index-of-16-bits.csv", "count,acc_y_g", &|k| {
             (k + 65_200) % 65_536
         }),
@@ -992,7 +994,7 @@ fn words_on_samples() -> Vec<Case> {
         )
         .unusable(&blocks, &["sensor failed at 30 ms"]),
         said("comment-polarity.csv", "polarity reversed").finds(&["warning laboratory-remark"]),
-        said("comment-trigger.csv", "trigger at 20 ms").finds(&["info notes"]),
+        said("comment-trigger.csv", "trigger at 20 ms"),
         said("comment-denied.csv", "Overload: no"),
         said("comment-plain.csv", "Test 12, 7.5 m/s, filtered at 1650 Hz"),
         column("status-ok.csv", "status", &|_| "OK"),
@@ -1007,11 +1009,13 @@ fn words_on_samples() -> Vec<Case> {
         column("flag-set.csv", "overload", &|k| {
             if k < 100 { "0" } else { "1" }
         })
-        .unusable(&blocks, &["`overload` says"]),
+        .unusable(&blocks, &["`overload` says"])
+        .finds(&["info channel-chosen"]),
         column("valid-no-more.csv", "valid", &|k| {
             if k < 100 { "1" } else { "0" }
         })
-        .unusable(&blocks, &["`valid` says"]),
+        .unusable(&blocks, &["`valid` says"])
+        .finds(&["info channel-chosen"]),
         column("noted.csv", "comment", &|k| {
             if k == 0 { "contact" } else { "" }
         })
@@ -1028,7 +1032,11 @@ fn odd_cells() -> Vec<Case> {
         table("time,acc_y_g", |k| format!("{},{}", stamp(k - FROM), g(k)))
     };
     vec![
-        good("fortran.csv", in_each(&|text| text + "D+00")),
+        refused(
+            "fortran.csv",
+            in_each(&|text| text + "D+00"),
+            &["D+00`", "exponent with E"],
+        ),
         good(
             "no-break-space.csv",
             in_each(&|text| format!("\u{a0}{text}\u{202f}")),
