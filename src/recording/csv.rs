@@ -7,6 +7,7 @@
 //! What the file does not say is asked for, not guessed: a missing unit or time is an error,
 //! and so is a header that does not fit its rows. Units never come from a comment.
 
+mod counter;
 mod date;
 mod dialect;
 pub(super) mod encoding;
@@ -14,11 +15,12 @@ pub(super) mod header;
 mod layout;
 pub(super) mod number;
 mod plain;
+mod remarks;
 mod rows;
 
 use super::source::Reader;
 use super::time_base::TimeBase;
-use super::{Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection};
+use super::{Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, laboratory};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, SampleRate};
 use layout::{Layout, TimeSource};
@@ -89,9 +91,13 @@ pub fn read(
         })
         .at(Place::default().line(line)));
     }
+    refuse_lost_rows(&text, &marked, &layout, &time, &mut findings)?;
     let choice = layout.choose(options, selection, &time)?;
     let wanted = &choice.columns;
-    let rows = Rows::read(&text, &layout, &time, wanted, (options, selection), limits)?;
+    let counters = layout.counters(&time, wanted);
+    let counted: Vec<usize> = counters.iter().map(|(column, _)| *column).collect();
+    let columns = (wanted.as_slice(), counted.as_slice());
+    let rows = Rows::read(&text, &layout, &time, columns, (options, selection), limits)?;
     if rows.decimal_comma {
         findings.push(Finding::info(
             "decimal-comma",
@@ -123,7 +129,21 @@ pub fn read(
             ),
         ));
     }
-    let base = find_base(&text, &rows, &layout, &time, options, limits, &mut findings)?;
+    let mut base = find_base(&text, &rows, &layout, &time, options, limits, &mut findings)?;
+    let at_s = |row: usize| instant_of(row, &rows, &base);
+    let counts = faulty_counts(&text, &rows, &layout, &counters, at_s);
+    let mut passed = choice.columns.clone();
+    if let TimeSource::Column { index, .. } = time {
+        passed.push(index);
+    }
+    let told = remarks::of_columns(&text, &layout, &passed, at_s)?;
+    base.findings.extend(counts);
+    if marked.more_words {
+        findings.push(Finding::info(
+            "notes",
+            "the file holds more comments than are read for what they say of the samples",
+        ));
+    }
     let zero = options.time_zero_s.unwrap_or(0.0);
     let mut channels = Vec::with_capacity(choice.columns.len());
     for (index, fate) in choice.columns.iter().zip(rows.values) {
@@ -152,10 +172,22 @@ pub fn read(
         let stated = column.stated();
         own.extend(stated.findings(base.rate));
         own.extend(column.name_findings());
-        own.extend(base.findings.iter().cloned().map(|mut finding| {
+        own.extend(base.findings.iter().cloned());
+        own.extend(
+            told.iter()
+                .filter(|told| told.of.is_none_or(|of| of == *index))
+                .map(|told| told.finding.clone()),
+        );
+        let end_s = base.start_s + base.rate.interval().seconds() * last_index(&values);
+        for mut finding in remarks::of_comments(&marked.words, &layout.columns, *index) {
+            let interval_s = base.rate.interval().seconds();
+            laboratory::hold_against_record(&mut finding, base.start_s, end_s, interval_s);
+            own.push(finding);
+        }
+        // The choice has no instants; all others are on the file's clock.
+        for finding in &mut own {
             finding.at_s = finding.at_s.map(|at| at - zero);
-            finding
-        }));
+        }
         channels.push(Channel {
             name: column.name.clone(),
             unit,
@@ -168,6 +200,117 @@ pub fn read(
         });
     }
     Ok(ReadOutcome { channels, findings })
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts of rows are below 2^53")]
+fn to_f64(count: usize) -> f64 {
+    count as f64
+}
+
+fn last_index(values: &[f64]) -> f64 {
+    to_f64(values.len().saturating_sub(1))
+}
+
+/// Returns the instant of a row on the file's clock [s]; of rows that repeat others none later
+/// than it.
+fn instant_of(row: usize, rows: &Rows, base: &Base) -> Option<f64> {
+    if rows.stamps_s.is_empty() {
+        return Some(base.start_s + base.rate.interval().seconds() * to_f64(row));
+    }
+    let repeated = rows.repeated.map_or(0, |(count, _)| count);
+    rows.stamps_s.get(row.saturating_sub(repeated)).copied()
+}
+
+/// Returns what is wrong with the columns that count the rows.
+fn faulty_counts(
+    text: &[u8],
+    rows: &Rows,
+    layout: &Layout,
+    counters: &[(usize, bool)],
+    at_s: impl Fn(usize) -> Option<f64>,
+) -> Vec<Finding> {
+    let stamped = !rows.stamps_s.is_empty();
+    let mut findings = Vec::new();
+    for ((column, named), counts) in counters.iter().zip(&rows.counts) {
+        let name = &layout.columns[*column].name;
+        let counts = match counts {
+            Fate::Kept(counts) => counts,
+            Fate::LeftOut(_) if stamped || !named => continue,
+            Fate::LeftOut(why) => {
+                findings.push(Finding::warning(
+                    "index-gap",
+                    format!("`{name}` could not be held against the rows: {why}"),
+                ));
+                continue;
+            }
+        };
+        match counter::judge(counts, *named) {
+            Some((_, Some(fault))) => {
+                let line = rows
+                    .repeated
+                    .is_none()
+                    .then(|| line_of_row(text, layout.header_rows + fault.row + 1))
+                    .flatten();
+                let at_s = at_s(fault.row);
+                findings.push(counter::finding(name, &fault, line, at_s, stamped));
+            }
+            Some((usual, None)) if *named && !stamped && (usual - 1.0).abs() > 1e-9 => {
+                findings.push(Finding::warning(
+                    "index-step",
+                    format!(
+                        "`{name}` counts by {usual}; if samples were left out, the stated rate is that many times too high"
+                    ),
+                ));
+            }
+            _ => {}
+        }
+    }
+    findings
+}
+
+/// Returns the line of a row, header rows counted, from 0.
+fn line_of_row(text: &[u8], row: usize) -> Option<u64> {
+    text.split(|byte| *byte == b'\n')
+        .enumerate()
+        .filter(|(_, line)| dialect::is_row(line))
+        .nth(row)
+        .map(|(line, _)| line as u64 + 1)
+}
+
+/// Refuses comments that are rows in disguise where no stamp shows what is missing by them, and
+/// tells of them where one does.
+fn refuse_lost_rows(
+    text: &[u8],
+    marked: &dialect::Marked,
+    layout: &Layout,
+    time: &TimeSource,
+    findings: &mut Vec<Finding>,
+) -> Result<(), Error> {
+    let (columns, _) = layout.widths();
+    if let (1, Some(line)) = (columns, marked.hashes) {
+        return Err(dialect::damaged_row(b"####").at(Place::default().line(line).column(1)));
+    }
+    let Some((count, line, followed)) =
+        marked.rows_made_comments(text, layout.separator, layout.header_rows, columns)
+    else {
+        return Ok(());
+    };
+    if followed && matches!(time, TimeSource::Rate(_)) {
+        return Err(Error::from(ErrorKind::Malformed {
+            expected: "rows of samples without a break, since no column tells their time".into(),
+            found: "a comment that holds as many numbers as a row".into(),
+            hint: "take the # away if it is a sample, or the line if it is none".into(),
+        })
+        .at(Place::default().line(line)));
+    }
+    findings.push(Finding::warning(
+        "rows-made-comments",
+        format!(
+            "{count} {} as many numbers as a row, the first on line {line}; samples may have been taken out by hand",
+            if count == 1 { "comment holds" } else { "comments hold" }
+        ),
+    ));
+    Ok(())
 }
 
 /// The time base of a table, with the fit if there is a time column.
@@ -329,13 +472,7 @@ fn at_longest_gap(error: Error, text: &[u8], rows: &Rows, layout: &Layout) -> Er
         Place::default()
     } else {
         let row = layout.header_rows + longest + 1;
-        text.split(|byte| *byte == b'\n')
-            .enumerate()
-            .filter(|(_, line)| dialect::is_row(line))
-            .nth(row)
-            .map_or(Place::default(), |(line, _)| {
-                Place::default().line(line as u64 + 1)
-            })
+        line_of_row(text, row).map_or(Place::default(), |line| Place::default().line(line))
     };
     let (limit, value) = (*limit, *value);
     Error::from(ErrorKind::LimitExceeded {

@@ -45,6 +45,9 @@ impl Separator {
     }
 }
 
+/// Bytes of comments that are read.
+const COMMENT_BYTES: usize = 1 << 20;
+
 /// Bytes of a text whose lines are looked at together.
 const BLOCK: usize = 4096;
 
@@ -70,13 +73,24 @@ fn plain_rows(block: &[u8]) -> Option<(usize, u64)> {
 }
 
 /// What the lines of a text are.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct Marked {
     /// The separator that a spreadsheet's `sep=;` names.
     pub(super) separator: Option<Separator>,
     /// The first line that is no row between one row, two, and three or more before it and
     /// others after it.
     breaks: [Option<u64>; 3],
+    /// The first line after a row that is nothing but `##…`: a rule drawn, or the only cell of a
+    /// row that a spreadsheet had no room for.
+    pub(super) hashes: Option<u64>,
+    /// Whether a comment follows a row.
+    comments: bool,
+    /// The text of comments that are words, with their lines; of very many the first.
+    pub(super) words: Vec<(u64, String)>,
+    /// Whether more are there.
+    pub(super) more_words: bool,
+    /// Bytes of those kept.
+    kept: usize,
 }
 
 impl Marked {
@@ -88,6 +102,51 @@ impl Marked {
             .copied()
             .flatten()
             .next()
+    }
+
+    /// Returns the rows of so many numbers that were made comments: how many follow the header,
+    /// the line of the first, and whether a row follows one of them.
+    pub(super) fn rows_made_comments(
+        &self,
+        text: &[u8],
+        separator: Separator,
+        header_rows: usize,
+        cells: usize,
+    ) -> Option<(usize, u64, bool)> {
+        if !self.comments {
+            return None;
+        }
+        let mut found: Option<(usize, u64, bool)> = None;
+        let mut rows = 0;
+        for (index, line) in text.split(|byte| *byte == b'\n').enumerate() {
+            if is_row(line) {
+                rows += 1;
+                if let Some(found) = &mut found {
+                    found.2 = true;
+                }
+            } else if rows >= header_rows && is_row_of_numbers(line, separator, cells) {
+                let (count, first, followed) = found.unwrap_or((0, index as u64 + 1, false));
+                found = Some((count + 1, first, followed));
+            }
+        }
+        found
+    }
+
+    /// Keeps what a comment says.
+    fn keep(&mut self, line: u64, comment: &[u8]) {
+        let marks = |byte: &u8| matches!(byte, b'#' | b'%' | b'/' | b' ' | b'\t');
+        let skipped = comment.iter().take_while(|byte| marks(byte)).count();
+        let comment = comment[skipped..].trim_ascii_end();
+        if !comment.iter().any(u8::is_ascii_alphabetic) {
+            return;
+        }
+        if self.kept + comment.len() > COMMENT_BYTES {
+            self.more_words = true;
+            return;
+        }
+        self.kept += comment.len() + 64;
+        self.words
+            .push((line, String::from_utf8_lossy(comment).into_owned()));
     }
 
     /// Takes in that more rows follow a line that is none.
@@ -122,13 +181,100 @@ fn named_separator(line: &[u8]) -> Option<Result<Separator, ErrorKind>> {
     })
 }
 
+/// Tells whether a comment holds `cells` numbers and nothing else.
+fn is_row_of_numbers(line: &[u8], separator: Separator, cells: usize) -> bool {
+    let marks = line
+        .iter()
+        .take_while(|byte| matches!(byte, b'#' | b'%' | b'/' | b' ' | b'\t'))
+        .count();
+    let body = line[marks..].trim_ascii_end();
+    let mut found = 0;
+    for cell in body.split(|byte| *byte == separator.byte()) {
+        found += 1;
+        if found > cells || !number::is_numeric(cell) {
+            return false;
+        }
+    }
+    found == cells
+}
+
+/// What a line that begins as a comment does is to a spreadsheet.
+enum Damage {
+    /// A row whose first cell was damaged.
+    Row,
+    /// Nothing but `##…`.
+    Hashes,
+}
+
+/// Tells whether a line's first cell is what a spreadsheet writes for a number that has no room
+/// in its column (`####`) or could not be computed (`#NUM!`, `#N/A`), and not a comment's start.
+fn damage(start: &[u8]) -> Option<Damage> {
+    let line = start.trim_ascii_end();
+    let end = |cells: &[u8]| {
+        cells
+            .iter()
+            .position(|byte| matches!(byte, b',' | b';' | b'\t' | b' '))
+            .unwrap_or(cells.len())
+    };
+    let (cell, rest) = line.split_at(end(line));
+    let hashes = is_overflow(cell);
+    if !hashes && !is_error_value(cell) {
+        return None;
+    }
+    let bare = rest.trim_ascii_start();
+    if bare.is_empty() {
+        return Some(if hashes { Damage::Hashes } else { Damage::Row });
+    }
+    // Behind a blank words go on, but no numbers.
+    let row = matches!(rest[0], b',' | b';' | b'\t')
+        || matches!(bare[0], b',' | b';' | b'\t')
+        || bare
+            .split(|byte| matches!(byte, b' ' | b'\t'))
+            .filter(|cell| !cell.is_empty())
+            .all(|cell| number::is_numeric(cell) || is_overflow(cell) || is_error_value(cell));
+    row.then_some(Damage::Row)
+}
+
+fn is_overflow(cell: &[u8]) -> bool {
+    cell.len() > 1 && cell.iter().all(|byte| *byte == b'#')
+}
+
+/// Tells whether a cell is a spreadsheet's error, in whichever language: `#DIV/0!`, `#WERT!`.
+fn is_error_value(cell: &[u8]) -> bool {
+    let Some(word) = cell.strip_prefix(b"#") else {
+        return false;
+    };
+    let upper = |byte: &u8| !byte.is_ascii_lowercase() && !byte.is_ascii_whitespace();
+    match word {
+        [name @ .., b'!' | b'?'] => {
+            name.first().is_some_and(u8::is_ascii_uppercase)
+                && name.iter().all(|byte| upper(byte) && *byte != b'#')
+        }
+        _ => matches!(word, b"N/A" | b"NA" | b"NV" | b"N/D" | b"N/B"),
+    }
+}
+
+/// Refuses a row that would be passed over as a comment for what stands in its first cell.
+pub(super) fn damaged_row(line: &[u8]) -> Error {
+    ErrorKind::Malformed {
+        expected: "a number in the first cell, or a comment".into(),
+        found: format!(
+            "`{}`, as spreadsheets write for a number that does not fit into its column or could not be computed",
+            super::rows::shown(line)
+        ),
+        hint: "widen the column or mend the cell there, and export again; the sample of this row would be missing".into(),
+    }
+    .into()
+}
+
 /// Measures every line and marks what is no row: comments (`#`, `%`, `//`), empty lines and a
 /// spreadsheet's `sep=;` get a `#` as their first byte. Returns what the lines are.
 ///
 /// # Errors
 ///
 /// [`ErrorKind::LimitExceeded`] at the first line with too many bytes or separators,
-/// [`ErrorKind::Malformed`] for a named separator that is not read.
+/// [`ErrorKind::Malformed`] for a named separator that is not read, and for a row whose first cell
+/// a spreadsheet damaged so that the row looks like a comment.
 pub(super) fn mark_lines(text: &mut [u8], limits: &Limits) -> Result<Marked, Error> {
     let mut marked = Marked::default();
     let mut seen_row = false;
@@ -184,6 +330,16 @@ pub(super) fn mark_lines(text: &mut [u8], limits: &Limits) -> Result<Marked, Err
             || start.starts_with(b"//");
         if no_row && rows > 0 {
             open.get_or_insert((index, rows));
+            marked.comments |= !start.is_empty();
+        }
+        match damage(start) {
+            Some(Damage::Row) => {
+                return Err(damaged_row(start).at(place(0).column(1)));
+            }
+            Some(Damage::Hashes) if rows > 0 => {
+                marked.hashes.get_or_insert(index);
+            }
+            _ => {}
         }
         if start.is_empty() {
             // The table reader skips a bare line end by itself, and it must stay one.
@@ -193,6 +349,7 @@ pub(super) fn mark_lines(text: &mut [u8], limits: &Limits) -> Result<Marked, Err
             continue;
         }
         if no_row {
+            marked.keep(index, start);
             line[0] = b'#';
             continue;
         }

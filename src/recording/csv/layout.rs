@@ -4,7 +4,7 @@ use super::date;
 use super::dialect::{self, FEW_ROWS, SAMPLE_BYTES, Separator};
 use super::header::{Column, is_known_unit};
 use super::number::{self, Decimal};
-use super::rows::{shown, unreadable};
+use super::rows::{ONE_CELL, shown, unreadable};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::{Finding, ReadOptions, Selection, lateral};
 use crate::units::{SampleRate, TimeUnit};
@@ -58,6 +58,8 @@ pub(super) struct Layout {
     named: bool,
     /// The first cells of the first column, as numbers.
     first_column: Vec<f64>,
+    /// Whether a column's first cells go up or down by steps that are mostly alike.
+    steady: Vec<bool>,
 }
 
 impl Layout {
@@ -109,6 +111,7 @@ impl Layout {
             cells: first.len(),
             numeric: mostly(&columns, data, number::is_numeric),
             dated: mostly(&columns, data, date::is_date),
+            steady: steady(&columns, data),
             columns,
             named,
             first_column: data
@@ -209,16 +212,67 @@ impl Layout {
             // Stamps that are no numbers, such as dates: reading them says so, at the cell.
             found = of(&|i| self.columns[i].says_time());
         }
+        if let [only] = found.as_slice() {
+            let twins = of(&|i| self.is_twin_of_time(i, *only));
+            if !twins.is_empty() {
+                found.extend(twins);
+                found.sort_unstable();
+            }
+        }
         match found.as_slice() {
             [only] => Ok(Some(*only)),
             [] => Ok(self.unnamed_time(options)),
             several => Err(ErrorKind::Malformed {
                 expected: "one time column".into(),
                 found: self.list(several.iter().copied()),
-                hint: "choose one with --time-column NAME".into(),
+                hint: "choose one with --time-column NAME: each may be the clock of the channels beside it".into(),
             }
             .into()),
         }
+    }
+
+    /// Tells whether a column beside the one of times may be another clock: by its unit, or by a
+    /// name that is that of the first with a number or a word behind it, such as `t.1`.
+    fn is_twin_of_time(&self, index: usize, time: usize) -> bool {
+        let column = &self.columns[index];
+        if index == time || !self.numeric[index] || self.dated[index] {
+            return false;
+        }
+        if column.time_unit.is_some() {
+            return true;
+        }
+        let first = self.columns[time].label.to_lowercase();
+        let own = column.label.to_lowercase();
+        let suffixed = own
+            .strip_prefix(&first)
+            .is_some_and(|rest| rest.starts_with(|c: char| !c.is_alphabetic()) || rest.is_empty());
+        column.unit_text.is_none() && !first.is_empty() && suffixed
+    }
+
+    /// Returns the columns that count the rows and are not read for anything else: those whose
+    /// names say so, and without stamps also those whose numbers do; each with whether its name
+    /// says so.
+    pub(super) fn counters(&self, time: &TimeSource, wanted: &[usize]) -> Vec<(usize, bool)> {
+        const MOST: usize = 2;
+        let stamped = match time {
+            TimeSource::Column { index, .. } => Some(*index),
+            TimeSource::Rate(_) => None,
+        };
+        let free = |index: &usize| {
+            Some(*index) != stamped
+                && !wanted.contains(index)
+                && self.numeric[*index]
+                && self.columns[*index].unit_text.is_none()
+        };
+        let named = (0..self.columns.len())
+            .filter(free)
+            .filter(|index| self.is_index(*index))
+            .map(|index| (index, true));
+        let steady = (0..self.columns.len())
+            .filter(free)
+            .filter(|index| stamped.is_none() && !self.is_index(*index) && self.steady[*index])
+            .map(|index| (index, false));
+        named.take(MOST).chain(steady.take(MOST)).collect()
     }
 
     /// Returns the first column if nothing is named and its numbers run like time.
@@ -505,6 +559,27 @@ fn mostly(columns: &[Column], data: &[ByteRecord], such: fn(&[u8]) -> bool) -> V
         .collect()
 }
 
+/// Tells of each column whether half of its first steps are alike, and none of these is zero.
+fn steady(columns: &[Column], data: &[ByteRecord]) -> Vec<bool> {
+    (0..columns.len())
+        .map(|index| {
+            let numbers: Vec<f64> = data
+                .iter()
+                .filter_map(|row| number::parse(row.get(index)?, &mut Decimal::Unknown).ok())
+                .collect();
+            let mut steps: Vec<f64> = numbers.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            steps.sort_unstable_by(f64::total_cmp);
+            let Some(usual) = steps.get(steps.len() / 2).copied() else {
+                return false;
+            };
+            let alike = steps
+                .iter()
+                .filter(|step| (*step - usual).abs() <= 0.25 * usual.abs());
+            usual.abs() > 0.0 && 2 * alike.count() >= steps.len()
+        })
+        .collect()
+}
+
 fn first_rows(text: &[u8], separator: Separator, quoted: bool) -> Result<Vec<ByteRecord>, Error> {
     let mut rows = Vec::new();
     let mut bytes = 0;
@@ -532,10 +607,16 @@ fn count_header_rows(text: &[u8], rows: &[ByteRecord]) -> Result<usize, Error> {
     };
     let words = |row: &ByteRecord, expected: &str| -> Result<usize, Error> {
         let cell = row.iter().find(|cell| !cell.trim_ascii().is_empty());
+        let cell = cell.unwrap_or_default();
+        let one_cell = row.len() == 1 && cell.iter().any(|byte| matches!(byte, b',' | b';' | b'|'));
         Err(Error::from(ErrorKind::Malformed {
             expected: expected.into(),
-            found: format!("`{}`", shown(cell.unwrap_or_default())),
-            hint: "begin lines of words before the header with #".into(),
+            found: format!("`{}`", shown(cell)),
+            hint: if one_cell {
+                ONE_CELL.into()
+            } else {
+                "begin lines of words before the header with #".into()
+            },
         })
         .at(line_of(text, row)))
     };
@@ -543,6 +624,7 @@ fn count_header_rows(text: &[u8], rows: &[ByteRecord]) -> Result<usize, Error> {
         return empty("the file holds no rows");
     };
     if has_number(names) {
+        refuse_preamble(text, rows)?;
         return Ok(0);
     }
     match rows.get(1) {
@@ -555,6 +637,33 @@ fn count_header_rows(text: &[u8], rows: &[ByteRecord]) -> Result<usize, Error> {
         },
         Some(row) => words(row, "numbers or a row of units after the header"),
     }
+}
+
+/// Refuses lines such as `Rate,10000` above a header: they are no samples.
+fn refuse_preamble(text: &[u8], rows: &[ByteRecord]) -> Result<(), Error> {
+    let filled = |cell: &&[u8]| !cell.trim_ascii().is_empty();
+    let word = |cell: &[u8]| !number::is_numeric(cell) && !date::is_date(cell);
+    let words = |row: &ByteRecord| row.iter().filter(filled).count() > 0 && row.iter().all(word);
+    let header = rows.iter().position(words);
+    let above = rows[0].iter().find(|cell| filled(cell) && word(cell));
+    if let (Some(header), Some(cell)) = (header, above)
+        && rows[header + 1..]
+            .iter()
+            .any(|row| row.iter().any(number::is_numeric))
+    {
+        let place = line_of(text, &rows[header]);
+        return Err(Error::from(ErrorKind::Malformed {
+            expected: "a header or numbers in the first row".into(),
+            found: format!(
+                "`{}`, and a header on line {}",
+                shown(cell),
+                place.line.unwrap_or(0)
+            ),
+            hint: "begin lines above the header with #".into(),
+        })
+        .at(line_of(text, &rows[0])));
+    }
+    Ok(())
 }
 
 /// Builds the columns from the header rows; the number of header cells if they do not fit.

@@ -1,5 +1,6 @@
 //! Numbers in cells: decimal point or comma, and the digits they were printed with.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// The decimal mark of a table, as far as it is known.
@@ -34,7 +35,7 @@ const LONGEST: usize = 64;
 
 /// Reads a cell, and learns the decimal mark from the first number that has one.
 pub(in crate::recording) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<f64, Fault> {
-    let cell = cell.trim_ascii();
+    let cell = &*bare(cell);
     if cell.is_empty() {
         return Err(Fault::Empty);
     }
@@ -72,6 +73,26 @@ pub(in crate::recording) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<
         _ => {}
     }
     Ok(value)
+}
+
+/// Returns a cell without the blanks around it, those that do not break a line among them, and
+/// with a plain hyphen for the minus of typesetters.
+fn bare(cell: &[u8]) -> Cow<'_, [u8]> {
+    const BLANKS: [char; 7] = [
+        '\u{a0}', '\u{2009}', '\u{200a}', '\u{200b}', '\u{202f}', '\u{2060}', '\u{feff}',
+    ];
+    let cell = cell.trim_ascii();
+    if cell.is_ascii() {
+        return Cow::Borrowed(cell);
+    }
+    let Ok(text) = std::str::from_utf8(cell) else {
+        return Cow::Borrowed(cell);
+    };
+    let text = text.trim_matches(|c: char| c == ' ' || c == '\t' || BLANKS.contains(&c));
+    match text.strip_prefix('\u{2212}') {
+        Some(rest) => Cow::Owned(format!("-{rest}").into_bytes()),
+        None => Cow::Borrowed(text.as_bytes()),
+    }
 }
 
 fn plain(cell: &[u8]) -> Result<f64, Fault> {
@@ -112,7 +133,7 @@ impl Marks {
         if self.decimal {
             return false;
         }
-        let cell = cell.trim_ascii();
+        let cell = &*bare(cell);
         let digits = match cell {
             [b'-' | b'+', rest @ ..] => rest,
             _ => cell,

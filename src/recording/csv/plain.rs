@@ -132,6 +132,7 @@ fn read_in(
         repeated: None,
         stamps_repeat: false,
         decimal_comma: false,
+        counts: Vec::new(),
     })
 }
 

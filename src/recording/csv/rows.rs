@@ -34,10 +34,13 @@ pub(super) struct Rows {
     pub(super) stamps_repeat: bool,
     /// Whether the numbers have a decimal comma.
     pub(super) decimal_comma: bool,
+    /// The counts of the columns that count the rows, in their order; of one with a cell that is
+    /// no number the reason.
+    pub(super) counts: Vec<Fate>,
 }
 
 impl Rows {
-    /// Reads the stamps and the `wanted` columns of all rows.
+    /// Reads the stamps, the `wanted` columns and the `counters` of all rows.
     ///
     /// # Errors
     ///
@@ -47,11 +50,12 @@ impl Rows {
         text: &[u8],
         layout: &Layout,
         time: &TimeSource,
-        wanted: &[usize],
+        (wanted, counters): (&[usize], &[usize]),
         (options, selection): (&ReadOptions, Selection),
         limits: &Limits,
     ) -> Result<Self, Error> {
-        let in_all = check_counts(text, layout, wanted, limits)?;
+        let all = [wanted, counters].concat();
+        let in_all = check_counts(text, layout, &all, limits)?;
         let (stamped, dated) = match time {
             TimeSource::Column {
                 index, unit, dated, ..
@@ -59,13 +63,15 @@ impl Rows {
             TimeSource::Rate(_) => (None, false),
         };
         if !dated
-            && let Some(rows) =
-                plain::read(text, layout, stamped, wanted, in_all, options.one_thread)
+            && let Some(mut rows) =
+                plain::read(text, layout, stamped, &all, in_all, options.one_thread)
         {
+            rows.counts = rows.values.split_off(wanted.len());
             return Ok(rows);
         }
         let read = |repeating: bool| {
-            Self::read_carefully(text, layout, time, wanted, selection, repeating)
+            let columns = (wanted, counters);
+            Self::read_carefully(text, layout, time, columns, selection, repeating)
         };
         match read(false) {
             // Stamps of too few digits: the stated rate is held against them later.
@@ -89,7 +95,7 @@ impl Rows {
         text: &[u8],
         layout: &Layout,
         time: &TimeSource,
-        wanted: &[usize],
+        (wanted, counters): (&[usize], &[usize]),
         selection: Selection,
         repeating: bool,
     ) -> Result<Self, Error> {
@@ -118,6 +124,8 @@ impl Rows {
         let mut values: Vec<Fate> = wanted.iter().map(|_| Fate::Kept(Vec::new())).collect();
         let mut doubts: Vec<Doubt> = wanted.iter().map(|_| Doubt::default()).collect();
         let mut stamp_doubt = Doubt::default();
+        let mut counts: Vec<Fate> = counters.iter().map(|_| Fate::Kept(Vec::new())).collect();
+        let mut count_decimal = vec![decimal; counters.len()];
         let mut count = 0_usize;
         let mut skipped = 0;
         while reader
@@ -195,6 +203,15 @@ impl Rows {
                     }
                 }
             }
+            for ((column, fate), decimal) in
+                counters.iter().zip(&mut counts).zip(&mut count_decimal)
+            {
+                let Fate::Kept(samples) = fate else { continue };
+                match number::parse(&record[*column], decimal) {
+                    Ok(value) => samples.push(value),
+                    Err(fault) => *fate = Fate::LeftOut(fail(*column, fault).to_string()),
+                }
+            }
         }
         // Between commas a comma in a number more often separates thousands.
         let strict = between_commas && decimal == Decimal::Comma;
@@ -224,6 +241,7 @@ impl Rows {
             count,
             repeated,
             decimal_comma: decimal == Decimal::Comma,
+            counts,
         })
     }
 }
@@ -338,8 +356,8 @@ fn bad_cell(cell: &[u8], fault: Fault) -> Error {
         ),
         Fault::Text => malformed(
             "a number",
-            format!("`{found}`"),
-            "mend the cell; lines of words begin with #",
+            format!("`{found}`{}", hidden(&found)),
+            hint_for(&found),
         ),
         Fault::OtherMark => malformed(
             "the same decimal mark in all numbers",
@@ -348,6 +366,41 @@ fn bad_cell(cell: &[u8], fault: Fault) -> Error {
         ),
     }
     .into()
+}
+
+/// Returns what to do about a cell that is no number.
+fn hint_for(cell: &str) -> &'static str {
+    let digits = cell.chars().any(|c| c.is_ascii_digit());
+    if digits && (cell.contains(':') || cell.matches('/').count() == 2) {
+        DATES
+    } else if digits && cell.contains([',', ';', '|', '\t']) {
+        ONE_CELL
+    } else if cell.replacen(['D', 'd'], "e", 1).parse::<f64>().is_ok() {
+        "write the exponent with E, as in 1.0E+00"
+    } else {
+        "mend the cell; lines of words begin with #"
+    }
+}
+
+/// What to do where a date is of a form that is not read.
+const DATES: &str = "dates are read as 2024-05-01T10:00:00.0001, date and time of day in one column; export them so, or as seconds, or leave the column out and state --rate-hz";
+
+/// What to do where a row is one cell.
+pub(super) const ONE_CELL: &str = "the row is one cell: export with a comma, a semicolon or a tab between cells, and without quotes around whole rows";
+
+/// Names the characters of a cell that cannot be seen or are taken for others.
+fn hidden(cell: &str) -> String {
+    let mut names: Vec<String> = cell
+        .chars()
+        .filter(|c| !c.is_ascii() && !c.is_alphanumeric())
+        .map(|c| format!("U+{:04X}", u32::from(c)))
+        .collect();
+    names.dedup();
+    names.truncate(4);
+    if names.is_empty() {
+        return String::new();
+    }
+    format!(", which holds {}", names.join(", "))
 }
 
 fn no_date(cell: &[u8]) -> Error {

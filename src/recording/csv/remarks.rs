@@ -1,0 +1,291 @@
+//! What comments and columns of words say of the samples.
+
+use super::dialect;
+use super::header::Column;
+use super::layout::Layout;
+use super::rows::{shown, unreadable};
+use crate::error::Error;
+use crate::recording::Finding;
+use crate::recording::laboratory::{self, Remark};
+
+/// Findings of one severity that comments may give.
+const MOST: usize = 20;
+
+/// Values that deny what the words before them say.
+const NOTHING: &[&str] = &[
+    "", "-", "no", "none", "nein", "keine", "kein", "0", "false", "off", "n", "ok", "on",
+    "enabled", "disabled",
+];
+
+/// Words of a column by which all is well.
+const WELL: &[&str] = &[
+    "", "-", "ok", "o.k.", "0", "0.0", "0x0", "0x00", "0x0000", "good", "valid", "none", "no",
+    "false", "normal", "nominal", "n", "i.o.", "io", "pass", "gültig", "gut", "off",
+];
+
+/// Returns what a comment on `line` says of the channel `column`.
+pub(super) fn of_comment(
+    line: u64,
+    comment: &str,
+    columns: &[Column],
+    column: usize,
+) -> Option<Finding> {
+    let (key, value) = comment
+        .split_once([':', '=', ';', ',', '\t'])
+        .unwrap_or(("", comment));
+    let denied = !key.is_empty() && NOTHING.contains(&value.trim().to_lowercase().as_str());
+    if denied {
+        return None;
+    }
+    // Written below every table of some exports.
+    let ended = comment.trim().to_lowercase().starts_with("end of ")
+        && !comment.contains(|c: char| c.is_ascii_digit());
+    let remark = laboratory::remark(comment).filter(|_| !ended)?;
+    if matches!(remark, Remark::Unclear) {
+        // An instant alone, such as that of the trigger, says nothing of the samples.
+        return None;
+    }
+    let mut finding = laboratory::finding(comment, None)?;
+    finding.text = format!("comment on line {line}: {}", finding.text);
+    let is_of = |column: &Column| {
+        let key = key.trim();
+        !key.is_empty()
+            && (column.name.eq_ignore_ascii_case(key) || column.label.eq_ignore_ascii_case(key))
+    };
+    if columns.iter().any(is_of) && !is_of(&columns[column]) {
+        finding = Finding::warning(
+            "laboratory-remark",
+            format!(
+                "comment on line {line}, on another channel: \"{}\"",
+                shown(comment.as_bytes())
+            ),
+        );
+    }
+    Some(finding)
+}
+
+/// Returns what all comments say of a channel, at most a screenful of each severity.
+pub(super) fn of_comments(
+    comments: &[(u64, String)],
+    columns: &[Column],
+    column: usize,
+) -> Vec<Finding> {
+    let mut found: Vec<Finding> = Vec::new();
+    for (line, comment) in comments {
+        let Some(finding) = of_comment(*line, comment, columns, column) else {
+            continue;
+        };
+        let alike = |known: &&mut Finding| known.severity == finding.severity;
+        if found.iter_mut().filter(alike).count() < MOST {
+            found.push(finding);
+        } else if let Some(last) = found.iter_mut().rfind(alike) {
+            // The earliest instant counts, and none at all is earlier still.
+            last.at_s = last.at_s.zip(finding.at_s).map(|(a, b)| a.min(b));
+        }
+    }
+    found
+}
+
+/// What the words of a column are about.
+#[derive(Clone, Copy, PartialEq)]
+enum About {
+    /// Whether samples are good: yes or no.
+    Valid,
+    /// Whether a fault is there: yes or no.
+    Fault,
+    /// The state of something.
+    State,
+    /// Whatever a person noted.
+    Notes,
+}
+
+fn about(column: &Column) -> Option<About> {
+    let small = column.label.to_lowercase();
+    let has = |list: &[&str]| {
+        small
+            .split(|c: char| !c.is_alphanumeric())
+            .any(|word| list.contains(&word))
+    };
+    if column.unit_text.is_some() {
+        None
+    } else if has(&["valid", "validity", "isvalid", "gültig"]) {
+        Some(About::Valid)
+    } else if has(&[
+        "overload",
+        "overrange",
+        "overflow",
+        "ovl",
+        "clip",
+        "clipped",
+        "clipping",
+        "saturated",
+        "saturation",
+        "fault",
+        "error",
+        "invalid",
+        "fehler",
+    ]) {
+        Some(About::Fault)
+    } else if has(&["status", "state", "flag", "flags", "quality", "qualität"]) {
+        Some(About::State)
+    } else if has(&[
+        "comment",
+        "comments",
+        "remark",
+        "remarks",
+        "note",
+        "notes",
+        "bemerkung",
+        "bemerkungen",
+        "kommentar",
+    ]) {
+        Some(About::Notes)
+    } else {
+        None
+    }
+}
+
+/// A column of words, and what it said first.
+struct Watch {
+    column: usize,
+    about: About,
+    first: Option<String>,
+    last: String,
+    /// The first words that take the worth from the samples, and the first others, by row.
+    bad: Option<(usize, String)>,
+    odd: Option<(usize, String)>,
+}
+
+impl Watch {
+    fn look(&mut self, row: usize, cell: &[u8]) {
+        let cell = cell.trim_ascii();
+        if row > 0 && cell == self.last.as_bytes() {
+            return;
+        }
+        let text = String::from_utf8_lossy(cell).into_owned();
+        self.last.clone_from(&text);
+        let small = text.to_lowercase();
+        let first = self.first.get_or_insert_with(|| small.clone()).clone();
+        let yes = matches!(small.as_str(), "1" | "true" | "yes" | "y" | "ja" | "wahr");
+        let no = matches!(
+            small.as_str(),
+            "0" | "0.0" | "false" | "no" | "n" | "nein" | "falsch"
+        );
+        let bad = match self.about {
+            About::Valid if yes => return,
+            About::Valid if no => true,
+            About::Fault if yes => true,
+            _ if WELL.contains(&small.as_str()) => return,
+            About::Notes => matches!(laboratory::remark(&text), Some(Remark::Invalid(_))),
+            _ => {
+                matches!(
+                    small.as_str(),
+                    "bad" | "error" | "err" | "fail" | "schlecht"
+                ) || matches!(laboratory::remark(&text), Some(Remark::Invalid(_)))
+            }
+        };
+        if bad {
+            self.bad.get_or_insert((row, text));
+        } else if small != first || self.about == About::Notes {
+            // A state that never changes says nothing of single samples.
+            self.odd.get_or_insert((row, text));
+        }
+    }
+}
+
+/// What columns of words say, with the column it is said of, if it is only one.
+pub(super) struct Told {
+    pub(super) of: Option<usize>,
+    pub(super) finding: Finding,
+}
+
+/// Returns what the columns of words say; `at_s` tells the instant of a row [s].
+///
+/// # Errors
+///
+/// Those of the table reader.
+pub(super) fn of_columns(
+    text: &[u8],
+    layout: &Layout,
+    passed: &[usize],
+    at_s: impl Fn(usize) -> Option<f64>,
+) -> Result<Vec<Told>, Error> {
+    let mut watches: Vec<Watch> = layout
+        .columns
+        .iter()
+        .enumerate()
+        .filter(|(column, _)| !passed.contains(column))
+        .filter_map(|(column, header)| {
+            Some(Watch {
+                column,
+                about: about(header)?,
+                first: None,
+                last: String::new(),
+                bad: None,
+                odd: None,
+            })
+        })
+        .collect();
+    if watches.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut reader = dialect::reader(text, layout.separator, layout.quoted);
+    let mut record = ::csv::ByteRecord::new();
+    let mut skipped = 0;
+    let mut row = 0;
+    while reader
+        .read_byte_record(&mut record)
+        .map_err(|error| unreadable(&error))?
+    {
+        if skipped < layout.header_rows {
+            skipped += 1;
+            continue;
+        }
+        for watch in &mut watches {
+            watch.look(row, record.get(watch.column).unwrap_or_default());
+        }
+        row += 1;
+    }
+    let mut told = Vec::new();
+    for watch in watches {
+        let name = &layout.columns[watch.column].name;
+        let label = layout.columns[watch.column].label.to_lowercase();
+        // `acc_y_status` speaks of `acc_y`.
+        let of = (0..layout.columns.len())
+            .filter(|other| {
+                let own = layout.columns[*other].label.to_lowercase();
+                *other != watch.column
+                    && own.len() > 1
+                    && label
+                        .strip_prefix(&own)
+                        .is_some_and(|rest| rest.starts_with(|c: char| !c.is_alphanumeric()))
+            })
+            .max_by_key(|other| layout.columns[*other].label.len());
+        let mut push = |at: Option<(usize, String)>, finding: fn(String) -> Finding| {
+            let Some((row, word)) = at else { return };
+            told.push(Told {
+                of,
+                finding: Finding {
+                    at_s: at_s(row),
+                    ..finding(format!(
+                        "the column `{name}` says \"{}\" from row {} on",
+                        shown(word.as_bytes()),
+                        row + 1
+                    ))
+                },
+            });
+        };
+        push(watch.bad, |text| {
+            Finding::blocking("invalid-by-laboratory", text)
+        });
+        push(
+            watch.odd,
+            if watch.about == About::Notes {
+                |text| Finding::info("notes", text)
+            } else {
+                |text| Finding::warning("laboratory-remark", text)
+            },
+        );
+    }
+    Ok(told)
+}
