@@ -109,6 +109,22 @@ fn both(name: &str, format: &str, data: &[u8]) {
 /// Text tables; the quick way and the careful one must agree.
 pub fn csv(data: &[u8]) {
     both("a.csv", "csv", data);
+    two_ways(data);
+}
+
+/// Text tables as [`csv`], where three inputs of four are read in two ways only: each reading
+/// builds the table reader of the crate csv anew, which takes most of the time.
+pub fn csv_lightly(data: &[u8]) {
+    let sum = data
+        .iter()
+        .fold(0_u8, |sum, byte| sum.wrapping_mul(31) ^ byte);
+    if sum % 4 == 0 {
+        both("a.csv", "csv", data);
+    }
+    two_ways(data);
+}
+
+fn two_ways(data: &[u8]) {
     let rate = ReadOptions {
         rate_hz: Some(10_000.0),
         unit: Some(AccelerationUnit::StandardGravity),

@@ -272,7 +272,7 @@ fn cli_bad_tables_are_refused_at_their_place() {
     t.add(
         "object.csv",
         "{\"time\": [0, 1], \"acc\": [0, 1]}\n",
-        &["expected"],
+        &["this is JSON", "as CSV"],
     );
     t.add(
         "no-column.csv",

@@ -5,8 +5,8 @@ use super::header::Column;
 use super::layout::Layout;
 use super::rows::{shown, unreadable};
 use crate::error::Error;
-use crate::recording::Finding;
 use crate::recording::laboratory::{self, Remark};
+use crate::recording::{Finding, Severity};
 
 /// Findings of one severity that comments may give.
 const MOST: usize = 20;
@@ -46,12 +46,26 @@ pub(super) fn of_comment(
         return None;
     }
     let mut finding = laboratory::finding(comment, None)?;
-    finding.text = format!("comment on line {line}: {}", finding.text);
+    if finding.severity == Severity::Warning && laboratory::remark(&prose(comment)).is_none() {
+        return None;
+    }
     let is_of = |column: &Column| {
         let key = key.trim();
         !key.is_empty()
             && (column.name.eq_ignore_ascii_case(key) || column.label.eq_ignore_ascii_case(key))
     };
+    let blocks = finding.severity == Severity::Blocking;
+    if blocks && !columns.iter().any(is_of) && !is_about_samples(comment) {
+        // The vehicle, the door or a setting may be meant.
+        finding = Finding::warning(
+            "laboratory-remark",
+            format!(
+                "the file says \"{}\": if that is said of the samples, they are no evidence",
+                shown(comment.as_bytes())
+            ),
+        );
+    }
+    finding.text = format!("comment on line {line}: {}", finding.text);
     if columns.iter().any(is_of) && !is_of(&columns[column]) {
         finding = Finding::warning(
             "laboratory-remark",
@@ -62,6 +76,75 @@ pub(super) fn of_comment(
         );
     }
     Some(finding)
+}
+
+/// Returns a comment without names of the kind `spike_1k`, which are no words of a person.
+fn prose(comment: &str) -> String {
+    let words = comment.split_whitespace();
+    let words: Vec<&str> = words.filter(|word| !word.contains('_')).collect();
+    words.join(" ")
+}
+
+/// Tells whether a comment speaks of samples and what they came from, and not of a setting.
+fn is_about_samples(comment: &str) -> bool {
+    const SAMPLES: &[&str] = &[
+        "data",
+        "datum",
+        "channel",
+        "sensor",
+        "signal",
+        "cable",
+        "accelerometer",
+        "transducer",
+        "gauge",
+        "gage",
+        "recorder",
+        "recording",
+        "record",
+        "sample",
+        "samples",
+        "value",
+        "values",
+        "valid",
+        "invalid",
+        "trace",
+        "curve",
+        "clipped",
+        "saturated",
+        "daten",
+        "kanal",
+        "aufnehmer",
+        "messwerte",
+        "kabel",
+        "aufzeichnung",
+        "ungültig",
+    ];
+    const SETTINGS: &[&str] = &[
+        "level",
+        "limit",
+        "limits",
+        "range",
+        "capacity",
+        "threshold",
+        "rating",
+        "grenze",
+        "bereich",
+    ];
+    let small = comment.to_lowercase();
+    let words: Vec<&str> = small
+        .split(|c: char| !c.is_alphanumeric())
+        .filter(|word| !word.is_empty())
+        .collect();
+    let has = |list: &[&str]| words.iter().any(|word| list.contains(word));
+    // "overload 5000 g" is what a sensor bears.
+    let rated = words.windows(3).any(|three| {
+        matches!(
+            three[0],
+            "overload" | "overrange" | "clipping" | "saturation" | "shock"
+        ) && three[1].bytes().all(|byte| byte.is_ascii_digit())
+            && matches!(three[2], "g" | "m" | "mm")
+    });
+    has(SAMPLES) && !has(SETTINGS) && !rated
 }
 
 /// Returns what all comments say of a channel, at most a screenful of each severity.
