@@ -28,7 +28,7 @@ pub(super) fn judge(counts: &[f64], named: bool) -> Option<(f64, Option<Fault>)>
     if counts.len() < 3
         || counts
             .iter()
-            .all(|count| *count <= counts[0] && *count >= counts[0])
+            .all(|count| count.total_cmp(&counts[0]).is_eq())
     {
         return None;
     }

@@ -307,7 +307,7 @@ fn doubts() -> Vec<Case> {
             &["limit mcap_fields of 10 crossed"],
         )
         .options(&["--limit", "mcap_fields=10"]),
-        imu_read("stamped.mcap", imu_log(|k| stamped_imu(k))),
+        imu_read("stamped.mcap", imu_log(stamped_imu)),
     ]
 }
 
