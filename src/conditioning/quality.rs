@@ -112,6 +112,7 @@ pub fn findings(raw: &Signal, options: &ConditioningOptions) -> Vec<Finding> {
             found.extend(lost::frozen(&facts).or_else(|| lost::stilled(&facts)));
             found.extend(lost::drop_out(&facts).or_else(|| lost::lost_one_by_one(&facts)));
             found.extend(lost::wrap_around(&facts));
+            found.extend(lost::one_signed(&facts));
         }
     }
     if facts.peak > 0.0 && !is_dead {

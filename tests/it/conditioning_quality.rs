@@ -763,3 +763,33 @@ fn val_formula_signals_are_neither_clipped_nor_frozen() {
         check_shared(&format!("reference/signals/{stem}.csv"), 1.0, &ignored, &[]);
     }
 }
+
+/// Magnitudes have lost the direction; a sensor that is off by as much as its noise has not.
+#[test]
+fn val_a_rectified_channel_is_no_evidence() {
+    let mut random = Random::new(7);
+    let noise: Vec<f64> = (0..1000).map(|_| 0.1 * random.normal()).collect();
+    let record = |change: &dyn Fn(f64) -> f64| {
+        let samples = (0..1000)
+            .map(|n| {
+                let phase = (n as f64 - 500.0) / 200.0;
+                let push = if (0.0..=1.0).contains(&phase) {
+                    30.0 * (PI * phase).sin()
+                } else {
+                    0.0
+                };
+                (change(noise[n] + push) / 0.001).round() * 0.001 * STANDARD_GRAVITY
+            })
+            .collect();
+        signal(10_000.0, -0.05, samples)
+    };
+    let options = ConditioningOptions::default();
+    let fault = |change: &dyn Fn(f64) -> f64| faults(&findings(&record(change), &options));
+    assert_eq!(fault(&|g| g), Vec::<&str>::new());
+    assert_eq!(fault(&f64::abs), ["one-signed"]);
+    assert_eq!(fault(&|g| -g.abs()), ["one-signed"]);
+    // A converter that knows no negative value.
+    assert!(fault(&|g| g.max(0.0)).contains(&"one-signed"));
+    // Off by three times its noise, no sample is negative either.
+    assert_eq!(fault(&|g| (g + 0.35).max(0.001)), Vec::<&str>::new());
+}

@@ -1,7 +1,7 @@
 //! Stretches in which sensor, cable, recorder or converter lost the motion.
 
 use super::{
-    EVENT_PART, FROZEN_RUN, Facts, LOUD_PART, QUIET_QUANTA, in_g, inside_event, is_cut, same,
+    EVENT_PART, FROZEN_RUN, Facts, LOUD_PART, QUIET_QUANTA, in_g, inside_event, is_cut, mean, same,
 };
 use crate::recording::Finding;
 
@@ -18,6 +18,11 @@ const LOST_SAMPLES: usize = 3;
 const WRAP_PART: f64 = 0.6;
 /// Largest part of such a step that the others may have, once it is undone.
 const UNWRAPPED_PART: f64 = 1.0 / 3.0;
+
+/// Samples before the event from which the lean of noise is told; by chance it is then 0.17.
+const LEAN_SAMPLES: usize = 200;
+/// Skewness of noise that leans.
+const LEAN: f64 = 0.6;
 
 /// Equal samples for longer than a moving body can stand still, away from zero; or at any level,
 /// if they begin inside the event and the channel's own noise vanishes with them. A slow
@@ -225,4 +230,49 @@ pub(super) fn drop_out(facts: &Facts<'_>) -> Option<Finding> {
         }
         .at(at_s),
     )
+}
+
+/// A record without a change of sign whose noise before the event leans against zero: the
+/// channel was rectified, or its converter shows one sign only.
+///
+/// Noise of a sensor that is off by a little has no lean: its skewness (third standardised
+/// moment) is zero, that of rectified normal noise 0.995.
+pub(super) fn one_signed(facts: &Facts<'_>) -> Option<Finding> {
+    let (low, high) = (*facts.levels.first()?, *facts.levels.last()?);
+    let sign = if low >= 0.0 {
+        1.0
+    } else if high <= 0.0 {
+        -1.0
+    } else {
+        return None;
+    };
+    let before = &facts.samples[..facts.pre_event];
+    if before.len() < LEAN_SAMPLES || facts.pre_deviation < 2.0 * facts.quantum {
+        return None;
+    }
+    let near = sign * facts.pre_mean < 2.0 * facts.pre_deviation;
+    // Of noise two samples of three are turning points; a slow onset has none.
+    let turns = before
+        .windows(3)
+        .filter(|three| (three[1] - three[0]) * (three[2] - three[1]) < 0.0)
+        .count();
+    let third = |value: &f64| {
+        let off = sign * (value - facts.pre_mean) / facts.pre_deviation;
+        off * off * off
+    };
+    let skewness = mean(&before.iter().map(third).collect::<Vec<_>>());
+    (near && 3 * turns > before.len() && skewness > LEAN).then(|| {
+        Finding::blocking(
+            "one-signed",
+            format!(
+                "no sample is {}, and the {} before the event, {} in the mean and {} about it, \
+                 lean against zero (skewness {skewness:.2}): the channel was rectified or cannot \
+                 show the other sign, so that the direction of the motion is lost",
+                if sign > 0.0 { "negative" } else { "positive" },
+                before.len(),
+                in_g(facts.pre_mean),
+                in_g(facts.pre_deviation)
+            ),
+        )
+    })
 }
