@@ -246,16 +246,26 @@ pub(super) fn judge(
     .map_err(|error| error.at(Place::file(source.name()).channel(channel.name.clone())))
 }
 
-/// Returns what the recording's other channels say against the one that is replayed; nothing where
-/// they cannot be read, which is no fault of this one.
+/// Returns what the recording's other channels say against the one that is replayed, or that they
+/// could not be read for it, which is no fault of this one.
 fn beside(
     source: &Source,
     options: &ReadOptions,
     channel: &Channel,
     limits: &Limits,
 ) -> Vec<Finding> {
-    let Ok(all) = recording::read(source, options, Selection::Every, limits) else {
-        return Vec::new();
+    let unread = |why: &str| {
+        vec![Finding::info(
+            "neighbours-unread",
+            format!("the other channels were not held against this one: {why}"),
+        )]
+    };
+    if *source == Source::Stdin {
+        return unread("standard input is read once");
+    }
+    let all = match recording::read(source, options, Selection::Every, limits) {
+        Ok(all) => all,
+        Err(error) => return unread(&error.to_string()),
     };
     let same = |other: &Channel| other.name == channel.name && other.values == channel.values;
     let Some(index) = all.channels.iter().position(same) else {

@@ -46,7 +46,7 @@ pub(crate) fn latchgate(arguments: &[&str]) -> Done {
     finish(program().args(arguments))
 }
 
-fn fed(arguments: &[&str], input: &[u8]) -> Done {
+pub(crate) fn fed(arguments: &[&str], input: &[u8]) -> Done {
     let mut child = program()
         .args(arguments)
         .stdin(Stdio::piped())

@@ -1,6 +1,6 @@
 //! Guards `inspect`: what it tells of a recording that `replay` would judge, or refuse.
 
-use crate::cli::{Folder, half_sine, latchgate, table, weak};
+use crate::cli::{Folder, fed, half_sine, latchgate, table, weak};
 use serde_json::Value;
 
 /// The document of a file of this text.
@@ -118,6 +118,33 @@ fn cli_inspect_compares_neighbours() {
     assert!(
         codes(&disagree["channels"][2]).contains(&"neighbours-disagree"),
         "{disagree}"
+    );
+}
+
+/// What could not be compared is said.
+#[test]
+fn cli_replay_tells_of_neighbours_that_were_not_read() {
+    let options = ["--channel", "sill_y (g)", "--opens-when", "both"];
+    let rest = ["--members", "0", "--no-report", "--format", "json"];
+    let done = fed(
+        &[&["replay", "-"], &options[..], &rest].concat(),
+        three(-0.4).as_bytes(),
+    );
+    let document = done.document();
+    assert!(
+        codes(&document).contains(&"neighbours-unread"),
+        "{document}"
+    );
+    let folder = Folder::new("neighbours-unread");
+    let path = folder.write("a.csv", three(-0.4));
+    // Enough for one column, not for three.
+    let cells = format!("table_cells={}", 2 * three(-0.4).lines().count());
+    let limit = ["--limit", &cells];
+    let done = latchgate(&[&["replay", &path], &options[..], &limit, &rest].concat());
+    let document = done.document();
+    assert!(
+        codes(&document).contains(&"neighbours-unread"),
+        "{document}"
     );
 }
 
