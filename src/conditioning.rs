@@ -27,7 +27,6 @@ pub struct Signal {
 impl Signal {
     /// Returns the time of sample `index` [s].
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
     pub fn time_s(&self, index: usize) -> f64 {
         self.start_s + index as f64 / self.rate.hertz()
     }
@@ -390,7 +389,7 @@ fn choose_filter(choice: FilterChoice, rate: SampleRate) -> (Option<Cfc>, Option
                 format!(
                     "{} Hz does not carry CFC {}, the default filter, which needs {} Hz: the samples \
                      were used unfiltered, and what lies beyond their Nyquist frequency may be \
-                     folded into them. Name a class with --filter, or --filter none",
+                     folded into them. Name a class with the setting `filter`, or the setting `filter` = none",
                     rate.rounded(),
                     class.class(),
                     cfc::least_rate_hz(class)
@@ -400,7 +399,6 @@ fn choose_filter(choice: FilterChoice, rate: SampleRate) -> (Option<Cfc>, Option
     }
 }
 
-#[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
 fn filter_padding_s(signal: &Signal) -> f64 {
     cfc::padding_samples(signal.rate, signal.samples.len()) as f64 / signal.rate.hertz()
 }

@@ -9,7 +9,7 @@ pub struct Candidate {
     pub name: String,
     /// What tells it from others of its name, such as `column 2`.
     pub twin: Option<String>,
-    /// What the option `--channel` takes for it; `None` where nothing singles it out.
+    /// What the setting `channel` takes for it; `None` where nothing singles it out.
     pub asked_as: Option<String>,
 }
 
@@ -211,7 +211,7 @@ pub enum ErrorKind {
     },
     /// A file whose format was not recognised.
     #[error(
-        "the format is not recognised ({found}); expected {expected}; name it with --input-format"
+        "the format is not recognised ({found}); expected {expected}; name it with the setting `input_format`"
     )]
     UnknownFormat {
         /// What the first bytes look like.
@@ -251,7 +251,7 @@ pub enum ErrorKind {
         if found < previous {
             "sort or cut the recording"
         } else {
-            "remove the row that came twice, or export the stamps with more digits; in a text table --rate-hz HZ stands in for digits that are missing"
+            "remove the row that came twice, or export the stamps with more digits; in a text table the setting `rate_hz` = HZ stands in for digits that are missing"
         }
     )]
     TimeNotIncreasing {
@@ -262,12 +262,12 @@ pub enum ErrorKind {
     },
     /// Nothing states the unit of acceleration.
     #[error(
-        "no unit of acceleration in header, units row or card; state it with --unit g|m/s2|mm/s2|mm/ms2|ft/s2"
+        "no unit of acceleration in header, units row or card; state it with the setting `unit` = g|m/s2|mm/s2|mm/ms2|ft/s2"
     )]
     MissingUnit,
     /// Nothing states the time of the samples.
     #[error(
-        "no time column and no sample rate; name one with --time-column NAME or state --rate-hz HZ"
+        "no time column and no sample rate; name one with the setting `time_column` = NAME or state the setting `rate_hz` = HZ"
     )]
     MissingTime,
     /// A channel that was asked for does not exist.
@@ -280,7 +280,7 @@ pub enum ErrorKind {
     },
     /// Several channels could be meant.
     #[error(
-        "several channels could be the lateral acceleration: {candidates}; choose one with --channel NAME"
+        "several channels could be the lateral acceleration: {candidates}; choose one with the setting `channel` = NAME"
     )]
     AmbiguousChannel {
         /// The candidates.
@@ -288,7 +288,7 @@ pub enum ErrorKind {
     },
     /// No channel carries an acceleration.
     #[error(
-        "no channel carries a lateral acceleration; the recording holds: {known}; choose one with --channel NAME"
+        "no channel carries a lateral acceleration; the recording holds: {known}; choose one with the setting `channel` = NAME"
     )]
     NoChannel {
         /// The names there are.
@@ -314,6 +314,9 @@ pub enum ErrorKind {
         /// What does.
         found: String,
     },
+    /// Whoever watches the work wished it to end.
+    #[error("the work was stopped before its end")]
+    Stopped,
     /// A limit on input was crossed.
     #[error("limit {limit} of {value} crossed: found {found}; cut the input to what is needed")]
     LimitExceeded {
@@ -326,7 +329,7 @@ pub enum ErrorKind {
     },
     /// The sample rate does not carry the channel frequency class.
     #[error(
-        "CFC {class} needs a sample rate of at least {needed_hz} Hz (ten times the class), found {found_hz} Hz; choose a lower class or --filter none"
+        "CFC {class} needs a sample rate of at least {needed_hz} Hz (ten times the class), found {found_hz} Hz; choose a lower class or the setting `filter` = none"
     )]
     RateTooLow {
         /// The channel frequency class.

@@ -9,6 +9,8 @@
 //! preloaded spring, excited by the lateral acceleration of its base.
 
 pub mod error;
+pub mod parallel;
+pub mod setting;
 pub mod units;
 
 pub mod recording;

@@ -83,7 +83,9 @@ impl ReadOptions {
         Err(ErrorKind::Malformed {
             expected: format!("{format}, which says where its times are, in seconds"),
             found: "options that say otherwise".into(),
-            hint: format!("leave out --time-column and --time-unit{way_out}"),
+            hint: format!(
+                "leave out the setting `time_column` and the setting `time_unit`{way_out}"
+            ),
         }
         .into())
     }
@@ -139,7 +141,6 @@ impl Channel {
     /// Returns the time of sample `index` [s].
     #[must_use]
     pub fn time_s(&self, index: usize) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
         let steps = index as f64;
         self.start_s + steps / self.rate.hertz()
     }
@@ -251,7 +252,7 @@ pub struct Head<'a> {
 /// A reader: how its files are recognised and how they are read.
 #[derive(Debug)]
 pub struct Format {
-    /// Name for `--input-format` and verdicts.
+    /// Name for the setting and for verdicts.
     pub name: &'static str,
     /// Tells whether the file is of this format.
     pub recognises: fn(head: &Head<'_>) -> bool,

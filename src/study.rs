@@ -14,7 +14,6 @@ pub mod free;
 pub mod free_vibration;
 pub mod histories;
 pub mod orbit;
-pub mod parallel;
 pub mod restitution;
 pub mod shock;
 pub mod spectrogram;

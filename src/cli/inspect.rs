@@ -156,9 +156,9 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
                 )
             })?;
             text.push('\n');
-            output::data(&text)
+            output::document(&text)
         }
-        OutputFormat::Text => output::data(&table(&listing, &own.read.recording)),
+        OutputFormat::Text => output::text(&table(&listing, &own.read.recording)),
     }
     .map_err(Failure::Data)?;
     Ok(0)

@@ -49,9 +49,9 @@ pub(super) fn command(common: &Common) -> Result<u8, Failure> {
                 )
             })?;
             text.push('\n');
-            output::data(&text)
+            output::document(&text)
         }
-        OutputFormat::Text => output::data(&table(&listing)),
+        OutputFormat::Text => output::text(&table(&listing)),
     }
     .map_err(Failure::Data)?;
     Ok(0)

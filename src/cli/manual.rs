@@ -14,7 +14,7 @@ pub(super) fn completions(own: &CompletionsArguments) -> Result<u8, Failure> {
         "latchgate",
         &mut script,
     );
-    output::data(&String::from_utf8_lossy(&script)).map_err(Failure::Data)?;
+    output::document(&String::from_utf8_lossy(&script)).map_err(Failure::Data)?;
     Ok(0)
 }
 
@@ -55,6 +55,6 @@ pub(super) fn man(own: &ManArguments) -> Result<u8, Failure> {
                 .into(),
             )
         })?;
-    output::data(&String::from_utf8_lossy(&roff)).map_err(Failure::Data)?;
+    output::document(&String::from_utf8_lossy(&roff)).map_err(Failure::Data)?;
     Ok(0)
 }

@@ -64,8 +64,8 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
         Some(folder)
     };
     match common.format {
-        OutputFormat::Json => output::data(&report::json::render(&document)),
-        OutputFormat::Text => output::data(&report::margin::text(&document, written.as_deref())),
+        OutputFormat::Json => output::document(&report::json::render(&document)),
+        OutputFormat::Text => output::text(&report::margin::text(&document, written.as_deref())),
     }
     .map_err(Failure::Data)?;
     if margins.spoiled {

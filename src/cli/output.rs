@@ -1,15 +1,42 @@
 //! The only place that prints.
 
 use crate::error::{Error, ErrorKind, Place};
+use crate::setting::Setting;
 use std::io::{self, Write};
 
-/// Writes data to stdout. A reader that has gone away is no error of ours.
+/// Words the settings that a message names as options: ``the setting `filter` = none`` becomes
+/// `--filter none`.
+pub(super) fn with_options(text: &str) -> String {
+    let mut text = text.to_string();
+    // Most messages name none, and an answer may be long.
+    if text.contains("the setting `") {
+        for setting in Setting::ALL {
+            let named = setting.to_string();
+            let option = format!("--{}", setting.key().replace('_', "-"));
+            text = text
+                .replace(&format!("{named} = "), &format!("{option} "))
+                .replace(&named, &option);
+        }
+    }
+    text
+}
+
+/// Writes an answer for people to stdout, settings worded as options.
+///
+/// # Errors
+///
+/// As [`document`].
+pub(super) fn text(text: &str) -> Result<(), Error> {
+    document(&with_options(text))
+}
+
+/// Writes a document to stdout as it is. A reader that has gone away is no error of ours.
 ///
 /// # Errors
 ///
 /// [`ErrorKind::Io`] if the data could not be written for another reason, for example a full disk:
 /// an answer that nobody got must not end with the exit code of one.
-pub(super) fn data(text: &str) -> Result<(), Error> {
+pub(super) fn document(text: &str) -> Result<(), Error> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
@@ -23,8 +50,8 @@ pub(super) fn data(text: &str) -> Result<(), Error> {
     }
 }
 
-/// Writes a message to stderr.
+/// Writes a message to stderr, settings worded as options.
 pub(super) fn talk(text: &str) {
     let mut err = io::stderr().lock();
-    let _ = writeln!(err, "{text}");
+    let _ = writeln!(err, "{}", with_options(text));
 }

@@ -66,8 +66,8 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
         }
     };
     match common.format {
-        OutputFormat::Json => output::data(&report::json::render(&document)),
-        OutputFormat::Text => output::data(&report::text::render(&document, written.as_deref())),
+        OutputFormat::Json => output::document(&report::json::render(&document)),
+        OutputFormat::Text => output::text(&report::text::render(&document, written.as_deref())),
     }
     .map_err(Failure::Data)?;
     if let Some(error) = refusal {

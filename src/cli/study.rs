@@ -20,10 +20,10 @@ use super::{Failure, output};
 use crate::error::ErrorKind;
 use crate::model::Design;
 use crate::model::stop::StopModel;
+use crate::parallel::Control;
 use crate::report;
 use crate::report::study::{Files, Summary, Table};
 use crate::study::Headline;
-use crate::study::parallel::Control;
 use crate::study::work_precision::Truth;
 use clap::Subcommand;
 use progress::Progress;
@@ -209,8 +209,8 @@ pub(super) fn command(own: &StudyArguments, common: &Common) -> Result<u8, Failu
         .unwrap_or_else(|| PathBuf::from("reports/out").join(files.name));
     let written = files.write(&folder).map_err(Failure::Data)?;
     match common.format {
-        OutputFormat::Json => output::data(&files.json),
-        OutputFormat::Text => output::data(&report::study::text(&summary, &written)),
+        OutputFormat::Json => output::document(&files.json),
+        OutputFormat::Text => output::text(&report::study::text(&summary, &written)),
     }
     .map_err(Failure::Data)?;
     if !complete {

@@ -89,8 +89,8 @@ pub(super) fn command(own: &VerifyArguments, common: &Common) -> Result<u8, Fail
         first_difference: comparison.first.as_ref(),
     };
     match common.format {
-        OutputFormat::Json => output::data(&report::json::render(&answer)),
-        OutputFormat::Text => output::data(&text(&answer, &comparison)),
+        OutputFormat::Json => output::document(&report::json::render(&answer)),
+        OutputFormat::Text => output::text(&text(&answer, &comparison)),
     }
     .map_err(Failure::Data)?;
     Ok(if answer.same { 0 } else { DIFFERENT })

@@ -52,8 +52,8 @@ pub fn bias(signal: &Signal, window: BiasWindow) -> Result<(Bias, Vec<Finding>),
                 vec![Finding::warning(
                     "no-pre-event-data",
                     "fewer than 5 ms of samples before -1 ms, so no bias was removed; an unknown \
-                     bias adds velocity over the whole record. Name a quiet window with --bias \
-                     START..END, or the instant of first contact with --time-zero",
+                     bias adds velocity over the whole record. Name a quiet window with the setting `bias` = \
+                     START..END, or the instant of first contact with the setting `time_zero`",
                 )],
             ),
         }),
@@ -126,11 +126,6 @@ fn samples_before(signal: &Signal, instant_s: f64) -> usize {
     count_from((position - INDEX_TOLERANCE).ceil(), signal)
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a float cast saturates; negative and NaN become 0"
-)]
 fn count_from(count: f64, signal: &Signal) -> usize {
     (count as usize).min(signal.samples.len())
 }
@@ -202,7 +197,6 @@ fn sum_of_squares(samples: &[f64], centre: f64) -> f64 {
         .sum()
 }
 
-#[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
 fn index_as_f64(index: usize) -> f64 {
     index as f64
 }

@@ -187,11 +187,6 @@ pub fn padding_samples(rate: SampleRate, samples: usize) -> usize {
     let wanted = (end_padding_s() * rate.rounded())
         .round()
         .max(LEAST_PADDING_SAMPLES);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "positive; a float cast saturates and the record's length bounds it"
-    )]
     let wanted = wanted as usize;
     wanted.min(samples.saturating_sub(1))
 }
@@ -218,7 +213,6 @@ fn both_passes(work: &mut [f64], pass: impl Fn(&mut [f64])) {
 
 fn start_mean(work: &[f64]) -> f64 {
     let head = &work[..work.len().min(START_MEAN_SAMPLES)];
-    #[expect(clippy::cast_precision_loss, reason = "at most ten")]
     let count = head.len().max(1) as f64;
     head.iter().sum::<f64>() / count
 }

@@ -624,7 +624,7 @@ fn sign_suspicion(facts: &Facts<'_>) -> Option<Finding> {
             format!(
                 "the first push, at {at_s:.5} s, has the opposite sign of the velocity of \
                  {velocity:.3} m/s that the record adds up to: check the polarity of the channel \
-                 (--opens-when), and that it is not a rotating or a rebounding part"
+                 (the setting `opens_when`), and that it is not a rotating or a rebounding part"
             ),
         )
         .at(at_s),
@@ -748,7 +748,7 @@ fn pre_event_not_quiet(facts: &Facts<'_>) -> Option<Finding> {
             "pre-event-not-quiet",
             format!(
                 "samples before -1 ms reach {} beside their mean, more than a quarter of the peak: \
-                 their mean may be no bias, or time zero may be wrong (--time-zero, --bias)",
+                 their mean may be no bias, or time zero may be wrong (the setting `time_zero`, the setting `bias`)",
                 in_g(largest)
             ),
         )
@@ -792,11 +792,6 @@ fn drift(facts: &Facts<'_>) -> Option<Finding> {
 
 /// The mean of the tail lies away from the mean before the event.
 fn zero_shift(facts: &Facts<'_>) -> Option<Finding> {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "positive; a float cast saturates"
-    )]
     let ten_ms = (0.01 * facts.raw.rate.hertz()).round() as usize;
     let count = facts.samples.len();
     let length = ten_ms.max(count / 20);
@@ -823,7 +818,6 @@ fn mean(samples: &[f64]) -> f64 {
     samples.iter().sum::<f64>() / as_f64(samples.len().max(1))
 }
 
-#[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
 fn as_f64(index: usize) -> f64 {
     index as f64
 }

@@ -80,7 +80,6 @@ pub fn resample(signal: &Signal, to: SampleRate) -> Result<Signal, Error> {
     // A new instant that misses the last sample by rounding alone still counts.
     let intervals = (as_f64(count - 1) * new_hz / old_hz + 1e-6).floor();
     let most = Limits::default().samples;
-    #[expect(clippy::cast_precision_loss, reason = "the limit is far below 2^53")]
     if intervals + 1.0 > most as f64 {
         return Err(out_of_range(
             "resampled rate [Hz]",
@@ -281,16 +280,10 @@ fn out_of_range(what: &str, expected: String, found: String) -> Error {
     .into()
 }
 
-#[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
 fn as_f64(index: usize) -> f64 {
     index as f64
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a float cast saturates; callers bound the value"
-)]
 fn as_index(value: f64) -> usize {
     value as usize
 }

@@ -83,11 +83,6 @@ pub fn spectrogram(signal: &Signal) -> Spectrogram {
     if count < shortest {
         return Spectrogram::default();
     }
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "positive; a float cast saturates"
-    )]
     let wanted = (WINDOW_S * signal.rate.hertz()) as usize;
     let wanted = wanted.min(count / 4).clamp(shortest, longest);
     let length = 1_usize << wanted.ilog2();
@@ -184,13 +179,7 @@ fn stretch_around_peak(signal: &Signal) -> &[f64] {
         return &signal.samples;
     }
     let middle = peak(signal).map_or(0, |(_, time_s)| {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "an index of the signal; a float cast saturates"
-        )]
-        let index = ((time_s - signal.start_s) * signal.rate.hertz()).round() as usize;
-        index
+        ((time_s - signal.start_s) * signal.rate.hertz()).round() as usize
     });
     let first = middle
         .saturating_sub(LONGEST_SPECTRUM / 2)
@@ -220,7 +209,6 @@ fn amplitudes(transform: &[Complex<f64>], weight: f64) -> Vec<f64> {
         .collect()
 }
 
-#[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
 fn as_f64(index: usize) -> f64 {
     index as f64
 }

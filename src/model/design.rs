@@ -63,7 +63,7 @@ impl Default for Design {
     }
 }
 
-/// Every key that a design file or `--set` may name, with the condition on its value.
+/// Every key that a design file or an override may name, with the condition on its value.
 const KEYS: &[(&str, Range)] = &[
     ("lever.moment_of_inertia_kg_m2", Range::Positive),
     ("lever.pivot_damping_nm_s_per_rad", Range::NotNegative),
@@ -173,7 +173,7 @@ impl Design {
             return Err(ErrorKind::Malformed {
                 expected: "KEY=VALUE".into(),
                 found: format!("`{assignment}`"),
-                hint: "for example --set lever.preload_torque_nm=2.82".into(),
+                hint: "for example the setting `set` = lever.preload_torque_nm=2.82".into(),
             }
             .into());
         };
@@ -311,10 +311,6 @@ fn check_range(key: &str, value: f64, range: Range) -> Result<(), Error> {
 fn number(key: &str, value: &toml::Value) -> Result<f64, Error> {
     match value {
         toml::Value::Float(number) => Ok(*number),
-        #[expect(
-            clippy::cast_precision_loss,
-            reason = "no design value is an integer beyond 2^53"
-        )]
         toml::Value::Integer(number) => Ok(*number as f64),
         other => Err(ErrorKind::Malformed {
             expected: format!("a number for `{key}`"),

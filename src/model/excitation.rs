@@ -27,19 +27,12 @@ pub struct Sampled<'a> {
 }
 
 impl Sampled<'_> {
-    #[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
     fn time_s(&self, index: usize) -> f64 {
         self.start_s + index as f64 / self.rate_hz
     }
 }
 
 impl Excitation for Sampled<'_> {
-    #[expect(
-        clippy::cast_precision_loss,
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a place between the first and the last sample"
-    )]
     #[inline]
     fn acceleration(&self, t: f64) -> f64 {
         let place = (t - self.start_s) * self.rate_hz;
@@ -56,11 +49,6 @@ impl Excitation for Sampled<'_> {
         self.sign * value
     }
 
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a place between the first and the last sample"
-    )]
     #[inline]
     fn next_kink(&self, t: f64) -> f64 {
         let place = (t - self.start_s) * self.rate_hz;

@@ -97,7 +97,6 @@ fn to_bernstein(coefficients: &[f64], end: f64) -> [f64; CAPACITY] {
     for (j, c) in coefficients.iter().enumerate() {
         b[j] = c * power / binomial;
         power *= end;
-        #[expect(clippy::cast_precision_loss, reason = "at most CAPACITY")]
         {
             binomial = binomial * (n - j) as f64 / (j + 1) as f64;
         }

@@ -275,10 +275,6 @@ fn text_of(key: &str, value: &toml::Value, expected: &str) -> Result<String, Err
 fn number_of(key: &str, value: &toml::Value) -> Result<f64, Error> {
     match value {
         toml::Value::Float(number) => Ok(*number),
-        #[expect(
-            clippy::cast_precision_loss,
-            reason = "rates and ranges beyond 2^53 do not exist"
-        )]
         toml::Value::Integer(number) => Ok(*number as f64),
         other => Err(wrong_type(key, other, "a number without quotes")),
     }

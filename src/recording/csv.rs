@@ -111,7 +111,7 @@ pub fn read(
         findings.push(Finding::info(
             "time-absolute",
             format!(
-                "the stamps of `{}` are dates; time was counted from the first of them, and --time-zero is meant so as well",
+                "the stamps of `{}` are dates; time was counted from the first of them, and the setting `time_zero` is meant so as well",
                 layout.columns[index].name
             ),
         ));
@@ -202,7 +202,6 @@ pub fn read(
     Ok(ReadOutcome { channels, findings })
 }
 
-#[expect(clippy::cast_precision_loss, reason = "counts of rows are below 2^53")]
 fn to_f64(count: usize) -> f64 {
     count as f64
 }
@@ -361,7 +360,7 @@ fn find_base(
     options.check_rate(
         rate,
         &format!("the time column `{name}`"),
-        "state --time-unit, or leave out the rate",
+        "state the setting `time_unit`, or leave out the rate",
     )?;
     if rate > INCREDIBLE && options.time_unit.is_none() && options.rate_hz.is_none() {
         return Err(Error::from(ErrorKind::Malformed {
@@ -371,7 +370,7 @@ fn find_base(
                 if unit_stated { "" } else { ", seconds assumed" }
             ),
             hint:
-                "its unit is likely another than the header says; state it with --time-unit s|ms|us"
+                "its unit is likely another than the header says; state it with the setting `time_unit` = s|ms|us"
                     .into(),
         })
         .at(Place::default().channel(name.clone())));
@@ -385,7 +384,7 @@ fn find_base(
         findings.push(Finding::warning(
             "time-unit-implausible",
             format!(
-                "the time column `{}` gives {rate} Hz, which no crash recording has; state its unit with --time-unit s|ms|us",
+                "the time column `{}` gives {rate} Hz, which no crash recording has; state its unit with the setting `time_unit` = s|ms|us",
                 layout.columns[column].name
             ),
         ));

@@ -143,7 +143,7 @@ fn read_bare(
     };
     options.refuse_other_clock(
         "a curve file of NHTSA",
-        ", or read the file as a table with --input-format csv",
+        ", or read the file as a table with the setting `input_format` = csv",
     )?;
     if let Some(wanted) = &options.channel {
         let number = curve::number_of(&name);
@@ -441,7 +441,7 @@ fn channel(
             Some(entry) if !entry.y_unit.is_empty() => ErrorKind::Malformed {
                 expected: "a unit of acceleration".into(),
                 found: format!("`{}` in the .EV5", entry.y_unit),
-                hint: "choose another curve, or state the unit with --unit".into(),
+                hint: "choose another curve, or state the unit with the setting `unit`".into(),
             }
             .into(),
             _ => ErrorKind::MissingUnit.into(),
@@ -578,7 +578,6 @@ impl Clock {
     }
 }
 
-#[expect(clippy::cast_precision_loss, reason = "counts stay far below 2^53")]
 fn to_f64(count: usize) -> f64 {
     count as f64
 }

@@ -1,7 +1,7 @@
 //! Limits on input: what a reader refuses to take in, so that memory stays bounded.
 //!
 //! One table lists them with unit and meaning; `latchgate limits` prints it, and
-//! `--limit KEY=VALUE` changes an entry.
+//! An assignment `KEY=VALUE` changes an entry.
 
 use crate::error::{Error, ErrorKind, nearest_name};
 use serde::Serialize;
@@ -9,7 +9,7 @@ use serde::Serialize;
 /// A limit as it stands.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Limit {
-    /// Name, as messages and `--limit` use it.
+    /// Name, as messages and assignments use it.
     pub name: &'static str,
     /// Its value.
     pub value: u64,

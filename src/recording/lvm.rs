@@ -398,7 +398,6 @@ impl Table {
         let (_, first) = *cells.first()?;
         let interval_s = rate.interval().seconds();
         let whole = cells.len() >= samples;
-        #[expect(clippy::cast_precision_loss, reason = "rows stay far below 2^53")]
         let at = |row: usize| row as f64;
         let counts_rows = cells
             .iter()
@@ -546,7 +545,7 @@ fn channel(
             Some(text) => ErrorKind::Malformed {
                 expected: "a unit of acceleration".into(),
                 found: format!("`{text}` in the header"),
-                hint: "choose another channel, or state the unit with --unit".into(),
+                hint: "choose another channel, or state the unit with the setting `unit`".into(),
             }
             .into(),
             None => ErrorKind::MissingUnit.into(),
@@ -628,7 +627,8 @@ fn implausible_rate(
         return Err(ErrorKind::Malformed {
             expected: "a rate that crash recordings have".into(),
             found: format!("{hertz} Hz by {told_by}"),
-            hint: "mend the header, or confirm the rate with --rate-hz if it is right".into(),
+            hint: "mend the header, or confirm the rate with the setting `rate_hz` if it is right"
+                .into(),
         }
         .into());
     }

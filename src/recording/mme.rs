@@ -332,7 +332,7 @@ fn read_channel(
             Some(text) => ErrorKind::Malformed {
                 expected: "a unit of acceleration".into(),
                 found: format!("`{}` in the channel's header", text::shown(text)),
-                hint: "choose another channel, or state the unit with --unit".into(),
+                hint: "choose another channel, or state the unit with the setting `unit`".into(),
             }
             .into(),
             None => ErrorKind::MissingUnit.into(),
@@ -599,15 +599,10 @@ impl Clock {
     }
 }
 
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "a limit needs no exact comparison"
-)]
 fn to_float(limit: u64) -> f64 {
     limit as f64
 }
 
-#[expect(clippy::cast_precision_loss, reason = "counts stay far below 2^53")]
 fn to_f64(count: usize) -> f64 {
     count as f64
 }

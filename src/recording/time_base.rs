@@ -473,11 +473,6 @@ fn count_samples(steps: f64) -> Result<usize, Error> {
         }
         .into());
     }
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "finite and not negative; the cast saturates, and limits refuse such counts"
-    )]
     let count = steps.min(1e15) as usize;
     Ok(count + 1)
 }
@@ -607,7 +602,6 @@ fn interpolate(places: impl Iterator<Item = f64>, values: &[f64], samples: usize
     result
 }
 
-#[expect(clippy::cast_precision_loss, reason = "counts stay far below 2^53")]
 fn to_f64(count: usize) -> f64 {
     count as f64
 }

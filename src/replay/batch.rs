@@ -20,9 +20,9 @@ use crate::error::{Error, ErrorKind};
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
 use crate::numerics::lanes::{LANES_MAX, Lanes, Mask, Real, lanes};
+use crate::parallel::Control;
 use crate::units::OpensWhen;
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// One lever of a batch and how it sees the recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -128,41 +128,18 @@ fn shared_out<M: Fn(usize) -> Member + Sync>(
     check(signal, options)?;
     let (_, last) = judged(signal, options);
     let ahead = ahead(signal, last);
-    let next = AtomicUsize::new(0);
-    let take = || {
-        let mut done: Vec<(usize, Vec<MemberPeak>)> = Vec::new();
-        loop {
-            let first = next.fetch_add(CHUNK, Ordering::Relaxed);
-            if first >= count {
-                return done;
-            }
-            let results = run(Chunk {
-                members: first..(first + CHUNK).min(count),
-                member,
-                signal,
-                ahead: &ahead,
-                options,
-            });
-            done.push((first, results));
-        }
-    };
-    let threads = options.threads.clamp(1, count.div_ceil(CHUNK).max(1));
-    let mut chunks = std::thread::scope(|scope| {
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(take)).collect();
-        let mut chunks = take();
-        for other in others {
-            match other.join() {
-                Ok(more) => chunks.extend(more),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-        chunks
+    let control = Control::unwatched(options.threads);
+    let chunks = control.map(count.div_ceil(CHUNK), |index| {
+        let first = index * CHUNK;
+        run(Chunk {
+            members: first..(first + CHUNK).min(count),
+            member,
+            signal,
+            ahead: &ahead,
+            options,
+        })
     });
-    chunks.sort_by_key(|(first, _)| *first);
-    Ok(chunks
-        .into_iter()
-        .flat_map(|(_, results)| results)
-        .collect())
+    Ok(chunks.into_iter().flatten().flatten().collect())
 }
 
 /// First and last sample that are judged.
@@ -516,7 +493,6 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
     #[inline(never)]
     fn settle(&mut self, index: usize, last: usize) -> bool {
         let interval = self.signal.rate.interval().seconds();
-        #[expect(clippy::cast_precision_loss, reason = "a count of samples")]
         let left = (last - index) as f64 * interval;
         for lane in 0..self.lanes.len() {
             let this = &self.lanes[lane];

@@ -23,6 +23,7 @@ use crate::model::Design;
 use crate::model::excitation::Harmonic;
 use crate::model::stop::StopModel;
 use crate::numerics::lanes::{Lanes, Mask, Real, lanes};
+use crate::parallel::on_threads;
 use cut::{Cut, Piece, TERMS};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -160,16 +161,7 @@ pub fn follow(
                 lanes_max: members.len().div_ceil(threads),
             })
         };
-        std::thread::scope(|scope| {
-            let others: Vec<_> = (1..threads).map(|_| scope.spawn(take)).collect();
-            all.extend(take());
-            for other in others {
-                match other.join() {
-                    Ok(more) => all.extend(more),
-                    Err(panic) => std::panic::resume_unwind(panic),
-                }
-            }
-        });
+        all.extend(on_threads(threads, take).into_iter().flatten());
     }
     all.sort_by_key(|followed: &Followed| followed.index);
     Ok(all)

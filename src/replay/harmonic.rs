@@ -43,13 +43,11 @@ impl Quarters {
     }
 
     /// Returns the time at which quarter `index` starts [s].
-    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
     pub(super) fn start_s(&self, index: u64) -> f64 {
         index as f64 * self.length
     }
 
     /// Returns quarter `index`, up to `end` [s].
-    #[expect(clippy::cast_precision_loss, reason = "at most three")]
     pub(super) fn piece(&self, index: u64, end: f64) -> Sine {
         let time = self.start_s(index);
         Sine {

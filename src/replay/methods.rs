@@ -163,7 +163,6 @@ pub(super) fn run<E: Excitation>(
             // chance do not make the error zero: rounding adds up, and no adaptive run is
             // better than its tolerance.
             let change = 4.0 * (coarse.record.peak.0 - fine.record.peak.0).abs();
-            #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
             let rounding = f64::EPSILON * coarse.work.steps as f64 * coarse.record.peak.0.abs();
             let floor = match options.method {
                 Method::Dopri5 { .. } => tolerance,
@@ -205,7 +204,7 @@ fn check<E>(problem: &Problem<'_, E>, options: &RunOptions) -> Result<(), Error>
     if !method.admits(problem.stop) {
         return Err(ErrorKind::OutOfRange {
             what: format!("stop model of the method {}", method.name()),
-            expected: "rigid; choose --model rigid".into(),
+            expected: "rigid; choose the setting `model` = rigid".into(),
             found: problem.stop.name().into(),
         }
         .into());
@@ -242,7 +241,9 @@ fn check<E>(problem: &Problem<'_, E>, options: &RunOptions) -> Result<(), Error>
         if steps.is_nan() || 2.0 * steps > FIXED_STEPS_MAX {
             return Err(ErrorKind::OutOfRange {
                 what: "steps of the fixed-step method".into(),
-                expected: format!("at most {FIXED_STEPS_MAX:e}; lower --steps-per-period"),
+                expected: format!(
+                    "at most {FIXED_STEPS_MAX:e}; lower the setting `steps_per_period`"
+                ),
                 found: format!("{:e}", 2.0 * steps),
             }
             .into());

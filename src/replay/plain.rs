@@ -144,7 +144,6 @@ impl<T: Real> Orders<T> {
     /// become ready: those of `inner` from the middle outwards, then j = n, whose n x_n/n is x_n,
     /// and last j = 1, for which alone the next order waits.
     #[inline(always)]
-    #[expect(clippy::cast_precision_loss, reason = "a small order")]
     fn order<const K: usize, const M: usize>(
         &mut self,
         of: &Coefficients<T>,

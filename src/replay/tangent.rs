@@ -52,7 +52,6 @@ impl Tangent {
     /// that by the strength of b has −b cos u on top.
     ///
     /// The series end where three terms after one another no longer count.
-    #[expect(clippy::cast_precision_loss, reason = "a small order")]
     pub(super) fn smooth(&mut self, of: &Step<'_>) {
         let square = of.step * of.step;
         let damping = of.branch.damping * of.step;

@@ -315,7 +315,6 @@ impl<const N: usize> Series<N> {
         self.coefficients[self.count - 1].abs() + self.coefficients[self.count - 2].abs()
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "a small order")]
     pub(super) fn tail_order(&self) -> f64 {
         (self.count - 2) as f64
     }

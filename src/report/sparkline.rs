@@ -65,11 +65,6 @@ fn range(values: &[f64]) -> Option<(f64, f64)> {
         })
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "the share lies in 0..=1 and a cast of a float saturates"
-)]
 fn block(value: f64, low: f64, high: f64) -> char {
     // Halves keep the difference of the largest finite numbers finite.
     let span = high / 2.0 - low / 2.0;

@@ -3,9 +3,9 @@
 
 use super::Headline;
 use super::orbit::{self, Growth, Orbit, Rig, State, Stretch};
-use super::parallel::Control;
 use crate::error::Error;
 use crate::model::excitation::Harmonic;
+use crate::parallel::Control;
 use crate::replay::fan::{self, Ending, Ride};
 use crate::replay::{self, Method, RunOptions, Section};
 use crate::units::OpensWhen;
@@ -117,7 +117,6 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Attractor, Error>
     let count = options.points.max(1);
     let (low, high) = options.amplitudes_g;
     let amplitude = |index: usize| {
-        #[expect(clippy::cast_precision_loss, reason = "a few thousand points")]
         let part = index as f64 / f64::from(count.max(2) - 1);
         low + (high - low) * part
     };
@@ -203,8 +202,7 @@ fn together(
         initial: options.initial,
         amplitude_m_s2: options.rig.sine(amplitude(index)).amplitude_m_s2,
     };
-    #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
-    let watch = |done: usize| (control.proceed)(done as f64 / count as f64);
+    let watch = |done: usize| (control.proceed)(Some(done as f64 / count as f64));
     let followed = fan::follow(
         &options.rig.design,
         count,
@@ -263,7 +261,6 @@ fn see(
 fn beside(options: &Options, state: State, index: usize) -> State {
     /// How far apart [rad].
     const APART: f64 = 1e-6;
-    #[expect(clippy::cast_precision_loss, reason = "a few dozen")]
     let away = APART * (index + 1) as f64;
     (
         state.0.abs() + away,
@@ -321,8 +318,7 @@ fn more(options: &Options, seen: &mut Seen, control: &Control<'_>) -> Result<boo
         initial: Some(beside(options, last, index)),
         amplitude_m_s2: options.rig.sine(seen.amplitude_g).amplitude_m_s2,
     };
-    #[expect(clippy::cast_precision_loss, reason = "a few dozen")]
-    let watch = |done: usize| (control.proceed)(done as f64 / count as f64);
+    let watch = |done: usize| (control.proceed)(Some(done as f64 / count as f64));
     let followed = fan::follow(
         &options.rig.design,
         count,
@@ -369,7 +365,7 @@ fn compare(
     let last = options.transient + options.periods;
     for index in 0..last {
         // Of several amplitudes each is short, and their number says how far the work is.
-        if options.points <= 1 && !(control.proceed)(f64::from(index) / f64::from(last)) {
+        if options.points <= 1 && !(control.proceed)(Some(f64::from(index) / f64::from(last))) {
             return Ok((states, false));
         }
         let outcome = replay::run_harmonic(&excitation, period, &rig.design, &run)?;
@@ -410,7 +406,6 @@ fn rows(seen: &Seen) -> Vec<Row> {
     exact.chain(compared).collect()
 }
 
-#[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
 fn statistics(seen: &[Seen]) -> Statistics {
     let mean_of = |of: &dyn Fn(&Section) -> f64| {
         let means: Vec<f64> = seen
@@ -535,7 +530,6 @@ impl Attractor {
                 .filter(|row| row.method == "rk4")
                 .map(|row| (row.angle_rad, row.angular_velocity_rad_s))
                 .collect();
-            #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
             say(
                 "rk4: distinct points of its section, 1e-6 rad apart [-]",
                 Some(distinct(rig, &compared, 1e-6) as f64),

@@ -7,9 +7,9 @@
 
 use super::Headline;
 use super::orbit::{self, Orbit, Rig, State};
-use super::parallel::Control;
 use crate::error::Error;
 use crate::model::stop::StopModel;
+use crate::parallel::Control;
 use crate::replay::fan::{self, Ending, Ride};
 use crate::replay::{Section, Strobe};
 use serde::Serialize;
@@ -211,7 +211,7 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Basins, Error> {
     };
     let quiet = Control {
         threads: control.threads,
-        proceed: &|_| (control.proceed)(0.0),
+        proceed: &|_| (control.proceed)(None),
     };
     let ends: Vec<End> = quiet
         .map(count(coarse.grid), |index| {
@@ -251,7 +251,6 @@ fn count(grid: (u32, u32)) -> usize {
 
 fn midpoint(options: &Options, index: usize) -> State {
     let columns = options.grid.0 as usize;
-    #[expect(clippy::cast_precision_loss, reason = "cells stay far below 2^53")]
     let at = |place: usize, cells: u32, (low, high): (f64, f64)| {
         low + (high - low) * (place as f64 + 0.5) / f64::from(cells)
     };
@@ -376,7 +375,6 @@ fn capture_radius(
                 let sign = (a * d - b * c).signum();
                 RINGS.iter().flat_map(move |part| {
                     (0..RING).map(move |step| {
-                        #[expect(clippy::cast_precision_loss, reason = "a few dozen")]
                         let turn = std::f64::consts::TAU * step as f64 / RING as f64;
                         let (sine, cosine) = libm::sincos(turn);
                         let (x, y) = (part * radius * cosine, part * radius * sine);
@@ -458,8 +456,7 @@ fn reach(
 ) -> Result<(Vec<Option<u32>>, bool), Error> {
     let rig = &options.rig;
     let known: &[Attractor] = attractors;
-    #[expect(clippy::cast_precision_loss, reason = "cells stay far below 2^53")]
-    let watch = |done: usize| (control.proceed)(done as f64 / states.len() as f64);
+    let watch = |done: usize| (control.proceed)(Some(done as f64 / states.len() as f64));
     let followed = fan::follow(
         &rig.design,
         states.len(),
@@ -540,7 +537,6 @@ impl Basins {
     }
 
     /// Counts the shares, and cuts the cells at a boundary into four.
-    #[expect(clippy::cast_precision_loss, reason = "cells stay far below 2^53")]
     fn measure(&mut self, control: &Control<'_>) -> Result<(), Error> {
         let total = self.cells.len() as f64;
         let (columns, rows) = (self.options.grid.0 as usize, self.options.grid.1 as usize);

@@ -3,8 +3,8 @@
 use super::Headline;
 use super::cascade::{self, Cascade, Reach};
 use super::orbit::{self, Bifurcation, Kind, Rig, State};
-use super::parallel::Control;
 use crate::error::Error;
+use crate::parallel::Control;
 use crate::replay::Section;
 use crate::replay::fan::{self, Ending, Ride};
 use serde::Serialize;
@@ -109,7 +109,6 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Diagram, Error> {
     let amplitude = |index: usize| {
         let (low, high) = options.amplitudes_g;
         let last = f64::from(options.points.max(2) - 1);
-        #[expect(clippy::cast_precision_loss, reason = "a few thousand points")]
         let part = index as f64 / last;
         low + (high - low) * part
     };
@@ -128,8 +127,7 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Diagram, Error> {
                 let (column, reached) = column(options, amplitude(index), state)?;
                 state = reached.or(options.initial);
                 columns.push(column);
-                #[expect(clippy::cast_precision_loss, reason = "a few thousand points")]
-                if !(control.proceed)((step + 1) as f64 / count as f64) {
+                if !(control.proceed)(Some((step + 1) as f64 / count as f64)) {
                     break;
                 }
             }
@@ -182,8 +180,7 @@ fn side_by_side(
         initial: options.initial,
         amplitude_m_s2: options.rig.sine(amplitude(index)).amplitude_m_s2,
     };
-    #[expect(clippy::cast_precision_loss, reason = "a few thousand points")]
-    let watch = |done: usize| (control.proceed)(done as f64 / count as f64);
+    let watch = |done: usize| (control.proceed)(Some(done as f64 / count as f64));
     let followed = fan::follow(
         &options.rig.design,
         count,
@@ -217,7 +214,6 @@ fn summed_up(options: &Options, amplitude_g: f64, sections: Vec<Section>) -> Col
         .map(|section| section.peak_angle_rad)
         .fold(f64::NAN, f64::max);
     let impacts: u64 = sections.iter().map(|section| section.impacts).sum();
-    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
     let impacts_per_period = impacts as f64 / sections.len().max(1) as f64;
     Column {
         amplitude_g,
@@ -309,8 +305,7 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec
             break;
         }
         // A batch of one is always begun, so that its end tells nothing.
-        #[expect(clippy::cast_precision_loss, reason = "a few branches")]
-        if !(control.proceed)(branches.len() as f64 / BRANCHES_MAX as f64) {
+        if !(control.proceed)(Some(branches.len() as f64 / BRANCHES_MAX as f64)) {
             whole = false;
             break;
         }
@@ -437,7 +432,6 @@ impl Diagram {
                 self.columns.iter().find(exceeds).map(|c| c.amplitude_g),
             ),
         ];
-        #[expect(clippy::cast_precision_loss, reason = "a few thousand columns")]
         let share = |count: usize| count as f64 / self.columns.len().max(1) as f64;
         let irregular = self.columns.iter().filter(|c| c.period.is_none()).count();
         // The least period takes three to be seen, and what was not begun tells nothing.
@@ -483,7 +477,6 @@ impl Diagram {
                 say("the doublings tend to [g]", at);
             }
         }
-        #[expect(clippy::cast_precision_loss, reason = "a few branches")]
         let more = self.branches.len().saturating_sub(BRANCHES_SHOWN) as f64;
         if more > 0.0 {
             lines.push(line(

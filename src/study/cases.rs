@@ -66,11 +66,6 @@ impl Case {
     ) -> Result<Outcome, Error> {
         match &self.drive {
             Drive::Samples(signal) => {
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "an instant inside the record"
-                )]
                 let index = ((time_s - signal.start_s) * signal.rate.hertz()) as usize;
                 let options = RunOptions {
                     window: Some((0, index + 1)),

@@ -3,8 +3,8 @@
 
 use super::Headline;
 use super::orbit::Rig;
-use super::parallel::Control;
 use crate::error::Error;
+use crate::parallel::Control;
 use crate::replay::fan::{self, Ending, Ride};
 use serde::Serialize;
 

@@ -132,11 +132,6 @@ pub fn run(design: &Design, against: Against, release: &Release) -> Result<Motio
         }
         .into());
     }
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a whole number from 1 to four million"
-    )]
     let count = intervals as usize + 1;
     let silence = Signal {
         start_s: 0.0,

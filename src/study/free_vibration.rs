@@ -115,7 +115,6 @@ fn headlines(motions: &[Motion], half_period_s: f64) -> Vec<Headline> {
             "fifth over first time from impact to impact [-]",
             intervals.get(4).map(|fifth| fifth.1 / intervals[0].1),
         );
-        #[expect(clippy::cast_precision_loss, reason = "at most 200")]
         say(
             "impacts, at most 200 [-]",
             Some(motion.impacts.len() as f64),

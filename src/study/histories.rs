@@ -274,7 +274,6 @@ fn headlines(histories: &[History]) -> Vec<Headline> {
             "period [periods of the excitation]",
             settled.period.map(f64::from),
         );
-        #[expect(clippy::cast_precision_loss, reason = "a count")]
         say("impacts in it [-]", Some(settled.impacts as f64));
         say(
             "largest angle in it [rad]",

@@ -587,7 +587,6 @@ pub(super) fn stretch(
 pub(super) fn growth(stretches: &[Stretch]) -> Option<Growth> {
     /// Batches of each trajectory, for the standard error.
     const BATCHES: usize = 10;
-    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let logs: Vec<f64> = stretches.iter().flat_map(|one| one.logs.clone()).collect();
     if logs.is_empty() {
@@ -603,7 +602,6 @@ pub(super) fn growth(stretches: &[Stretch]) -> Option<Growth> {
         .iter()
         .map(|batch| (batch - whole) * (batch - whole))
         .sum();
-    #[expect(clippy::cast_precision_loss, reason = "a few batches")]
     let count = batches.len() as f64;
     Some(Growth {
         per_period: whole,

@@ -130,11 +130,6 @@ fn burst(options: &Options, factor: f64) -> Result<(Signal, f64), Error> {
         *sample *= factor * options.amplitude_g / PEAK_G;
     }
     let shock_s = signal.end_s();
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "the duration is bounded"
-    )]
     let count = (options.duration_s * signal.rate.hertz()).ceil().max(0.0) as usize + 1;
     if count > signal.samples.len() {
         signal.samples.resize(count, 0.0);
@@ -188,7 +183,6 @@ fn headlines(options: &Options, responses: &[Response]) -> Vec<Headline> {
         say("when [s]", Some(run.peak_time_s));
         say("threshold crossed first [s]", run.first_crossing_s);
         say("first release [s]", run.first_release_s);
-        #[expect(clippy::cast_precision_loss, reason = "a count")]
         say("impacts [-]", Some(run.impacts as f64));
     }
     headlines
@@ -221,11 +215,6 @@ fn value_at(signal: &Signal, time_s: f64) -> f64 {
     if place.is_nan() || place < 0.0 {
         return 0.0;
     }
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "not negative; a float cast saturates"
-    )]
     let index = place as usize;
     match (signal.samples.get(index), signal.samples.get(index + 1)) {
         (Some(from), Some(to)) => from + place.fract() * (to - from),

@@ -105,11 +105,6 @@ pub fn run(options: &Options) -> Result<Spectrogram, Error> {
     )?;
     let velocities = uniform(&motion, rate_hz, duration_s);
     let rate = SampleRate::from_hertz(rate_hz)?;
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "at most the samples of a motion"
-    )]
     let length = (options.window_periods * POINTS_PER_PERIOD) as usize;
     let mut amplitudes = spectrum::short_time(&velocities, 0.0, rate, length, COLUMNS);
     let bounces: Vec<Bounce> = motion
@@ -170,17 +165,11 @@ pub fn run(options: &Options) -> Result<Spectrogram, Error> {
 /// Returns the angular velocity at equal distances; the history holds these instants, so that
 /// straight lines between its points change nothing but the rounding of time.
 fn uniform(motion: &Motion, rate_hz: f64, duration_s: f64) -> Vec<f64> {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "bounded by the samples of a motion"
-    )]
     let count = (duration_s * rate_hz).floor() as usize + 1;
     let trace = &motion.trace;
     let mut next = 0;
     (0..count)
         .map(|index| {
-            #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
             let time = index as f64 / rate_hz;
             while next < trace.len() && trace[next].time_s <= time {
                 next += 1;

@@ -207,11 +207,6 @@ fn geometric((from, to): (f64, f64), points: u32) -> impl Iterator<Item = f64> {
     (0..points.max(2)).map(move |index| from * libm::pow(to / from, f64::from(index) / last))
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "between 1e3 and 3e5"
-)]
 fn settings(points: u32) -> Vec<(Method, Option<f64>)> {
     let mut steps: Vec<u32> = geometric(STEPS, points)
         .map(|steps| steps.round() as u32)
@@ -368,7 +363,6 @@ impl<'a> Bench<'a> {
             }
             row.time_ratio = row.time_s / kernel_time_s;
         }
-        #[expect(clippy::cast_precision_loss, reason = "samples stay far below 2^53")]
         let per_sample = |signal: &Signal| kernel_time_s * 1e9 / (signal.samples.len() - 1) as f64;
         self.truth.kernel_time_s = kernel_time_s;
         self.truth.kernel_ns_per_sample = self.case.signal().map(per_sample);
@@ -520,7 +514,6 @@ fn headlines(truth: &Truth, rows: &[Row], out: &mut Vec<Headline>) {
                 cheapest,
             );
         }
-        #[expect(clippy::cast_precision_loss, reason = "a few dozen rows")]
         let failed = own().filter(|row| row.status != Status::Ok).count() as f64;
         say(format!("{method}: settings that failed [-]"), Some(failed));
     }

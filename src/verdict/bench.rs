@@ -742,7 +742,6 @@ pub(super) fn window_samples(
     let count = signal.samples.len();
     // A billionth of a sample absorbs the rounding of a bound that was meant to hit a sample.
     let place = |time: f64| (time - signal.start_s) * rate;
-    #[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
     let last = count as f64 - 1.0;
     let first_index = (place(from) - 1e-6).ceil().max(0.0);
     let last_index = (place(to) + 1e-6).floor().min(last);
@@ -758,11 +757,6 @@ pub(super) fn window_samples(
         }
         .into());
     }
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "between 0 and the number of samples"
-    )]
     Ok((first_index as usize, last_index as usize))
 }
 
@@ -774,15 +768,9 @@ pub(super) fn samples_before(
 ) -> Option<(usize, usize)> {
     let (first, last) = window.unwrap_or((0, signal.samples.len() - 1));
     let place = (bad_s - signal.start_s) * signal.rate.hertz();
-    #[expect(clippy::cast_precision_loss, reason = "indices stay far below 2^53")]
     if place.is_nan() || place <= first as f64 + 2.0 {
         return None;
     }
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "positive, and cut at the last sample"
-    )]
     let good = ((place - 1e-6).ceil() as usize).saturating_sub(1).min(last);
     (good > first + 1).then_some((first, good))
 }

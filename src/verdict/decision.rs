@@ -7,14 +7,14 @@ use crate::replay::{Outcome, Run};
 pub const DECISION_RULE: &str = "U = numerical + interpolation error; p = the share of levers, scattered as design and input are uncertain, whose peak exceeds the threshold. \
 (1) fail, if the runs say so by (3) on the samples before the first that a blocking finding declares bad. \
 (2) Otherwise unusable, if any finding is blocking; one that begins after the judged window, and further away than the filter reaches, does not count. \
-(3) Otherwise, for each stop and polarity that counts, by the nominal run and an ensemble, which is looked at after 128, 512, 2048 and 10000 members (or at --members) with one-sided Clopper-Pearson bounds of p, each at confidence 1 - 0.05/4; members that could not be followed count against either answer: \
+(3) Otherwise, for each stop and polarity that counts, by the nominal run and an ensemble, which is looked at after 128, 512, 2048 and 10000 members (or at the setting `members`) with one-sided Clopper-Pearson bounds of p, each at confidence 1 - 0.05/4; members that could not be followed count against either answer: \
 pass, if the upper bound of p, levers that exceed the threshold only in the coast after the last judged sample counted as well, is at most 5 % and the nominal peak angle plus U and the nominal coast's peak angle plus its own error, never less than U, are at or below the threshold; \
 fail, if the lower bound of p is at least 95 %, or the nominal peak angle minus U exceeds the threshold and the lower bound of p exceeds 50 %; \
 undecided, if neither holds at the last look. \
 (4) Two stops (model auto) or two undeclared polarities that answer differently: undecided; polarities declared as both: the worse counts.";
 
 /// The rule in words where only nominal runs are judged.
-pub const NOMINAL_DECISION_RULE: &str = "Nominal runs alone (as with --members 0). U = numerical + interpolation error. \
+pub const NOMINAL_DECISION_RULE: &str = "Nominal runs alone (as with the setting `members` = 0). U = numerical + interpolation error. \
 (1) fail, if the runs say so by (3) on the samples before the first that a blocking finding declares bad. \
 (2) Otherwise unusable, if any finding is blocking; one that begins after the judged window, and further away than the filter reaches, does not count. \
 (3) Otherwise, for each stop and polarity that counts: pass if the peak angle plus U and the coast's peak angle plus its own error, never less than U, are at or below the threshold; \

@@ -436,7 +436,9 @@ fn refused(what: &str, expected: &str, found: f64) -> Error {
     ErrorKind::OutOfRange {
         what: what.into(),
         expected: expected.into(),
-        found: format!("{found}; give a smaller one, or judge the nominal lever with --members 0"),
+        found: format!(
+            "{found}; give a smaller one, or judge the nominal lever with the setting `members` = 0"
+        ),
     }
     .into()
 }

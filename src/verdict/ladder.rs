@@ -312,7 +312,7 @@ pub(super) fn climbed(of: &Climbed<'_>) -> Ladder {
             if members > 0 { ", of the nominal lever and of enough scattered ones" } else { "" }
         ),
         Rung::NominalRuns => format!(
-            "The nominal runs decide, as asked for with --members 0; {}.",
+            "The nominal runs decide, as asked for with the setting `members` = 0; {}.",
             left_out(of, &stops)
         ),
         Rung::Ensemble => format!("{}; {}.", looked(of), left_out(of, &stops)),

@@ -117,7 +117,7 @@ pub(super) fn crossing_outside_window(at_s: f64, design: &Design) -> Finding {
     Finding::warning(
         "crossing-outside-window",
         format!(
-            "Outside the judged window the lever crosses the limit of {} rad, first at {}; with --window that does not count.",
+            "Outside the judged window the lever crosses the limit of {} rad, first at {}; with the setting `window` that does not count.",
             design.criterion.threshold_rad,
             why::instant(at_s)
         ),
@@ -136,7 +136,7 @@ pub(super) fn replay_findings(
     if options.polarity == Polarity::Undeclared {
         findings.push(Finding::warning(
             "polarity-undeclared",
-            "Neither option nor card says which sign of the recorded acceleration opens the lever; both were judged. State it with --opens-when or in the card.",
+            "Neither option nor card says which sign of the recorded acceleration opens the lever; both were judged. State it with the setting `opens_when` or in the card.",
         ));
     }
     if judged

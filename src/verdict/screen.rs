@@ -175,7 +175,6 @@ impl<'a> Seen<'a> {
 
     /// Upper bound on ∫|a| dt over the whole record.
     fn impulse_at_most(&self) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
         let length = self.samples.len() as f64 * self.interval_s;
         self.factor.abs() * self.impulse + self.offset_m_s2.abs() * length
     }
@@ -380,7 +379,6 @@ impl Terms {
         } else {
             -1.0
         };
-        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
         let count = seen.samples.len() as f64;
         Some(Self {
             pressing: lever.preload_torque_nm / inertia,

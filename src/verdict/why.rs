@@ -80,7 +80,7 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
     if case.options.members == 0 {
         reasons.push(Reason {
             code: "nominal-runs-only",
-            text: "Only nominal runs were judged, as with --members 0: the scatter of lever, stop and sensor is not part of this verdict.".into(),
+            text: "Only nominal runs were judged, as with the setting `members` = 0: the scatter of lever, stop and sensor is not part of this verdict.".into(),
         });
     }
     reasons
@@ -183,7 +183,7 @@ fn undeclared(case: &Case<'_>) -> Option<Reason> {
     Some(Reason {
         code: "polarity-undeclared",
         text: format!(
-            "The sign that opens is not declared, and neither polarity answers by itself: {}. State it with --opens-when.",
+            "The sign that opens is not declared, and neither polarity answers by itself: {}. State it with the setting `opens_when`.",
             each(case, threshold)
         ),
     })
@@ -535,7 +535,7 @@ fn disagreement(case: &Case<'_>) -> Vec<Reason> {
                 each(case, threshold)
             ),
             _ => format!(
-                "The sign that opens is not declared, and the two polarities answer differently: {}. State it with --opens-when.",
+                "The sign that opens is not declared, and the two polarities answer differently: {}. State it with the setting `opens_when`.",
                 each(case, threshold)
             ),
         };

@@ -6,12 +6,12 @@ mod properties;
 
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
+use latchgate::parallel::Control;
 use latchgate::study::attractor::{self, Attractor};
 use latchgate::study::basins::{self, Basins};
 use latchgate::study::bifurcation::{self, Sweep};
 use latchgate::study::excitation_map;
 use latchgate::study::orbit::{self, Kind, Rig, State};
-use latchgate::study::parallel::Control;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Gravity of the quad-precision reference values [m/s²].
@@ -42,7 +42,7 @@ fn after_the_first_step<T>(of: impl FnOnce(&Control<'_>) -> T) -> T {
     of(&Control {
         threads: 2,
         proceed: &|part| {
-            if part < 1.0 {
+            if part.is_some_and(|part| part < 1.0) {
                 return first.load(Ordering::Relaxed);
             }
             first.swap(false, Ordering::Relaxed)

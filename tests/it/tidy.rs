@@ -3,6 +3,7 @@
 
 use latchgate::model::Design;
 use latchgate::recording::FORMATS;
+use latchgate::setting::Setting;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -316,6 +317,56 @@ fn check_words(what: &str, words: &[&str], allowed: &[&str]) {
         }
     }
     check_none(what, &found);
+}
+
+/// Errors and findings name a setting; only the command line spells it as an option.
+#[test]
+fn tidy_only_the_command_line_spells_options() {
+    let options: Vec<String> = Setting::ALL
+        .iter()
+        .map(|setting| format!("--{}", setting.key().replace('_', "-")))
+        .chain(["--threads", "--out", "--no-report", "--limit", "--format"].map(String::from))
+        .collect();
+    let mut found = Vec::new();
+    for path in files_below("src") {
+        if module_of(&path) == "cli" || !path.ends_with(".rs") {
+            continue;
+        }
+        // Comments too: a library's documents speak of its own names.
+        let text = text_of(&path);
+        for option in &options {
+            for (offset, _) in text.match_indices(option.as_str()) {
+                let next = text[offset + option.len()..].chars().next();
+                let whole = next.is_none_or(|c| !(c.is_alphanumeric() || c == '-' || c == '_'));
+                let styles = text[..offset].ends_with("var(");
+                if whole && !styles {
+                    found.push(format!("{path}:{}: {option}", line_of(&text, offset)));
+                }
+            }
+        }
+    }
+    check_none("options spelt outside src/cli; name the setting", &found);
+}
+
+/// A setting that a text names is one, so that every door can word it.
+#[test]
+fn tidy_settings_named_in_texts_exist() {
+    let mut unknown = Vec::new();
+    let mut named = 0;
+    for (path, code) in sources() {
+        if module_of(&path) == "cli" {
+            continue;
+        }
+        for (offset, lead) in code.match_indices("the setting `") {
+            let key = code[offset + lead.len()..].split('`').next().unwrap_or("");
+            named += 1;
+            if key != "{}" && !Setting::ALL.iter().any(|setting| setting.key() == key) {
+                unknown.push(format!("{path}:{}: {key}", line_of(&code, offset)));
+            }
+        }
+    }
+    assert!(named > 20, "few settings found");
+    check_none("settings that there are not", &unknown);
 }
 
 #[test]

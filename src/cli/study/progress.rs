@@ -58,8 +58,9 @@ impl Progress {
     }
 
     /// Takes in which part of the step is done; false asks for an end.
-    pub(super) fn proceed(&self, part: f64) -> bool {
+    pub(super) fn proceed(&self, part: Option<f64>) -> bool {
         if self.on_terminal
+            && let Some(part) = part
             && let Ok(mut state) = self.state.try_lock()
             && state.shown.elapsed() >= EVERY
         {

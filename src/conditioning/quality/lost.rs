@@ -28,11 +28,6 @@ const LEAN: f64 = 0.6;
 /// if they begin inside the event and the channel's own noise vanishes with them. A slow
 /// signal on a coarse grid may stand still at its top; it comes and goes gently.
 pub(super) fn frozen(facts: &Facts<'_>) -> Option<Finding> {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "positive; a float cast saturates"
-    )]
     let least = ((FROZEN_S * facts.raw.rate.hertz()).floor() as usize + 2).max(FROZEN_RUN);
     let noisy = facts.pre_deviation >= 0.5 * facts.quantum && facts.pre_deviation > 0.0;
     // A coarse converter holds its noise still now and then, so that chance counts.
@@ -86,11 +81,6 @@ pub(super) fn stilled(facts: &Facts<'_>) -> Option<Finding> {
     if facts.quantum <= 0.0 || facts.pre_deviation < LIVELY_QUANTA * facts.quantum {
         return None;
     }
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "positive; a float cast saturates"
-    )]
     let least = ((FROZEN_S * facts.raw.rate.hertz()).floor() as usize + 2).max(FROZEN_RUN);
     let longest_before = facts
         .bands(2)

@@ -49,7 +49,6 @@ pub(super) fn judge(counts: &[f64], named: bool) -> Option<(f64, Option<Fault>)>
         .windows(2)
         .filter(|pair| (pair[1] - pair[0] - usual).abs() <= OFF * usual.abs())
         .count();
-    #[expect(clippy::cast_precision_loss, reason = "a share")]
     let share = alike as f64 / (counts.len() - 1) as f64;
     let whole = || counts.iter().all(|count| count.fract().abs() <= 0.0);
     // A name such as `i` may be that of a current.

@@ -26,10 +26,6 @@ impl Clock {
         let (stamp, decimals) = parse(cell)?;
         self.decimals = self.decimals.max(decimals);
         let since = stamp - *self.first.get_or_insert(stamp);
-        #[expect(
-            clippy::cast_precision_loss,
-            reason = "exact below a hundred days, and rounded once beyond"
-        )]
         let nanoseconds = since as f64;
         Some(nanoseconds / 1e9)
     }

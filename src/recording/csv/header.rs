@@ -285,7 +285,7 @@ impl Column {
                 "sign-diverges",
                 format!(
                     "{} has a direction whose sign diverges from SAE J211: state with \
-                     --opens-when which sign of these samples opens",
+                     the setting `opens_when` which sign of these samples opens",
                     code.text()
                 ),
             ));

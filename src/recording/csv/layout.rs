@@ -98,7 +98,7 @@ impl Layout {
                     return Err(Error::from(ErrorKind::Malformed {
                         expected: format!("{} header cells, as many as the rows have", first.len()),
                         found: format!("{found}"),
-                        hint: "mend the header, or choose --channel and --time-column by number; numbers with a decimal comma need ; or tabs between them".into(),
+                        hint: "mend the header, or choose the setting `channel` and the setting `time_column` by number; numbers with a decimal comma need ; or tabs between them".into(),
                     })
                     .at(line_of(text, &rows[0])));
                 }
@@ -183,7 +183,7 @@ impl Layout {
                     findings.push(Finding::warning(
                         "time-missing",
                         format!(
-                            "no time column and no sample rate, so no channel can be read; the columns are: {}; name the time with --time-column NAME or state --rate-hz HZ",
+                            "no time column and no sample rate, so no channel can be read; the columns are: {}; name the time with the setting `time_column` = NAME or state the setting `rate_hz` = HZ",
                             self.list(0..self.columns.len())
                         ),
                     ));
@@ -225,7 +225,7 @@ impl Layout {
             several => Err(ErrorKind::Malformed {
                 expected: "one time column".into(),
                 found: self.list(several.iter().copied()),
-                hint: "choose one with --time-column NAME: each may be the clock of the channels beside it".into(),
+                hint: "choose one with the setting `time_column` = NAME: each may be the clock of the channels beside it".into(),
             }
             .into()),
         }
@@ -343,7 +343,7 @@ impl Layout {
                         .as_ref()
                         .map_or(String::new(), |text| format!(" in `{text}`"))
                 ),
-                hint: "state its unit with --time-unit s|ms|us".into(),
+                hint: "state its unit with the setting `time_unit` = s|ms|us".into(),
             }));
         }
         if unit.is_none() {
@@ -393,7 +393,8 @@ impl Layout {
                 return Err(ErrorKind::Malformed {
                     expected: "a channel of acceleration".into(),
                     found: format!("the time column `{}`", self.columns[index].name),
-                    hint: "choose another column, or name the time with --time-column".into(),
+                    hint: "choose another column, or name the time with the setting `time_column`"
+                        .into(),
                 }
                 .into());
             }

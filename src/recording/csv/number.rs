@@ -242,7 +242,6 @@ impl PrintedDigits {
             return;
         }
         let decade = (whole_digits - first + exponent).clamp(DECADES.start, DECADES.end - 1);
-        #[expect(clippy::cast_sign_loss, reason = "clamped to the range just above")]
         let slot = &mut self.decades[(decade - DECADES.start) as usize];
         slot.0 = slot.0.min(exponent - decimals);
         slot.1 = slot.1.saturating_add(1);

@@ -407,7 +407,6 @@ fn number(text: &[u8]) -> Option<(Number, &[u8])> {
     let value = match scale {
         Some(scale) if digits <= MOST_DIGITS && mantissa <= EXACT => {
             // Both numbers are exact, so that the one rounding of the operation is the right one.
-            #[expect(clippy::cast_precision_loss, reason = "at most 2^53")]
             let mantissa = mantissa as f64;
             let size = if exponent < 0 {
                 mantissa / scale

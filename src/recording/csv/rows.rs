@@ -383,7 +383,7 @@ fn hint_for(cell: &str) -> &'static str {
 }
 
 /// What to do where a date is of a form that is not read.
-const DATES: &str = "dates are read as 2024-05-01T10:00:00.0001, date and time of day in one column; export them so, or as seconds, or leave the column out and state --rate-hz";
+const DATES: &str = "dates are read as 2024-05-01T10:00:00.0001, date and time of day in one column; export them so, or as seconds, or leave the column out and state the setting `rate_hz`";
 
 /// What to do where a row is one cell.
 pub(super) const ONE_CELL: &str = "the row is one cell: export with a comma, a semicolon or a tab between cells, and without quotes around whole rows";
@@ -407,7 +407,7 @@ fn no_date(cell: &[u8]) -> Error {
     ErrorKind::Malformed {
         expected: "a date and time such as 2024-05-01T10:00:00.0001, as in the rows before".into(),
         found: format!("`{}`", shown(cell)),
-        hint: "mend the cell, or choose another --time-column".into(),
+        hint: "mend the cell, or name another column with the setting `time_column`".into(),
     }
     .into()
 }

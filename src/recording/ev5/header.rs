@@ -214,10 +214,6 @@ impl Entry {
         let interval_us = text::header_number(&self.interval_us).filter(|us| *us > 0.0)?;
         let digit = text::last_digit(&self.interval_us);
         let rate = time_base::rate_of_interval(interval_us / 1e6, digit / 1e6).ok()?;
-        #[expect(
-            clippy::cast_precision_loss,
-            reason = "sample indices are far below 2^53"
-        )]
         let first = self.first_index? as f64;
         // The product of whole microseconds is exact, and so is the nearest double to its
         // quotient; index over rate may be off by a last bit.

@@ -108,9 +108,8 @@ pub(super) fn fingerprint(text: &[u8]) -> f64 {
     let hash = text.iter().fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| {
         (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01B3)
     });
-    #[expect(clippy::cast_precision_loss, reason = "53 bits fit a double")]
-    let number = (hash >> 11) as f64;
-    number
+
+    (hash >> 11) as f64
 }
 
 struct Walk<'a> {
@@ -219,12 +218,6 @@ impl<'a> Walk<'a> {
             array[..size].reverse();
         }
         let bits = u64::from_le_bytes(array);
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_possible_wrap,
-            clippy::cast_precision_loss,
-            reason = "the upper bytes are zero; a 64-bit integer rounds to the nearest double"
-        )]
         Ok(match number {
             Number::I8 => f64::from(bits as u8 as i8),
             Number::U8 => f64::from(bits as u8),

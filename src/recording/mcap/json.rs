@@ -67,18 +67,10 @@ impl<'de> Visitor<'de> for Walk<'_> {
     }
 
     fn visit_i64<E>(self, value: i64) -> Result<(), E> {
-        #[expect(
-            clippy::cast_precision_loss,
-            reason = "beyond 2^53 the nearest double stands for the integer"
-        )]
         self.leaf(Leaf::Number(value as f64))
     }
 
     fn visit_u64<E>(self, value: u64) -> Result<(), E> {
-        #[expect(
-            clippy::cast_precision_loss,
-            reason = "beyond 2^53 the nearest double stands for the integer"
-        )]
         self.leaf(Leaf::Number(value as f64))
     }
 

@@ -66,12 +66,6 @@ impl Scalar {
         }
     }
 
-    #[expect(
-        clippy::cast_precision_loss,
-        clippy::cast_possible_truncation,
-        clippy::cast_possible_wrap,
-        reason = "bits are taken as the type says; a 64-bit integer rounds to the nearest double"
-    )]
     fn value(self, bits: u64) -> f64 {
         let zigzag = |bits: u64| (bits >> 1) as i64 ^ -((bits & 1) as i64);
         match self {

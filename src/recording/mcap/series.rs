@@ -183,7 +183,7 @@ impl Series {
                     Some(path) => Err(ErrorKind::Malformed {
                         expected: "the fields of the first message".into(),
                         found: format!("a further lateral acceleration, {path}"),
-                        hint: "choose one with --channel TOPIC:FIELD, or write each sensor to a \
+                        hint: "choose one with the setting `channel` = TOPIC:FIELD, or write each sensor to a \
                                topic of its own"
                             .into(),
                     }
@@ -552,10 +552,6 @@ fn stamp_ns([sec, nanosec]: [f64; 2]) -> Result<i64, Error> {
             &format!("{sec} s and {nanosec} ns"),
         ));
     }
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "both are whole numbers within range"
-    )]
     Ok(sec as i64 * 1_000_000_000 + nanosec as i64)
 }
 
@@ -579,10 +575,6 @@ fn nanoseconds(instant_s: f64) -> Result<i128, Error> {
 }
 
 fn seconds(span_ns: i128) -> f64 {
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "exact up to 104 days, to the nearest double beyond"
-    )]
     let span = span_ns as f64;
     span / 1e9
 }

@@ -394,7 +394,7 @@ impl ChannelHeader {
         Some(Finding::warning(
             "sign-diverges",
             format!(
-                "{} has a direction whose sign diverges from SAE J211: state with --opens-when \
+                "{} has a direction whose sign diverges from SAE J211: state with the setting `opens_when` \
                  which sign of these samples opens",
                 code.text()
             ),
@@ -433,7 +433,7 @@ impl ChannelHeader {
             return Err(ErrorKind::Malformed {
                 expected: "a sampling interval in seconds".into(),
                 found: format!("`{}`", text::shown(printed)),
-                hint: "state the rate with --rate-hz".into(),
+                hint: "state the rate with the setting `rate_hz`".into(),
             }
             .into());
         };

@@ -37,7 +37,6 @@ pub(super) fn pieces(design: &Design, angular_frequency: f64, amplitude: f64) ->
         .max(10.0);
     let mut pieces = PIECES.0;
     while pieces < PIECES.1 {
-        #[expect(clippy::cast_precision_loss, reason = "a small count")]
         let length = period / pieces as f64;
         // Order ten of the angle is the excitation times order eight of what turns, and that
         // times an eighth of the turn is what a step takes for its truncation.
@@ -94,7 +93,6 @@ pub(super) struct Piece {
 }
 
 impl Piece {
-    #[expect(clippy::cast_precision_loss, reason = "small counts")]
     fn new(index: usize, pieces: usize, angular_frequency: f64, phase: f64) -> Self {
         let turn = TAU / pieces as f64;
         let phase_at = |index: usize| phase % TAU + index as f64 * turn;
@@ -140,7 +138,6 @@ impl Piece {
 
 impl Cut {
     /// Cuts the period into `pieces`.
-    #[expect(clippy::cast_precision_loss, reason = "a small count")]
     pub(super) fn new(design: &Design, options: &FanOptions, pieces: usize) -> Self {
         let angular_frequency = options.angular_frequency_rad_s;
         let kernel = lever(design, options.stop);

@@ -42,15 +42,9 @@ pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32
     );
     let mut work = Work::default();
     let mut breakdown = None;
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "checked to lie below the largest number of steps"
-    )]
     let steps = ((end - start) / step).ceil() as u64;
     let keep_every = (steps / TRACE_POINTS).max(1);
     for k in 0..steps {
-        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
         let t = start + k as f64 * step;
         let h = step.min(end - t);
         if h <= 0.0 {

@@ -19,7 +19,6 @@ pub(super) fn gauge(page: &mut Page, document: &Document) {
     let all = all(document, shown);
     let from_x = if all.len() > 1 { 212.0 } else { 0.0 };
     let x = |share: f64| from_x + share * (860.0 - from_x);
-    #[expect(clippy::cast_precision_loss, reason = "four at most")]
     let bottom = 20.0 + 17.0 * all.len() as f64;
     let mut svg = String::new();
     // Writing into a String cannot fail.

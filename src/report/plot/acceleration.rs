@@ -80,7 +80,6 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
     for (index, (at_s, code)) in faults.iter().take(8).enumerate() {
         let x = panel.x.place(at_s * context.time_scale);
         canvas.line("fault", (x, top), (x, bottom));
-        #[expect(clippy::cast_precision_loss, reason = "eight at most")]
         let y = top + 18.0 + index as f64 * 18.0;
         panel.label(&mut canvas, "alarm halo", (x, y), code);
     }

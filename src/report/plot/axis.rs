@@ -93,7 +93,6 @@ impl Axis {
                 .map(|tick| tick.label.chars().count())
                 .max()
                 .unwrap_or(0);
-            #[expect(clippy::cast_precision_loss, reason = "a handful of ticks and letters")]
             let crowded = widest as f64 * character * ticks.len() as f64 > length * 0.9;
             if !crowded || target <= 2.0 {
                 return ticks;
@@ -102,10 +101,6 @@ impl Axis {
         }
     }
 
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "decades of an f64 lie within -330..=330"
-    )]
     fn decades(&self) -> Vec<Tick> {
         let first = libm::log10(self.low).floor() as i32;
         let last = libm::log10(self.high).ceil() as i32;
@@ -144,10 +139,6 @@ fn decade_label(decade: i32, short: bool) -> String {
 }
 
 /// Returns ticks at multiples of 1, 2 or 5 times a power of ten, about `target` of them.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "guarded: at most a few dozen ticks, decades of an f64"
-)]
 fn linear_ticks(low: f64, high: f64, target: f64) -> Vec<Tick> {
     let rough = (high - low) / target;
     let decade = libm::log10(rough).floor();
@@ -187,7 +178,6 @@ fn tick_label(value: f64, decimals: i32, magnitude: f64) -> String {
     }
     if magnitude >= 1e6 || decimals > 5 {
         // The digits that tell neighbouring ticks apart, in the shape 1.25 × 10⁻⁷.
-        #[expect(clippy::cast_possible_truncation, reason = "a decade of an f64")]
         let digits = (libm::log10(magnitude).floor() as i32 + decimals).clamp(0, 17);
         let text = format!("{value:.*e}", usize::try_from(digits).unwrap_or(0));
         let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));

@@ -203,10 +203,6 @@ pub(super) fn coordinate(out: &mut String, value: f64) {
     } else {
         value.clamp(-FAR, FAR)
     };
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "held within a million, so a hundred times it fits"
-    )]
     let hundredths = (held * 100.0).round() as i64;
     if hundredths < 0 {
         out.push('-');

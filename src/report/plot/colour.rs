@@ -19,11 +19,6 @@ const VIRIDIS: [[f64; 3]; 9] = [
 
 /// Returns the colour at `share` of the way, straight between the points; a share outside
 /// 0..=1 takes the nearer end.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "indices are held within the table and channels within 0..=255"
-)]
 pub(super) fn viridis(share: f64) -> [u8; 3] {
     let place = if share.is_nan() {
         0.0
@@ -31,7 +26,6 @@ pub(super) fn viridis(share: f64) -> [u8; 3] {
         share.clamp(0.0, 1.0) * 8.0
     };
     let index = (place as usize).min(7);
-    #[expect(clippy::cast_precision_loss, reason = "seven at most")]
     let part = place - index as f64;
     let (from, to) = (VIRIDIS[index], VIRIDIS[index + 1]);
     std::array::from_fn(|channel| {

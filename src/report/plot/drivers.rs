@@ -35,7 +35,6 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
     let title = "What drives the peak";
     let mut canvas = Canvas::with_capacity(8 * 1024);
     let top = panel::header(&mut canvas, title, &entries);
-    #[expect(clippy::cast_precision_loss, reason = "a dozen rows")]
     let bottom = top + 12.0 + ROW * rows.len() as f64;
     let height = bottom + panel::FOOTER;
     let axis = Axis::linear(-1.0, 1.0, FROM, TO);

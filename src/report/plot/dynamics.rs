@@ -321,10 +321,6 @@ const FEW: usize = 1000;
 const MANY: usize = 8000;
 
 /// Returns where points lie, those within a quarter of a unit once, [`MANY`] at most.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "places inside a drawing of a few hundred units"
-)]
 fn places(points: &[(f64, f64)], x: &Axis, y: &Axis) -> Vec<(f64, f64)> {
     let mut taken: BTreeSet<(i64, i64)> = BTreeSet::new();
     points
@@ -434,7 +430,6 @@ pub(super) fn basins(all: &[Basins]) -> Figure {
                 canvas.png(&png, (x, top - 21.0), (22.0, 13.0));
             }
             canvas.text("", (x + 29.0, top - 9.0), Anchor::Start, &text);
-            #[expect(clippy::cast_precision_loss, reason = "a few letters")]
             let width = 29.0 + text.chars().count() as f64 * 7.6 + 20.0;
             x += width;
             description.push_str(&format!(" {stop} stop, {text}."));

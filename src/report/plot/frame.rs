@@ -212,7 +212,6 @@ pub(super) fn header(
     for (class, text) in legend {
         canvas.line(class, (x, y - 5.0), (x + 28.0, y - 5.0));
         canvas.text("", (x + 35.0, y), Anchor::Start, text);
-        #[expect(clippy::cast_precision_loss, reason = "a few letters")]
         let width = text.chars().count() as f64 * (LETTER - 1.2);
         x += 35.0 + width + 20.0;
     }

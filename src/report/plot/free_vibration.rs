@@ -196,7 +196,6 @@ fn intervals(canvas: &mut Canvas, result: &FreeVibration, place: frame::Place) {
 fn below(panel: &Frame, points: &[(f64, f64)], text: &str) -> Option<(f64, f64)> {
     let placed: Vec<(f64, f64)> = points.iter().map(|(x, y)| panel.place(*x, *y)).collect();
     let left = placed.first()?.0;
-    #[expect(clippy::cast_precision_loss, reason = "a few letters")]
     let right = left + 7.0 * text.chars().count() as f64;
     let lowest = placed
         .windows(2)

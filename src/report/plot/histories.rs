@@ -139,7 +139,6 @@ fn row(canvas: &mut Canvas, result: &Histories, group: &[&History], index: usize
         panel.frame(canvas);
     }
     for (line, history) in group.iter().enumerate() {
-        #[expect(clippy::cast_precision_loss, reason = "two lines")]
         let y = whole.top + 18.0 + 17.0 * line as f64;
         let peak = if history.settled.rests {
             String::new()

@@ -224,14 +224,12 @@ fn scans(document: &MarginDocument, margins: &Margins) -> Figure {
         .filter(|scan| scan.quantity != Quantity::Unbalance)
         .collect();
     for (index, scan) in shown.iter().enumerate() {
-        #[expect(clippy::cast_precision_loss, reason = "a few panels")]
         let corner = (
             COLUMNS[index % 2],
             top + 26.0 + (index / 2) as f64 * ROW_HEIGHT,
         );
         scan_panel(&mut canvas, document, scan, corner);
     }
-    #[expect(clippy::cast_precision_loss, reason = "a few panels")]
     let height = top + 4.0 + shown.len().div_ceil(2) as f64 * ROW_HEIGHT;
     Figure {
         name: "margin-scan",
@@ -354,7 +352,6 @@ fn draw_map(document: &MarginDocument, map: &Map) -> Option<Figure> {
     panel.clip(&mut canvas, "margin-map-clip");
     canvas.begin_clipped("margin-map-clip");
     // A picture element is as wide as the grid's step, with the grid value in its middle.
-    #[expect(clippy::cast_precision_loss, reason = "a few hundred values")]
     let half = (
         0.5 * (request.x.high - request.x.low) / (columns - 1) as f64,
         0.5 * (request.y.high - request.y.low) / (rows - 1) as f64,

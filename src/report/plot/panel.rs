@@ -163,7 +163,6 @@ pub(super) fn header(canvas: &mut Canvas, title: &str, entries: &[Entry]) -> f64
     canvas.text("title", (LEFT, 22.0), Anchor::Start, title);
     let (mut x, mut y) = (LEFT, 46.0);
     for entry in entries {
-        #[expect(clippy::cast_precision_loss, reason = "a few dozen letters")]
         let width = 34.0 + entry.text.chars().count() as f64 * (LETTER - 1.2) + 16.0;
         if x > LEFT && x + width > WIDTH - 4.0 {
             x = LEFT;

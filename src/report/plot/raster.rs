@@ -38,11 +38,6 @@ pub(super) const ORANGE: Colour = [222, 112, 32];
 /// Returns a cloud of points as base64 of a transparent PNG over the panel that `x` and `y` span:
 /// the more points fall on a pixel the denser, by their logarithm, and a single point can still
 /// be seen. Each point is a square of `dot` pixels.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "pixels of a drawing of a few hundred units"
-)]
 pub(super) fn cloud(
     points: impl Iterator<Item = (f64, f64)>,
     x: &Axis,

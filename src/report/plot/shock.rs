@@ -214,7 +214,6 @@ fn response(
         "end of the shock",
     );
     for (line, response) in responses.iter().enumerate() {
-        #[expect(clippy::cast_precision_loss, reason = "two lines")]
         let y = panel.top + 18.0 + 17.0 * line as f64;
         let run = &response.run;
         let crossing = run.first_crossing_s.map_or_else(

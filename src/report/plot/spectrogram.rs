@@ -99,7 +99,6 @@ fn decibels(amplitude_m_s2: f64) -> f64 {
     20.0 * libm::log10(amplitude_m_s2 / STANDARD_GRAVITY)
 }
 
-#[expect(clippy::cast_precision_loss, reason = "cells stay far below 2^53")]
 fn count(number: usize) -> f64 {
     number as f64
 }

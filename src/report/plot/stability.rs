@@ -106,7 +106,6 @@ fn legend(canvas: &mut Canvas, y: f64) {
         );
         series::mark(canvas, Mark::of(method), method, (x + 13.0, y - 5.0));
         canvas.text("", (x + 34.0, y), Anchor::Start, method);
-        #[expect(clippy::cast_precision_loss, reason = "a few letters")]
         let width = 34.0 + method.len() as f64 * (LETTER - 1.2) + 18.0;
         x += width;
     }
@@ -265,7 +264,6 @@ fn map(canvas: &mut Canvas, result: &Stability, frame: Frame) {
         .filter(|row| row.step_s == steps.first().copied())
         .count()
         .max(1);
-    #[expect(clippy::cast_precision_loss, reason = "a few phases")]
     let height = PANEL_HEIGHT / phases as f64;
     for row in &own {
         let Some(step) = row.step_s else { continue };
@@ -305,7 +303,6 @@ fn map_legend(canvas: &mut Canvas, frame: Frame) {
     ] {
         canvas.rectangle(class, (x, y - 9.0), (11.0, 11.0));
         canvas.text("tiny", (x + 15.0, y), Anchor::Start, text);
-        #[expect(clippy::cast_precision_loss, reason = "a few letters")]
         let width = 15.0 + text.chars().count() as f64 * 6.2 + 12.0;
         x += width;
     }
@@ -411,7 +408,6 @@ fn table(canvas: &mut Canvas, result: &Stability, top: f64) -> f64 {
         "Situations: relative error of the peak; impacts seen of those there are, where they differ",
     );
     let left = COLUMNS[0] - 60.0 + NAMES_WIDTH;
-    #[expect(clippy::cast_precision_loss, reason = "five methods")]
     let width = (WIDTH - 18.0 - left) / METHODS.len() as f64;
     let mut x = left;
     for method in METHODS {

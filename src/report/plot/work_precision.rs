@@ -54,7 +54,6 @@ pub(super) fn draw(result: &WorkPrecision) -> Figure {
     let (times, errors) = ranges(result);
     for (index, truth) in result.truths.iter().enumerate() {
         let (column, row) = (index % 2, index / 2);
-        #[expect(clippy::cast_precision_loss, reason = "a few panels")]
         let top = y + 30.0 + row as f64 * ROW_HEIGHT;
         panel(
             &mut canvas,
@@ -66,7 +65,6 @@ pub(super) fn draw(result: &WorkPrecision) -> Figure {
         );
     }
     let rows = result.truths.len().div_ceil(2);
-    #[expect(clippy::cast_precision_loss, reason = "a few panels")]
     let height = y + 10.0 + rows as f64 * ROW_HEIGHT;
     Figure {
         name: NAME,
@@ -107,7 +105,6 @@ fn methods(result: &WorkPrecision) -> Vec<&'static str> {
 fn legend(canvas: &mut Canvas, result: &WorkPrecision, top: f64) -> f64 {
     let (mut x, mut y) = (COLUMNS[0], top);
     for method in methods(result) {
-        #[expect(clippy::cast_precision_loss, reason = "a few letters")]
         let width = 34.0 + method.len() as f64 * (LETTER - 1.2) + 18.0;
         if x + width > WIDTH - 10.0 {
             (x, y) = (COLUMNS[0], y + 21.0);

@@ -47,7 +47,6 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
             let got = contact::contacts(design, &problem.ask(&setting, true)?.trace);
             for (index, right) in right.iter().take(BOUNCES).enumerate() {
                 let contact = got.get(index);
-                #[expect(clippy::cast_precision_loss, reason = "a few bounces")]
                 let number = index as f64 + 1.0;
                 for (quantity, value) in [
                     (

@@ -42,7 +42,6 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
                 initial: situation.initial,
             };
             let truth = problem.ask(&Setting::kernel(), false)?.run;
-            #[expect(clippy::cast_precision_loss, reason = "a count of impacts")]
             let impacts = truth.impacts as f64;
             for setting in Setting::usual(model) {
                 let outcome = problem.ask(&setting, false)?;
@@ -56,7 +55,6 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
                     sound.then_some(run.peak_angle_rad),
                     (truth.peak_angle_rad, truth.numerical_error_rad),
                 ));
-                #[expect(clippy::cast_precision_loss, reason = "a count of impacts")]
                 let counted = run.impacts as f64;
                 answer.rows.push(setting.row(
                     situation.subject,

@@ -37,7 +37,6 @@ pub fn philox(mut counter: [u32; 4], mut key: [u32; 2]) -> [u32; 4] {
 }
 
 /// Upper and lower half of a word.
-#[expect(clippy::cast_possible_truncation, reason = "the halves are meant")]
 fn halves(word: u64) -> [u32; 2] {
     [(word >> 32) as u32, word as u32]
 }
@@ -48,7 +47,6 @@ pub fn uniform(seed: u64, member: u32, parameter: u32) -> f64 {
     let [high, low] = halves(seed);
     let words = philox([member, parameter, 0, 0], [low, high]);
     let bits = (u64::from(words[0]) << 20) | u64::from(words[1] >> 12);
-    #[expect(clippy::cast_precision_loss, reason = "52 bits fit a mantissa")]
     let place = bits as f64 + 0.5;
     place / 4_503_599_627_370_496.0
 }

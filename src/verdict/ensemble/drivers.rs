@@ -19,12 +19,6 @@ pub(super) fn quantiles(peaks: &[f64]) -> Option<PeakQuantiles> {
 }
 
 /// Returns the quantile of share `share` of sorted values, of which there is at least one.
-#[expect(
-    clippy::cast_precision_loss,
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a place among the values"
-)]
 pub(in crate::verdict) fn quantile(sorted: &[f64], share: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else {
         return f64::NAN;
@@ -74,7 +68,6 @@ pub(super) fn drivers(
 }
 
 /// Returns the rank of each value, equal values sharing their mean rank.
-#[expect(clippy::cast_precision_loss, reason = "ranks stay far below 2^53")]
 fn ranks(values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
@@ -95,7 +88,6 @@ fn ranks(values: &[f64]) -> Vec<f64> {
 }
 
 /// Returns the correlation of two lists; `None` if one of them does not vary.
-#[expect(clippy::cast_precision_loss, reason = "counts stay far below 2^53")]
 fn correlation(a: &[f64], b: &[f64]) -> Option<f64> {
     let count = a.len() as f64;
     let mean = |values: &[f64]| values.iter().sum::<f64>() / count;

@@ -135,7 +135,6 @@ pub fn critical_pulse(
     let impulsive =
         bounds.impulse_threshold_m_s * std::f64::consts::PI / (2.0 * duration_s * STANDARD_GRAVITY);
     let sum = bounds.static_threshold_g + impulsive;
-    #[expect(clippy::cast_precision_loss, reason = "a few hundred amplitudes")]
     let grid: Vec<f64> = (0..=AMPLITUDES)
         .map(|index| sum * libm::pow(10.0, 2.0 * index as f64 / AMPLITUDES as f64 - 1.0))
         .collect();

@@ -22,7 +22,6 @@ pub struct MapAxis {
 impl MapAxis {
     /// Returns value `index` of `count` evenly spaced ones.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "a few hundred values")]
     pub fn value(&self, index: usize, count: usize) -> f64 {
         if index + 1 == count {
             return self.high;
@@ -56,7 +55,7 @@ impl MapRequest {
     pub fn check(&self, design: &Design) -> Result<(), Error> {
         let refuse = |expected: &str, found: String| {
             Err(Error::from(ErrorKind::OutOfRange {
-                what: "--map".into(),
+                what: crate::setting::Setting::Map.to_string(),
                 expected: expected.into(),
                 found,
             }))

@@ -165,7 +165,6 @@ impl Stretch {
     pub fn grid(&self, count: usize) -> Vec<f64> {
         let mut values = vec![self.low, self.present, self.high];
         for index in 1..count.max(2) {
-            #[expect(clippy::cast_precision_loss, reason = "a few thousand values")]
             let share = index as f64 / count.max(2) as f64;
             if self.ratios {
                 // Equal ratios to either side of the present value.

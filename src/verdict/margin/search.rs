@@ -228,7 +228,6 @@ fn doubtful(points: &[Point], cell: usize, near: f64) -> Option<f64> {
 
 /// The values that split a cell.
 fn inside(from: f64, to: f64) -> impl Iterator<Item = f64> {
-    #[expect(clippy::cast_precision_loss, reason = "a few parts")]
     let part = move |index: usize| from + (to - from) * index as f64 / PARTS as f64;
     (1..PARTS)
         .map(part)

@@ -142,11 +142,6 @@ impl Contact {
             gain: terms.gain,
             whole: Turn::new(terms.interval, frequency, ratio),
             part: Turn::new(terms.interval / parts, frequency, ratio),
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "between 1 and 64"
-            )]
             parts: parts as u32,
             slack: terms.slack,
             period: 1.0 / frequency,

@@ -3,12 +3,12 @@
 
 use super::{after_the_first_step, all, basins_of, basins_options, check_near, one_amplitude, rig};
 use latchgate::model::stop::StopModel;
+use latchgate::parallel::Control;
 use latchgate::replay::Section;
 use latchgate::study::attractor;
 use latchgate::study::basins::{self, Basins};
 use latchgate::study::bifurcation::{self, Diagram, Sweep};
 use latchgate::study::excitation_map;
-use latchgate::study::parallel::Control;
 
 fn diagram(stop: StopModel, doublings: u32) -> bifurcation::Options {
     bifurcation::Options {
@@ -274,7 +274,7 @@ fn regress_a_branch_is_found_once_and_whole() {
 fn half() -> Control<'static> {
     Control {
         threads: 1,
-        proceed: &|part| part < 0.5,
+        proceed: &|part| part.is_none_or(|part| part < 0.5),
     }
 }
 
@@ -358,7 +358,7 @@ fn regress_a_stop_ends_the_method_compared_with() {
         &options,
         &Control {
             threads: 1,
-            proceed: &|part| part < 0.5,
+            proceed: &|part| part.is_none_or(|part| part < 0.5),
         },
     )
     .unwrap();

@@ -1,0 +1,96 @@
+//! The settings of a question, by the names that every door uses for them.
+//!
+//! Errors, findings and reasons name a setting; how it is given, as an option of a command line,
+//! a key of a file or a field of a page, is worded where it is given.
+
+use std::fmt;
+
+macro_rules! settings {
+    ($($(#[doc = $doc:literal])+ $name:ident = $key:literal,)+) => {
+        /// A setting of a question.
+        ///
+        /// Displayed, it reads ``the setting `time_unit` ``.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum Setting {
+            $($(#[doc = $doc])+ $name,)+
+        }
+
+        impl Setting {
+            /// Lists every setting.
+            pub const ALL: &[Self] = &[$(Self::$name),+];
+
+            /// Returns the key that files and documents use.
+            #[must_use]
+            pub fn key(self) -> &'static str {
+                match self {
+                    $(Self::$name => $key,)+
+                }
+            }
+        }
+    };
+}
+
+settings! {
+    /// Format of the recording.
+    InputFormat = "input_format",
+    /// Channel to judge.
+    Channel = "channel",
+    /// Column that holds the time.
+    TimeColumn = "time_column",
+    /// Unit of that column.
+    TimeUnit = "time_unit",
+    /// Sample rate of a recording without time [Hz].
+    RateHz = "rate_hz",
+    /// Instant of first contact on the recording's clock [s].
+    TimeZero = "time_zero",
+    /// Unit of acceleration.
+    Unit = "unit",
+    /// Sign of the recorded acceleration that opens the lever.
+    OpensWhen = "opens_when",
+    /// Window whose mean is removed.
+    Bias = "bias",
+    /// Channel frequency class.
+    Filter = "filter",
+    /// Standard of the filter.
+    FilterStandard = "filter_standard",
+    /// Rate fed to the model.
+    Resample = "resample",
+    /// Judged window.
+    Window = "window",
+    /// Design file.
+    Design = "design",
+    /// Override of one design key.
+    Set = "set",
+    /// Stop model.
+    Model = "model",
+    /// Integrator.
+    Method = "method",
+    /// Steps of a fixed-step integrator per natural period.
+    StepsPerPeriod = "steps_per_period",
+    /// Error that an integrator lets pass in a step [rad].
+    Tolerance = "tolerance",
+    /// Largest ensemble.
+    Members = "members",
+    /// Seed of the ensemble.
+    Seed = "seed",
+    /// Initial angle [rad].
+    Phi0 = "phi0",
+    /// Initial angular velocity [rad/s].
+    Omega0 = "omega0",
+    /// Change of a limit on input.
+    Limit = "limit",
+    /// Distance of a counterweight from the pivot [m].
+    CounterweightRadius = "counterweight_radius",
+    /// Values of each quantity that a search begins with.
+    Points = "points",
+    /// Design keys of a map.
+    Map = "map",
+    /// Size of a map.
+    MapGrid = "map_grid",
+}
+
+impl fmt::Display for Setting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the setting `{}`", self.key())
+    }
+}
