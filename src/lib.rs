@@ -27,6 +27,8 @@ pub mod study;
 
 pub mod verdict;
 
+pub mod margin;
+
 pub mod report;
 
 pub mod cli;

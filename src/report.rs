@@ -5,10 +5,12 @@
 //! no more. The time that a run took is shown nowhere but in `verdict.json`, so that the same
 //! input gives the same bytes.
 
+pub mod document;
 pub mod escape;
 pub mod html;
 pub mod json;
 pub mod margin;
+pub mod margin_document;
 pub mod number;
 pub mod plot;
 pub mod sparkline;
@@ -17,7 +19,10 @@ pub mod text;
 mod words;
 
 use crate::error::{Error, ErrorKind, Place};
-use crate::verdict::{Document, Evidence};
+pub use document::Document;
+pub use margin_document::MarginDocument;
+
+use crate::verdict::Evidence;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};

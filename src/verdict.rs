@@ -1,13 +1,12 @@
 //! The verdict: what the runs, their errors and the findings together say.
 
 pub mod assess;
-mod bench;
+pub(crate) mod bench;
 pub mod decision;
 pub mod ensemble;
 pub mod filters;
 pub mod ladder;
-pub mod margin;
-mod remarks;
+pub(crate) mod remarks;
 pub mod ribbon;
 pub mod screen;
 pub mod verify;
@@ -24,13 +23,10 @@ pub use what_if::WhatIf;
 
 use crate::conditioning::Signal;
 use crate::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
-use crate::model::Design;
 use crate::model::stop::StopModel;
-use crate::recording::{Finding, Part};
-use crate::replay::{Run, TracePoint};
+use crate::replay::TracePoint;
 use crate::units::OpensWhen;
 use serde::Serialize;
-use std::collections::BTreeMap;
 
 /// The answer for one recording and one design.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -129,77 +125,6 @@ pub struct ScreenedRun {
     pub bounds: [screen::Bound; 4],
 }
 
-/// What was read.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
-pub struct RecordingBlock {
-    /// File name without folders.
-    pub file: String,
-    /// SHA-256 of its bytes; of a folder, that of its list of parts.
-    pub sha256: Option<String>,
-    /// Further files that were read with it, each with its SHA-256.
-    pub parts: Vec<Part>,
-    /// SHA-256 of the channel's signal, the same whatever file it comes from.
-    pub content_sha256: Option<String>,
-    /// Format name.
-    pub format: Option<&'static str>,
-    /// Channel name.
-    pub channel: Option<String>,
-    /// Unit of the channel.
-    pub unit: Option<&'static str>,
-    /// What stated the unit.
-    pub unit_source: Option<&'static str>,
-    /// Number of samples.
-    pub samples: usize,
-    /// Sample rate [Hz].
-    pub sample_rate_hz: Option<f64>,
-    /// Time of the first sample [s].
-    pub start_s: Option<f64>,
-    /// Time of the last sample [s].
-    pub end_s: Option<f64>,
-    /// Largest absolute acceleration as recorded [g].
-    pub peak_g: Option<f64>,
-    /// When [s].
-    pub peak_time_s: Option<f64>,
-    /// SHA-256 of the card beside the recording; `None` without a card.
-    pub card_sha256: Option<String>,
-}
-
-/// How it was conditioned.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ConditioningBlock {
-    /// Mean removed [m/s²].
-    pub bias_m_s2: f64,
-    /// Its standard error [m/s²].
-    pub bias_standard_error_m_s2: f64,
-    /// How the standard error counts correlated samples.
-    pub bias_standard_error_method: &'static str,
-    /// Samples it was taken from.
-    pub bias_samples: usize,
-    /// First and last instant of the bias window [s].
-    pub bias_window_s: Option<(f64, f64)>,
-    /// Filter: `none`, `cfc60`, `cfc180`, `cfc600`, `cfc1000`.
-    pub filter: &'static str,
-    /// Standard of the filter.
-    pub filter_standard: &'static str,
-    /// Design frequency of the filter's two passes, fd [Hz].
-    pub filter_design_frequency_hz: Option<f64>,
-    /// End treatment in words.
-    pub filter_end_treatment: Option<&'static str>,
-    /// Rate fed to the model [Hz]; `None` for the native one.
-    pub resample_hz: Option<f64>,
-    /// Largest absolute acceleration as used [g].
-    pub peak_g: Option<f64>,
-    /// When [s].
-    pub peak_time_s: Option<f64>,
-    /// Change of velocity over the record, ∫a dt as used, in the recording's own sign [m/s].
-    pub velocity_change_m_s: f64,
-    /// Full scale that the card declares [g].
-    pub range_g: Option<f64>,
-    /// The card declares a signal made by a formula: clipping and dead sensors were not
-    /// looked for.
-    pub synthetic: bool,
-}
-
 /// What one stop and polarity says by part 3 of the rule, and how sure its peak is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunAnswer {
@@ -217,94 +142,6 @@ pub struct RunAnswer {
     pub uncertainty_rad: Option<f64>,
     /// U of the coast's peak [rad]; `None` where there is no coast.
     pub coast_uncertainty_rad: Option<f64>,
-}
-
-/// What the run was asked, so that it can be repeated.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Request {
-    /// The command line that repeats the run, with the file's name only.
-    pub command: String,
-    /// Where the polarity comes from: `option`, `card`, `undeclared`.
-    pub opens_when_source: &'static str,
-    /// Stop model asked for: `auto`, `rigid`, `soft`.
-    pub model: &'static str,
-    /// Judged window [s].
-    pub window_s: Option<(f64, f64)>,
-    /// Initial angle [rad]; `None` for rest on the stop.
-    pub phi0_rad: Option<f64>,
-    /// Initial angular velocity [rad/s].
-    pub omega0_rad_s: Option<f64>,
-    /// Largest ensemble; 0 for nominal runs alone.
-    pub members: u32,
-    /// Seed of the ensemble.
-    pub seed: u64,
-}
-
-/// Version and time of the run; the only block that may differ between two runs.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct RunBlock {
-    /// latchgate's version.
-    pub version: &'static str,
-    /// Time the run took [s].
-    pub elapsed_s: f64,
-}
-
-/// verdict.json, key by key.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Document {
-    /// `latchgate.verdict/1`.
-    pub schema: &'static str,
-    /// The answer.
-    pub verdict: Answer,
-    /// The reasons, the weightiest first.
-    pub why: Vec<Reason>,
-    /// The threshold [rad].
-    pub threshold_rad: f64,
-    /// The run with the largest peak; `None` where nothing could be replayed.
-    pub nominal: Option<Run>,
-    /// Per stop, the run with the larger peak.
-    pub models: BTreeMap<&'static str, Run>,
-    /// Per polarity and stop, where two polarities were judged.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub polarities: BTreeMap<&'static str, BTreeMap<&'static str, Run>>,
-    /// What each stop and polarity says by itself, where something was replayed.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub answers: Vec<RunAnswer>,
-    /// The ensemble of the stop and polarity with the largest nominal peak; `None` where only
-    /// nominal runs are judged.
-    pub ensemble: Option<Ensemble>,
-    /// That of each stop and polarity, where there are several.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub ensembles: Vec<Ensemble>,
-    /// Which rung decided, and why nothing finer was needed; `None` where nothing was replayed.
-    pub ladder: Option<Ladder>,
-    /// The preload from which on the recording passes; `None` where it was not asked for, as
-    /// without a report.
-    pub preload_answer: Option<margin::PreloadAnswer>,
-    /// What one input moved by one standard deviation does to the nominal run.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub what_if: Vec<WhatIf>,
-    /// Where the peak's uncertainty comes from.
-    pub error_budget_rad: ErrorBudget,
-    /// Closed-form bounds.
-    pub screens: Screens,
-    /// What the nominal runs say after each filter; empty where it was not asked for, as with
-    /// nominal runs alone and no report.
-    pub filters: Vec<FilterRow>,
-    /// Everything odd.
-    pub findings: Vec<Finding>,
-    /// What was read.
-    pub recording: RecordingBlock,
-    /// How it was conditioned; `None` where nothing was.
-    pub conditioning: Option<ConditioningBlock>,
-    /// The design.
-    pub design: Design,
-    /// The decision rule in words.
-    pub decision_rule: &'static str,
-    /// What was asked.
-    pub request: Request,
-    /// Version and time; last.
-    pub run: RunBlock,
 }
 
 /// The trajectory of one run.

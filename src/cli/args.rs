@@ -3,14 +3,14 @@
 use crate::conditioning::resample::LEAST_RATE_HZ;
 use crate::conditioning::{BiasWindow, Cfc, FilterChoice, FilterStandard};
 use crate::error::Error;
+use crate::margin::MapAxis;
+use crate::margin::map::GRID_MAX;
 use crate::model::stop::StopModel;
 use crate::recording::Limits;
 use crate::recording::card::CardPolarity;
 use crate::replay::Method;
 use crate::units::{AccelerationUnit, TimeUnit};
 use crate::verdict::ensemble::MEMBERS_MAX;
-use crate::verdict::margin::MapAxis;
-use crate::verdict::margin::map::GRID_MAX;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use tracing::level_filters::LevelFilter;

@@ -4,13 +4,14 @@ use super::args::{Common, MarginArguments, OutputFormat, ReplayArguments};
 use super::replay::{self, Facts, Tables};
 use super::{Failure, output};
 use crate::error::{Error, Place};
+use crate::margin::{Basis, MapRequest, MarginOptions, Margins, margins};
 use crate::model::Design;
 use crate::recording::{Finding, Limits, Source};
 use crate::report;
-use crate::verdict::margin::{
-    Basis, Context, MapRequest, MarginDocument, MarginOptions, Margins, margins,
-};
-use crate::verdict::{Assessment, RunBlock};
+use crate::report::MarginDocument;
+use crate::report::document::RunBlock;
+use crate::report::margin_document::Context;
+use crate::verdict::Assessment;
 use std::time::Instant;
 
 /// Exit code where a blocking finding spoils the recording.
@@ -91,7 +92,7 @@ fn judge(
         no_report: true,
         ..own.replay.clone()
     };
-    let assessment = replay::judge(
+    let (assessment, _) = replay::judge(
         &unseen,
         common,
         design,
@@ -144,7 +145,7 @@ fn command_line(own: &MarginArguments, replayed: &str) -> String {
         option("points", points.to_string());
     }
     if let Some([x, y]) = own.map.as_deref() {
-        let axis = |axis: &crate::verdict::margin::MapAxis| {
+        let axis = |axis: &crate::margin::MapAxis| {
             replay::quoted(&format!("{}={}..{}", axis.key, axis.low, axis.high))
         };
         line.push_str(&format!(

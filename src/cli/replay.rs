@@ -7,6 +7,7 @@ use super::args::{
 use super::{Failure, candidates, output};
 use crate::conditioning::{self, BiasWindow, Conditioned, ConditioningOptions, FilterChoice, cfc};
 use crate::error::{Error, ErrorKind, Place};
+use crate::margin::{self, PreloadAnswer};
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::recording::card::CardPolarity;
@@ -15,11 +16,11 @@ use crate::recording::{
 };
 use crate::replay::{ADAPTIVE_TOLERANCE_MIN, Method};
 use crate::report;
+use crate::report::document::{ConditioningBlock, Document, RecordingBlock, Request, RunBlock};
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
 use crate::verdict::{
-    self, Answer, AssessOptions, Assessment, ConditioningBlock, DECISION_RULE, Document,
-    ErrorBudget, Evidence, ModelChoice, NOMINAL_DECISION_RULE, Polarity, Reason, RecordingBlock,
-    Request, RunBlock, Screens, assess, ensemble, screen,
+    self, Answer, AssessOptions, Assessment, DECISION_RULE, ErrorBudget, Evidence, ModelChoice,
+    NOMINAL_DECISION_RULE, Polarity, Reason, Screens, assess, ensemble, screen,
 };
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -113,9 +114,13 @@ pub(super) fn document(
 ) -> (Document, Option<Evidence>, Option<Error>) {
     let mut facts = Facts::new(own, common, source);
     match judge(own, common, design, source, limits, tables, &mut facts) {
-        Ok(mut assessment) => {
+        Ok((mut assessment, preload)) => {
             let evidence = assessment.evidence.take();
-            (answered(&facts, design, assessment), evidence, None)
+            (
+                answered(&facts, design, assessment, preload),
+                evidence,
+                None,
+            )
         }
         Err(error) => {
             if facts.block.sha256.is_none() {
@@ -181,7 +186,7 @@ pub(super) fn judge(
     limits: &Limits,
     tables: Tables,
     facts: &mut Facts,
-) -> Result<Assessment, Error> {
+) -> Result<(Assessment, Option<PreloadAnswer>), Error> {
     let mut options = read_options(&own.read, common);
     if let Some((card, sha256)) = recording::card::read_beside(source, limits)? {
         card.merge_into(&mut options);
@@ -237,13 +242,18 @@ pub(super) fn judge(
     let Some(conditioned) = &facts.conditioned else {
         return Err(ErrorKind::MissingUnit.into());
     };
-    verdict::assess(
-        conditioned,
-        &facts.findings,
-        design,
-        &assess_options(own, common, facts.polarity, tables),
-    )
-    .map_err(|error| error.at(Place::file(source.name()).channel(channel.name.clone())))
+    let options = assess_options(own, common, facts.polarity, tables);
+    let place = || Place::file(source.name()).channel(channel.name.clone());
+    let assessment = verdict::assess(conditioned, &facts.findings, design, &options)
+        .map_err(|error| error.at(place()))?;
+    let preload = (tables.preload && assessment.whole)
+        .then(|| {
+            let passes = assessment.answer == Answer::Pass;
+            margin::preload_answer(conditioned, &facts.findings, design, &options, passes)
+        })
+        .transpose()
+        .map_err(|error| error.at(place()))?;
+    Ok((assessment, preload))
 }
 
 /// Returns what the recording's other channels say against the one that is replayed, or that they
@@ -295,7 +305,6 @@ pub(super) fn assess_options(
         members: own.members,
         seed: own.seed,
         filter_table: tables.filters,
-        preload_answer: tables.preload,
         follow_all: false,
         threads: common.thread_count(),
         evidence: tables.evidence,
@@ -541,7 +550,12 @@ pub(super) fn conditioning_block(conditioned: &Conditioned, card: &Card) -> Cond
     }
 }
 
-fn answered(facts: &Facts, design: &Design, assessment: Assessment) -> Document {
+fn answered(
+    facts: &Facts,
+    design: &Design,
+    assessment: Assessment,
+    preload_answer: Option<PreloadAnswer>,
+) -> Document {
     let mut findings = facts.findings.clone();
     findings.extend(assessment.findings);
     // The worst first; within a severity in the order of the line from file to replay.
@@ -557,7 +571,7 @@ fn answered(facts: &Facts, design: &Design, assessment: Assessment) -> Document 
         ensemble: assessment.ensemble,
         ensembles: assessment.ensembles,
         ladder: Some(assessment.ladder),
-        preload_answer: assessment.preload_answer,
+        preload_answer,
         what_if: assessment.what_if,
         filters: assessment.filters,
         error_budget_rad: assessment.budget,

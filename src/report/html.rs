@@ -16,7 +16,8 @@ use self::markup::Page;
 use super::plot::{self, Figure};
 use super::words;
 use crate::recording::Severity;
-use crate::verdict::{Document, Evidence};
+use crate::report::Document;
+use crate::verdict::Evidence;
 
 /// Returns the report as one self-contained HTML document.
 #[must_use]

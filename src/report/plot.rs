@@ -34,6 +34,7 @@ mod work_precision;
 pub(super) use self::margin::{
     RULES as MARGIN_RULES, figures as margin_figures, stand_alone as margin_stand_alone,
 };
+use crate::report::Document;
 use crate::report::escape;
 use crate::report::words;
 use crate::study::attractor::Attractor;
@@ -48,7 +49,7 @@ use crate::study::spectrogram::Spectrogram;
 use crate::study::stability::Stability;
 use crate::study::step_size::StepSize;
 use crate::study::work_precision::WorkPrecision;
-use crate::verdict::{Document, Evidence};
+use crate::verdict::Evidence;
 use std::fmt::Write as _;
 
 /// Name of the plot that stands beside the ensemble.

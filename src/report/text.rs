@@ -6,7 +6,8 @@ use super::words::{self, DIGITS};
 use super::{REPORT_FILE, escape};
 use crate::recording::Severity;
 use crate::replay::Run;
-use crate::verdict::{Answer, Document};
+use crate::report::Document;
+use crate::verdict::Answer;
 use std::fmt::Write as _;
 use std::path::Path;
 

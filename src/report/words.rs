@@ -1,9 +1,10 @@
 //! Words that the terminal and the page share.
 
 use crate::model::stop::StopModel;
+use crate::report::Document;
 use crate::report::number::{exact, milliseconds, significant, trimmed};
 use crate::units::OpensWhen;
-use crate::verdict::{Answer, Document, Ensemble, ErrorBudget};
+use crate::verdict::{Answer, Ensemble, ErrorBudget};
 
 /// Digits of a result shown to people.
 pub(super) const DIGITS: usize = 5;

@@ -5,7 +5,6 @@ use super::decision::{Judged, Share, decide, unanimous, worse};
 use super::ensemble::{Ensemble, Scatter};
 use super::filters::{self, FilterRow};
 use super::ladder::{self, Climbed, Ladder};
-use super::margin::{self, PreloadAnswer};
 use super::remarks::{Faults, crossing_outside_window, replay_findings};
 use super::what_if::{self, WhatIf};
 use super::{
@@ -39,7 +38,7 @@ impl ModelChoice {
         }
     }
 
-    pub(super) fn stops(self) -> &'static [StopModel] {
+    pub(crate) fn stops(self) -> &'static [StopModel] {
         match self {
             Self::Auto => &[StopModel::Rigid, StopModel::Soft],
             Self::Only(StopModel::Rigid) => &[StopModel::Rigid],
@@ -60,7 +59,7 @@ pub enum Polarity {
 }
 
 impl Polarity {
-    pub(super) fn signs(self) -> &'static [OpensWhen] {
+    pub(crate) fn signs(self) -> &'static [OpensWhen] {
         match self {
             Self::Declared(OpensWhen::Negative) => &[OpensWhen::Negative],
             Self::Declared(OpensWhen::Positive) => &[OpensWhen::Positive],
@@ -92,8 +91,6 @@ pub struct AssessOptions {
     pub seed: u64,
     /// Judge the recording after each filter as well.
     pub filter_table: bool,
-    /// Find the preload from which on the recording passes.
-    pub preload_answer: bool,
     /// Follow every stop in full, also where bounds prove its answer; for comparison.
     pub follow_all: bool,
     /// Threads to use; the numbers do not depend on it.
@@ -118,7 +115,6 @@ impl AssessOptions {
             members: 0,
             seed: 1,
             filter_table: false,
-            preload_answer: false,
             follow_all: false,
             threads: 1,
             evidence: false,
@@ -147,10 +143,10 @@ pub struct Assessment {
     pub ensembles: Vec<Ensemble>,
     /// Which rung decided.
     pub ladder: Ladder,
-    /// The preload that the recording asks for, if that was asked.
-    pub preload_answer: Option<PreloadAnswer>,
     /// What one input moved by one standard deviation does to the nominal run.
     pub what_if: Vec<WhatIf>,
+    /// Whether all of the judged window could be judged: no blocking finding took any of it.
+    pub whole: bool,
     /// What the nominal runs say after each filter.
     pub filters: Vec<FilterRow>,
     /// Where the nominal peak's uncertainty comes from.
@@ -359,18 +355,7 @@ pub fn assess(
             Vec::new()
         },
         ladder,
-        preload_answer: if options.preload_answer && scope == Scope::Whole {
-            let passes = answer == Answer::Pass;
-            Some(margin::preload_answer(
-                conditioned,
-                findings,
-                design,
-                options,
-                passes,
-            )?)
-        } else {
-            None
-        },
+        whole: scope == Scope::Whole,
         what_if,
         filters,
         budget,
@@ -405,7 +390,7 @@ pub fn passes(
 /// which members to ask first, which saves most of them and changes no answer. With `presumed` a
 /// pass is not certain where it would take the members of which `recall` says that they stay
 /// below; what is no pass is.
-pub(super) fn passes_again(
+pub(crate) fn passes_again(
     conditioned: &Conditioned,
     findings: &[Finding],
     design: &Design,
@@ -454,7 +439,7 @@ fn pairs(options: &AssessOptions) -> Vec<Pair> {
 
 /// Which samples an answer may rest on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Scope {
+pub(crate) enum Scope {
     /// All of the judged window.
     Whole,
     /// Those from first to last, before a blocking finding.
@@ -472,7 +457,7 @@ impl Scope {
     }
 
     /// Parts 1 and 2 of the rule, from what part 3 says of all samples and of the good ones.
-    pub(super) fn answer(self, of_all: Answer, of_good: Answer) -> Answer {
+    pub(crate) fn answer(self, of_all: Answer, of_good: Answer) -> Answer {
         match self {
             Self::Whole => of_all,
             Self::Until(_) if of_good == Answer::Fail => Answer::Fail,
@@ -482,7 +467,7 @@ impl Scope {
 }
 
 /// Joins what the pairs say by parts 3 and 4 of the rule; no answers, no pass.
-pub(super) fn combine(polarity: Polarity, pairs: &[Pair], answers: &[Answer]) -> Answer {
+pub(crate) fn combine(polarity: Polarity, pairs: &[Pair], answers: &[Answer]) -> Answer {
     let per_sign: Vec<Answer> = polarity
         .signs()
         .iter()
@@ -503,7 +488,7 @@ pub(super) fn combine(polarity: Polarity, pairs: &[Pair], answers: &[Answer]) ->
 }
 
 /// Returns whether all answers that the open pairs may still give lead to one.
-pub(super) fn settled(
+pub(crate) fn settled(
     polarity: Polarity,
     pairs: &[Pair],
     answers: &[Option<Answer>],

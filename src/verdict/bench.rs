@@ -17,11 +17,11 @@ use crate::units::OpensWhen;
 use std::collections::BTreeMap;
 
 /// A stop and the sign that opens.
-pub(super) type Pair = (OpensWhen, StopModel);
+pub(crate) type Pair = (OpensWhen, StopModel);
 
 /// What a run is for, which says what it need not carry along.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Purpose {
+pub(crate) enum Purpose {
     /// Decides, and is drawn.
     Drawing,
     /// Decides.
@@ -32,12 +32,12 @@ pub(super) enum Purpose {
 
 /// What every run of one assessment shares.
 #[derive(Clone, Copy)]
-pub(super) struct Bench<'a> {
-    pub(super) design: &'a Design,
-    pub(super) options: &'a AssessOptions,
-    pub(super) signal: &'a Signal,
+pub(crate) struct Bench<'a> {
+    pub(crate) design: &'a Design,
+    pub(crate) options: &'a AssessOptions,
+    pub(crate) signal: &'a Signal,
     /// The band-limited fourfold of the samples.
-    pub(super) fine: &'a Signal,
+    pub(crate) fine: &'a Signal,
 }
 
 /// Samples, of all runs, from which further threads gain more than their start costs.
@@ -52,12 +52,12 @@ const MEMBERS_IN_A_ROW: usize = 256;
 
 /// How far members come.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Reached {
+pub(crate) struct Reached {
     /// Largest angle of each in the window [rad]; NaN if it could not be followed.
-    pub(super) peaks: Vec<f64>,
+    pub(crate) peaks: Vec<f64>,
     /// Largest angle of each in the window or in the coast after it [rad]; NaN if it could not be
     /// followed.
-    pub(super) highest: Vec<f64>,
+    pub(crate) highest: Vec<f64>,
 }
 
 /// What is asked of the ensemble of one stop and polarity.
@@ -84,7 +84,7 @@ enum Asking {
 /// What members did when a design like the present one was asked about: it says whom to ask
 /// first, and nothing else.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Recall {
+pub(crate) struct Recall {
     /// Peaks [rad] of the members of each stop and polarity, where they were run last.
     peaks: Vec<(Pair, BTreeMap<u32, f64>)>,
     /// The stop and polarity that did not pass last.
@@ -155,7 +155,7 @@ fn most_of_a_pass(look: u32) -> usize {
 
 impl Bench<'_> {
     /// Threads that `runs` runs are shared among: one for a few of a short recording.
-    pub(super) fn threads(&self, runs: usize) -> usize {
+    pub(crate) fn threads(&self, runs: usize) -> usize {
         if self.signal.samples.len().saturating_mul(runs) < SHARED_SAMPLES {
             1
         } else {
@@ -164,7 +164,7 @@ impl Bench<'_> {
     }
 
     /// The initial state asked for, what is left open being that of rest on the stop.
-    pub(super) fn initial(&self, stop: StopModel) -> Option<(f64, f64)> {
+    pub(crate) fn initial(&self, stop: StopModel) -> Option<(f64, f64)> {
         let (angle, velocity) = (
             self.options.initial_angle_rad,
             self.options.initial_velocity_rad_s,
@@ -179,7 +179,7 @@ impl Bench<'_> {
         Some((angle.unwrap_or(rest), velocity.unwrap_or(0.0)))
     }
 
-    pub(super) fn run(
+    pub(crate) fn run(
         &self,
         signal: &Signal,
         pair: Pair,
@@ -211,7 +211,7 @@ impl Bench<'_> {
 
     /// Runs every pair on the samples and, unless `spare` knows enough of it, on their fourfold.
     /// `spare` sees the nominal runs and says of each pair what stands in for a run.
-    pub(super) fn judge_all(
+    pub(crate) fn judge_all(
         &self,
         pairs: &[Pair],
         window: Option<(usize, usize)>,
@@ -252,7 +252,7 @@ impl Bench<'_> {
 
     /// Returns what the nominal runs say alone. Of one that was left out because nearly all
     /// scattered levers cross, the error is not known: its fourfold is run.
-    pub(super) fn nominal_answers(
+    pub(crate) fn nominal_answers(
         &self,
         pairs: &[Pair],
         window: Option<(usize, usize)>,
@@ -276,7 +276,7 @@ impl Bench<'_> {
 
     /// Says of which pairs bounds prove what their nominal run says by the rule without an
     /// ensemble.
-    pub(super) fn spare_nominal(
+    pub(crate) fn spare_nominal(
         &self,
         pairs: &[Pair],
         window: Option<(usize, usize)>,
@@ -300,7 +300,7 @@ impl Bench<'_> {
     /// Runs the ensemble of every pair, look by look, until the rule decides or what is still
     /// open can no longer change the answer; notes in `judged` what it adds. A pair that was left
     /// out has no ensemble. `limited`: the samples end before a fault.
-    pub(super) fn ensembles(
+    pub(crate) fn ensembles(
         &self,
         scatter: &Scatter,
         pairs: &[Pair],
@@ -366,7 +366,7 @@ impl Bench<'_> {
     /// asks no more members than that takes: first those that `recall` has seen near or beyond
     /// the threshold. Where a pass may be `presumed`, those alone, if it has seen all others stay
     /// below; what is no pass is so for certain.
-    pub(super) fn all_pass(
+    pub(crate) fn all_pass(
         &self,
         scatter: &Scatter,
         pairs: &[Pair],
@@ -536,7 +536,7 @@ impl Bench<'_> {
     }
 
     /// Returns how far `count` members come on one stop and polarity.
-    pub(super) fn peaks(
+    pub(crate) fn peaks(
         &self,
         pair: Pair,
         window: Option<(usize, usize)>,
@@ -560,7 +560,7 @@ impl Bench<'_> {
 
     /// When the lever first crosses the threshold outside the judged window, if it does so on
     /// a stop and polarity that do not cross inside.
-    pub(super) fn crossing_outside(
+    pub(crate) fn crossing_outside(
         &self,
         pairs: &[Pair],
         judged: &[Judged],
@@ -585,7 +585,7 @@ impl Bench<'_> {
         Ok(first)
     }
 
-    pub(super) fn budget(
+    pub(crate) fn budget(
         &self,
         conditioned: &Conditioned,
         window: Option<(usize, usize)>,
@@ -693,12 +693,12 @@ enum Part {
 }
 
 /// Spares no run, whatever bounds may know.
-pub(super) fn follow_all(_: &[Outcome]) -> Vec<Option<Known>> {
+pub(crate) fn follow_all(_: &[Outcome]) -> Vec<Option<Known>> {
     Vec::new()
 }
 
 /// Calls `work` on each item, on up to `threads` threads; results in the items' order.
-pub(super) fn in_parallel<T: Sync, R: Send>(
+pub(crate) fn in_parallel<T: Sync, R: Send>(
     threads: usize,
     items: &[T],
     work: impl Fn(&T) -> R + Sync,
@@ -734,7 +734,7 @@ pub(super) fn in_parallel<T: Sync, R: Send>(
 }
 
 /// First and last sample inside a window.
-pub(super) fn window_samples(
+pub(crate) fn window_samples(
     signal: &Signal,
     (from, to): (f64, f64),
 ) -> Result<(usize, usize), Error> {
@@ -761,7 +761,7 @@ pub(super) fn window_samples(
 }
 
 /// The judged samples before the first bad one, if there are two.
-pub(super) fn samples_before(
+pub(crate) fn samples_before(
     signal: &Signal,
     bad_s: f64,
     window: Option<(usize, usize)>,

@@ -87,7 +87,7 @@ pub struct Ladder {
 
 /// What bounds know of one stop and polarity.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Known {
+pub(crate) struct Known {
     /// An interpolation error that is not exceeded [rad].
     pub(super) interpolation_at_most_rad: Option<f64>,
     /// Scattered levers that stay below, that cross, and how many were asked.

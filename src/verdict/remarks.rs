@@ -18,7 +18,7 @@ const REACH_PERIODS: f64 = 1.5;
 
 /// Returns how far a filter without phase carries a sample backwards in time [s]: less than a
 /// thousandth of its weight lies further away.
-pub(super) fn filter_reach_s(filter: Option<Cfc>, standard: FilterStandard) -> f64 {
+pub(crate) fn filter_reach_s(filter: Option<Cfc>, standard: FilterStandard) -> f64 {
     filter.map_or(0.0, |class| {
         REACH_PERIODS / cfc::design_frequency_hz(class, standard)
     })
@@ -26,22 +26,22 @@ pub(super) fn filter_reach_s(filter: Option<Cfc>, standard: FilterStandard) -> f
 
 /// What blocking findings leave of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Faults {
+pub(crate) struct Faults {
     /// From when on findings declare the samples bad [s], −∞ where a bias taken from bad ones
     /// spoils all; `None` if no fault counts.
-    pub(super) first_bad: Option<f64>,
+    pub(crate) first_bad: Option<f64>,
     /// When the first fault begins that lies after the judged window and does not count [s].
-    pub(super) late: Option<f64>,
+    pub(crate) late: Option<f64>,
     /// When the first fault begins that lies after the judged window and counts all the same,
     /// since a filter carries it back into the window [s].
-    pub(super) carried: Option<f64>,
+    pub(crate) carried: Option<f64>,
     /// How far conditioning carries a fault backwards [s].
-    pub(super) reach_s: f64,
+    pub(crate) reach_s: f64,
 }
 
 impl Faults {
     /// Finds them for a recording as it is used with `filter`.
-    pub(super) fn of(
+    pub(crate) fn of(
         conditioned: &Conditioned,
         filter: Option<Cfc>,
         findings: &[Finding],
@@ -86,7 +86,7 @@ impl Faults {
     }
 
     /// Returns what there is to say of faults after the judged window.
-    pub(super) fn findings(&self) -> Vec<Finding> {
+    pub(crate) fn findings(&self) -> Vec<Finding> {
         let mut found = Vec::new();
         found.extend(self.late.map(|at| {
             Finding::warning(
@@ -113,7 +113,7 @@ impl Faults {
     }
 }
 
-pub(super) fn crossing_outside_window(at_s: f64, design: &Design) -> Finding {
+pub(crate) fn crossing_outside_window(at_s: f64, design: &Design) -> Finding {
     Finding::warning(
         "crossing-outside-window",
         format!(
@@ -126,7 +126,7 @@ pub(super) fn crossing_outside_window(at_s: f64, design: &Design) -> Finding {
 }
 
 /// What the replay itself found odd.
-pub(super) fn replay_findings(
+pub(crate) fn replay_findings(
     design: &Design,
     options: &AssessOptions,
     interval: SampleInterval,
@@ -184,7 +184,7 @@ pub(super) fn replay_findings(
 }
 
 /// What is known of the method that was asked for.
-pub(super) fn method_findings(
+pub(crate) fn method_findings(
     design: &Design,
     options: &AssessOptions,
     interval: SampleInterval,

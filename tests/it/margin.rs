@@ -2,17 +2,17 @@
 //! values and against brute force.
 
 use latchgate::conditioning::{Conditioned, FilterStandard, Signal};
+use latchgate::margin::quantity::{Stretch, applied};
+use latchgate::margin::search::{Edge, Excess, Probe, changes};
+use latchgate::margin::{
+    Basis, MapAxis, MapRequest, Margin, MarginOptions, Margins, Quantity, State, critical_pulse,
+    margins,
+};
 use latchgate::model::Design;
 use latchgate::model::stop::{self, StopModel};
 use latchgate::recording::Finding;
 use latchgate::replay::{self, RunOptions};
 use latchgate::units::{OpensWhen, Restitution, STANDARD_GRAVITY, SampleRate};
-use latchgate::verdict::margin::quantity::{Stretch, applied};
-use latchgate::verdict::margin::search::{Edge, Excess, Probe, changes};
-use latchgate::verdict::margin::{
-    Basis, MapAxis, MapRequest, Margin, MarginOptions, Margins, Quantity, State, critical_pulse,
-    margins,
-};
 use latchgate::verdict::{Answer, AssessOptions, ModelChoice, Polarity, assess};
 use std::path::Path;
 

@@ -69,7 +69,6 @@ fn options(model: ModelChoice, polarity: Polarity) -> AssessOptions {
         members: 0,
         seed: 1,
         filter_table: true,
-        preload_answer: false,
         follow_all: false,
         threads: 1,
         evidence: false,

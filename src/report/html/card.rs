@@ -4,9 +4,10 @@ use super::ensemble;
 use super::markup::Page;
 use crate::recording::Severity;
 use crate::replay::Run;
+use crate::report::Document;
 use crate::report::number::{exact, significant};
 use crate::report::words::{self, angle, margin, time};
-use crate::verdict::{Answer, Document};
+use crate::verdict::Answer;
 use std::fmt::Write as _;
 
 /// Writes the report's title and identity.

@@ -1,13 +1,14 @@
 //! The ensemble, what drives it, and what the nominal runs say with one thing changed.
 
 use super::markup::Page;
+use crate::report::Document;
 use crate::report::number::{ABSENT, count, exact, significant, trimmed};
 use crate::report::plot::Figure;
 use crate::report::words::{self, DIGITS};
+use crate::verdict::Answer;
 use crate::verdict::decision::{FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, PASS_SHARE_MAX};
 use crate::verdict::ensemble::{End, Ensemble};
 use crate::verdict::what_if::Change;
-use crate::verdict::{Answer, Document};
 use std::fmt::Write as _;
 
 /// Draws the bounds of the share of levers that cross against those of the rule, a bar for each

@@ -2,11 +2,12 @@
 
 use super::markup::Page;
 use super::sheet;
+use crate::margin::Quantity;
+use crate::report::MarginDocument;
 use crate::report::margin::{bracket, change, direction, with_unit};
 use crate::report::number::{ABSENT, significant};
 use crate::report::plot::{Figure, MARGIN_RULES};
 use crate::report::words;
-use crate::verdict::margin::{MarginDocument, Quantity};
 
 /// Returns the page as one self-contained HTML document.
 pub(in crate::report) fn page(document: &MarginDocument, figures: &[Figure]) -> String {

@@ -3,10 +3,11 @@
 use super::markup::Page;
 use crate::recording::{Finding, Severity};
 use crate::replay::Run;
+use crate::report::Document;
 use crate::report::number::{ABSENT, count, milliseconds, significant};
 use crate::report::words::{self, DIGITS, instant, margin};
+use crate::verdict::ScreenedRun;
 use crate::verdict::screen::Decided;
-use crate::verdict::{Document, ScreenedRun};
 
 /// Rows of the impacts table that are always shown.
 const IMPACTS_SHOWN: usize = 20;

@@ -1,10 +1,10 @@
 //! What the verdict rests on: recording, conditioning, design, provenance, limits.
 
 use super::markup::Page;
+use crate::report::Document;
 use crate::report::number::{ABSENT, count, exact, significant, trimmed};
 use crate::report::words::{DIGITS, instant};
 use crate::units::STANDARD_GRAVITY;
-use crate::verdict::Document;
 
 /// Writes what was read.
 pub(super) fn recording(page: &mut Page, document: &Document) {

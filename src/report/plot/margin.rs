@@ -7,11 +7,10 @@ use super::panel::{Entry, Mark};
 use super::panel::{LEFT, Panel, RIGHT, header};
 use super::raster::encode;
 use super::{Figure, WIDTH, series};
+use crate::margin::{LimitCurve, LimitPoint, Map, Margins, Quantity, Scan};
+use crate::report::MarginDocument;
 use crate::report::number::{significant, trimmed};
 use crate::report::words;
-use crate::verdict::margin::{
-    LimitCurve, LimitPoint, Map, MarginDocument, Margins, Quantity, Scan,
-};
 
 /// Rules of these charts beyond those of all plots.
 pub(in crate::report) const RULES: &str = "\
@@ -292,7 +291,7 @@ fn scan_panel(
     canvas.line("limit", (left, y.place(limit)), (right, y.place(limit)));
     for boundary in &document.boundaries {
         let of_pass = boundary.below != boundary.above
-            && [boundary.below, boundary.above].contains(&crate::verdict::margin::State::Pass);
+            && [boundary.below, boundary.above].contains(&crate::margin::State::Pass);
         if boundary.quantity == scan.quantity.name() && of_pass {
             canvas.circle("mark", (x.place(boundary.at), y.place(limit)), 4.2);
         }

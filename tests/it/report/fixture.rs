@@ -7,12 +7,13 @@ use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
 use latchgate::recording::Finding;
 use latchgate::replay::{Run, TracePoint, Work};
+use latchgate::report::document::{ConditioningBlock, Document, RecordingBlock, Request, RunBlock};
 use latchgate::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
 use latchgate::verdict::ensemble::{Driver, End, PeakQuantiles};
 use latchgate::verdict::what_if::{Change, Side};
 use latchgate::verdict::{
-    Answer, ConditioningBlock, Document, Ensemble, ErrorBudget, Evidence, FilterRow, Reason,
-    RecordingBlock, Request, Ribbon, RunAnswer, RunBlock, Screens, Trace, WhatIf,
+    Answer, Ensemble, ErrorBudget, Evidence, FilterRow, Reason, Ribbon, RunAnswer, Screens, Trace,
+    WhatIf,
 };
 use std::collections::BTreeMap;
 use std::f64::consts::PI;

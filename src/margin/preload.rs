@@ -47,7 +47,11 @@ const STEPS: [f64; 8] = [1.001, 1.01, 1.03, 1.06, 1.1, 1.2, 1.5, 2.0];
 
 /// Finds the preload from which on the recording passes; `passes` says whether it does at
 /// present, by the whole rule.
-pub(in crate::verdict) fn preload_answer(
+///
+/// # Errors
+///
+/// As [`crate::verdict::assess()`].
+pub fn preload_answer(
     conditioned: &Conditioned,
     findings: &[Finding],
     design: &Design,
@@ -63,7 +67,6 @@ pub(in crate::verdict) fn preload_answer(
         assess: AssessOptions {
             evidence: false,
             filter_table: false,
-            preload_answer: false,
             members: options.members.min(MEMBERS_ASKED),
             ..options.clone()
         },

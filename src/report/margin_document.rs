@@ -1,0 +1,234 @@
+//! The document that a margin answers with.
+
+use super::document::{ConditioningBlock, RecordingBlock, Request, RunBlock};
+use crate::margin::quantity::applied;
+use crate::margin::{Basis, Boundary, LimitCurve, Map, Margin, Margins, Quantity, State};
+use crate::model::Design;
+use crate::recording::Finding;
+use crate::verdict::Answer;
+use serde::Serialize;
+
+/// margin.json, key by key.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MarginDocument {
+    /// `latchgate.margin/1`.
+    pub schema: &'static str,
+    /// The verdict on the recording as it is.
+    pub verdict: Answer,
+    /// The threshold [rad].
+    pub threshold_rad: f64,
+    /// What the margins rest on.
+    pub basis: Basis,
+    /// What the nominal runs say at present, no error counted.
+    pub nominal_state: State,
+    /// Factor on the recording at which the answer changes.
+    pub scale_to_flip: Option<f64>,
+    /// Its bracket.
+    pub scale_to_flip_bracket: Option<(f64, f64)>,
+    /// Why there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale_to_flip_reason: Option<String>,
+    /// Preload torque at which the answer changes [N m].
+    pub least_preload_torque_nm: Option<f64>,
+    /// Its bracket [N m].
+    pub least_preload_torque_nm_bracket: Option<(f64, f64)>,
+    /// Why there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub least_preload_torque_nm_reason: Option<String>,
+    /// Unbalance m·L at which the answer changes [kg m].
+    pub greatest_unbalance_kg_m: Option<f64>,
+    /// Its bracket [kg m].
+    pub greatest_unbalance_kg_m_bracket: Option<(f64, f64)>,
+    /// Why there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub greatest_unbalance_kg_m_reason: Option<String>,
+    /// Counterweight at which the answer changes.
+    pub counterweight: Counterweight,
+    /// Restitution at which the answer changes [-].
+    pub restitution: Option<f64>,
+    /// Its bracket [-].
+    pub restitution_bracket: Option<(f64, f64)>,
+    /// Why there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restitution_reason: Option<String>,
+    /// Every change of the nominal runs' answer.
+    pub boundaries: Vec<Boundary>,
+    /// The answers with what they rest on.
+    pub answers: Vec<Margin>,
+    /// What a reader should know before the numbers.
+    pub notes: Vec<String>,
+    /// The design's limit under half-sine pulses.
+    pub limit: Option<LimitCurve>,
+    /// The map; its values stand in the CSV files.
+    pub map: Option<Map>,
+    /// Everything odd about the recording.
+    pub findings: Vec<Finding>,
+    /// What was read.
+    pub recording: RecordingBlock,
+    /// How it was conditioned.
+    pub conditioning: Option<ConditioningBlock>,
+    /// The design.
+    pub design: Design,
+    /// What was asked.
+    pub request: Request,
+    /// Version and time; last.
+    pub run: RunBlock,
+}
+
+/// A mass on the far side of the pivot.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Counterweight {
+    /// The mass [kg]; `None` if none changes the answer.
+    pub mass_kg: Option<f64>,
+    /// Its bracket [kg].
+    pub mass_kg_bracket: Option<(f64, f64)>,
+    /// Its distance from the pivot [m].
+    pub radius_m: f64,
+    /// Unbalance that is left [kg m].
+    pub unbalance_kg_m: Option<f64>,
+    /// Moment of inertia then [kg m²].
+    pub moment_of_inertia_kg_m2: Option<f64>,
+    /// Why there is no mass.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+}
+
+/// What a document says beside the margins.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Context {
+    /// The verdict.
+    pub verdict: Answer,
+    /// Everything odd.
+    pub findings: Vec<Finding>,
+    /// What was read.
+    pub recording: RecordingBlock,
+    /// How it was conditioned.
+    pub conditioning: Option<ConditioningBlock>,
+    /// What was asked.
+    pub request: Request,
+    /// Version and time.
+    pub run: RunBlock,
+}
+
+impl MarginDocument {
+    /// Puts a document together.
+    #[must_use]
+    pub fn new(
+        margins: &Margins,
+        design: &Design,
+        counterweight_radius_m: f64,
+        context: Context,
+    ) -> Self {
+        let of = |quantity: Quantity| {
+            margins
+                .answers
+                .iter()
+                .find(|answer| answer.quantity == quantity)
+        };
+        let at = |quantity| of(quantity).and_then(|answer| answer.at);
+        let bracket = |quantity| of(quantity).and_then(|answer| answer.bracket);
+        let reason = |quantity| of(quantity).and_then(|answer| answer.reason.clone());
+        let counterweight = at(Quantity::Counterweight).map(|mass| {
+            applied(
+                Quantity::Counterweight,
+                design,
+                counterweight_radius_m,
+                mass,
+            )
+            .0
+            .lever
+        });
+        Self {
+            schema: "latchgate.margin/1",
+            verdict: context.verdict,
+            threshold_rad: design.criterion.threshold_rad,
+            basis: margins.basis,
+            nominal_state: margins.state,
+            scale_to_flip: at(Quantity::Scale),
+            scale_to_flip_bracket: bracket(Quantity::Scale),
+            scale_to_flip_reason: reason(Quantity::Scale),
+            least_preload_torque_nm: at(Quantity::Preload),
+            least_preload_torque_nm_bracket: bracket(Quantity::Preload),
+            least_preload_torque_nm_reason: reason(Quantity::Preload),
+            greatest_unbalance_kg_m: at(Quantity::Unbalance),
+            greatest_unbalance_kg_m_bracket: bracket(Quantity::Unbalance),
+            greatest_unbalance_kg_m_reason: reason(Quantity::Unbalance),
+            counterweight: Counterweight {
+                mass_kg: at(Quantity::Counterweight),
+                mass_kg_bracket: bracket(Quantity::Counterweight),
+                radius_m: counterweight_radius_m,
+                unbalance_kg_m: counterweight.map(|lever| lever.unbalance_kg_m()),
+                moment_of_inertia_kg_m2: counterweight.map(|lever| lever.moment_of_inertia_kg_m2),
+                reason: reason(Quantity::Counterweight),
+            },
+            restitution: at(Quantity::Restitution),
+            restitution_bracket: bracket(Quantity::Restitution),
+            restitution_reason: reason(Quantity::Restitution),
+            boundaries: margins.boundaries.clone(),
+            answers: margins.answers.clone(),
+            notes: notes(margins, &context),
+            limit: margins.limit.clone(),
+            map: margins.map.clone(),
+            findings: context.findings,
+            recording: context.recording,
+            conditioning: context.conditioning,
+            design: design.clone(),
+            request: context.request,
+            run: context.run,
+        }
+    }
+}
+
+/// Whether the nominal runs pass at the least value of an answer's range.
+fn first_passes(margins: &Margins, answer: &Margin) -> bool {
+    margins
+        .boundaries
+        .iter()
+        .find(|boundary| boundary.quantity == answer.quantity.name())
+        .is_some_and(|boundary| boundary.below == State::Pass)
+}
+
+fn notes(margins: &Margins, context: &Context) -> Vec<String> {
+    let mut notes = Vec::new();
+    if margins.spoiled {
+        notes.push(
+            "A blocking finding spoils the recording: the numbers are those of the nominal run on the samples as they are, and no evidence that anything passes.".to_string(),
+        );
+    }
+    notes.push(match margins.basis {
+        Basis::NominalRun => "Each number is where the nominal peak angle, while the recording runs and in the coast after it, meets the threshold on one of the stops and polarities that count; no error and no tolerance is counted. Where the verdict changes, which counts them, stands beside it (verdict_at).".to_string(),
+        Basis::Verdict => "Each number is where the verdict changes, by the whole decision rule, nearest to the present as far as it was found: the rule is asked where the nominal runs come near the limit, not at every value, so that a nearer change is possible. Check a value that matters with replay the setting `set`. Beside it stands where the nominal peak angle meets the threshold (nominal_at).".to_string(),
+    });
+    let passes = margins.state == State::Pass;
+    if (context.verdict == Answer::Pass) != passes && !margins.spoiled {
+        notes.push(format!(
+            "The verdict is {}, while the nominal peak alone is {} the threshold: the doubt counted by the rule lies between them.",
+            context.verdict.name(),
+            if passes { "at or below" } else { "above" }
+        ));
+    }
+    for answer in &margins.answers {
+        if answer.changes > 1 {
+            let settled = answer.settled_at.map_or_else(String::new, |at| {
+                let side = if first_passes(margins, answer) {
+                    "below"
+                } else {
+                    "above"
+                };
+                let unit = match answer.unit {
+                    "" => String::new(),
+                    unit => format!(" {unit}"),
+                };
+                format!(
+                    " Every value that was looked at {side} {}{unit} within the range passes.",
+                    crate::units::plain(at, 6)
+                )
+            });
+            notes.push(format!(
+                "Several boundaries: over the {} the nominal runs change between pass and no pass {} times within the range searched. The answer is the nearest to the present that was found; all that were found stand in boundaries, and a pair of changes closer together than the search looks may be missing.{settled}",
+                answer.title, answer.changes
+            ));
+        }
+    }
+    notes
+}
