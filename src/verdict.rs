@@ -10,7 +10,6 @@ pub mod policy;
 pub(crate) mod remarks;
 pub mod ribbon;
 pub mod screen;
-pub mod verify;
 pub mod what_if;
 mod why;
 

@@ -114,7 +114,7 @@ pub(super) fn runs(page: &mut Page, document: &Document) {
     if !document.models.contains_key("rigid") || !document.models.contains_key("soft") {
         page.note(&format!(
             "Stop model asked for: {}. Only the stops shown were run.",
-            document.request.model
+            document.request.model.name()
         ));
     }
     page.end_section();
