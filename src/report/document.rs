@@ -2,8 +2,10 @@
 
 use crate::margin::PreloadAnswer;
 use crate::model::Design;
+use crate::model::stop::StopModel;
 use crate::recording::{Finding, Part};
 use crate::replay::Run;
+use crate::units::OpensWhen;
 use crate::verdict::{
     Answer, Ensemble, ErrorBudget, FilterRow, Ladder, Reason, RunAnswer, Screens, WhatIf,
 };
@@ -125,10 +127,10 @@ pub struct Document {
     /// The run with the largest peak; `None` where nothing could be replayed.
     pub nominal: Option<Run>,
     /// Per stop, the run with the larger peak.
-    pub models: BTreeMap<&'static str, Run>,
+    pub models: BTreeMap<StopModel, Run>,
     /// Per polarity and stop, where two polarities were judged.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub polarities: BTreeMap<&'static str, BTreeMap<&'static str, Run>>,
+    pub polarities: BTreeMap<OpensWhen, BTreeMap<StopModel, Run>>,
     /// What each stop and polarity says by itself, where something was replayed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub answers: Vec<RunAnswer>,
