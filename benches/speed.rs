@@ -256,10 +256,7 @@ fn read(source: &Source) -> Recording {
 }
 
 fn file(name: &str, bytes: Vec<u8>) -> Source {
-    Source::Bytes {
-        name: name.into(),
-        bytes,
-    }
+    Source::bytes(name, bytes)
 }
 
 /// Reading a CSV file from memory, its hash included: one recording, and twenty of them.

@@ -135,10 +135,7 @@ pub(super) fn document(
 /// Hashes a regular file that was refused before its end was read; one beyond the limits on
 /// size is not worth the wait.
 fn hash_of_refused(source: &Source, limits: &Limits) -> Option<String> {
-    let path = source.path()?;
-    let regular = std::fs::metadata(path)
-        .is_ok_and(|metadata| metadata.is_file() && metadata.len() <= limits.text_bytes);
-    regular.then(|| source.open().ok()?.finish().ok()).flatten()
+    source.sha256_within(limits.text_bytes)
 }
 
 /// What is known about the request so far, for a document that must be written either way.
