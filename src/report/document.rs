@@ -2,10 +2,12 @@
 
 use crate::margin::PreloadAnswer;
 use crate::model::Design;
+use crate::model::stop::StopModel;
 use crate::recording::card::CardPolarity;
 use crate::recording::{Finding, Part};
 use crate::replay::Run;
 use crate::request::{PolaritySource, Request};
+use crate::units::OpensWhen;
 use crate::verdict::{
     Answer, Ensemble, ErrorBudget, FilterRow, Ladder, Reason, RunAnswer, Screens, WhatIf,
 };
@@ -101,7 +103,7 @@ pub struct RunBlock {
 }
 
 /// verdict.json, key by key.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Document {
     /// `latchgate.verdict/1`.
     pub schema: Cow<'static, str>,
@@ -117,18 +119,18 @@ pub struct Document {
     /// The run with the largest peak; `None` where nothing could be replayed.
     pub nominal: Option<Run>,
     /// Per stop, the run with the larger peak.
-    pub models: BTreeMap<Cow<'static, str>, Run>,
+    pub models: BTreeMap<StopModel, Run>,
     /// Per polarity and stop, where two polarities were judged.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub polarities: BTreeMap<Cow<'static, str>, BTreeMap<Cow<'static, str>, Run>>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub polarities: BTreeMap<OpensWhen, BTreeMap<StopModel, Run>>,
     /// What each stop and polarity says by itself, where something was replayed.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub answers: Vec<RunAnswer>,
     /// The ensemble of the stop and polarity with the largest nominal peak; `None` where only
     /// nominal runs are judged.
     pub ensemble: Option<Ensemble>,
     /// That of each stop and polarity, where there are several.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ensembles: Vec<Ensemble>,
     /// Which rung decided, and why nothing finer was needed; `None` where nothing was replayed.
     pub ladder: Option<Ladder>,
@@ -136,7 +138,7 @@ pub struct Document {
     /// without a report.
     pub preload_answer: Option<PreloadAnswer>,
     /// What one input moved by one standard deviation does to the nominal run.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub what_if: Vec<WhatIf>,
     /// Where the peak's uncertainty comes from.
     pub error_budget_rad: ErrorBudget,

@@ -216,7 +216,7 @@ fn notes(margins: &Margins, context: &Context) -> Vec<String> {
                 } else {
                     "above"
                 };
-                let unit = match answer.unit {
+                let unit = match &*answer.unit {
                     "" => String::new(),
                     unit => format!(" {unit}"),
                 };

@@ -2,8 +2,8 @@
 
 use crate::model::stop::StopModel;
 use crate::report::Document;
-use crate::request::PolaritySource;
 use crate::report::number::{exact, milliseconds, significant, trimmed};
+use crate::request::PolaritySource;
 use crate::units::OpensWhen;
 use crate::verdict::{Answer, Ensemble, ErrorBudget};
 use serde::Serialize;
@@ -176,7 +176,7 @@ pub(super) fn percent(share: f64) -> String {
 }
 
 /// Returns what a design key of an ensemble's parameter means.
-pub(super) fn parameter(key: &'static str) -> &'static str {
+pub(super) fn parameter(key: &str) -> &str {
     match key {
         "input.scale" => "scale of the acceleration",
         "input.bias_g" => "bias of the acceleration",
@@ -229,7 +229,7 @@ pub(super) fn drivers_sentence(ensemble: &Ensemble) -> String {
         Some((driver, correlation, share)) => format!(
             "The {} drives the peak most: its rank correlation with it is {}, which is {:.0}\u{00A0}% of \
              the squares of all. The shaded strip is what chance alone gives.",
-            parameter(driver.parameter),
+            parameter(&driver.parameter),
             significant(*correlation, 2),
             100.0 * share
         ),

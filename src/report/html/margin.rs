@@ -97,11 +97,11 @@ fn answers(page: &mut Page, document: &MarginDocument) {
     );
     for answer in &document.answers {
         page.raw("<tr>");
-        page.element("th", "", answer.title);
-        page.element("td", "number", &with_unit(answer.present, answer.unit));
+        page.element("th", "", &answer.title);
+        page.element("td", "number", &with_unit(answer.present, &answer.unit));
         match (answer.at, answer.bracket) {
             (Some(at), Some(ends)) => {
-                page.element("td", "number nominal", &with_unit(at, answer.unit));
+                page.element("td", "number nominal", &with_unit(at, &answer.unit));
                 page.element("td", "number", &change(answer).replace('-', "\u{2212}"));
                 page.element("td", "number", direction(answer));
                 page.element("td", "number", &significant(ends.1 - ends.0, 2));
@@ -135,7 +135,7 @@ fn answers(page: &mut Page, document: &MarginDocument) {
         |value: Option<f64>| value.map_or_else(|| ABSENT.to_string(), |v| significant(v, 6));
     for answer in &document.answers {
         page.raw("<tr>");
-        page.element("th", "", answer.title);
+        page.element("th", "", &answer.title);
         page.element("td", "number", &number(answer.nominal_at));
         page.element("td", "number", &number(answer.verdict_at));
         page.element(
@@ -147,7 +147,7 @@ fn answers(page: &mut Page, document: &MarginDocument) {
                 significant(answer.searched.1, 4)
             ),
         );
-        page.element("td", "", &words::sentence(answer.convention));
+        page.element("td", "", &words::sentence(&answer.convention));
         page.raw("</tr>\n");
     }
     page.end_table();
@@ -179,8 +179,8 @@ fn boundaries(page: &mut Page, document: &MarginDocument) {
             .answers
             .iter()
             .find(|answer| answer.quantity.name() == boundary.quantity)
-            .map_or(boundary.quantity, |answer| answer.title);
-        let unit = match boundary.unit {
+            .map_or(&boundary.quantity, |answer| &answer.title);
+        let unit = match &*boundary.unit {
             "" => "–",
             unit => unit,
         };
