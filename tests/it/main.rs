@@ -55,6 +55,7 @@ mod replay;
 mod replay_failures;
 mod replay_properties;
 mod report;
+mod same_answers;
 mod screens;
 mod signals;
 mod sines;
