@@ -6,6 +6,7 @@ pub mod decision;
 pub mod ensemble;
 pub mod filters;
 pub mod ladder;
+pub mod policy;
 pub(crate) mod remarks;
 pub mod ribbon;
 pub mod screen;
@@ -13,11 +14,12 @@ pub mod verify;
 pub mod what_if;
 mod why;
 
-pub use assess::{AssessOptions, Assessment, ModelChoice, Polarity, assess};
+pub use assess::{Assessment, assess, passes};
 pub use decision::{DECISION_RULE, NOMINAL_DECISION_RULE};
 pub use ensemble::Ensemble;
 pub use filters::FilterRow;
 pub use ladder::Ladder;
+pub use policy::{Extras, ModelChoice, Polarity, Policy};
 pub use ribbon::Ribbon;
 pub use what_if::WhatIf;
 
@@ -26,10 +28,11 @@ use crate::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
 use crate::model::stop::StopModel;
 use crate::replay::TracePoint;
 use crate::units::OpensWhen;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// The answer for one recording and one design.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Answer {
     /// The lever stays below the threshold, uncertainty included.
@@ -67,10 +70,10 @@ impl Answer {
 }
 
 /// A reason for the verdict.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reason {
     /// Stable name.
-    pub code: &'static str,
+    pub code: Cow<'static, str>,
     /// One sentence.
     pub text: String,
 }

@@ -15,10 +15,7 @@ pub(crate) fn read_table(
     options: &ReadOptions,
     selection: Selection,
 ) -> Result<Recording, latchgate::error::Error> {
-    let source = Source::Bytes {
-        name: "table.csv".into(),
-        bytes: bytes.into(),
-    };
+    let source = Source::bytes("table.csv", bytes.into());
     recording::read(&source, options, selection, &Limits::default())
 }
 
@@ -69,7 +66,7 @@ fn check_codes(text: &str, options: &ReadOptions, expected: &[&str]) {
         .findings
         .iter()
         .chain(&recording.channels[0].findings)
-        .map(|finding| finding.code)
+        .map(|finding| &*finding.code)
         .collect();
     codes.sort_unstable();
     assert_eq!(codes, expected, "{text:?}");
@@ -470,7 +467,7 @@ fn val_every_channel() {
     assert_eq!(names, ["acc_x_g", "speed (km/h)"]);
     assert_eq!(recording.channels[1].unit, None);
     assert_eq!(recording.channels[1].values, [50.0, 49.0, 48.0]);
-    let codes: Vec<&str> = recording.findings.iter().map(|f| f.code).collect();
+    let codes: Vec<&str> = recording.findings.iter().map(|f| &*f.code).collect();
     assert_eq!(codes, ["channel-left-out"]);
     assert!(
         recording.findings[0].text.contains("line 3, column 5"),
@@ -631,7 +628,7 @@ fn val_missing_rows_are_gaps() {
             let codes: Vec<_> = regular
                 .findings
                 .iter()
-                .map(|f| (f.code, f.severity, f.at_s))
+                .map(|f| (&*f.code, f.severity, f.at_s))
                 .collect();
             assert_eq!(
                 codes,
@@ -961,10 +958,7 @@ fn val_card_beside_a_file() {
         ErrorKind::LimitExceeded { .. }
     ));
     std::fs::remove_dir_all(&folder).unwrap();
-    let bytes = Source::Bytes {
-        name: "x".into(),
-        bytes: Vec::new(),
-    };
+    let bytes = Source::bytes("x", []);
     assert_eq!(card::read_beside(&bytes, &Limits::default()).unwrap(), None);
 }
 
