@@ -16,8 +16,7 @@ mod samples;
 mod tables;
 mod topics;
 
-use crate::cli::{Done, latchgate};
-use crate::ingest_support::Folder;
+use crate::support::{Done, Folder, latchgate};
 use latchgate::recording::{Channel, Stated};
 use latchgate::units::{AccelerationUnit, SampleRate};
 use serde_json::Value;
@@ -396,7 +395,7 @@ fn check(table: &str, cases: &[Case]) {
     for (index, case) in cases.iter().enumerate() {
         let own = format!("{index}");
         for (name, bytes) in &case.files {
-            folder.write(&format!("{own}/{name}"), bytes);
+            folder.file(&format!("{own}/{name}"), bytes);
         }
         let path = folder.path().join(own).join(&case.opened);
         let path = path.to_str().unwrap();
