@@ -23,8 +23,9 @@ use crate::error::Error;
 use crate::model::Design;
 use crate::parallel::Control;
 use crate::recording::Finding;
-use crate::verdict::bench::{Recall, window_samples};
-use crate::verdict::remarks::Faults;
+use crate::verdict::early::MemberCache;
+use crate::verdict::faults::Faults;
+use crate::verdict::usable_span::window_samples;
 use crate::verdict::{Policy, assess};
 use change::{Change, VerdictSearch};
 use quantity::{Stretch, applied};
@@ -208,11 +209,7 @@ pub fn margins(
     control: &Control<'_>,
 ) -> Result<Margins, Error> {
     let signal = &conditioned.used;
-    let window = options
-        .policy
-        .window_s
-        .map(|window| window_samples(signal, window))
-        .transpose()?;
+    let window = window_samples(signal, options.policy.window_s)?;
     if let Some(request) = &options.map {
         request.check(design)?;
     }
@@ -408,7 +405,7 @@ impl Search<'_> {
         &self,
         quantity: Quantity,
         value: f64,
-        recall: &mut Recall,
+        recall: &mut MemberCache,
         presumed: bool,
     ) -> bool {
         let (design, scale) = self.applied(quantity, value);
@@ -421,7 +418,7 @@ impl Search<'_> {
         }
         let policy = &self.options.policy;
         // What cannot be judged is no pass.
-        assess::passes_again(
+        assess::passes_cached(
             &scaled,
             self.findings,
             &design,
@@ -456,7 +453,7 @@ impl Search<'_> {
         let verdict = if spoiled {
             None
         } else {
-            let recall = RefCell::new(Recall::default());
+            let recall = RefCell::new(MemberCache::default());
             let asked = |value: f64, presumed: bool| {
                 self.verdict_passes(quantity, value, &mut recall.borrow_mut(), presumed)
             };

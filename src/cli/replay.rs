@@ -21,7 +21,7 @@ use crate::report::document::{ConditioningBlock, Document, RecordingBlock, Reque
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
 use crate::verdict::{
     self, Answer, Assessment, DECISION_RULE, ErrorBudget, Evidence, Extras, ModelChoice,
-    NOMINAL_DECISION_RULE, Polarity, Policy, Reason, Screens, assess, ensemble, screen,
+    NOMINAL_DECISION_RULE, Polarity, Policy, Reason, Screens, ensemble, screen, wording,
 };
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -539,10 +539,10 @@ pub(super) fn conditioning_block(conditioned: &Conditioned, card: &Card) -> Cond
     ConditioningBlock {
         bias_m_s2: conditioned.bias_m_s2,
         bias_standard_error_m_s2: conditioned.bias_standard_error_m_s2,
-        bias_standard_error_method: assess::bias_method(),
+        bias_standard_error_method: wording::bias_method(),
         bias_samples: conditioned.bias_samples,
         bias_window_s: conditioned.bias_window_s,
-        filter: assess::filter_name(conditioned.filter),
+        filter: wording::filter_name(conditioned.filter),
         filter_standard: conditioned.filter_standard.name(),
         filter_design_frequency_hz: conditioned
             .filter
@@ -653,9 +653,9 @@ fn skeleton(facts: &Facts, design: &Design) -> Document {
             .map(|conditioned| conditioning_block(conditioned, &facts.card)),
         design: design.clone(),
         decision_rule: if facts.request.members == 0 {
-            NOMINAL_DECISION_RULE
+            &NOMINAL_DECISION_RULE
         } else {
-            DECISION_RULE
+            &DECISION_RULE
         },
         request: facts.request.clone(),
         run: RunBlock {

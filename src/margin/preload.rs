@@ -9,7 +9,8 @@ use crate::model::Design;
 use crate::parallel::Control;
 use crate::recording::Finding;
 use crate::verdict::Policy;
-use crate::verdict::bench::{Recall, window_samples};
+use crate::verdict::early::MemberCache;
+use crate::verdict::usable_span::window_samples;
 use serde::{Deserialize, Serialize};
 use std::cell::Cell;
 
@@ -61,10 +62,7 @@ pub fn preload_answer(
     control: &Control<'_>,
 ) -> Result<PreloadAnswer, Error> {
     let signal = &conditioned.used;
-    let window = policy
-        .window_s
-        .map(|window| window_samples(signal, window))
-        .transpose()?;
+    let window = window_samples(signal, policy.window_s)?;
     let asked = MarginOptions {
         policy: Policy {
             members: policy.members.min(MEMBERS_ASKED),
@@ -104,7 +102,7 @@ pub fn preload_answer(
         Some(last) => (last.high.1.pass <= 0.0).then_some(last.high.0),
         None => (search.state == State::Pass).then_some(stretch.low),
     };
-    let mut recall = Recall::default();
+    let mut recall = MemberCache::default();
     let passes_from_nm = if passes {
         Some(stretch.present)
     } else {
