@@ -18,7 +18,6 @@ mod runs;
 pub mod screen;
 pub(crate) mod usable_span;
 mod variant;
-pub mod verify;
 pub mod what_if;
 pub mod wording;
 

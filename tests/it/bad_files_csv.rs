@@ -1,6 +1,7 @@
 //! Bad text tables: each is refused with its message and place, none panics, none costs memory.
 
-use crate::csv::{Random, read_table};
+use crate::csv::read_table;
+use crate::support::Random;
 use latchgate::error::ErrorKind;
 use latchgate::recording::{self, Limits, ReadOptions, Selection, Source};
 use latchgate::units::{AccelerationUnit, TimeUnit};

@@ -1,8 +1,8 @@
 //! Guards the ladder: leaving out what bounds prove changes no verdict, and what it says of
 //! itself is so.
 
-use crate::lever_cases::{Random, random_design};
 use crate::screens::{KINDS, random_recording};
+use crate::support::{Random, random_design};
 use latchgate::conditioning::{Conditioned, FilterStandard, Signal};
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
@@ -300,7 +300,7 @@ fn check_against_full_runs(base: u64, cases: u64) {
         design.input.bias_g = random.scale(1e-3, 0.3);
         let count = signal.samples.len();
         let window_s = random.one_in(6).then(|| {
-            let first = random.below(count as u64 / 2) as usize;
+            let first = random.below(count / 2);
             (signal.time_s(first), signal.time_s(count - 1))
         });
         let polarity = if random.one_in(5) {
@@ -311,7 +311,7 @@ fn check_against_full_runs(base: u64, cases: u64) {
         let options = Policy {
             window_s,
             seed,
-            ..asked([0, 128, 128, 600][random.below(4) as usize], polarity)
+            ..asked([0, 128, 128, 600][random.below(4)], polarity)
         };
         let own = judge(&signal, &design, &options);
         let full = judge_in_full(&signal, &design, &options);

@@ -21,7 +21,7 @@ use latchgate::units::{AccelerationUnit, OpensWhen, SampleRate};
 use latchgate::verdict::decision::{VariantRun, unanimous, worse};
 use latchgate::verdict::{self, Answer, Assessment, Extras, ModelChoice, Polarity, Policy};
 
-use crate::cli::{half_sine, weak};
+use crate::support::{half_sine, weak};
 
 const G: f64 = 9.806_65;
 

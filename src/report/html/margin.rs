@@ -29,7 +29,7 @@ pub(in crate::report) fn page(document: &MarginDocument, figures: &[Figure]) -> 
     }
     page.text(&format!("design {}", document.design.name));
     page.raw("</p>\n</div>\n<div class=\"id\">\n<p>latchgate ");
-    page.text(document.run.version);
+    page.text(&document.run.version);
     page.raw("</p>\n</div>\n</header>\n");
     card(&mut page, document);
     answers(&mut page, document);
@@ -49,7 +49,7 @@ pub(in crate::report) fn page(document: &MarginDocument, figures: &[Figure]) -> 
     page.section("provenance", "Provenance");
     page.facts();
     page.code_fact("SHA-256", recording.sha256.as_deref().unwrap_or(ABSENT));
-    page.code_fact("Repeat with", &document.request.command);
+    page.code_fact("Settings", &words::settings(&document.request));
     page.end_table();
     page.end_section();
     page.raw("</main>\n</body>\n</html>\n");

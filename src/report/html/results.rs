@@ -114,7 +114,7 @@ pub(super) fn runs(page: &mut Page, document: &Document) {
     if document.models.len() < 2 {
         page.note(&format!(
             "Stop model asked for: {}. Only the stops shown were run.",
-            document.request.model
+            document.request.model.name()
         ));
     }
     page.end_section();

@@ -1,6 +1,7 @@
 //! Made-up verdicts: enough physics that the pictures look like those of real runs, and no
 //! more. Nothing here is a reference for a number of the replay.
 
+use crate::support::signal_from;
 use latchgate::conditioning::Signal;
 use latchgate::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
 use latchgate::model::Design;
@@ -8,7 +9,7 @@ use latchgate::model::stop::StopModel;
 use latchgate::recording::Finding;
 use latchgate::replay::{Run, TracePoint, Work};
 use latchgate::report::document::{ConditioningBlock, Document, RecordingBlock, Request, RunBlock};
-use latchgate::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
+use latchgate::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate::verdict::ensemble::{Driver, End, PeakQuantiles};
 use latchgate::verdict::what_if::{Change, Side};
 use latchgate::verdict::{
@@ -298,11 +299,7 @@ fn samples(duration_s: f64, acceleration_g: impl Fn(f64) -> f64) -> Vec<f64> {
 }
 
 fn signal(samples: Vec<f64>) -> Signal {
-    Signal {
-        start_s: START_S,
-        rate: SampleRate::from_hertz(RATE_HZ).unwrap(),
-        samples,
-    }
+    signal_from(RATE_HZ, START_S, samples)
 }
 
 fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) -> Case {

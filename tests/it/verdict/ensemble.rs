@@ -3,7 +3,7 @@
 
 use super::draws::{check_close, with_tolerances};
 use super::*;
-use crate::cli::{Folder, latchgate, signal, table, without_run};
+use crate::support::{Folder, data, latchgate, signal_file, table, without_run};
 use latchgate::replay::batch::{self, BatchOptions};
 use latchgate::verdict::ensemble::bounds::{LOOK_CONFIDENCE, lower, upper};
 use latchgate::verdict::ensemble::{End, Scatter};
@@ -628,7 +628,7 @@ fn verif_the_burst_fails_and_the_surviving_pulse_passes_at_any_seed() {
     for seed in 1..=seeds {
         let seed = seed.to_string();
         for (file, code) in [("burst.csv", 1), ("surviving.csv", 0)] {
-            let own = ["replay", &signal(file), "--no-report", "--seed", &seed];
+            let own = ["replay", &signal_file(file), "--no-report", "--seed", &seed];
             assert_eq!(latchgate(&own).code, code, "{file} {seed}");
         }
     }
@@ -668,16 +668,11 @@ fn cli_the_same_bytes_for_any_number_of_threads() {
     }
 }
 
-/// NHTSA test 7292, curve 148, on the paper's lever (needs ../shared). Nominal peaks as an
+/// NHTSA test 7292, curve 148, on the paper's lever. Nominal peaks as an
 /// independent program gave them; the verdict names what it hangs on.
 #[test]
 fn val_a_real_channel_is_undecided_by_bias_and_polarity() {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../shared/recordings/nhtsa_v07292.148");
-    if !path.exists() {
-        println!("left out: {} is not there", path.display());
-        return;
-    }
+    let path = data("recordings/nhtsa_v07292.148");
     let file = path.to_str().unwrap();
     let run = |own: &[&str]| {
         let first = [
