@@ -15,8 +15,8 @@ use latchgate::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate::verdict::ensemble::{Driver, End, PeakQuantiles};
 use latchgate::verdict::what_if::{Change, Side};
 use latchgate::verdict::{
-    Answer, Ensemble, ErrorBudget, Evidence, FilterRow, Reason, Ribbon, RunAnswer, Screens, Trace,
-    WhatIf,
+    Answer, Ensemble, ErrorBudget, Evidence, FilterRow, QuantileBand, Reason, RunAnswer, Screens,
+    Trace, WhatIf,
 };
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -144,7 +144,7 @@ fn with_ensemble(case: &mut Case) {
             .map(|point| factor * point.angle_rad)
             .collect()
     };
-    case.evidence.ribbon = Some(Ribbon {
+    case.evidence.ribbon = Some(QuantileBand {
         model: nominal.model,
         opens_when: nominal.opens_when,
         members: 128,
