@@ -385,6 +385,34 @@ pub fn read(
     })
 }
 
+/// What one reading of a file gives under either [`Selection`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// The one channel that is meant, alone, as [`Selection::Lateral`] delivers it.
+    pub chosen: Result<Recording, Error>,
+    /// Every channel that carries numbers, as [`Selection::Every`] delivers them.
+    pub every: Result<Recording, Error>,
+}
+
+/// Reads the channel that is meant and its neighbours; one failing does not make the other fail.
+#[must_use]
+pub fn read_both(source: &Source, options: &ReadOptions, limits: &Limits) -> Reading {
+    // Standard input is there once only.
+    let held = source.clone().held_in_memory(limits);
+    let read = |selection| {
+        read(
+            held.as_ref().map_err(Clone::clone)?,
+            options,
+            selection,
+            limits,
+        )
+    };
+    Reading {
+        chosen: read(Selection::Lateral),
+        every: read(Selection::Every),
+    }
+}
+
 /// Formats that are known but not read: first bytes, name, way out.
 const REFUSED: &[(&[u8], &str, &str)] = &[
     (
