@@ -27,7 +27,7 @@ pub use source::{Part, Source};
 
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, STANDARD_GRAVITY, SampleRate, TimeUnit};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What the user says about a recording, from options and card (option before card).
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -123,7 +123,7 @@ pub struct Channel {
 }
 
 /// What a file says of a channel beside its samples; `None` where it says nothing.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stated {
     /// Place and axis of the sensor, in the format's own codes.
     pub location: Option<String>,

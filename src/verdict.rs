@@ -26,10 +26,11 @@ use crate::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
 use crate::model::stop::StopModel;
 use crate::replay::TracePoint;
 use crate::units::OpensWhen;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// The answer for one recording and one design.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Answer {
     /// The lever stays below the threshold, uncertainty included.
@@ -67,10 +68,10 @@ impl Answer {
 }
 
 /// A reason for the verdict.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reason {
     /// Stable name.
-    pub code: &'static str,
+    pub code: Cow<'static, str>,
     /// One sentence.
     pub text: String,
 }

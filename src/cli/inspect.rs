@@ -111,7 +111,7 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
             let of_channel = channel.into_iter().flat_map(|channel| &channel.findings);
             let why =
                 chosen.findings.iter().chain(of_channel).find(|finding| {
-                    matches!(finding.code, "channel-chosen" | "channel-not-lateral")
+                    matches!(&*finding.code, "channel-chosen" | "channel-not-lateral")
                 });
             let plain = if own.read.channel.is_some() {
                 "--channel names it"

@@ -591,7 +591,7 @@ fn refused(facts: &Facts, design: &Design, error: &Error) -> Document {
     findings.extend(facts.findings.clone());
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     let mut why = vec![Reason {
-        code: "input-refused",
+        code: "input-refused".into(),
         text,
     }];
     why.extend(
@@ -600,7 +600,7 @@ fn refused(facts: &Facts, design: &Design, error: &Error) -> Document {
             .iter()
             .filter(|finding| finding.severity == Severity::Blocking)
             .map(|finding| Reason {
-                code: finding.code,
+                code: finding.code.clone(),
                 text: finding.text.clone(),
             }),
     );

@@ -2,7 +2,7 @@
 
 use super::Limits;
 use crate::error::{Error, ErrorKind, Place};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -135,7 +135,7 @@ impl Source {
 }
 
 /// A further file that belongs to a recording and was read with it.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Part {
     /// File name, relative to the recording's folder.
     pub file: String,

@@ -37,10 +37,12 @@ pub(super) fn meaning(document: &Document) -> &'static str {
 }
 
 fn ends_too_early(document: &Document) -> bool {
-    document
-        .why
-        .first()
-        .is_some_and(|reason| matches!(reason.code, "coast-reaches-limit" | "members-coast-beyond"))
+    document.why.first().is_some_and(|reason| {
+        matches!(
+            &*reason.code,
+            "coast-reaches-limit" | "members-coast-beyond"
+        )
+    })
 }
 
 /// Returns up to when members were judged, where a fault ends that before the record does.

@@ -735,7 +735,7 @@ fn prop_random_damage_never_panics_and_never_changes_the_number_of_samples_in_si
                 let told = channel
                     .findings
                     .iter()
-                    .any(|finding| ["gap", "time-irregular"].contains(&finding.code));
+                    .any(|finding| ["gap", "time-irregular"].contains(&&*finding.code));
                 let same = channel.values.len() == 12;
                 assert!(
                     same || told,

@@ -51,7 +51,7 @@ fn pulse(rate_hz: f64, start_s: f64) -> Channel {
 #[track_caller]
 fn check_codes(channel: &Channel, options: &ConditioningOptions, expected: &[&str]) {
     let found = condition(channel, options).unwrap().findings;
-    let codes: Vec<&str> = found.iter().map(|finding| finding.code).collect();
+    let codes: Vec<&str> = found.iter().map(|finding| &*finding.code).collect();
     assert_eq!(codes, expected, "{found:#?}");
 }
 

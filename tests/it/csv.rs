@@ -69,7 +69,7 @@ fn check_codes(text: &str, options: &ReadOptions, expected: &[&str]) {
         .findings
         .iter()
         .chain(&recording.channels[0].findings)
-        .map(|finding| finding.code)
+        .map(|finding| &*finding.code)
         .collect();
     codes.sort_unstable();
     assert_eq!(codes, expected, "{text:?}");
@@ -470,7 +470,7 @@ fn val_every_channel() {
     assert_eq!(names, ["acc_x_g", "speed (km/h)"]);
     assert_eq!(recording.channels[1].unit, None);
     assert_eq!(recording.channels[1].values, [50.0, 49.0, 48.0]);
-    let codes: Vec<&str> = recording.findings.iter().map(|f| f.code).collect();
+    let codes: Vec<&str> = recording.findings.iter().map(|f| &*f.code).collect();
     assert_eq!(codes, ["channel-left-out"]);
     assert!(
         recording.findings[0].text.contains("line 3, column 5"),
@@ -631,7 +631,7 @@ fn val_missing_rows_are_gaps() {
             let codes: Vec<_> = regular
                 .findings
                 .iter()
-                .map(|f| (f.code, f.severity, f.at_s))
+                .map(|f| (&*f.code, f.severity, f.at_s))
                 .collect();
             assert_eq!(
                 codes,

@@ -105,7 +105,7 @@ pub(crate) fn check_codes(findings: &[Finding], severity: Severity, expected: &[
     let mut codes: Vec<&str> = findings
         .iter()
         .filter(|finding| finding.severity == severity)
-        .map(|finding| finding.code)
+        .map(|finding| &*finding.code)
         .collect();
     codes.sort_unstable();
     assert_eq!(codes, expected, "{findings:#?}");

@@ -296,7 +296,7 @@ fn check_read(bytes: &[u8], options: &ReadOptions, name: &str, expected: &[f64])
 
 #[track_caller]
 fn check_finding(channel: &Channel, code: &str) {
-    let codes: Vec<&str> = channel.findings.iter().map(|found| found.code).collect();
+    let codes: Vec<&str> = channel.findings.iter().map(|found| &*found.code).collect();
     assert!(codes.contains(&code), "{code} not among {codes:?}");
 }
 
@@ -332,7 +332,7 @@ fn val_imu_in_little_endian_cdr_comes_out_to_the_last_bit() {
     );
     assert_eq!(channel.unit, Some(AccelerationUnit::MetrePerSecondSquared));
     assert_eq!(channel.unit_source, "format");
-    let codes: Vec<&str> = channel.findings.iter().map(|found| found.code).collect();
+    let codes: Vec<&str> = channel.findings.iter().map(|found| &*found.code).collect();
     assert_eq!(codes, ["channel-chosen"]);
 }
 
@@ -722,7 +722,7 @@ fn val_what_the_format_allows_is_read() {
 #[test]
 fn val_a_file_that_says_nothing_of_itself_is_read_with_a_warning() {
     let found = lateral(&file(&imu_data(5), &[]), &options(None)).unwrap();
-    let codes: Vec<&str> = found.findings.iter().map(|found| found.code).collect();
+    let codes: Vec<&str> = found.findings.iter().map(|found| &*found.code).collect();
     assert_eq!(codes, ["mcap-unverified"]);
     let vouched = file(&imu_data(5), &[statistics(&[(1, 5)])]);
     assert_eq!(lateral(&vouched, &options(None)).unwrap().findings, []);

@@ -121,7 +121,7 @@ fn peak_and_uncertainty(signal: &Signal, stop: StopModel) -> (f64, f64) {
 
 #[track_caller]
 fn check_answer(assessment: &Assessment, answer: Answer, codes: &[&str]) {
-    let found: Vec<&str> = assessment.why.iter().map(|reason| reason.code).collect();
+    let found: Vec<&str> = assessment.why.iter().map(|reason| &*reason.code).collect();
     assert_eq!(assessment.answer, answer, "{:#?}", assessment.why);
     assert_eq!(found, codes, "{:#?}", assessment.why);
     for reason in &assessment.why {

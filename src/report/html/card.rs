@@ -62,7 +62,7 @@ pub(super) fn verdict(page: &mut Page, document: &Document) {
     for reason in &document.why {
         page.raw("<li>");
         page.text(&words::sentence(&reason.text));
-        page.element("code", "", reason.code);
+        page.element("code", "", &reason.code);
         page.raw("</li>\n");
     }
     page.raw("</ul>\n<p class=\"sum\">");

@@ -212,7 +212,7 @@ fn findings(page: &mut Page, document: &MarginDocument) {
             page.element("td", "", word);
             page.raw("<td>");
             page.text(&words::sentence(&finding.text));
-            page.element("code", "", finding.code);
+            page.element("code", "", &finding.code);
             page.raw("</td></tr>\n");
         }
         page.end_table();

@@ -444,7 +444,7 @@ pub(super) fn findings(page: &mut Page, document: &Document) {
         page.element("span", class, word);
         page.raw("</td><td>");
         page.text(&words::sentence(&finding.text));
-        page.element("code", "", finding.code);
+        page.element("code", "", &finding.code);
         page.raw("</td>");
         page.element(
             "td",

@@ -36,7 +36,7 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
         .findings
         .iter()
         .filter(|finding| finding.severity == Severity::Blocking)
-        .filter_map(|finding| Some((finding.at_s?, finding.code)))
+        .filter_map(|finding| Some((finding.at_s?, &*finding.code)))
         .collect();
     let mut entries = vec![
         Entry::new(Mark::Line("raw"), "as recorded"),

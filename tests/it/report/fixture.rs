@@ -73,7 +73,7 @@ fn with_ensemble(case: &mut Case) {
             failed_to_run: u32::from(index == 1),
             seed: 1,
             generator: "made up",
-            method: "event-driven",
+            method: "event-driven".into(),
             look: 3,
             ended: [End::Decided, End::LastLook, End::NoMatter, End::Decided][index],
             confidence: 0.9875,
@@ -282,7 +282,7 @@ pub(super) fn all() -> Vec<(&'static str, Case)> {
 
 fn reason(code: &'static str, text: &str) -> Reason {
     Reason {
-        code,
+        code: code.into(),
         text: text.into(),
     }
 }
@@ -529,7 +529,7 @@ fn run(
     impacts.truncate(200);
     let run = Run {
         model,
-        method: "event-driven",
+        method: "event-driven".into(),
         opens_when,
         peak_angle_rad: peak,
         peak_time_s: peak_time,

@@ -329,7 +329,7 @@ fn verif_polarities_with_ensembles() {
         &with_members(256, RIGID, Polarity::Undeclared),
     );
     assert_eq!(doubt.answer, Answer::Undecided);
-    let codes: Vec<&str> = doubt.why.iter().map(|reason| reason.code).collect();
+    let codes: Vec<&str> = doubt.why.iter().map(|reason| &*reason.code).collect();
     assert!(
         codes.contains(&"polarity-undeclared") && codes.contains(&"bias-decides"),
         "{codes:?}"
@@ -562,9 +562,9 @@ fn verif_what_one_input_does_alone() {
 /// the lever across; and what is odd about the run is found.
 #[test]
 fn verif_reasons_and_findings_of_an_ensemble() {
-    let reasons = |assessment: &Assessment| -> Vec<&'static str> {
-        assessment.why.iter().map(|reason| reason.code).collect()
-    };
+    fn reasons(assessment: &Assessment) -> Vec<&str> {
+        assessment.why.iter().map(|reason| &*reason.code).collect()
+    }
     let own = with_members(128, RIGID, NEGATIVE);
     let clear = judge(&samples(weak), &[], &Design::reference(), &own);
     assert_eq!(clear.answer, Answer::Pass);
@@ -587,17 +587,23 @@ fn verif_reasons_and_findings_of_an_ensemble() {
         },
         ..options(RIGID, NEGATIVE)
     };
-    let codes = |options: &AssessOptions| -> Vec<&'static str> {
+    let codes = |options: &AssessOptions| -> Vec<String> {
         judge(&early, &[], &Design::reference(), options)
             .findings
             .iter()
-            .map(|finding| finding.code)
+            .map(|finding| finding.code.to_string())
             .collect()
     };
     let plain = codes(&options(RIGID, NEGATIVE));
-    assert!(plain.contains(&"crossing-before-contact"), "{plain:?}");
-    assert!(!plain.contains(&"fixed-step-method"), "{plain:?}");
-    assert!(codes(&fixed).contains(&"fixed-step-method"));
+    assert!(
+        plain.iter().any(|code| code == "crossing-before-contact"),
+        "{plain:?}"
+    );
+    assert!(
+        !plain.iter().any(|code| code == "fixed-step-method"),
+        "{plain:?}"
+    );
+    assert!(codes(&fixed).iter().any(|code| code == "fixed-step-method"));
 }
 
 // ---------------------------------------------------------------- whole recordings

@@ -128,8 +128,8 @@ fn with_offset(offset_g: f64, of: impl Fn(f64) -> f64) -> Conditioned {
     conditioned
 }
 
-fn codes(assessment: &Assessment) -> Vec<&'static str> {
-    assessment.why.iter().map(|reason| reason.code).collect()
+fn codes(assessment: &Assessment) -> Vec<&str> {
+    assessment.why.iter().map(|reason| &*reason.code).collect()
 }
 
 /// With nominal runs alone the bias is asked about as well: where leaving it in, or one standard
