@@ -21,10 +21,11 @@ pub use quantity::Quantity;
 use crate::conditioning::Conditioned;
 use crate::error::Error;
 use crate::model::Design;
+use crate::parallel::Control;
 use crate::recording::Finding;
 use crate::verdict::bench::{Recall, window_samples};
 use crate::verdict::remarks::Faults;
-use crate::verdict::{AssessOptions, assess};
+use crate::verdict::{Policy, assess};
 use change::{Change, VerdictSearch};
 use quantity::{Stretch, applied};
 use runs::{Bench, Setting};
@@ -70,8 +71,8 @@ pub enum Basis {
 /// What is asked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MarginOptions {
-    /// What the verdict is asked.
-    pub assess: AssessOptions,
+    /// The question of the verdict.
+    pub policy: Policy,
     /// Which answer's change is looked for.
     pub basis: Basis,
     /// Distance of the counterweight from the pivot [m].
@@ -203,10 +204,11 @@ pub fn margins(
     findings: &[Finding],
     design: &Design,
     options: &MarginOptions,
+    control: &Control<'_>,
 ) -> Result<Margins, Error> {
     let signal = &conditioned.used;
     let window = options
-        .assess
+        .policy
         .window_s
         .map(|window| window_samples(signal, window))
         .transpose()?;
@@ -215,14 +217,15 @@ pub fn margins(
     }
     let bench = Bench {
         signal,
-        options: &options.assess,
+        policy: &options.policy,
+        control,
         window,
     };
     let faults = Faults::of(
         conditioned,
         conditioned.filter,
         findings,
-        options.assess.window_s,
+        options.policy.window_s,
     );
     let spoiled = faults.first_bad.is_some();
     let search = Search {
@@ -279,7 +282,7 @@ pub fn margins(
     }
     let limit = if options.limit {
         let points = options
-            .assess
+            .policy
             .polarity
             .signs()
             .iter()
@@ -287,9 +290,9 @@ pub fn margins(
             .collect();
         Some(limit::limit_curve(
             design,
-            options.assess.model,
+            options.policy.model,
             points,
-            options.assess.threads,
+            control,
         )?)
     } else {
         None
@@ -314,7 +317,7 @@ pub fn margins(
 /// The torque with which the strongest opening sample lifts the lever [N m].
 fn lift_off_nm(bench: &Bench<'_>, design: &Design) -> f64 {
     let strongest = bench
-        .options
+        .policy
         .polarity
         .signs()
         .iter()
@@ -415,14 +418,18 @@ impl Search<'_> {
             }
             scaled.bias_m_s2 *= scale;
         }
-        let options = AssessOptions {
-            evidence: false,
-            filter_table: false,
-            ..self.options.assess.clone()
-        };
+        let policy = &self.options.policy;
         // What cannot be judged is no pass.
-        assess::passes_again(&scaled, self.findings, &design, &options, recall, presumed)
-            .unwrap_or(false)
+        assess::passes_again(
+            &scaled,
+            self.findings,
+            &design,
+            policy,
+            recall,
+            presumed,
+            self.bench.control,
+        )
+        .unwrap_or(false)
     }
 
     fn answer(

@@ -6,6 +6,7 @@ pub mod decision;
 pub mod ensemble;
 pub mod filters;
 pub mod ladder;
+pub mod policy;
 pub(crate) mod remarks;
 pub mod ribbon;
 pub mod screen;
@@ -13,11 +14,12 @@ pub mod verify;
 pub mod what_if;
 mod why;
 
-pub use assess::{AssessOptions, Assessment, ModelChoice, Polarity, assess};
+pub use assess::{Assessment, assess, passes};
 pub use decision::{DECISION_RULE, NOMINAL_DECISION_RULE};
 pub use ensemble::Ensemble;
 pub use filters::FilterRow;
 pub use ladder::Ladder;
+pub use policy::{Extras, ModelChoice, Polarity, Policy};
 pub use ribbon::Ribbon;
 pub use what_if::WhatIf;
 

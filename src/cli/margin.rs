@@ -6,6 +6,7 @@ use super::{Failure, output};
 use crate::error::{Error, Place};
 use crate::margin::{Basis, MapRequest, MarginOptions, Margins, margins};
 use crate::model::Design;
+use crate::parallel::Control;
 use crate::recording::{Finding, Limits, Source};
 use crate::report;
 use crate::report::MarginDocument;
@@ -105,7 +106,7 @@ fn judge(
         return Err(crate::error::ErrorKind::MissingUnit.into());
     };
     let options = MarginOptions {
-        assess: replay::assess_options(&unseen, common, facts.polarity, Tables::default()),
+        policy: replay::policy(&unseen, facts.polarity),
         basis: if unseen.members == 0 {
             Basis::NominalRun
         } else {
@@ -116,7 +117,8 @@ fn judge(
         map,
         limit: true,
     };
-    let margins = margins(conditioned, &facts.findings, design, &options)
+    let control = Control::unwatched(common.thread_count());
+    let margins = margins(conditioned, &facts.findings, design, &options, &control)
         .map_err(|error| error.at(Place::file(source.name())))?;
     Ok((assessment, margins))
 }

@@ -10,6 +10,7 @@ use crate::error::{Error, ErrorKind, Place};
 use crate::margin::{self, PreloadAnswer};
 use crate::model::Design;
 use crate::model::stop::StopModel;
+use crate::parallel::Control;
 use crate::recording::card::CardPolarity;
 use crate::recording::{
     self, Card, Channel, Finding, Limits, ReadOptions, Recording, Selection, Severity, Source,
@@ -19,8 +20,8 @@ use crate::report;
 use crate::report::document::{ConditioningBlock, Document, RecordingBlock, Request, RunBlock};
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
 use crate::verdict::{
-    self, Answer, AssessOptions, Assessment, DECISION_RULE, ErrorBudget, Evidence, ModelChoice,
-    NOMINAL_DECISION_RULE, Polarity, Reason, Screens, assess, ensemble, screen,
+    self, Answer, Assessment, DECISION_RULE, ErrorBudget, Evidence, Extras, ModelChoice,
+    NOMINAL_DECISION_RULE, Polarity, Policy, Reason, Screens, assess, ensemble, screen,
 };
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -134,10 +135,7 @@ pub(super) fn document(
 /// Hashes a regular file that was refused before its end was read; one beyond the limits on
 /// size is not worth the wait.
 fn hash_of_refused(source: &Source, limits: &Limits) -> Option<String> {
-    let path = source.path()?;
-    let regular = std::fs::metadata(path)
-        .is_ok_and(|metadata| metadata.is_file() && metadata.len() <= limits.text_bytes);
-    regular.then(|| source.open().ok()?.finish().ok()).flatten()
+    source.sha256_within(limits.text_bytes)
 }
 
 /// What is known about the request so far, for a document that must be written either way.
@@ -242,14 +240,34 @@ pub(super) fn judge(
     let Some(conditioned) = &facts.conditioned else {
         return Err(ErrorKind::MissingUnit.into());
     };
-    let options = assess_options(own, common, facts.polarity, tables);
+    let policy = policy(own, facts.polarity);
+    let extras = Extras {
+        filter_table: tables.filters,
+        evidence: tables.evidence,
+        follow_all: false,
+    };
+    let control = Control::unwatched(common.thread_count());
     let place = || Place::file(source.name()).channel(channel.name.clone());
-    let assessment = verdict::assess(conditioned, &facts.findings, design, &options)
-        .map_err(|error| error.at(place()))?;
+    let assessment = verdict::assess(
+        conditioned,
+        &facts.findings,
+        design,
+        &policy,
+        extras,
+        &control,
+    )
+    .map_err(|error| error.at(place()))?;
     let preload = (tables.preload && assessment.whole)
         .then(|| {
             let passes = assessment.answer == Answer::Pass;
-            margin::preload_answer(conditioned, &facts.findings, design, &options, passes)
+            margin::preload_answer(
+                conditioned,
+                &facts.findings,
+                design,
+                &policy,
+                passes,
+                &control,
+            )
         })
         .transpose()
         .map_err(|error| error.at(place()))?;
@@ -288,13 +306,8 @@ fn beside(
         .collect()
 }
 
-pub(super) fn assess_options(
-    own: &ReplayArguments,
-    common: &Common,
-    polarity: Polarity,
-    tables: Tables,
-) -> AssessOptions {
-    AssessOptions {
+pub(super) fn policy(own: &ReplayArguments, polarity: Polarity) -> Policy {
+    Policy {
         model: model_choice(own.model),
         polarity,
         method: own.method.method(own.steps_per_period),
@@ -304,10 +317,6 @@ pub(super) fn assess_options(
         window_s: own.window.map(|window| (window.start_s, window.end_s)),
         members: own.members,
         seed: own.seed,
-        filter_table: tables.filters,
-        follow_all: false,
-        threads: common.thread_count(),
-        evidence: tables.evidence,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::Answer;
 use super::assess::{Scope, combine, filter_name};
-use super::bench::{Bench, Pair, Purpose, follow_all, in_parallel};
+use super::bench::{Bench, Pair, Purpose, follow_all};
 use super::decision::Judged;
 use crate::conditioning::{self, Cfc, Conditioned, Signal, cfc, resample};
 use crate::error::Error;
@@ -49,12 +49,12 @@ pub(super) fn table(
     before: &[Judged],
 ) -> Result<Vec<Filtered>, Error> {
     let filters: Vec<Option<Cfc>> = std::iter::once(None).chain(Cfc::ALL.map(Some)).collect();
-    let threads = if bench.signal.samples.len() > SAMPLES_AT_ONCE {
-        1
+    let runs = if bench.signal.samples.len() > SAMPLES_AT_ONCE {
+        0
     } else {
-        bench.threads(8 * pairs.len())
+        8 * pairs.len()
     };
-    in_parallel(threads, &filters, |filter| {
+    bench.share(runs, &filters, |filter| {
         let scope = scopes(*filter);
         if *filter == conditioned.filter {
             let answers = bench.nominal_answers(pairs, window, judged)?;
@@ -96,8 +96,6 @@ pub(super) fn table(
             bench, *filter, false, pairs, scope, &all, &answers, &good,
         ))
     })
-    .into_iter()
-    .collect()
 }
 
 #[expect(
@@ -115,7 +113,7 @@ fn row(
     before: &[Judged],
 ) -> Filtered {
     let threshold = bench.design.criterion.threshold_rad;
-    let polarity = bench.options.polarity;
+    let polarity = bench.policy.polarity;
     let of_good: Vec<Answer> = before
         .iter()
         .map(|run| run.nominal_answer(threshold))

@@ -1,6 +1,6 @@
 //! What would change the answer: one input at a time, moved by one standard deviation.
 
-use super::bench::{Bench, Pair, Purpose, Reached, in_parallel};
+use super::bench::{Bench, Pair, Purpose};
 use super::decision::Judged;
 use super::ensemble::Scatter;
 use super::filters;
@@ -78,18 +78,14 @@ pub(super) fn reruns(
             },
             conditioned.filter,
         )?;
-        let outcomes = in_parallel(bench.threads(1), pairs, |pair| {
-            bench.run(&biased, *pair, window, Purpose::Comparison)
-        });
-        let mut peaks = Vec::with_capacity(pairs.len());
-        for outcome in outcomes {
-            let outcome = outcome?;
-            peaks.push(if outcome.broke_down {
+        let peaks = bench.share(1, pairs, |pair| {
+            let outcome = bench.run(&biased, *pair, window, Purpose::Comparison)?;
+            Ok(if outcome.broke_down {
                 f64::NAN
             } else {
                 outcome.run.peak_angle_rad
-            });
-        }
+            })
+        })?;
         let change = conditioned.bias_m_s2 / STANDARD_GRAVITY;
         found.extend(compared(
             bench,
@@ -99,13 +95,12 @@ pub(super) fn reruns(
             &peaks,
         ));
     }
-    let of_pairs = in_parallel(bench.threads(moves.len()), pairs, |pair| {
+    let of_pairs = bench.share(moves.len(), pairs, |pair| {
         bench.peaks(*pair, window, moves.len(), &|index| {
             let (name, _, how) = moves[index];
             scatter.moved(name, if how == Change::More { 1.0 } else { -1.0 })
         })
-    });
-    let of_pairs: Vec<Reached> = of_pairs.into_iter().collect::<Result<_, Error>>()?;
+    })?;
     for (index, moved) in moves.iter().enumerate() {
         let peaks: Vec<f64> = of_pairs
             .iter()

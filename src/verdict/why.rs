@@ -1,8 +1,8 @@
 //! The reasons of a verdict, in sentences.
 
-use super::assess::{AssessOptions, ModelChoice, Polarity};
 use super::decision::{FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, Judged, PASS_SHARE_MAX};
 use super::ensemble::Ensemble;
+use super::policy::{ModelChoice, Polarity, Policy};
 use super::remarks::Faults;
 use super::what_if::{Change, Side, WhatIf};
 use super::{Answer, ErrorBudget, Reason};
@@ -15,7 +15,7 @@ use crate::units::{OpensWhen, plain};
 pub(super) struct Case<'a> {
     pub(super) answer: Answer,
     pub(super) design: &'a Design,
-    pub(super) options: &'a AssessOptions,
+    pub(super) policy: &'a Policy,
     pub(super) pairs: &'a [(OpensWhen, StopModel)],
     pub(super) judged: &'a [Judged],
     pub(super) nominal: usize,
@@ -77,7 +77,7 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
         }
         reasons.extend(uncertainty(case));
     }
-    if case.options.members == 0 {
+    if case.policy.members == 0 {
         reasons.push(Reason {
             code: "nominal-runs-only".into(),
             text: "Only nominal runs were judged, as with the setting `members` = 0: the scatter of lever, stop and sensor is not part of this verdict.".into(),
@@ -176,7 +176,7 @@ fn percent(share: f64) -> String {
 fn undeclared(case: &Case<'_>) -> Option<Reason> {
     let threshold = case.design.criterion.threshold_rad;
     let open =
-        case.options.polarity == Polarity::Undeclared && case.ensembles.iter().any(Option::is_some);
+        case.policy.polarity == Polarity::Undeclared && case.ensembles.iter().any(Option::is_some);
     if !open || signs_differ(case, threshold) {
         return None;
     }
@@ -312,7 +312,7 @@ fn peak(case: &Case<'_>) -> Reason {
     let judged = &case.judged[case.nominal];
     let run = judged.run();
     let threshold = case.design.criterion.threshold_rad;
-    let place = describe(case.pairs[case.nominal], case.options);
+    let place = describe(case.pairs[case.nominal], case.policy);
     if judged.outcome.broke_down {
         return not_followed(&run.method, &place);
     }
@@ -380,7 +380,7 @@ fn others_not_followed(case: &Case<'_>) -> Option<Reason> {
     let (_, first) = lost.first()?;
     let places: Vec<String> = lost
         .iter()
-        .map(|(index, _)| describe(case.pairs[*index], case.options))
+        .map(|(index, _)| describe(case.pairs[*index], case.policy))
         .collect();
     Some(not_followed(&first.run().method, &places.join("; ")))
 }
@@ -394,8 +394,8 @@ fn coast_words(coast: Option<f64>) -> String {
     })
 }
 
-fn describe((sign, stop): (OpensWhen, StopModel), options: &AssessOptions) -> String {
-    let word = match options.polarity {
+fn describe((sign, stop): (OpensWhen, StopModel), policy: &Policy) -> String {
+    let word = match policy.polarity {
         Polarity::Declared(_) => "opens",
         Polarity::Both | Polarity::Undeclared => "taken to open",
     };
@@ -440,7 +440,7 @@ fn coast(case: &Case<'_>) -> Option<Reason> {
             "After the last judged sample the lever moves on and reaches {} rad, ±{} rad, with no further acceleration ({}): the record or window ends too early for a pass.",
             plain(judged.run().coast_peak_angle_rad.unwrap_or(0.0), 4),
             plain(judged.coast_uncertainty_rad(), 2),
-            describe(*pair, case.options),
+            describe(*pair, case.policy),
         ),
     })
 }
@@ -529,7 +529,7 @@ fn disagreement(case: &Case<'_>) -> Vec<Reason> {
     let signs_differ = signs_differ(case, threshold);
     let mut reasons = Vec::new();
     if signs_differ {
-        let text = match case.options.polarity {
+        let text = match case.policy.polarity {
             Polarity::Both => format!(
                 "The two polarities answer differently, and the worse counts: {}.",
                 each(case, threshold)
@@ -544,7 +544,7 @@ fn disagreement(case: &Case<'_>) -> Vec<Reason> {
             text,
         });
     }
-    if stops_differ && case.options.model == ModelChoice::Auto && !signs_differ {
+    if stops_differ && case.policy.model == ModelChoice::Auto && !signs_differ {
         reasons.push(Reason {
             code: "stop-model-decides".into(),
             text: format!(

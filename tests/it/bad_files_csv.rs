@@ -530,10 +530,7 @@ fn val_bad_choice() {
 
 #[track_caller]
 fn check_limit(bytes: Vec<u8>, limits: &Limits, selection: Selection, name: &str) {
-    let source = Source::Bytes {
-        name: "table.csv".into(),
-        bytes,
-    };
+    let source = Source::bytes("table.csv", bytes);
     let error = recording::read(&source, &in_g(), selection, limits).unwrap_err();
     match error.kind() {
         ErrorKind::LimitExceeded { limit, .. } => assert_eq!(*limit, name),

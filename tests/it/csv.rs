@@ -15,10 +15,7 @@ pub(crate) fn read_table(
     options: &ReadOptions,
     selection: Selection,
 ) -> Result<Recording, latchgate::error::Error> {
-    let source = Source::Bytes {
-        name: "table.csv".into(),
-        bytes: bytes.into(),
-    };
+    let source = Source::bytes("table.csv", bytes.into());
     recording::read(&source, options, selection, &Limits::default())
 }
 
@@ -961,10 +958,7 @@ fn val_card_beside_a_file() {
         ErrorKind::LimitExceeded { .. }
     ));
     std::fs::remove_dir_all(&folder).unwrap();
-    let bytes = Source::Bytes {
-        name: "x".into(),
-        bytes: Vec::new(),
-    };
+    let bytes = Source::bytes("x", []);
     assert_eq!(card::read_beside(&bytes, &Limits::default()).unwrap(), None);
 }
 

@@ -378,10 +378,7 @@ fn prop_damaged_files_never_panic() {
                     _ => {}
                 }
             }
-            let source = Source::Bytes {
-                name: name.clone(),
-                bytes,
-            };
+            let source = Source::bytes(name.clone(), bytes);
             for selection in [Selection::Lateral, Selection::Every] {
                 let read = std::panic::catch_unwind(|| {
                     recording::read(&source, &options, selection, &Limits::default())

@@ -553,10 +553,7 @@ fn verif_every_limit_of_a_table_is_kept() {
     ] {
         let mut limits = Limits::default();
         limits.set(&format!("{name}=1")).unwrap();
-        let source = Source::Bytes {
-            name: "a.csv".into(),
-            bytes: bytes.clone(),
-        };
+        let source = Source::bytes("a.csv", bytes.clone());
         let error = recording::read(&source, &ReadOptions::default(), Selection::Every, &limits)
             .unwrap_err();
         assert!(

@@ -251,10 +251,7 @@ pub(crate) fn imu_data(count: usize) -> Vec<Vec<u8>> {
 // ---------------------------------------------------------------- reading them
 
 pub(crate) fn source(bytes: &[u8]) -> Source {
-    Source::Bytes {
-        name: "log.mcap".into(),
-        bytes: bytes.to_vec(),
-    }
+    Source::bytes("log.mcap", bytes.to_vec())
 }
 
 pub(crate) fn options(channel: Option<&str>) -> ReadOptions {

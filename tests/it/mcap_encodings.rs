@@ -390,10 +390,7 @@ fn val_the_conformance_suite_reads_as_described() {
             pair[1].as_str().unwrap_or_default().to_string()
         };
         assert!(bytes.starts_with(MAGIC), "{name}");
-        let source = Source::Bytes {
-            name: name.clone(),
-            bytes: bytes.clone(),
-        };
+        let source = Source::bytes(name.clone(), bytes.clone());
         let read = recording::read(
             &source,
             &ReadOptions::default(),

@@ -73,7 +73,7 @@ fn with_ensemble(case: &mut Case) {
             failed_to_run: u32::from(index == 1),
             seed: 1,
             generator: "made up",
-            method: "event-driven".into(),
+            method: "event-driven",
             look: 3,
             ended: [End::Decided, End::LastLook, End::NoMatter, End::Decided][index],
             confidence: 0.9875,

@@ -11,10 +11,9 @@ use latchgate::verdict::{Ensemble, FilterRow};
 
 // ---------------------------------------------------------------- verdicts
 
-fn with_members(members: u32, model: ModelChoice, polarity: Polarity) -> AssessOptions {
-    AssessOptions {
+fn with_members(members: u32, model: ModelChoice, polarity: Polarity) -> Policy {
+    Policy {
         members,
-        threads: 2,
         ..options(model, polarity)
     }
 }
@@ -289,11 +288,19 @@ fn verif_polarities_with_ensembles() {
     assert_eq!(undeclared.ladder.stops.len(), 4);
     // Bounds prove both answers, so that one ensemble is enough to show them.
     assert_eq!(undeclared.ensembles.len(), 0);
-    let in_full = AssessOptions {
+    let in_full = Extras {
         follow_all: true,
-        ..with_members(256, ModelChoice::Auto, Polarity::Undeclared)
+        ..Extras::default()
     };
-    let full = judge(&one_sided, &[], &Design::reference(), &in_full);
+    let full = verdict::assess(
+        &as_recorded(one_sided.clone()),
+        &[],
+        &Design::reference(),
+        &with_members(256, ModelChoice::Auto, Polarity::Undeclared),
+        in_full,
+        &Control::unwatched(2),
+    )
+    .unwrap();
     assert_eq!((full.ensembles.len(), full.answer), (4, Answer::Undecided));
     let both = of(Polarity::Both);
     assert_eq!(both.answer, Answer::Fail);
@@ -483,11 +490,14 @@ fn verif_the_filter_table_changes_no_other_number() {
         };
         let conditioned = conditioning::condition(&channel, &own).unwrap();
         let of = |filter_table| {
-            let own = AssessOptions {
+            let extras = Extras {
                 filter_table,
-                ..options(ModelChoice::Auto, NEGATIVE)
+                ..Extras::default()
             };
-            assess(&conditioned, &[], &Design::reference(), &own).unwrap()
+            let own = options(ModelChoice::Auto, NEGATIVE);
+            let control = Control::unwatched(2);
+            let design = Design::reference();
+            verdict::assess(&conditioned, &[], &design, &own, extras, &control).unwrap()
         };
         let (with, without) = (of(true), of(false));
         assert_eq!((with.filters.len(), without.filters.len()), (5, 0));
@@ -581,13 +591,13 @@ fn verif_reasons_and_findings_of_an_ensemble() {
     );
 
     let early = samples(|t| half_sine(t, -0.045, 0.02, -40.0));
-    let fixed = AssessOptions {
+    let fixed = Policy {
         method: Method::Rk4 {
             steps_per_period: 200,
         },
         ..options(RIGID, NEGATIVE)
     };
-    let codes = |options: &AssessOptions| -> Vec<String> {
+    let codes = |options: &Policy| -> Vec<String> {
         judge(&early, &[], &Design::reference(), options)
             .findings
             .iter()
@@ -788,7 +798,7 @@ fn prop_bounds_cover_the_truth() {
                 .filter(|peak| **peak > design.criterion.threshold_rad)
                 .count();
             let p = crossing as f64 / truth_members as f64;
-            let own = AssessOptions {
+            let own = Policy {
                 seed: number * 10 + (100.0 * share) as u64,
                 ..with_members(10_000, RIGID, NEGATIVE)
             };

@@ -7,11 +7,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// A bounce that never ends: a perfect stop, no damping, and hardly any speed.
-fn endless() -> (Design, AssessOptions) {
+fn endless() -> (Design, Policy) {
     let mut design = Design::reference();
     design.stop.restitution = 1.0;
     design.lever.pivot_damping_nm_s_per_rad = 0.0;
-    let own = AssessOptions {
+    let own = Policy {
         initial_velocity_rad_s: Some(1e-10),
         ..options(RIGID, NEGATIVE)
     };
@@ -35,7 +35,7 @@ fn verif_a_lever_that_cannot_be_followed_is_undecided_and_said() {
             .any(|finding| finding.code == "method-broke-down")
     );
     // A pass of the others is none of the whole.
-    let members = AssessOptions {
+    let members = Policy {
         members: 16,
         ..own.clone()
     };
@@ -48,7 +48,7 @@ fn verif_a_lever_that_cannot_be_followed_is_undecided_and_said() {
 #[test]
 fn verif_a_stop_beside_the_nominal_one_that_cannot_be_followed_is_said() {
     let (design, own) = endless();
-    let own = AssessOptions {
+    let own = Policy {
         model: ModelChoice::Auto,
         ..own
     };
