@@ -2,7 +2,7 @@
 
 use super::limits::Limits;
 use super::source::{Source, sha256};
-use super::{ReadOptions, csv::line_at};
+use super::{ReadOptions, text::line_at};
 use crate::error::{Error, ErrorKind, Place, nearest_name};
 use crate::units::{AccelerationUnit, OpensWhen, SampleRate};
 use serde::Deserialize;
