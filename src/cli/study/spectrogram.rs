@@ -88,7 +88,7 @@ impl Analysis for Arguments {
             ]),
             results: Some(json!({ "bounces": result.bounces, "motion": result.motion })),
             tables: vec![Table::of(&rows).map_err(Failure::Data)?],
-            svg: plot::bounces(&result),
+            svg: plot::spectrogram(&result),
             headlines: result.headlines,
             ..Answer::default()
         })
