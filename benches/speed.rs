@@ -23,11 +23,12 @@ use latchgate::conditioning::{
 use latchgate::model::Design;
 use latchgate::model::excitation::Harmonic;
 use latchgate::model::stop::StopModel;
+use latchgate::parallel::Control;
 use latchgate::recording::{self, Limits, ReadOptions, Recording, Selection, Source};
 use latchgate::replay::{self, Method, RunOptions, Section, Strobe};
 use latchgate::replay::{batch, fan};
 use latchgate::units::{AccelerationUnit, OpensWhen};
-use latchgate::verdict::{AssessOptions, ModelChoice, Polarity, assess};
+use latchgate::verdict::{Extras, ModelChoice, Polarity, Policy, assess};
 use std::fmt::Write as _;
 
 fn main() {
@@ -255,10 +256,7 @@ fn read(source: &Source) -> Recording {
 }
 
 fn file(name: &str, bytes: Vec<u8>) -> Source {
-    Source::Bytes {
-        name: name.into(),
-        bytes,
-    }
+    Source::bytes(name, bytes)
 }
 
 /// Reading a CSV file from memory, its hash included: one recording, and twenty of them.
@@ -285,7 +283,7 @@ fn whole_replay(bencher: Bencher<'_, '_>) {
     let bytes = csv_file(1);
     let count = BytesCount::of_slice(&bytes);
     let source = file("bench.csv", bytes);
-    let options = AssessOptions::new(ModelChoice::Auto, Polarity::Declared(OpensWhen::Negative));
+    let policy = Policy::new(ModelChoice::Auto, Polarity::Declared(OpensWhen::Negative));
     bencher.counter(count).bench(|| {
         let recording = read(black_box(&source));
         let channel = &recording.channels[0];
@@ -294,6 +292,14 @@ fn whole_replay(bencher: Bencher<'_, '_>) {
         let mut findings = recording.findings.clone();
         findings.extend(channel.findings.iter().cloned());
         findings.extend(conditioned.findings.iter().cloned());
-        assess(&conditioned, &findings, &Design::reference(), &options).unwrap()
+        assess(
+            &conditioned,
+            &findings,
+            &Design::reference(),
+            &policy,
+            Extras::default(),
+            &Control::default(),
+        )
+        .unwrap()
     });
 }

@@ -21,19 +21,21 @@ pub use quantity::Quantity;
 use crate::conditioning::Conditioned;
 use crate::error::Error;
 use crate::model::Design;
+use crate::parallel::Control;
 use crate::recording::Finding;
 use crate::verdict::bench::{Recall, window_samples};
 use crate::verdict::remarks::Faults;
-use crate::verdict::{AssessOptions, assess};
+use crate::verdict::{Policy, assess};
 use change::{Change, VerdictSearch};
 use quantity::{Stretch, applied};
 use runs::{Bench, Setting};
 use search::{Crossing, Edge, Excess, Found, Probe};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
 
 /// What the nominal runs say at one value of a quantity, no error counted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum State {
     /// No run goes beyond the threshold.
@@ -57,7 +59,7 @@ impl State {
 }
 
 /// What an answer rests on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Basis {
     /// The nominal run's peak against the threshold, no error counted.
     #[serde(rename = "nominal run")]
@@ -70,8 +72,8 @@ pub enum Basis {
 /// What is asked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MarginOptions {
-    /// What the verdict is asked.
-    pub assess: AssessOptions,
+    /// The question of the verdict.
+    pub policy: Policy,
     /// Which answer's change is looked for.
     pub basis: Basis,
     /// Distance of the counterweight from the pivot [m].
@@ -95,12 +97,12 @@ pub const POINTS_MIN: usize = 200;
 const SAMPLES_TIMES_POINTS: usize = 24_000_000;
 
 /// A change of the answer.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Boundary {
     /// What is varied: [`Quantity::name`].
-    pub quantity: &'static str,
+    pub quantity: Cow<'static, str>,
     /// Its unit; empty for a ratio.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// The end of the bracket with the better answer: the last value still to pass, or not yet
     /// to fail.
     pub at: f64,
@@ -113,14 +115,14 @@ pub struct Boundary {
 }
 
 /// The least change of one quantity that changes the answer.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Margin {
     /// What is varied.
     pub quantity: Quantity,
     /// What people call it.
-    pub title: &'static str,
+    pub title: Cow<'static, str>,
     /// Its unit; empty for a ratio.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Its value at present.
     pub present: f64,
     /// Whether the answer it rests on passes at present.
@@ -154,7 +156,7 @@ pub struct Margin {
     /// the end of the range that they pass at; `None` if they pass at both ends, or at none.
     pub settled_at: Option<f64>,
     /// What stays and what moves along.
-    pub convention: &'static str,
+    pub convention: Cow<'static, str>,
 }
 
 /// The peak over a quantity, as the search saw it.
@@ -203,10 +205,11 @@ pub fn margins(
     findings: &[Finding],
     design: &Design,
     options: &MarginOptions,
+    control: &Control<'_>,
 ) -> Result<Margins, Error> {
     let signal = &conditioned.used;
     let window = options
-        .assess
+        .policy
         .window_s
         .map(|window| window_samples(signal, window))
         .transpose()?;
@@ -215,14 +218,15 @@ pub fn margins(
     }
     let bench = Bench {
         signal,
-        options: &options.assess,
+        policy: &options.policy,
+        control,
         window,
     };
     let faults = Faults::of(
         conditioned,
         conditioned.filter,
         findings,
-        options.assess.window_s,
+        options.policy.window_s,
     );
     let spoiled = faults.first_bad.is_some();
     let search = Search {
@@ -253,8 +257,8 @@ pub fn margins(
         };
         answers.push(search.answer(quantity, &stretch, &found, spoiled)?);
         boundaries.extend(found.crossings.iter().map(|crossing| Boundary {
-            quantity: quantity.name(),
-            unit: quantity.unit(),
+            quantity: quantity.name().into(),
+            unit: quantity.unit().into(),
             at: crossing.better_end(),
             bracket: (crossing.low.0, crossing.high.0),
             below: crossing.low.1.state(),
@@ -279,7 +283,7 @@ pub fn margins(
     }
     let limit = if options.limit {
         let points = options
-            .assess
+            .policy
             .polarity
             .signs()
             .iter()
@@ -287,9 +291,9 @@ pub fn margins(
             .collect();
         Some(limit::limit_curve(
             design,
-            options.assess.model,
+            options.policy.model,
             points,
-            options.assess.threads,
+            control,
         )?)
     } else {
         None
@@ -314,7 +318,7 @@ pub fn margins(
 /// The torque with which the strongest opening sample lifts the lever [N m].
 fn lift_off_nm(bench: &Bench<'_>, design: &Design) -> f64 {
     let strongest = bench
-        .options
+        .policy
         .polarity
         .signs()
         .iter()
@@ -415,14 +419,18 @@ impl Search<'_> {
             }
             scaled.bias_m_s2 *= scale;
         }
-        let options = AssessOptions {
-            evidence: false,
-            filter_table: false,
-            ..self.options.assess.clone()
-        };
+        let policy = &self.options.policy;
         // What cannot be judged is no pass.
-        assess::passes_again(&scaled, self.findings, &design, &options, recall, presumed)
-            .unwrap_or(false)
+        assess::passes_again(
+            &scaled,
+            self.findings,
+            &design,
+            policy,
+            recall,
+            presumed,
+            self.bench.control,
+        )
+        .unwrap_or(false)
     }
 
     fn answer(
@@ -484,8 +492,8 @@ impl Search<'_> {
             .map(|at| (at / stretch.present - 1.0) * 100.0);
         Ok(Margin {
             quantity,
-            title: quantity.title(),
-            unit: quantity.unit(),
+            title: quantity.title().into(),
+            unit: quantity.unit().into(),
             present: stretch.present,
             passes_at_present,
             at,
@@ -503,7 +511,7 @@ impl Search<'_> {
             values: found.points.len(),
             changes: changes.len(),
             settled_at: settled(&changes),
-            convention: quantity.convention(),
+            convention: quantity.convention().into(),
         })
     }
 

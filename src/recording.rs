@@ -27,7 +27,7 @@ pub use source::{Part, Source};
 
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, STANDARD_GRAVITY, SampleRate, TimeUnit};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What the user says about a recording, from options and card (option before card).
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -123,7 +123,7 @@ pub struct Channel {
 }
 
 /// What a file says of a channel beside its samples; `None` where it says nothing.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stated {
     /// Place and axis of the sensor, in the format's own codes.
     pub location: Option<String>,
@@ -383,6 +383,34 @@ pub fn read(
         channels: outcome.channels,
         findings: outcome.findings,
     })
+}
+
+/// What one reading of a file gives under either [`Selection`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// The one channel that is meant, alone, as [`Selection::Lateral`] delivers it.
+    pub chosen: Result<Recording, Error>,
+    /// Every channel that carries numbers, as [`Selection::Every`] delivers them.
+    pub every: Result<Recording, Error>,
+}
+
+/// Reads the channel that is meant and its neighbours; one failing does not make the other fail.
+#[must_use]
+pub fn read_both(source: &Source, options: &ReadOptions, limits: &Limits) -> Reading {
+    // Standard input is there once only.
+    let held = source.clone().held_in_memory(limits);
+    let read = |selection| {
+        read(
+            held.as_ref().map_err(Clone::clone)?,
+            options,
+            selection,
+            limits,
+        )
+    };
+    Reading {
+        chosen: read(Selection::Lateral),
+        every: read(Selection::Every),
+    }
 }
 
 /// Formats that are known but not read: first bytes, name, way out.

@@ -34,7 +34,8 @@ use cruise::Cruise;
 use kernel::Kernel;
 use methods::Problem;
 use pressed::Pressed;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use tally::Tally;
 
 /// How a run is integrated.
@@ -81,7 +82,7 @@ impl Method {
 }
 
 /// What a run cost.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Work {
     /// Integration steps.
     pub steps: u64,
@@ -92,12 +93,12 @@ pub struct Work {
 }
 
 /// What the lever did.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     /// Stop model.
     pub model: StopModel,
     /// Integrator.
-    pub method: &'static str,
+    pub method: Cow<'static, str>,
     /// Sign of the recorded acceleration that opens.
     pub opens_when: OpensWhen,
     /// Largest angle in the window [rad].
@@ -411,7 +412,7 @@ fn finish(mut kernel: Kernel, end: f64, design: &Design, options: &RunOptions) -
     Outcome {
         run: Run {
             model: options.stop,
-            method: options.method.name(),
+            method: options.method.name().into(),
             opens_when: options.opens_when,
             peak_angle_rad: finite(peak.angle),
             peak_time_s: peak.time,

@@ -6,18 +6,19 @@ pub mod decision;
 pub mod ensemble;
 pub mod filters;
 pub mod ladder;
+pub mod policy;
 pub(crate) mod remarks;
 pub mod ribbon;
 pub mod screen;
-pub mod verify;
 pub mod what_if;
 mod why;
 
-pub use assess::{AssessOptions, Assessment, ModelChoice, Polarity, assess};
+pub use assess::{Assessment, assess, passes};
 pub use decision::{DECISION_RULE, NOMINAL_DECISION_RULE};
 pub use ensemble::Ensemble;
 pub use filters::FilterRow;
 pub use ladder::Ladder;
+pub use policy::{Extras, ModelChoice, Polarity, Policy};
 pub use ribbon::Ribbon;
 pub use what_if::WhatIf;
 
@@ -26,10 +27,11 @@ use crate::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
 use crate::model::stop::StopModel;
 use crate::replay::TracePoint;
 use crate::units::OpensWhen;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// The answer for one recording and one design.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Answer {
     /// The lever stays below the threshold, uncertainty included.
@@ -67,17 +69,17 @@ impl Answer {
 }
 
 /// A reason for the verdict.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reason {
     /// Stable name.
-    pub code: &'static str,
+    pub code: Cow<'static, str>,
     /// One sentence.
     pub text: String,
 }
 
 /// Where the nominal peak's uncertainty comes from; each part is a change of the nominal
 /// peak measured by a rerun [rad], `None` where no rerun was possible or none applies.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorBudget {
     /// Integration and rounding.
     pub numerical: Option<f64>,
@@ -94,7 +96,7 @@ pub struct ErrorBudget {
 }
 
 /// Closed-form bounds that need no integration.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Screens {
     /// T0/(mL) in g: below it in the opening direction a lever on a rigid stop never leaves.
     pub static_threshold_g: f64,
@@ -109,7 +111,7 @@ pub struct Screens {
 }
 
 /// What the closed-form bounds say of one polarity and stop.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScreenedRun {
     /// Stop model.
     pub model: StopModel,
@@ -126,7 +128,7 @@ pub struct ScreenedRun {
 }
 
 /// What one stop and polarity says by part 3 of the rule, and how sure its peak is.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunAnswer {
     /// Stop model.
     pub model: StopModel,

@@ -42,10 +42,7 @@ fn read(
     selection: Selection,
     options: &ReadOptions,
 ) -> Option<Recording> {
-    let source = Source::Bytes {
-        name: name.into(),
-        bytes: data.to_vec(),
-    };
+    let source = Source::bytes(name, data.to_vec());
     let options = ReadOptions {
         input_format: format.map(String::from),
         ..options.clone()

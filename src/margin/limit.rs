@@ -6,9 +6,10 @@ use crate::conditioning::Signal;
 use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
+use crate::parallel::Control;
 use crate::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
-use crate::verdict::{AssessOptions, ModelChoice, Polarity, screen};
-use serde::Serialize;
+use crate::verdict::{ModelChoice, Polarity, Policy, screen};
+use serde::{Deserialize, Serialize};
 
 /// Durations of the pulses [s]: 1 to 100 ms by the preferred numbers R20 of ISO 3.
 pub const DURATIONS_MS: [f64; 41] = [
@@ -25,7 +26,7 @@ const INTERVALS: u32 = 1000;
 const AMPLITUDES: usize = 120;
 
 /// A half-sine pulse that just brings the lever to the threshold.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LimitPoint {
     /// Stop model.
     pub model: StopModel,
@@ -41,7 +42,7 @@ pub struct LimitPoint {
 }
 
 /// Where the recording stands on the chart.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RecordingPoint {
     /// Sign of the recorded acceleration that is taken to open.
     pub opens_when: OpensWhen,
@@ -52,7 +53,7 @@ pub struct RecordingPoint {
 }
 
 /// The design's limit, and the recording beside it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LimitCurve {
     /// T0/(mL), below which no length of pulse lifts a lever off a rigid stop [g].
     pub static_threshold_g: f64,
@@ -64,7 +65,7 @@ pub struct LimitCurve {
     pub recording: Vec<RecordingPoint>,
 }
 
-/// Finds the limit of `design` for each stop of `model`, on up to `threads` threads.
+/// Finds the limit of `design` for each stop of `model`.
 ///
 /// # Errors
 ///
@@ -73,13 +74,13 @@ pub fn limit_curve(
     design: &Design,
     model: ModelChoice,
     recording: Vec<RecordingPoint>,
-    threads: usize,
+    control: &Control<'_>,
 ) -> Result<LimitCurve, Error> {
     let bounds = screen::screens(design, None);
     let mut points = Vec::new();
     for stop in model.stops() {
         for duration_ms in DURATIONS_MS {
-            points.push(critical_pulse(design, *stop, duration_ms / 1e3, threads)?);
+            points.push(critical_pulse(design, *stop, duration_ms / 1e3, control)?);
         }
     }
     Ok(LimitCurve {
@@ -100,7 +101,7 @@ pub fn critical_pulse(
     design: &Design,
     stop: StopModel,
     duration_s: f64,
-    threads: usize,
+    control: &Control<'_>,
 ) -> Result<LimitPoint, Error> {
     let rate = SampleRate::from_hertz(f64::from(INTERVALS) / duration_s)?;
     let signal = Signal {
@@ -118,16 +119,14 @@ pub fn critical_pulse(
             })
             .collect(),
     };
-    let options = AssessOptions {
-        threads,
-        ..AssessOptions::new(
-            ModelChoice::Only(stop),
-            Polarity::Declared(OpensWhen::Negative),
-        )
-    };
+    let policy = Policy::new(
+        ModelChoice::Only(stop),
+        Polarity::Declared(OpensWhen::Negative),
+    );
     let bench = Bench {
         signal: &signal,
-        options: &options,
+        policy: &policy,
+        control,
         window: None,
     };
     let bounds = screen::screens(design, None);

@@ -6,14 +6,15 @@ use super::{Basis, MarginOptions, Quantity, Search, State, lift_off_nm};
 use crate::conditioning::Conditioned;
 use crate::error::Error;
 use crate::model::Design;
+use crate::parallel::Control;
 use crate::recording::Finding;
-use crate::verdict::AssessOptions;
+use crate::verdict::Policy;
 use crate::verdict::bench::{Recall, window_samples};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::cell::Cell;
 
 /// The preload that a recording asks for.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PreloadAnswer {
     /// The preload at present [N m].
     pub present_nm: f64,
@@ -55,20 +56,19 @@ pub fn preload_answer(
     conditioned: &Conditioned,
     findings: &[Finding],
     design: &Design,
-    options: &AssessOptions,
+    policy: &Policy,
     passes: bool,
+    control: &Control<'_>,
 ) -> Result<PreloadAnswer, Error> {
     let signal = &conditioned.used;
-    let window = options
+    let window = policy
         .window_s
         .map(|window| window_samples(signal, window))
         .transpose()?;
     let asked = MarginOptions {
-        assess: AssessOptions {
-            evidence: false,
-            filter_table: false,
-            members: options.members.min(MEMBERS_ASKED),
-            ..options.clone()
+        policy: Policy {
+            members: policy.members.min(MEMBERS_ASKED),
+            ..policy.clone()
         },
         basis: Basis::Verdict,
         counterweight_radius_m: 1.0,
@@ -78,7 +78,8 @@ pub fn preload_answer(
     };
     let bench = Bench {
         signal,
-        options: &asked.assess,
+        policy: &asked.policy,
+        control,
         window,
     };
     let search = Search {

@@ -6,10 +6,11 @@ use crate::error::Error;
 use crate::model::Design;
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
+use crate::parallel::Control;
 use crate::replay::batch::{self, BatchOptions, Member, MemberPeak};
 use crate::replay::{self, Method, RunOptions};
 use crate::units::OpensWhen;
-use crate::verdict::{AssessOptions, Polarity};
+use crate::verdict::{Polarity, Policy};
 
 /// A lever, its stop and threshold, and the scale of the recording.
 #[derive(Debug, Clone, Copy)]
@@ -41,24 +42,25 @@ struct Reach {
 /// What every run of a search shares.
 pub(super) struct Bench<'a> {
     pub(super) signal: &'a Signal,
-    pub(super) options: &'a AssessOptions,
+    pub(super) policy: &'a Policy,
+    pub(super) control: &'a Control<'a>,
     pub(super) window: Option<(usize, usize)>,
 }
 
 impl Bench<'_> {
     fn stops(&self) -> &'static [StopModel] {
-        self.options.model.stops()
+        self.policy.model.stops()
     }
 
     fn signs(&self) -> &'static [OpensWhen] {
-        self.options.polarity.signs()
+        self.policy.polarity.signs()
     }
 
     /// The initial state asked for, what is left open being that of rest on the stop.
     fn initial(&self, setting: &Setting, stop: StopModel) -> Option<(f64, f64)> {
         let (angle, velocity) = (
-            self.options.initial_angle_rad,
-            self.options.initial_velocity_rad_s,
+            self.policy.initial_angle_rad,
+            self.policy.initial_velocity_rad_s,
         );
         if angle.is_none() && velocity.is_none() {
             return None;
@@ -80,7 +82,7 @@ impl Bench<'_> {
             let peaks = of_sign.iter().map(|reach| reach.peak);
             peaks.fold(f64::INFINITY, f64::min)
         });
-        let fail = match self.options.polarity {
+        let fail = match self.policy.polarity {
             Polarity::Both => least_of_signs.fold(f64::NEG_INFINITY, f64::max),
             Polarity::Declared(_) | Polarity::Undeclared => {
                 least_of_signs.fold(f64::INFINITY, f64::min)
@@ -95,8 +97,8 @@ impl Bench<'_> {
     /// Returns the excess at each setting, by levers side by side where the run asked for
     /// allows it.
     pub(super) fn scan(&self, settings: &[Setting]) -> Result<Vec<Excess>, Error> {
-        let started_by_speed_alone = self.options.initial_angle_rad.is_none()
-            && self.options.initial_velocity_rad_s.is_some();
+        let started_by_speed_alone =
+            self.policy.initial_angle_rad.is_none() && self.policy.initial_velocity_rad_s.is_some();
         if started_by_speed_alone {
             // The soft stop's angle of rest is each lever's own.
             return settings
@@ -115,7 +117,7 @@ impl Bench<'_> {
                         .and_then(|setting| self.initial(setting, *stop)),
                     window: self.window,
                     coast: true,
-                    threads: self.options.threads,
+                    threads: self.control.threads,
                 };
                 let member = |index: usize| {
                     let setting = &settings[index];
@@ -177,8 +179,8 @@ impl Bench<'_> {
         let mut reaches = Vec::new();
         for sign in self.signs() {
             for stop in self.stops() {
-                let (method, tolerance_rad) = if self.options.method.admits(*stop) {
-                    (self.options.method, self.options.tolerance_rad)
+                let (method, tolerance_rad) = if self.policy.method.admits(*stop) {
+                    (self.policy.method, self.policy.tolerance_rad)
                 } else {
                     (Method::EventDriven, None)
                 };

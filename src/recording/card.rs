@@ -1,12 +1,11 @@
 //! Cards: a recording's full name plus `.toml`, saying what the file itself does not.
 
+use super::csv::line_at;
 use super::limits::Limits;
 use super::source::{Source, sha256};
-use super::{ReadOptions, csv::line_at};
 use crate::error::{Error, ErrorKind, Place, nearest_name};
 use crate::units::{AccelerationUnit, OpensWhen, SampleRate};
-use serde::Deserialize;
-use std::io::Read;
+use serde::{Deserialize, Serialize};
 
 /// The keys a card may hold.
 const KEYS: [&str; 9] = [
@@ -135,61 +134,22 @@ impl Card {
         }
         Ok(())
     }
-
-    /// Fills what the options leave open.
-    pub fn merge_into(&self, options: &mut ReadOptions) {
-        if options.channel.is_none() {
-            options.channel.clone_from(&self.channel);
-        }
-        if options.unit.is_none() && self.unit.is_some() {
-            options.unit = self.unit;
-            options.unit_from_card = true;
-        }
-        if options.rate_hz.is_none() {
-            options.rate_hz = self.rate;
-        }
-    }
 }
 
 /// Reads the card beside a recording, if there is one, with the SHA-256 of its bytes.
 ///
-/// Standard input and bytes in memory have no card.
+/// Standard input has no card.
 ///
 /// # Errors
 ///
 /// [`ErrorKind::Io`] if the card is there but cannot be read, [`ErrorKind::LimitExceeded`] if it
 /// is larger than settings may be, and the errors of [`Card::from_toml`], each at the card's name.
 pub fn read_beside(source: &Source, limits: &Limits) -> Result<Option<(Card, String)>, Error> {
-    let Some(path) = source.path() else {
+    let place = Place::file(format!("{}.toml", source.name()));
+    let read = source.read_card(limits.settings_bytes.saturating_add(1));
+    let Some(bytes) = read.map_err(|error| error.at(place.clone()))? else {
         return Ok(None);
     };
-    let place = Place::file(format!("{}.toml", source.name()));
-    // A folder may be named with a slash at its end.
-    let mut name = path.components().as_path().as_os_str().to_os_string();
-    name.push(".toml");
-    let unreadable = |error: std::io::Error| {
-        Error::from(ErrorKind::Io {
-            action: "read the card",
-            reason: error.to_string(),
-        })
-        .at(place.clone())
-    };
-    let file = match std::fs::File::open(name) {
-        Ok(file) => file,
-        Err(error)
-            if matches!(
-                error.kind(),
-                std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory
-            ) =>
-        {
-            return Ok(None);
-        }
-        Err(error) => return Err(unreadable(error)),
-    };
-    let mut bytes = Vec::new();
-    file.take(limits.settings_bytes.saturating_add(1))
-        .read_to_end(&mut bytes)
-        .map_err(unreadable)?;
     if bytes.len() as u64 > limits.settings_bytes {
         return Err(Error::from(ErrorKind::LimitExceeded {
             limit: "settings_bytes",
@@ -213,7 +173,7 @@ pub fn read_beside(source: &Source, limits: &Limits) -> Result<Option<(Card, Str
 }
 
 /// A polarity as a card or option states it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum CardPolarity {
     /// A negative recorded acceleration opens.

@@ -1,9 +1,10 @@
 //! Findings: something odd in usable data, with what it means for a verdict.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// What a finding does to a verdict.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
     /// Worth knowing; changes nothing.
@@ -15,10 +16,10 @@ pub enum Severity {
 }
 
 /// Something odd in a recording, its conditioning or its replay.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
     /// Stable name, listed in `docs/findings.md`.
-    pub code: &'static str,
+    pub code: Cow<'static, str>,
     /// What it does to a verdict.
     pub severity: Severity,
     /// One or two sentences: what was seen, what it means.
@@ -55,7 +56,7 @@ impl Finding {
 
     fn new(code: &'static str, severity: Severity, text: String) -> Self {
         Self {
-            code,
+            code: Cow::Borrowed(code),
             severity,
             text,
             at_s: None,

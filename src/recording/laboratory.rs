@@ -531,7 +531,7 @@ mod tests {
         }
         assert_eq!(
             told_in_pieces(&["door, lower", "hinge"], None).map(|finding| finding.code),
-            Some("notes")
+            Some("notes".into())
         );
     }
 

@@ -1,14 +1,14 @@
-//! Where the bytes come from: a file or standard input, hashed while they are read.
+//! Where the bytes come from: a file, standard input or memory, hashed while they are read.
 
 use super::Limits;
 use crate::error::{Error, ErrorKind, Place};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc;
+use std::sync::{Arc, mpsc};
 
 /// Bytes of the head from which a format is recognised.
 const HEAD_BYTES: u64 = 4096;
@@ -16,28 +16,65 @@ const HEAD_BYTES: u64 = 4096;
 /// A place to read a recording from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Source {
-    /// A file.
+    /// A file or a folder.
     File(PathBuf),
     /// Standard input.
     Stdin,
-    /// Bytes in memory, with a name.
-    Bytes {
-        /// The name for messages and reports.
-        name: String,
-        /// The content.
-        bytes: Vec<u8>,
-    },
+    /// Bytes in memory.
+    Memory(Memory),
+}
+
+/// A recording in memory: one file, or the files of a folder. Clones share the bytes.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Memory {
+    name: String,
+    files: Arc<Files>,
+    card: Option<Arc<[u8]>>,
+}
+
+/// Files by their name, with `/` between folder and file.
+type Files = BTreeMap<String, Arc<[u8]>>;
+
+impl std::fmt::Debug for Memory {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Memory")
+            .field("name", &self.name)
+            .field("files", &self.files.len())
+            .field("card", &self.card.is_some())
+            .finish()
+    }
 }
 
 impl Source {
-    /// Takes `-` for standard input, anything else for a path.
+    /// Takes one file from memory.
     #[must_use]
-    pub fn from_argument(argument: &str) -> Self {
-        if argument == "-" {
-            Self::Stdin
-        } else {
-            Self::File(PathBuf::from(argument))
+    pub fn bytes(name: impl Into<String>, bytes: impl Into<Arc<[u8]>>) -> Self {
+        let name = name.into();
+        Self::files(name.clone(), [(name, bytes.into())])
+    }
+
+    /// Takes a set of files from memory. `name` is the one to read, the others lying beside it,
+    /// or, where no file bears it, the name of the folder that they form.
+    #[must_use]
+    pub fn files(
+        name: impl Into<String>,
+        files: impl IntoIterator<Item = (String, Arc<[u8]>)>,
+    ) -> Self {
+        Self::Memory(Memory {
+            name: name.into(),
+            files: Arc::new(files.into_iter().collect()),
+            card: None,
+        })
+    }
+
+    /// Gives a recording in memory the card that would lie beside a file; one on disk or from
+    /// standard input is left as it is.
+    #[must_use]
+    pub fn with_card(mut self, card: impl Into<Arc<[u8]>>) -> Self {
+        if let Self::Memory(memory) = &mut self {
+            memory.card = Some(card.into());
         }
+        self
     }
 
     /// Returns the file name without folders; `-` for standard input.
@@ -49,17 +86,66 @@ impl Source {
                 |name| name.to_string_lossy().into_owned(),
             ),
             Self::Stdin => "-".into(),
-            Self::Bytes { name, .. } => name.clone(),
+            Self::Memory(memory) => match memory.name.rsplit_once('/') {
+                Some((_, file)) => file.to_string(),
+                None => memory.name.clone(),
+            },
         }
     }
 
-    /// Returns the path, if it is a file.
+    /// Returns the bytes of the card beside the recording, at most `most` of them; `None` if
+    /// there is none. Standard input has none.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Io`] if it is there but cannot be read.
+    pub(super) fn read_card(&self, most: u64) -> Result<Option<Vec<u8>>, Error> {
+        let path = match self {
+            Self::Stdin => return Ok(None),
+            Self::Memory(memory) => {
+                let most = usize::try_from(most).unwrap_or(usize::MAX);
+                let cut = |card: &Arc<[u8]>| card[..card.len().min(most)].to_vec();
+                return Ok(memory.card.as_ref().map(cut));
+            }
+            Self::File(path) => path,
+        };
+        // A folder may be named with a slash at its end.
+        let mut name = path.components().as_path().as_os_str().to_os_string();
+        name.push(".toml");
+        let unreadable = |error: io::Error| io_error("read the card", &error);
+        let file = match File::open(name) {
+            Ok(file) => file,
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    io::ErrorKind::NotFound | io::ErrorKind::NotADirectory
+                ) =>
+            {
+                return Ok(None);
+            }
+            Err(error) => return Err(unreadable(error)),
+        };
+        let mut bytes = Vec::new();
+        file.take(most)
+            .read_to_end(&mut bytes)
+            .map_err(unreadable)?;
+        Ok(Some(bytes))
+    }
+
+    /// Returns the SHA-256 of a file that was refused before its end was read, if it is there and
+    /// no longer than `most`: one beyond the limits is not worth the wait.
     #[must_use]
-    pub fn path(&self) -> Option<&Path> {
-        match self {
-            Self::File(path) => Some(path),
-            Self::Stdin | Self::Bytes { .. } => None,
-        }
+    pub fn sha256_within(&self, most: u64) -> Option<String> {
+        let short = match self {
+            Self::File(path) => std::fs::metadata(path)
+                .is_ok_and(|metadata| metadata.is_file() && metadata.len() <= most),
+            Self::Stdin => false,
+            Self::Memory(memory) => memory
+                .files
+                .get(&memory.name)
+                .is_some_and(|bytes| bytes.len() as u64 <= most),
+        };
+        short.then(|| self.open().ok()?.finish().ok()).flatten()
     }
 
     /// Returns a source that can be opened twice: standard input is read into memory, up to
@@ -69,24 +155,20 @@ impl Source {
     ///
     /// [`ErrorKind::LimitExceeded`] beyond the limit, [`ErrorKind::Io`] if reading fails.
     pub fn held_in_memory(self, limits: &Limits) -> Result<Self, Error> {
-        match self {
-            Self::Stdin => {
-                let mut reader = self.open()?;
-                // The hash that counts is made when the bytes are read again.
-                reader.has_helper = false;
-                let head = reader.head()?;
-                let bytes = if super::csv::encoding::looks_like_text(&head) {
-                    reader.read_text(limits)
-                } else {
-                    reader.read_all("text_bytes", limits.text_bytes)
-                };
-                Ok(Self::Bytes {
-                    name: self.name(),
-                    bytes: bytes.map_err(|error| error.at(Place::file(self.name())))?,
-                })
-            }
-            other => Ok(other),
+        if self != Self::Stdin {
+            return Ok(self);
         }
+        let mut reader = self.open()?;
+        // The hash that counts is made when the bytes are read again.
+        reader.has_helper = false;
+        let head = reader.head()?;
+        let bytes = if super::csv::encoding::looks_like_text(&head) {
+            reader.read_text(limits)
+        } else {
+            reader.read_all("text_bytes", limits.text_bytes)
+        };
+        let bytes = bytes.map_err(|error| error.at(Place::file(self.name())))?;
+        Ok(Self::bytes(self.name(), bytes))
     }
 
     /// Opens the source. A folder opens as a reader without bytes of its own, whose files are
@@ -96,7 +178,7 @@ impl Source {
     ///
     /// [`ErrorKind::Io`] if there is no such file, or it may not be read.
     pub fn open(&self) -> Result<Reader, Error> {
-        let mut folder = None;
+        let mut beside = Beside::Nothing;
         let mut is_folder = false;
         let mut size = None;
         let inner: Box<dyn Read> = match self {
@@ -105,24 +187,42 @@ impl Source {
                     std::fs::metadata(path).map_err(|error| io_error("open the file", &error))?;
                 is_folder = metadata.is_dir();
                 if is_folder {
-                    folder = Some(path.clone());
+                    beside = Beside::Folder(path.clone());
                     Box::new(io::empty())
                 } else {
                     size = Some(metadata.len()).filter(|_| metadata.is_file());
-                    folder = path.parent().map(Path::to_path_buf);
+                    if let Some(folder) = path.parent() {
+                        beside = Beside::Folder(folder.to_path_buf());
+                    }
                     Box::new(File::open(path).map_err(|error| io_error("open the file", &error))?)
                 }
             }
             Self::Stdin => Box::new(io::stdin()),
-            Self::Bytes { bytes, .. } => {
-                size = Some(bytes.len() as u64);
-                Box::new(io::Cursor::new(bytes.clone()))
+            Self::Memory(memory) => {
+                let bytes = memory.files.get(&memory.name);
+                is_folder = bytes.is_none();
+                let above = memory.name.rfind('/').map_or(0, |slash| slash + 1);
+                beside = Beside::Memory {
+                    files: Arc::clone(&memory.files),
+                    folder: if is_folder {
+                        String::new()
+                    } else {
+                        memory.name[..above].to_string()
+                    },
+                };
+                match bytes {
+                    None => Box::new(io::empty()),
+                    Some(bytes) => {
+                        size = Some(bytes.len() as u64);
+                        Box::new(io::Cursor::new(Arc::clone(bytes)))
+                    }
+                }
             }
         };
         Ok(Reader {
             inner,
             name: self.name(),
-            folder,
+            beside,
             is_folder,
             size,
             parts: BTreeMap::new(),
@@ -134,8 +234,66 @@ impl Source {
     }
 }
 
+/// Where the files that belong to a recording are: in its folder, or in itself if it is one.
+enum Beside {
+    /// There are none.
+    Nothing,
+    /// In a folder.
+    Folder(PathBuf),
+    /// In memory, below a folder that is empty or ends with `/`.
+    Memory { files: Arc<Files>, folder: String },
+}
+
+impl Beside {
+    /// Lists the names of files in order, relative to the folder; if `deep`, with those in the
+    /// folders one level down.
+    fn list(&self, deep: bool, limits: &Limits) -> Result<Vec<String>, Error> {
+        match self {
+            Self::Nothing => Ok(Vec::new()),
+            Self::Folder(folder) => list_folder(folder, deep, limits),
+            Self::Memory { files, folder } => {
+                let depth = if deep { 1 } else { 0 };
+                let names = files.keys().filter_map(|name| name.strip_prefix(&**folder));
+                let names: Vec<String> = names
+                    .filter(|name| name.matches('/').count() <= depth)
+                    .map(String::from)
+                    .collect();
+                if names.len() as u64 > limits.archive_entries {
+                    return Err(too_many_files(limits));
+                }
+                Ok(names)
+            }
+        }
+    }
+
+    /// Reads up to `most` bytes of a file that is listed; `None` if there is no such file.
+    fn read(&self, name: &str, most: u64) -> Result<Option<Vec<u8>>, Error> {
+        let folder = match self {
+            Self::Nothing => return Ok(None),
+            Self::Memory { files, folder } => {
+                let most = usize::try_from(most).unwrap_or(usize::MAX);
+                let bytes = files.get(&format!("{folder}{name}"));
+                return Ok(bytes.map(|bytes| bytes[..bytes.len().min(most)].to_vec()));
+            }
+            Self::Folder(folder) => folder,
+        };
+        let path = folder.join(name);
+        if !std::fs::metadata(&path).is_ok_and(|metadata| metadata.is_file()) {
+            return Ok(None);
+        }
+        let place = Place::file(name);
+        let file = File::open(&path)
+            .map_err(|error| io_error("open the file", &error).at(place.clone()))?;
+        let mut bytes = Vec::new();
+        file.take(most)
+            .read_to_end(&mut bytes)
+            .map_err(|error| io_error("read the file", &error).at(place))?;
+        Ok(Some(bytes))
+    }
+}
+
 /// A further file that belongs to a recording and was read with it.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Part {
     /// File name, relative to the recording's folder.
     pub file: String,
@@ -147,8 +305,7 @@ pub struct Part {
 pub struct Reader {
     inner: Box<dyn Read>,
     name: String,
-    /// Where files that belong to the recording are: its folder, or itself if it is one.
-    folder: Option<PathBuf>,
+    beside: Beside,
     is_folder: bool,
     /// Bytes in all, where they are known beforehand.
     size: Option<u64>,
@@ -360,40 +517,14 @@ impl Reader {
 
     /// Lists, in order, the files beside the recording, or those in it if it is a folder; if
     /// `deep`, with those in the folders one level down. Names are relative, with `/` between
-    /// folder and file. Standard input and bytes in memory have none.
+    /// folder and file. Standard input has none.
     ///
     /// # Errors
     ///
     /// [`ErrorKind::Io`] if a folder cannot be listed, [`ErrorKind::LimitExceeded`] beyond
     /// `limits.archive_entries`.
     pub fn list(&self, deep: bool, limits: &Limits) -> Result<Vec<String>, Error> {
-        let mut names = Vec::new();
-        let Some(folder) = &self.folder else {
-            return Ok(names);
-        };
-        let folder = if folder.as_os_str().is_empty() {
-            Path::new(".")
-        } else {
-            folder
-        };
-        let mut seen = 0;
-        let mut inner = Vec::new();
-        for (name, is_folder) in entries(folder, &mut seen, limits)? {
-            if !is_folder {
-                names.push(name);
-            } else if deep {
-                inner.push(name);
-            }
-        }
-        for name in inner {
-            for (file, is_folder) in entries(&folder.join(&name), &mut seen, limits)? {
-                if !is_folder {
-                    names.push(format!("{name}/{file}"));
-                }
-            }
-        }
-        names.sort();
-        Ok(names)
+        self.beside.list(deep, limits)
     }
 
     /// Reads a file that [`Self::list`] names, of at most `limits.text_bytes`, and notes it as
@@ -425,21 +556,7 @@ impl Reader {
     ///
     /// [`ErrorKind::Io`] if reading fails.
     pub fn read_head_of(&self, name: &str, most: u64) -> Result<Option<Vec<u8>>, Error> {
-        let Some(folder) = &self.folder else {
-            return Ok(None);
-        };
-        let path = folder.join(name);
-        if !std::fs::metadata(&path).is_ok_and(|metadata| metadata.is_file()) {
-            return Ok(None);
-        }
-        let place = Place::file(name);
-        let file = File::open(&path)
-            .map_err(|error| io_error("open the file", &error).at(place.clone()))?;
-        let mut bytes = Vec::new();
-        file.take(most)
-            .read_to_end(&mut bytes)
-            .map_err(|error| io_error("read the file", &error).at(place))?;
-        Ok(Some(bytes))
+        self.beside.read(name, most)
     }
 
     /// Reads to the end and returns the SHA-256 of all bytes, lower-case hexadecimal, with the
@@ -520,6 +637,42 @@ fn too_long(limits: &Limits, line: u64, byte: u64) -> Error {
     .at(Place::default().line(line).byte(byte))
 }
 
+fn too_many_files(limits: &Limits) -> Error {
+    ErrorKind::LimitExceeded {
+        limit: "archive_entries",
+        value: limits.archive_entries,
+        found: "a folder of more files".into(),
+    }
+    .into()
+}
+
+fn list_folder(folder: &Path, deep: bool, limits: &Limits) -> Result<Vec<String>, Error> {
+    let mut names = Vec::new();
+    let folder = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    let mut seen = 0;
+    let mut inner = Vec::new();
+    for (name, is_folder) in entries(folder, &mut seen, limits)? {
+        if !is_folder {
+            names.push(name);
+        } else if deep {
+            inner.push(name);
+        }
+    }
+    for name in inner {
+        for (file, is_folder) in entries(&folder.join(&name), &mut seen, limits)? {
+            if !is_folder {
+                names.push(format!("{name}/{file}"));
+            }
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
 /// Lists a folder: names with whether each is a folder, in order.
 fn entries(folder: &Path, seen: &mut u64, limits: &Limits) -> Result<Vec<(String, bool)>, Error> {
     let failed = |error: io::Error| io_error("list the folder", &error);
@@ -528,12 +681,7 @@ fn entries(folder: &Path, seen: &mut u64, limits: &Limits) -> Result<Vec<(String
         let path = entry.map_err(failed)?.path();
         *seen += 1;
         if *seen > limits.archive_entries {
-            return Err(ErrorKind::LimitExceeded {
-                limit: "archive_entries",
-                value: limits.archive_entries,
-                found: "a folder of more files".into(),
-            }
-            .into());
+            return Err(too_many_files(limits));
         }
         if let Some(name) = path.file_name().and_then(|name| name.to_str()) {
             found.push((name.to_string(), path.is_dir()));

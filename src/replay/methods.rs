@@ -272,7 +272,7 @@ fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f
     Outcome {
         run: Run {
             model: problem.stop,
-            method: options.method.name(),
+            method: options.method.name().into(),
             opens_when: options.opens_when,
             peak_angle_rad: finite(record.peak.0),
             peak_time_s: record.peak.1,

@@ -5,6 +5,7 @@ use super::decision::{Judged, Share, decide, unanimous, worse};
 use super::ensemble::{Ensemble, Scatter};
 use super::filters::{self, FilterRow};
 use super::ladder::{self, Climbed, Ladder};
+use super::policy::{Extras, Polarity, Policy};
 use super::remarks::{Faults, crossing_outside_window, replay_findings};
 use super::what_if::{self, WhatIf};
 use super::{
@@ -14,113 +15,11 @@ use crate::conditioning::{Cfc, Conditioned, Signal, bias, resample, spectrum};
 use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
+use crate::parallel::Control;
 use crate::recording::Finding;
-use crate::replay::{Method, Outcome, Run};
+use crate::replay::{Outcome, Run};
 use crate::units::OpensWhen;
 use std::collections::BTreeMap;
-
-/// Which stop models decide.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ModelChoice {
-    /// Both; undecided where they differ.
-    Auto,
-    /// One of them.
-    Only(StopModel),
-}
-
-impl ModelChoice {
-    /// Returns the word that options and verdicts use.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Auto => "auto",
-            Self::Only(stop) => stop.name(),
-        }
-    }
-
-    pub(crate) fn stops(self) -> &'static [StopModel] {
-        match self {
-            Self::Auto => &[StopModel::Rigid, StopModel::Soft],
-            Self::Only(StopModel::Rigid) => &[StopModel::Rigid],
-            Self::Only(StopModel::Soft) => &[StopModel::Soft],
-        }
-    }
-}
-
-/// The sign of the recorded acceleration that opens, and who says so.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Polarity {
-    /// One sign, declared.
-    Declared(OpensWhen),
-    /// Both signs, declared: the worse counts.
-    Both,
-    /// Nobody says: both are judged, and if they differ the verdict is undecided.
-    Undeclared,
-}
-
-impl Polarity {
-    pub(crate) fn signs(self) -> &'static [OpensWhen] {
-        match self {
-            Self::Declared(OpensWhen::Negative) => &[OpensWhen::Negative],
-            Self::Declared(OpensWhen::Positive) => &[OpensWhen::Positive],
-            Self::Both | Self::Undeclared => &[OpensWhen::Negative, OpensWhen::Positive],
-        }
-    }
-}
-
-/// What is asked of an assessment.
-#[derive(Debug, Clone, PartialEq)]
-pub struct AssessOptions {
-    /// Stop models that decide.
-    pub model: ModelChoice,
-    /// Polarity.
-    pub polarity: Polarity,
-    /// Integrator.
-    pub method: Method,
-    /// Truncation let pass in a step [rad].
-    pub tolerance_rad: Option<f64>,
-    /// Initial angle [rad]; `None` for that of rest on the stop.
-    pub initial_angle_rad: Option<f64>,
-    /// Initial angular velocity [rad/s]; `None` for rest.
-    pub initial_velocity_rad_s: Option<f64>,
-    /// Judged window [s].
-    pub window_s: Option<(f64, f64)>,
-    /// Largest ensemble; 0 for nominal runs alone.
-    pub members: u32,
-    /// Seed of the ensemble.
-    pub seed: u64,
-    /// Judge the recording after each filter as well.
-    pub filter_table: bool,
-    /// Follow every stop in full, also where bounds prove its answer; for comparison.
-    pub follow_all: bool,
-    /// Threads to use; the numbers do not depend on it.
-    pub threads: usize,
-    /// Keep trajectories and spectra for a report.
-    pub evidence: bool,
-}
-
-impl AssessOptions {
-    /// Asks for the nominal runs alone, by the event-driven method from rest on the stop, on one
-    /// thread and with nothing kept for a report.
-    #[must_use]
-    pub fn new(model: ModelChoice, polarity: Polarity) -> Self {
-        Self {
-            model,
-            polarity,
-            method: Method::EventDriven,
-            tolerance_rad: None,
-            initial_angle_rad: None,
-            initial_velocity_rad_s: None,
-            window_s: None,
-            members: 0,
-            seed: 1,
-            filter_table: false,
-            follow_all: false,
-            threads: 1,
-            evidence: false,
-        }
-    }
-}
 
 /// The answer with everything it rests on.
 #[derive(Debug, Clone, PartialEq)]
@@ -132,9 +31,9 @@ pub struct Assessment {
     /// The run with the largest peak.
     pub nominal: Run,
     /// Per stop, the run with the larger peak.
-    pub models: BTreeMap<&'static str, Run>,
+    pub models: BTreeMap<StopModel, Run>,
     /// Per polarity and stop, where two polarities were judged.
-    pub polarities: BTreeMap<&'static str, BTreeMap<&'static str, Run>>,
+    pub polarities: BTreeMap<OpensWhen, BTreeMap<StopModel, Run>>,
     /// What each stop and polarity says by itself.
     pub answers: Vec<RunAnswer>,
     /// The ensemble of the stop and polarity with the largest nominal peak.
@@ -169,40 +68,44 @@ pub fn assess(
     conditioned: &Conditioned,
     findings: &[Finding],
     design: &Design,
-    options: &AssessOptions,
+    policy: &Policy,
+    extras: Extras,
+    control: &Control<'_>,
 ) -> Result<Assessment, Error> {
     let signal = &conditioned.used;
-    let window = options
+    let window = policy
         .window_s
         .map(|window| window_samples(signal, window))
         .transpose()?;
     let fine = resample::upsample_fourfold(signal);
     let bench = Bench {
         design,
-        options,
+        policy,
+        follow_all: extras.follow_all,
+        control,
         signal,
         fine: &fine,
     };
-    let pairs = pairs(options);
-    let purpose = if options.evidence {
+    let pairs = pairs(policy);
+    let purpose = if extras.evidence {
         Purpose::Drawing
     } else {
         Purpose::Deciding
     };
     let threshold = design.criterion.threshold_rad;
     let scope_with = |filter: Option<Cfc>| {
-        let faults = Faults::of(conditioned, filter, findings, options.window_s);
+        let faults = Faults::of(conditioned, filter, findings, policy.window_s);
         (Scope::of(&faults, signal, window), faults)
     };
     let (scope, faults) = scope_with(conditioned.filter);
-    let scatter = (options.members > 0)
-        .then(|| Scatter::new(design, conditioned.bias_standard_error_m_s2, options.seed))
+    let scatter = (policy.members > 0)
+        .then(|| Scatter::new(design, conditioned.bias_standard_error_m_s2, policy.seed))
         .transpose()?;
     let screens = screen::of_runs(design, signal, &pairs, |stop| bench.initial(stop), window);
     let asked = std::cell::RefCell::new(vec![None; pairs.len()]);
     let spare = |outcomes: &[Outcome]| {
         let mut spared = vec![None; pairs.len()];
-        if ladder::may_leave_out(options, scope).is_err() {
+        if ladder::may_leave_out(policy, extras.follow_all, scope).is_err() {
             return spared;
         }
         let largest = index_of_largest(outcomes.iter().map(|outcome| &outcome.run));
@@ -211,7 +114,7 @@ pub fn assess(
             let scatter = scatter.as_ref();
             let known = ladder::known(&bench, scatter, pairs[index], window, outcome, screened);
             asked.borrow_mut()[index] = Some(known);
-            let proven = known.proves(outcome, threshold, options.members);
+            let proven = known.proves(outcome, threshold, policy.members);
             spared[index] = proven.filter(|_| index != largest).map(|_| known);
         }
         spared
@@ -234,13 +137,13 @@ pub fn assess(
     };
     let joined = |judged: &[Judged]| {
         let answers: Vec<Answer> = judged.iter().map(|run| run.answer(threshold)).collect();
-        combine(options.polarity, &pairs, &answers)
+        combine(policy.polarity, &pairs, &answers)
     };
     let answer = scope.answer(joined(&judged), joined(&before));
 
     let nominal_index = index_of_largest(judged.iter().map(Judged::run));
     let (sign, stop) = pairs[nominal_index];
-    let filtered = if options.filter_table {
+    let filtered = if extras.filter_table {
         let scopes = |filter| scope_with(filter).0;
         filters::table(
             &bench,
@@ -263,7 +166,7 @@ pub fn assess(
         filters::unfiltered_peak(&filtered, nominal_index),
     )?;
     let filters: Vec<FilterRow> = filtered.into_iter().map(|filtered| filtered.row).collect();
-    let mut own_findings = replay_findings(design, options, signal.rate.interval(), &judged);
+    let mut own_findings = replay_findings(design, policy, signal.rate.interval(), &judged);
     own_findings.extend(filters::filter_decides(&filters));
     let outside = bench.crossing_outside(&pairs, &judged, window)?;
     own_findings.extend(outside.map(|at| crossing_outside_window(at, design)));
@@ -271,7 +174,7 @@ pub fn assess(
     let what_if = if scope == Scope::Whole {
         // The bias belongs to the recording: nominal runs alone are asked about it as well.
         let of_bias =
-            || Scatter::of_bias(design, conditioned.bias_standard_error_m_s2, options.seed);
+            || Scatter::of_bias(design, conditioned.bias_standard_error_m_s2, policy.seed);
         let moved = scatter.clone().unwrap_or_else(of_bias);
         what_if::reruns(&bench, conditioned, &moved, &pairs, &judged, window)?
     } else {
@@ -280,7 +183,7 @@ pub fn assess(
     let why = why::reasons(&why::Case {
         answer,
         design,
-        options,
+        policy,
         pairs: &pairs,
         judged: &judged,
         nominal: nominal_index,
@@ -292,7 +195,8 @@ pub fn assess(
         what_if: &what_if,
     });
     let ladder = ladder::climbed(&Climbed {
-        options,
+        policy,
+        follow_all: extras.follow_all,
         design,
         signal,
         scope,
@@ -303,7 +207,7 @@ pub fn assess(
         ensembles: &ensembles,
     });
     let mut models = BTreeMap::new();
-    for stop in options.model.stops() {
+    for stop in policy.model.stops() {
         let runs = pairs
             .iter()
             .zip(&judged)
@@ -316,23 +220,23 @@ pub fn assess(
                 a
             }
         }) {
-            models.insert(stop.name(), run.clone());
+            models.insert(*stop, run.clone());
         }
     }
-    let mut polarities: BTreeMap<&'static str, BTreeMap<&'static str, Run>> = BTreeMap::new();
-    if options.polarity.signs().len() > 1 {
+    let mut polarities: BTreeMap<OpensWhen, BTreeMap<StopModel, Run>> = BTreeMap::new();
+    if policy.polarity.signs().len() > 1 {
         for ((sign, stop), judged) in pairs.iter().zip(&judged) {
             polarities
-                .entry(sign.name())
+                .entry(*sign)
                 .or_default()
-                .insert(stop.name(), judged.run().clone());
+                .insert(*stop, judged.run().clone());
         }
     }
     let ribbon = match &scatter {
-        Some(scatter) if options.evidence => ribbon::around(&bench, scatter, (sign, stop), window)?,
+        Some(scatter) if extras.evidence => ribbon::around(&bench, scatter, (sign, stop), window)?,
         _ => None,
     };
-    let evidence = options.evidence.then(|| Evidence {
+    let evidence = extras.evidence.then(|| Evidence {
         raw: conditioned.raw.clone(),
         used: conditioned.used.clone(),
         traces: traces(&pairs, &judged, (sign, stop)),
@@ -374,15 +278,17 @@ pub fn passes(
     conditioned: &Conditioned,
     findings: &[Finding],
     design: &Design,
-    options: &AssessOptions,
+    policy: &Policy,
+    control: &Control<'_>,
 ) -> Result<bool, Error> {
     passes_again(
         conditioned,
         findings,
         design,
-        options,
+        policy,
         &mut Recall::default(),
         false,
+        control,
     )
 }
 
@@ -394,46 +300,49 @@ pub(crate) fn passes_again(
     conditioned: &Conditioned,
     findings: &[Finding],
     design: &Design,
-    options: &AssessOptions,
+    policy: &Policy,
     recall: &mut Recall,
     presumed: bool,
+    control: &Control<'_>,
 ) -> Result<bool, Error> {
-    if Faults::of(conditioned, conditioned.filter, findings, options.window_s)
+    if Faults::of(conditioned, conditioned.filter, findings, policy.window_s)
         .first_bad
         .is_some()
     {
         return Ok(false);
     }
     let signal = &conditioned.used;
-    let window = options
+    let window = policy
         .window_s
         .map(|window| window_samples(signal, window))
         .transpose()?;
     let fine = resample::upsample_fourfold(signal);
     let bench = Bench {
         design,
-        options,
+        policy,
+        follow_all: true,
+        control,
         signal,
         fine: &fine,
     };
-    let pairs = pairs(options);
+    let pairs = pairs(policy);
     let judged = bench.judge_all(&pairs, window, Purpose::Deciding, &bench::follow_all)?;
-    if options.members == 0 {
+    if policy.members == 0 {
         let threshold = design.criterion.threshold_rad;
         let answers: Vec<Answer> = judged.iter().map(|run| run.answer(threshold)).collect();
-        return Ok(combine(options.polarity, &pairs, &answers) == Answer::Pass);
+        return Ok(combine(policy.polarity, &pairs, &answers) == Answer::Pass);
     }
-    let scatter = Scatter::new(design, conditioned.bias_standard_error_m_s2, options.seed)?;
+    let scatter = Scatter::new(design, conditioned.bias_standard_error_m_s2, policy.seed)?;
     bench.all_pass(&scatter, &pairs, &judged, window, recall, presumed)
 }
 
 /// The stops and polarities that count.
-fn pairs(options: &AssessOptions) -> Vec<Pair> {
-    options
+fn pairs(policy: &Policy) -> Vec<Pair> {
+    policy
         .polarity
         .signs()
         .iter()
-        .flat_map(|sign| options.model.stops().iter().map(|stop| (*sign, *stop)))
+        .flat_map(|sign| policy.model.stops().iter().map(|stop| (*sign, *stop)))
         .collect()
 }
 

@@ -2,15 +2,17 @@
 
 use super::Answer;
 use super::ErrorBudget;
-use super::assess::{AssessOptions, Polarity, Scope, settled};
+use super::assess::{Scope, settled};
 use super::decision::{Judged, PASS_SHARE_MAX, Standing, decide};
 use super::ensemble::{self, Count, End, Ensemble, Scatter};
 use super::filters;
 use super::ladder::{self, Known};
+use super::policy::{Polarity, Policy};
 use crate::conditioning::{Conditioned, Signal};
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::model::stop::StopModel;
+use crate::parallel::Control;
 use crate::replay::batch::{self, BatchOptions};
 use crate::replay::{self, Method, Outcome, Run, RunOptions};
 use crate::units::OpensWhen;
@@ -34,7 +36,10 @@ pub(crate) enum Purpose {
 #[derive(Clone, Copy)]
 pub(crate) struct Bench<'a> {
     pub(crate) design: &'a Design,
-    pub(crate) options: &'a AssessOptions,
+    pub(crate) policy: &'a Policy,
+    /// Follow every stop in full.
+    pub(crate) follow_all: bool,
+    pub(crate) control: &'a Control<'a>,
     pub(crate) signal: &'a Signal,
     /// The band-limited fourfold of the samples.
     pub(crate) fine: &'a Signal,
@@ -154,20 +159,29 @@ fn most_of_a_pass(look: u32) -> usize {
 }
 
 impl Bench<'_> {
-    /// Threads that `runs` runs are shared among: one for a few of a short recording.
-    pub(crate) fn threads(&self, runs: usize) -> usize {
-        if self.signal.samples.len().saturating_mul(runs) < SHARED_SAMPLES {
-            1
-        } else {
-            self.options.threads
-        }
+    /// Does `of` each item, which takes `runs` runs or so on all of them, and returns the results
+    /// in the items' order; on one thread for few runs of a short recording.
+    ///
+    /// # Errors
+    ///
+    /// The first of `of`, in the items' order; [`ErrorKind::Stopped`].
+    pub(crate) fn share<T: Sync, R: Send>(
+        &self,
+        runs: usize,
+        items: &[T],
+        of: impl Fn(&T) -> Result<R, Error> + Sync,
+    ) -> Result<Vec<R>, Error> {
+        let few = self.signal.samples.len().saturating_mul(runs) < SHARED_SAMPLES;
+        let threads = if few { 1 } else { self.control.threads };
+        self.control
+            .unmeasured(|control| control.with_threads(threads).try_map(items, of))
     }
 
     /// The initial state asked for, what is left open being that of rest on the stop.
     pub(crate) fn initial(&self, stop: StopModel) -> Option<(f64, f64)> {
         let (angle, velocity) = (
-            self.options.initial_angle_rad,
-            self.options.initial_velocity_rad_s,
+            self.policy.initial_angle_rad,
+            self.policy.initial_velocity_rad_s,
         );
         if angle.is_none() && velocity.is_none() {
             return None;
@@ -187,8 +201,8 @@ impl Bench<'_> {
         purpose: Purpose,
     ) -> Result<Outcome, Error> {
         // The error budget reruns with the other stop, which the method asked for may not know.
-        let (method, tolerance_rad) = if self.options.method.admits(pair.1) {
-            (self.options.method, self.options.tolerance_rad)
+        let (method, tolerance_rad) = if self.policy.method.admits(pair.1) {
+            (self.policy.method, self.policy.tolerance_rad)
         } else {
             (Method::EventDriven, None)
         };
@@ -218,11 +232,9 @@ impl Bench<'_> {
         purpose: Purpose,
         spare: &dyn Fn(&[Outcome]) -> Vec<Option<Known>>,
     ) -> Result<Vec<Judged>, Error> {
-        let outcomes: Vec<Outcome> = in_parallel(self.threads(1), pairs, |pair| {
+        let outcomes = self.share(1, pairs, |pair| {
             self.run(self.signal, *pair, window, purpose)
-        })
-        .into_iter()
-        .collect::<Result<_, Error>>()?;
+        })?;
         let known = spare(&outcomes);
         let fine_window = window.map(|(first, last)| (4 * first, 4 * last));
         let tasks: Vec<(Pair, Option<Known>)> = pairs
@@ -230,24 +242,22 @@ impl Bench<'_> {
             .enumerate()
             .map(|(index, pair)| (*pair, known.get(index).copied().flatten()))
             .collect();
-        let fine = in_parallel(self.threads(4), &tasks, |(pair, known)| {
+        let fine = self.share(4, &tasks, |(pair, known)| {
             known
                 .is_none()
                 .then(|| self.run(self.fine, *pair, fine_window, Purpose::Comparison))
                 .transpose()
-        });
-        outcomes
+        })?;
+        Ok(outcomes
             .into_iter()
             .zip(tasks)
             .zip(fine)
-            .map(|((outcome, (_, known)), fine)| {
-                Ok(match (fine?, known) {
-                    (Some(fine), _) => compared(outcome, &fine),
-                    (None, Some(known)) => known.judged(outcome),
-                    (None, None) => Known::default().judged(outcome),
-                })
+            .map(|((outcome, (_, known)), fine)| match (fine, known) {
+                (Some(fine), _) => compared(outcome, &fine),
+                (None, Some(known)) => known.judged(outcome),
+                (None, None) => Known::default().judged(outcome),
             })
-            .collect()
+            .collect())
     }
 
     /// Returns what the nominal runs say alone. Of one that was left out because nearly all
@@ -283,7 +293,7 @@ impl Bench<'_> {
         scope: Scope,
         outcomes: &[Outcome],
     ) -> Vec<Option<Known>> {
-        if ladder::may_leave_out(self.options, scope).is_err() {
+        if ladder::may_leave_out(self.policy, self.follow_all, scope).is_err() {
             return Vec::new();
         }
         let threshold = self.design.criterion.threshold_rad;
@@ -309,7 +319,7 @@ impl Bench<'_> {
         limited: bool,
     ) -> Result<Vec<Option<Ensemble>>, Error> {
         let threshold = self.design.criterion.threshold_rad;
-        let polarity = self.options.polarity;
+        let polarity = self.policy.polarity;
         // The largest nominal peak comes first: its ensemble is the one that is shown.
         let mut order: Vec<usize> = (0..pairs.len()).collect();
         order.sort_by(|a, b| {
@@ -323,7 +333,7 @@ impl Bench<'_> {
             .map(|judged| judged.left_out.then(|| judged.answer(threshold)))
             .collect();
         let mut ends = vec![End::NoMatter; pairs.len()];
-        for (number, look) in (1..).zip(ensemble::looks(self.options.members)) {
+        for (number, look) in (1..).zip(ensemble::looks(self.policy.members)) {
             for &pair in &order {
                 let settled =
                     looks[pair] > 0 && settled(polarity, pairs, &answers, judged, threshold);
@@ -338,7 +348,7 @@ impl Bench<'_> {
                 let answer = judged[pair].answer(threshold);
                 if answer != Answer::Undecided {
                     (answers[pair], ends[pair]) = (Some(answer), End::Decided);
-                } else if look == self.options.members {
+                } else if look == self.policy.members {
                     (answers[pair], ends[pair]) = (Some(answer), End::LastLook);
                 }
             }
@@ -406,10 +416,10 @@ impl Bench<'_> {
     fn passes(&self, asked: &Asked<'_>, last: &mut BTreeMap<u32, f64>) -> Result<bool, Error> {
         let threshold = self.design.criterion.threshold_rad;
         let likely = likely(last, threshold);
-        let mut peaks: Vec<Option<f64>> = vec![None; self.options.members as usize];
+        let mut peaks: Vec<Option<f64>> = vec![None; self.policy.members as usize];
         let mut before = Vec::new();
         let mut answer = Answer::Undecided;
-        for look in ensemble::looks(self.options.members) {
+        for look in ensemble::looks(self.policy.members) {
             let all_seen = asked.presumed && last.range(..look).count() == look as usize;
             match self.ask(asked, look, &likely, all_seen, &mut peaks)? {
                 Asking::NoPass => {
@@ -500,12 +510,12 @@ impl Bench<'_> {
     fn peaks_of(&self, asked: &Asked<'_>, members: &[u32]) -> Result<Vec<f64>, Error> {
         let tasks: Vec<&[u32]> = members.chunks(MEMBERS_TAKEN).collect();
         let mut peaks = Vec::with_capacity(members.len());
-        for result in in_parallel(self.threads(members.len()), &tasks, |task| {
+        for found in self.share(members.len(), &tasks, |task| {
             self.peaks(asked.pair, asked.window, task.len(), &|index| {
                 asked.scatter.member(task[index])
             })
-        }) {
-            peaks.extend(result?.highest);
+        })? {
+            peaks.extend(found.highest);
         }
         Ok(peaks)
     }
@@ -521,14 +531,13 @@ impl Bench<'_> {
     ) -> Result<(), Error> {
         let known = u32::try_from(reached.peaks.len()).unwrap_or(look);
         let tasks: Vec<u32> = (known..look).step_by(MEMBERS_TAKEN).collect();
-        let threads = self.threads(tasks.len().saturating_mul(MEMBERS_TAKEN));
-        for result in in_parallel(threads, &tasks, |&first| {
+        let runs = tasks.len().saturating_mul(MEMBERS_TAKEN);
+        for more in self.share(runs, &tasks, |&first| {
             let count = MEMBERS_TAKEN.min((look - first) as usize);
             self.peaks(pair, window, count, &|index| {
                 scatter.member(first.saturating_add(u32::try_from(index).unwrap_or(0)))
             })
-        }) {
-            let more = result?;
+        })? {
             reached.peaks.extend(more.peaks);
             reached.highest.extend(more.highest);
         }
@@ -573,10 +582,10 @@ impl Bench<'_> {
             .map(|(pair, _)| *pair)
             .collect();
         let mut first: Option<f64> = None;
-        for outcome in in_parallel(self.threads(1), &tasks, |pair| {
+        for outcome in self.share(1, &tasks, |pair| {
             self.run(self.signal, *pair, None, Purpose::Comparison)
-        }) {
-            let crossing = outcome?.run.first_crossing_s;
+        })? {
+            let crossing = outcome.run.first_crossing_s;
             first = match (first, crossing) {
                 (Some(first), Some(crossing)) => Some(first.min(crossing)),
                 (first, crossing) => first.or(crossing),
@@ -624,15 +633,15 @@ impl Bench<'_> {
         // A lever that starts inside the soft stop has no counterpart on the rigid one.
         let admitted = other_stop == StopModel::Soft
             || self
-                .options
+                .policy
                 .initial_angle_rad
                 .is_none_or(|angle| angle >= 0.0);
         if model_peak.is_none() && admitted {
             reruns.push((Part::Model, self.signal.clone(), (sign, other_stop)));
         }
-        let outcomes = in_parallel(self.threads(1), &reruns, |(_, signal, pair)| {
+        let outcomes = self.share(1, &reruns, |(_, signal, pair)| {
             self.run(signal, *pair, window, Purpose::Comparison)
-        });
+        })?;
         let mut budget = ErrorBudget {
             numerical: Some(judged[nominal].run().numerical_error_rad),
             interpolation: Some(judged[nominal].interpolation_error_rad),
@@ -644,7 +653,7 @@ impl Bench<'_> {
             polarity: None,
         };
         for ((part, _, _), outcome) in reruns.iter().zip(outcomes) {
-            let change = (outcome?.run.peak_angle_rad - peak).abs();
+            let change = (outcome.run.peak_angle_rad - peak).abs();
             let entry = match part {
                 Part::Filter => &mut budget.filter,
                 Part::Bias => &mut budget.bias,
@@ -652,7 +661,7 @@ impl Bench<'_> {
             };
             *entry = Some(entry.map_or(change, |before| before.max(change)));
         }
-        if self.options.polarity == Polarity::Undeclared {
+        if self.policy.polarity == Polarity::Undeclared {
             budget.polarity = known((sign.reversed(), stop)).map(|other| (other - peak).abs());
         }
         Ok(budget)
@@ -695,42 +704,6 @@ enum Part {
 /// Spares no run, whatever bounds may know.
 pub(crate) fn follow_all(_: &[Outcome]) -> Vec<Option<Known>> {
     Vec::new()
-}
-
-/// Calls `work` on each item, on up to `threads` threads; results in the items' order.
-pub(crate) fn in_parallel<T: Sync, R: Send>(
-    threads: usize,
-    items: &[T],
-    work: impl Fn(&T) -> R + Sync,
-) -> Vec<R> {
-    let threads = threads.clamp(1, items.len().max(1));
-    if threads == 1 {
-        return items.iter().map(work).collect();
-    }
-    let next = std::sync::atomic::AtomicUsize::new(0);
-    let take = || {
-        let mut done = Vec::new();
-        loop {
-            let index = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            match items.get(index) {
-                Some(item) => done.push((index, work(item))),
-                None => return done,
-            }
-        }
-    };
-    let mut results: Vec<(usize, R)> = std::thread::scope(|scope| {
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(take)).collect();
-        let mut results = take();
-        for other in others {
-            match other.join() {
-                Ok(part) => results.extend(part),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-        results
-    });
-    results.sort_by_key(|(index, _)| *index);
-    results.into_iter().map(|(_, result)| result).collect()
 }
 
 /// First and last sample inside a window.

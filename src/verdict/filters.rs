@@ -2,19 +2,20 @@
 
 use super::Answer;
 use super::assess::{Scope, combine, filter_name};
-use super::bench::{Bench, Pair, Purpose, follow_all, in_parallel};
+use super::bench::{Bench, Pair, Purpose, follow_all};
 use super::decision::Judged;
 use crate::conditioning::{self, Cfc, Conditioned, Signal, cfc, resample};
 use crate::error::Error;
 use crate::recording::Finding;
 use crate::replay::Outcome;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// What the nominal runs say after one filter.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FilterRow {
     /// Filter: `none`, `cfc1000`, `cfc600`, `cfc180`, `cfc60`.
-    pub filter: &'static str,
+    pub filter: Cow<'static, str>,
     /// What the rule says of the nominal runs, as with no ensemble; `None` if the filter cannot
     /// be applied.
     pub verdict: Option<Answer>,
@@ -49,12 +50,12 @@ pub(super) fn table(
     before: &[Judged],
 ) -> Result<Vec<Filtered>, Error> {
     let filters: Vec<Option<Cfc>> = std::iter::once(None).chain(Cfc::ALL.map(Some)).collect();
-    let threads = if bench.signal.samples.len() > SAMPLES_AT_ONCE {
-        1
+    let runs = if bench.signal.samples.len() > SAMPLES_AT_ONCE {
+        0
     } else {
-        bench.threads(8 * pairs.len())
+        8 * pairs.len()
     };
-    in_parallel(threads, &filters, |filter| {
+    bench.share(runs, &filters, |filter| {
         let scope = scopes(*filter);
         if *filter == conditioned.filter {
             let answers = bench.nominal_answers(pairs, window, judged)?;
@@ -67,7 +68,7 @@ pub(super) fn table(
             Err(error) => {
                 return Ok(Filtered {
                     row: FilterRow {
-                        filter: filter_name(*filter),
+                        filter: filter_name(*filter).into(),
                         verdict: None,
                         peak_angle_rad: None,
                         chosen: false,
@@ -96,8 +97,6 @@ pub(super) fn table(
             bench, *filter, false, pairs, scope, &all, &answers, &good,
         ))
     })
-    .into_iter()
-    .collect()
 }
 
 #[expect(
@@ -115,7 +114,7 @@ fn row(
     before: &[Judged],
 ) -> Filtered {
     let threshold = bench.design.criterion.threshold_rad;
-    let polarity = bench.options.polarity;
+    let polarity = bench.policy.polarity;
     let of_good: Vec<Answer> = before
         .iter()
         .map(|run| run.nominal_answer(threshold))
@@ -123,7 +122,7 @@ fn row(
     let peaks: Vec<f64> = judged.iter().map(|run| run.run().peak_angle_rad).collect();
     Filtered {
         row: FilterRow {
-            filter: filter_name(filter),
+            filter: filter_name(filter).into(),
             verdict: Some(scope.answer(
                 combine(polarity, pairs, answers),
                 combine(polarity, pairs, &of_good),
@@ -162,8 +161,8 @@ pub(super) fn filter_decides(rows: &[FilterRow]) -> Option<Finding> {
             continue;
         };
         match answers.iter_mut().find(|(known, _)| *known == answer) {
-            Some((_, filters)) => filters.push(row.filter),
-            None => answers.push((answer, vec![row.filter])),
+            Some((_, filters)) => filters.push(&row.filter),
+            None => answers.push((answer, vec![&row.filter])),
         }
     }
     if answers.len() < 2 {

@@ -4,10 +4,11 @@
 //! A stop and polarity is left out, its nominal run apart, only where bounds prove what the whole
 //! rule would say of it; `docs/decision.md` has the argument.
 
-use super::assess::{AssessOptions, ModelChoice, Scope};
+use super::assess::Scope;
 use super::bench::{Bench, Pair};
 use super::decision::{FAIL_SHARE_MIN, Judged, PASS_SHARE_MAX, Share};
 use super::ensemble::{self, End, Ensemble, Scatter, bounds};
+use super::policy::{ModelChoice, Policy};
 use super::screen::{self, Decided, Seen, Subject};
 use super::{Answer, ScreenedRun};
 use crate::conditioning::Signal;
@@ -15,10 +16,10 @@ use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::replay::{Method, Outcome};
 use crate::units::OpensWhen;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What an answer rests on, the coarsest first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Rung {
     /// Bounds in closed form, of the nominal lever and of the scattered ones.
     #[serde(rename = "bounds")]
@@ -48,7 +49,7 @@ impl Rung {
 }
 
 /// How far one stop and polarity was followed.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Step {
     /// Stop model.
     pub model: StopModel,
@@ -72,7 +73,7 @@ pub struct Step {
 }
 
 /// Which rung decided, and why nothing finer was needed.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ladder {
     /// The finest rung that the answer needed.
     pub rung: Rung,
@@ -137,14 +138,18 @@ impl Known {
 }
 
 /// Returns whether a stop may be left out at all; otherwise why not.
-pub(super) fn may_leave_out(options: &AssessOptions, scope: Scope) -> Result<(), &'static str> {
-    if options.model != ModelChoice::Auto {
+pub(super) fn may_leave_out(
+    policy: &Policy,
+    follow_all: bool,
+    scope: Scope,
+) -> Result<(), &'static str> {
+    if policy.model != ModelChoice::Auto {
         Err("the stop model is given")
-    } else if options.follow_all {
+    } else if follow_all {
         Err("every stop was to be followed in full")
-    } else if options.method != Method::EventDriven {
+    } else if policy.method != Method::EventDriven {
         Err("a method for comparison was asked for")
-    } else if options.initial_angle_rad.is_some() || options.initial_velocity_rad_s.is_some() {
+    } else if policy.initial_angle_rad.is_some() || policy.initial_velocity_rad_s.is_some() {
         Err("an initial state is given")
     } else if scope != Scope::Whole {
         Err("a blocking finding ends the samples that count")
@@ -235,7 +240,7 @@ fn members(
     window: Option<(usize, usize)>,
     wanted: Decided,
 ) -> Option<(u32, u32, u32)> {
-    let of = *ensemble::looks(bench.options.members).first()?;
+    let of = *ensemble::looks(bench.policy.members).first()?;
     let seen = Seen::of(bench.signal, opens_when);
     let nominal = subject(bench.design, model, window);
     let (mut below, mut crossing) = (0, 0);
@@ -272,7 +277,8 @@ fn members(
 
 /// What a ladder is told about.
 pub(super) struct Climbed<'a> {
-    pub(super) options: &'a AssessOptions,
+    pub(super) policy: &'a Policy,
+    pub(super) follow_all: bool,
     pub(super) design: &'a Design,
     pub(super) signal: &'a Signal,
     pub(super) scope: Scope,
@@ -288,7 +294,7 @@ pub(super) struct Climbed<'a> {
 /// Puts into words how far the decision went.
 pub(super) fn climbed(of: &Climbed<'_>) -> Ladder {
     let threshold = of.design.criterion.threshold_rad;
-    let members = of.options.members;
+    let members = of.policy.members;
     let stops: Vec<Step> = if of.scope == Scope::Nothing {
         Vec::new()
     } else {
@@ -330,11 +336,11 @@ fn step(of: &Climbed<'_>, index: usize, threshold: f64) -> Step {
     let judged = &of.judged[index];
     let known = of.known.get(index).copied().flatten();
     let proven =
-        known.and_then(|known| known.proves(&judged.outcome, threshold, of.options.members));
+        known.and_then(|known| known.proves(&judged.outcome, threshold, of.policy.members));
     let answer = judged.answer(threshold);
     let by = if proven == Some(answer) {
         Rung::Bounds
-    } else if of.options.members == 0 {
+    } else if of.policy.members == 0 {
         Rung::NominalRuns
     } else {
         Rung::Ensemble
@@ -410,7 +416,7 @@ fn looked(of: &Climbed<'_>) -> String {
     let Some(furthest) = ran.iter().max_by_key(|ensemble| ensemble.members) else {
         return "No ensemble was run".into();
     };
-    let looks = ensemble::looks(of.options.members).len();
+    let looks = ensemble::looks(of.policy.members).len();
     let end = if ran.iter().any(|ensemble| ensemble.ended == End::LastLook) {
         "which is the last: nothing finer was asked for"
     } else if ran.iter().all(|ensemble| ensemble.ended == End::Decided) {
@@ -426,7 +432,7 @@ fn looked(of: &Climbed<'_>) -> String {
 
 /// Says which stops were left out.
 fn left_out(of: &Climbed<'_>, stops: &[Step]) -> String {
-    if let Err(why) = may_leave_out(of.options, of.scope) {
+    if let Err(why) = may_leave_out(of.policy, of.follow_all, of.scope) {
         return format!("no stop was left out: {why}");
     }
     let names: Vec<String> = stops

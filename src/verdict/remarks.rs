@@ -1,7 +1,7 @@
 //! What the replay itself finds odd, and which findings count.
 
-use super::assess::{AssessOptions, Polarity};
 use super::decision::Judged;
+use super::policy::{Polarity, Policy};
 use super::why;
 use crate::conditioning::{Cfc, Conditioned, FilterStandard, cfc, resample};
 use crate::model::Design;
@@ -128,12 +128,12 @@ pub(crate) fn crossing_outside_window(at_s: f64, design: &Design) -> Finding {
 /// What the replay itself found odd.
 pub(crate) fn replay_findings(
     design: &Design,
-    options: &AssessOptions,
+    policy: &Policy,
     interval: SampleInterval,
     judged: &[Judged],
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
-    if options.polarity == Polarity::Undeclared {
+    if policy.polarity == Polarity::Undeclared {
         findings.push(Finding::warning(
             "polarity-undeclared",
             "Neither option nor card says which sign of the recorded acceleration opens the lever; both were judged. State it with the setting `opens_when` or in the card.",
@@ -154,11 +154,11 @@ pub(crate) fn replay_findings(
             format!("The {} method could not follow the lever on the {} stop{}; its numbers mean nothing.", j.run().method, j.run().model.name(), j.outcome.breakdown.map_or_else(String::new, |why| format!(": {}", why.text()))),
         ));
     }
-    findings.extend(method_findings(design, options, interval, judged));
+    findings.extend(method_findings(design, policy, interval, judged));
     for j in judged {
         let run = j.run();
         if run.numerical_error_rad > 0.01 * design.criterion.threshold_rad
-            && options.method == Method::EventDriven
+            && policy.method == Method::EventDriven
         {
             findings.push(Finding::warning(
                 "rounding-amplified",
@@ -186,11 +186,11 @@ pub(crate) fn replay_findings(
 /// What is known of the method that was asked for.
 pub(crate) fn method_findings(
     design: &Design,
-    options: &AssessOptions,
+    policy: &Policy,
     interval: SampleInterval,
     judged: &[Judged],
 ) -> Vec<Finding> {
-    let method = options.method;
+    let method = policy.method;
     let mut findings = Vec::new();
     match method {
         Method::EventDriven => return findings,
@@ -209,7 +209,7 @@ pub(crate) fn method_findings(
     }
     for stop in [StopModel::Rigid, StopModel::Soft] {
         if judged.iter().any(|j| j.run().model == stop) {
-            for text in method.known_failures(design, stop, interval, options.tolerance_rad) {
+            for text in method.known_failures(design, stop, interval, policy.tolerance_rad) {
                 if !findings.iter().any(|known| known.text == text) {
                     findings.push(Finding::warning("method-known-to-fail", text));
                 }

@@ -1,6 +1,6 @@
 //! How members of an ensemble spread around the nominal trajectory.
 
-use super::bench::{Bench, Pair, in_parallel};
+use super::bench::{Bench, Pair};
 use super::ensemble::Scatter;
 use super::ensemble::drivers::quantile;
 use crate::conditioning::Signal;
@@ -55,12 +55,12 @@ pub(super) fn around(
     let time_s: Vec<f64> = (0..=INSTANTS)
         .map(|index| start + (end - start) * f64::from(index) / f64::from(INSTANTS))
         .collect();
-    let most = usize::try_from(bench.options.members).unwrap_or(usize::MAX);
+    let most = usize::try_from(bench.policy.members).unwrap_or(usize::MAX);
     let shown = (SAMPLES_RUN / signal.samples.len().max(1))
         .clamp(MEMBERS_MIN, MEMBERS_MAX)
         .min(most);
     let members: Vec<u32> = (0..).take(shown).collect();
-    let paths = in_parallel(bench.threads(shown), &members, |index| {
+    let paths = bench.share(shown, &members, |index| {
         let member = scatter.member(*index);
         let seen = Signal {
             samples: signal
@@ -85,11 +85,8 @@ pub(super) fn around(
         };
         replay::run(&seen, &design, &options)
             .map(|outcome| (!outcome.broke_down).then(|| sampled(&outcome.trace, &time_s)))
-    });
-    let mut followed = Vec::with_capacity(shown);
-    for path in paths {
-        followed.extend(path?);
-    }
+    })?;
+    let followed: Vec<Vec<f64>> = paths.into_iter().flatten().collect();
     if followed.len() < 2 {
         return Ok(None);
     }

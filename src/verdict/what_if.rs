@@ -1,6 +1,6 @@
 //! What would change the answer: one input at a time, moved by one standard deviation.
 
-use super::bench::{Bench, Pair, Purpose, Reached, in_parallel};
+use super::bench::{Bench, Pair, Purpose};
 use super::decision::Judged;
 use super::ensemble::Scatter;
 use super::filters;
@@ -8,10 +8,11 @@ use crate::conditioning::Conditioned;
 use crate::error::Error;
 use crate::model::stop::StopModel;
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// How an input is moved.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Change {
     /// By one standard deviation upwards.
     #[serde(rename = "one standard deviation more")]
@@ -25,10 +26,10 @@ pub enum Change {
 }
 
 /// What the nominal run does with one input moved.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WhatIf {
     /// Design key of the input.
-    pub input: &'static str,
+    pub input: Cow<'static, str>,
     /// How it is moved.
     pub how: Change,
     /// By how much, in the key's unit.
@@ -40,7 +41,7 @@ pub struct WhatIf {
 }
 
 /// A stop and polarity whose peak lies on the other side of the limit than before.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Side {
     /// Stop model.
     pub model: StopModel,
@@ -78,18 +79,14 @@ pub(super) fn reruns(
             },
             conditioned.filter,
         )?;
-        let outcomes = in_parallel(bench.threads(1), pairs, |pair| {
-            bench.run(&biased, *pair, window, Purpose::Comparison)
-        });
-        let mut peaks = Vec::with_capacity(pairs.len());
-        for outcome in outcomes {
-            let outcome = outcome?;
-            peaks.push(if outcome.broke_down {
+        let peaks = bench.share(1, pairs, |pair| {
+            let outcome = bench.run(&biased, *pair, window, Purpose::Comparison)?;
+            Ok(if outcome.broke_down {
                 f64::NAN
             } else {
                 outcome.run.peak_angle_rad
-            });
-        }
+            })
+        })?;
         let change = conditioned.bias_m_s2 / STANDARD_GRAVITY;
         found.extend(compared(
             bench,
@@ -99,13 +96,12 @@ pub(super) fn reruns(
             &peaks,
         ));
     }
-    let of_pairs = in_parallel(bench.threads(moves.len()), pairs, |pair| {
+    let of_pairs = bench.share(moves.len(), pairs, |pair| {
         bench.peaks(*pair, window, moves.len(), &|index| {
             let (name, _, how) = moves[index];
             scatter.moved(name, if how == Change::More { 1.0 } else { -1.0 })
         })
-    });
-    let of_pairs: Vec<Reached> = of_pairs.into_iter().collect::<Result<_, Error>>()?;
+    })?;
     for (index, moved) in moves.iter().enumerate() {
         let peaks: Vec<f64> = of_pairs
             .iter()
@@ -142,7 +138,7 @@ fn compared(
         })
         .collect();
     Some(WhatIf {
-        input,
+        input: input.into(),
         how,
         change,
         peak_angle_rad: largest.reduce(f64::max)?,

@@ -1,8 +1,8 @@
 //! The reasons of a verdict, in sentences.
 
-use super::assess::{AssessOptions, ModelChoice, Polarity};
 use super::decision::{FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, Judged, PASS_SHARE_MAX};
 use super::ensemble::Ensemble;
+use super::policy::{ModelChoice, Polarity, Policy};
 use super::remarks::Faults;
 use super::what_if::{Change, Side, WhatIf};
 use super::{Answer, ErrorBudget, Reason};
@@ -15,7 +15,7 @@ use crate::units::{OpensWhen, plain};
 pub(super) struct Case<'a> {
     pub(super) answer: Answer,
     pub(super) design: &'a Design,
-    pub(super) options: &'a AssessOptions,
+    pub(super) policy: &'a Policy,
     pub(super) pairs: &'a [(OpensWhen, StopModel)],
     pub(super) judged: &'a [Judged],
     pub(super) nominal: usize,
@@ -51,14 +51,14 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
     }
     reasons.extend(before_fault(case));
     reasons.extend(case.outside.map(|at| Reason {
-        code: "crossing-outside-window",
+        code: "crossing-outside-window".into(),
         text: format!(
             "Outside the judged window the lever crosses the limit, first at {}: this verdict is not about that.",
             instant(at)
         ),
     }));
     reasons.extend(case.faults.late.map(|at| Reason {
-        code: "fault-after-window",
+        code: "fault-after-window".into(),
         text: format!(
             "From {} on, after the judged window, the recording is faulty: this verdict is not about what follows the window.",
             instant(at)
@@ -77,9 +77,9 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
         }
         reasons.extend(uncertainty(case));
     }
-    if case.options.members == 0 {
+    if case.policy.members == 0 {
         reasons.push(Reason {
-            code: "nominal-runs-only",
+            code: "nominal-runs-only".into(),
             text: "Only nominal runs were judged, as with the setting `members` = 0: the scatter of lever, stop and sensor is not part of this verdict.".into(),
         });
     }
@@ -154,7 +154,7 @@ fn ensemble(case: &Case<'_>) -> Option<Reason> {
         ),
     };
     Some(Reason {
-        code,
+        code: code.into(),
         text: format!(
             "Scattered as design and input are uncertain, the limit is crossed{until} by {}; {rule}.",
             list.join("; by ")
@@ -176,12 +176,12 @@ fn percent(share: f64) -> String {
 fn undeclared(case: &Case<'_>) -> Option<Reason> {
     let threshold = case.design.criterion.threshold_rad;
     let open =
-        case.options.polarity == Polarity::Undeclared && case.ensembles.iter().any(Option::is_some);
+        case.policy.polarity == Polarity::Undeclared && case.ensembles.iter().any(Option::is_some);
     if !open || signs_differ(case, threshold) {
         return None;
     }
     Some(Reason {
-        code: "polarity-undeclared",
+        code: "polarity-undeclared".into(),
         text: format!(
             "The sign that opens is not declared, and neither polarity answers by itself: {}. State it with the setting `opens_when`.",
             each(case, threshold)
@@ -218,7 +218,7 @@ fn deciding_inputs(case: &Case<'_>) -> Vec<Reason> {
     let mut reasons = Vec::new();
     if !bias.is_empty() {
         reasons.push(Reason {
-            code: "bias-decides",
+            code: "bias-decides".into(),
             text: format!(
                 "The bias decides on which side of the limit a nominal lever stays: {}.",
                 bias.join("; ")
@@ -242,7 +242,7 @@ fn deciding_inputs(case: &Case<'_>) -> Vec<Reason> {
         .collect();
     if !others.is_empty() {
         reasons.push(Reason {
-            code: "tolerance-decides",
+            code: "tolerance-decides".into(),
             text: format!(
                 "One standard deviation of a single tolerance takes a nominal lever across the limit: {}.",
                 others.join(", ")
@@ -281,7 +281,7 @@ fn blocking(findings: &[Finding]) -> impl Iterator<Item = Reason> + '_ {
         .iter()
         .filter(|finding| finding.severity == Severity::Blocking)
         .map(|finding| Reason {
-            code: finding.code,
+            code: finding.code.clone(),
             text: sentence(&finding.text),
         })
 }
@@ -312,9 +312,9 @@ fn peak(case: &Case<'_>) -> Reason {
     let judged = &case.judged[case.nominal];
     let run = judged.run();
     let threshold = case.design.criterion.threshold_rad;
-    let place = describe(case.pairs[case.nominal], case.options);
+    let place = describe(case.pairs[case.nominal], case.policy);
     if judged.outcome.broke_down {
-        return not_followed(run.method, &place);
+        return not_followed(&run.method, &place);
     }
     // What is found on faulty samples is told, but not as if it were known.
     let (lever, proviso) = if case.answer == Answer::Unusable {
@@ -355,14 +355,14 @@ fn peak(case: &Case<'_>) -> Reason {
         ),
     };
     Reason {
-        code,
+        code: code.into(),
         text: format!("{lever} {text}{proviso}."),
     }
 }
 
 fn not_followed(method: &str, places: &str) -> Reason {
     Reason {
-        code: "method-broke-down",
+        code: "method-broke-down".into(),
         text: format!(
             "The {method} method could not follow the lever ({places}); its figures mean nothing."
         ),
@@ -380,9 +380,9 @@ fn others_not_followed(case: &Case<'_>) -> Option<Reason> {
     let (_, first) = lost.first()?;
     let places: Vec<String> = lost
         .iter()
-        .map(|(index, _)| describe(case.pairs[*index], case.options))
+        .map(|(index, _)| describe(case.pairs[*index], case.policy))
         .collect();
-    Some(not_followed(first.run().method, &places.join("; ")))
+    Some(not_followed(&first.run().method, &places.join("; ")))
 }
 
 fn coast_words(coast: Option<f64>) -> String {
@@ -394,8 +394,8 @@ fn coast_words(coast: Option<f64>) -> String {
     })
 }
 
-fn describe((sign, stop): (OpensWhen, StopModel), options: &AssessOptions) -> String {
-    let word = match options.polarity {
+fn describe((sign, stop): (OpensWhen, StopModel), policy: &Policy) -> String {
+    let word = match policy.polarity {
         Polarity::Declared(_) => "opens",
         Polarity::Both | Polarity::Undeclared => "taken to open",
     };
@@ -418,7 +418,7 @@ fn before_fault(case: &Case<'_>) -> Option<Reason> {
         String::new()
     };
     Some(Reason {
-        code: "failed-before-fault",
+        code: "failed-before-fault".into(),
         text: format!(
             "From {} on the recording is faulty, but the samples before that alone give fail{mixed}; figures from later instants rest on faulty samples.",
             instant(bad)
@@ -435,12 +435,12 @@ fn coast(case: &Case<'_>) -> Option<Reason> {
         .zip(case.judged)
         .find(|(_, judged)| judged.held_back_by_coast(threshold))?;
     Some(Reason {
-        code: "coast-reaches-limit",
+        code: "coast-reaches-limit".into(),
         text: format!(
             "After the last judged sample the lever moves on and reaches {} rad, ±{} rad, with no further acceleration ({}): the record or window ends too early for a pass.",
             plain(judged.run().coast_peak_angle_rad.unwrap_or(0.0), 4),
             plain(judged.coast_uncertainty_rad(), 2),
-            describe(*pair, case.options),
+            describe(*pair, case.policy),
         ),
     })
 }
@@ -458,7 +458,7 @@ fn coast_of_members(case: &Case<'_>) -> Option<Reason> {
         .flatten()
         .find(|ensemble| ensemble.p_upper <= PASS_SHARE_MAX && !few_cross(ensemble))?;
     Some(Reason {
-        code: "members-coast-beyond",
+        code: "members-coast-beyond".into(),
         text: format!(
             "After the last judged sample {} of {} scattered levers move on beyond the limit with no further acceleration; with those that cross before, up to {} % of all such do, and a pass allows {} % ({}): the record or window ends too early for a pass.",
             ensemble.exceeded_in_coast,
@@ -529,7 +529,7 @@ fn disagreement(case: &Case<'_>) -> Vec<Reason> {
     let signs_differ = signs_differ(case, threshold);
     let mut reasons = Vec::new();
     if signs_differ {
-        let text = match case.options.polarity {
+        let text = match case.policy.polarity {
             Polarity::Both => format!(
                 "The two polarities answer differently, and the worse counts: {}.",
                 each(case, threshold)
@@ -540,13 +540,13 @@ fn disagreement(case: &Case<'_>) -> Vec<Reason> {
             ),
         };
         reasons.push(Reason {
-            code: "polarity-decides",
+            code: "polarity-decides".into(),
             text,
         });
     }
-    if stops_differ && case.options.model == ModelChoice::Auto && !signs_differ {
+    if stops_differ && case.policy.model == ModelChoice::Auto && !signs_differ {
         reasons.push(Reason {
-            code: "stop-model-decides",
+            code: "stop-model-decides".into(),
             text: format!(
                 "The two stop models answer differently: {}.",
                 each(case, threshold)
@@ -554,7 +554,7 @@ fn disagreement(case: &Case<'_>) -> Vec<Reason> {
         });
     } else if stops_differ && signs_differ {
         reasons.push(Reason {
-            code: "stop-model-decides",
+            code: "stop-model-decides".into(),
             text: "The two stop models answer differently as well.".into(),
         });
     }
@@ -607,9 +607,9 @@ fn uncertainty(case: &Case<'_>) -> Option<Reason> {
     let spans = distance <= total;
     Some(Reason {
         code: if spans {
-            "uncertainty-spans-threshold"
+            "uncertainty-spans-threshold".into()
         } else {
-            "uncertainty"
+            "uncertainty".into()
         },
         text: format!(
             "The error of the computation, {parts}, is {} than the {} rad between peak and limit.{largest}",

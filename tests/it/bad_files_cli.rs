@@ -1,11 +1,11 @@
 //! Bad recordings at the process boundary: each is one change to a recording that passes, and
 //! each ends with its exit code, one message that names file and place, and no pass.
 
-use crate::cli::{Folder, half_sine, latchgate, table, weak};
 use crate::mcap::{
     MAGIC, channel, chunk, crc32, data_end, file, footer, header, imu, imu_schema, lz4, message,
     packed, record, schema, statistics,
 };
+use crate::support::{Folder, half_sine, latchgate, table, weak};
 
 /// A bad recording and what must be said about it.
 struct Bad {

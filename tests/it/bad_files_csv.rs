@@ -1,6 +1,7 @@
 //! Bad text tables: each is refused with its message and place, none panics, none costs memory.
 
-use crate::csv::{Random, read_table};
+use crate::csv::read_table;
+use crate::support::Random;
 use latchgate::error::ErrorKind;
 use latchgate::recording::{self, Limits, ReadOptions, Selection, Source};
 use latchgate::units::{AccelerationUnit, TimeUnit};
@@ -530,10 +531,7 @@ fn val_bad_choice() {
 
 #[track_caller]
 fn check_limit(bytes: Vec<u8>, limits: &Limits, selection: Selection, name: &str) {
-    let source = Source::Bytes {
-        name: "table.csv".into(),
-        bytes,
-    };
+    let source = Source::bytes("table.csv", bytes);
     let error = recording::read(&source, &in_g(), selection, limits).unwrap_err();
     match error.kind() {
         ErrorKind::LimitExceeded { limit, .. } => assert_eq!(*limit, name),

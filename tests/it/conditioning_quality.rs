@@ -1,26 +1,18 @@
 //! Guards the detectors of faults: what must block, and what must not.
 
-use crate::conditioning_support::{Random, shared_file};
+use crate::support::{Random, data, signal_from as signal};
 use latchgate::conditioning::quality::{before_event, findings};
 use latchgate::conditioning::{ConditioningOptions, Signal, condition, neighbours};
 use latchgate::recording::{Channel, Finding, Severity, Stated};
 use latchgate::units::{AccelerationUnit, STANDARD_GRAVITY, SampleRate};
 use std::f64::consts::PI;
 
-fn signal(rate_hz: f64, start_s: f64, samples: Vec<f64>) -> Signal {
-    Signal {
-        start_s,
-        rate: SampleRate::from_hertz(rate_hz).unwrap(),
-        samples,
-    }
-}
-
 /// Codes that block or speak of clipping, in order.
-fn faults(found: &[Finding]) -> Vec<&'static str> {
+fn faults(found: &[Finding]) -> Vec<&str> {
     found
         .iter()
         .filter(|finding| finding.severity == Severity::Blocking || finding.code == "flat-top")
-        .map(|finding| finding.code)
+        .map(|finding| &*finding.code)
         .collect()
 }
 
@@ -534,7 +526,7 @@ fn check_neighbours(channels: &[(&str, f64)], expected: &[(usize, &str)]) {
     let found = neighbours::findings(&channels);
     let codes: Vec<(usize, &str)> = found
         .iter()
-        .map(|(index, finding)| (*index, finding.code))
+        .map(|(index, finding)| (*index, &*finding.code))
         .collect();
     assert_eq!(codes, expected, "{found:#?}");
     assert!(
@@ -574,7 +566,7 @@ fn verif_velocities_that_no_crash_gives_are_named() {
 #[test]
 fn verif_what_the_channel_does_before_the_event_is_said() {
     let said = before_event(&pulse_signal(pulse(180.0, 0.061))).unwrap();
-    assert_eq!((said.code, said.severity), ("pre-event", Severity::Info));
+    assert_eq!((&*said.code, said.severity), ("pre-event", Severity::Info));
     assert!(
         said.text.contains("over 291 samples") && said.text.contains("standard error"),
         "{}",
@@ -687,10 +679,8 @@ fn two_columns(text: &[u8]) -> (Vec<f64>, Vec<f64>) {
 }
 
 #[track_caller]
-fn check_shared(name: &str, unit: f64, ignored: &[&str], expected: &[&str]) -> Vec<Finding> {
-    let Some(text) = shared_file(name) else {
-        return Vec::new();
-    };
+fn check_file(name: &str, unit: f64, ignored: &[&str], expected: &[&str]) -> Vec<Finding> {
+    let text = std::fs::read(data(name)).unwrap();
     let (time, values) = two_columns(&text);
     let rate_hz = (values.len() - 1) as f64 / (time[time.len() - 1] - time[0]);
     let record = signal(
@@ -706,25 +696,25 @@ fn check_shared(name: &str, unit: f64, ignored: &[&str], expected: &[&str]) -> V
     assert_eq!(faults, expected, "{name}: {found:#?}");
     println!(
         "{name}: {:?}",
-        found.iter().map(|f| f.code).collect::<Vec<_>>()
+        found.iter().map(|f| &*f.code).collect::<Vec<_>>()
     );
     found
 }
 
-/// Real channels of one vehicle test: six healthy, one dead, one clipped; left out where absent.
+/// Real channels of one vehicle test: six healthy, one dead, one clipped.
 #[test]
 fn val_real_channels_are_told_apart() {
     for curve in [145, 146, 147, 148, 149, 150] {
         let name = format!("recordings/nhtsa_v07292.{curve}");
-        check_shared(&name, STANDARD_GRAVITY, &[], &[]);
+        check_file(&name, STANDARD_GRAVITY, &[], &[]);
     }
-    let dead = check_shared(
+    let dead = check_file(
         "recordings/nhtsa_v07292.038",
         STANDARD_GRAVITY,
         &["clipping", "ends-inside-event"],
         &["frozen"],
     );
-    let clipped = check_shared(
+    let clipped = check_file(
         "recordings/nhtsa_v07292.056",
         STANDARD_GRAVITY,
         &[],
@@ -737,7 +727,7 @@ fn val_real_channels_are_told_apart() {
     }
 }
 
-/// Formula signals without a card: none may look clipped or frozen; left out where absent.
+/// Formula signals without a card: none may look clipped or frozen.
 #[test]
 fn val_formula_signals_are_neither_clipped_nor_frozen() {
     for stem in [
@@ -752,15 +742,15 @@ fn val_formula_signals_are_neither_clipped_nor_frozen() {
     ] {
         for rate in ["10k", "20k"] {
             let name = format!("reference/signals/{stem}_{rate}.csv");
-            check_shared(&name, 1.0, &[], &[]);
+            check_file(&name, 1.0, &[], &[]);
         }
     }
-    check_shared("reference/signals/spike_1k.csv", 1.0, &[], &[]);
-    check_shared("reference/signals/spike_20k.csv", 1.0, &[], &[]);
+    check_file("reference/signals/spike_1k.csv", 1.0, &[], &[]);
+    check_file("reference/signals/spike_20k.csv", 1.0, &[], &[]);
     // Within three samples of 2 ms one is well inside its event, and the other never ends.
     let ignored = ["starts-inside-event", "ends-inside-event"];
     for stem in ["hs30_500Hz", "sine90_500Hz"] {
-        check_shared(&format!("reference/signals/{stem}.csv"), 1.0, &ignored, &[]);
+        check_file(&format!("reference/signals/{stem}.csv"), 1.0, &ignored, &[]);
     }
 }
 
@@ -784,12 +774,15 @@ fn val_a_rectified_channel_is_no_evidence() {
         signal(10_000.0, -0.05, samples)
     };
     let options = ConditioningOptions::default();
-    let fault = |change: &dyn Fn(f64) -> f64| faults(&findings(&record(change), &options));
-    assert_eq!(fault(&|g| g), Vec::<&str>::new());
+    let fault = |change: &dyn Fn(f64) -> f64| -> Vec<String> {
+        let found = findings(&record(change), &options);
+        faults(&found).into_iter().map(String::from).collect()
+    };
+    assert_eq!(fault(&|g| g), Vec::<String>::new());
     assert_eq!(fault(&f64::abs), ["one-signed"]);
     assert_eq!(fault(&|g| -g.abs()), ["one-signed"]);
     // A converter that knows no negative value.
-    assert!(fault(&|g| g.max(0.0)).contains(&"one-signed"));
+    assert!(fault(&|g| g.max(0.0)).contains(&"one-signed".into()));
     // Off by three times its noise, no sample is negative either.
-    assert_eq!(fault(&|g| (g + 0.35).max(0.001)), Vec::<&str>::new());
+    assert_eq!(fault(&|g| (g + 0.35).max(0.001)), Vec::<String>::new());
 }

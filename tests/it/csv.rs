@@ -1,5 +1,6 @@
 //! Text tables, their time bases and their cards: what is read, and that it is read exactly.
 
+use crate::support::{Random, data};
 use latchgate::error::ErrorKind;
 use latchgate::recording::time_base::{Regular, regularise};
 use latchgate::recording::{
@@ -7,7 +8,7 @@ use latchgate::recording::{
 };
 use latchgate::units::{AccelerationUnit, TimeUnit};
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Reads bytes as a recording, as a command would.
 pub(crate) fn read_table(
@@ -15,33 +16,8 @@ pub(crate) fn read_table(
     options: &ReadOptions,
     selection: Selection,
 ) -> Result<Recording, latchgate::error::Error> {
-    let source = Source::Bytes {
-        name: "table.csv".into(),
-        bytes: bytes.into(),
-    };
+    let source = Source::bytes("table.csv", bytes.into());
     recording::read(&source, options, selection, &Limits::default())
-}
-
-/// A small generator of repeatable numbers (SplitMix64).
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    pub(crate) fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    pub(crate) fn below(&mut self, bound: usize) -> usize {
-        (self.next() % bound as u64) as usize
-    }
-
-    /// A number from 0 to 1.
-    pub(crate) fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
 }
 
 fn with_unit(unit: AccelerationUnit) -> ReadOptions {
@@ -69,7 +45,7 @@ fn check_codes(text: &str, options: &ReadOptions, expected: &[&str]) {
         .findings
         .iter()
         .chain(&recording.channels[0].findings)
-        .map(|finding| finding.code)
+        .map(|finding| &*finding.code)
         .collect();
     codes.sort_unstable();
     assert_eq!(codes, expected, "{text:?}");
@@ -470,7 +446,7 @@ fn val_every_channel() {
     assert_eq!(names, ["acc_x_g", "speed (km/h)"]);
     assert_eq!(recording.channels[1].unit, None);
     assert_eq!(recording.channels[1].values, [50.0, 49.0, 48.0]);
-    let codes: Vec<&str> = recording.findings.iter().map(|f| f.code).collect();
+    let codes: Vec<&str> = recording.findings.iter().map(|f| &*f.code).collect();
     assert_eq!(codes, ["channel-left-out"]);
     assert!(
         recording.findings[0].text.contains("line 3, column 5"),
@@ -631,7 +607,7 @@ fn val_missing_rows_are_gaps() {
             let codes: Vec<_> = regular
                 .findings
                 .iter()
-                .map(|f| (f.code, f.severity, f.at_s))
+                .map(|f| (&*f.code, f.severity, f.at_s))
                 .collect();
             assert_eq!(
                 codes,
@@ -767,28 +743,13 @@ fn prop_any_increasing_stamps_give_a_base() {
     }
 }
 
-// --- real recordings, where they lie beside the project ---
+// --- real recordings ---
 
-fn shared(path: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../shared")
-        .join(path);
-    if path.exists() {
-        Some(path)
-    } else {
-        println!("left out: {} is not there", path.display());
-        None
-    }
-}
-
-/// NHTSA channel files as plain tables: two tab-separated columns, no header, seconds and g
-/// (needs ../shared).
+/// NHTSA channel files as plain tables: two tab-separated columns, no header, seconds and g.
 #[test]
 fn val_nhtsa_channel_files() {
     for curve in ["038", "056", "145", "146", "147", "148", "149", "150"] {
-        let Some(path) = shared(&format!("recordings/nhtsa_v07292.{curve}")) else {
-            return;
-        };
+        let path = data(&format!("recordings/nhtsa_v07292.{curve}"));
         let text = std::fs::read_to_string(&path).unwrap();
         let printed: Vec<f64> = text
             .lines()
@@ -813,13 +774,10 @@ fn val_nhtsa_channel_files() {
     }
 }
 
-/// Shocks with a comment line and a header without units (needs ../shared).
+/// Shocks with a comment line and a header without units.
 #[test]
 fn val_reference_shocks() {
-    let Some(folder) = shared("reference/signals") else {
-        return;
-    };
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
+    let mut files: Vec<PathBuf> = std::fs::read_dir(data("reference/signals"))
         .unwrap()
         .map(|entry| entry.unwrap().path())
         .collect();
@@ -961,10 +919,7 @@ fn val_card_beside_a_file() {
         ErrorKind::LimitExceeded { .. }
     ));
     std::fs::remove_dir_all(&folder).unwrap();
-    let bytes = Source::Bytes {
-        name: "x".into(),
-        bytes: Vec::new(),
-    };
+    let bytes = Source::bytes("x", []);
     assert_eq!(card::read_beside(&bytes, &Limits::default()).unwrap(), None);
 }
 

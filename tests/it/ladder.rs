@@ -1,16 +1,17 @@
 //! Guards the ladder: leaving out what bounds prove changes no verdict, and what it says of
 //! itself is so.
 
-use crate::lever_cases::{Random, random_design};
 use crate::screens::{KINDS, random_recording};
+use crate::support::{Random, random_design};
 use latchgate::conditioning::{Conditioned, FilterStandard, Signal};
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
+use latchgate::parallel::Control;
 use latchgate::replay::Method;
 use latchgate::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
 use latchgate::verdict::ladder::Rung;
 use latchgate::verdict::screen::{self, Decided, Seen, Subject};
-use latchgate::verdict::{Answer, AssessOptions, Assessment, ModelChoice, Polarity, assess};
+use latchgate::verdict::{Answer, Assessment, Extras, ModelChoice, Polarity, Policy, assess};
 use std::collections::BTreeMap;
 
 const NEGATIVE: Polarity = Polarity::Declared(OpensWhen::Negative);
@@ -30,8 +31,22 @@ fn as_recorded(signal: &Signal) -> Conditioned {
     }
 }
 
-fn judge(signal: &Signal, design: &Design, options: &AssessOptions) -> Assessment {
-    assess(&as_recorded(signal), &[], design, options).unwrap()
+fn judge(signal: &Signal, design: &Design, options: &Policy) -> Assessment {
+    judge_with(signal, design, options, Extras::default())
+}
+
+/// Judges with every stop followed in full.
+fn judge_in_full(signal: &Signal, design: &Design, options: &Policy) -> Assessment {
+    let extras = Extras {
+        follow_all: true,
+        ..Extras::default()
+    };
+    judge_with(signal, design, options, extras)
+}
+
+fn judge_with(signal: &Signal, design: &Design, options: &Policy, extras: Extras) -> Assessment {
+    let control = Control::unwatched(1);
+    assess(&as_recorded(signal), &[], design, options, extras, &control).unwrap()
 }
 
 /// A half-sine pulse [g, s] at 10 kHz, with rest before and after.
@@ -53,18 +68,10 @@ fn pulse(peak_g: f64, length_s: f64) -> Signal {
     }
 }
 
-fn asked(members: u32, polarity: Polarity) -> AssessOptions {
-    AssessOptions {
+fn asked(members: u32, polarity: Polarity) -> Policy {
+    Policy {
         members,
-        ..AssessOptions::new(ModelChoice::Auto, polarity)
-    }
-}
-
-/// The same with every stop followed in full.
-fn in_full(options: &AssessOptions) -> AssessOptions {
-    AssessOptions {
-        follow_all: true,
-        ..options.clone()
+        ..Policy::new(ModelChoice::Auto, polarity)
     }
 }
 
@@ -73,7 +80,7 @@ fn in_full(options: &AssessOptions) -> AssessOptions {
 #[track_caller]
 fn check_climbed(
     signal: &Signal,
-    options: &AssessOptions,
+    options: &Policy,
     rung: Rung,
     left_out: &[(StopModel, Answer)],
 ) -> Assessment {
@@ -90,7 +97,7 @@ fn check_climbed(
     // Its nominal run is there all the same, and that with the larger peak is followed.
     assert_eq!(found.models.len(), 2);
     for step in found.ladder.stops.iter().filter(|step| step.left_out) {
-        let run = &found.models[step.model.name()];
+        let run = &found.models[&step.model];
         assert!(run.peak_angle_rad <= found.nominal.peak_angle_rad);
         let answer = found.answers.iter().find(|own| own.model == step.model);
         assert_eq!(answer.unwrap().interpolation_error_rad, None);
@@ -145,8 +152,8 @@ fn verif_a_holding_sawtooth_divides_the_stops() {
         &[(StopModel::Rigid, Answer::Pass)],
     );
     assert_eq!(found.answer, Answer::Undecided);
-    assert!(found.models["soft"].peak_angle_rad > 0.2);
-    assert_eq!(found.models["rigid"].peak_angle_rad, 0.0);
+    assert!(found.models[&StopModel::Soft].peak_angle_rad > 0.2);
+    assert_eq!(found.models[&StopModel::Rigid].peak_angle_rad, 0.0);
 }
 
 /// Near the limit no bound decides, and both stops are followed.
@@ -169,14 +176,14 @@ fn verif_what_the_proofs_do_not_cover_is_followed() {
     let own = asked(128, NEGATIVE);
     for (options, word) in [
         (
-            AssessOptions {
+            Policy {
                 initial_velocity_rad_s: Some(0.1),
                 ..own.clone()
             },
             "initial state",
         ),
         (
-            AssessOptions {
+            Policy {
                 method: Method::Rk4 {
                     steps_per_period: 2000,
                 },
@@ -185,19 +192,23 @@ fn verif_what_the_proofs_do_not_cover_is_followed() {
             "method",
         ),
         (
-            AssessOptions {
+            Policy {
                 model: ModelChoice::Only(StopModel::Soft),
                 ..own.clone()
             },
             "given",
         ),
-        (in_full(&own), "in full"),
     ] {
-        let found = judge(&weak, &Design::reference(), &options);
-        assert_eq!(found.answer, Answer::Pass);
-        assert!(found.ladder.stops.iter().all(|step| !step.left_out));
-        assert!(found.ladder.text.contains(word), "{}", found.ladder.text);
+        check_followed(&judge(&weak, &Design::reference(), &options), word);
     }
+    check_followed(&judge_in_full(&weak, &Design::reference(), &own), "in full");
+}
+
+#[track_caller]
+fn check_followed(found: &Assessment, word: &str) {
+    assert_eq!(found.answer, Answer::Pass);
+    assert!(found.ladder.stops.iter().all(|step| !step.left_out));
+    assert!(found.ladder.text.contains(word), "{}", found.ladder.text);
 }
 
 /// With two polarities each is proven by itself.
@@ -206,7 +217,7 @@ fn verif_polarities_are_proven_one_by_one() {
     let strong = pulse(-40.0, 0.01);
     let own = asked(128, Polarity::Undeclared);
     let found = judge(&strong, &Design::reference(), &own);
-    let full = judge(&strong, &Design::reference(), &in_full(&own));
+    let full = judge_in_full(&strong, &Design::reference(), &own);
     assert_eq!(
         (found.answer, full.answer),
         (Answer::Undecided, Answer::Undecided)
@@ -289,7 +300,7 @@ fn check_against_full_runs(base: u64, cases: u64) {
         design.input.bias_g = random.scale(1e-3, 0.3);
         let count = signal.samples.len();
         let window_s = random.one_in(6).then(|| {
-            let first = random.below(count as u64 / 2) as usize;
+            let first = random.below(count / 2);
             (signal.time_s(first), signal.time_s(count - 1))
         });
         let polarity = if random.one_in(5) {
@@ -297,13 +308,13 @@ fn check_against_full_runs(base: u64, cases: u64) {
         } else {
             NEGATIVE
         };
-        let options = AssessOptions {
+        let options = Policy {
             window_s,
             seed,
-            ..asked([0, 128, 128, 600][random.below(4) as usize], polarity)
+            ..asked([0, 128, 128, 600][random.below(4)], polarity)
         };
         let own = judge(&signal, &design, &options);
-        let full = judge(&signal, &design, &in_full(&options));
+        let full = judge_in_full(&signal, &design, &options);
         let label = || {
             format!(
                 "seed {seed} ({}): {} by {:#?}, in full {} by {:#?}",

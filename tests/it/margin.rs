@@ -1,30 +1,25 @@
 //! Guards margins: the values at which a verdict changes, against published and closed-form
 //! values and against brute force.
 
+use crate::support::{columns, signal};
 use latchgate::conditioning::{Conditioned, FilterStandard, Signal};
+use latchgate::error::Error;
 use latchgate::margin::quantity::{Stretch, applied};
 use latchgate::margin::search::{Edge, Excess, Probe, changes};
 use latchgate::margin::{
-    Basis, MapAxis, MapRequest, Margin, MarginOptions, Margins, Quantity, State, critical_pulse,
-    margins,
+    self, Basis, MapAxis, MapRequest, Margin, MarginOptions, Margins, Quantity, State,
+    critical_pulse,
 };
 use latchgate::model::Design;
 use latchgate::model::stop::{self, StopModel};
+use latchgate::parallel::Control;
 use latchgate::recording::Finding;
 use latchgate::replay::{self, RunOptions};
-use latchgate::units::{OpensWhen, Restitution, STANDARD_GRAVITY, SampleRate};
-use latchgate::verdict::{Answer, AssessOptions, ModelChoice, Polarity, assess};
+use latchgate::units::{OpensWhen, Restitution, STANDARD_GRAVITY};
+use latchgate::verdict::{self, Answer, Assessment, Extras, ModelChoice, Polarity, Policy};
 use std::path::Path;
 
 const RADIUS_M: f64 = 0.03;
-
-fn signal(rate_hz: f64, samples: Vec<f64>) -> Signal {
-    Signal {
-        start_s: 0.0,
-        rate: SampleRate::from_hertz(rate_hz).unwrap(),
-        samples,
-    }
-}
 
 fn conditioned(signal: Signal) -> Conditioned {
     Conditioned {
@@ -43,13 +38,32 @@ fn conditioned(signal: Signal) -> Conditioned {
 
 fn options(model: ModelChoice) -> MarginOptions {
     MarginOptions {
-        assess: AssessOptions::new(model, Polarity::Declared(OpensWhen::Negative)),
+        policy: Policy::new(model, Polarity::Declared(OpensWhen::Negative)),
         basis: Basis::NominalRun,
         counterweight_radius_m: RADIUS_M,
         points: Some(200),
         map: None,
         limit: false,
     }
+}
+
+fn margins(
+    conditioned: &Conditioned,
+    findings: &[Finding],
+    design: &Design,
+    options: &MarginOptions,
+) -> Result<Margins, Error> {
+    margin::margins(conditioned, findings, design, options, &Control::default())
+}
+
+fn assess(
+    conditioned: &Conditioned,
+    findings: &[Finding],
+    design: &Design,
+    policy: &Policy,
+) -> Result<Assessment, Error> {
+    let (extras, control) = (Extras::default(), Control::default());
+    verdict::assess(conditioned, findings, design, policy, extras, &control)
 }
 
 fn only(stop: StopModel) -> ModelChoice {
@@ -77,17 +91,8 @@ fn check_near(what: &str, got: f64, want: f64, within: f64) {
 
 #[track_caller]
 fn check_critical_scale(file: &str, stop: StopModel, want: f64, digits_after: f64) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../shared/reference/signals")
-        .join(file);
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        println!("left out: no {}", path.display());
-        return;
-    };
-    let samples: Vec<f64> = text
-        .lines()
-        .filter_map(|line| line.split_once(',')?.1.parse().ok())
-        .collect();
+    let rows = columns(&format!("reference/signals/{file}"));
+    let samples: Vec<f64> = rows.into_iter().map(|(_, value)| value).collect();
     assert!(samples.len() > 1000, "{file}");
     let found = margins(
         &conditioned(signal(10_000.0, samples)),
@@ -103,7 +108,7 @@ fn check_critical_scale(file: &str, stop: StopModel, want: f64, digits_after: f6
     assert_eq!(found.state, State::Fail);
 }
 
-/// Quad-precision critical scales of three reference pulses; left out without `../shared`.
+/// Quad-precision critical scales of three reference pulses.
 #[test]
 fn val_critical_scales_of_the_reference_pulses() {
     for (file, rigid, soft) in [
@@ -183,8 +188,13 @@ fn val_half_sine_limit_of_the_reference_lever() {
         (20.0, 4.71, 0.005, 0.588),
         (35.0, 3.08, 0.005, 0.673),
     ] {
-        let point =
-            critical_pulse(&Design::reference(), StopModel::Rigid, duration_ms / 1e3, 1).unwrap();
+        let point = critical_pulse(
+            &Design::reference(),
+            StopModel::Rigid,
+            duration_ms / 1e3,
+            &Control::default(),
+        )
+        .unwrap();
         let what = format!("{duration_ms} ms");
         check_near(&what, point.amplitude_g.unwrap(), amplitude, half_digit);
         check_near(&what, point.velocity_change_m_s.unwrap(), change, 6e-4);
@@ -199,7 +209,7 @@ fn val_very_short_pulses_approach_the_impulse_bound() {
     let lever = design.lever;
     let energy = lever.preload_torque_nm * 0.1 + 0.5 * lever.spring_stiffness_nm_per_rad * 0.01;
     let blow = (2.0 * lever.moment_of_inertia_kg_m2 * energy).sqrt() / lever.unbalance_kg_m();
-    let point = critical_pulse(&design, StopModel::Rigid, 1e-5, 1).unwrap();
+    let point = critical_pulse(&design, StopModel::Rigid, 1e-5, &Control::default()).unwrap();
     let change = point.velocity_change_m_s.unwrap();
     assert!(change > blow, "{change} against {blow}");
     // While the pulse lasts the preload takes T0 D, half of which the pulse itself returns by
@@ -598,8 +608,8 @@ fn verif_threads_change_no_digit() {
         rows: 7,
     });
     let one = margins(&conditioned(signal.clone()), &[], &design, &asked).unwrap();
-    asked.assess.threads = 3;
-    let three = margins(&conditioned(signal), &[], &design, &asked).unwrap();
+    let three = Control::unwatched(3);
+    let three = margin::margins(&conditioned(signal), &[], &design, &asked, &three).unwrap();
     assert_eq!(one, three);
 }
 
@@ -631,14 +641,14 @@ fn verif_the_worse_polarity_sets_the_scale() {
         .into_iter()
         .map(|sign| {
             let mut asked = options(only(StopModel::Rigid));
-            asked.assess.polarity = Polarity::Declared(sign);
+            asked.policy.polarity = Polarity::Declared(sign);
             let found = margins(&conditioned(signal.clone()), &[], &design, &asked).unwrap();
             first_no_pass(&found)
         })
         .collect();
     for polarity in [Polarity::Undeclared, Polarity::Both] {
         let mut asked = options(only(StopModel::Rigid));
-        asked.assess.polarity = polarity;
+        asked.policy.polarity = polarity;
         let found = margins(&conditioned(signal.clone()), &[], &design, &asked).unwrap();
         let least = of_signs[0].min(of_signs[1]);
         check_near("scale", first_no_pass(&found), least, 1e-11 * least);
@@ -672,7 +682,7 @@ fn verif_the_change_of_the_verdict_is_one_by_the_rule() {
         for value in [low, high] {
             let mut scaled = signal.clone();
             scaled.samples.iter_mut().for_each(|a| *a *= value);
-            let answer = assess(&conditioned(scaled), &[], &design, &asked.assess)
+            let answer = assess(&conditioned(scaled), &[], &design, &asked.policy)
                 .unwrap()
                 .answer;
             assert_eq!(
@@ -703,15 +713,15 @@ fn verif_the_change_with_an_ensemble_is_one_by_the_rule() {
         signal.samples.iter_mut().for_each(|a| *a *= amplify);
         let mut asked = options(ModelChoice::Auto);
         asked.basis = Basis::Verdict;
-        asked.assess.members = members;
-        asked.assess.polarity = polarity;
+        asked.policy.members = members;
+        asked.policy.polarity = polarity;
         let found = margins(&conditioned(signal.clone()), &[], &design, &asked).unwrap();
         let scale = of(&found, Quantity::Scale);
         let (low, high) = scale.bracket.unwrap();
         for value in [low, high] {
             let mut scaled = signal.clone();
             scaled.samples.iter_mut().for_each(|a| *a *= value);
-            let assessed = assess(&conditioned(scaled), &[], &design, &asked.assess).unwrap();
+            let assessed = assess(&conditioned(scaled), &[], &design, &asked.policy).unwrap();
             assert_eq!(
                 assessed.answer == Answer::Pass,
                 value == scale.at.unwrap(),
@@ -782,7 +792,7 @@ fn regress_the_least_preload_beyond_stretches_of_luck() {
     let design = Design::reference();
     let mut asked = options(ModelChoice::Auto);
     asked.basis = Basis::Verdict;
-    asked.assess.members = 128;
+    asked.policy.members = 128;
     asked.points = Some(300);
     let mut input = conditioned(signal(20_000.0, samples));
     input.used.start_s = -0.05;
@@ -791,7 +801,7 @@ fn regress_the_least_preload_beyond_stretches_of_luck() {
     assert!(preload.changes > 6, "{} changes", preload.changes);
     let at = preload.at.expect("a preload that passes");
     let (passing, _) = applied(Quantity::Preload, &design, RADIUS_M, at);
-    let answer = assess(&input, &[], &passing, &asked.assess).unwrap().answer;
+    let answer = assess(&input, &[], &passing, &asked.policy).unwrap().answer;
     assert_eq!(answer, Answer::Pass, "at {at} N m");
     assert!(at < 60.0, "{at}");
 }
@@ -816,7 +826,7 @@ fn regress_the_nearest_change_of_scattered_levers_is_found() {
     let mut asked = options(ModelChoice::Auto);
     asked.basis = Basis::Verdict;
     asked.points = None;
-    asked.assess.members = 512;
+    asked.policy.members = 512;
     let mut design = Design::reference();
     design.lever.mass_kg = 0.0925;
     design.input.bias_g = 0.005;
@@ -824,7 +834,7 @@ fn regress_the_nearest_change_of_scattered_levers_is_found() {
     let passes_at = |scale: f64| {
         let mut scaled = input.clone();
         scaled.used.samples.iter_mut().for_each(|a| *a *= scale);
-        assess(&scaled, &[], &design, &asked.assess).unwrap().answer == Answer::Pass
+        assess(&scaled, &[], &design, &asked.policy).unwrap().answer == Answer::Pass
     };
     assert!(!passes_at(1.0));
     let nearest = (1..=20)

@@ -2,10 +2,10 @@
 //! what the format allows is read. Files are built here, byte by byte, so that the reader is
 //! not held against its own idea of the format.
 
+use crate::support::{data, not_copied};
 use latchgate::error::{Candidates, Error, ErrorKind};
 use latchgate::recording::{Channel, Limits, ReadOptions, Recording, Selection, Source, read};
 use latchgate::units::AccelerationUnit;
-use std::path::{Path, PathBuf};
 
 #[path = "../../examples/support/imu.rs"]
 pub(crate) mod imu;
@@ -251,10 +251,7 @@ pub(crate) fn imu_data(count: usize) -> Vec<Vec<u8>> {
 // ---------------------------------------------------------------- reading them
 
 pub(crate) fn source(bytes: &[u8]) -> Source {
-    Source::Bytes {
-        name: "log.mcap".into(),
-        bytes: bytes.to_vec(),
-    }
+    Source::bytes("log.mcap", bytes.to_vec())
 }
 
 pub(crate) fn options(channel: Option<&str>) -> ReadOptions {
@@ -296,7 +293,7 @@ fn check_read(bytes: &[u8], options: &ReadOptions, name: &str, expected: &[f64])
 
 #[track_caller]
 fn check_finding(channel: &Channel, code: &str) {
-    let codes: Vec<&str> = channel.findings.iter().map(|found| found.code).collect();
+    let codes: Vec<&str> = channel.findings.iter().map(|found| &*found.code).collect();
     assert!(codes.contains(&code), "{code} not among {codes:?}");
 }
 
@@ -306,16 +303,6 @@ fn check_error(bytes: &[u8], options: &ReadOptions, fragment: &str) -> ErrorKind
     let text = error.to_string();
     assert!(text.contains(fragment), "`{fragment}` not in `{text}`");
     error.kind().clone()
-}
-
-fn shared(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/recordings");
-    let path = path.join(name);
-    if path.exists() {
-        return Some(path);
-    }
-    println!("left out: {} is not here", path.display());
-    None
 }
 
 // ---------------------------------------------------------------- values
@@ -332,7 +319,7 @@ fn val_imu_in_little_endian_cdr_comes_out_to_the_last_bit() {
     );
     assert_eq!(channel.unit, Some(AccelerationUnit::MetrePerSecondSquared));
     assert_eq!(channel.unit_source, "format");
-    let codes: Vec<&str> = channel.findings.iter().map(|found| found.code).collect();
+    let codes: Vec<&str> = channel.findings.iter().map(|found| &*found.code).collect();
     assert_eq!(codes, ["channel-chosen"]);
 }
 
@@ -722,7 +709,7 @@ fn val_what_the_format_allows_is_read() {
 #[test]
 fn val_a_file_that_says_nothing_of_itself_is_read_with_a_warning() {
     let found = lateral(&file(&imu_data(5), &[]), &options(None)).unwrap();
-    let codes: Vec<&str> = found.findings.iter().map(|found| found.code).collect();
+    let codes: Vec<&str> = found.findings.iter().map(|found| &*found.code).collect();
     assert_eq!(codes, ["mcap-unverified"]);
     let vouched = file(&imu_data(5), &[statistics(&[(1, 5)])]);
     assert_eq!(lateral(&vouched, &options(None)).unwrap().findings, []);
@@ -738,10 +725,10 @@ fn val_a_gap_between_messages_blocks() {
 
 // ---------------------------------------------------------------- real logs
 
-/// Needs the recordings beside the project. The first value is that of an independent reader.
+/// The first value is that of an independent reader.
 #[test]
 fn val_a_real_robot_log_is_read() {
-    let Some(path) = shared("cougars_SO_bag_0.ros2.mcap") else {
+    let Some(path) = not_copied("cougars_SO_bag_0.ros2.mcap") else {
         return;
     };
     let source = Source::File(path);
@@ -755,7 +742,6 @@ fn val_a_real_robot_log_is_read() {
     assert_eq!(found.findings, []);
 }
 
-/// Needs the recordings beside the project.
 #[test]
 fn val_real_logs_without_acceleration_or_cut_are_refused() {
     for (name, fragment) in [
@@ -765,8 +751,7 @@ fn val_real_logs_without_acceleration_or_cut_are_refused() {
         ),
         ("mcapcrate_chunk_not_closed.mcap", "byte 39"),
     ] {
-        let Some(path) = shared(name) else { return };
-        let source = Source::File(path);
+        let source = Source::File(data(&format!("recordings/{name}")));
         let limits = Limits::default();
         let error = read(&source, &options(None), Selection::Lateral, &limits).unwrap_err();
         assert!(error.to_string().contains(fragment), "{error}");

@@ -227,10 +227,10 @@ fn verif_the_page_says_what_the_verdict_says() {
             ],
         );
         for reason in &case.document.why {
-            check_holds(&page, &[&escape::markup(&reason.text), reason.code]);
+            check_holds(&page, &[&escape::markup(&reason.text), &*reason.code]);
         }
         for finding in &case.document.findings {
-            check_holds(&page, &[&escape::markup(&finding.text), finding.code]);
+            check_holds(&page, &[&escape::markup(&finding.text), &*finding.code]);
         }
         if let Some(run) = &case.document.nominal {
             let peak = number::significant(run.peak_angle_rad, 5);

@@ -289,7 +289,7 @@ fn check_reads(name: &str, with_card: bool, expected: (&str, f64, f64, usize), f
         .findings
         .iter()
         .chain(&channel.findings)
-        .map(|finding| finding.code)
+        .map(|finding| &*finding.code)
         .collect();
     assert_eq!(found, findings, "{name}, card: {with_card}");
     let peak_g = channel
@@ -358,7 +358,7 @@ fn verif_every_signal_reads_as_it_was_made() {
 
 /// Conditions a plain table as a sensor's channel, no formula's, and returns the findings that
 /// block and the peak angle on both stops in both polarities.
-fn peaks(samples: &[(f64, f64)], rate_hz: f64) -> (Vec<&'static str>, Vec<(OpensWhen, f64)>) {
+fn peaks(samples: &[(f64, f64)], rate_hz: f64) -> (Vec<String>, Vec<(OpensWhen, f64)>) {
     let channel = Channel {
         name: "acceleration y (g)".into(),
         unit: Some(AccelerationUnit::StandardGravity),
@@ -374,7 +374,7 @@ fn peaks(samples: &[(f64, f64)], rate_hz: f64) -> (Vec<&'static str>, Vec<(Opens
         .findings
         .iter()
         .filter(|finding| finding.severity == Severity::Blocking)
-        .map(|finding| finding.code)
+        .map(|finding| finding.code.to_string())
         .collect();
     let mut found = Vec::new();
     for opens_when in [OpensWhen::Negative, OpensWhen::Positive] {

@@ -15,7 +15,7 @@ use latchgate::study::{Headline, free_vibration, shock, spectrogram, step_size};
 use latchgate::units::{OpensWhen, SampleRate};
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
-use std::process::{Command, Output, Stdio};
+use std::process::Output;
 
 #[track_caller]
 fn check_near(what: &str, got: f64, want: f64, tolerance: f64) {
@@ -781,10 +781,9 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn latchgate(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_latchgate"))
+    crate::support::program()
         .args(arguments)
         .env("NO_COLOR", "1")
-        .stdin(Stdio::null())
         .output()
         .unwrap()
 }

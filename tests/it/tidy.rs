@@ -7,7 +7,6 @@ use latchgate::setting::Setting;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
@@ -624,13 +623,12 @@ fn tidy_every_version_in_the_change_notes_opens_with_verdicts() {
 }
 
 fn help(arguments: &[&str]) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_latchgate"))
+    let output = crate::support::program()
         .args(arguments)
         .arg("--help")
         .env_remove("CLICOLOR_FORCE")
         .env("NO_COLOR", "1")
         .env("COLUMNS", "100")
-        .stdin(Stdio::null())
         .output()
         .unwrap();
     assert!(output.status.success(), "latchgate {arguments:?} --help");

@@ -11,15 +11,17 @@ mod rule;
 use latchgate::conditioning::{
     self, BiasWindow, Conditioned, ConditioningOptions, FilterChoice, Signal, resample,
 };
+use latchgate::error::Error;
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
+use latchgate::parallel::Control;
 use latchgate::recording::{Channel, Finding};
 use latchgate::replay::{self, Method, Outcome, RunOptions};
 use latchgate::units::{AccelerationUnit, OpensWhen, SampleRate};
 use latchgate::verdict::decision::{Judged, unanimous, worse};
-use latchgate::verdict::{Answer, AssessOptions, Assessment, ModelChoice, Polarity, assess};
+use latchgate::verdict::{self, Answer, Assessment, Extras, ModelChoice, Polarity, Policy};
 
-use crate::cli::{half_sine, weak};
+use crate::support::{half_sine, weak};
 
 const G: f64 = 9.806_65;
 
@@ -57,22 +59,33 @@ fn as_recorded(signal: Signal) -> Conditioned {
     conditioned
 }
 
-fn options(model: ModelChoice, polarity: Polarity) -> AssessOptions {
-    AssessOptions {
-        model,
-        polarity,
-        method: Method::EventDriven,
-        tolerance_rad: None,
-        initial_angle_rad: None,
-        initial_velocity_rad_s: None,
-        window_s: None,
-        members: 0,
-        seed: 1,
+fn options(model: ModelChoice, polarity: Polarity) -> Policy {
+    Policy::new(model, polarity)
+}
+
+/// Assesses with the filter table, on two threads.
+fn assess(
+    conditioned: &Conditioned,
+    findings: &[Finding],
+    design: &Design,
+    policy: &Policy,
+) -> Result<Assessment, Error> {
+    let extras = Extras {
         filter_table: true,
-        follow_all: false,
-        threads: 1,
-        evidence: false,
-    }
+        ..Extras::default()
+    };
+    let control = Control::unwatched(2);
+    verdict::assess(conditioned, findings, design, policy, extras, &control)
+}
+
+fn passes(
+    conditioned: &Conditioned,
+    findings: &[Finding],
+    design: &Design,
+    policy: &Policy,
+) -> Result<bool, Error> {
+    let control = Control::unwatched(2);
+    verdict::passes(conditioned, findings, design, policy, &control)
 }
 
 const RIGID: ModelChoice = ModelChoice::Only(StopModel::Rigid);
@@ -91,12 +104,7 @@ fn with_certain_bias(threshold_rad: f64) -> Design {
     design
 }
 
-fn judge(
-    signal: &Signal,
-    findings: &[Finding],
-    design: &Design,
-    options: &AssessOptions,
-) -> Assessment {
+fn judge(signal: &Signal, findings: &[Finding], design: &Design, options: &Policy) -> Assessment {
     assess(&as_recorded(signal.clone()), findings, design, options).unwrap()
 }
 
@@ -121,7 +129,7 @@ fn peak_and_uncertainty(signal: &Signal, stop: StopModel) -> (f64, f64) {
 
 #[track_caller]
 fn check_answer(assessment: &Assessment, answer: Answer, codes: &[&str]) {
-    let found: Vec<&str> = assessment.why.iter().map(|reason| reason.code).collect();
+    let found: Vec<&str> = assessment.why.iter().map(|reason| &*reason.code).collect();
     assert_eq!(assessment.answer, answer, "{:#?}", assessment.why);
     assert_eq!(found, codes, "{:#?}", assessment.why);
     for reason in &assessment.why {
@@ -251,7 +259,7 @@ fn verif_scattered_levers_that_coast_beyond_the_limit_forbid_a_pass() {
     let coast = explicit(&cut, StopModel::Rigid, OpensWhen::Negative)
         .run
         .coast_peak_angle_rad;
-    let own = AssessOptions {
+    let own = Policy {
         members: 128,
         ..options(RIGID, NEGATIVE)
     };
@@ -273,7 +281,7 @@ fn verif_scattered_levers_that_coast_beyond_the_limit_forbid_a_pass() {
     assert_eq!(rest.ensemble.unwrap().exceeded, ensemble.exceeded_in_coast);
     // The short question is answered alike.
     let conditioned = as_recorded(cut);
-    assert!(!latchgate::verdict::assess::passes(&conditioned, &[], &design, &own).unwrap());
+    assert!(!passes(&conditioned, &[], &design, &own).unwrap());
 }
 
 #[test]
@@ -325,7 +333,7 @@ fn verif_stops_that_differ_leave_it_undecided() {
     // What each holds is the run asked for alone.
     for stop in [StopModel::Rigid, StopModel::Soft] {
         let run = explicit(&signal, stop, OpensWhen::Negative).run;
-        assert_eq!(both.models[stop.name()].peak_angle_rad, run.peak_angle_rad);
+        assert_eq!(both.models[&stop].peak_angle_rad, run.peak_angle_rad);
     }
     assert_eq!(both.nominal.peak_angle_rad, rigid.0.max(soft.0));
 }
@@ -494,7 +502,7 @@ fn verif_a_blocking_finding_forbids_a_pass_and_an_undecided() {
 fn verif_a_fault_after_the_window_does_not_count_and_is_told() {
     let signal = samples(weak);
     let judged = |at_s, end_s| {
-        let own = AssessOptions {
+        let own = Policy {
             window_s: Some((-0.01, end_s)),
             ..options(ModelChoice::Auto, NEGATIVE)
         };
@@ -524,7 +532,7 @@ fn verif_a_fault_after_the_window_does_not_count_and_is_told() {
 #[test]
 fn verif_a_crossing_outside_the_window_is_told() {
     let signal = lost();
-    let own = |from, to| AssessOptions {
+    let own = |from, to| Policy {
         window_s: Some((from, to)),
         ..options(RIGID, NEGATIVE)
     };
@@ -579,7 +587,7 @@ fn verif_a_run_that_broke_down_decides_nothing() {
             assert_eq!(judged.answer(0.1), expected, "{peak} {broke_down}");
         }
     }
-    let own = AssessOptions {
+    let own = Policy {
         method: Method::Rk4 {
             steps_per_period: 3,
         },
@@ -699,7 +707,7 @@ fn verif_each_part_of_the_budget_is_the_difference_of_two_runs() {
 /// which admits no such state, took the whole verdict with it.
 #[test]
 fn regress_a_start_inside_the_soft_stop_is_judged() {
-    let own = AssessOptions {
+    let own = Policy {
         initial_angle_rad: Some(-1e-4),
         ..options(ModelChoice::Only(StopModel::Soft), NEGATIVE)
     };
@@ -718,12 +726,20 @@ fn verif_threads_and_evidence_change_no_number() {
         &options(ModelChoice::Auto, Polarity::Undeclared),
     );
     for threads in [2, 3, 16] {
-        let own = AssessOptions {
-            threads,
+        let extras = Extras {
+            filter_table: true,
             evidence: true,
-            ..options(ModelChoice::Auto, Polarity::Undeclared)
+            ..Extras::default()
         };
-        let mut other = judge(&signal, &[], &Design::reference(), &own);
+        let mut other = verdict::assess(
+            &as_recorded(signal.clone()),
+            &[],
+            &Design::reference(),
+            &options(ModelChoice::Auto, Polarity::Undeclared),
+            extras,
+            &Control::unwatched(threads),
+        )
+        .unwrap();
         assert!(other.evidence.take().is_some());
         assert_eq!(other, plain);
     }
@@ -732,7 +748,7 @@ fn verif_threads_and_evidence_change_no_number() {
 #[test]
 fn verif_windows_that_hold_nothing_are_refused() {
     for window in [(5.0, 6.0), (-3.0, -2.0), (0.000_01, 0.000_09), (0.25, 0.5)] {
-        let own = AssessOptions {
+        let own = Policy {
             window_s: Some(window),
             ..options(RIGID, NEGATIVE)
         };

@@ -26,7 +26,7 @@ pub(super) fn head(page: &mut Page, document: &Document, identity: &str) {
     page.raw("</p>\n</div>\n<div class=\"id\">\n<p>Report ");
     page.element("code", "", identity);
     page.raw("</p>\n<p>latchgate ");
-    page.text(document.run.version);
+    page.text(&document.run.version);
     page.raw("</p>\n</div>\n</header>\n");
 }
 
@@ -62,7 +62,7 @@ pub(super) fn verdict(page: &mut Page, document: &Document) {
     for reason in &document.why {
         page.raw("<li>");
         page.text(&words::sentence(&reason.text));
-        page.element("code", "", reason.code);
+        page.element("code", "", &reason.code);
         page.raw("</li>\n");
     }
     page.raw("</ul>\n<p class=\"sum\">");

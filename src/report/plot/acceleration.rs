@@ -111,7 +111,7 @@ fn faults<'a>(context: &Context<'a>) -> Vec<(f64, &'a str)> {
         .findings
         .iter()
         .filter(|finding| finding.severity == Severity::Blocking)
-        .filter_map(|finding| Some((finding.at_s?, finding.code)))
+        .filter_map(|finding| Some((finding.at_s?, &*finding.code)))
         .collect()
 }
 
@@ -127,7 +127,7 @@ fn used_text(context: &Context) -> String {
     let filter = if block.filter == "none" {
         "no filter".to_string()
     } else {
-        filter_name(block.filter)
+        filter_name(&block.filter)
     };
     format!("as used ({bias}, {filter})")
 }

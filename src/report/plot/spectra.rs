@@ -98,7 +98,7 @@ fn used_text(context: &Context) -> String {
     match &context.document.conditioning {
         None => "as used".into(),
         Some(block) if block.filter == "none" => "as used (no filter)".into(),
-        Some(block) => format!("as used ({})", filter_name(block.filter)),
+        Some(block) => format!("as used ({})", filter_name(&block.filter)),
     }
 }
 

@@ -3,7 +3,7 @@
 //! forms.
 
 use super::*;
-use crate::cli::{Folder, latchgate, table};
+use crate::support::{Folder, latchgate, table};
 use latchgate::model::stop::damping_ratio;
 use latchgate::replay::batch::Member;
 use latchgate::units::Restitution;

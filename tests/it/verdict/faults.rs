@@ -26,9 +26,8 @@ fn judged(
     window_s: Option<(f64, f64)>,
     design: &Design,
 ) -> Assessment {
-    let own = AssessOptions {
+    let own = Policy {
         window_s,
-        filter_table: false,
         ..options(RIGID, NEGATIVE)
     };
     assess(conditioned, &blocking(Some(at_s)), design, &own).unwrap()
@@ -193,7 +192,7 @@ fn regress_a_bias_taken_after_the_fault_spoils_all() {
 fn verif_the_filter_table_counts_each_filters_own_reach() {
     let end = 0.1;
     let at_s = end + 0.005;
-    let own = AssessOptions {
+    let own = Policy {
         window_s: Some((-0.01, end)),
         ..options(RIGID, NEGATIVE)
     };

@@ -4,7 +4,6 @@
 use super::ensemble::short_pulse;
 use super::*;
 use latchgate::replay::batch::{self, BatchOptions};
-use latchgate::verdict::assess::passes;
 use latchgate::verdict::ensemble::Scatter;
 
 const MODELS: [ModelChoice; 3] = [RIGID, ModelChoice::Only(StopModel::Soft), ModelChoice::Auto];
@@ -17,7 +16,7 @@ fn check_same(
     conditioned: &Conditioned,
     findings: &[Finding],
     design: &Design,
-    own: &AssessOptions,
+    own: &Policy,
 ) -> bool {
     let whole = assess(conditioned, findings, design, own).unwrap();
     let short = passes(conditioned, findings, design, own).unwrap();
@@ -94,10 +93,8 @@ fn verif_the_short_question_is_answered_as_the_whole_assessment() {
             for &members in ensembles {
                 for threshold in limits(&signal, stop, members) {
                     for polarity in POLARITIES {
-                        let own = AssessOptions {
+                        let own = Policy {
                             members,
-                            threads: 2,
-                            filter_table: false,
                             ..options(model, polarity)
                         };
                         let design = with_threshold(threshold);
@@ -146,10 +143,9 @@ fn verif_the_short_question_counts_faults_windows_and_coast_alike() {
                             Vec::new()
                         };
                         for model in MODELS {
-                            let own = AssessOptions {
+                            let own = Policy {
                                 members,
                                 window_s,
-                                filter_table: false,
                                 ..options(model, NEGATIVE)
                             };
                             let design = with_threshold(threshold);
@@ -170,11 +166,11 @@ fn verif_the_short_question_refuses_alike() {
     let conditioned = as_recorded(short_pulse(0.012, 8.0));
     let mut wide = Design::reference();
     wide.tolerance.insert("mass_kg".into(), 1.0);
-    let own = AssessOptions {
+    let own = Policy {
         members: 128,
         ..options(RIGID, NEGATIVE)
     };
-    let empty = AssessOptions {
+    let empty = Policy {
         window_s: Some((7.0, 8.0)),
         ..own.clone()
     };

@@ -2,16 +2,16 @@
 //! `docs/decision.md` with a test that names it; and those that no other file covers.
 
 use super::*;
-use crate::cli::{Folder, latchgate, shared, table};
+use crate::support::{Folder, data, latchgate, table};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// A bounce that never ends: a perfect stop, no damping, and hardly any speed.
-fn endless() -> (Design, AssessOptions) {
+fn endless() -> (Design, Policy) {
     let mut design = Design::reference();
     design.stop.restitution = 1.0;
     design.lever.pivot_damping_nm_s_per_rad = 0.0;
-    let own = AssessOptions {
+    let own = Policy {
         initial_velocity_rad_s: Some(1e-10),
         ..options(RIGID, NEGATIVE)
     };
@@ -35,7 +35,7 @@ fn verif_a_lever_that_cannot_be_followed_is_undecided_and_said() {
             .any(|finding| finding.code == "method-broke-down")
     );
     // A pass of the others is none of the whole.
-    let members = AssessOptions {
+    let members = Policy {
         members: 16,
         ..own.clone()
     };
@@ -48,7 +48,7 @@ fn verif_a_lever_that_cannot_be_followed_is_undecided_and_said() {
 #[test]
 fn verif_a_stop_beside_the_nominal_one_that_cannot_be_followed_is_said() {
     let (design, own) = endless();
-    let own = AssessOptions {
+    let own = Policy {
         model: ModelChoice::Auto,
         ..own
     };
@@ -128,8 +128,8 @@ fn with_offset(offset_g: f64, of: impl Fn(f64) -> f64) -> Conditioned {
     conditioned
 }
 
-fn codes(assessment: &Assessment) -> Vec<&'static str> {
-    assessment.why.iter().map(|reason| reason.code).collect()
+fn codes(assessment: &Assessment) -> Vec<&str> {
+    assessment.why.iter().map(|reason| &*reason.code).collect()
 }
 
 /// With nominal runs alone the bias is asked about as well: where leaving it in, or one standard
@@ -200,17 +200,14 @@ fn verif_nominal_runs_name_the_bias_that_decides() {
     assert_eq!(judged.what_if.len(), 2);
 }
 
-/// NHTSA test 7292, curve 148, nominal runs alone (needs ../shared): what an ensemble's reasons
+/// NHTSA test 7292, curve 148, nominal runs alone: what an ensemble's reasons
 /// name is named without one.
 #[test]
 fn val_nominal_runs_of_a_real_channel_name_bias_and_polarity() {
-    let Some(file) = shared("recordings/nhtsa_v07292.148") else {
-        println!("left out: ../shared is not there");
-        return;
-    };
+    let file = data("recordings/nhtsa_v07292.148");
     let document = latchgate(&[
         "replay",
-        &file,
+        file.to_str().unwrap(),
         "--unit",
         "g",
         "--members",

@@ -1,53 +1,10 @@
-//! What the tests of the laboratory formats share: folders that vanish, reading, findings.
+//! Reading a recording and what was found in it.
 
 use latchgate::error::{Error, ErrorKind};
 use latchgate::recording::{
     self, Channel, Finding, Limits, ReadOptions, Recording, Selection, Severity, Source,
 };
-use std::path::{Path, PathBuf};
-
-/// A folder of files that is removed at the end of the test.
-pub(crate) struct Folder(PathBuf);
-
-impl Folder {
-    pub(crate) fn new(name: &str) -> Self {
-        let path =
-            std::env::temp_dir().join(format!("latchgate-ingest-{}-{name}", std::process::id()));
-        let _ = std::fs::remove_dir_all(&path);
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    pub(crate) fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
-        let path = self.0.join(name);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(&path, bytes).unwrap();
-        path
-    }
-
-    pub(crate) fn path(&self) -> &Path {
-        &self.0
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
-/// Recordings of others that lie beside the project on some machines; tests that use them
-/// are left out elsewhere, and say so.
-pub(crate) fn real(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../shared/recordings")
-        .join(name);
-    if path.exists() {
-        return Some(path);
-    }
-    println!("left out: {name} is not on this machine");
-    None
-}
+use std::path::Path;
 
 pub(crate) fn with_channel(channel: &str) -> ReadOptions {
     ReadOptions {
@@ -105,7 +62,7 @@ pub(crate) fn check_codes(findings: &[Finding], severity: Severity, expected: &[
     let mut codes: Vec<&str> = findings
         .iter()
         .filter(|finding| finding.severity == severity)
-        .map(|finding| finding.code)
+        .map(|finding| &*finding.code)
         .collect();
     codes.sort_unstable();
     assert_eq!(codes, expected, "{findings:#?}");

@@ -1,54 +1,24 @@
-//! Random levers, stops and recordings, each from a seed that a failing test prints.
+//! Levers, stops and signals, given and random.
 
+use super::Random;
 use latchgate::conditioning::Signal;
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
 use latchgate::replay::{self, Outcome, RunOptions};
 use latchgate::units::{OpensWhen, SampleRate};
 
-/// SplitMix64.
-#[derive(Debug, Clone)]
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    pub(crate) fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    /// Uniform in [0, 1).
-    pub(crate) fn unit(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    /// Uniform in the logarithm.
-    pub(crate) fn scale(&mut self, low: f64, high: f64) -> f64 {
-        low * (high / low).powf(self.unit())
-    }
-
-    pub(crate) fn below(&mut self, n: u64) -> u64 {
-        self.bits() % n
-    }
-
-    pub(crate) fn one_in(&mut self, n: u64) -> bool {
-        self.below(n) == 0
+/// A signal that starts at `start_s`.
+pub(crate) fn signal_from(rate_hz: f64, start_s: f64, samples: Vec<f64>) -> Signal {
+    Signal {
+        start_s,
+        rate: SampleRate::from_hertz(rate_hz).unwrap(),
+        samples,
     }
 }
 
 /// A signal that starts at time zero.
 pub(crate) fn signal(rate_hz: f64, samples: Vec<f64>) -> Signal {
-    Signal {
-        start_s: 0.0,
-        rate: SampleRate::from_hertz(rate_hz).unwrap(),
-        samples,
-    }
+    signal_from(rate_hz, 0.0, samples)
 }
 
 /// Options of a nominal run with the trajectory kept.
@@ -98,11 +68,11 @@ pub(crate) fn random_design(random: &mut Random) -> Design {
 /// `weakest` to `strongest` m/s².
 pub(crate) fn random_signal(
     random: &mut Random,
-    longest: u64,
+    longest: usize,
     weakest: f64,
     strongest: f64,
 ) -> Signal {
-    let count = (2 + random.below(longest - 1)) as usize;
+    let count = 2 + random.below(longest - 1);
     let rate = match random.below(4) {
         0 => random.scale(250.0, 1e6).round(),
         1 => 12_500.0,
@@ -111,7 +81,7 @@ pub(crate) fn random_signal(
     let amplitude = random.scale(weakest, strongest);
     let (phase, cycles) = (random.between(0.0, 6.3), random.scale(0.5, 20.0));
     let kind = random.below(6);
-    let place = random.below(count as u64) as usize;
+    let place = random.below(count);
     let samples = (0..count)
         .map(|k| {
             let x = k as f64 / count as f64;

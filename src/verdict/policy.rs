@@ -1,0 +1,108 @@
+//! The question of a verdict: what decides, and what is told beside the answer.
+
+use crate::model::stop::StopModel;
+use crate::replay::Method;
+use crate::units::OpensWhen;
+
+/// The stop models that decide.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ModelChoice {
+    /// Both; undecided where they differ.
+    Auto,
+    /// One of them.
+    Only(StopModel),
+}
+
+impl ModelChoice {
+    /// Returns the word that options and verdicts use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Only(stop) => stop.name(),
+        }
+    }
+
+    pub(crate) fn stops(self) -> &'static [StopModel] {
+        match self {
+            Self::Auto => &[StopModel::Rigid, StopModel::Soft],
+            Self::Only(StopModel::Rigid) => &[StopModel::Rigid],
+            Self::Only(StopModel::Soft) => &[StopModel::Soft],
+        }
+    }
+}
+
+/// The sign of the recorded acceleration that opens, and who says so.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Polarity {
+    /// One sign, declared.
+    Declared(OpensWhen),
+    /// Both signs, declared: the worse counts.
+    Both,
+    /// Nobody says: both are judged, and if they differ the verdict is undecided.
+    Undeclared,
+}
+
+impl Polarity {
+    pub(crate) fn signs(self) -> &'static [OpensWhen] {
+        match self {
+            Self::Declared(OpensWhen::Negative) => &[OpensWhen::Negative],
+            Self::Declared(OpensWhen::Positive) => &[OpensWhen::Positive],
+            Self::Both | Self::Undeclared => &[OpensWhen::Negative, OpensWhen::Positive],
+        }
+    }
+}
+
+/// The question of a verdict: every setting that can change its numbers, reading, conditioning
+/// and design apart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Policy {
+    /// Stop models that decide.
+    pub model: ModelChoice,
+    /// Polarity.
+    pub polarity: Polarity,
+    /// Integrator.
+    pub method: Method,
+    /// Truncation let pass in a step [rad].
+    pub tolerance_rad: Option<f64>,
+    /// Initial angle [rad]; `None` for that of rest on the stop.
+    pub initial_angle_rad: Option<f64>,
+    /// Initial angular velocity [rad/s]; `None` for rest.
+    pub initial_velocity_rad_s: Option<f64>,
+    /// Judged window [s].
+    pub window_s: Option<(f64, f64)>,
+    /// Largest ensemble; 0 for nominal runs alone.
+    pub members: u32,
+    /// Seed of the ensemble.
+    pub seed: u64,
+}
+
+impl Policy {
+    /// Returns the policy of nominal runs alone, by the event-driven method from rest on the
+    /// stop, over the whole recording.
+    #[must_use]
+    pub fn new(model: ModelChoice, polarity: Polarity) -> Self {
+        Self {
+            model,
+            polarity,
+            method: Method::EventDriven,
+            tolerance_rad: None,
+            initial_angle_rad: None,
+            initial_velocity_rad_s: None,
+            window_s: None,
+            members: 0,
+            seed: 1,
+        }
+    }
+}
+
+/// What is worked out beside the answer; none of it changes the answer or its numbers.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Extras {
+    /// Judge the recording after each filter as well.
+    pub filter_table: bool,
+    /// Keep trajectories and spectra for a report.
+    pub evidence: bool,
+    /// Follow every stop in full, also where bounds prove its answer; for comparison.
+    pub follow_all: bool,
+}
