@@ -70,7 +70,7 @@ pub(in crate::report::plot) fn draw(attractors: &[Attractor]) -> Figure {
 
 fn title(attractor: &Attractor) -> String {
     let (low, high) = attractor.options.amplitudes_g;
-    let amplitude = if attractor.options.points > 1 {
+    let amplitude = if attractor.options.amplitudes() > 1 {
         format!("{low} to {high}")
     } else {
         low.to_string()
