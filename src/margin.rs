@@ -30,11 +30,12 @@ use change::{Change, VerdictSearch};
 use quantity::{Stretch, applied};
 use runs::{Bench, Setting};
 use search::{Crossing, Edge, Excess, Found, Probe};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
 
 /// What the nominal runs say at one value of a quantity, no error counted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum State {
     /// No run goes beyond the threshold.
@@ -58,7 +59,7 @@ impl State {
 }
 
 /// What an answer rests on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Basis {
     /// The nominal run's peak against the threshold, no error counted.
     #[serde(rename = "nominal run")]
@@ -96,12 +97,12 @@ pub const POINTS_MIN: usize = 200;
 const SAMPLES_TIMES_POINTS: usize = 24_000_000;
 
 /// A change of the answer.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Boundary {
     /// What is varied: [`Quantity::name`].
-    pub quantity: &'static str,
+    pub quantity: Cow<'static, str>,
     /// Its unit; empty for a ratio.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// The end of the bracket with the better answer: the last value still to pass, or not yet
     /// to fail.
     pub at: f64,
@@ -114,14 +115,14 @@ pub struct Boundary {
 }
 
 /// The least change of one quantity that changes the answer.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Margin {
     /// What is varied.
     pub quantity: Quantity,
     /// What people call it.
-    pub title: &'static str,
+    pub title: Cow<'static, str>,
     /// Its unit; empty for a ratio.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Its value at present.
     pub present: f64,
     /// Whether the answer it rests on passes at present.
@@ -155,7 +156,7 @@ pub struct Margin {
     /// the end of the range that they pass at; `None` if they pass at both ends, or at none.
     pub settled_at: Option<f64>,
     /// What stays and what moves along.
-    pub convention: &'static str,
+    pub convention: Cow<'static, str>,
 }
 
 /// The peak over a quantity, as the search saw it.
@@ -256,8 +257,8 @@ pub fn margins(
         };
         answers.push(search.answer(quantity, &stretch, &found, spoiled)?);
         boundaries.extend(found.crossings.iter().map(|crossing| Boundary {
-            quantity: quantity.name(),
-            unit: quantity.unit(),
+            quantity: quantity.name().into(),
+            unit: quantity.unit().into(),
             at: crossing.better_end(),
             bracket: (crossing.low.0, crossing.high.0),
             below: crossing.low.1.state(),
@@ -491,8 +492,8 @@ impl Search<'_> {
             .map(|at| (at / stretch.present - 1.0) * 100.0);
         Ok(Margin {
             quantity,
-            title: quantity.title(),
-            unit: quantity.unit(),
+            title: quantity.title().into(),
+            unit: quantity.unit().into(),
             present: stretch.present,
             passes_at_present,
             at,
@@ -510,7 +511,7 @@ impl Search<'_> {
             values: found.points.len(),
             changes: changes.len(),
             settled_at: settled(&changes),
-            convention: quantity.convention(),
+            convention: quantity.convention().into(),
         })
     }
 

@@ -10,7 +10,6 @@ pub mod policy;
 pub(crate) mod remarks;
 pub mod ribbon;
 pub mod screen;
-pub mod verify;
 pub mod what_if;
 mod why;
 
@@ -80,7 +79,7 @@ pub struct Reason {
 
 /// Where the nominal peak's uncertainty comes from; each part is a change of the nominal
 /// peak measured by a rerun [rad], `None` where no rerun was possible or none applies.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorBudget {
     /// Integration and rounding.
     pub numerical: Option<f64>,
@@ -97,7 +96,7 @@ pub struct ErrorBudget {
 }
 
 /// Closed-form bounds that need no integration.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Screens {
     /// T0/(mL) in g: below it in the opening direction a lever on a rigid stop never leaves.
     pub static_threshold_g: f64,
@@ -112,7 +111,7 @@ pub struct Screens {
 }
 
 /// What the closed-form bounds say of one polarity and stop.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScreenedRun {
     /// Stop model.
     pub model: StopModel,
@@ -129,7 +128,7 @@ pub struct ScreenedRun {
 }
 
 /// What one stop and polarity says by part 3 of the rule, and how sure its peak is.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunAnswer {
     /// Stop model.
     pub model: StopModel,

@@ -6,7 +6,6 @@ mod bifurcation;
 mod excitation_map;
 mod free_vibration;
 mod histories;
-mod progress;
 mod restitution;
 mod shock;
 mod spectrogram;
@@ -15,18 +14,21 @@ mod step_size;
 mod sweep;
 mod work_precision;
 
-use super::args::{Common, OutputFormat, StudyArguments, StudyCommon, parse_positive};
-use super::{Failure, output};
+use super::failure::{Failure, INTERRUPTED};
+use super::options::{Common, StudyCommon};
+use super::output;
+use super::progress::{self, Progress};
+use super::values::OutputFormat;
 use crate::error::ErrorKind;
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::parallel::Control;
 use crate::report;
 use crate::report::study::{Files, Summary, Table};
+use crate::request::parse_positive;
 use crate::study::Headline;
 use crate::study::work_precision::Truth;
 use clap::Subcommand;
-use progress::Progress;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -107,11 +109,7 @@ impl Session<'_> {
 
     /// Does a step of the work by all threads, showing on a terminal how far it is.
     fn watch<T>(&self, step: &str, work: impl FnOnce(&Control<'_>) -> T) -> T {
-        self.progress.step(step);
-        work(&Control {
-            threads: self.common.thread_count(),
-            proceed: &|part| self.progress.proceed(part),
-        })
+        self.progress.watch(step, self.common.thread_count(), work)
     }
 }
 
@@ -174,16 +172,15 @@ fn parse_periods(text: &str) -> Result<f64, String> {
 }
 
 /// Runs the command; returns the exit code.
-pub(super) fn command(own: &StudyArguments, common: &Common) -> Result<u8, Failure> {
-    let analysis = own.study.analysis();
+pub(super) fn command(own: &Study, common: &Common) -> Result<u8, Failure> {
+    let analysis = own.analysis();
     let session = Session {
         started: Instant::now(),
-        progress: Progress::new(),
+        progress: Progress::new(analysis.name()),
         common,
     };
-    progress::listen();
     let StudyCommon { out, design, set } = analysis.common();
-    let design = super::replay::design(
+    let design = super::design::design(
         design.as_deref(),
         set,
         &common.limits().map_err(Failure::Usage)?,
@@ -214,8 +211,11 @@ pub(super) fn command(own: &StudyArguments, common: &Common) -> Result<u8, Failu
     }
     .map_err(Failure::Data)?;
     if !complete {
-        output::talk("latchgate: interrupted; what was done until then is written");
-        return Ok(super::COULD_NOT);
+        output::talk(&format!(
+            "{}; what was done until then is written",
+            progress::WORD
+        ));
+        return Ok(INTERRUPTED);
     }
     Ok(0)
 }

@@ -9,7 +9,7 @@ use crate::model::stop::StopModel;
 use crate::parallel::Control;
 use crate::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
 use crate::verdict::{ModelChoice, Polarity, Policy, screen};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Durations of the pulses [s]: 1 to 100 ms by the preferred numbers R20 of ISO 3.
 pub const DURATIONS_MS: [f64; 41] = [
@@ -26,7 +26,7 @@ const INTERVALS: u32 = 1000;
 const AMPLITUDES: usize = 120;
 
 /// A half-sine pulse that just brings the lever to the threshold.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LimitPoint {
     /// Stop model.
     pub model: StopModel,
@@ -42,7 +42,7 @@ pub struct LimitPoint {
 }
 
 /// Where the recording stands on the chart.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RecordingPoint {
     /// Sign of the recorded acceleration that is taken to open.
     pub opens_when: OpensWhen,
@@ -53,7 +53,7 @@ pub struct RecordingPoint {
 }
 
 /// The design's limit, and the recording beside it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LimitCurve {
     /// T0/(mL), below which no length of pulse lifts a lever off a rigid stop [g].
     pub static_threshold_g: f64,

@@ -5,11 +5,11 @@ use super::runs::{Bench, Setting};
 use super::search::{self, Edge, Excess, Probe};
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// One axis of a map: a design key and its range.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MapAxis {
     /// Design key, for example `lever.preload_torque_nm`.
     pub key: String,
@@ -31,7 +31,7 @@ impl MapAxis {
 }
 
 /// What a map is asked.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MapRequest {
     /// To the right.
     pub x: MapAxis,
@@ -97,7 +97,7 @@ impl MapRequest {
 pub const GRID_MAX: usize = 400;
 
 /// A point of the boundary of the pass, on a line of the grid.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MapVertex {
     /// Value of the first key.
     pub x: f64,
@@ -110,7 +110,7 @@ pub struct MapVertex {
 }
 
 /// The map.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Map {
     /// What was asked.
     #[serde(flatten)]

@@ -10,11 +10,11 @@ use crate::parallel::Control;
 use crate::recording::Finding;
 use crate::verdict::Policy;
 use crate::verdict::bench::{Recall, window_samples};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::cell::Cell;
 
 /// The preload that a recording asks for.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PreloadAnswer {
     /// The preload at present [N m].
     pub present_nm: f64,

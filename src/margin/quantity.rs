@@ -3,10 +3,10 @@
 
 use crate::model::Design;
 use crate::model::stop::Stop;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What is varied, all else staying as it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// Factor on the recorded acceleration.

@@ -304,10 +304,10 @@ fn table(out: &mut String, document: &MarginDocument) {
         };
         rows.push([
             title,
-            with_unit(answer.present, answer.unit),
+            with_unit(answer.present, &answer.unit),
             answer
                 .at
-                .map_or_else(|| "never".into(), |at| with_unit(at, answer.unit)),
+                .map_or_else(|| "never".into(), |at| with_unit(at, &answer.unit)),
             change(answer),
             answer
                 .at

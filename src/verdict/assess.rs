@@ -31,9 +31,9 @@ pub struct Assessment {
     /// The run with the largest peak.
     pub nominal: Run,
     /// Per stop, the run with the larger peak.
-    pub models: BTreeMap<&'static str, Run>,
+    pub models: BTreeMap<StopModel, Run>,
     /// Per polarity and stop, where two polarities were judged.
-    pub polarities: BTreeMap<&'static str, BTreeMap<&'static str, Run>>,
+    pub polarities: BTreeMap<OpensWhen, BTreeMap<StopModel, Run>>,
     /// What each stop and polarity says by itself.
     pub answers: Vec<RunAnswer>,
     /// The ensemble of the stop and polarity with the largest nominal peak.
@@ -220,16 +220,16 @@ pub fn assess(
                 a
             }
         }) {
-            models.insert(stop.name(), run.clone());
+            models.insert(*stop, run.clone());
         }
     }
-    let mut polarities: BTreeMap<&'static str, BTreeMap<&'static str, Run>> = BTreeMap::new();
+    let mut polarities: BTreeMap<OpensWhen, BTreeMap<StopModel, Run>> = BTreeMap::new();
     if policy.polarity.signs().len() > 1 {
         for ((sign, stop), judged) in pairs.iter().zip(&judged) {
             polarities
-                .entry(sign.name())
+                .entry(*sign)
                 .or_default()
-                .insert(stop.name(), judged.run().clone());
+                .insert(*stop, judged.run().clone());
         }
     }
     let ribbon = match &scatter {

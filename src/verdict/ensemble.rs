@@ -17,7 +17,8 @@ use crate::model::stop::{Stop, StopModel};
 use crate::replay::batch::Member;
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
 use draw::TRUNCATION;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// Members after which the ensemble is looked at, unless it ends earlier.
 pub const LOOKS: [u32; 4] = [128, 512, 2048, 10_000];
@@ -44,7 +45,7 @@ pub fn looks(members: u32) -> Vec<u32> {
 }
 
 /// Quantiles of the members' peak angle [rad].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PeakQuantiles {
     /// Five in a hundred stay below.
     pub p05: f64,
@@ -57,10 +58,10 @@ pub struct PeakQuantiles {
 }
 
 /// How strongly one scattered parameter and the peak go together.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Driver {
     /// Design key of the parameter.
-    pub parameter: &'static str,
+    pub parameter: Cow<'static, str>,
     /// One standard deviation of it, in the key's unit.
     pub standard_deviation: f64,
     /// Spearman's rank correlation of its draws with the peak [-]; `None` if either does not
@@ -71,7 +72,7 @@ pub struct Driver {
 }
 
 /// Why an ensemble ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum End {
     /// The rule decided.
     #[serde(rename = "decided")]
@@ -86,7 +87,7 @@ pub enum End {
 }
 
 /// What the scattered levers of one stop and polarity did.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ensemble {
     /// Stop model.
     pub model: StopModel,
@@ -102,9 +103,9 @@ pub struct Ensemble {
     /// Seed of the draws.
     pub seed: u64,
     /// Generator of the draws.
-    pub generator: &'static str,
+    pub generator: Cow<'static, str>,
     /// Integrator of the members.
-    pub method: &'static str,
+    pub method: Cow<'static, str>,
     /// The look at which it ended, counted from 1.
     pub look: usize,
     /// Why it ended there.
@@ -465,8 +466,8 @@ pub(super) fn summarise(
         exceeded: count.exceeded,
         failed_to_run: count.failed_to_run,
         seed: scatter.seed,
-        generator: draw::GENERATOR,
-        method: "event-driven",
+        generator: draw::GENERATOR.into(),
+        method: "event-driven".into(),
         look,
         ended,
         confidence: bounds::LOOK_CONFIDENCE,

@@ -8,13 +8,14 @@ use crate::conditioning::{self, Cfc, Conditioned, Signal, cfc, resample};
 use crate::error::Error;
 use crate::recording::Finding;
 use crate::replay::Outcome;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// What the nominal runs say after one filter.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FilterRow {
     /// Filter: `none`, `cfc1000`, `cfc600`, `cfc180`, `cfc60`.
-    pub filter: &'static str,
+    pub filter: Cow<'static, str>,
     /// What the rule says of the nominal runs, as with no ensemble; `None` if the filter cannot
     /// be applied.
     pub verdict: Option<Answer>,
@@ -67,7 +68,7 @@ pub(super) fn table(
             Err(error) => {
                 return Ok(Filtered {
                     row: FilterRow {
-                        filter: filter_name(*filter),
+                        filter: filter_name(*filter).into(),
                         verdict: None,
                         peak_angle_rad: None,
                         chosen: false,
@@ -121,7 +122,7 @@ fn row(
     let peaks: Vec<f64> = judged.iter().map(|run| run.run().peak_angle_rad).collect();
     Filtered {
         row: FilterRow {
-            filter: filter_name(filter),
+            filter: filter_name(filter).into(),
             verdict: Some(scope.answer(
                 combine(polarity, pairs, answers),
                 combine(polarity, pairs, &of_good),
@@ -160,8 +161,8 @@ pub(super) fn filter_decides(rows: &[FilterRow]) -> Option<Finding> {
             continue;
         };
         match answers.iter_mut().find(|(known, _)| *known == answer) {
-            Some((_, filters)) => filters.push(row.filter),
-            None => answers.push((answer, vec![row.filter])),
+            Some((_, filters)) => filters.push(&row.filter),
+            None => answers.push((answer, vec![&row.filter])),
         }
     }
     if answers.len() < 2 {

@@ -16,10 +16,10 @@ use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::replay::{Method, Outcome};
 use crate::units::OpensWhen;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What an answer rests on, the coarsest first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Rung {
     /// Bounds in closed form, of the nominal lever and of the scattered ones.
     #[serde(rename = "bounds")]
@@ -49,7 +49,7 @@ impl Rung {
 }
 
 /// How far one stop and polarity was followed.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Step {
     /// Stop model.
     pub model: StopModel,
@@ -73,7 +73,7 @@ pub struct Step {
 }
 
 /// Which rung decided, and why nothing finer was needed.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ladder {
     /// The finest rung that the answer needed.
     pub rung: Rung,

@@ -8,10 +8,11 @@ use crate::conditioning::Conditioned;
 use crate::error::Error;
 use crate::model::stop::StopModel;
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// How an input is moved.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Change {
     /// By one standard deviation upwards.
     #[serde(rename = "one standard deviation more")]
@@ -25,10 +26,10 @@ pub enum Change {
 }
 
 /// What the nominal run does with one input moved.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WhatIf {
     /// Design key of the input.
-    pub input: &'static str,
+    pub input: Cow<'static, str>,
     /// How it is moved.
     pub how: Change,
     /// By how much, in the key's unit.
@@ -40,7 +41,7 @@ pub struct WhatIf {
 }
 
 /// A stop and polarity whose peak lies on the other side of the limit than before.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Side {
     /// Stop model.
     pub model: StopModel,
@@ -137,7 +138,7 @@ fn compared(
         })
         .collect();
     Some(WhatIf {
-        input,
+        input: input.into(),
         how,
         change,
         peak_angle_rad: largest.reduce(f64::max)?,

@@ -97,7 +97,7 @@ fn check_climbed(
     // Its nominal run is there all the same, and that with the larger peak is followed.
     assert_eq!(found.models.len(), 2);
     for step in found.ladder.stops.iter().filter(|step| step.left_out) {
-        let run = &found.models[step.model.name()];
+        let run = &found.models[&step.model];
         assert!(run.peak_angle_rad <= found.nominal.peak_angle_rad);
         let answer = found.answers.iter().find(|own| own.model == step.model);
         assert_eq!(answer.unwrap().interpolation_error_rad, None);
@@ -152,8 +152,8 @@ fn verif_a_holding_sawtooth_divides_the_stops() {
         &[(StopModel::Rigid, Answer::Pass)],
     );
     assert_eq!(found.answer, Answer::Undecided);
-    assert!(found.models["soft"].peak_angle_rad > 0.2);
-    assert_eq!(found.models["rigid"].peak_angle_rad, 0.0);
+    assert!(found.models[&StopModel::Soft].peak_angle_rad > 0.2);
+    assert_eq!(found.models[&StopModel::Rigid].peak_angle_rad, 0.0);
 }
 
 /// Near the limit no bound decides, and both stops are followed.

@@ -333,7 +333,7 @@ fn verif_stops_that_differ_leave_it_undecided() {
     // What each holds is the run asked for alone.
     for stop in [StopModel::Rigid, StopModel::Soft] {
         let run = explicit(&signal, stop, OpensWhen::Negative).run;
-        assert_eq!(both.models[stop.name()].peak_angle_rad, run.peak_angle_rad);
+        assert_eq!(both.models[&stop].peak_angle_rad, run.peak_angle_rad);
     }
     assert_eq!(both.nominal.peak_angle_rad, rigid.0.max(soft.0));
 }

@@ -2,7 +2,8 @@
 
 use super::sweep::{self, Sine, Span, Start};
 use super::{Analysis, Answer, Failure, Session};
-use crate::cli::args::{ModelArgument, StudyCommon};
+use crate::cli::options::StudyCommon;
+use crate::cli::values::ModelArgument;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;

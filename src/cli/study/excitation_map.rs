@@ -2,10 +2,12 @@
 
 use super::sweep::{self, Span};
 use super::{Analysis, Answer, Failure, Session};
-use crate::cli::args::{ModelArgument, StudyCommon, parse_positive};
+use crate::cli::options::StudyCommon;
+use crate::cli::values::ModelArgument;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;
+use crate::request::parse_positive;
 use crate::study::excitation_map;
 use clap::Args;
 use serde_json::json;

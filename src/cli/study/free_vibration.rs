@@ -1,10 +1,12 @@
 //! `latchgate study free-vibration`.
 
 use super::{Analysis, Answer, Failure, Session, parse_periods, start};
-use crate::cli::args::{ModelArgument, StudyCommon, parse_angle, parse_velocity};
+use crate::cli::options::StudyCommon;
+use crate::cli::values::ModelArgument;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;
+use crate::request::{parse_phi0, parse_velocity};
 use crate::study::{free, free_vibration};
 use clap::Args;
 use serde_json::json;
@@ -20,7 +22,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
     pub model: ModelArgument,
     /// Initial angle [rad]
-    #[arg(long, value_name = "RAD", value_parser = parse_angle, allow_negative_numbers = true, default_value_t = 0.5)]
+    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true, default_value_t = 0.5)]
     pub phi0: f64,
     /// Initial angular velocity [rad/s]
     #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true, default_value_t = 0.0)]

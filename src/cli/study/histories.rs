@@ -1,10 +1,12 @@
 //! `latchgate study histories`.
 
 use super::{Analysis, Answer, Failure, Session, start, sweep};
-use crate::cli::args::{ModelArgument, StudyCommon, parse_angle, parse_positive, parse_velocity};
+use crate::cli::options::StudyCommon;
+use crate::cli::values::ModelArgument;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;
+use crate::request::{parse_phi0, parse_positive, parse_velocity};
 use crate::study::histories;
 use clap::Args;
 use serde_json::json;
@@ -26,7 +28,7 @@ pub struct Arguments {
     #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0, allow_negative_numbers = true)]
     pub omega: f64,
     /// Initial angle of one start in place of the paper's three [rad]
-    #[arg(long, value_name = "RAD", value_parser = parse_angle, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true)]
     pub phi0: Option<f64>,
     /// Initial angular velocity [rad/s]
     #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true, default_value_t = 0.0)]

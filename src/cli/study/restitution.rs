@@ -1,7 +1,7 @@
 //! `latchgate study restitution`.
 
 use super::{Analysis, Answer, Failure, Session};
-use crate::cli::args::StudyCommon;
+use crate::cli::options::StudyCommon;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;

@@ -1,10 +1,12 @@
 //! `latchgate study shock`.
 
 use super::{Analysis, Answer, Failure, Session, sweep};
-use crate::cli::args::{ModelArgument, StudyCommon, parse_positive};
+use crate::cli::options::StudyCommon;
+use crate::cli::values::ModelArgument;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;
+use crate::request::parse_positive;
 use crate::study::shock;
 use clap::Args;
 use serde_json::json;

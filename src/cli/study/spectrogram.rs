@@ -1,11 +1,13 @@
 //! `latchgate study spectrogram`.
 
 use super::{Analysis, Answer, Failure, Session, parse_periods, start};
-use crate::cli::args::{StopArgument, StudyCommon, parse_angle, parse_positive, parse_velocity};
+use crate::cli::options::StudyCommon;
+use crate::cli::values::StopArgument;
 use crate::error::ErrorKind;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;
+use crate::request::{parse_phi0, parse_positive, parse_velocity};
 use crate::study::spectrogram;
 use clap::Args;
 use serde_json::json;
@@ -21,7 +23,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = StopArgument::Soft)]
     pub model: StopArgument,
     /// Initial angle [rad]
-    #[arg(long, value_name = "RAD", value_parser = parse_angle, allow_negative_numbers = true, default_value_t = 0.5)]
+    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true, default_value_t = 0.5)]
     pub phi0: f64,
     /// Initial angular velocity [rad/s]
     #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true, default_value_t = 0.0)]

@@ -1,10 +1,11 @@
 //! `latchgate study stability`.
 
 use super::{Analysis, Answer, Failure, Session};
-use crate::cli::args::{StudyCommon, parse_positive};
+use crate::cli::options::StudyCommon;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;
+use crate::request::parse_positive;
 use crate::study::stability;
 use clap::Args;
 use serde_json::json;

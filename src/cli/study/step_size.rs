@@ -1,10 +1,11 @@
 //! `latchgate study step-size`.
 
 use super::{Analysis, Answer, Failure, Session};
-use crate::cli::args::{StudyCommon, parse_angle, parse_positive, parse_velocity};
+use crate::cli::options::StudyCommon;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;
+use crate::request::{parse_phi0, parse_positive, parse_velocity};
 use crate::study::step_size;
 use clap::Args;
 use serde_json::json;
@@ -29,7 +30,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1000), default_value_t = 120, allow_negative_numbers = true)]
     pub points: u32,
     /// Initial angle [rad]
-    #[arg(long, value_name = "RAD", value_parser = parse_angle, allow_negative_numbers = true, default_value_t = 0.5)]
+    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true, default_value_t = 0.5)]
     pub phi0: f64,
     /// Initial angular velocity [rad/s]
     #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true, default_value_t = 0.0)]

@@ -1,9 +1,9 @@
 //! Options that the studies of sines share.
 
 use super::Failure;
-use crate::cli::args::{parse_angle, parse_finite, parse_positive, parse_velocity};
 use crate::model::Design;
 use crate::model::stop::StopModel;
+use crate::request::{parse_finite, parse_phi0, parse_positive, parse_velocity};
 use crate::study::orbit::{Rig, State};
 use clap::Args;
 
@@ -22,7 +22,7 @@ pub struct Sine {
 #[derive(Debug, Clone, Args)]
 pub struct Start {
     /// Initial angle [rad] [default: at rest on the stop]
-    #[arg(long, value_name = "RAD", value_parser = parse_angle, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true)]
     pub phi0: Option<f64>,
     /// Initial angular velocity [rad/s]
     #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true)]

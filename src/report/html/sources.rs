@@ -13,11 +13,11 @@ pub(super) fn recording(page: &mut Page, document: &Document) {
     page.facts();
     page.fact("File", &recording.file);
     page.code_fact("SHA-256", recording.sha256.as_deref().unwrap_or("not read"));
-    page.fact("Format", recording.format.unwrap_or(ABSENT));
+    page.fact("Format", recording.format.as_deref().unwrap_or(ABSENT));
     page.fact("Channel", recording.channel.as_deref().unwrap_or(ABSENT));
     page.fact(
         "Unit, and what states it",
-        &match (recording.unit, recording.unit_source) {
+        &match (&recording.unit, &recording.unit_source) {
             (Some(unit), Some(source)) => format!("{unit}, stated by: {source}"),
             (Some(unit), None) => unit.to_string(),
             _ => ABSENT.to_string(),
@@ -85,7 +85,7 @@ pub(super) fn conditioning(page: &mut Page, document: &Document) {
                 "Its standard error",
                 &acceleration(block.bias_standard_error_m_s2),
             );
-            page.fact("Method of that error", block.bias_standard_error_method);
+            page.fact("Method of that error", &block.bias_standard_error_method);
             page.fact(
                 "Bias window",
                 &format!(
@@ -118,7 +118,7 @@ pub(super) fn conditioning(page: &mut Page, document: &Document) {
         );
         page.fact(
             "Standard and its constant",
-            match block.filter_standard {
+            match &*block.filter_standard {
                 "iso6487" => "ISO 6487: fd = 25/12 · CFC",
                 "saej211" => "SAE J211-1: fd = 2.0775 · CFC",
                 other => other,
@@ -133,7 +133,7 @@ pub(super) fn conditioning(page: &mut Page, document: &Document) {
         );
         page.fact(
             "End treatment",
-            block.filter_end_treatment.unwrap_or(ABSENT),
+            block.filter_end_treatment.as_deref().unwrap_or(ABSENT),
         );
     }
     if let (Some(peak), Some(at)) = (block.peak_g, block.peak_time_s) {
@@ -307,14 +307,17 @@ pub(super) fn provenance(page: &mut Page, document: &Document) {
     let request = &document.request;
     page.section("provenance", "How it was decided, and how to repeat it");
     page.raw("<p class=\"statement\">");
-    page.text(document.decision_rule);
+    page.text(&document.decision_rule);
     page.raw("</p>\n");
     page.raw("<pre>");
-    page.text(&request.command);
+    page.text(&crate::report::words::settings(request));
     page.raw("</pre>\n");
     page.facts();
-    page.fact("Stop model asked for", request.model);
-    page.fact("Sign that opens, stated by", request.opens_when_source);
+    page.fact("Stop model asked for", request.model.name());
+    page.fact(
+        "Sign that opens, stated by",
+        document.recording.opens_when_source.name(),
+    );
     page.fact(
         "Judged window",
         &request.window_s.map_or_else(

@@ -125,7 +125,7 @@ fn used_text(context: &Context) -> String {
     let filter = if block.filter == "none" {
         "no filter".to_string()
     } else {
-        filter_name(block.filter)
+        filter_name(&block.filter)
     };
     format!("as used ({bias}, {filter})")
 }

@@ -67,7 +67,7 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
             "",
             (FROM - 12.0, y + ROW / 2.0 + 5.0),
             Anchor::End,
-            words::parameter(driver.parameter),
+            words::parameter(&driver.parameter),
         );
         canvas.text(
             "muted",
@@ -92,7 +92,7 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
         .map(|(driver, correlation)| {
             format!(
                 "{}: {}",
-                words::parameter(driver.parameter),
+                words::parameter(&driver.parameter),
                 significant(*correlation, 2)
             )
         })

@@ -45,7 +45,7 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
             if block.filter == "none" {
                 "as used (no filter)".to_string()
             } else {
-                format!("as used ({})", filter_name(block.filter))
+                format!("as used ({})", filter_name(&block.filter))
             }
         },
     );

@@ -56,8 +56,11 @@ pub(super) fn failing() -> Case {
 fn with_ensemble(case: &mut Case) {
     let document = &mut case.document;
     document.request.members = 10_000;
-    let driver = |parameter, standard_deviation, rank_correlation: Option<f64>, share| Driver {
-        parameter,
+    let driver = |parameter: &'static str,
+                  standard_deviation,
+                  rank_correlation: Option<f64>,
+                  share| Driver {
+        parameter: parameter.into(),
         standard_deviation,
         rank_correlation,
         share,
@@ -73,8 +76,8 @@ fn with_ensemble(case: &mut Case) {
             exceeded: 1731,
             failed_to_run: u32::from(index == 1),
             seed: 1,
-            generator: "made up",
-            method: "event-driven",
+            generator: "made up".into(),
+            method: "event-driven".into(),
             look: 3,
             ended: [End::Decided, End::LastLook, End::NoMatter, End::Decided][index],
             confidence: 0.9875,
@@ -105,7 +108,7 @@ fn with_ensemble(case: &mut Case) {
     document.what_if = [Change::BiasKept, Change::Less, Change::More]
         .into_iter()
         .map(|how| WhatIf {
-            input: "input.bias_g",
+            input: "input.bias_g".into(),
             how,
             change: if how == Change::Less { -0.1 } else { 0.1 },
             peak_angle_rad: 0.0987,
@@ -120,7 +123,7 @@ fn with_ensemble(case: &mut Case) {
         .into_iter()
         .enumerate()
         .map(|(index, filter)| FilterRow {
-            filter,
+            filter: filter.into(),
             verdict: (index != 2).then_some(if index < 2 {
                 Answer::Fail
             } else {
@@ -323,14 +326,17 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
     }
     let (nominal, trace) = runs[0].clone();
     let mut models = BTreeMap::new();
-    models.insert("rigid", runs[0].0.clone());
-    models.insert("soft", runs[1].0.clone());
+    models.insert(StopModel::Rigid, runs[0].0.clone());
+    models.insert(StopModel::Soft, runs[1].0.clone());
     let mut by_polarity = BTreeMap::new();
     if polarities.len() > 1 {
         for (polarity, pair) in polarities.iter().zip(runs.chunks(2)) {
             by_polarity.insert(
-                polarity.name(),
-                BTreeMap::from([("rigid", pair[0].0.clone()), ("soft", pair[1].0.clone())]),
+                *polarity,
+                BTreeMap::from([
+                    (StopModel::Rigid, pair[0].0.clone()),
+                    (StopModel::Soft, pair[1].0.clone()),
+                ]),
             );
         }
     }

@@ -95,7 +95,11 @@ fn verif_an_ensemble_is_what_its_members_say() {
         ],
     );
     // A single swing: more of the pulse opens more, and the bounce plays no part in it.
-    let names: Vec<&str> = own.drivers.iter().map(|driver| driver.parameter).collect();
+    let names: Vec<&str> = own
+        .drivers
+        .iter()
+        .map(|driver| &*driver.parameter)
+        .collect();
     assert_eq!(names, ["input.bias_g", "input.scale", "stop.restitution"]);
     let first = &own.drivers[0];
     assert!(first.rank_correlation.unwrap() < -0.7, "{first:?}");
@@ -345,11 +349,11 @@ fn verif_polarities_with_ensembles() {
 
 // ---------------------------------------------------------------- filters and inputs
 
-fn rows(assessment: &Assessment) -> Vec<(&'static str, Option<Answer>)> {
+fn rows(assessment: &Assessment) -> Vec<(&str, Option<Answer>)> {
     assessment
         .filters
         .iter()
-        .map(|row| (row.filter, row.verdict))
+        .map(|row| (&*row.filter, row.verdict))
         .collect()
 }
 
@@ -403,7 +407,7 @@ fn verif_the_filter_table_is_what_each_filter_gives() {
         assert_eq!(row.verdict, Some(own.answer));
         for other in &tables {
             check_close(
-                row.filter,
+                &row.filter,
                 other.filters[index].peak_angle_rad.unwrap(),
                 own.nominal.peak_angle_rad,
                 1e-12,
@@ -563,7 +567,7 @@ fn verif_what_one_input_does_alone() {
     ];
     assert_eq!(found.what_if.len(), expected.len());
     for (what_if, (input, change, peak)) in found.what_if.iter().zip(expected) {
-        assert_eq!((what_if.input, what_if.change), (input, change));
+        assert_eq!((&*what_if.input, what_if.change), (input, change));
         check_close(input, what_if.peak_angle_rad, peak, 1e-9);
     }
 }

@@ -1,13 +1,13 @@
 //! A verdict against the same run made again: the first difference, and how many there are.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeSet;
 
 /// What kind of difference.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Kind {
+pub enum DifferenceKind {
     /// The recording is another file.
     File,
     /// The card beside it is another, or only one of the runs had one.
@@ -19,10 +19,10 @@ pub enum Kind {
 }
 
 /// The first difference.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Difference {
     /// Its kind.
-    pub kind: Kind,
+    pub kind: DifferenceKind,
     /// Key, from the document's root.
     pub at: String,
     /// In the verdict; `None` where the key is absent.
@@ -35,11 +35,11 @@ pub struct Difference {
 
 /// What the comparison found.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Comparison {
+pub(super) struct Comparison {
     /// The first difference, in the order from file to verdict to report; `None` if there is none.
-    pub first: Option<Difference>,
+    pub(super) first: Option<Difference>,
     /// Keys that differ.
-    pub differences: usize,
+    pub(super) differences: usize,
 }
 
 /// Keys of the document in the order in which a difference is told: what goes in comes before
@@ -60,7 +60,7 @@ const ORDER: [&str; 10] = [
 /// Compares a stored document with the same run made again, key by key and number by number, to
 /// the last digit; `run` alone may differ. With `renamed` the file's name may, too.
 #[must_use]
-pub fn compare(stored: &Value, now: &Value, renamed: bool) -> Comparison {
+pub(super) fn compare(stored: &Value, now: &Value, renamed: bool) -> Comparison {
     let mut found = Vec::new();
     let empty = serde_json::Map::new();
     let (before, after) = (
@@ -156,32 +156,32 @@ fn told(
     let (before, after) = (words(&stored), words(&now));
     let (kind, text) = match at.as_str() {
         "recording.sha256" => (
-            Kind::File,
+            DifferenceKind::File,
             format!(
                 "The recording is another file: its SHA-256 is {after}, that in the verdict {before}."
             ),
         ),
         part if part.starts_with("recording.parts") => (
-            Kind::File,
+            DifferenceKind::File,
             format!(
                 "A file that is read with the recording is another, first in {at}: {before} in the verdict, {after} now."
             ),
         ),
         "recording.card_sha256" => (
-            Kind::Card,
+            DifferenceKind::Card,
             format!(
                 "The card beside the recording is another: its SHA-256 is {after}, that in the verdict {before}."
             ),
         ),
         _ if versions.0 != versions.1 => (
-            Kind::Version,
+            DifferenceKind::Version,
             format!(
                 "The verdict is by version {}, this is {}, and they differ first in {at}: {before} in the verdict, {after} now.",
                 versions.0, versions.1
             ),
         ),
         _ => (
-            Kind::Result,
+            DifferenceKind::Result,
             format!(
                 "The same file gives another result, first in {at}: {before} in the verdict, {after} now."
             ),
