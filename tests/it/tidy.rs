@@ -338,6 +338,21 @@ fn tidy_no_source_file_exceeds_a_thousand_lines() {
     check_none("files that have mostly become two ideas", &long);
 }
 
+/// What `tests/run --quick` leaves out is there.
+#[test]
+fn tidy_the_slow_tests_exist() {
+    let missing: Vec<String> = text_of("tests/slow.txt")
+        .lines()
+        .filter(|name| {
+            let (module, function) = name.rsplit_once("::").expect("a module and a test");
+            let file = format!("tests/it/{}.rs", module.replace("::", "/"));
+            !root().join(&file).exists() || !text_of(&file).contains(&format!("fn {function}()"))
+        })
+        .map(str::to_string)
+        .collect();
+    check_none("slow tests that there are not", &missing);
+}
+
 #[test]
 fn tidy_every_signal_has_a_card() {
     let files = files_below("signals");
