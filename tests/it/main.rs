@@ -45,6 +45,7 @@ mod mme;
 mod oracle;
 mod orbit;
 mod pictures;
+mod pipeline;
 mod polynomial;
 mod recordings;
 mod reference;
