@@ -756,9 +756,9 @@ fn verif_charts_of_the_scenes_are_whole() {
         ),
         ("step-size", plot::step_size(&sizes(&[10_000, 1000], 30))),
         ("free-vibration", plot::free_vibration(&free)),
-        ("spectrogram", plot::bounces(&bounces(3.0))),
+        ("spectrogram", plot::spectrogram(&bounces(3.0))),
         // A lever that is watched too shortly to bounce.
-        ("spectrogram", plot::bounces(&bounces(0.8))),
+        ("spectrogram", plot::spectrogram(&bounces(0.8))),
         ("histories", plot::histories(&three_starts(9.81))),
         ("shock", plot::shock(&shock)),
     ] {

@@ -360,7 +360,7 @@ fn verif_polarity_undeclared_must_agree_and_both_takes_the_worse() {
             "nominal-runs-only",
         ],
     );
-    assert!(undeclared.why[0].text.contains("--opens-when"));
+    assert!(undeclared.why[0].text.contains("`opens_when`"));
     assert!(
         undeclared
             .findings

@@ -1,6 +1,7 @@
 //! `latchgate study step-size`.
 
-use super::{Analysis, Answer, Failure, Session};
+use super::analysis::{Analysis, Answer, Session};
+use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::model::Design;
 use crate::report::plot;
@@ -9,7 +10,6 @@ use crate::request::{parse_phi0, parse_positive, parse_velocity};
 use crate::study::step_size;
 use clap::Args;
 use serde_json::json;
-use std::collections::BTreeMap;
 
 /// Options of `study step-size`.
 #[derive(Debug, Clone, Args)]
@@ -47,7 +47,7 @@ impl Analysis for Arguments {
     }
 
     fn run(&self, design: &Design, _session: &Session) -> Result<Answer, Failure> {
-        let result = step_size::run(&step_size::Options {
+        let options = step_size::Options {
             design: design.clone(),
             angular_frequency_rad_s: self.omega,
             steps_per_period: self.steps_per_period.clone(),
@@ -55,23 +55,15 @@ impl Analysis for Arguments {
             velocity_rad_s: self.omega0,
             periods: self.periods,
             points: self.points,
-        })
-        .map_err(Failure::Data)?;
+        };
+        let result = step_size::run(&options).map_err(Failure::Data)?;
         let rows: Vec<_> = result.rows().collect();
         Ok(Answer {
-            parameters: BTreeMap::from([
-                ("omega0_rad_s", json!(self.omega0)),
-                ("omega_rad_s", json!(self.omega)),
-                ("periods", json!(self.periods)),
-                ("phi0_rad", json!(self.phi0)),
-                ("points", json!(self.points)),
-                ("steps_per_period", json!(self.steps_per_period)),
-            ]),
             results: Some(json!({ "runs": result.runs, "scan": result.scan })),
             tables: vec![Table::of(&rows).map_err(Failure::Data)?],
             svg: plot::step_size(&result),
             headlines: result.headlines,
-            ..Answer::default()
+            ..Answer::to(&options)
         })
     }
 }

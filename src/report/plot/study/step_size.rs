@@ -1,27 +1,30 @@
 //! Phase diagrams of the fixed-step method, and the limit of its step.
 
-use super::canvas::{Anchor, Canvas};
-use super::frame::{self, Frame};
-use super::{Figure, WIDTH};
 use crate::report::number::{count, significant};
-use crate::study::step_size::{Run, StepSize};
+use crate::report::plot::canvas::{Anchor, Canvas};
+use crate::report::plot::frame::{self, Frame, LegendEntry, Scale};
+use crate::report::plot::{Figure, WIDTH};
+use crate::study::step_size::{Run, Scan, StepSize};
 
 const NAME: &str = "step-size";
 
 /// Points of a phase diagram at most.
 const MOST_POINTS: usize = 5000;
 
-pub(super) fn draw(result: &StepSize) -> Figure {
+pub(in crate::report::plot) fn draw(result: &StepSize) -> Figure {
     let mut canvas = Canvas::with_capacity(128 * 1024);
     let title = "Free impacts by Runge–Kutta with a fixed step, soft stop";
     let mut top = frame::header(
         &mut canvas,
         72.0,
         title,
-        "The step is the period of the excitation over N; event-driven is the motion as it is.",
         &[
-            ("line nothing", "event-driven"),
-            ("line soft", "Runge–Kutta"),
+            "The step is the period of the excitation over N; event-driven is the motion as it is."
+                .into(),
+        ],
+        &[
+            LegendEntry::line("line nothing", "event-driven"),
+            LegendEntry::line("line soft", "Runge–Kutta"),
         ],
     ) + 24.0;
     let columns = [(72.0, 438.0), (522.0, WIDTH - 16.0)];
@@ -70,16 +73,10 @@ fn description(result: &StepSize) -> String {
     text
 }
 
-fn phase(
-    canvas: &mut Canvas,
-    result: &StepSize,
-    run: &Run,
-    index: usize,
-    place: (f64, f64, f64, f64),
-) {
+fn phase(canvas: &mut Canvas, result: &StepSize, run: &Run, index: usize, place: frame::Place) {
     let exact = &result.exact.trace;
     let both = || exact.iter().chain(&run.trace);
-    let panel = Frame::linear(
+    let panel = Frame::narrow(
         place,
         frame::range(both().map(|point| point.angle_rad.clamp(-1e3, 1e3)), 0.04),
         frame::range(
@@ -106,7 +103,7 @@ fn phase(
     panel.grid(
         canvas,
         Some("angle φ [rad]"),
-        Some(("angular velocity φ′ [rad/s]", 50.0)),
+        Some("angular velocity φ′ [rad/s]"),
     );
     panel.begin_inside(canvas, &format!("{NAME}-phase-{index}"));
     panel.level(canvas, "zero", 0.0);
@@ -147,8 +144,11 @@ fn phase(
     }
 }
 
-fn limit(canvas: &mut Canvas, result: &StepSize, place: (f64, f64, f64, f64)) {
-    let steps = (
+/// Speed ratios that the panel of the limit shows.
+const RATIOS: (f64, f64) = (0.0, 1.6);
+
+fn limit(canvas: &mut Canvas, result: &StepSize, place: frame::Place) {
+    let steps = Scale::Logarithmic(
         result
             .scan
             .first()
@@ -158,8 +158,7 @@ fn limit(canvas: &mut Canvas, result: &StepSize, place: (f64, f64, f64, f64)) {
             .last()
             .map_or(10.0, |scan| scan.steps_per_period),
     );
-    let (low, high) = (0.0, 1.6);
-    let panel = Frame::logarithmic_x(place, steps, (low, high));
+    let panel = Frame::narrow(place, steps, Scale::Linear(RATIOS.0, RATIOS.1));
     panel.title(
         canvas,
         "Speed that one contact gives back, over all phases at which a step can meet the stop",
@@ -167,25 +166,37 @@ fn limit(canvas: &mut Canvas, result: &StepSize, place: (f64, f64, f64, f64)) {
     panel.grid(
         canvas,
         Some("steps per period of the excitation, N [–]"),
-        Some(("exit speed/entry speed [–]", 50.0)),
+        Some("exit speed/entry speed [–]"),
     );
     panel.begin_inside(canvas, "step-size-limit");
     let (failing, _) = panel.place(result.limit_steps_per_period, 0.0);
     if failing > panel.left {
-        canvas.rectangle(
-            "pull",
-            (panel.left, panel.top),
-            (failing - panel.left, panel.bottom - panel.top),
-        );
+        let size = (failing - panel.left, panel.bottom - panel.top);
+        canvas.rectangle("pull", panel.corner(), size);
     }
     panel.level(canvas, "edge", 1.0);
-    let seen: Vec<_> = result
+    ratios(canvas, &panel, result);
+    if let Some(right) = result.right_ratio {
+        panel.level(canvas, "line nothing", right);
+    }
+    for run in &result.runs {
+        panel.upright(canvas, "edge", f64::from(run.steps_per_period));
+    }
+    panel.upright(canvas, "limit", result.limit_steps_per_period);
+    canvas.end_group();
+    panel.frame(canvas);
+    limit_words(canvas, &panel, result);
+}
+
+/// Draws the least and the largest ratio over the phases, and what lies between.
+fn ratios(canvas: &mut Canvas, panel: &Frame, result: &StepSize) {
+    let seen: Vec<&Scan> = result
         .scan
         .iter()
         .filter(|scan| scan.least_ratio.is_finite() && scan.largest_ratio.is_finite())
         .collect();
     canvas.begin_path("between");
-    let hold = |ratio: f64| ratio.clamp(low - 1.0, high + 1.0);
+    let hold = |ratio: f64| ratio.clamp(RATIOS.0 - 1.0, RATIOS.1 + 1.0);
     let upper = seen.iter().map(|scan| (scan, scan.largest_ratio));
     let lower = seen.iter().rev().map(|scan| (scan, scan.least_ratio));
     for (index, (scan, ratio)) in upper.chain(lower).enumerate() {
@@ -198,37 +209,29 @@ fn limit(canvas: &mut Canvas, result: &StepSize, place: (f64, f64, f64, f64)) {
     }
     canvas.end_path();
     for bound in [
-        |scan: &&crate::study::step_size::Scan| scan.least_ratio,
-        |scan: &&crate::study::step_size::Scan| scan.largest_ratio,
+        |scan: &&Scan| scan.least_ratio,
+        |scan: &&Scan| scan.largest_ratio,
     ] {
         let points = seen
             .iter()
             .map(|scan| (scan.steps_per_period, hold(bound(scan))));
         panel.function(canvas, "line soft", points);
     }
-    if let Some(right) = result.right_ratio {
-        panel.level(canvas, "line nothing", right);
-    }
+}
+
+fn limit_words(canvas: &mut Canvas, panel: &Frame, result: &StepSize) {
+    let (failing, _) = panel.place(result.limit_steps_per_period, 0.0);
     for run in &result.runs {
-        panel.upright(canvas, "edge", f64::from(run.steps_per_period));
-    }
-    panel.upright(canvas, "limit", result.limit_steps_per_period);
-    canvas.end_group();
-    panel.frame(canvas);
-    for run in &result.runs {
-        let (x, _) = panel.place(f64::from(run.steps_per_period), 0.0);
+        let steps = f64::from(run.steps_per_period);
+        let (x, _) = panel.place(steps, 0.0);
         if x > panel.left && x < panel.right {
-            let (x, anchor) = if f64::from(run.steps_per_period) < result.limit_steps_per_period {
+            let (x, anchor) = if steps < result.limit_steps_per_period {
                 (x - 6.0, Anchor::End)
             } else {
                 (x + 6.0, Anchor::Start)
             };
-            canvas.text(
-                "small halo",
-                (x, panel.bottom - 10.0),
-                anchor,
-                &format!("N = {}", count(u64::from(run.steps_per_period))),
-            );
+            let text = format!("N = {}", count(u64::from(run.steps_per_period)));
+            canvas.text("small halo", (x, panel.bottom - 10.0), anchor, &text);
         }
     }
     canvas.text(

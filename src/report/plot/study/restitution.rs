@@ -1,21 +1,21 @@
 //! Damping ratio against restitution, and where the equivalence ends.
 
-use super::canvas::{Anchor, Canvas};
-use super::frame::{self, Frame};
-use super::{Figure, WIDTH};
 use crate::report::number::{exact, significant, trimmed};
+use crate::report::plot::canvas::{Anchor, Canvas};
+use crate::report::plot::frame::{self, Frame, Scale};
+use crate::report::plot::{Figure, WIDTH};
 use crate::study::restitution::Equivalence;
 
 const NAME: &str = "restitution";
 
-pub(super) fn draw(result: &Equivalence) -> Figure {
+pub(in crate::report::plot) fn draw(result: &Equivalence) -> Figure {
     let mut canvas = Canvas::with_capacity(32 * 1024);
     let title = "Damping ratio of a soft stop that stands for a restitution";
     frame::header(
         &mut canvas,
         72.0,
         title,
-        "ξ = −ln R/√(π² + ln² R), eq. (2.5); cs = 2 I0 ωR ξ/ls². It holds for half a period of free contact.",
+        &["ξ = −ln R/√(π² + ln² R), eq. (2.5); cs = 2 I0 ωR ξ/ls². It holds for half a period of free contact.".into()],
         &[],
     );
     curve(&mut canvas, result);
@@ -39,12 +39,16 @@ pub(super) fn draw(result: &Equivalence) -> Figure {
 }
 
 fn curve(canvas: &mut Canvas, result: &Equivalence) {
-    let panel = Frame::linear((72.0, WIDTH - 24.0, 90.0, 330.0), (0.0, 1.0), (0.0, 1.0));
+    let panel = Frame::narrow(
+        (72.0, WIDTH - 24.0, 90.0, 330.0),
+        Scale::Linear(0.0, 1.0),
+        Scale::Linear(0.0, 1.0),
+    );
     panel.title(canvas, "(a) equivalent damping ratio");
     panel.grid(
         canvas,
         Some("coefficient of restitution R [–]"),
-        Some(("damping ratio ξ [–]", 46.0)),
+        Some("damping ratio ξ [–]"),
     );
     panel.begin_inside(canvas, "restitution-curve");
     let start = std::iter::once((0.0, 1.0));
@@ -88,16 +92,20 @@ fn curve(canvas: &mut Canvas, result: &Equivalence) {
 fn rebounds(canvas: &mut Canvas, result: &Equivalence) {
     let ratios = result.rebounds.iter().filter_map(|rebound| rebound.ratio);
     let top = ratios.fold(result.restitution, f64::max) * 1.12;
-    let speeds = (
+    let speeds = Scale::Logarithmic(
         result.rebounds.first().map_or(1e-3, |at| at.speed_rad_s),
         result.rebounds.last().map_or(1e2, |at| at.speed_rad_s),
     );
-    let panel = Frame::logarithmic_x((72.0, 438.0, 412.0, 640.0), speeds, (0.0, top.max(1e-3)));
+    let panel = Frame::narrow(
+        (72.0, 438.0, 412.0, 640.0),
+        speeds,
+        Scale::Linear(0.0, top.max(1e-3)),
+    );
     panel.title(canvas, "(b) with preload, slow levers stay");
     panel.grid(
         canvas,
         Some("speed of entry [rad/s]"),
-        Some(("exit speed/entry speed [–]", 46.0)),
+        Some("exit speed/entry speed [–]"),
     );
     panel.level(canvas, "edge", result.restitution);
     panel.begin_inside(canvas, "restitution-rebounds");
@@ -128,9 +136,9 @@ fn rebounds(canvas: &mut Canvas, result: &Equivalence) {
 fn pushes(canvas: &mut Canvas, result: &Equivalence) {
     let torques = || result.pushes.iter().map(|push| push.torque_nm);
     let end_ms = result.pushes.last().map_or(1.0, |push| push.time_s * 1e3);
-    let panel = Frame::linear(
+    let panel = Frame::narrow(
         (520.0, WIDTH - 24.0, 412.0, 640.0),
-        (0.0, end_ms * 1.02),
+        Scale::Linear(0.0, end_ms * 1.02),
         frame::range(torques().chain(std::iter::once(0.0)), 0.08),
     );
     panel.title(
@@ -143,7 +151,7 @@ fn pushes(canvas: &mut Canvas, result: &Equivalence) {
     panel.grid(
         canvas,
         Some("time from the entry [ms]"),
-        Some(("torque of the stop [N·m]", 54.0)),
+        Some("torque of the stop [N·m]"),
     );
     panel.begin_inside(canvas, "restitution-pushes");
     if let Some(from) = result.tension_from_s {

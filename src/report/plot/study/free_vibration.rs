@@ -1,15 +1,15 @@
 //! Free vibration with and without a stop, and the time from impact to impact.
 
-use super::canvas::{Anchor, Canvas};
-use super::frame::{self, Frame};
-use super::{Figure, WIDTH};
 use crate::report::number::{exact, significant};
+use crate::report::plot::canvas::{Anchor, Canvas};
+use crate::report::plot::frame::{self, Frame, LegendEntry, Scale};
+use crate::report::plot::{Figure, WIDTH};
 use crate::study::free::{Against, Motion};
 use crate::study::free_vibration::FreeVibration;
 
 const NAME: &str = "free-vibration";
 
-pub(super) fn draw(result: &FreeVibration) -> Figure {
+pub(in crate::report::plot) fn draw(result: &FreeVibration) -> Figure {
     let mut canvas = Canvas::with_capacity(128 * 1024);
     let title = "Free vibration with and without impact";
     let shown = |against| {
@@ -18,20 +18,23 @@ pub(super) fn draw(result: &FreeVibration) -> Figure {
             .iter()
             .any(|motion| motion.against == against)
     };
-    let legend: Vec<(&str, &str)> = [
+    let legend: Vec<LegendEntry> = [
         (Against::Nothing, "without a stop"),
         (Against::Rigid, "rigid stop"),
         (Against::Soft, "soft stop"),
     ]
     .into_iter()
     .filter(|(against, _)| shown(*against))
-    .map(|(against, text)| (class(against), text))
+    .map(|(against, text)| LegendEntry::line(class(against), text))
     .collect();
     let mut top = frame::header(
         &mut canvas,
         72.0,
         title,
-        "Let go at rest away from the stop unless the command says otherwise; no excitation.",
+        &[
+            "Let go at rest away from the stop unless the command says otherwise; no excitation."
+                .into(),
+        ],
         &legend,
     ) + 22.0;
     let mut preloads: Vec<f64> = Vec::new();
@@ -100,7 +103,11 @@ fn history(
     let angles = motions
         .iter()
         .flat_map(|motion| motion.trace.iter().map(|point| point.angle_rad));
-    let panel = Frame::linear(place, (0.0, result.duration_s), frame::range(angles, 0.06));
+    let panel = Frame::narrow(
+        place,
+        Scale::Linear(0.0, result.duration_s),
+        frame::range(angles, 0.06),
+    );
     let preload = motions
         .first()
         .map_or(0.0, |motion| motion.preload_torque_nm);
@@ -114,7 +121,7 @@ fn history(
         canvas,
         &format!("({letter}) T0 = {} N·m: {words}", exact(preload)),
     );
-    panel.grid(canvas, Some("time [s]"), Some(("angle φ [rad]", 50.0)));
+    panel.grid(canvas, Some("time [s]"), Some("angle φ [rad]"));
     panel.begin_inside(canvas, &format!("{NAME}-{index}"));
     panel.level(canvas, "zero", 0.0);
     for motion in motions {
@@ -149,14 +156,15 @@ fn intervals(canvas: &mut Canvas, result: &FreeVibration, place: frame::Place) {
         .flat_map(Motion::intervals)
         .chain(std::iter::once((0.0, result.half_period_s)))
         .collect();
-    let (_, high) = frame::range(all.iter().map(|interval| interval.1), 0.1);
-    let panel = Frame::linear(place, (0.0, result.duration_s), (0.0, high));
-    panel.title(canvas, "Time from each impact to the next");
-    panel.grid(
-        canvas,
-        Some("time [s]"),
-        Some(("to the next impact [s]", 50.0)),
+    let (low, high) = frame::extent(all.iter().map(|interval| interval.1));
+    let high = high + 0.1 * (high - low);
+    let panel = Frame::narrow(
+        place,
+        Scale::Linear(0.0, result.duration_s),
+        Scale::Linear(0.0, high),
     );
+    panel.title(canvas, "Time from each impact to the next");
+    panel.grid(canvas, Some("time [s]"), Some("to the next impact [s]"));
     panel.begin_inside(canvas, "free-vibration-intervals");
     panel.level(canvas, "edge", result.half_period_s);
     // Two stops all but agree: the dots of one are enough.

@@ -1,11 +1,10 @@
 //! Error of the peak against time, one panel per case and stop.
 
-use super::axis::Axis;
-use super::canvas::{Anchor, Canvas};
-use super::panel::LETTER;
-use super::series::{self, Mark};
-use super::{Figure, WIDTH};
+use super::methods;
 use crate::report::number::significant;
+use crate::report::plot::Figure;
+use crate::report::plot::canvas::{Anchor, Canvas};
+use crate::report::plot::frame::{Frame, LegendEntry, Scale, header};
 use crate::study::work_precision::{PAPER_STEPS, Row, Status, Truth, WorkPrecision};
 
 const NAME: &str = "work-precision";
@@ -22,56 +21,28 @@ const HEADROOM: f64 = 30.0;
 /// The error that matters to a verdict: a hundredth of the usual threshold [rad].
 const MATTERS_RAD: f64 = 1e-3;
 
-pub(super) fn draw(result: &WorkPrecision) -> Figure {
+pub(in crate::report::plot) fn draw(result: &WorkPrecision) -> Figure {
     let mut canvas = Canvas::with_capacity(64 * 1024);
-    canvas.text(
-        "title",
-        (COLUMNS[0], 24.0),
-        Anchor::Start,
-        "Error of the peak angle against computing time",
-    );
-    canvas.text(
-        "muted",
-        (COLUMNS[0], 45.0),
-        Anchor::Start,
-        "Down is more exact, left is faster. A red cross has failed:",
-    );
-    let mut y = legend(&mut canvas, result, 68.0);
-    canvas.text(
-        "muted",
-        (COLUMNS[0], y),
-        Anchor::Start,
-        "u unstable, t tunnelled, m missed impacts, x impacts too many; ring: rk4 at the paper's step;",
-    );
-    y += 20.0;
-    canvas.text(
-        "muted",
-        (COLUMNS[0], y),
-        Anchor::Start,
-        "dotted: an error that matters to a verdict (0.001 rad), and the bound on the truth's own error.",
-    );
-    y += 16.0;
+    let title = "Error of the peak angle against computing time";
+    let notes = [
+        "Down is more exact, left is faster. A red cross has failed: u unstable, t tunnelled, m missed".into(),
+        "impacts, x impacts too many; ring: rk4 at the paper's step; dotted: an error that matters to a".into(),
+        "verdict (0.001 rad), and the bound on the truth's own error.".into(),
+    ];
+    let entries: Vec<LegendEntry> = drawn(result).into_iter().map(methods::entry).collect();
+    let top = header(&mut canvas, COLUMNS[0], title, &notes, &entries) + 38.0;
     let (times, errors) = ranges(result);
     for (index, truth) in result.truths.iter().enumerate() {
-        let (column, row) = (index % 2, index / 2);
-        let top = y + 30.0 + row as f64 * ROW_HEIGHT;
-        panel(
-            &mut canvas,
-            result,
-            truth,
-            (COLUMNS[column], top),
-            times,
-            errors,
-        );
+        let corner = (COLUMNS[index % 2], top + (index / 2) as f64 * ROW_HEIGHT);
+        panel(&mut canvas, result, truth, corner, times, errors);
     }
     let rows = result.truths.len().div_ceil(2);
-    let height = y + 10.0 + rows as f64 * ROW_HEIGHT;
     Figure {
         name: NAME,
-        title: "Error of the peak angle against computing time".into(),
+        title: title.into(),
         caption: "Each method at several settings, on each case and stop.".into(),
         description: description(result),
-        height,
+        height: top - 20.0 + rows as f64 * ROW_HEIGHT,
         body: canvas.into_string(),
     }
 }
@@ -92,7 +63,8 @@ fn description(result: &WorkPrecision) -> String {
     text
 }
 
-fn methods(result: &WorkPrecision) -> Vec<&'static str> {
+/// Returns the methods that were run, in the order of the rows.
+fn drawn(result: &WorkPrecision) -> Vec<&'static str> {
     let mut methods = Vec::new();
     for row in &result.rows {
         if !methods.contains(&row.method) {
@@ -100,22 +72,6 @@ fn methods(result: &WorkPrecision) -> Vec<&'static str> {
         }
     }
     methods
-}
-
-fn legend(canvas: &mut Canvas, result: &WorkPrecision, top: f64) -> f64 {
-    let (mut x, mut y) = (COLUMNS[0], top);
-    for method in methods(result) {
-        let width = 34.0 + method.len() as f64 * (LETTER - 1.2) + 18.0;
-        if x + width > WIDTH - 10.0 {
-            (x, y) = (COLUMNS[0], y + 21.0);
-        }
-        let class = series::class(method);
-        canvas.line(&format!("line {class}"), (x, y - 5.0), (x + 26.0, y - 5.0));
-        series::mark(canvas, Mark::of(method), class, (x + 13.0, y - 5.0));
-        canvas.text("", (x + 34.0, y), Anchor::Start, method);
-        x += width;
-    }
-    y + 22.0
 }
 
 /// The same axes for every panel, so that panels compare.
@@ -152,42 +108,30 @@ fn panel(
     times: (f64, f64),
     errors: (f64, f64),
 ) {
-    let (right, bottom) = (left + PANEL_WIDTH, top + PANEL_HEIGHT);
-    let x = Axis::logarithmic(times.0, times.1, left, right);
-    let y = Axis::logarithmic(errors.0, errors.1, bottom, top);
-    canvas.text(
-        "strong",
-        (left, top - 9.0),
-        Anchor::Start,
+    let panel = Frame::open(
+        (left, left + PANEL_WIDTH, top, top + PANEL_HEIGHT),
+        Scale::Logarithmic(times.0, times.1),
+        Scale::Logarithmic(errors.0, errors.1),
+    );
+    panel.title(
+        canvas,
         &format!("{}, {} stop", truth.title, truth.model.name()),
     );
-    series::grid(canvas, &x, &y, (left, right), (top, bottom));
-    canvas.text(
-        "",
-        (f64::midpoint(left, right), bottom + 40.0),
-        Anchor::Middle,
-        "time over event-driven [–]",
-    );
-    canvas.upward_text(
-        "",
-        (left - 54.0, f64::midpoint(top, bottom)),
-        "error of the peak [rad]",
+    panel.grid(
+        canvas,
+        Some("time over event-driven [–]"),
+        Some("error of the peak [rad]"),
     );
     for level in [MATTERS_RAD, truth.peak_angle_bound_rad] {
-        if y.contains(level) {
-            canvas.line("edge", (left, y.place(level)), (right, y.place(level)));
-        }
+        panel.level(canvas, "edge", level);
     }
     // Failures that have no error, or a larger one, stand a little below the upper edge.
-    let highest = y.high() / HEADROOM;
+    let highest = panel.y.high() / HEADROOM;
     let place = |row: &Row| {
         let error = row
             .peak_angle_error_rad
             .map_or(highest, |error| error.clamp(errors.0, highest));
-        (
-            x.place(row.time_ratio.clamp(times.0, times.1)),
-            y.place(error),
-        )
+        panel.place(row.time_ratio.clamp(times.0, times.1), error)
     };
     let own = || {
         result
@@ -196,11 +140,10 @@ fn panel(
             .filter(|row| row.case == truth.case && row.model == truth.model)
     };
     let mut failures = Vec::new();
-    for method in methods(result) {
-        let class = series::class(method);
+    for method in drawn(result) {
         let rows = || own().filter(|row| row.method == method);
         canvas.polyline(
-            &format!("line {class}"),
+            &format!("line {method}"),
             rows()
                 .filter(|row| row.peak_angle_error_rad.is_some())
                 .map(place),
@@ -208,9 +151,9 @@ fn panel(
         for row in rows() {
             let at = place(row);
             if row.status == Status::Ok {
-                series::mark(canvas, Mark::of(method), class, at);
+                methods::point(canvas, method, at);
             } else {
-                series::cross(canvas, at);
+                methods::cross(canvas, at);
                 failures.push((at, letter(row.status)));
             }
             if method == "rk4" && row.steps_per_period == Some(PAPER_STEPS) {
@@ -219,7 +162,7 @@ fn panel(
         }
     }
     letters(canvas, &failures);
-    canvas.rectangle("frame", (left, top), (PANEL_WIDTH, PANEL_HEIGHT));
+    panel.frame(canvas);
 }
 
 /// Writes the letter of each failure where neither a cross nor another letter stands.

@@ -1,12 +1,11 @@
 //! Panels of where methods fail: step against stiffness, grazing, chatter, situations.
 
-use super::axis::Axis;
-use super::canvas::{Anchor, Canvas};
-use super::panel::LETTER;
-use super::series::{self, Mark};
-use super::{Figure, WIDTH};
+use super::methods;
 use crate::model::stop::StopModel;
 use crate::report::number::{exact, trimmed};
+use crate::report::plot::canvas::{Anchor, Canvas};
+use crate::report::plot::frame::{Frame, LegendEntry, Place, Sample, Scale, header};
+use crate::report::plot::{Figure, WIDTH};
 use crate::study::stability::{Grade, PAPER_STEPS, Row, Stability, paper_step_s, situations};
 
 const NAME: &str = "stability";
@@ -15,8 +14,7 @@ const COLUMNS: [f64; 2] = [74.0, 516.0];
 const PANEL_WIDTH: f64 = 366.0;
 const PANEL_HEIGHT: f64 = 250.0;
 
-/// Upper edge of the first panels, and from row to row.
-const TOP: f64 = 130.0;
+/// From row to row.
 const ROW_HEIGHT: f64 = 362.0;
 
 /// Methods in the order of the columns of the table.
@@ -28,58 +26,25 @@ const METHODS: [&str; 5] = [
     "moreau-jean",
 ];
 
-/// A panel's frame.
-#[derive(Clone, Copy)]
-struct Frame {
-    left: f64,
-    top: f64,
-}
-
-impl Frame {
-    fn right(self) -> f64 {
-        self.left + PANEL_WIDTH
-    }
-
-    fn bottom(self) -> f64 {
-        self.top + PANEL_HEIGHT
-    }
-
-    fn titles(self, canvas: &mut Canvas, title: &str, x: &str, y: &str) {
-        canvas.text("strong", (self.left, self.top - 9.0), Anchor::Start, title);
-        canvas.text(
-            "",
-            (self.left + PANEL_WIDTH / 2.0, self.bottom() + 40.0),
-            Anchor::Middle,
-            x,
-        );
-        canvas.upward_text("", (self.left - 54.0, self.top + PANEL_HEIGHT / 2.0), y);
-    }
-
-    fn close(self, canvas: &mut Canvas) {
-        canvas.rectangle("frame", (self.left, self.top), (PANEL_WIDTH, PANEL_HEIGHT));
-    }
-}
-
-pub(super) fn draw(result: &Stability) -> Figure {
+pub(in crate::report::plot) fn draw(result: &Stability) -> Figure {
     let mut canvas = Canvas::with_capacity(256 * 1024);
     let title = "Where methods fail";
-    canvas.text("title", (COLUMNS[0], 24.0), Anchor::Start, title);
-    canvas.text(
-        "muted",
-        (COLUMNS[0], 45.0),
-        Anchor::Start,
-        "The paper's step (N = 10 000 in a period of 20 rad/s), tolerances of 1e-9, unless an axis says otherwise.",
-    );
-    legend(&mut canvas, 68.0);
-    let frame = |column: usize, row: f64| Frame {
-        left: COLUMNS[column],
-        top: TOP + row * ROW_HEIGHT,
+    let note = "The paper's step (N = 10 000 in a period of 20 rad/s), tolerances of 1e-9, unless an axis says otherwise.";
+    let mut entries: Vec<LegendEntry> = METHODS.into_iter().map(methods::entry).collect();
+    let bound = "event-driven: the bound that it states";
+    entries.push(LegendEntry::line("line event-driven", bound));
+    let failure = |canvas: &mut Canvas, _: &str, at: (f64, f64)| methods::cross(canvas, at);
+    entries.push(LegendEntry::new(Sample::Marked("", failure), "no answer"));
+    let top = header(&mut canvas, COLUMNS[0], title, &[note.into()], &entries) + 27.0;
+    let place = |column: usize, row: f64| {
+        let (left, top) = (COLUMNS[column], top + row * ROW_HEIGHT);
+        (left, left + PANEL_WIDTH, top, top + PANEL_HEIGHT)
     };
-    contact(&mut canvas, result, frame(0, 0.0));
-    map(&mut canvas, result, frame(1, 0.0));
-    graze(&mut canvas, result, frame(0, 1.0));
-    chatter(&mut canvas, result, frame(1, 1.0));
-    let height = table(&mut canvas, result, TOP + 2.0 * ROW_HEIGHT);
+    contact(&mut canvas, result, place(0, 0.0));
+    map(&mut canvas, result, place(1, 0.0));
+    graze(&mut canvas, result, place(0, 1.0));
+    chatter(&mut canvas, result, place(1, 1.0));
+    let height = table(&mut canvas, result, top + 2.0 * ROW_HEIGHT);
     Figure {
         name: NAME,
         title: title.into(),
@@ -96,34 +61,12 @@ pub(super) fn draw(result: &Stability) -> Figure {
     }
 }
 
-fn legend(canvas: &mut Canvas, y: f64) {
-    let mut x = COLUMNS[0];
-    for method in METHODS {
-        canvas.line(
-            &format!("line {}", series::class(method)),
-            (x, y - 5.0),
-            (x + 26.0, y - 5.0),
-        );
-        series::mark(canvas, Mark::of(method), method, (x + 13.0, y - 5.0));
-        canvas.text("", (x + 34.0, y), Anchor::Start, method);
-        let width = 34.0 + method.len() as f64 * (LETTER - 1.2) + 18.0;
-        x += width;
-    }
-    let (x, y) = (COLUMNS[0], y + 21.0);
-    canvas.line("line event-driven", (x, y - 5.0), (x + 26.0, y - 5.0));
-    let bound = "event-driven: the bound that it states";
-    canvas.text("", (x + 34.0, y), Anchor::Start, bound);
-    let x = COLUMNS[1];
-    series::cross(canvas, (x + 6.0, y - 5.0));
-    canvas.text("", (x + 18.0, y), Anchor::Start, "no answer");
-}
-
 fn rows<'a>(result: &'a Stability, subject: &'a str) -> impl Iterator<Item = &'a Row> {
     result.rows.iter().filter(move |row| row.subject == subject)
 }
 
-/// Returns the least and largest ω_R times step of the map.
-fn reaches(result: &Stability) -> (f64, f64) {
+/// Returns the scale of ω_R times step, of all that were run.
+fn reaches(result: &Stability) -> Scale {
     let mut range = (0.01_f64, 5.0_f64);
     for row in rows(result, "contact") {
         if let Some(step) = row.step_s {
@@ -131,79 +74,68 @@ fn reaches(result: &Stability) -> (f64, f64) {
             range = (range.0.min(reach), range.1.max(reach));
         }
     }
-    range
+    Scale::Logarithmic(range.0, range.1 * 1.02)
 }
 
-fn limits(canvas: &mut Canvas, result: &Stability, x: &Axis, frame: Frame) {
-    let at = x.place(result.contact_limit);
-    canvas.line("limit", (at, frame.top), (at, frame.bottom()));
+/// Marks where the steps amplify, and the paper's steps.
+fn limits(canvas: &mut Canvas, result: &Stability, panel: &Frame) {
+    let at = panel.x.place(result.contact_limit);
+    canvas.line("limit", (at, panel.top), (at, panel.bottom));
     canvas.text(
         "tiny alarm halo",
-        (at - 5.0, frame.top + 14.0),
+        (at - 5.0, panel.top + 14.0),
         Anchor::End,
         &format!("|R(z)| = 1 at {}", trimmed(result.contact_limit, 3)),
     );
-    for (steps, y, anchor, shift) in [
-        (PAPER_STEPS[0], 50.0, Anchor::End, -4.0),
-        (PAPER_STEPS[1], 32.0, Anchor::End, -4.0),
-    ] {
-        let at = x.place(paper_step_s(steps) * result.contact_frequency_rad_s);
-        canvas.line("edge", (at, frame.top), (at, frame.bottom()));
-        canvas.text(
-            "tiny halo",
-            (at + shift, frame.top + y),
-            anchor,
-            &format!("N = {steps}"),
-        );
+    for (steps, y) in PAPER_STEPS.into_iter().zip([50.0, 32.0]) {
+        let reach = paper_step_s(steps) * result.contact_frequency_rad_s;
+        let at = panel.x.place(reach);
+        canvas.line("edge", (at, panel.top), (at, panel.bottom));
+        let text = format!("N = {steps}");
+        canvas.text("tiny halo", (at - 4.0, panel.top + y), Anchor::End, &text);
     }
 }
 
-fn contact(canvas: &mut Canvas, result: &Stability, frame: Frame) {
+fn contact(canvas: &mut Canvas, result: &Stability, place: Place) {
     const RATIOS: (f64, f64) = (0.0, 2.0);
-    let (low, high) = reaches(result);
-    let x = Axis::logarithmic(low, high * 1.02, frame.left, frame.right());
-    let y = Axis::linear(RATIOS.0, RATIOS.1, frame.bottom(), frame.top);
-    frame.titles(
+    let panel = Frame::open(place, reaches(result), Scale::Linear(RATIOS.0, RATIOS.1));
+    panel.title(canvas, "Soft contact: speed given back");
+    panel.grid(
         canvas,
-        "Soft contact: speed given back",
-        "ω_R · step [–]",
-        "exit over entry speed [–]",
+        Some("ω_R · step [–]"),
+        Some("exit over entry speed [–]"),
     );
-    series::grid(
-        canvas,
-        &x,
-        &y,
-        (frame.left, frame.right()),
-        (frame.top, frame.bottom()),
-    );
-    let right = y.place(result.right_ratio);
-    canvas.line("zero", (frame.left, right), (frame.right(), right));
+    panel.level(canvas, "zero", result.right_ratio);
     canvas.text(
         "tiny halo",
-        (frame.left + 6.0, right - 6.0),
+        (panel.left + 6.0, panel.y.place(result.right_ratio) - 6.0),
         Anchor::Start,
         &format!("right: {}", trimmed(result.right_ratio, 4)),
     );
     for row in rows(result, "contact") {
         let Some(step) = row.step_s else { continue };
-        let at = x.place(step * result.contact_frequency_rad_s);
+        let at = panel.x.place(step * result.contact_frequency_rad_s);
         match row.value {
             Some(value) if (RATIOS.0..=RATIOS.1).contains(&value) => {
-                canvas.circle(&format!("dot-{}", row.method), (at, y.place(value)), 1.4);
+                canvas.circle(
+                    &format!("dot-{}", row.method),
+                    (at, panel.y.place(value)),
+                    1.4,
+                );
             }
             Some(value) if row.method == "rk4" => {
                 let edge = if value > RATIOS.1 {
-                    frame.top + 5.0
+                    panel.top + 5.0
                 } else {
-                    frame.bottom() - 5.0
+                    panel.bottom - 5.0
                 };
                 canvas.line("failure", (at - 2.0, edge), (at + 2.0, edge));
             }
             _ => {}
         }
     }
-    limits(canvas, result, &x, frame);
-    frame.close(canvas);
+    limits(canvas, result, &panel);
+    panel.frame(canvas);
 }
 
 fn grade_class(grade: Grade) -> &'static str {
@@ -236,26 +168,17 @@ fn map_class(row: &Row) -> &'static str {
     }
 }
 
-fn map(canvas: &mut Canvas, result: &Stability, frame: Frame) {
+fn map(canvas: &mut Canvas, result: &Stability, place: Place) {
     let own: Vec<&Row> = rows(result, "contact")
         .filter(|row| row.method == "rk4")
         .collect();
-    let (low, high) = reaches(result);
-    let x = Axis::logarithmic(low, high * 1.02, frame.left, frame.right());
-    let y = Axis::linear(0.0, 1.0, frame.bottom(), frame.top);
-    frame.titles(
-        canvas,
-        "Soft contact: how far rk4 is off",
-        "ω_R · step [–]",
-        "phase of entry in a step [–]",
-    );
+    let panel = Frame::open(place, reaches(result), Scale::Linear(0.0, 1.0));
+    panel.title(canvas, "Soft contact: how far rk4 is off");
     // Below the map: lines across it would be taken for its own.
-    series::grid(
+    panel.grid(
         canvas,
-        &x,
-        &y,
-        (frame.left, frame.right()),
-        (frame.top, frame.bottom()),
+        Some("ω_R · step [–]"),
+        Some("phase of entry in a step [–]"),
     );
     let mut steps: Vec<f64> = own.iter().filter_map(|row| row.step_s).collect();
     steps.dedup();
@@ -270,30 +193,32 @@ fn map(canvas: &mut Canvas, result: &Stability, frame: Frame) {
         let index = steps.partition_point(|known| *known < step);
         let edge = |other: Option<&f64>, fallback: f64| {
             other.map_or(fallback, |other| {
-                x.place((step * other).sqrt() * result.contact_frequency_rad_s)
+                panel
+                    .x
+                    .place((step * other).sqrt() * result.contact_frequency_rad_s)
             })
         };
         let from = edge(
             index.checked_sub(1).and_then(|before| steps.get(before)),
-            frame.left,
+            panel.left,
         );
-        let to = edge(steps.get(index + 1), frame.right());
-        let middle = y.place(row.variable_value);
+        let to = edge(steps.get(index + 1), panel.right);
+        let middle = panel.y.place(row.variable_value);
         canvas.rectangle(
             map_class(row),
             (from, middle - height / 2.0),
             (to - from + 0.3, height + 0.3),
         );
     }
-    limits(canvas, result, &x, frame);
-    frame.close(canvas);
-    map_legend(canvas, frame);
+    limits(canvas, result, &panel);
+    panel.frame(canvas);
+    map_legend(canvas, &panel);
 }
 
 /// Names the classes of the map below it.
-fn map_legend(canvas: &mut Canvas, frame: Frame) {
-    let y = frame.bottom() + 62.0;
-    let mut x = frame.left;
+fn map_legend(canvas: &mut Canvas, panel: &Frame) {
+    let y = panel.bottom + 62.0;
+    let mut x = panel.left;
     for (class, text) in [
         ("good", "≤ 0.1 %"),
         ("fair", "≤ 1 %"),
@@ -311,23 +236,16 @@ fn map_legend(canvas: &mut Canvas, frame: Frame) {
 /// Draws the error of every method against a variable, both by decades.
 fn errors(
     canvas: &mut Canvas,
-    frame: Frame,
+    panel: &Frame,
     own: &[&Row],
     variable: impl Fn(&Row) -> Option<f64>,
-    (x, y): (Axis, Axis),
 ) {
-    series::grid(
-        canvas,
-        &x,
-        &y,
-        (frame.left, frame.right()),
-        (frame.top, frame.bottom()),
-    );
+    let (x, y) = (panel.x, panel.y);
+    let held = |error: f64| y.place(error.clamp(y.low(), y.high()));
     // The right answers' bounds, from edge to edge where there is one for all.
     let mut bounds: Vec<(f64, f64)> = own
         .iter()
-        .filter_map(|row| Some((x.place(variable(row)?), row.right_bound)))
-        .map(|(at, bound)| (at, y.place(bound.clamp(y.low(), y.high()))))
+        .filter_map(|row| Some((x.place(variable(row)?), held(row.right_bound))))
         .collect();
     bounds.sort_by(|a, b| a.0.total_cmp(&b.0));
     canvas.polyline("line event-driven", bounds.into_iter());
@@ -335,66 +253,55 @@ fn errors(
         let mut points: Vec<(f64, Option<f64>)> = own
             .iter()
             .filter(|row| row.method == method)
-            .filter_map(|row| {
-                let at = x.place(variable(row)?);
-                Some((at, row.error.map(|e| y.place(e.clamp(y.low(), y.high())))))
-            })
+            .filter_map(|row| Some((x.place(variable(row)?), row.error.map(held))))
             .collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         canvas.polyline(
-            &format!("line {}", series::class(method)),
+            &format!("line {method}"),
             points.iter().filter_map(|(x, y)| Some((*x, (*y)?))),
         );
         for (at, error) in points {
             match error {
-                Some(error) => series::mark(canvas, Mark::of(method), method, (at, error)),
-                None => series::cross(canvas, (at, frame.top + 8.0)),
+                Some(error) => methods::point(canvas, method, (at, error)),
+                None => methods::cross(canvas, (at, panel.top + 8.0)),
             }
         }
     }
-    frame.close(canvas);
+    panel.frame(canvas);
 }
 
-fn graze(canvas: &mut Canvas, result: &Stability, frame: Frame) {
+fn graze(canvas: &mut Canvas, result: &Stability, place: Place) {
     let own: Vec<&Row> = rows(result, "graze")
         .filter(|row| row.model == StopModel::Rigid && row.variable_value < 0.0)
         .collect();
-    frame.titles(
-        canvas,
-        "Graze of a rigid stop, 7 ms later",
-        "speed brought in beyond the graze [rad/s]",
-        "error of the angle [rad]",
+    let panel = Frame::open(
+        place,
+        Scale::Logarithmic(5e-13, 2e-3),
+        Scale::Logarithmic(1e-15, 1e-2),
     );
-    errors(
+    panel.title(canvas, "Graze of a rigid stop, 7 ms later");
+    panel.grid(
         canvas,
-        frame,
-        &own,
-        |row| Some(-row.variable_value),
-        (
-            Axis::logarithmic(5e-13, 2e-3, frame.left, frame.right()),
-            Axis::logarithmic(1e-15, 1e-2, frame.bottom(), frame.top),
-        ),
+        Some("speed brought in beyond the graze [rad/s]"),
+        Some("error of the angle [rad]"),
     );
+    errors(canvas, &panel, &own, |row| Some(-row.variable_value));
 }
 
-fn chatter(canvas: &mut Canvas, result: &Stability, frame: Frame) {
+fn chatter(canvas: &mut Canvas, result: &Stability, place: Place) {
     let own: Vec<&Row> = rows(result, "chatter").collect();
-    frame.titles(
-        canvas,
-        "Chatter on a rigid stop: time of rest",
-        "step [s], or tolerance [rad]",
-        "error of the time [s]",
+    let panel = Frame::open(
+        place,
+        Scale::Logarithmic(5e-13, 1e-3),
+        Scale::Logarithmic(1e-13, 1e-1),
     );
-    errors(
+    panel.title(canvas, "Chatter on a rigid stop: time of rest");
+    panel.grid(
         canvas,
-        frame,
-        &own,
-        |row| Some(row.variable_value),
-        (
-            Axis::logarithmic(5e-13, 1e-3, frame.left, frame.right()),
-            Axis::logarithmic(1e-13, 1e-1, frame.bottom(), frame.top),
-        ),
+        Some("step [s], or tolerance [rad]"),
+        Some("error of the time [s]"),
     );
+    errors(canvas, &panel, &own, |row| Some(row.variable_value));
 }
 
 /// Draws methods against situations; returns the height of the whole drawing.

@@ -1,15 +1,15 @@
 //! A shock and what the lever does in it and after.
 
-use super::canvas::{Anchor, Canvas};
-use super::frame::{self, Frame};
-use super::{Figure, WIDTH};
 use crate::model::stop::StopModel;
 use crate::report::number::{exact, significant, trimmed};
+use crate::report::plot::canvas::{Anchor, Canvas};
+use crate::report::plot::frame::{self, Frame, LegendEntry, Scale};
+use crate::report::plot::{Figure, WIDTH};
 use crate::study::shock::{Response, Shock};
 
 const NAME: &str = "shock";
 
-pub(super) fn draw(result: &Shock) -> Figure {
+pub(in crate::report::plot) fn draw(result: &Shock) -> Figure {
     let mut canvas = Canvas::with_capacity(128 * 1024);
     let title = "Response to the shock of a side impact";
     let shown = |model| {
@@ -18,20 +18,20 @@ pub(super) fn draw(result: &Shock) -> Figure {
             .iter()
             .any(|response| response.run.model == model)
     };
-    let mut legend: Vec<(&str, &str)> = [
+    let mut legend: Vec<LegendEntry> = [
         (StopModel::Rigid, "rigid stop"),
         (StopModel::Soft, "soft stop"),
     ]
     .into_iter()
     .filter(|(model, _)| shown(*model))
-    .map(|(model, text)| (class(model), text))
+    .map(|(model, text)| LegendEntry::line(class(model), text))
     .collect();
-    legend.push(("limit", "limit"));
+    legend.push(LegendEntry::line("limit", "limit"));
     let top = frame::header(
         &mut canvas,
         78.0,
         title,
-        "A burst by formula stands for the paper's signal, which is not public.",
+        &["A burst by formula stands for the paper's signal, which is not public.".into()],
         &legend,
     ) + 22.0;
     acceleration(&mut canvas, result, (78.0, WIDTH - 70.0, top, top + 190.0));
@@ -87,37 +87,24 @@ fn description(result: &Shock) -> String {
 fn acceleration(canvas: &mut Canvas, result: &Shock, place: frame::Place) {
     let signal = &result.signals[0];
     let end_ms = 1e3 * (1.15 * result.shock_s);
-    let panel = Frame::linear(
+    let panel = Frame::narrow(
         place,
-        (0.0, end_ms),
+        Scale::Linear(0.0, end_ms),
         frame::range(signal.samples.iter().map(|a| a * 1e-3), 0.06),
     );
+    let peak = result
+        .responses
+        .first()
+        .map_or(f64::NAN, |response| response.peak_acceleration_m_s2);
     panel.title(
         canvas,
         &format!(
             "(a) acceleration of the base, peak {} m/s² = {} g; negative opens",
-            significant(
-                result
-                    .responses
-                    .first()
-                    .map_or(f64::NAN, |response| response.peak_acceleration_m_s2),
-                4
-            ),
-            significant(
-                result
-                    .responses
-                    .first()
-                    .map_or(f64::NAN, |response| response.peak_acceleration_m_s2)
-                    / result.gravity_m_s2,
-                4
-            )
+            significant(peak, 4),
+            significant(peak / result.gravity_m_s2, 4)
         ),
     );
-    panel.grid(
-        canvas,
-        Some("time [ms]"),
-        Some(("acceleration [10³ m/s²]", 54.0)),
-    );
+    panel.grid(canvas, Some("time [ms]"), Some("acceleration [10³ m/s²]"));
     panel.begin_inside(canvas, "shock-acceleration");
     panel.level(canvas, "zero", 0.0);
     let points = signal
@@ -128,28 +115,7 @@ fn acceleration(canvas: &mut Canvas, result: &Shock, place: frame::Place) {
     panel.function(canvas, "line ink", points);
     canvas.end_group();
     panel.frame(canvas);
-    // The same axis in g.
-    let axis = super::axis::Axis::linear(
-        panel.y.low() * 1e3 / result.gravity_m_s2,
-        panel.y.high() * 1e3 / result.gravity_m_s2,
-        panel.bottom,
-        panel.top,
-    );
-    for tick in axis.ticks(46.0, 0.0) {
-        let y = axis.place(tick.value);
-        canvas.line("tick", (panel.right, y), (panel.right + 4.0, y));
-        canvas.text(
-            "muted small",
-            (panel.right + 8.0, y + 4.0),
-            Anchor::Start,
-            &tick.label,
-        );
-    }
-    canvas.upward_text(
-        "",
-        (WIDTH - 8.0, f64::midpoint(panel.top, panel.bottom)),
-        "[g]",
-    );
+    panel.right_scale(canvas, 1e3 / result.gravity_m_s2, "[g]");
 }
 
 fn response(
@@ -173,10 +139,12 @@ fn response(
         .map(|point| point.1)
         .chain([0.0, threshold]);
     let end_ms = result.signals[0].end_s() * 1e3;
-    let (low, high) = frame::range(angles, 0.06);
+    let (low, high) = frame::extent(angles);
+    let room = 0.06 * (high - low);
+    let (low, high) = (low - room, high + room);
     // Room for the words at the top.
     let high = high + 0.22 * (high - low);
-    let panel = Frame::linear(place, (0.0, end_ms), (low, high));
+    let panel = Frame::narrow(place, Scale::Linear(0.0, end_ms), Scale::Linear(low, high));
     let (peak, reading) = responses.first().map_or((f64::NAN, ""), |first| {
         let words = if letter == 'b' {
             "the text's reading, in g"
@@ -193,7 +161,7 @@ fn response(
             significant(peak / result.gravity_m_s2, 4)
         ),
     );
-    panel.grid(canvas, Some("time [ms]"), Some(("angle φ [rad]", 54.0)));
+    panel.grid(canvas, Some("time [ms]"), Some("angle φ [rad]"));
     panel.begin_inside(canvas, &format!("{NAME}-response-{letter}"));
     panel.level(canvas, "zero", 0.0);
     panel.upright(canvas, "edge", result.shock_s * 1e3);

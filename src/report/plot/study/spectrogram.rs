@@ -1,12 +1,9 @@
 //! Spectrogram of a free vibration, with the frequency of its bounces over it.
 
-use super::canvas::Canvas;
-use super::colour::viridis;
-use super::frame::{self, Frame};
-use super::raster::encode;
-use super::spectrogram::decibel_bar;
-use super::{Figure, WIDTH};
 use crate::report::number::{exact, significant, trimmed};
+use crate::report::plot::canvas::Canvas;
+use crate::report::plot::frame::{self, Frame, Scale};
+use crate::report::plot::{Figure, WIDTH, heat};
 use crate::study::spectrogram::Spectrogram;
 
 const NAME: &str = "spectrogram";
@@ -17,7 +14,7 @@ const DEPTH_DB: f64 = 45.0;
 /// Cells of the picture at most, in time and in frequency.
 const MOST_CELLS: (usize, usize) = (320, 200);
 
-pub(super) fn draw(result: &Spectrogram) -> Figure {
+pub(in crate::report::plot) fn draw(result: &Spectrogram) -> Figure {
     let mut canvas = Canvas::with_capacity(160 * 1024);
     let title = "Spectrogram of free impact oscillations";
     let motion = &result.motion;
@@ -25,21 +22,21 @@ pub(super) fn draw(result: &Spectrogram) -> Figure {
         &mut canvas,
         72.0,
         title,
-        &format!(
+        &[format!(
             "T0 = {} N·m, {} stop. Colour: angular velocity in windows of {} s; line: 1/time between impacts.",
             exact(motion.preload_torque_nm),
             motion.against.name(),
             significant(result.amplitudes.window_s, 3)
-        ),
+        )],
         &[],
     );
     let right = WIDTH - 96.0;
-    let history = Frame::linear(
+    let history = Frame::narrow(
         (72.0, right, top + 6.0, top + 126.0),
-        (0.0, result.duration_s),
+        Scale::Linear(0.0, result.duration_s),
         frame::range(motion.trace.iter().map(|point| point.angle_rad), 0.06),
     );
-    history.grid(&mut canvas, None, Some(("angle φ [rad]", 50.0)));
+    history.grid(&mut canvas, None, Some("angle φ [rad]"));
     history.begin_inside(&mut canvas, "spectrogram-history");
     let points = motion
         .trace
@@ -80,7 +77,11 @@ fn description(result: &Spectrogram) -> String {
 fn picture(canvas: &mut Canvas, result: &Spectrogram, place: frame::Place) {
     let data = &result.amplitudes;
     let highest = result.highest_hz;
-    let panel = Frame::linear(place, (0.0, result.duration_s), (0.0, highest));
+    let panel = Frame::narrow(
+        place,
+        Scale::Linear(0.0, result.duration_s),
+        Scale::Linear(0.0, highest),
+    );
     let bins = data.frequency_hz.len();
     let largest = data
         .amplitudes
@@ -88,7 +89,7 @@ fn picture(canvas: &mut Canvas, result: &Spectrogram, place: frame::Place) {
         .flat_map(|row| row.iter().take(bins))
         .copied()
         .fold(0.0, f64::max);
-    panel.grid(canvas, Some("time [s]"), Some(("frequency [Hz]", 50.0)));
+    panel.grid(canvas, Some("time [s]"), Some("frequency [Hz]"));
     panel.begin_inside(canvas, "spectrogram-picture");
     if let (Some(first), Some(last), true) = (
         data.time_s.first(),
@@ -98,16 +99,11 @@ fn picture(canvas: &mut Canvas, result: &Spectrogram, place: frame::Place) {
         let high_db = 20.0 * libm::log10(largest);
         let columns = data.amplitudes.len();
         let (width, height) = (columns.min(MOST_CELLS.0), bins.min(MOST_CELLS.1));
-        let mut pixels = Vec::with_capacity(width * height * 3);
-        for line in (0..height).rev() {
-            let bin = line * bins / height;
-            for column in 0..width {
-                let amplitude = data.amplitudes[column * columns / width][bin];
-                let share = (20.0 * libm::log10(amplitude) - high_db + DEPTH_DB) / DEPTH_DB;
-                pixels.extend_from_slice(&viridis(share));
-            }
-        }
-        if let Some(base64) = encode(&pixels, width, height) {
+        let cells = heat::cells((width, height), |column, line| {
+            let amplitude = data.amplitudes[column * columns / width][line * bins / height];
+            Some((20.0 * libm::log10(amplitude) - high_db + DEPTH_DB) / DEPTH_DB)
+        });
+        if let Some(base64) = cells {
             let from = panel.place(*first, data.frequency_hz[bins - 1]);
             let to = panel.place(*last, 0.0);
             canvas.png(&base64, from, (to.0 - from.0, to.1 - from.1));
@@ -134,7 +130,7 @@ fn picture(canvas: &mut Canvas, result: &Spectrogram, place: frame::Place) {
     }
     canvas.end_group();
     panel.frame(canvas);
-    let _ = decibel_bar(
+    let _ = heat::decibel_bar(
         canvas,
         (panel.right + 10.0, panel.top, panel.bottom),
         (-DEPTH_DB, 0.0),

@@ -1,10 +1,10 @@
 //! Histories from several initial states, each whole and in its last periods.
 
-use super::canvas::{Anchor, Canvas};
-use super::frame::{self, Frame};
-use super::{Figure, WIDTH};
 use crate::model::stop::StopModel;
 use crate::report::number::{exact, significant};
+use crate::report::plot::canvas::{Anchor, Canvas};
+use crate::report::plot::frame::{self, Frame, LegendEntry, Scale};
+use crate::report::plot::{Figure, WIDTH};
 use crate::study::histories::{Histories, History};
 
 const NAME: &str = "histories";
@@ -12,7 +12,7 @@ const NAME: &str = "histories";
 /// Periods of the excitation in the panels at the right.
 const LATE_PERIODS: f64 = 6.0;
 
-pub(super) fn draw(result: &Histories) -> Figure {
+pub(in crate::report::plot) fn draw(result: &Histories) -> Figure {
     let mut canvas = Canvas::with_capacity(192 * 1024);
     let (amplitude, frequency) = result.excitation;
     let title = format!(
@@ -26,19 +26,19 @@ pub(super) fn draw(result: &Histories) -> Figure {
             .iter()
             .any(|history| history.model == model)
     };
-    let legend: Vec<(&str, &str)> = [
+    let legend: Vec<LegendEntry> = [
         (StopModel::Rigid, "rigid stop"),
         (StopModel::Soft, "soft stop"),
     ]
     .into_iter()
     .filter(|(model, _)| shown(*model))
-    .map(|(model, text)| (class(model), text))
+    .map(|(model, text)| LegendEntry::line(class(model), text))
     .collect();
     let mut top = frame::header(
         &mut canvas,
         72.0,
         &title,
-        "Left: from the start. Right: the last periods shown, on a scale of their own.",
+        &["Left: from the start. Right: the last periods shown, on a scale of their own.".into()],
         &legend,
     ) + 22.0;
     let mut index = 0;
@@ -92,9 +92,9 @@ fn row(canvas: &mut Canvas, result: &Histories, group: &[&History], index: usize
             .collect()
     };
     let all = group.iter().flat_map(|history| points(history));
-    let whole = Frame::linear(
+    let whole = Frame::narrow(
         (72.0, 560.0, top, top + 170.0),
-        (0.0, result.duration_s),
+        Scale::Linear(0.0, result.duration_s),
         frame::range(all.map(|point| point.1), 0.05),
     );
     let from = (result.duration_s - LATE_PERIODS * result.period_s).max(0.0);
@@ -103,13 +103,14 @@ fn row(canvas: &mut Canvas, result: &Histories, group: &[&History], index: usize
         .flat_map(|history| points(history))
         .filter(|point| point.0 >= from)
         .map(|point| point.1);
-    let (low, high) = frame::range(late, 0.08);
+    let (low, high) = frame::extent(late);
+    let room = 0.08 * (high - low);
     // A lever at rest deserves no scale that makes mountains of rounding.
-    let (low, high) = (low.min(-0.002), high.max(0.02));
-    let end = Frame::linear(
+    let (low, high) = ((low - room).min(-0.002), (high + room).max(0.02));
+    let end = Frame::narrow(
         (640.0, WIDTH - 16.0, top, top + 170.0),
-        (from, result.duration_s),
-        (low, high),
+        Scale::Linear(from, result.duration_s),
+        Scale::Linear(low, high),
     );
     let letter = char::from(
         b'a' + u8::try_from(index / group.len().max(1))
@@ -125,10 +126,7 @@ fn row(canvas: &mut Canvas, result: &Histories, group: &[&History], index: usize
             exact(start[1])
         ),
     );
-    for (panel, name, y_title) in [
-        (whole, "whole", Some(("angle φ [rad]", 50.0))),
-        (end, "late", None),
-    ] {
+    for (panel, name, y_title) in [(whole, "whole", Some("angle φ [rad]")), (end, "late", None)] {
         panel.grid(canvas, Some("time [s]"), y_title);
         panel.begin_inside(canvas, &format!("{NAME}-{name}-{index}"));
         panel.level(canvas, "zero", 0.0);
