@@ -18,10 +18,11 @@ mod topics;
 
 use crate::cli::{Done, latchgate};
 use crate::ingest_support::Folder;
-use latchgate::recording::{Channel, Stated};
+use latchgate::recording::{self, Channel, Limits, ReadOptions, Selection, Source, Stated, card};
 use latchgate::units::{AccelerationUnit, SampleRate};
 use serde_json::Value;
 use std::collections::BTreeSet;
+use std::path::Path;
 
 /// Index of the first sample and of the one after the last; sample 0 lies at first contact.
 const FROM: i64 = -200;
@@ -369,6 +370,37 @@ fn differences(case: &Case, replayed: &Done, inspected: &Done) -> Vec<String> {
 }
 
 /// Judges every case of a table, and tells all that went wrong with its file.
+/// Tells where one reading for the chosen channel and for all of them gives another answer than
+/// two, with what a card or options could say.
+fn one_reading_differs(path: &Path) -> Option<String> {
+    let limits = Limits::default();
+    let source = Source::File(path.to_path_buf());
+    let mut stated = ReadOptions::default();
+    if let Ok(Some((card, _))) = card::read_beside(&source, &limits) {
+        card.merge_into(&mut stated);
+    }
+    let rated = ReadOptions {
+        rate_hz: Some(10_000.0),
+        unit: Some(AccelerationUnit::StandardGravity),
+        ..stated.clone()
+    };
+    let all = recording::read(&source, &stated, Selection::Every, &limits);
+    let channels = all.iter().flat_map(|all| &all.channels).take(3);
+    let named = channels.map(|channel| ReadOptions {
+        channel: Some(channel.name.clone()),
+        ..stated.clone()
+    });
+    let ways: Vec<ReadOptions> = named.chain([stated.clone(), rated]).collect();
+    ways.iter().find_map(|options| {
+        let both = recording::read_both(&source, options, &limits);
+        let alone = |selection| recording::read(&source, options, selection, &limits);
+        let (chosen, every) = (alone(Selection::Lateral), alone(Selection::Every));
+        (both.chosen != chosen || both.every != every).then(|| {
+            format!("read once: {both:?}\nread twice: {chosen:?}\n{every:?}\n with {options:?}")
+        })
+    })
+}
+
 #[track_caller]
 fn check(table: &str, cases: &[Case]) {
     let folder = Folder::new(&format!("golden-{table}"));
@@ -385,6 +417,10 @@ fn check(table: &str, cases: &[Case]) {
             latchgate(&[own, options, &["--format", "json"]].concat())
         };
         let replayed = with(&["replay", path, "--no-report", "--members", "0"], &options);
+        wrong.extend(
+            one_reading_differs(Path::new(path))
+                .map(|text| format!("{} ({index}): {text}", case.name)),
+        );
         // `--opens-when NAME` is for those who judge.
         let inspected = with(&["inspect", path], &options[2..]);
         if inspected.code == 0 {
