@@ -63,3 +63,4 @@ mod study_scenes;
 mod tidy;
 mod verdict;
 mod verify_cli;
+mod words;
