@@ -1,26 +1,26 @@
 //! The command line: arguments in, data to stdout, talk to stderr, an exit code out.
 
 pub mod args;
-mod candidates;
+mod command_line;
+mod design;
+mod failure;
 mod inspect;
 mod limits;
 mod log;
 mod manual;
 mod margin;
+pub mod options;
 mod output;
+mod progress;
 mod replay;
 pub mod study;
+pub mod values;
 mod verify;
 
 use args::{Arguments, Command};
 use clap::Parser;
+use failure::{COULD_NOT, Failure, INTERRUPTED, WRONG_USAGE};
 use std::process::ExitCode;
-
-/// Exit code for wrong usage: known to be wrong from the command line alone.
-const WRONG_USAGE: u8 = 2;
-
-/// Exit code for anything that depends on data and could not be done.
-const COULD_NOT: u8 = 4;
 
 /// Runs the command line of this process.
 #[must_use]
@@ -36,12 +36,13 @@ pub fn main() -> ExitCode {
     if let Err(error) = log::start(&arguments.common) {
         return refuse_usage(&error);
     }
+    progress::listen();
     let code = match &arguments.command {
         Command::Replay(own) => replay::command(own, &arguments.common),
         Command::Inspect(own) => inspect::command(own, &arguments.common),
         Command::Margin(own) => margin::command(own, &arguments.common),
         Command::Verify(own) => verify::command(own, &arguments.common),
-        Command::Study(own) => study::command(own, &arguments.common),
+        Command::Study(own) => study::command(&own.study, &arguments.common),
         Command::Limits => limits::command(&arguments.common),
         Command::Completions(own) => manual::completions(own),
         Command::Man(own) => manual::man(own),
@@ -53,16 +54,11 @@ pub fn main() -> ExitCode {
             output::talk(&format!("latchgate: {error}"));
             ExitCode::from(COULD_NOT)
         }
+        Err(Failure::Interrupted) => {
+            output::talk(progress::WORD);
+            ExitCode::from(INTERRUPTED)
+        }
     }
-}
-
-/// Why a command ended without an answer of its own.
-#[derive(Debug)]
-enum Failure {
-    /// Wrong from the command line alone.
-    Usage(crate::error::Error),
-    /// Depends on data.
-    Data(crate::error::Error),
 }
 
 fn refuse_usage(error: &crate::error::Error) -> ExitCode {

@@ -29,7 +29,11 @@ pub mod verdict;
 
 pub mod margin;
 
+pub mod request;
+
 pub mod report;
+
+pub mod pipeline;
 
 pub mod cli;
 

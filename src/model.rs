@@ -3,6 +3,7 @@
 pub mod design;
 pub mod excitation;
 pub mod lever;
+pub mod parameters;
 pub mod stop;
 
 pub use design::Design;

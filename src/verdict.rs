@@ -1,26 +1,33 @@
 //! The verdict: what the runs, their errors and the findings together say.
 
-pub mod assess;
-pub(crate) mod bench;
+pub(crate) mod assess;
+mod budget;
 pub mod decision;
+pub(crate) mod early;
 pub mod ensemble;
+pub(crate) mod faults;
 pub mod filters;
 pub mod ladder;
+mod looks;
 pub mod policy;
-pub(crate) mod remarks;
-pub mod ribbon;
+mod proof;
+mod quantile_band;
+mod reasons;
+mod replay_findings;
+mod runs;
 pub mod screen;
-pub mod verify;
+pub(crate) mod usable_span;
+mod variant;
 pub mod what_if;
-mod why;
+pub mod wording;
 
 pub use assess::{Assessment, assess, passes};
 pub use decision::{DECISION_RULE, NOMINAL_DECISION_RULE};
 pub use ensemble::Ensemble;
 pub use filters::FilterRow;
 pub use ladder::Ladder;
-pub use policy::{Extras, ModelChoice, Polarity, Policy};
-pub use ribbon::Ribbon;
+pub use policy::{Extras, ModelChoice, Polarity, Policy, Variant};
+pub use quantile_band::QuantileBand;
 pub use what_if::WhatIf;
 
 use crate::conditioning::Signal;
@@ -80,7 +87,7 @@ pub struct Reason {
 
 /// Where the nominal peak's uncertainty comes from; each part is a change of the nominal
 /// peak measured by a rerun [rad], `None` where no rerun was possible or none applies.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorBudget {
     /// Integration and rounding.
     pub numerical: Option<f64>,
@@ -97,7 +104,7 @@ pub struct ErrorBudget {
 }
 
 /// Closed-form bounds that need no integration.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Screens {
     /// T0/(mL) in g: below it in the opening direction a lever on a rigid stop never leaves.
     pub static_threshold_g: f64,
@@ -112,7 +119,7 @@ pub struct Screens {
 }
 
 /// What the closed-form bounds say of one polarity and stop.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScreenedRun {
     /// Stop model.
     pub model: StopModel,
@@ -129,7 +136,7 @@ pub struct ScreenedRun {
 }
 
 /// What one stop and polarity says by part 3 of the rule, and how sure its peak is.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunAnswer {
     /// Stop model.
     pub model: StopModel,
@@ -168,7 +175,7 @@ pub struct Evidence {
     /// Trajectories, the nominal run's first.
     pub traces: Vec<Trace>,
     /// How members of the nominal run's ensemble spread around it.
-    pub ribbon: Option<Ribbon>,
+    pub ribbon: Option<QuantileBand>,
     /// Amplitude spectrum before conditioning.
     pub spectrum_raw: AmplitudeSpectrum,
     /// Amplitude spectrum as used.

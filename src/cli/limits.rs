@@ -1,7 +1,9 @@
 //! `latchgate limits`: every limit on input, with its value and how to change it.
 
-use super::args::{Common, OutputFormat};
-use super::{Failure, output};
+use super::failure::Failure;
+use super::options::Common;
+use super::output;
+use super::values::OutputFormat;
 use crate::error::ErrorKind;
 use crate::recording::limits::Limit;
 use serde::Serialize;

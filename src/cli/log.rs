@@ -1,6 +1,7 @@
 //! Tracing output: stderr, as text or JSON lines, silent unless asked for.
 
-use super::args::{Common, LogFormat};
+use super::options::Common;
+use super::values::LogFormat;
 use crate::error::{Error, ErrorKind};
 use std::io::IsTerminal;
 use tracing::level_filters::LevelFilter;

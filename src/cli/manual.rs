@@ -1,7 +1,8 @@
 //! Shell completions and manual pages.
 
 use super::args::{Arguments, CompletionsArguments, ManArguments};
-use super::{Failure, output};
+use super::failure::Failure;
+use super::output;
 use crate::error::{ErrorKind, nearest_name};
 use clap::CommandFactory;
 

@@ -1,12 +1,12 @@
 //! `latchgate study`: one file per study, one line each in [`Study`] and in its `analysis`.
 
+mod analysis;
 mod attractor;
 mod basins;
 mod bifurcation;
 mod excitation_map;
 mod free_vibration;
 mod histories;
-mod progress;
 mod restitution;
 mod shock;
 mod spectrogram;
@@ -15,22 +15,16 @@ mod step_size;
 mod sweep;
 mod work_precision;
 
-use super::args::{Common, OutputFormat, StudyArguments, StudyCommon, parse_positive};
-use super::{Failure, output};
-use crate::error::ErrorKind;
-use crate::model::Design;
-use crate::model::stop::StopModel;
-use crate::parallel::Control;
+use super::failure::{Failure, INTERRUPTED};
+use super::options::{Common, StudyCommon};
+use super::output;
+use super::progress;
+use super::values::OutputFormat;
 use crate::report;
-use crate::report::study::{Files, Summary, Table};
-use crate::study::Headline;
-use crate::study::work_precision::Truth;
+use crate::report::study::{Files, Summary};
+use analysis::{Analysis, Session};
 use clap::Subcommand;
-use progress::Progress;
-use serde_json::json;
-use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::time::Instant;
 
 /// The studies.
 #[derive(Debug, Clone, Subcommand)]
@@ -80,122 +74,22 @@ impl Study {
     }
 }
 
-/// A study as the command line sees it: options that can be run.
-trait Analysis {
-    /// Returns the study's name, which its files take.
-    fn name(&self) -> &'static str;
-
-    /// Returns the options of every study.
-    fn common(&self) -> &StudyCommon;
-
-    /// Runs it on `design`.
-    fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure>;
-}
-
-/// What surrounds a study: its clock, its threads.
-struct Session<'a> {
-    started: Instant,
-    progress: Progress,
-    common: &'a Common,
-}
-
-impl Session<'_> {
-    /// Returns the seconds since the study began.
-    fn elapsed_s(&self) -> f64 {
-        self.started.elapsed().as_secs_f64()
-    }
-
-    /// Does a step of the work by all threads, showing on a terminal how far it is.
-    fn watch<T>(&self, step: &str, work: impl FnOnce(&Control<'_>) -> T) -> T {
-        self.progress.step(step);
-        work(&Control {
-            threads: self.common.thread_count(),
-            proceed: &|part| self.progress.proceed(part),
-        })
-    }
-}
-
-/// What a study answers; name, design, version and time are added to it in one place.
-struct Answer {
-    /// What was asked for, beside the design.
-    parameters: BTreeMap<&'static str, serde_json::Value>,
-    headlines: Vec<Headline>,
-    /// Truth of each case, of a study that has cases.
-    cases: Vec<Truth>,
-    /// What else the JSON lists.
-    results: Option<serde_json::Value>,
-    tables: Vec<Table>,
-    svg: String,
-    /// Whether the work was done to its end.
-    complete: bool,
-}
-
-impl Default for Answer {
-    fn default() -> Self {
-        Self {
-            parameters: BTreeMap::new(),
-            headlines: Vec::new(),
-            cases: Vec::new(),
-            results: None,
-            tables: Vec::new(),
-            svg: String::new(),
-            complete: true,
-        }
-    }
-}
-
-/// Returns an initial state that every one of `stops` admits.
-fn start(phi0: f64, omega0: f64, stops: &[StopModel]) -> Result<(f64, f64), Failure> {
-    if phi0 < 0.0 && stops.contains(&StopModel::Rigid) {
-        return Err(Failure::Usage(
-            ErrorKind::OutOfRange {
-                what: "--phi0 [rad]".into(),
-                expected: "0 or more on a rigid stop; choose --model soft to start inside the stop"
-                    .into(),
-                found: phi0.to_string(),
-            }
-            .into(),
-        ));
-    }
-    Ok((phi0, omega0))
-}
-
-/// Most natural periods that a free motion is followed for.
-const PERIODS_MAX: f64 = 1000.0;
-
-fn parse_periods(text: &str) -> Result<f64, String> {
-    parse_positive(text).and_then(|periods| {
-        if periods <= PERIODS_MAX {
-            Ok(periods)
-        } else {
-            Err(format!("must be at most {PERIODS_MAX}"))
-        }
-    })
-}
-
 /// Runs the command; returns the exit code.
-pub(super) fn command(own: &StudyArguments, common: &Common) -> Result<u8, Failure> {
-    let analysis = own.study.analysis();
-    let session = Session {
-        started: Instant::now(),
-        progress: Progress::new(),
-        common,
-    };
-    progress::listen();
+pub(super) fn command(own: &Study, common: &Common) -> Result<u8, Failure> {
+    let analysis = own.analysis();
+    let session = Session::new(analysis.name(), common.thread_count());
     let StudyCommon { out, design, set } = analysis.common();
-    let design = super::replay::design(
+    let design = super::design::design(
         design.as_deref(),
         set,
         &common.limits().map_err(Failure::Usage)?,
     )?;
     let answer = analysis.run(&design, &session)?;
     let complete = answer.complete;
-    let mut parameters = answer.parameters;
-    parameters.insert("design", json!(design));
     let summary = Summary {
         schema: "latchgate.study/1",
         study: analysis.name(),
-        parameters,
+        parameters: answer.parameters,
         complete,
         headlines: answer.headlines,
         cases: answer.cases,
@@ -214,8 +108,11 @@ pub(super) fn command(own: &StudyArguments, common: &Common) -> Result<u8, Failu
     }
     .map_err(Failure::Data)?;
     if !complete {
-        output::talk("latchgate: interrupted; what was done until then is written");
-        return Ok(super::COULD_NOT);
+        output::talk(&format!(
+            "{}; what was done until then is written",
+            progress::WORD
+        ));
+        return Ok(INTERRUPTED);
     }
     Ok(0)
 }

@@ -1,6 +1,6 @@
 //! The design's limit under half-sine pulses: amplitude against change of velocity.
 
-use super::runs::{Bench, Setting};
+use super::runs::{NominalRuns, Trial};
 use super::search::{self, Edge, Probe};
 use crate::conditioning::Signal;
 use crate::error::Error;
@@ -9,7 +9,7 @@ use crate::model::stop::StopModel;
 use crate::parallel::Control;
 use crate::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
 use crate::verdict::{ModelChoice, Polarity, Policy, screen};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Durations of the pulses [s]: 1 to 100 ms by the preferred numbers R20 of ISO 3.
 pub const DURATIONS_MS: [f64; 41] = [
@@ -26,7 +26,7 @@ const INTERVALS: u32 = 1000;
 const AMPLITUDES: usize = 120;
 
 /// A half-sine pulse that just brings the lever to the threshold.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LimitPoint {
     /// Stop model.
     pub model: StopModel,
@@ -42,7 +42,7 @@ pub struct LimitPoint {
 }
 
 /// Where the recording stands on the chart.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RecordingPoint {
     /// Sign of the recorded acceleration that is taken to open.
     pub opens_when: OpensWhen,
@@ -53,7 +53,7 @@ pub struct RecordingPoint {
 }
 
 /// The design's limit, and the recording beside it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LimitCurve {
     /// T0/(mL), below which no length of pulse lifts a lever off a rigid stop [g].
     pub static_threshold_g: f64,
@@ -77,12 +77,16 @@ pub fn limit_curve(
     control: &Control<'_>,
 ) -> Result<LimitCurve, Error> {
     let bounds = screen::screens(design, None);
-    let mut points = Vec::new();
-    for stop in model.stops() {
-        for duration_ms in DURATIONS_MS {
-            points.push(critical_pulse(design, *stop, duration_ms / 1e3, control)?);
-        }
-    }
+    let pulses: Vec<(StopModel, f64)> = model
+        .stops()
+        .iter()
+        .flat_map(|stop| DURATIONS_MS.map(|duration_ms| (*stop, duration_ms / 1e3)))
+        .collect();
+    let points = control.try_map(&pulses, |&(stop, duration_s)| {
+        // The pulses themselves are shared among the threads.
+        let own = control.with_threads(1);
+        own.unmeasured(|own| critical_pulse(design, stop, duration_s, own))
+    })?;
     Ok(LimitCurve {
         static_threshold_g: bounds.static_threshold_g,
         impulse_threshold_m_s: bounds.impulse_threshold_m_s,
@@ -103,27 +107,12 @@ pub fn critical_pulse(
     duration_s: f64,
     control: &Control<'_>,
 ) -> Result<LimitPoint, Error> {
-    let rate = SampleRate::from_hertz(f64::from(INTERVALS) / duration_s)?;
-    let signal = Signal {
-        start_s: 0.0,
-        rate,
-        // One g of amplitude; the last sample is zero and not what rounding leaves of sin π.
-        samples: (0..=INTERVALS)
-            .map(|index| {
-                let phase = std::f64::consts::PI * f64::from(index) / f64::from(INTERVALS);
-                if index == INTERVALS {
-                    0.0
-                } else {
-                    -STANDARD_GRAVITY * libm::sin(phase)
-                }
-            })
-            .collect(),
-    };
+    let signal = half_sine(duration_s)?;
     let policy = Policy::new(
         ModelChoice::Only(stop),
         Polarity::Declared(OpensWhen::Negative),
     );
-    let bench = Bench {
+    let runs = NominalRuns {
         signal: &signal,
         policy: &policy,
         control,
@@ -141,13 +130,13 @@ pub fn critical_pulse(
         &grid,
         &Probe {
             scan: &|amplitudes| {
-                let settings: Vec<Setting> = amplitudes
+                let settings: Vec<Trial> = amplitudes
                     .iter()
-                    .map(|amplitude| Setting::new(design, *amplitude))
+                    .map(|amplitude| Trial::new(design, *amplitude))
                     .collect();
-                bench.scan(&settings)
+                runs.scan(&settings)
             },
-            exact: &|amplitude| bench.exact(design, amplitude),
+            exact: &|amplitude| runs.exact(&Trial::new(design, amplitude)),
             width: &|amplitude| 1e-12 * amplitude,
             near_rad: 0.01 * design.criterion.threshold_rad,
         },
@@ -165,6 +154,26 @@ pub fn critical_pulse(
         velocity_change_m_s: amplitude.map(|amplitude| {
             2.0 * amplitude * STANDARD_GRAVITY * duration_s / std::f64::consts::PI
         }),
+    })
+}
+
+/// Returns a half-sine pulse of one g in the opening direction.
+fn half_sine(duration_s: f64) -> Result<Signal, Error> {
+    let rate = SampleRate::from_hertz(f64::from(INTERVALS) / duration_s)?;
+    Ok(Signal {
+        start_s: 0.0,
+        rate,
+        // The last sample is zero and not what rounding leaves of sin π.
+        samples: (0..=INTERVALS)
+            .map(|index| {
+                let phase = std::f64::consts::PI * f64::from(index) / f64::from(INTERVALS);
+                if index == INTERVALS {
+                    0.0
+                } else {
+                    -STANDARD_GRAVITY * libm::sin(phase)
+                }
+            })
+            .collect(),
     })
 }
 

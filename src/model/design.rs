@@ -1,6 +1,7 @@
 //! A design: lever, stop, criterion, tolerances, as a TOML file states them.
 
 use super::lever::Lever;
+use super::parameters::{DesignParameter, PARAMETERS, Range, Slot};
 use super::stop::Stop;
 use crate::error::{Error, ErrorKind, Place, nearest_name};
 use serde::{Deserialize, Serialize};
@@ -63,29 +64,8 @@ impl Default for Design {
     }
 }
 
-/// Every key that a design file or an override may name, with the condition on its value.
-const KEYS: &[(&str, Range)] = &[
-    ("lever.moment_of_inertia_kg_m2", Range::Positive),
-    ("lever.pivot_damping_nm_s_per_rad", Range::NotNegative),
-    ("lever.spring_stiffness_nm_per_rad", Range::NotNegative),
-    ("lever.preload_torque_nm", Range::NotNegative),
-    ("lever.mass_kg", Range::Positive),
-    ("lever.center_of_mass_m", Range::Positive),
-    ("stop.restitution", Range::Ratio),
-    ("stop.stiffness_n_per_m", Range::Positive),
-    ("stop.damping_n_s_per_m", Range::NotNegative),
-    ("stop.radius_m", Range::Positive),
-    ("criterion.threshold_rad", Range::Positive),
-    ("input.scale", Range::NotNegative),
-    ("input.bias_g", Range::NotNegative),
-];
-
-#[derive(Debug, Clone, Copy)]
-enum Range {
-    Positive,
-    NotNegative,
-    Ratio,
-}
+/// Tables of a design file.
+const SECTIONS: [&str; 5] = ["lever", "stop", "criterion", "tolerance", "input"];
 
 impl Design {
     /// Returns the design of eq. (3.1) with the threshold of section 2 of the paper.
@@ -115,52 +95,37 @@ impl Design {
         let mut design = Self::reference();
         design.name = "design".into();
         for (key, value) in &table {
-            match (key.as_str(), value) {
-                ("name", toml::Value::String(name)) => design.name.clone_from(name),
-                (
-                    section @ ("lever" | "stop" | "criterion" | "input"),
-                    toml::Value::Table(entries),
-                ) => {
-                    for (key, value) in entries {
-                        number(key, value)
-                            .and_then(|value| design.set_number(&format!("{section}.{key}"), value))
-                            .map_err(|error| error.at(place_of_key(text, Some(section), key)))?;
-                    }
+            match value {
+                toml::Value::String(name) if key == "name" => design.name.clone_from(name),
+                toml::Value::Table(entries) if SECTIONS.contains(&key.as_str()) => {
+                    design.set_section(key, entries, text)?;
                 }
-                ("tolerance", toml::Value::Table(entries)) => {
-                    // A file that names its tolerances names all of them.
-                    design.tolerance.clear();
-                    for (key, value) in entries {
-                        number(key, value)
-                            .and_then(|value| design.set_number(&format!("tolerance.{key}"), value))
-                            .map_err(|error| {
-                                error.at(place_of_key(text, Some("tolerance"), key))
-                            })?;
-                    }
-                }
-                ("name" | "lever" | "stop" | "criterion" | "input" | "tolerance", other) => {
-                    return Err(Error::from(ErrorKind::Malformed {
-                        expected: if key == "name" {
-                            "a text for `name`".into()
-                        } else {
-                            format!("a table [{key}]")
-                        },
-                        found: with_article(other.type_str()),
-                        hint: "see the design file in the README".into(),
-                    })
-                    .at(place_of_key(text, None, key)));
-                }
-                _ => {
-                    return Err(unknown(
-                        key,
-                        &["name", "lever", "stop", "criterion", "tolerance", "input"],
-                    )
-                    .at(place_of_key(text, None, key)));
+                other => {
+                    return Err(wrong_entry(key, other).at(place_of_key(text, None, key)));
                 }
             }
         }
         design.validate()?;
         Ok(design)
+    }
+
+    /// Takes in a table of a design file.
+    fn set_section(
+        &mut self,
+        section: &str,
+        entries: &toml::Table,
+        text: &str,
+    ) -> Result<(), Error> {
+        if section == "tolerance" {
+            // A file that names its tolerances names all of them.
+            self.tolerance.clear();
+        }
+        for (key, value) in entries {
+            number(key, value)
+                .and_then(|value| self.set_number(&format!("{section}.{key}"), value))
+                .map_err(|error| error.at(place_of_key(text, Some(section), key)))?;
+        }
+        Ok(())
     }
 
     /// Applies an override such as `lever.preload_torque_nm=2.82`.
@@ -192,52 +157,36 @@ impl Design {
         self.set_number(key, parsed)
     }
 
-    fn set_number(&mut self, key: &str, value: f64) -> Result<(), Error> {
-        if let Some(name) = key.strip_prefix("tolerance.") {
-            let names = tolerance_names();
-            if !names.contains(&name) {
-                return Err(unknown(
-                    key,
-                    &names
-                        .iter()
-                        .map(|name| format!("tolerance.{name}"))
-                        .collect::<Vec<_>>(),
-                ));
+    fn set_number(&mut self, name: &str, value: f64) -> Result<(), Error> {
+        if let Some(key) = name.strip_prefix("tolerance.") {
+            let known = || PARAMETERS.iter().filter(|known| known.has_tolerance());
+            if !known().any(|known| known.key() == key) {
+                let names: Vec<_> = known()
+                    .map(|known| format!("tolerance.{}", known.key()))
+                    .collect();
+                return Err(unknown(name, &names));
             }
-            check_range(key, value, Range::NotNegative)?;
-            self.tolerance.insert(name.to_string(), value);
+            Range::NotNegative.check(name, value)?;
+            self.tolerance.insert(key.to_string(), value);
             return Ok(());
         }
-        let Some((_, range)) = KEYS.iter().find(|(name, _)| *name == key) else {
-            return Err(unknown(
-                key,
-                &KEYS.iter().map(|(name, _)| *name).collect::<Vec<_>>(),
-            ));
+        let Some(parameter) = DesignParameter::named(name) else {
+            let names: Vec<_> = PARAMETERS.iter().map(|known| known.name).collect();
+            return Err(unknown(name, &names));
         };
-        check_range(key, value, *range)?;
-        *self
-            .number_mut(key)
-            .expect("every name in KEYS has its field") = value;
+        parameter.range.check(name, value)?;
+        parameter.set(self, value);
         Ok(())
     }
 
-    fn number_mut(&mut self, key: &str) -> Option<&mut f64> {
-        Some(match key {
-            "lever.moment_of_inertia_kg_m2" => &mut self.lever.moment_of_inertia_kg_m2,
-            "lever.pivot_damping_nm_s_per_rad" => &mut self.lever.pivot_damping_nm_s_per_rad,
-            "lever.spring_stiffness_nm_per_rad" => &mut self.lever.spring_stiffness_nm_per_rad,
-            "lever.preload_torque_nm" => &mut self.lever.preload_torque_nm,
-            "lever.mass_kg" => &mut self.lever.mass_kg,
-            "lever.center_of_mass_m" => &mut self.lever.center_of_mass_m,
-            "stop.restitution" => &mut self.stop.restitution,
-            "stop.stiffness_n_per_m" => &mut self.stop.stiffness_n_per_m,
-            "stop.damping_n_s_per_m" => &mut self.stop.damping_n_s_per_m,
-            "stop.radius_m" => &mut self.stop.radius_m,
-            "criterion.threshold_rad" => &mut self.criterion.threshold_rad,
-            "input.scale" => &mut self.input.scale,
-            "input.bias_g" => &mut self.input.bias_g,
-            _ => return None,
-        })
+    /// Returns one standard deviation of `parameter`, in its unit, where the design states one.
+    #[must_use]
+    pub fn deviation(&self, parameter: &DesignParameter) -> Option<f64> {
+        match parameter.slot {
+            Slot::Lever(_) | Slot::Stop(_) => self.tolerance.get(parameter.key()).copied(),
+            Slot::InputScale | Slot::InputBias => Some(parameter.of(self)),
+            Slot::Threshold => None,
+        }
     }
 
     /// Returns the damping ratio ξ of the lever in contact with the soft stop [-].
@@ -278,34 +227,22 @@ impl Design {
     }
 }
 
-fn tolerance_names() -> Vec<&'static str> {
-    KEYS.iter()
-        .filter_map(|(key, _)| {
-            key.strip_prefix("lever.")
-                .or_else(|| key.strip_prefix("stop."))
-        })
-        .collect()
-}
-
-fn check_range(key: &str, value: f64, range: Range) -> Result<(), Error> {
-    let (good, expected) = match range {
-        Range::Positive => (value > 0.0 && value.is_finite(), "positive and finite"),
-        Range::NotNegative => (
-            value >= 0.0 && value.is_finite(),
-            "zero or positive, and finite",
-        ),
-        Range::Ratio => ((0.0..=1.0).contains(&value), "0 to 1"),
-    };
-    if good {
-        Ok(())
-    } else {
-        Err(ErrorKind::OutOfRange {
-            what: key.into(),
-            expected: expected.into(),
-            found: format!("{value}"),
+/// Says what is wrong with an entry of a design file that is neither its name nor a section.
+fn wrong_entry(key: &str, value: &toml::Value) -> Error {
+    let expected = match key {
+        "name" => "a text for `name`".into(),
+        section if SECTIONS.contains(&section) => format!("a table [{section}]"),
+        _ => {
+            let known: Vec<_> = std::iter::once("name").chain(SECTIONS).collect();
+            return unknown(key, &known);
         }
-        .into())
+    };
+    ErrorKind::Malformed {
+        expected,
+        found: with_article(value.type_str()),
+        hint: "see the design file in the README".into(),
     }
+    .into()
 }
 
 fn number(key: &str, value: &toml::Value) -> Result<f64, Error> {

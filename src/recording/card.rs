@@ -2,10 +2,10 @@
 
 use super::limits::Limits;
 use super::source::{Source, sha256};
-use super::{ReadOptions, text::line_at};
+use super::text::line_at;
 use crate::error::{Error, ErrorKind, Place, nearest_name};
 use crate::units::{AccelerationUnit, OpensWhen, SampleRate};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// The keys a card may hold.
 const KEYS: [&str; 9] = [
@@ -134,20 +134,6 @@ impl Card {
         }
         Ok(())
     }
-
-    /// Fills what the options leave open.
-    pub fn merge_into(&self, options: &mut ReadOptions) {
-        if options.channel.is_none() {
-            options.channel.clone_from(&self.channel);
-        }
-        if options.unit.is_none() && self.unit.is_some() {
-            options.unit = self.unit;
-            options.unit_from_card = true;
-        }
-        if options.rate_hz.is_none() {
-            options.rate_hz = self.rate;
-        }
-    }
 }
 
 /// Reads the card beside a recording, if there is one, with the SHA-256 of its bytes.
@@ -187,7 +173,7 @@ pub fn read_beside(source: &Source, limits: &Limits) -> Result<Option<(Card, Str
 }
 
 /// A polarity as a card or option states it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum CardPolarity {
     /// A negative recorded acceleration opens.

@@ -2,16 +2,21 @@
 
 use crate::margin::PreloadAnswer;
 use crate::model::Design;
+use crate::model::stop::StopModel;
+use crate::recording::card::CardPolarity;
 use crate::recording::{Finding, Part};
 use crate::replay::Run;
+use crate::request::{PolaritySource, Request};
+use crate::units::OpensWhen;
 use crate::verdict::{
     Answer, Ensemble, ErrorBudget, FilterRow, Ladder, Reason, RunAnswer, Screens, WhatIf,
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// What was read.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct RecordingBlock {
     /// File name without folders.
     pub file: String,
@@ -22,13 +27,13 @@ pub struct RecordingBlock {
     /// SHA-256 of the channel's signal, the same whatever file it comes from.
     pub content_sha256: Option<String>,
     /// Format name.
-    pub format: Option<&'static str>,
+    pub format: Option<Cow<'static, str>>,
     /// Channel name.
     pub channel: Option<String>,
     /// Unit of the channel.
-    pub unit: Option<&'static str>,
+    pub unit: Option<Cow<'static, str>>,
     /// What stated the unit.
-    pub unit_source: Option<&'static str>,
+    pub unit_source: Option<Cow<'static, str>>,
     /// Number of samples.
     pub samples: usize,
     /// Sample rate [Hz].
@@ -43,29 +48,33 @@ pub struct RecordingBlock {
     pub peak_time_s: Option<f64>,
     /// SHA-256 of the card beside the recording; `None` without a card.
     pub card_sha256: Option<String>,
+    /// Sign of the recorded acceleration that opens, as declared; `None` where nobody says.
+    pub opens_when: Option<CardPolarity>,
+    /// Who declares it.
+    pub opens_when_source: PolaritySource,
 }
 
 /// How it was conditioned.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ConditioningBlock {
     /// Mean removed [m/s²].
     pub bias_m_s2: f64,
     /// Its standard error [m/s²].
     pub bias_standard_error_m_s2: f64,
     /// How the standard error counts correlated samples.
-    pub bias_standard_error_method: &'static str,
+    pub bias_standard_error_method: Cow<'static, str>,
     /// Samples it was taken from.
     pub bias_samples: usize,
     /// First and last instant of the bias window [s].
     pub bias_window_s: Option<(f64, f64)>,
     /// Filter: `none`, `cfc60`, `cfc180`, `cfc600`, `cfc1000`.
-    pub filter: &'static str,
+    pub filter: Cow<'static, str>,
     /// Standard of the filter.
-    pub filter_standard: &'static str,
+    pub filter_standard: Cow<'static, str>,
     /// Design frequency of the filter's two passes, fd [Hz].
     pub filter_design_frequency_hz: Option<f64>,
     /// End treatment in words.
-    pub filter_end_treatment: Option<&'static str>,
+    pub filter_end_treatment: Option<Cow<'static, str>>,
     /// Rate fed to the model [Hz]; `None` for the native one.
     pub resample_hz: Option<f64>,
     /// Largest absolute acceleration as used [g].
@@ -81,41 +90,26 @@ pub struct ConditioningBlock {
     pub synthetic: bool,
 }
 
-/// What the run was asked, so that it can be repeated.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Request {
-    /// The command line that repeats the run, with the file's name only.
-    pub command: String,
-    /// Where the polarity comes from: `option`, `card`, `undeclared`.
-    pub opens_when_source: &'static str,
-    /// Stop model asked for: `auto`, `rigid`, `soft`.
-    pub model: &'static str,
-    /// Judged window [s].
-    pub window_s: Option<(f64, f64)>,
-    /// Initial angle [rad]; `None` for rest on the stop.
-    pub phi0_rad: Option<f64>,
-    /// Initial angular velocity [rad/s].
-    pub omega0_rad_s: Option<f64>,
-    /// Largest ensemble; 0 for nominal runs alone.
-    pub members: u32,
-    /// Seed of the ensemble.
-    pub seed: u64,
-}
-
 /// Version and time of the run; the only block that may differ between two runs.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunBlock {
     /// latchgate's version.
-    pub version: &'static str,
+    pub version: Cow<'static, str>,
+    /// Revision of the numbers, [`crate::pipeline::NUMBERS_REVISION`]; `None` in documents of
+    /// versions that counted none.
+    pub numbers_revision: Option<u32>,
     /// Time the run took [s].
     pub elapsed_s: f64,
 }
 
 /// verdict.json, key by key.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Document {
     /// `latchgate.verdict/1`.
-    pub schema: &'static str,
+    pub schema: Cow<'static, str>,
+    /// What the question and what was read for it hash to: the same question gives the same
+    /// report, any other another.
+    pub report_id: String,
     /// The answer.
     pub verdict: Answer,
     /// The reasons, the weightiest first.
@@ -125,18 +119,18 @@ pub struct Document {
     /// The run with the largest peak; `None` where nothing could be replayed.
     pub nominal: Option<Run>,
     /// Per stop, the run with the larger peak.
-    pub models: BTreeMap<&'static str, Run>,
+    pub models: BTreeMap<StopModel, Run>,
     /// Per polarity and stop, where two polarities were judged.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub polarities: BTreeMap<&'static str, BTreeMap<&'static str, Run>>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub polarities: BTreeMap<OpensWhen, BTreeMap<StopModel, Run>>,
     /// What each stop and polarity says by itself, where something was replayed.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub answers: Vec<RunAnswer>,
     /// The ensemble of the stop and polarity with the largest nominal peak; `None` where only
     /// nominal runs are judged.
     pub ensemble: Option<Ensemble>,
     /// That of each stop and polarity, where there are several.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ensembles: Vec<Ensemble>,
     /// Which rung decided, and why nothing finer was needed; `None` where nothing was replayed.
     pub ladder: Option<Ladder>,
@@ -144,7 +138,7 @@ pub struct Document {
     /// without a report.
     pub preload_answer: Option<PreloadAnswer>,
     /// What one input moved by one standard deviation does to the nominal run.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub what_if: Vec<WhatIf>,
     /// Where the peak's uncertainty comes from.
     pub error_budget_rad: ErrorBudget,
@@ -162,8 +156,8 @@ pub struct Document {
     /// The design.
     pub design: Design,
     /// The decision rule in words.
-    pub decision_rule: &'static str,
-    /// What was asked.
+    pub decision_rule: Cow<'static, str>,
+    /// The question; `verify` and services repeat it from here.
     pub request: Request,
     /// Version and time; last.
     pub run: RunBlock,

@@ -34,7 +34,7 @@ pub(super) fn page(document: &Document, evidence: Option<&Evidence>, figures: &[
     page.raw("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n");
     page.raw("<meta name=\"color-scheme\" content=\"light dark\"/>\n");
     page.raw("<meta name=\"generator\" content=\"latchgate ");
-    page.text(document.run.version);
+    page.text(&document.run.version);
     page.raw("\"/>\n<title>");
     page.text(words::answer(document.verdict));
     page.text(" · ");

@@ -1,10 +1,11 @@
 //! The document that a margin answers with.
 
-use super::document::{ConditioningBlock, RecordingBlock, Request, RunBlock};
+use super::document::{ConditioningBlock, RecordingBlock, RunBlock};
 use crate::margin::quantity::applied;
 use crate::margin::{Basis, Boundary, LimitCurve, Map, Margin, Margins, Quantity, State};
 use crate::model::Design;
 use crate::recording::Finding;
+use crate::request::MarginRequest;
 use crate::verdict::Answer;
 use serde::Serialize;
 
@@ -70,7 +71,7 @@ pub struct MarginDocument {
     /// The design.
     pub design: Design,
     /// What was asked.
-    pub request: Request,
+    pub request: MarginRequest,
     /// Version and time; last.
     pub run: RunBlock,
 }
@@ -105,7 +106,7 @@ pub struct Context {
     /// How it was conditioned.
     pub conditioning: Option<ConditioningBlock>,
     /// What was asked.
-    pub request: Request,
+    pub request: MarginRequest,
     /// Version and time.
     pub run: RunBlock,
 }
@@ -215,7 +216,7 @@ fn notes(margins: &Margins, context: &Context) -> Vec<String> {
                 } else {
                     "above"
                 };
-                let unit = match answer.unit {
+                let unit = match &*answer.unit {
                     "" => String::new(),
                     unit => format!(" {unit}"),
                 };

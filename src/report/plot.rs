@@ -7,48 +7,30 @@
 mod acceleration;
 mod angle;
 mod axis;
-mod bounces;
 mod canvas;
-mod colour;
 mod drivers;
-mod dynamics;
 mod frame;
-mod free_vibration;
-mod histories;
+mod heat;
 mod margin;
-mod panel;
 mod phase;
 mod raster;
-mod restitution;
-mod series;
-mod shock;
 mod spectra;
 mod spectrogram;
 mod spread;
-mod stability;
-mod step_size;
+mod study;
 pub mod style;
 pub mod thin;
-mod work_precision;
 
 pub(super) use self::margin::{
     RULES as MARGIN_RULES, figures as margin_figures, stand_alone as margin_stand_alone,
 };
+pub use self::study::{
+    attractor, basins, bifurcation, excitation_map, free_vibration, histories, restitution, shock,
+    spectrogram, stability, step_size, work_precision,
+};
 use crate::report::Document;
 use crate::report::escape;
 use crate::report::words;
-use crate::study::attractor::Attractor;
-use crate::study::basins::Basins;
-use crate::study::bifurcation::Diagram;
-use crate::study::excitation_map::ExcitationMap;
-use crate::study::free_vibration::FreeVibration;
-use crate::study::histories::Histories;
-use crate::study::restitution::Equivalence;
-use crate::study::shock::Shock;
-use crate::study::spectrogram::Spectrogram;
-use crate::study::stability::Stability;
-use crate::study::step_size::StepSize;
-use crate::study::work_precision::WorkPrecision;
 use crate::verdict::Evidence;
 use std::fmt::Write as _;
 
@@ -155,78 +137,6 @@ pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> 
     .into_iter()
     .flatten()
     .collect()
-}
-
-/// Draws the study of error against cost, as a file of its own.
-#[must_use]
-pub fn work_precision(result: &WorkPrecision) -> String {
-    work_precision::draw(result).stand_alone_with(series::RULES)
-}
-
-/// Draws the study of where methods fail, as a file of its own.
-#[must_use]
-pub fn stability(result: &Stability) -> String {
-    stability::draw(result).stand_alone_with(series::RULES)
-}
-
-/// Draws sections against the amplitude, one panel per stop, as a file of its own.
-#[must_use]
-pub fn bifurcation(diagrams: &[Diagram]) -> String {
-    dynamics::bifurcation(diagrams).stand_alone_with(dynamics::RULES)
-}
-
-/// Draws the section at one amplitude, as a file of its own.
-#[must_use]
-pub fn attractor(attractors: &[Attractor]) -> String {
-    dynamics::attractor(attractors).stand_alone_with(dynamics::RULES)
-}
-
-/// Draws the basins of attraction, one panel per stop, as a file of its own.
-#[must_use]
-pub fn basins(basins: &[Basins]) -> String {
-    dynamics::basins(basins).stand_alone_with(dynamics::RULES)
-}
-
-/// Draws what excitation opens the latch, one panel per stop, as a file of its own.
-#[must_use]
-pub fn excitation_map(maps: &[ExcitationMap]) -> String {
-    dynamics::excitation_map(maps).stand_alone_with(dynamics::RULES)
-}
-
-/// Draws the study of damping against restitution, as a file of its own.
-#[must_use]
-pub fn restitution(result: &Equivalence) -> String {
-    restitution::draw(result).stand_alone_with(frame::RULES)
-}
-
-/// Draws the study of the fixed step's limit, as a file of its own.
-#[must_use]
-pub fn step_size(result: &StepSize) -> String {
-    step_size::draw(result).stand_alone_with(frame::RULES)
-}
-
-/// Draws the study of free vibration, as a file of its own.
-#[must_use]
-pub fn free_vibration(result: &FreeVibration) -> String {
-    free_vibration::draw(result).stand_alone_with(frame::RULES)
-}
-
-/// Draws the spectrogram of a free vibration, as a file of its own.
-#[must_use]
-pub fn bounces(result: &Spectrogram) -> String {
-    bounces::draw(result).stand_alone_with(frame::RULES)
-}
-
-/// Draws the histories from several starts, as a file of its own.
-#[must_use]
-pub fn histories(result: &Histories) -> String {
-    histories::draw(result).stand_alone_with(frame::RULES)
-}
-
-/// Draws a shock and the answers to it, as a file of its own.
-#[must_use]
-pub fn shock(result: &Shock) -> String {
-    shock::draw(result).stand_alone_with(frame::RULES)
 }
 
 /// What every plot needs: the results, and one time axis for all of them.

@@ -6,7 +6,6 @@ use crate::model::stop::StopModel;
 use crate::study::Headline;
 use crate::study::work_precision::Truth;
 use serde::Serialize;
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -17,8 +16,8 @@ pub struct Summary {
     pub schema: &'static str,
     /// The study's name.
     pub study: &'static str,
-    /// What was asked for.
-    pub parameters: BTreeMap<&'static str, serde_json::Value>,
+    /// The study's options, its design among them.
+    pub parameters: serde_json::Value,
     /// Whether the work was done to its end.
     pub complete: bool,
     /// What to take away.

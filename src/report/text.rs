@@ -126,16 +126,16 @@ fn runs(out: &mut String, document: &Document) {
         format!("peak {} rad, {crossing}", plain(run.peak_angle_rad, DIGITS))
     };
     if document.polarities.is_empty() {
-        for (name, run) in &document.models {
-            line(out, &format!("{name} stop"), &describe(run));
+        for (stop, run) in &document.models {
+            line(out, &format!("{} stop", stop.name()), &describe(run));
         }
     }
-    for (polarity, stops) in &document.polarities {
+    for (sign, stops) in &document.polarities {
         for (stop, run) in stops {
             line(
                 out,
-                &format!("{stop} stop"),
-                &format!("{polarity} opens: {}", describe(run)),
+                &format!("{} stop", stop.name()),
+                &format!("{} opens: {}", sign.name(), describe(run)),
             );
         }
     }

@@ -3,8 +3,10 @@
 use crate::model::stop::StopModel;
 use crate::report::Document;
 use crate::report::number::{exact, milliseconds, significant, trimmed};
+use crate::request::PolaritySource;
 use crate::units::OpensWhen;
 use crate::verdict::{Answer, Ensemble, ErrorBudget};
+use serde::Serialize;
 
 /// Digits of a result shown to people.
 pub(super) const DIGITS: usize = 5;
@@ -117,7 +119,7 @@ pub(super) fn opens(polarity: OpensWhen) -> &'static str {
 /// Returns which recorded sign opens the lever, who says so, and how it enters the model.
 pub(super) fn polarity_sentence(document: &Document) -> String {
     let entered = "A positive model acceleration holds the lever.";
-    let source = document.request.opens_when_source;
+    let source = document.recording.opens_when_source.name();
     let Some(nominal) = &document.nominal else {
         return format!("Nothing was replayed, so no sign was applied. {entered}");
     };
@@ -174,7 +176,7 @@ pub(super) fn percent(share: f64) -> String {
 }
 
 /// Returns what a design key of an ensemble's parameter means.
-pub(super) fn parameter(key: &'static str) -> &'static str {
+pub(super) fn parameter(key: &str) -> &str {
     match key {
         "input.scale" => "scale of the acceleration",
         "input.bias_g" => "bias of the acceleration",
@@ -227,7 +229,7 @@ pub(super) fn drivers_sentence(ensemble: &Ensemble) -> String {
         Some((driver, correlation, share)) => format!(
             "The {} drives the peak most: its rank correlation with it is {}, which is {:.0}\u{00A0}% of \
              the squares of all. The shaded strip is what chance alone gives.",
-            parameter(driver.parameter),
+            parameter(&driver.parameter),
             significant(*correlation, 2),
             100.0 * share
         ),
@@ -278,7 +280,7 @@ pub(super) fn budget(document: &Document) -> [BudgetPart; 6] {
     let conditioning = document.conditioning.as_ref();
     let unfiltered = conditioning.is_some_and(|block| block.filter == "none");
     let unbiased = conditioning.is_some_and(|block| block.bias_window_s.is_none());
-    let declared = document.request.opens_when_source != "undeclared";
+    let declared = document.recording.opens_when_source != PolaritySource::Undeclared;
     let unless = |applies: bool, reason| if applies { reason } else { unmeasured };
     [
         BudgetPart {
@@ -318,4 +320,21 @@ pub(super) fn budget(document: &Document) -> [BudgetPart; 6] {
             absent: unless(declared, "the sign is declared"),
         },
     ]
+}
+
+/// Returns the settings that a request states, a line each; those with their defaults are left
+/// out.
+pub(super) fn settings(request: &impl Serialize) -> String {
+    let stated = match serde_json::to_value(request) {
+        Ok(serde_json::Value::Object(stated)) => stated,
+        _ => serde_json::Map::new(),
+    };
+    if stated.is_empty() {
+        return "every setting at its default".into();
+    }
+    let lines: Vec<String> = stated
+        .iter()
+        .map(|(key, value)| format!("{key} = {value}"))
+        .collect();
+    lines.join("\n")
 }

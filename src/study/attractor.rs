@@ -11,14 +11,16 @@ use crate::replay::{self, Method, RunOptions, Section};
 use crate::units::OpensWhen;
 use serde::Serialize;
 
-/// What is asked.
-#[derive(Debug, Clone, PartialEq)]
+/// Options of one section, or of sections over a range of amplitudes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
     /// Lever, stop, frequency.
+    #[serde(flatten)]
     pub rig: Rig,
     /// Least and largest amplitude [g]; the same for one.
+    #[serde(rename = "amplitude_g")]
     pub amplitudes_g: (f64, f64),
-    /// Amplitudes, one or more.
+    /// Amplitudes, where least and largest differ.
     pub points: u32,
     /// Periods left out at each.
     pub transient: u32,
@@ -27,7 +29,20 @@ pub struct Options {
     /// Initial state; `None` for rest.
     pub initial: Option<State>,
     /// Steps per period of the excitation of the fixed-step method to compare with.
+    #[serde(rename = "compare_steps")]
     pub compared_steps: Option<u32>,
+}
+
+impl Options {
+    /// Returns the number of amplitudes.
+    #[must_use]
+    pub fn amplitudes(&self) -> u32 {
+        if self.amplitudes_g.0 < self.amplitudes_g.1 {
+            self.points.max(1)
+        } else {
+            1
+        }
+    }
 }
 
 /// One point of the section.
@@ -70,7 +85,7 @@ pub struct Statistics {
 /// The study's answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Attractor {
-    /// What was asked.
+    /// What it answers.
     pub options: Options,
     /// Points of the section.
     pub rows: Vec<Row>,
@@ -114,7 +129,7 @@ struct Seen {
 ///
 /// As [`crate::replay::Strobe::new`] and [`replay::run_harmonic`].
 pub fn run(options: &Options, control: &Control<'_>) -> Result<Attractor, Error> {
-    let count = options.points.max(1);
+    let count = options.amplitudes();
     let (low, high) = options.amplitudes_g;
     let amplitude = |index: usize| {
         let part = index as f64 / f64::from(count.max(2) - 1);
@@ -365,7 +380,8 @@ fn compare(
     let last = options.transient + options.periods;
     for index in 0..last {
         // Of several amplitudes each is short, and their number says how far the work is.
-        if options.points <= 1 && !(control.proceed)(Some(f64::from(index) / f64::from(last))) {
+        if options.amplitudes() == 1 && !(control.proceed)(Some(f64::from(index) / f64::from(last)))
+        {
             return Ok((states, false));
         }
         let outcome = replay::run_harmonic(&excitation, period, &rig.design, &run)?;
@@ -437,7 +453,7 @@ impl Attractor {
     pub fn headlines(&self) -> Vec<Headline> {
         let rig = &self.options.rig;
         let (low, high) = self.options.amplitudes_g;
-        let subject = if self.options.points > 1 {
+        let subject = if self.options.amplitudes() > 1 {
             format!(
                 "A = {low} to {high} g, ω = {} rad/s",
                 rig.angular_frequency_rad_s

@@ -15,10 +15,11 @@ use crate::replay::{Section, Strobe};
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What is asked.
-#[derive(Debug, Clone, PartialEq)]
+/// Options of the basins on one stop.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
     /// Lever, stop, frequency.
+    #[serde(flatten)]
     pub rig: Rig,
     /// Amplitude [g].
     pub amplitude_g: f64,
@@ -88,7 +89,7 @@ pub struct Row {
 /// The study's answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Basins {
-    /// What was asked.
+    /// What it answers.
     pub options: Options,
     /// The attractors, rest first, then by their largest angle.
     pub attractors: Vec<Attractor>,

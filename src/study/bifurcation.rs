@@ -21,12 +21,14 @@ pub enum Sweep {
     Down,
 }
 
-/// What is asked.
-#[derive(Debug, Clone, PartialEq)]
+/// Options of one bifurcation diagram.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
     /// Lever, stop, frequency.
+    #[serde(flatten)]
     pub rig: Rig,
     /// Least and largest amplitude [g].
+    #[serde(rename = "amplitude_g")]
     pub amplitudes_g: (f64, f64),
     /// Amplitudes.
     pub points: u32,
@@ -72,7 +74,7 @@ pub struct Column {
 /// The study's answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagram {
-    /// What was asked.
+    /// What it answers.
     pub options: Options,
     /// Columns, by amplitude; those left out when the work was stopped are missing.
     pub columns: Vec<Column>,

@@ -8,14 +8,17 @@ use crate::parallel::Control;
 use crate::replay::fan::{self, Ending, Ride};
 use serde::Serialize;
 
-/// What is asked.
-#[derive(Debug, Clone, PartialEq)]
+/// Options of one map of excitations.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
-    /// Lever and stop; the frequency in it is not used.
+    /// Lever and stop; its own frequency is not used, and gives way to the range in JSON.
+    #[serde(flatten)]
     pub rig: Rig,
     /// Least and largest amplitude [g].
+    #[serde(rename = "amplitude_g")]
     pub amplitudes_g: (f64, f64),
     /// Least and largest angular frequency [rad/s], by their logarithm.
+    #[serde(rename = "omega_rad_s")]
     pub angular_frequencies_rad_s: (f64, f64),
     /// Amplitudes × frequencies.
     pub grid: (u32, u32),
@@ -48,7 +51,7 @@ pub struct Boundary {
 /// The study's answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExcitationMap {
-    /// What was asked.
+    /// What it answers.
     pub options: Options,
     /// Amplitude above which a lever at rest leaves the rigid stop [g].
     pub lift_off_g: f64,

@@ -5,18 +5,22 @@ use super::free::{self, Against, Motion, Release};
 use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
+use serde::Serialize;
 use std::f64::consts::PI;
 
-/// What is asked.
-#[derive(Debug, Clone, PartialEq)]
+/// Options of the study of free vibration.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
     /// The lever.
     pub design: Design,
     /// Stops to run.
+    #[serde(rename = "model")]
     pub models: Vec<StopModel>,
     /// Initial angle [rad].
+    #[serde(rename = "phi0_rad")]
     pub angle_rad: f64,
     /// Initial angular velocity [rad/s].
+    #[serde(rename = "omega0_rad_s")]
     pub velocity_rad_s: f64,
     /// Length [natural periods].
     pub periods: f64,

@@ -14,18 +14,20 @@ use std::f64::consts::TAU;
 /// The paper's initial states: angle [rad], angular velocity [rad/s].
 pub const STARTS: [(f64, f64); 3] = [(0.8, 0.0), (0.56, 0.0), (0.9, 0.0)];
 
-/// What is asked.
-#[derive(Debug, Clone, PartialEq)]
+/// Options of the study of histories.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
     /// The lever.
     pub design: Design,
     /// Stops to run.
+    #[serde(rename = "model")]
     pub models: Vec<StopModel>,
     /// What one g is [m/s²].
     pub gravity_m_s2: f64,
     /// Amplitude [g].
     pub amplitude_g: f64,
     /// Angular frequency [rad/s].
+    #[serde(rename = "omega_rad_s")]
     pub angular_frequency_rad_s: f64,
     /// Initial states: angle [rad], angular velocity [rad/s].
     pub starts: Vec<(f64, f64)>,

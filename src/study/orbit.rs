@@ -17,15 +17,17 @@ use crate::replay::{Section, Strobe};
 use serde::Serialize;
 
 /// A lever on sines of one frequency.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rig {
     /// The lever.
     pub design: Design,
     /// Its stop.
+    #[serde(rename = "model")]
     pub stop: StopModel,
     /// What one g is [m/s²].
     pub gravity_m_s2: f64,
     /// ω [rad/s].
+    #[serde(rename = "omega_rad_s")]
     pub angular_frequency_rad_s: f64,
 }
 

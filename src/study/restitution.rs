@@ -8,8 +8,8 @@ use crate::units::Restitution;
 use serde::Serialize;
 use std::f64::consts::PI;
 
-/// What is asked.
-#[derive(Debug, Clone, PartialEq)]
+/// Options of the study of restitution.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
     /// The lever.
     pub design: Design,

@@ -14,12 +14,13 @@ use crate::replay::{self, Run, RunOptions, TracePoint};
 use crate::units::OpensWhen;
 use serde::Serialize;
 
-/// What is asked.
-#[derive(Debug, Clone, PartialEq)]
+/// Options of the study of a shock.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
     /// The lever.
     pub design: Design,
     /// Stops to run.
+    #[serde(rename = "model")]
     pub models: Vec<StopModel>,
     /// What one g is [m/s²].
     pub gravity_m_s2: f64,

@@ -10,20 +10,23 @@ use crate::model::stop::StopModel;
 use crate::units::SampleRate;
 use serde::Serialize;
 
-/// What is asked.
-#[derive(Debug, Clone, PartialEq)]
+/// Options of the spectrogram of a free vibration.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
     /// The lever.
     pub design: Design,
     /// Stop.
     pub model: StopModel,
     /// Initial angle [rad].
+    #[serde(rename = "phi0_rad")]
     pub angle_rad: f64,
     /// Initial angular velocity [rad/s].
+    #[serde(rename = "omega0_rad_s")]
     pub velocity_rad_s: f64,
     /// Length [natural periods].
     pub periods: f64,
     /// Window [natural periods].
+    #[serde(rename = "window")]
     pub window_periods: f64,
 }
 

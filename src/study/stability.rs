@@ -20,8 +20,8 @@ use crate::replay::{self, Method, Outcome, RunOptions};
 use crate::units::{OpensWhen, SampleRate};
 use serde::Serialize;
 
-/// What is asked.
-#[derive(Debug, Clone, PartialEq)]
+/// Options of the study of where methods fail.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
     /// The lever.
     pub design: Design,

@@ -14,18 +14,21 @@ use crate::units::{OpensWhen, SampleRate};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// What is asked.
-#[derive(Debug, Clone, PartialEq)]
+/// Options of the study of the fixed step.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
     /// The lever.
     pub design: Design,
     /// Angular frequency of the excitation whose period is cut into steps [rad/s].
+    #[serde(rename = "omega_rad_s")]
     pub angular_frequency_rad_s: f64,
     /// Steps per period of each run.
     pub steps_per_period: Vec<u32>,
     /// Initial angle [rad].
+    #[serde(rename = "phi0_rad")]
     pub angle_rad: f64,
     /// Initial angular velocity [rad/s].
+    #[serde(rename = "omega0_rad_s")]
     pub velocity_rad_s: f64,
     /// Length [periods of the excitation].
     pub periods: u32,

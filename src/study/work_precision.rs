@@ -16,16 +16,18 @@ use crate::replay::{self, Method, Outcome, RunOptions};
 use crate::units::OpensWhen;
 use serde::Serialize;
 
-/// What is asked.
-#[derive(Debug, Clone, PartialEq)]
+/// Options of the study of error against cost.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
     /// The lever.
     pub design: Design,
     /// Stops to run.
+    #[serde(rename = "model")]
     pub models: Vec<StopModel>,
     /// What one g is [m/s²].
     pub gravity_m_s2: f64,
     /// Angular frequency of the harmonic case [rad/s].
+    #[serde(rename = "omega_rad_s")]
     pub angular_frequency_rad_s: f64,
     /// Its amplitude [g].
     pub amplitude_g: f64,

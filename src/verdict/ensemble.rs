@@ -10,17 +10,18 @@ pub mod draw;
 pub(super) mod drivers;
 
 use super::decision::Share;
+use super::policy::Variant;
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::model::lever::Lever;
+use crate::model::parameters::{PARAMETERS, Range, Slot};
 use crate::model::stop::{Stop, StopModel};
 use crate::replay::batch::Member;
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
+pub use bounds::LOOKS;
 use draw::TRUNCATION;
-use serde::Serialize;
-
-/// Members after which the ensemble is looked at, unless it ends earlier.
-pub const LOOKS: [u32; 4] = [128, 512, 2048, 10_000];
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// Largest ensemble that may be asked for.
 pub const MEMBERS_MAX: u32 = 1_000_000;
@@ -44,7 +45,7 @@ pub fn looks(members: u32) -> Vec<u32> {
 }
 
 /// Quantiles of the members' peak angle [rad].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PeakQuantiles {
     /// Five in a hundred stay below.
     pub p05: f64,
@@ -57,10 +58,10 @@ pub struct PeakQuantiles {
 }
 
 /// How strongly one scattered parameter and the peak go together.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Driver {
     /// Design key of the parameter.
-    pub parameter: &'static str,
+    pub parameter: Cow<'static, str>,
     /// One standard deviation of it, in the key's unit.
     pub standard_deviation: f64,
     /// Spearman's rank correlation of its draws with the peak [-]; `None` if either does not
@@ -71,7 +72,7 @@ pub struct Driver {
 }
 
 /// Why an ensemble ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum End {
     /// The rule decided.
     #[serde(rename = "decided")]
@@ -86,7 +87,7 @@ pub enum End {
 }
 
 /// What the scattered levers of one stop and polarity did.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ensemble {
     /// Stop model.
     pub model: StopModel,
@@ -102,9 +103,9 @@ pub struct Ensemble {
     /// Seed of the draws.
     pub seed: u64,
     /// Generator of the draws.
-    pub generator: &'static str,
+    pub generator: Cow<'static, str>,
     /// Integrator of the members.
-    pub method: &'static str,
+    pub method: Cow<'static, str>,
     /// The look at which it ended, counted from 1.
     pub look: usize,
     /// Why it ended there.
@@ -132,6 +133,15 @@ pub struct Ensemble {
 }
 
 impl Ensemble {
+    /// Returns the variant that was sampled.
+    #[must_use]
+    pub fn variant(&self) -> Variant {
+        Variant {
+            opens_when: self.opens_when,
+            model: self.model,
+        }
+    }
+
     /// Returns the bounds of the share that exceeds the threshold.
     #[must_use]
     pub fn share(&self) -> Share {
@@ -201,25 +211,8 @@ impl Count {
     }
 }
 
-/// What may be scattered, in the order that numbers the generator's streams: a name keeps its
-/// place, so that its draws stay the same.
-const PARAMETERS: [&str; 12] = [
-    "input.scale",
-    "input.bias_g",
-    "lever.moment_of_inertia_kg_m2",
-    "lever.pivot_damping_nm_s_per_rad",
-    "lever.spring_stiffness_nm_per_rad",
-    "lever.preload_torque_nm",
-    "lever.mass_kg",
-    "lever.center_of_mass_m",
-    "stop.restitution",
-    "stop.stiffness_n_per_m",
-    "stop.damping_n_s_per_m",
-    "stop.radius_m",
-];
-
 /// One parameter that is scattered.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 pub struct Parameter {
     /// Design key.
     pub name: &'static str,
@@ -227,10 +220,37 @@ pub struct Parameter {
     pub deviation: f64,
     /// Number of its stream.
     stream: u32,
+    /// What moves with it in a member.
+    slot: Slot,
+}
+
+/// Returns what is scattered, in the order that numbers the generator's streams.
+fn scattered(design: &Design, bias_standard_error_m_s2: f64) -> Vec<Parameter> {
+    let deviation = |parameter| {
+        let stated = design.deviation(parameter).unwrap_or(0.0);
+        match parameter.slot {
+            Slot::InputBias => stated.max(bias_standard_error_m_s2 / STANDARD_GRAVITY),
+            _ => stated,
+        }
+    };
+    let mut parameters: Vec<Parameter> = PARAMETERS
+        .iter()
+        .filter_map(|parameter| {
+            Some(Parameter {
+                name: parameter.name,
+                deviation: deviation(parameter),
+                stream: parameter.stream?,
+                slot: parameter.slot,
+            })
+        })
+        .filter(|parameter| parameter.deviation > 0.0)
+        .collect();
+    parameters.sort_by_key(|parameter| parameter.stream);
+    parameters
 }
 
 /// The scatter of design and input.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Scatter {
     lever: Lever,
     stop: Stop,
@@ -247,52 +267,22 @@ impl Scatter {
     /// As [`check`].
     pub fn new(design: &Design, bias_standard_error_m_s2: f64, seed: u64) -> Result<Self, Error> {
         check(design)?;
-        let deviation = |name: &str| match name {
-            "input.scale" => design.input.scale,
-            "input.bias_g" => design
-                .input
-                .bias_g
-                .max(bias_standard_error_m_s2 / STANDARD_GRAVITY),
-            _ => {
-                let key = name.split_once('.').map_or(name, |(_, key)| key);
-                design.tolerance.get(key).copied().unwrap_or(0.0)
-            }
-        };
-        let parameters = (0..)
-            .zip(PARAMETERS)
-            .map(|(stream, name)| Parameter {
-                name,
-                deviation: deviation(name),
-                stream,
-            })
-            .filter(|parameter| parameter.deviation > 0.0)
-            .collect();
         Ok(Self {
             lever: design.lever,
             stop: design.stop,
-            parameters,
+            parameters: scattered(design, bias_standard_error_m_s2),
             seed,
         })
     }
 
     /// Takes the scatter of the recording's bias alone, whatever else the design scatters.
     pub(super) fn of_bias(design: &Design, bias_standard_error_m_s2: f64, seed: u64) -> Self {
-        let deviation = design
-            .input
-            .bias_g
-            .max(bias_standard_error_m_s2 / STANDARD_GRAVITY);
+        let mut parameters = scattered(design, bias_standard_error_m_s2);
+        parameters.retain(|parameter| matches!(parameter.slot, Slot::InputBias));
         Self {
             lever: design.lever,
             stop: design.stop,
-            parameters: (0..)
-                .zip(PARAMETERS)
-                .filter(|(_, name)| *name == "input.bias_g" && deviation > 0.0)
-                .map(|(stream, name)| Parameter {
-                    name,
-                    deviation,
-                    stream,
-                })
-                .collect(),
+            parameters,
             seed,
         }
     }
@@ -340,30 +330,24 @@ impl Scatter {
         };
         for parameter in &self.parameters {
             let shift = deviations(parameter) * parameter.deviation;
-            let (lever, stop) = (&mut member.lever, &mut member.stop);
-            match parameter.name {
-                "input.scale" => member.scale += shift,
-                "input.bias_g" => member.bias_m_s2 += shift * STANDARD_GRAVITY,
-                "lever.moment_of_inertia_kg_m2" => lever.moment_of_inertia_kg_m2 += shift,
-                "lever.pivot_damping_nm_s_per_rad" => lever.pivot_damping_nm_s_per_rad += shift,
-                "lever.spring_stiffness_nm_per_rad" => lever.spring_stiffness_nm_per_rad += shift,
-                "lever.preload_torque_nm" => lever.preload_torque_nm += shift,
-                "lever.mass_kg" => lever.mass_kg += shift,
-                "lever.center_of_mass_m" => lever.center_of_mass_m += shift,
-                "stop.stiffness_n_per_m" => stop.stiffness_n_per_m += shift,
-                "stop.damping_n_s_per_m" => stop.damping_n_s_per_m += shift,
-                "stop.radius_m" => stop.radius_m += shift,
-                _ => stop.restitution = (stop.restitution + shift).clamp(0.0, 1.0),
+            match parameter.slot {
+                Slot::Lever(field) => *field(&mut member.lever) += shift,
+                Slot::Stop(field) => *field(&mut member.stop) += shift,
+                Slot::InputScale => member.scale += shift,
+                Slot::InputBias => member.bias_m_s2 += shift * STANDARD_GRAVITY,
+                // It has no stream.
+                Slot::Threshold => {}
             }
         }
-        // A third of a value, taken off three times, may leave less than nothing by rounding.
-        for value in [
-            &mut member.lever.pivot_damping_nm_s_per_rad,
-            &mut member.lever.spring_stiffness_nm_per_rad,
-            &mut member.lever.preload_torque_nm,
-            &mut member.stop.damping_n_s_per_m,
-        ] {
-            *value = value.max(0.0);
+        // A third of a value, taken off three times, may leave less than nothing by rounding,
+        // and a restitution near 1 is drawn beyond it.
+        for parameter in PARAMETERS {
+            let value = match parameter.slot {
+                Slot::Lever(field) => field(&mut member.lever),
+                Slot::Stop(field) => field(&mut member.stop),
+                Slot::InputScale | Slot::InputBias | Slot::Threshold => continue,
+            };
+            *value = parameter.range.hold(*value);
         }
         member.stop.follow_restitution(&self.stop, &self.lever);
         member
@@ -379,35 +363,17 @@ impl Scatter {
 ///
 /// [`ErrorKind::OutOfRange`], naming the tolerance.
 pub fn check(design: &Design) -> Result<(), Error> {
-    let (lever, stop) = (&design.lever, &design.stop);
     let scale = design.input.scale;
     if TRUNCATION * scale >= 1.0 {
         return Err(refused("input.scale", "less than 1/3", scale));
     }
-    for (key, nominal, may_vanish) in [
-        (
-            "moment_of_inertia_kg_m2",
-            lever.moment_of_inertia_kg_m2,
-            false,
-        ),
-        (
-            "pivot_damping_nm_s_per_rad",
-            lever.pivot_damping_nm_s_per_rad,
-            true,
-        ),
-        (
-            "spring_stiffness_nm_per_rad",
-            lever.spring_stiffness_nm_per_rad,
-            true,
-        ),
-        ("preload_torque_nm", lever.preload_torque_nm, true),
-        ("mass_kg", lever.mass_kg, false),
-        ("center_of_mass_m", lever.center_of_mass_m, false),
-        ("stiffness_n_per_m", stop.stiffness_n_per_m, false),
-        ("damping_n_s_per_m", stop.damping_n_s_per_m, true),
-        ("radius_m", stop.radius_m, false),
-    ] {
-        let deviation = design.tolerance.get(key).copied().unwrap_or(0.0);
+    for parameter in PARAMETERS {
+        if !parameter.has_tolerance() || parameter.range == Range::Ratio {
+            continue;
+        }
+        let nominal = parameter.of(design);
+        let may_vanish = parameter.range == Range::NotNegative;
+        let deviation = design.deviation(parameter).unwrap_or(0.0);
         // A third that is written with 16 digits may exceed a third by rounding.
         let least = nominal - TRUNCATION * deviation;
         let good = if may_vanish {
@@ -426,7 +392,11 @@ pub fn check(design: &Design) -> Result<(), Error> {
                     "it must stay positive"
                 }
             );
-            return Err(refused(&format!("tolerance.{key}"), &expected, deviation));
+            return Err(refused(
+                &format!("tolerance.{}", parameter.key()),
+                &expected,
+                deviation,
+            ));
         }
     }
     Ok(())
@@ -443,16 +413,34 @@ fn refused(what: &str, expected: &str, found: f64) -> Error {
     .into()
 }
 
-/// Puts together what the peaks of one stop and polarity say.
+/// The peaks of members, in their order.
+#[derive(Debug, Clone, Default)]
+pub(super) struct MemberPeaks {
+    /// Largest angle of each in the window [rad]; NaN if it could not be followed.
+    pub(super) window_rad: Vec<f64>,
+    /// Largest angle of each in the window or in the coast after it [rad]; NaN if it could not be
+    /// followed.
+    pub(super) highest_rad: Vec<f64>,
+}
+
+impl MemberPeaks {
+    /// Counts the members that exceed the threshold.
+    pub(super) fn count(&self, threshold_rad: f64) -> Count {
+        Count::with_coast(&self.window_rad, &self.highest_rad, threshold_rad)
+    }
+}
+
+/// Sums up the ensemble of one variant, which ended at the look `look`, counted from 1.
 pub(super) fn summarise(
     scatter: &Scatter,
-    (peaks, highest): (&[f64], &[f64]),
+    members: &MemberPeaks,
     threshold_rad: f64,
-    (opens_when, model): (OpensWhen, StopModel),
+    Variant { opens_when, model }: Variant,
     (look, ended): (usize, End),
     judged_until_s: Option<f64>,
 ) -> Ensemble {
-    let count = Count::with_coast(peaks, highest, threshold_rad);
+    let peaks = members.window_rad.as_slice();
+    let count = members.count(threshold_rad);
     let share = count.share();
     let drivers = drivers::drivers(peaks, &scatter.parameters, |member, parameter| {
         let member = u32::try_from(member).unwrap_or(u32::MAX);
@@ -465,8 +453,8 @@ pub(super) fn summarise(
         exceeded: count.exceeded,
         failed_to_run: count.failed_to_run,
         seed: scatter.seed,
-        generator: draw::GENERATOR,
-        method: "event-driven",
+        generator: draw::GENERATOR.into(),
+        method: "event-driven".into(),
         look,
         ended,
         confidence: bounds::LOOK_CONFIDENCE,

@@ -10,16 +10,16 @@ mod arc;
 mod rigid;
 mod soft;
 
-use super::{ScreenedRun, Screens};
+use super::Screens;
 use crate::conditioning::Signal;
 use crate::model::Design;
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What a bound proves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Decided {
     /// The threshold is never exceeded, the coast after the last sample included.
@@ -29,7 +29,7 @@ pub enum Decided {
 }
 
 /// Which bound.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Screen {
     /// The largest opening acceleration against lift-off, T0/(mL): below it a lever at rest on
@@ -57,17 +57,43 @@ impl Screen {
 
     /// Returns the unit of the bound's value and limit.
     #[must_use]
-    pub fn unit(self) -> &'static str {
+    pub fn unit(self) -> BoundUnit {
         match self {
-            Self::Static => "m/s2",
-            Self::Impulse | Self::Energy => "m/s",
-            Self::FirstFlight => "rad",
+            Self::Static => BoundUnit::MetrePerSecondSquared,
+            Self::Impulse | Self::Energy => BoundUnit::MetrePerSecond,
+            Self::FirstFlight => BoundUnit::Radian,
+        }
+    }
+}
+
+/// Unit of a bound's value and limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum BoundUnit {
+    /// Of an acceleration.
+    #[serde(rename = "m/s2")]
+    MetrePerSecondSquared,
+    /// Of a speed.
+    #[serde(rename = "m/s")]
+    MetrePerSecond,
+    /// Of an angle.
+    #[serde(rename = "rad")]
+    Radian,
+}
+
+impl BoundUnit {
+    /// Returns its symbol.
+    #[must_use]
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::MetrePerSecondSquared => "m/s2",
+            Self::MetrePerSecond => "m/s",
+            Self::Radian => "rad",
         }
     }
 }
 
 /// One bound on one lever and recording.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Bound {
     /// Which.
     pub screen: Screen,
@@ -77,7 +103,7 @@ pub struct Bound {
     /// last proves a failure.
     pub limit: f64,
     /// Unit of both.
-    pub unit: &'static str,
+    pub unit: BoundUnit,
     /// What it proves.
     pub decides: Option<Decided>,
 }
@@ -488,39 +514,6 @@ pub fn screens(design: &Design, signal: Option<&Signal>) -> Screens {
         impulse_m_s: signal.map(absolute_impulse),
         runs: Vec::new(),
     }
-}
-
-/// Returns what each bound says of `design` on `signal`, per polarity and stop.
-#[must_use]
-pub fn of_runs(
-    design: &Design,
-    signal: &Signal,
-    pairs: &[(OpensWhen, StopModel)],
-    initial: impl Fn(StopModel) -> Option<(f64, f64)>,
-    window: Option<(usize, usize)>,
-) -> Vec<ScreenedRun> {
-    pairs
-        .iter()
-        .map(|&(opens_when, model)| {
-            let subject = Subject {
-                lever: design.lever,
-                stop: design.stop,
-                model,
-                threshold_rad: design.criterion.threshold_rad,
-                initial: initial(model),
-                window,
-            };
-            let screened = screen(&subject, &Seen::of(signal, opens_when));
-            ScreenedRun {
-                model,
-                opens_when,
-                answer: screened.answer,
-                by: screened.by,
-                peak_at_most_rad: screened.peak_at_most_rad,
-                bounds: screened.bounds,
-            }
-        })
-        .collect()
 }
 
 /// Returns ∫|a| dt [m/s] of a signal that is linear between its samples.

@@ -1,11 +1,11 @@
 //! Bad recordings at the process boundary: each is one change to a recording that passes, and
 //! each ends with its exit code, one message that names file and place, and no pass.
 
-use crate::cli::{Folder, half_sine, latchgate, table, weak};
 use crate::mcap::{
     MAGIC, channel, chunk, crc32, data_end, file, footer, header, imu, imu_schema, lz4, message,
     packed, record, schema, statistics,
 };
+use crate::support::{Folder, half_sine, latchgate, table, weak};
 
 /// A bad recording and what must be said about it.
 struct Bad {
@@ -345,7 +345,7 @@ fn cli_bad_tables_are_refused_at_their_place() {
     t.add(
         "undeclared.csv",
         table(|t| half_sine(t, 0.0, 0.03, 12.0)),
-        &["--opens-when"],
+        &["of the recorded acceleration opens"],
     )
     .code = 3;
     t.0.last_mut().unwrap().options = &[];

@@ -2,6 +2,7 @@
 //! in a panic, an abort or a recording with other samples than were written.
 
 use crate::mcap::*;
+use crate::support::Random;
 use latchgate::error::{Candidates, ErrorKind};
 use latchgate::recording::{Limits, ReadOptions, Selection, read};
 use std::mem::{Discriminant, discriminant};
@@ -668,43 +669,30 @@ fn prop_a_log_cut_anywhere_is_refused() {
     }
 }
 
-/// A small generator (Steele, Lea and Flood's SplitMix64).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, bound: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut bits = self.0;
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((bits ^ (bits >> 31)) % bound as u64) as usize
-    }
-
-    fn damage(&mut self, bytes: &mut Vec<u8>) {
-        for _ in 0..=self.below(3) {
-            let at = self.below(bytes.len());
-            match self.below(8) {
-                0 => bytes[at] ^= 1 << self.below(8),
-                1 => bytes[at] = self.below(256) as u8,
-                2 => bytes[at] = [0x00, 0xFF, 0x7F, 0x80][self.below(4)],
-                3 => {
-                    let end = (at + self.below(9)).min(bytes.len());
-                    bytes[at..end].fill([0x00, 0xFF][self.below(2)]);
-                }
-                4 => bytes.truncate(at.max(1)),
-                5 => {
-                    let end = (at + self.below(40)).min(bytes.len());
-                    bytes.drain(at..end);
-                    bytes.push(0);
-                }
-                6 => {
-                    let end = (at + self.below(400)).min(bytes.len());
-                    let copy = bytes[at..end].to_vec();
-                    let to = self.below(bytes.len());
-                    bytes.splice(to..to, copy);
-                }
-                _ => bytes.insert(at, self.below(256) as u8),
+fn damage(random: &mut Random, bytes: &mut Vec<u8>) {
+    for _ in 0..=random.below(3) {
+        let at = random.below(bytes.len());
+        match random.below(8) {
+            0 => bytes[at] ^= 1 << random.below(8),
+            1 => bytes[at] = random.below(256) as u8,
+            2 => bytes[at] = [0x00, 0xFF, 0x7F, 0x80][random.below(4)],
+            3 => {
+                let end = (at + random.below(9)).min(bytes.len());
+                bytes[at..end].fill([0x00, 0xFF][random.below(2)]);
             }
+            4 => bytes.truncate(at.max(1)),
+            5 => {
+                let end = (at + random.below(40)).min(bytes.len());
+                bytes.drain(at..end);
+                bytes.push(0);
+            }
+            6 => {
+                let end = (at + random.below(400)).min(bytes.len());
+                let copy = bytes[at..end].to_vec();
+                let to = random.below(bytes.len());
+                bytes.splice(to..to, copy);
+            }
+            _ => bytes.insert(at, random.below(256) as u8),
         }
     }
 }
@@ -726,7 +714,7 @@ fn prop_random_damage_never_panics_and_never_changes_the_number_of_samples_in_si
     let (mut read_all, mut refused) = (0, 0);
     for round in 0..24_000 {
         let mut bytes = whole[round % whole.len()].clone();
-        random.damage(&mut bytes);
+        damage(&mut random, &mut bytes);
         match read(&source(&bytes), &any_unit(), Selection::Lateral, &limits) {
             Err(_) => refused += 1,
             Ok(found) => {

@@ -4,147 +4,15 @@ mod evidence;
 mod reports;
 mod settings;
 
+use crate::support::{
+    Done, Folder, data, fed, finish, half_sine, latchgate, not_copied, program, signal_file, table,
+    weak, without_run,
+};
 use serde_json::Value;
 use std::fs;
-use std::io::{Read, Write};
-use std::path::{Path, PathBuf};
+use std::io::Read;
+use std::path::Path;
 use std::process::{Command, Stdio};
-
-/// What a run of the program left behind.
-pub(crate) struct Done {
-    pub(crate) code: i32,
-    pub(crate) out: String,
-    pub(crate) err: String,
-}
-
-impl Done {
-    /// Returns stdout as the one JSON document that it must be.
-    #[track_caller]
-    pub(crate) fn document(&self) -> Value {
-        serde_json::from_str(&self.out)
-            .unwrap_or_else(|error| panic!("stdout is no JSON document ({error}): {}", self.out))
-    }
-}
-
-/// The program, with no settings of the desk in its environment.
-pub(crate) fn program() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_latchgate"));
-    command.env_remove("NO_COLOR").stdin(Stdio::null());
-    command
-}
-
-pub(crate) fn finish(command: &mut Command) -> Done {
-    let output = command.output().unwrap();
-    Done {
-        code: output.status.code().expect("ended by itself"),
-        out: String::from_utf8_lossy(&output.stdout).into_owned(),
-        err: String::from_utf8_lossy(&output.stderr).into_owned(),
-    }
-}
-
-pub(crate) fn latchgate(arguments: &[&str]) -> Done {
-    finish(program().args(arguments))
-}
-
-pub(crate) fn fed(arguments: &[&str], input: &[u8]) -> Done {
-    let mut child = program()
-        .args(arguments)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    // A program that stops reading early is no fault of the test.
-    let _ = child.stdin.take().unwrap().write_all(input);
-    let output = child.wait_with_output().unwrap();
-    Done {
-        code: output.status.code().unwrap(),
-        out: String::from_utf8_lossy(&output.stdout).into_owned(),
-        err: String::from_utf8_lossy(&output.stderr).into_owned(),
-    }
-}
-
-/// A folder of its own for one test, gone when the test ends.
-pub(crate) struct Folder(PathBuf);
-
-impl Folder {
-    pub(crate) fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("latchgate-{}-{name}", std::process::id()));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    pub(crate) fn path(&self) -> &Path {
-        &self.0
-    }
-
-    /// Writes a file and returns its path as an argument.
-    pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) -> String {
-        let path = self.0.join(name);
-        fs::write(&path, content).unwrap();
-        path.to_str().unwrap().to_string()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
-pub(crate) fn signal(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("signals")
-        .join(name);
-    path.to_str().unwrap().to_string()
-}
-
-/// Returns a file kept beside the project, or `None`, said aloud, where there is none.
-pub(crate) fn shared(name: &str) -> Option<String> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../shared")
-        .join(name);
-    if path.exists() {
-        Some(path.to_str().unwrap().to_string())
-    } else {
-        println!("left out: there is no {}", path.display());
-        None
-    }
-}
-
-/// A table at 10 kHz from −50 ms to 250 ms whose acceleration [g] is `of(t)`.
-pub(crate) fn table(of: impl Fn(f64) -> f64) -> String {
-    let mut text = String::from("time_s,acc_y_g\n");
-    for index in -500..=2500 {
-        let time = f64::from(index) / 10_000.0;
-        text.push_str(&format!("{time:.4},{:.6}\n", of(time)));
-    }
-    text
-}
-
-/// Half a sine of `peak` [g] from `start` on, `length` long [s]; 0 elsewhere.
-pub(crate) fn half_sine(time: f64, start: f64, length: f64, peak: f64) -> f64 {
-    if (start..start + length).contains(&time) {
-        peak * (std::f64::consts::PI * (time - start) / length).sin()
-    } else {
-        0.0
-    }
-}
-
-/// A pulse that the paper's lever survives if a negative acceleration opens it, with noise
-/// that keeps the samples from standing still.
-pub(crate) fn weak(time: f64) -> f64 {
-    half_sine(time, 0.0, 0.005, -5.0) + 0.01 * (time * 9_100.0).sin()
-}
-
-/// Cuts the run block off, the only one that may differ between two runs.
-pub(crate) fn without_run(document: &str) -> &str {
-    let end = document
-        .find("\n  \"run\":")
-        .expect("a run block, the last");
-    &document[..end]
-}
 
 // ---------------------------------------------------------------- exit codes and streams
 
@@ -165,8 +33,8 @@ fn check_verdict(arguments: &[&str], code: i32, verdict: &str) -> Value {
 fn cli_every_answer_has_its_exit_code() {
     let folder = Folder::new("codes");
     let held = folder.write("held.csv", table(|t| half_sine(t, 0.0, 0.03, 12.0)));
-    check_verdict(&["replay", &signal("surviving.csv")], 0, "pass");
-    check_verdict(&["replay", &signal("burst.csv")], 1, "fail");
+    check_verdict(&["replay", &signal_file("surviving.csv")], 0, "pass");
+    check_verdict(&["replay", &signal_file("burst.csv")], 1, "fail");
     check_verdict(&["replay", &held, "--opens-when", "negative"], 0, "pass");
     check_verdict(&["replay", &held, "--opens-when", "positive"], 1, "fail");
     check_verdict(&["replay", &held, "--opens-when", "both"], 1, "fail");
@@ -199,7 +67,7 @@ fn cli_every_option_reaches_the_verdict() {
             text + &format!("{:.6}\n", weak(f64::from(index) / 10_000.0))
         }),
     );
-    let mcap = signal("burst_imu.mcap");
+    let mcap = signal_file("burst_imu.mcap");
     let negative: &[&str] = &["--opens-when", "negative"];
     let check = |file: &str, options: &[&str], pointer: &str, expected: Value| {
         let arguments = [
@@ -624,7 +492,7 @@ fn cli_wrong_usage_is_told_before_any_file_is_opened() {
 fn cli_initial_states_at_their_limit_are_replayed() {
     let done = latchgate(&[
         "replay",
-        &signal("surviving.csv"),
+        &signal_file("surviving.csv"),
         "--no-report",
         "--phi0",
         "100",
@@ -639,7 +507,7 @@ fn cli_success_is_silent_on_stderr_and_json_is_all_there_is() {
     for file in ["surviving.csv", "burst.csv", "burst_imu.mcap", "ugly.csv"] {
         for command in ["replay", "inspect"] {
             let mut arguments = vec![command];
-            let path = signal(file);
+            let path = signal_file(file);
             arguments.extend([path.as_str(), "--format", "json"]);
             if command == "replay" {
                 arguments.push("--no-report");
@@ -675,7 +543,7 @@ fn cli_success_is_silent_on_stderr_and_json_is_all_there_is() {
 #[test]
 fn cli_standard_input_reads_as_the_file_does() {
     for (file, format) in [("burst.csv", "csv"), ("burst_imu.mcap", "mcap")] {
-        let bytes = fs::read(signal(file)).unwrap();
+        let bytes = fs::read(signal_file(file)).unwrap();
         let own: &[&str] = &[
             "--opens-when",
             "negative",
@@ -683,7 +551,7 @@ fn cli_standard_input_reads_as_the_file_does() {
             "--format",
             "json",
         ];
-        let of_file = latchgate(&[&["replay", &signal(file)], own].concat()).document();
+        let of_file = latchgate(&[&["replay", &signal_file(file)], own].concat()).document();
         for named in [&[][..], &["--input-format", format][..]] {
             let done = fed(&[&["replay", "-"], own, named].concat(), &bytes);
             assert_eq!((done.code, done.err.as_str()), (1, ""), "{file} {named:?}");
@@ -718,7 +586,7 @@ fn cli_standard_input_reads_as_the_file_does() {
 
 #[test]
 fn cli_logs_go_to_stderr_and_change_nothing_on_stdout() {
-    let file = signal("surviving.csv");
+    let file = signal_file("surviving.csv");
     let own = ["replay", &file, "--no-report", "--format", "json"];
     let silent = latchgate(&own);
     for options in [
@@ -774,7 +642,7 @@ fn cli_no_color_is_honoured_on_a_terminal() {
     let command = format!(
         "{} replay {} --no-report -v",
         env!("CARGO_BIN_EXE_latchgate"),
-        signal("surviving.csv")
+        signal_file("surviving.csv")
     );
     let on_terminal = |no_color: Option<&str>| {
         let mut script = Command::new("script");
@@ -798,7 +666,7 @@ fn cli_no_color_is_honoured_on_a_terminal() {
 
 #[test]
 fn cli_a_reader_that_goes_away_changes_no_exit_code() {
-    let burst = signal("burst.csv");
+    let burst = signal_file("burst.csv");
     let cases: [(&[&str], i32); 5] = [
         (&["replay", &burst, "--no-report", "--format", "json"], 1),
         (&["replay", &burst, "--no-report"], 1),
@@ -835,7 +703,7 @@ fn cli_a_reader_that_goes_away_changes_no_exit_code() {
 #[cfg(target_os = "linux")]
 #[test]
 fn regress_cli_an_answer_that_cannot_be_written_is_no_pass() {
-    let surviving = signal("surviving.csv");
+    let surviving = signal_file("surviving.csv");
     for arguments in [
         &["replay", &surviving, "--no-report"][..],
         &["replay", &surviving, "--no-report", "--format", "json"],

@@ -1,9 +1,9 @@
 //! Guards the order of conditioning, the bias with its standard error, and the defaults.
 
-use crate::conditioning_support::{Random, shared_file};
+use crate::support::{Random, data, signal_from as signal};
 use latchgate::conditioning::bias::{bias, standard_error_of_mean};
 use latchgate::conditioning::{
-    BiasWindow, Cfc, ConditioningOptions, FilterChoice, FilterStandard, Signal, condition, peak,
+    BiasWindow, Cfc, ConditioningOptions, FilterChoice, FilterStandard, condition, peak,
 };
 use latchgate::error::ErrorKind;
 use latchgate::recording::{Channel, Severity};
@@ -20,14 +20,6 @@ fn channel(rate_hz: f64, start_s: f64, values: Vec<f64>) -> Channel {
         rate: SampleRate::from_hertz(rate_hz).unwrap(),
         values,
         findings: Vec::new(),
-    }
-}
-
-fn signal(rate_hz: f64, start_s: f64, samples: Vec<f64>) -> Signal {
-    Signal {
-        start_s,
-        rate: SampleRate::from_hertz(rate_hz).unwrap(),
-        samples,
     }
 }
 
@@ -309,13 +301,10 @@ fn verif_standard_error_never_falls_below_that_of_independent_samples() {
     assert_eq!(standard_error_of_mean(&[]), 0.0);
 }
 
-/// A real channel with towing vibration before contact; left out where it is absent.
+/// A real channel with towing vibration before contact.
 #[test]
 fn val_bias_of_a_real_channel() {
-    let Some(text) = shared_file("recordings/nhtsa_v07292.148") else {
-        return;
-    };
-    let values = String::from_utf8(text)
+    let values = std::fs::read_to_string(data("recordings/nhtsa_v07292.148"))
         .unwrap()
         .lines()
         .filter_map(|line| line.split_once('\t')?.1.trim().parse().ok())

@@ -1,23 +1,15 @@
 //! Guards the filters of SAE J211-1 and ISO 6487: coefficients, gain, phase and record ends.
 
-use crate::conditioning_support::{Random, shared_file};
+use crate::support::{Random, data, signal};
 use latchgate::conditioning::cfc::{
     CfcFilter, design_frequency_hz, end_treatment, iso_6487, padding_samples, sae_j211,
 };
-use latchgate::conditioning::{Cfc, FilterStandard, Signal};
+use latchgate::conditioning::{Cfc, FilterStandard};
 use latchgate::error::ErrorKind;
 use latchgate::units::SampleRate;
 use std::f64::consts::PI;
 
 const STANDARDS: [FilterStandard; 2] = [FilterStandard::Iso6487, FilterStandard::SaeJ211];
-
-fn signal(rate_hz: f64, samples: Vec<f64>) -> Signal {
-    Signal {
-        start_s: 0.0,
-        rate: SampleRate::from_hertz(rate_hz).unwrap(),
-        samples,
-    }
-}
 
 #[track_caller]
 fn check_near(found: f64, expected: f64, relative: f64, absolute: f64, what: &str) {
@@ -364,14 +356,10 @@ fn reference_record(name: &str) -> Vec<f64> {
     }
 }
 
-/// Outside reference values from the shared folder of domain notes; left out where it is absent.
+/// Records of formula, filtered by another program.
 #[test]
 fn val_reference_vectors_of_both_standards() {
-    let Some(text) = shared_file("domain.md") else {
-        return;
-    };
-    let text = String::from_utf8(text).unwrap();
-    let rows = rows(&text[text.find("## Appendix B").unwrap()..]);
+    let rows = rows(&std::fs::read_to_string(data("reference/cfc_vectors.md")).unwrap());
     assert_eq!(2 * rows.len(), 392);
     for row in rows {
         let record = signal(10_000.0, reference_record(&row.record));

@@ -1,19 +1,11 @@
 //! Guards the detectors of faults: what must block, and what must not.
 
-use crate::conditioning_support::{Random, shared_file};
+use crate::support::{Random, data, signal_from as signal};
 use latchgate::conditioning::quality::{before_event, findings};
 use latchgate::conditioning::{ConditioningOptions, Signal, condition, neighbours};
 use latchgate::recording::{Channel, Finding, Severity, Stated};
 use latchgate::units::{AccelerationUnit, STANDARD_GRAVITY, SampleRate};
 use std::f64::consts::PI;
-
-fn signal(rate_hz: f64, start_s: f64, samples: Vec<f64>) -> Signal {
-    Signal {
-        start_s,
-        rate: SampleRate::from_hertz(rate_hz).unwrap(),
-        samples,
-    }
-}
 
 /// Codes that block or speak of clipping, in order.
 fn faults(found: &[Finding]) -> Vec<&str> {
@@ -687,10 +679,8 @@ fn two_columns(text: &[u8]) -> (Vec<f64>, Vec<f64>) {
 }
 
 #[track_caller]
-fn check_shared(name: &str, unit: f64, ignored: &[&str], expected: &[&str]) -> Vec<Finding> {
-    let Some(text) = shared_file(name) else {
-        return Vec::new();
-    };
+fn check_file(name: &str, unit: f64, ignored: &[&str], expected: &[&str]) -> Vec<Finding> {
+    let text = std::fs::read(data(name)).unwrap();
     let (time, values) = two_columns(&text);
     let rate_hz = (values.len() - 1) as f64 / (time[time.len() - 1] - time[0]);
     let record = signal(
@@ -711,20 +701,20 @@ fn check_shared(name: &str, unit: f64, ignored: &[&str], expected: &[&str]) -> V
     found
 }
 
-/// Real channels of one vehicle test: six healthy, one dead, one clipped; left out where absent.
+/// Real channels of one vehicle test: six healthy, one dead, one clipped.
 #[test]
 fn val_real_channels_are_told_apart() {
     for curve in [145, 146, 147, 148, 149, 150] {
         let name = format!("recordings/nhtsa_v07292.{curve}");
-        check_shared(&name, STANDARD_GRAVITY, &[], &[]);
+        check_file(&name, STANDARD_GRAVITY, &[], &[]);
     }
-    let dead = check_shared(
+    let dead = check_file(
         "recordings/nhtsa_v07292.038",
         STANDARD_GRAVITY,
         &["clipping", "ends-inside-event"],
         &["frozen"],
     );
-    let clipped = check_shared(
+    let clipped = check_file(
         "recordings/nhtsa_v07292.056",
         STANDARD_GRAVITY,
         &[],
@@ -737,7 +727,7 @@ fn val_real_channels_are_told_apart() {
     }
 }
 
-/// Formula signals without a card: none may look clipped or frozen; left out where absent.
+/// Formula signals without a card: none may look clipped or frozen.
 #[test]
 fn val_formula_signals_are_neither_clipped_nor_frozen() {
     for stem in [
@@ -752,15 +742,15 @@ fn val_formula_signals_are_neither_clipped_nor_frozen() {
     ] {
         for rate in ["10k", "20k"] {
             let name = format!("reference/signals/{stem}_{rate}.csv");
-            check_shared(&name, 1.0, &[], &[]);
+            check_file(&name, 1.0, &[], &[]);
         }
     }
-    check_shared("reference/signals/spike_1k.csv", 1.0, &[], &[]);
-    check_shared("reference/signals/spike_20k.csv", 1.0, &[], &[]);
+    check_file("reference/signals/spike_1k.csv", 1.0, &[], &[]);
+    check_file("reference/signals/spike_20k.csv", 1.0, &[], &[]);
     // Within three samples of 2 ms one is well inside its event, and the other never ends.
     let ignored = ["starts-inside-event", "ends-inside-event"];
     for stem in ["hs30_500Hz", "sine90_500Hz"] {
-        check_shared(&format!("reference/signals/{stem}.csv"), 1.0, &ignored, &[]);
+        check_file(&format!("reference/signals/{stem}.csv"), 1.0, &ignored, &[]);
     }
 }
 

@@ -1,6 +1,6 @@
 //! Guards resampling: what must stay, what must vanish, and the fourfold grid.
 
-use crate::conditioning_support::Random;
+use crate::support::Random;
 use latchgate::conditioning::Signal;
 use latchgate::conditioning::resample::{resample, upsample_fourfold};
 use latchgate::error::ErrorKind;

@@ -1,17 +1,12 @@
 //! Guards the spectra: tones read their amplitude, and the squares add up.
 
-use crate::conditioning_support::Random;
+use crate::support::{Random, signal_from};
 use latchgate::conditioning::Signal;
 use latchgate::conditioning::spectrum::{amplitude_spectrum, spectrogram};
-use latchgate::units::SampleRate;
 use std::f64::consts::PI;
 
 fn signal(rate_hz: f64, samples: Vec<f64>) -> Signal {
-    Signal {
-        start_s: -0.02,
-        rate: SampleRate::from_hertz(rate_hz).unwrap(),
-        samples,
-    }
+    signal_from(rate_hz, -0.02, samples)
 }
 
 fn tone(rate_hz: f64, frequency_hz: f64, amplitude: f64, count: usize) -> Signal {

@@ -1,13 +1,15 @@
 //! Text tables, their time bases and their cards: what is read, and that it is read exactly.
 
+use crate::support::{Random, data};
 use latchgate::error::ErrorKind;
 use latchgate::recording::time_base::{Regular, regularise};
 use latchgate::recording::{
     self, Card, Channel, Limits, ReadOptions, Recording, Selection, Severity, Source, card,
 };
+use latchgate::request::Request;
 use latchgate::units::{AccelerationUnit, TimeUnit};
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Reads bytes as a recording, as a command would.
 pub(crate) fn read_table(
@@ -17,28 +19,6 @@ pub(crate) fn read_table(
 ) -> Result<Recording, latchgate::error::Error> {
     let source = Source::bytes("table.csv", bytes.into());
     recording::read(&source, options, selection, &Limits::default())
-}
-
-/// A small generator of repeatable numbers (SplitMix64).
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    pub(crate) fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    pub(crate) fn below(&mut self, bound: usize) -> usize {
-        (self.next() % bound as u64) as usize
-    }
-
-    /// A number from 0 to 1.
-    pub(crate) fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
 }
 
 fn with_unit(unit: AccelerationUnit) -> ReadOptions {
@@ -764,28 +744,13 @@ fn prop_any_increasing_stamps_give_a_base() {
     }
 }
 
-// --- real recordings, where they lie beside the project ---
+// --- real recordings ---
 
-fn shared(path: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../shared")
-        .join(path);
-    if path.exists() {
-        Some(path)
-    } else {
-        println!("left out: {} is not there", path.display());
-        None
-    }
-}
-
-/// NHTSA channel files as plain tables: two tab-separated columns, no header, seconds and g
-/// (needs ../shared).
+/// NHTSA channel files as plain tables: two tab-separated columns, no header, seconds and g.
 #[test]
 fn val_nhtsa_channel_files() {
     for curve in ["038", "056", "145", "146", "147", "148", "149", "150"] {
-        let Some(path) = shared(&format!("recordings/nhtsa_v07292.{curve}")) else {
-            return;
-        };
+        let path = data(&format!("recordings/nhtsa_v07292.{curve}"));
         let text = std::fs::read_to_string(&path).unwrap();
         let printed: Vec<f64> = text
             .lines()
@@ -810,13 +775,10 @@ fn val_nhtsa_channel_files() {
     }
 }
 
-/// Shocks with a comment line and a header without units (needs ../shared).
+/// Shocks with a comment line and a header without units.
 #[test]
 fn val_reference_shocks() {
-    let Some(folder) = shared("reference/signals") else {
-        return;
-    };
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
+    let mut files: Vec<PathBuf> = std::fs::read_dir(data("reference/signals"))
         .unwrap()
         .map(|entry| entry.unwrap().path())
         .collect();
@@ -905,8 +867,7 @@ fn val_cards() {
 #[test]
 fn val_options_go_before_cards() {
     let card = Card::from_toml("channel = \"ay\"\nunit = \"g\"\nrate = 5000").unwrap();
-    let mut open = ReadOptions::default();
-    card.merge_into(&mut open);
+    let open = Request::default().read_options(&card, true);
     assert_eq!(
         (open.channel.as_deref(), open.rate_hz),
         (Some("ay"), Some(5000.0))
@@ -917,11 +878,12 @@ fn val_options_go_before_cards() {
         ("card", 5000.0)
     );
 
-    let mut stated = ReadOptions {
+    let stated = Request {
         rate_hz: Some(1e4),
-        ..with_unit(AccelerationUnit::MetrePerSecondSquared)
-    };
-    card.merge_into(&mut stated);
+        unit: Some(AccelerationUnit::MetrePerSecondSquared),
+        ..Request::default()
+    }
+    .read_options(&card, true);
     let channel = check_channel("ax,ay\n1,2\n3,4\n", &stated);
     assert_eq!((channel.unit_source, channel.rate.hertz()), ("option", 1e4));
 }

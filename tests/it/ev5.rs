@@ -1,7 +1,7 @@
 //! NHTSA EV5: what a curve file and its header say together, and where they disagree.
 
-use crate::ingest_support::{
-    Folder, check_at, check_codes, check_refused, one, read_path, real, with_channel,
+use crate::support::{
+    Folder, check_at, check_codes, check_refused, data, one, read_path, with_channel,
 };
 use latchgate::error::ErrorKind;
 use latchgate::recording::{ReadOptions, Selection, Severity};
@@ -104,9 +104,9 @@ fn curve(first: i64, count: i64, interval_s: f64) -> String {
 fn test_of(name: &str, lines: &[Line]) -> (Folder, PathBuf) {
     let folder = Folder::new(name);
     for line in lines {
-        folder.write(&format!("v00001.{:03}", line.number), curve(-40, 400, 5e-5));
+        folder.file(&format!("v00001.{:03}", line.number), curve(-40, 400, 5e-5));
     }
-    let path = folder.write("v00001.EV5", header(lines));
+    let path = folder.file("v00001.EV5", header(lines));
     (folder, path)
 }
 
@@ -154,8 +154,8 @@ fn val_the_stated_clock_is_preferred_to_rounded_stamps() {
         percent: "10",
         ..PLAIN
     };
-    folder.write("v1.EV5", header(&[line]));
-    let path = folder.write("v1.007", curve(-40, 400, 1.0 / 9600.0));
+    folder.file("v1.EV5", header(&[line]));
+    let path = folder.file("v1.007", curve(-40, 400, 1.0 / 9600.0));
     let (channel, findings) = one(&path, &ReadOptions::default());
     assert_eq!(channel.rate.hertz(), 9600.0);
     check_codes(&findings, Severity::Blocking, &[]);
@@ -295,7 +295,7 @@ fn val_the_lateral_acceleration_of_the_structure_is_found() {
         &path,
         &ReadOptions::default(),
         |kind| matches!(kind, ErrorKind::AmbiguousChannel { .. }),
-        &["6 V1 AC DSLF YG, 8 V1 AC DSRF YG", "--channel"],
+        &["6 V1 AC DSLF YG, 8 V1 AC DSRF YG", "`channel`"],
     );
     for name in ["8", "008", "DSRF YG", "8 v1 ac dsrf yg"] {
         assert_eq!(one(&path, &with_channel(name)).0.name, "8 V1 AC DSRF YG");
@@ -306,7 +306,7 @@ fn val_the_lateral_acceleration_of_the_structure_is_found() {
         &path,
         &with_channel("2"),
         |kind| matches!(kind, ErrorKind::Malformed { .. }),
-        &["NWT", "--unit"],
+        &["NWT", "`unit`"],
     );
     check_refused(
         &path,
@@ -326,7 +326,7 @@ fn val_the_lateral_acceleration_of_the_structure_is_found() {
 #[test]
 fn val_a_bare_curve_needs_its_unit_and_says_what_is_missing() {
     let folder = Folder::new("ev5-bare");
-    let path = folder.write("v1.007", curve(-40, 400, 5e-5));
+    let path = folder.file("v1.007", curve(-40, 400, 5e-5));
     check_refused(
         &path,
         &ReadOptions::default(),
@@ -346,7 +346,7 @@ fn val_a_bare_curve_needs_its_unit_and_says_what_is_missing() {
 fn val_damage_is_refused_at_its_line() {
     let folder = Folder::new("ev5-damage");
     let malformed: fn(&ErrorKind) -> bool = |kind| matches!(kind, ErrorKind::Malformed { .. });
-    folder.write("v1.EV5", header(&[PLAIN]));
+    folder.file("v1.EV5", header(&[PLAIN]));
     for (text, kind, words) in [
         ("0.0\t1.0\n1e-4\t1.0\n2e-4\n", malformed, ":3"),
         ("0.0\t1.0\n1e-4\t1.0\n2e-4\tx\n", malformed, "`x`"),
@@ -362,10 +362,10 @@ fn val_damage_is_refused_at_its_line() {
             "inf",
         ),
     ] {
-        let path = folder.write("v1.007", text);
+        let path = folder.file("v1.007", text);
         check_refused(&path, &ReadOptions::default(), kind, &[words]);
     }
-    folder.write("v1.007", curve(-40, 400, 5e-5));
+    folder.file("v1.007", curve(-40, 400, 5e-5));
     for (lines, words) in [
         (vec![PLAIN, PLAIN], "curve 7 twice"),
         (
@@ -376,7 +376,7 @@ fn val_damage_is_refused_at_its_line() {
             "fields",
         ),
     ] {
-        let path = folder.write("v1.EV5", header(&lines));
+        let path = folder.file("v1.EV5", header(&lines));
         check_refused(
             &path,
             &ReadOptions::default(),
@@ -396,9 +396,7 @@ fn val_curves_of_a_real_test() {
         ("038", "38 V1 AC seat 01 FOTL YL", 2010.38, Some(0.0646)),
         ("056", "56 V1 AC seat 01 FOTR YL", 2106.54, Some(0.0614)),
     ] {
-        let Some(path) = real(&format!("nhtsa_v07292.{end}")) else {
-            return;
-        };
+        let path = data(&format!("recordings/nhtsa_v07292.{end}"));
         let (channel, findings) = one(&path, &ReadOptions::default());
         assert_eq!(channel.name, name);
         assert_eq!(channel.unit, Some(AccelerationUnit::StandardGravity));

@@ -12,16 +12,17 @@ mod logs;
 mod mme;
 mod names;
 mod nhtsa;
+mod numbers;
 mod samples;
 mod tables;
 mod topics;
 
-use crate::cli::{Done, latchgate};
-use crate::ingest_support::Folder;
+use crate::support::{Done, Folder, latchgate};
 use latchgate::recording::{self, Channel, Limits, ReadOptions, Selection, Source, Stated, card};
 use latchgate::units::{AccelerationUnit, SampleRate};
 use serde_json::Value;
 use std::collections::BTreeSet;
+use std::fs;
 use std::path::Path;
 
 /// Index of the first sample and of the one after the last; sample 0 lies at first contact.
@@ -369,16 +370,35 @@ fn differences(case: &Case, replayed: &Done, inspected: &Done) -> Vec<String> {
     wrong
 }
 
-/// Judges every case of a table, and tells all that went wrong with its file.
+/// Writes the files of every case to `folder/INDEX/`, and to `folder/INDEX.case` its name, the file
+/// that is opened and its options, one a line: what `tests/same-answers` asks two programs.
+fn write_cases(folder: &Path, cases: &[Case]) {
+    for (index, case) in cases.iter().enumerate() {
+        for (name, bytes) in &case.files {
+            let path = folder.join(index.to_string()).join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, bytes).unwrap();
+        }
+        let lines = [&[case.name.clone(), case.opened.clone()], &*case.options].concat();
+        assert!(lines.iter().all(|line| !line.contains('\n')), "{lines:?}");
+        fs::write(folder.join(format!("{index}.case")), lines.join("\n")).unwrap();
+    }
+}
+
 /// Tells where one reading for the chosen channel and for all of them gives another answer than
 /// two, with what a card or options could say.
 fn one_reading_differs(path: &Path) -> Option<String> {
     let limits = Limits::default();
     let source = Source::File(path.to_path_buf());
-    let mut stated = ReadOptions::default();
-    if let Ok(Some((card, _))) = card::read_beside(&source, &limits) {
-        card.merge_into(&mut stated);
-    }
+    let card = card::read_beside(&source, &limits).ok().flatten();
+    let card = card.map(|(card, _)| card).unwrap_or_default();
+    let stated = ReadOptions {
+        channel: card.channel,
+        rate_hz: card.rate,
+        unit: card.unit,
+        unit_from_card: card.unit.is_some(),
+        ..ReadOptions::default()
+    };
     let rated = ReadOptions {
         rate_hz: Some(10_000.0),
         unit: Some(AccelerationUnit::StandardGravity),
@@ -401,14 +421,18 @@ fn one_reading_differs(path: &Path) -> Option<String> {
     })
 }
 
+/// Judges every case of a table, and tells all that went wrong with its file.
 #[track_caller]
 fn check(table: &str, cases: &[Case]) {
+    if let Some(to) = std::env::var_os("LATCHGATE_GOLDEN_CASES") {
+        return write_cases(&Path::new(&to).join(table), cases);
+    }
     let folder = Folder::new(&format!("golden-{table}"));
     let mut wrong = Vec::new();
     for (index, case) in cases.iter().enumerate() {
         let own = format!("{index}");
         for (name, bytes) in &case.files {
-            folder.write(&format!("{own}/{name}"), bytes);
+            folder.file(&format!("{own}/{name}"), bytes);
         }
         let path = folder.path().join(own).join(&case.opened);
         let path = path.to_str().unwrap();

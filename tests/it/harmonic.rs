@@ -1,13 +1,12 @@
 //! The event-driven kernel on a smooth sine, against quad-precision runs.
 
+use crate::support::{json, number};
 use latchgate::model::Design;
 use latchgate::model::excitation::Harmonic;
 use latchgate::model::stop::StopModel;
 use latchgate::replay::{self, Method, Outcome, Run, RunOptions, Section, Strobe};
 use latchgate::units::OpensWhen;
-use serde_json::Value;
 use std::f64::consts::TAU;
-use std::path::{Path, PathBuf};
 
 /// Gravity of the quad-precision reference values [m/s²].
 const REFERENCE_GRAVITY: f64 = 9.81;
@@ -289,31 +288,11 @@ fn verif_agrees_with_the_adaptive_pair() {
     }
 }
 
-/// The folder of reference values, if this checkout has one beside it.
-fn shared(name: &str) -> Option<Value> {
-    let file: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../shared/reference")
-        .join(name);
-    if !file.is_file() {
-        println!("left out: no ../shared/reference/{name} beside this checkout");
-        return None;
-    }
-    serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap()
-}
-
-fn number(value: &Value) -> f64 {
-    value
-        .as_str()
-        .map_or_else(|| value.as_f64().unwrap(), |text| text.parse().unwrap())
-}
-
 /// The three histories of the paper's Fig. 10: impacts and where they end, both stops and both
 /// values of gravity.
 #[test]
 fn val_histories_agree_with_quad_precision() {
-    let Some(cases) = shared("fig10.json") else {
-        return;
-    };
+    let cases = json("reference/fig10.json");
     for (name, case) in cases.as_object().unwrap() {
         let words: Vec<&str> = name.split([' ', '=']).collect();
         let stop = if words[0] == "rigid" {

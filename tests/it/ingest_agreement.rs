@@ -1,8 +1,8 @@
 //! One signal, written in every format, is one signal: bit-equal samples and one hash. And what
 //! is no format of ours is refused by its name, with a way out.
 
-use crate::ingest_support::{Folder, check_codes, check_refused, one, real};
 use crate::mcap::{channel, file, imu, message, schema};
+use crate::support::{Folder, check_codes, check_refused, data, not_copied, one};
 use latchgate::error::ErrorKind;
 use latchgate::recording::{Channel, ReadOptions, Severity};
 use latchgate::units::STANDARD_GRAVITY;
@@ -132,21 +132,18 @@ fn mcap(clock: Clock, contact_ns: u64) -> Vec<u8> {
 fn written(folder: &Folder, clock: Clock) -> Vec<(PathBuf, ReadOptions)> {
     let plain = ReadOptions::default;
     let (header, curve) = ev5(clock);
-    folder.write("a.EV5", header);
+    folder.file("a.EV5", header);
     let contact_s = 1_000;
     vec![
-        (folder.write("a.csv", csv(clock, false)), plain()),
-        (folder.write("comma.csv", csv(clock, true)), plain()),
+        (folder.file("a.csv", csv(clock, false)), plain()),
+        (folder.file("comma.csv", csv(clock, true)), plain()),
+        (folder.file("utf16.txt", utf_16(&csv(clock, true))), plain()),
+        (folder.file("one.lvm", lvm(clock, "One")), plain()),
+        (folder.file("no.lvm", lvm(clock, "No")), plain()),
+        (folder.file("a.003", curve), plain()),
+        (folder.file("mme/t.001", mme(clock)), plain()),
         (
-            folder.write("utf16.txt", utf_16(&csv(clock, true))),
-            plain(),
-        ),
-        (folder.write("one.lvm", lvm(clock, "One")), plain()),
-        (folder.write("no.lvm", lvm(clock, "No")), plain()),
-        (folder.write("a.003", curve), plain()),
-        (folder.write("mme/t.001", mme(clock)), plain()),
-        (
-            folder.write("a.mcap", mcap(clock, contact_s * 1_000_000_000)),
+            folder.file("a.mcap", mcap(clock, contact_s * 1_000_000_000)),
             ReadOptions {
                 time_zero_s: Some(contact_s as f64),
                 ..plain()
@@ -235,7 +232,7 @@ fn val_the_hash_tells_signals_apart() {
         decimals: 6,
     };
     let (whole, _) = one(
-        &folder.write("a.csv", csv(clock, false)),
+        &folder.file("a.csv", csv(clock, false)),
         &ReadOptions::default(),
     );
     let hash = whole.content_sha256().unwrap();
@@ -289,15 +286,16 @@ fn val_other_formats_are_refused_by_name_with_a_way_out() {
         (b"SQLite format 3\0", ["SQLite", "ros2 bag convert"]),
     ] {
         // The content counts, whatever the name says.
-        refused(&folder.write("a.csv", head), &words);
+        refused(&folder.file("a.csv", head), &words);
     }
     for (name, word) in [
         ("canedge_vehicle_imu_finalized.MF4", "MDF4"),
         ("canedge_vehicle_imu_unfinalized.MF4", "MDF4"),
-        ("nhtsa_frontal_head_honda_crv.xls", ".xls"),
     ] {
-        let Some(path) = real(name) else { return };
-        refused(&path, &[word, "CSV"]);
+        refused(&data(&format!("recordings/{name}")), &[word, "CSV"]);
+    }
+    if let Some(path) = not_copied("nhtsa_frontal_head_honda_crv.xls") {
+        refused(&path, &[".xls", "CSV"]);
     }
 }
 
@@ -316,7 +314,7 @@ fn val_rows_written_twice_are_taken_once() {
             text.push_str(row);
         }
     }
-    let (channel, findings) = one(&folder.write("a.csv", &text), &ReadOptions::default());
+    let (channel, findings) = one(&folder.file("a.csv", &text), &ReadOptions::default());
     assert_eq!(
         (channel.values.len(), channel.rate.hertz()),
         (300, 10_000.0)
@@ -329,7 +327,7 @@ fn val_rows_written_twice_are_taken_once() {
     );
     let other = text.replacen("0.0050,1\n0.0050,1\n", "0.0050,1\n0.0050,2\n", 1);
     check_refused(
-        &folder.write("a.csv", other),
+        &folder.file("a.csv", other),
         &ReadOptions::default(),
         |kind| matches!(kind, ErrorKind::TimeNotIncreasing { .. }),
         &["a.csv:53"],
@@ -340,7 +338,7 @@ fn val_rows_written_twice_are_taken_once() {
 /// never in a panic; the seed of a case that does is in the message.
 #[test]
 fn prop_damaged_files_never_panic() {
-    use crate::csv::Random;
+    use crate::support::Random;
     use latchgate::recording::{self, Limits, Selection, Source};
 
     let clock = Clock {

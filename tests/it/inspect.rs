@@ -1,6 +1,6 @@
 //! Guards `inspect`: what it tells of a recording that `replay` would judge, or refuse.
 
-use crate::cli::{Folder, fed, half_sine, latchgate, table, weak};
+use crate::support::{Folder, fed, half_sine, latchgate, table, weak};
 use serde_json::Value;
 
 /// The document of a file of this text.

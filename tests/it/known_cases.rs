@@ -2,7 +2,7 @@
 //! grazes, unlucky steps, large angles, long records, starts between attractors, motion without
 //! memory, and rounding that impacts carry beyond all use.
 
-use crate::lever_cases::{replay, signal};
+use crate::support::{data, replay, signal};
 use latchgate::conditioning::Signal;
 use latchgate::model::Design;
 use latchgate::model::excitation::Harmonic;
@@ -13,7 +13,6 @@ use latchgate::units::{OpensWhen, SampleRate};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 const RIGID: StopModel = StopModel::Rigid;
 const SOFT: StopModel = StopModel::Soft;
@@ -415,7 +414,7 @@ fn file(name: &str, record: &Signal) -> PathBuf {
 /// Judges a recording as it is, neither filtered nor moved.
 #[track_caller]
 fn check_verdict(path: &Path, more: &[&str], code: i32, finding: &str) -> serde_json::Value {
-    let output = Command::new(env!("CARGO_BIN_EXE_latchgate"))
+    let output = crate::support::program()
         .arg("replay")
         .arg(path)
         .args(["--filter", "none", "--bias", "none", "--members", "0"])
@@ -486,15 +485,10 @@ fn cli_rounding_that_impacts_amplify_leaves_the_verdict_open() {
     }
 }
 
-/// A real channel at full bandwidth whose 231 contacts leave nothing of double precision; left out
-/// where `../shared` does not stand beside this checkout.
+/// A real channel at full bandwidth whose 231 contacts leave nothing of double precision.
 #[test]
 fn cli_a_real_channel_beyond_double_precision_stays_undecided() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/recordings/nhtsa_v07292.147");
-    if !path.is_file() {
-        println!("left out: no ../shared beside this checkout");
-        return;
-    }
+    let path = data("recordings/nhtsa_v07292.147");
     let more = ["--opens-when", "positive", "--model", "soft", "--unit", "g"];
     check_amplified(&path, &more, 200);
 }

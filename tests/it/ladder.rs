@@ -1,8 +1,8 @@
 //! Guards the ladder: leaving out what bounds prove changes no verdict, and what it says of
 //! itself is so.
 
-use crate::lever_cases::{Random, random_design};
 use crate::screens::{KINDS, random_recording};
+use crate::support::{Random, random_design};
 use latchgate::conditioning::{Conditioned, FilterStandard, Signal};
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
@@ -97,7 +97,7 @@ fn check_climbed(
     // Its nominal run is there all the same, and that with the larger peak is followed.
     assert_eq!(found.models.len(), 2);
     for step in found.ladder.stops.iter().filter(|step| step.left_out) {
-        let run = &found.models[step.model.name()];
+        let run = &found.models[&step.model];
         assert!(run.peak_angle_rad <= found.nominal.peak_angle_rad);
         let answer = found.answers.iter().find(|own| own.model == step.model);
         assert_eq!(answer.unwrap().interpolation_error_rad, None);
@@ -152,8 +152,8 @@ fn verif_a_holding_sawtooth_divides_the_stops() {
         &[(StopModel::Rigid, Answer::Pass)],
     );
     assert_eq!(found.answer, Answer::Undecided);
-    assert!(found.models["soft"].peak_angle_rad > 0.2);
-    assert_eq!(found.models["rigid"].peak_angle_rad, 0.0);
+    assert!(found.models[&StopModel::Soft].peak_angle_rad > 0.2);
+    assert_eq!(found.models[&StopModel::Rigid].peak_angle_rad, 0.0);
 }
 
 /// Near the limit no bound decides, and both stops are followed.
@@ -300,7 +300,7 @@ fn check_against_full_runs(base: u64, cases: u64) {
         design.input.bias_g = random.scale(1e-3, 0.3);
         let count = signal.samples.len();
         let window_s = random.one_in(6).then(|| {
-            let first = random.below(count as u64 / 2) as usize;
+            let first = random.below(count / 2);
             (signal.time_s(first), signal.time_s(count - 1))
         });
         let polarity = if random.one_in(5) {
@@ -311,7 +311,7 @@ fn check_against_full_runs(base: u64, cases: u64) {
         let options = Policy {
             window_s,
             seed,
-            ..asked([0, 128, 128, 600][random.below(4) as usize], polarity)
+            ..asked([0, 128, 128, 600][random.below(4)], polarity)
         };
         let own = judge(&signal, &design, &options);
         let full = judge_in_full(&signal, &design, &options);

@@ -1,9 +1,9 @@
 //! Guards the limits on input: each has a name, a value and an option, and a file made to burst
 //! the reader ends at once, in little memory, with the limit and the byte where it was crossed.
 
-use crate::cli::{Folder, finish, latchgate, program, table, weak};
-use crate::csv::Random;
 use crate::mcap::{Cdr, channel, chunk, file, header, imu_schema, lz4, message, record, schema};
+use crate::support::Random;
+use crate::support::{Folder, finish, latchgate, program, table, weak};
 use latchgate::error::ErrorKind;
 use latchgate::recording::{self, Limits, ReadOptions, Selection, Source};
 use std::io::{Read, Write};

@@ -1,7 +1,7 @@
 //! LabVIEW measurement files: the dialects that its versions write, and what is refused.
 
-use crate::ingest_support::{
-    Folder, check_at, check_codes, check_refused, one, read_path, real, with_channel,
+use crate::support::{
+    Folder, check_at, check_codes, check_refused, data, one, read_path, with_channel,
 };
 use latchgate::error::ErrorKind;
 use latchgate::recording::{ReadOptions, Selection, Severity};
@@ -76,7 +76,7 @@ impl Dialect {
 #[track_caller]
 fn check_dialect(dialect: Dialect, warnings: &[&str]) {
     let folder = Folder::new("lvm-dialect");
-    let path = folder.write("a.lvm", dialect.write());
+    let path = folder.file("a.lvm", dialect.write());
     let (channel, findings) = one(&path, &ReadOptions::default());
     assert_eq!(channel.name, "a quer");
     assert_eq!(channel.unit, Some(AccelerationUnit::StandardGravity));
@@ -199,11 +199,11 @@ fn val_what_cannot_be_read_is_refused_with_its_place() {
             vec!["no sample"],
         ),
     ] {
-        let path = folder.write("a.lvm", content);
+        let path = folder.file("a.lvm", content);
         check_refused(&path, &ReadOptions::default(), kind, &words);
     }
-    let path = folder.write("a.lvm", plain());
-    check_refused(&path, &with_channel("Kraft"), malformed, &["`N`", "--unit"]);
+    let path = folder.file("a.lvm", plain());
+    check_refused(&path, &with_channel("Kraft"), malformed, &["`N`", "`unit`"]);
     check_refused(
         &path,
         &with_channel("b"),
@@ -228,7 +228,7 @@ fn val_words_in_the_comment_column_block_from_their_row_on() {
             format!("{line}{words}\n")
         })
         .collect();
-    let path = folder.write("a.lvm", text);
+    let path = folder.file("a.lvm", text);
     let (_, findings) = one(&path, &ReadOptions::default());
     if findings
         .iter()
@@ -240,13 +240,11 @@ fn val_words_in_the_comment_column_block_from_their_row_on() {
     }
 }
 
-/// Files of other people's instruments, where they are at hand (needs ../shared).
+/// Files of other people's instruments.
 #[test]
 fn val_real_files() {
     let options = ReadOptions::default();
-    let Some(path) = real("lvm_short.lvm") else {
-        return;
-    };
+    let path = data("recordings/lvm_short.lvm");
     let (channel, findings) = one(&path, &options);
     assert_eq!(
         (channel.rate.hertz(), channel.values[0]),
@@ -255,7 +253,7 @@ fn val_real_files() {
     assert_eq!(channel.unit, Some(AccelerationUnit::MetrePerSecondSquared));
     check_at(&findings, "decimal-comma", None);
 
-    let (channel, _) = one(&real("lvm_no_decimal_separator.lvm").unwrap(), &options);
+    let (channel, _) = one(&data("recordings/lvm_no_decimal_separator.lvm"), &options);
     assert_eq!(
         (channel.name.as_str(), channel.rate.hertz()),
         ("ay", 4000.0)
@@ -263,7 +261,7 @@ fn val_real_files() {
     assert_eq!(channel.values, [-0.028189, -0.031060, -0.013517, -0.021172]);
 
     let empty = read_path(
-        &real("lvm_with_empty_fields.lvm").unwrap(),
+        &data("recordings/lvm_with_empty_fields.lvm"),
         &options,
         Selection::Every,
     )
@@ -277,7 +275,7 @@ fn val_real_files() {
                 && finding.text.starts_with("4 channels"))
     );
 
-    let path = real("lvm_with_comments.lvm").unwrap();
+    let path = data("recordings/lvm_with_comments.lvm");
     let irregular = read_path(&path, &options, Selection::Every).unwrap();
     check_codes(
         &irregular.channels[0].findings,

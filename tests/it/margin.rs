@@ -1,9 +1,10 @@
 //! Guards margins: the values at which a verdict changes, against published and closed-form
 //! values and against brute force.
 
+use crate::support::{columns, signal};
 use latchgate::conditioning::{Conditioned, FilterStandard, Signal};
 use latchgate::error::Error;
-use latchgate::margin::quantity::{Stretch, applied};
+use latchgate::margin::quantity::{SearchRange, applied};
 use latchgate::margin::search::{Edge, Excess, Probe, changes};
 use latchgate::margin::{
     self, Basis, MapAxis, MapRequest, Margin, MarginOptions, Margins, Quantity, State,
@@ -14,19 +15,11 @@ use latchgate::model::stop::{self, StopModel};
 use latchgate::parallel::Control;
 use latchgate::recording::Finding;
 use latchgate::replay::{self, RunOptions};
-use latchgate::units::{OpensWhen, Restitution, STANDARD_GRAVITY, SampleRate};
+use latchgate::units::{OpensWhen, Restitution, STANDARD_GRAVITY};
 use latchgate::verdict::{self, Answer, Assessment, Extras, ModelChoice, Polarity, Policy};
 use std::path::Path;
 
 const RADIUS_M: f64 = 0.03;
-
-fn signal(rate_hz: f64, samples: Vec<f64>) -> Signal {
-    Signal {
-        start_s: 0.0,
-        rate: SampleRate::from_hertz(rate_hz).unwrap(),
-        samples,
-    }
-}
 
 fn conditioned(signal: Signal) -> Conditioned {
     Conditioned {
@@ -98,17 +91,8 @@ fn check_near(what: &str, got: f64, want: f64, within: f64) {
 
 #[track_caller]
 fn check_critical_scale(file: &str, stop: StopModel, want: f64, digits_after: f64) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../shared/reference/signals")
-        .join(file);
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        println!("left out: no {}", path.display());
-        return;
-    };
-    let samples: Vec<f64> = text
-        .lines()
-        .filter_map(|line| line.split_once(',')?.1.parse().ok())
-        .collect();
+    let rows = columns(&format!("reference/signals/{file}"));
+    let samples: Vec<f64> = rows.into_iter().map(|(_, value)| value).collect();
     assert!(samples.len() > 1000, "{file}");
     let found = margins(
         &conditioned(signal(10_000.0, samples)),
@@ -124,7 +108,7 @@ fn check_critical_scale(file: &str, stop: StopModel, want: f64, digits_after: f6
     assert_eq!(found.state, State::Fail);
 }
 
-/// Quad-precision critical scales of three reference pulses; left out without `../shared`.
+/// Quad-precision critical scales of three reference pulses.
 #[test]
 fn val_critical_scales_of_the_reference_pulses() {
     for (file, rigid, soft) in [
@@ -578,7 +562,7 @@ fn verif_grids_hold_their_ends_and_the_present_value() {
     let design = Design::reference();
     for quantity in Quantity::ALL {
         for lift_off in [0.0, 0.01, 5.0, 1e6] {
-            let stretch = Stretch::of(quantity, &design, RADIUS_M, lift_off);
+            let stretch = SearchRange::of(quantity, &design, RADIUS_M, lift_off);
             let grid = stretch.grid(300);
             for value in [stretch.low, stretch.present, stretch.high] {
                 assert!(grid.contains(&value), "{quantity:?} {value}");

@@ -1,11 +1,11 @@
 //! Guards `latchgate margin` at the process boundary.
 
-use crate::cli::{Folder, latchgate, signal, table};
+use crate::support::{Folder, latchgate, signal_file, table};
 use serde_json::Value;
 
 const FAST: [&str; 4] = ["--points", "60", "--members", "0"];
 
-fn margin(arguments: &[&str]) -> crate::cli::Done {
+fn margin(arguments: &[&str]) -> crate::support::Done {
     let mut all = vec!["margin"];
     all.extend(arguments);
     all.extend(FAST);
@@ -24,7 +24,7 @@ fn check_bracketed(document: &Value, key: &str) {
 #[test]
 fn cli_margin_answers_in_json() {
     let done = margin(&[
-        &signal("surviving.csv"),
+        &signal_file("surviving.csv"),
         "--model",
         "rigid",
         "--no-report",
@@ -68,7 +68,7 @@ fn cli_margin_writes_its_report() {
     let folder = Folder::new("margin-report");
     let out = folder.path().join("out");
     let done = margin(&[
-        &signal("surviving.csv"),
+        &signal_file("surviving.csv"),
         "--model",
         "rigid",
         "--out",
@@ -102,7 +102,7 @@ fn cli_margin_writes_its_report() {
     assert_eq!(document["map"]["judged"], 35);
     // A later run without a map leaves none behind.
     let done = margin(&[
-        &signal("surviving.csv"),
+        &signal_file("surviving.csv"),
         "--model",
         "rigid",
         "--out",
@@ -124,7 +124,7 @@ fn check_refused(arguments: &[&str], code: i32, word: &str) {
 
 #[test]
 fn cli_margin_refuses_wrong_usage() {
-    let file = signal("surviving.csv");
+    let file = signal_file("surviving.csv");
     for (map, word) in [
         (["lever.preload=1..2", "stop.restitution=0..1"], "nearest"),
         (["input.scale=0..1", "stop.restitution=0..1"], "nominal run"),
@@ -186,7 +186,7 @@ fn cli_margin_of_a_spoiled_recording_ends_with_four() {
 fn cli_margin_gives_the_same_bytes_for_any_threads() {
     let run = |threads: &str| {
         let done = margin(&[
-            &signal("surviving.csv"),
+            &signal_file("surviving.csv"),
             "--threads",
             threads,
             "--no-report",
@@ -197,4 +197,16 @@ fn cli_margin_gives_the_same_bytes_for_any_threads() {
         done.out[..end].to_string()
     };
     assert_eq!(run("1"), run("3"));
+}
+
+/// Limits hold for `margin` as for `replay`, and what was asked says so.
+#[test]
+fn cli_margin_keeps_the_limits_that_are_set() {
+    let recording = signal_file("surviving.csv");
+    let json = ["--no-report", "--format", "json"];
+    let refused = margin(&[&[&*recording, "--limit", "samples=100"][..], &json].concat());
+    assert_eq!(refused.code, 4, "{}", refused.err);
+    assert!(refused.err.contains("samples"), "{}", refused.err);
+    let held = margin(&[&[&*recording, "--limit", "samples=100000"][..], &json].concat());
+    assert_eq!(held.code, 0, "{}", held.err);
 }

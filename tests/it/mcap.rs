@@ -2,10 +2,10 @@
 //! what the format allows is read. Files are built here, byte by byte, so that the reader is
 //! not held against its own idea of the format.
 
+use crate::support::{data, not_copied};
 use latchgate::error::{Candidates, Error, ErrorKind};
 use latchgate::recording::{Channel, Limits, ReadOptions, Recording, Selection, Source, read};
 use latchgate::units::AccelerationUnit;
-use std::path::{Path, PathBuf};
 
 #[path = "../../examples/support/imu.rs"]
 pub(crate) mod imu;
@@ -305,16 +305,6 @@ fn check_error(bytes: &[u8], options: &ReadOptions, fragment: &str) -> ErrorKind
     error.kind().clone()
 }
 
-fn shared(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/recordings");
-    let path = path.join(name);
-    if path.exists() {
-        return Some(path);
-    }
-    println!("left out: {} is not here", path.display());
-    None
-}
-
 // ---------------------------------------------------------------- values
 
 #[test]
@@ -612,7 +602,7 @@ fn two_topics(messages_on_second: usize) -> Vec<u8> {
 #[test]
 fn val_two_candidates_are_listed_and_none_is_taken() {
     let bytes = two_topics(3);
-    let kind = check_error(&bytes, &options(None), "--channel");
+    let kind = check_error(&bytes, &options(None), "`channel`");
     assert_eq!(
         kind,
         ErrorKind::AmbiguousChannel {
@@ -735,10 +725,10 @@ fn val_a_gap_between_messages_blocks() {
 
 // ---------------------------------------------------------------- real logs
 
-/// Needs the recordings beside the project. The first value is that of an independent reader.
+/// The first value is that of an independent reader.
 #[test]
 fn val_a_real_robot_log_is_read() {
-    let Some(path) = shared("cougars_SO_bag_0.ros2.mcap") else {
+    let Some(path) = not_copied("cougars_SO_bag_0.ros2.mcap") else {
         return;
     };
     let source = Source::File(path);
@@ -752,7 +742,6 @@ fn val_a_real_robot_log_is_read() {
     assert_eq!(found.findings, []);
 }
 
-/// Needs the recordings beside the project.
 #[test]
 fn val_real_logs_without_acceleration_or_cut_are_refused() {
     for (name, fragment) in [
@@ -762,8 +751,7 @@ fn val_real_logs_without_acceleration_or_cut_are_refused() {
         ),
         ("mcapcrate_chunk_not_closed.mcap", "byte 39"),
     ] {
-        let Some(path) = shared(name) else { return };
-        let source = Source::File(path);
+        let source = Source::File(data(&format!("recordings/{name}")));
         let limits = Limits::default();
         let error = read(&source, &options(None), Selection::Lateral, &limits).unwrap_err();
         assert!(error.to_string().contains(fragment), "{error}");

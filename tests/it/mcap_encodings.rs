@@ -1,8 +1,8 @@
 //! MCAP messages of other encodings than CDR, types of our users' own, and the official
 //! conformance files.
 
-use crate::ingest_support::{check_codes, real};
 use crate::mcap::{MAGIC, channel, file, lateral, message, options, record, schema};
+use crate::support::{check_codes, data};
 use latchgate::error::ErrorKind;
 use latchgate::recording::{self, Channel, Limits, ReadOptions, Selection, Severity, Source};
 use latchgate::units::AccelerationUnit;
@@ -362,11 +362,11 @@ fn tar_files(tar: &[u8]) -> Vec<(String, Vec<u8>)> {
 }
 
 /// Each file of the part of the official conformance suite that is at hand reads, with the
-/// topics, types and numbers of messages that the description beside it states (needs ../shared).
+/// topics, types and numbers of messages that the description beside it states.
 #[test]
 fn val_the_conformance_suite_reads_as_described() {
     let name = "mcap_conformance_NoData_OneMessage_OneSchemalessMessage_OneMetadata.tar.gz";
-    let Some(path) = real(name) else { return };
+    let path = data(&format!("recordings/{name}"));
     let mut tar = Vec::new();
     flate2::read::GzDecoder::new(std::fs::File::open(path).unwrap())
         .read_to_end(&mut tar)

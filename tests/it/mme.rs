@@ -1,14 +1,14 @@
 //! ISO-MME tests: the same channels from folder and archives, what headers state against what
 //! files hold, and archives that are no tests or mean harm.
 
-use crate::ingest_support::{
-    Folder, check_at, check_codes, check_refused, one, read_path, real, with_channel,
+use crate::support::{
+    Folder, check_at, check_codes, check_refused, data, gzip_of, one, read_path, tar_of,
+    with_channel, zip_of,
 };
 use latchgate::error::ErrorKind;
 use latchgate::recording::{ReadOptions, Selection, Severity};
 use latchgate::units::AccelerationUnit;
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::time::Instant;
 
 const PILLAR: &str = "14BPILLO0000ACYA";
@@ -113,46 +113,9 @@ fn test_of(channels: &[File]) -> Vec<(String, Vec<u8>)> {
 fn folder_of(name: &str, files: &[(String, Vec<u8>)]) -> Folder {
     let folder = Folder::new(name);
     for (name, bytes) in files {
-        folder.write(name, bytes);
+        folder.file(name, bytes);
     }
     folder
-}
-
-pub(crate) fn zip_of(files: &[(String, Vec<u8>)]) -> Vec<u8> {
-    let mut writer = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
-    for (name, bytes) in files {
-        let options = zip::write::SimpleFileOptions::default()
-            .compression_method(zip::CompressionMethod::Deflated);
-        writer.start_file(name.as_str(), options).unwrap();
-        writer.write_all(bytes).unwrap();
-    }
-    writer.finish().unwrap().into_inner()
-}
-
-pub(crate) fn tar_of(files: &[(String, Vec<u8>)]) -> Vec<u8> {
-    let mut tar = Vec::new();
-    for (name, bytes) in files {
-        let mut header = [0_u8; 512];
-        header[..name.len()].copy_from_slice(name.as_bytes());
-        header[100..107].copy_from_slice(b"0000644");
-        header[124..135].copy_from_slice(format!("{:011o}", bytes.len()).as_bytes());
-        header[156] = b'0';
-        header[257..263].copy_from_slice(b"ustar\0");
-        header[148..156].fill(b' ');
-        let sum: u32 = header.iter().map(|byte| u32::from(*byte)).sum();
-        header[148..155].copy_from_slice(format!("{sum:06o}\0").as_bytes());
-        tar.extend_from_slice(&header);
-        tar.extend_from_slice(bytes);
-        tar.resize(tar.len().next_multiple_of(512), 0);
-    }
-    tar.resize(tar.len() + 1024, 0);
-    tar
-}
-
-pub(crate) fn gzip_of(bytes: &[u8]) -> Vec<u8> {
-    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
-    encoder.write_all(bytes).unwrap();
-    encoder.finish().unwrap()
 }
 
 #[test]
@@ -171,9 +134,9 @@ fn val_a_test_is_the_same_from_folder_archives_and_single_file() {
         folder.path().join("T7.mme"),
         folder.path().join("Channel/T7.chn"),
         folder.path().join("Channel/T7.002"),
-        archives.write("T7.zip", zip_of(&files)),
-        archives.write("T7.tar.gz", gzip_of(&tar_of(&files))),
-        archives.write("T7.tar", tar_of(&files)),
+        archives.file("T7.zip", zip_of(&files)),
+        archives.file("T7.tar.gz", gzip_of(&tar_of(&files))),
+        archives.file("T7.tar", tar_of(&files)),
     ] {
         let (channel, findings) = one(&path, &ReadOptions::default());
         assert_eq!(channel.name, PILLAR, "{}", path.display());
@@ -304,7 +267,7 @@ fn val_what_the_header_states_is_held_against_the_samples() {
             folder.path(),
             &ReadOptions::default(),
             |kind| matches!(kind, ErrorKind::NoChannel { .. }),
-            &[code, "--channel"],
+            &[code, "`channel`"],
         );
         let (_, findings) = one(folder.path(), &with_channel(code));
         check_codes(&findings, warning, &["channel-not-lateral"]);
@@ -378,11 +341,11 @@ fn val_explicit_times_are_read_from_their_channel() {
     times.samples.pop();
     for (channels, kind, words) in [
         (vec![times, file.clone()], malformed, "400 times"),
-        (vec![file.clone()], missing, "--rate-hz"),
+        (vec![file.clone()], missing, "`rate_hz`"),
         (
             vec![file.with("Reference channel", "implicit")],
             missing,
-            "--rate-hz",
+            "`rate_hz`",
         ),
     ] {
         let folder = folder_of("mme-explicit", &test_of(&channels));
@@ -425,11 +388,11 @@ fn val_archives_without_a_test_are_refused_by_name() {
         (tar_of(&files("a.txt")), ".tar that holds no ISO-MME"),
         (gzip_of(b"t,a\n0,1\n"), "gzip file"),
     ] {
-        let path = folder.write("a.bin", bytes);
+        let path = folder.file("a.bin", bytes);
         check_refused(&path, &ReadOptions::default(), refused, &[words]);
     }
     let cut = gzip_of(&tar_of(&test_of(&[File::new(PILLAR)])));
-    let path = folder.write("a.bin", &cut[..cut.len() / 2]);
+    let path = folder.file("a.bin", &cut[..cut.len() / 2]);
     check_refused(
         &path,
         &ReadOptions::default(),
@@ -441,16 +404,14 @@ fn val_archives_without_a_test_are_refused_by_name() {
         },
         &["byte"],
     );
-    if let Some(path) =
-        real("mcap_conformance_NoData_OneMessage_OneSchemalessMessage_OneMetadata.tar.gz")
-    {
-        check_refused(
-            &path,
-            &ReadOptions::default(),
-            refused,
-            &["holds no ISO-MME"],
-        );
-    }
+    check_refused(
+        &data(
+            "recordings/mcap_conformance_NoData_OneMessage_OneSchemalessMessage_OneMetadata.tar.gz",
+        ),
+        &ReadOptions::default(),
+        refused,
+        &["holds no ISO-MME"],
+    );
 }
 
 /// Archives that would unpack to gigabytes end soon, at a limit with a name and a byte.
@@ -482,7 +443,7 @@ fn val_bombs_end_at_a_limit() {
         (tar_of(&many), "archive_entries"),
         (gzip_of(&vec![0; 32 << 20]), "gzip"),
     ] {
-        let path = folder.write("a.bin", bytes);
+        let path = folder.file("a.bin", bytes);
         let started = Instant::now();
         let error = read_path(&path, &ReadOptions::default(), Selection::Lateral).unwrap_err();
         assert!(error.to_string().contains(limit), "{limit}: {error}");
@@ -494,7 +455,7 @@ fn val_bombs_end_at_a_limit() {
 /// Archives with bytes changed end in samples or in an error, never in a panic.
 #[test]
 fn prop_damaged_archives_never_panic() {
-    use crate::csv::Random;
+    use crate::support::Random;
     let folder = Folder::new("mme-damaged");
     let files = test_of(&[File::new(PILLAR), File::new("14BPILLO0000ACXA")]);
     let tar = tar_of(&files);
@@ -516,7 +477,7 @@ fn prop_damaged_archives_never_panic() {
                     }
                 }
             }
-            let path = folder.write(&format!("{seed}.{kind}"), bytes);
+            let path = folder.file(&format!("{seed}.{kind}"), bytes);
             let read = std::panic::catch_unwind(|| {
                 read_path(&path, &ReadOptions::default(), Selection::Every)
             });

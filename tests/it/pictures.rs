@@ -56,7 +56,6 @@ fn browse(page: &Path, arguments: &[String], written: &Path) {
         .arg(format!("--user-data-dir={}", profile.display()))
         .args(arguments)
         .arg(format!("file://{}", page.display()))
-        .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()
@@ -174,7 +173,7 @@ fn print(page: &Path) -> Vec<(f64, f64)> {
 #[track_caller]
 fn report_of(recording: &str, expected_exit: i32) -> PathBuf {
     let folder = scratch(recording);
-    let output = Command::new(env!("CARGO_BIN_EXE_latchgate"))
+    let output = crate::support::program()
         .arg("replay")
         .arg(
             Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -183,7 +182,6 @@ fn report_of(recording: &str, expected_exit: i32) -> PathBuf {
         )
         .arg("--out")
         .arg(&folder)
-        .stdin(Stdio::null())
         .output()
         .unwrap();
     assert_eq!(

@@ -1,6 +1,6 @@
 //! Roots of short polynomials: in order, none missed, none made up.
 
-use crate::lever_cases::Random;
+use crate::support::Random;
 use latchgate::numerics::polynomial::{
     CAPACITY, evaluate, evaluate_with_derivative, first_fall, sign_changes,
 };
@@ -97,7 +97,7 @@ fn val_roots_at_the_ends_belong_to_the_neighbours() {
 fn prop_random_roots_are_found() {
     for seed in 0..3000 {
         let mut random = Random(seed);
-        let inside = random.below(5) as usize;
+        let inside = random.below(5);
         let mut roots: Vec<f64> = vec![];
         while roots.len() < inside {
             let root = random.between(0.02, 0.98);
@@ -136,7 +136,7 @@ fn verif_the_interval_may_have_any_length() {
 fn prop_any_coefficients_end_in_order() {
     for seed in 0..3000 {
         let mut random = Random(seed);
-        let count = 2 + random.below(CAPACITY as u64 - 1) as usize;
+        let count = 2 + random.below(CAPACITY - 1);
         let p: Vec<f64> = (0..count)
             .map(|_| match random.below(5) {
                 0 => 0.0,

@@ -1,7 +1,7 @@
-//! Recordings of others, kept beside the project on some machines: each gives the right answer at
-//! the process boundary. Where the folder is missing the test is left out, and says so.
+//! Recordings of others (`tests/data/README.md`): each gives the right answer at the process
+//! boundary.
 
-use crate::cli::{latchgate, shared};
+use crate::support::{data, latchgate, not_copied};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
@@ -78,7 +78,6 @@ const ALL: &[Real] = &[
             "--channel",
         ],
     ),
-    refused("nhtsa_frontal_head_honda_crv.xls", &["legacy Excel", "CSV"]),
     refused("canedge_vehicle_imu_finalized.MF4", &["ASAM MDF4", "CSV"]),
     refused(
         "canedge_vehicle_imu_unfinalized.MF4",
@@ -86,20 +85,6 @@ const ALL: &[Real] = &[
     ),
     refused("canedge_canmod-gps.dbc", &["canedge_canmod-gps.dbc"]),
     refused("canedge_gnss.dbc", &["canedge_gnss.dbc"]),
-    Real {
-        name: "cougars_SO_bag_0.ros2.mcap",
-        read: Some(("/coug2/modem_imu:linear_acceleration.y", "m/s2", 158, 9.91)),
-        finds: &[
-            ("low-rate", None),
-            ("gap", Some(0.272_027_638)),
-            ("stamp-zero", None),
-        ],
-        says: &["unusable"],
-    },
-    refused(
-        "cougars_SO_bag_metadata.yaml",
-        &["cougars_SO_bag_metadata.yaml"],
-    ),
     refused(
         "mcapcrate_compressed.ros1.mcap",
         &[
@@ -142,10 +127,33 @@ const ALL: &[Real] = &[
     ),
 ];
 
+const NOT_COPIED: &[Real] = &[
+    refused("nhtsa_frontal_head_honda_crv.xls", &["legacy Excel", "CSV"]),
+    Real {
+        name: "cougars_SO_bag_0.ros2.mcap",
+        read: Some(("/coug2/modem_imu:linear_acceleration.y", "m/s2", 158, 9.91)),
+        finds: &[
+            ("low-rate", None),
+            ("gap", Some(0.272_027_638)),
+            ("stamp-zero", None),
+        ],
+        says: &["unusable"],
+    },
+    refused(
+        "cougars_SO_bag_metadata.yaml",
+        &["cougars_SO_bag_metadata.yaml"],
+    ),
+];
+
 #[track_caller]
-fn check(folder: &str, real: &Real) {
-    let path = format!("{folder}/{}", real.name);
-    let arguments = ["replay", &path, "--no-report", "--members", "0"];
+fn check(path: &Path, real: &Real) {
+    let arguments = [
+        "replay",
+        path.to_str().unwrap(),
+        "--no-report",
+        "--members",
+        "0",
+    ];
     let declared = ["--opens-when", "negative", "--format", "json"];
     let done = latchgate(&[arguments.as_slice(), &declared].concat());
     let document = done.document();
@@ -200,29 +208,31 @@ fn check(folder: &str, real: &Real) {
 
 #[test]
 fn val_every_real_recording_gives_the_right_answer() {
-    let Some(folder) = shared("recordings") else {
-        return;
-    };
     for real in ALL {
-        check(&folder, real);
+        check(&data(&format!("recordings/{}", real.name)), real);
     }
     let known: BTreeSet<&str> = ALL.iter().map(|real| real.name).collect();
-    for entry in fs::read_dir(Path::new(&folder)).unwrap() {
+    for entry in fs::read_dir(data("recordings")).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
-        assert!(
-            name == "MANIFEST.md" || known.contains(name.as_str()),
-            "{name} is not looked at"
-        );
+        assert!(known.contains(name.as_str()), "{name} is not looked at");
+    }
+}
+
+/// Recordings of which nobody states that they may be copied.
+#[test]
+fn val_recordings_that_are_not_copied_give_the_right_answer() {
+    for real in NOT_COPIED {
+        if let Some(path) = not_copied(real.name) {
+            check(&path, real);
+        }
     }
 }
 
 /// From the header as well as from the curve itself: one signal, and every file that told of it.
 #[test]
 fn val_a_verdict_names_every_file_it_rests_on() {
-    let Some(header) = shared("recordings/nhtsa_v07292.EV5") else {
-        return;
-    };
-    let curve = shared("recordings/nhtsa_v07292.146").unwrap();
+    let header = data("recordings/nhtsa_v07292.EV5");
+    let curve = data("recordings/nhtsa_v07292.146");
     let replayed = |arguments: &[&str]| {
         let common = [
             "--no-report",
@@ -235,8 +245,8 @@ fn val_a_verdict_names_every_file_it_rests_on() {
         ];
         latchgate(&[&["replay"], arguments, &common].concat()).document()["recording"].clone()
     };
-    let by_header = replayed(&[&header, "--channel", "146"]);
-    let by_curve = replayed(&[&curve]);
+    let by_header = replayed(&[header.to_str().unwrap(), "--channel", "146"]);
+    let by_curve = replayed(&[curve.to_str().unwrap()]);
     assert_eq!(by_header["content_sha256"], by_curve["content_sha256"]);
     assert_eq!(by_header["parts"][0]["file"], "nhtsa_v07292.146");
     assert_eq!(by_header["parts"][0]["sha256"], by_curve["sha256"]);

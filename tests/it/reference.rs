@@ -1,47 +1,11 @@
-//! Quad-precision reference runs, where `../shared` exists; left out otherwise.
+//! Quad-precision reference runs.
 
+use crate::support::{columns, json, number};
 use latchgate::conditioning::Signal;
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
 use latchgate::replay::{self, RunOptions};
 use latchgate::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
-use serde_json::Value;
-use std::path::{Path, PathBuf};
-
-/// The folder of reference values, if this checkout has one beside it.
-fn shared() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
-    if folder.is_dir() {
-        Some(folder)
-    } else {
-        println!("left out: no ../shared beside this checkout");
-        None
-    }
-}
-
-fn json(path: &Path) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
-}
-
-fn number(value: &Value) -> f64 {
-    value
-        .as_str()
-        .map_or_else(|| value.as_f64().unwrap(), |text| text.parse().unwrap())
-}
-
-/// Two columns, time and value, after any header lines.
-fn columns(path: &Path) -> Vec<(f64, f64)> {
-    std::fs::read_to_string(path)
-        .unwrap()
-        .lines()
-        .filter_map(|line| {
-            let mut cells = line
-                .split([',', '\t'])
-                .map(|cell| cell.trim().parse::<f64>());
-            Some((cells.next()?.ok()?, cells.next()?.ok()?))
-        })
-        .collect()
-}
 
 fn stop(name: &str) -> StopModel {
     if name == "rigid" {
@@ -85,14 +49,9 @@ fn check_close(what: &str, got: f64, want: f64, tolerance: f64) {
 /// Event-driven replay of every reference shock: release, crossing, peak and impacts.
 #[test]
 fn val_shocks_agree_with_quad_precision() {
-    let Some(shared) = shared() else { return };
-    let cases = json(&shared.join("reference/shocks.json"));
+    let cases = json("reference/shocks.json");
     for (name, case) in cases["cases"].as_object().unwrap() {
-        let rows = columns(
-            &shared
-                .join("reference")
-                .join(case["signal"].as_str().unwrap()),
-        );
+        let rows = columns(&format!("reference/{}", case["signal"].as_str().unwrap()));
         let signal = Signal {
             start_s: 0.0,
             rate: SampleRate::from_hertz(case["fs"].as_f64().unwrap()).unwrap(),
@@ -142,10 +101,9 @@ fn val_shocks_agree_with_quad_precision() {
 /// where it cannot, the stated error covers the true one.
 #[test]
 fn val_real_channels_agree_with_quad_precision() {
-    let Some(shared) = shared() else { return };
-    let cases = json(&shared.join("reference/nhtsa.json"));
+    let cases = json("reference/nhtsa.json");
     for (name, case) in cases["cases"].as_object().unwrap() {
-        let rows = columns(&shared.join(case["file"].as_str().unwrap()));
+        let rows = columns(case["file"].as_str().unwrap());
         let signal = Signal {
             start_s: rows[0].0,
             rate: SampleRate::from_hertz(12500.0).unwrap(),

@@ -1,6 +1,6 @@
 //! Replay against closed forms, and what the mathematics promises of it.
 
-use crate::lever_cases::{Random, options, random_design, random_signal, replay, signal};
+use crate::support::{Random, options, random_design, random_signal, replay, signal};
 use latchgate::conditioning::Signal;
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;

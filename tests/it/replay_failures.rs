@@ -1,42 +1,21 @@
 //! Where other methods fail: grazing, chatter that meets a release, spikes shorter than any
 //! step, a torque that hovers at zero, stiff contacts, extreme levers. Values in quadruple
-//! precision come from `../shared`, where it exists; those tests are left out otherwise.
+//! precision come from `tests/data/reference`.
 
-use crate::lever_cases::{Random, options, replay, signal};
 use crate::oracle;
+use crate::support::{Random, data, json, number, options, replay, signal};
 use latchgate::conditioning::Signal;
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
 use latchgate::replay::{Outcome, RunOptions, TracePoint};
 use latchgate::units::{OpensWhen, STANDARD_GRAVITY};
 use serde_json::Value;
-use std::path::{Path, PathBuf};
 
 const RIGID: StopModel = StopModel::Rigid;
 const SOFT: StopModel = StopModel::Soft;
 
-fn shared() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/reference");
-    if folder.is_dir() {
-        Some(folder)
-    } else {
-        println!("left out: no ../shared beside this checkout");
-        None
-    }
-}
-
-fn json(path: &Path) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
-}
-
-fn number(value: &Value) -> f64 {
-    value
-        .as_str()
-        .map_or_else(|| value.as_f64().unwrap(), |text| text.parse().unwrap())
-}
-
-fn samples(path: &Path) -> Vec<f64> {
-    std::fs::read_to_string(path)
+fn samples(name: &str) -> Vec<f64> {
+    std::fs::read_to_string(data(&format!("reference/{name}")))
         .unwrap()
         .lines()
         .filter_map(|line| line.split(',').nth(1)?.trim().parse().ok())
@@ -117,8 +96,7 @@ fn check_case(label: &str, case: &Value, outcome: &Outcome, stop: StopModel) {
 /// hair above and below zero: every listed event, both stops.
 #[test]
 fn val_failure_cases_agree_with_quad_precision() {
-    let Some(folder) = shared() else { return };
-    let cases = json(&folder.join("failure_cases.json"));
+    let cases = json("reference/failure_cases.json");
     for name in [
         "F4_spike_1kHz",
         "F4b_spike_20kHz",
@@ -128,7 +106,7 @@ fn val_failure_cases_agree_with_quad_precision() {
         "F7_just_above",
     ] {
         let case = &cases[name];
-        let mut samples = samples(&folder.join(case["file"].as_str().unwrap()));
+        let mut samples = samples(case["file"].as_str().unwrap());
         let rate = number(&case["fs"]);
         // The reference ran on after the record, under a = 0 from its last sample.
         let last = (number(&case["tend"]) * rate).round() as usize;
@@ -149,8 +127,7 @@ fn val_failure_cases_agree_with_quad_precision() {
 /// Free vibration: every impact listed in `free.json`, both stops, with and without preload.
 #[test]
 fn val_free_vibrations_agree_with_quad_precision() {
-    let Some(folder) = shared() else { return };
-    let cases = json(&folder.join("free.json"));
+    let cases = json("reference/free.json");
     for stop in [RIGID, SOFT] {
         for preload in ["0", "0.1"] {
             let label = format!("free_{}_T0={preload}", stop.name());
@@ -196,12 +173,11 @@ fn val_free_vibrations_agree_with_quad_precision() {
 /// nowhere else within a part in 10⁹.
 #[test]
 fn val_critical_scales_agree_with_quad_precision() {
-    let Some(folder) = shared() else { return };
-    let cases = json(&folder.join("failure_cases.json"));
+    let cases = json("reference/failure_cases.json");
     for (name, case) in cases["F10_critical_scale"].as_object().unwrap() {
         let (file, stop) = name.rsplit_once('_').unwrap();
         let stop = if stop == "rigid" { RIGID } else { SOFT };
-        let samples = samples(&folder.join(format!("signals/{file}.csv")));
+        let samples = samples(&format!("signals/{file}.csv"));
         for (scale, exceeded) in [
             (number(&case["scale_lo"]) * (1.0 - 1e-12), false),
             (number(&case["scale_hi"]) * (1.0 + 1e-12), true),

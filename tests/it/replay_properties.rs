@@ -1,8 +1,8 @@
 //! What holds of every replay, over random levers and recordings; the seed of a failing case
 //! is in its message.
 
-use crate::lever_cases::{Random, options, random_design, random_signal, replay};
 use crate::oracle;
+use crate::support::{Random, options, random_design, random_signal, replay};
 use latchgate::conditioning::Signal;
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
@@ -181,7 +181,7 @@ fn check_coverage(what: &str, errors: &[Errors]) {
 
 /// Random levers and records from a base seed on, both stops; `started` gives the lever a
 /// swing to begin with. Errors of the peak, and of the angle at the end.
-fn random_errors(base: u64, cases: u64, longest: u64, started: bool) -> [Vec<Errors>; 2] {
+fn random_errors(base: u64, cases: u64, longest: usize, started: bool) -> [Vec<Errors>; 2] {
     let mut errors = [vec![], vec![]];
     for seed in base..base + cases {
         let mut random = Random(seed);

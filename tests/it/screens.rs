@@ -1,7 +1,7 @@
 //! Guards the closed-form bounds: never wrong against replays, sharp where they can be, and
 //! decisive on the cases they were made for.
 
-use crate::lever_cases::{Random, random_design, signal};
+use crate::support::{Random, random_design, signal};
 use latchgate::conditioning::Signal;
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
@@ -462,7 +462,7 @@ pub(crate) const KINDS: [&str; 9] = [
 
 pub(crate) fn random_recording(random: &mut Random, kind: usize) -> Signal {
     use Shape::{HalfSine, Pause, Sawtooth};
-    let rate = [2_000.0, 5_000.0, 10_000.0, 20_000.0][random.below(4) as usize];
+    let rate = [2_000.0, 5_000.0, 10_000.0, 20_000.0][random.below(4)];
     let mut short = || random.scale(5e-4, 2e-2);
     let (one, two, three) = (short(), short(), short());
     let tail = (Pause, 0.0, random.scale(1e-3, 0.05));
@@ -525,15 +525,15 @@ pub(crate) fn random_recording(random: &mut Random, kind: usize) -> Signal {
             )
         }
         7 => {
-            let count = 3 + random.below(200) as usize;
+            let count = 3 + random.below(200);
             let samples = (0..count)
                 .map(|_| 9.8 * random.between(-1.0, 1.0))
                 .collect();
             signal(rate, samples)
         }
         _ => {
-            let count = 3 + random.below(300) as usize;
-            let place = random.below(count as u64) as usize;
+            let count = 3 + random.below(300);
+            let place = random.below(count);
             let (before, after) = (random.between(-1.0, 1.0), random.between(-2.0, 1.0));
             let samples = (0..count)
                 .map(|k| 9.8 * if k < place { before } else { after })
@@ -641,7 +641,7 @@ fn check_random(model: StopModel, base: u64, recordings: u64) {
         let mut random = Random(seed);
         let kind = (seed % KINDS.len() as u64) as usize;
         let recording = random_recording(&mut random, kind);
-        let count = recording.samples.len() as u64;
+        let count = recording.samples.len();
         let initial = random.one_in(5).then(|| {
             let least = if model == StopModel::Soft { -1e-5 } else { 0.0 };
             let most = if random.one_in(2) { 0.2 } else { 0.0 };
@@ -656,8 +656,8 @@ fn check_random(model: StopModel, base: u64, recordings: u64) {
             )
         });
         let window = random.one_in(4).then(|| {
-            let first = random.below(count) as usize;
-            (first, first + random.below(count - first as u64) as usize)
+            let first = random.below(count);
+            (first, first + random.below(count - first))
         });
         let cases: Vec<Case> = (0..CASES_PER_RECORDING)
             .map(|_| random_case(&mut random, &recording, model, initial, window))

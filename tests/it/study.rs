@@ -8,7 +8,7 @@ use latchgate::study::stability::{self, Grade, Stability, situations};
 use latchgate::study::work_precision::{self, Options, Status, WorkPrecision};
 use std::cell::Cell;
 use std::path::PathBuf;
-use std::process::{Command, Output, Stdio};
+use std::process::Output;
 
 fn small() -> Options {
     Options {
@@ -363,10 +363,9 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn latchgate(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_latchgate"))
+    crate::support::program()
         .args(arguments)
         .env("NO_COLOR", "1")
-        .stdin(Stdio::null())
         .output()
         .unwrap()
 }

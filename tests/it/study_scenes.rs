@@ -15,7 +15,7 @@ use latchgate::study::{Headline, free_vibration, shock, spectrogram, step_size};
 use latchgate::units::{OpensWhen, SampleRate};
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
-use std::process::{Command, Output, Stdio};
+use std::process::Output;
 
 #[track_caller]
 fn check_near(what: &str, got: f64, want: f64, tolerance: f64) {
@@ -756,9 +756,9 @@ fn verif_charts_of_the_scenes_are_whole() {
         ),
         ("step-size", plot::step_size(&sizes(&[10_000, 1000], 30))),
         ("free-vibration", plot::free_vibration(&free)),
-        ("spectrogram", plot::bounces(&bounces(3.0))),
+        ("spectrogram", plot::spectrogram(&bounces(3.0))),
         // A lever that is watched too shortly to bounce.
-        ("spectrogram", plot::bounces(&bounces(0.8))),
+        ("spectrogram", plot::spectrogram(&bounces(0.8))),
         ("histories", plot::histories(&three_starts(9.81))),
         ("shock", plot::shock(&shock)),
     ] {
@@ -781,10 +781,9 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn latchgate(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_latchgate"))
+    crate::support::program()
         .args(arguments)
         .env("NO_COLOR", "1")
-        .stdin(Stdio::null())
         .output()
         .unwrap()
 }

@@ -1,6 +1,6 @@
 //! Guards `latchgate verify`: the run inside a verdict made again, at the process boundary.
 
-use crate::cli::{Folder, latchgate, signal};
+use crate::support::{Folder, latchgate, signal_file};
 use serde_json::Value;
 use std::path::Path;
 
@@ -46,8 +46,8 @@ fn cli_verify_repeats_what_was_asked() {
         "own design.toml",
         "name = \"stiff one\"\n[lever]\npreload_torque_nm = 0.3\n[tolerance]\npreload_torque_nm = 0.01\n",
     );
-    let burst = signal("burst.csv");
-    let surviving = signal("surviving.csv");
+    let burst = signal_file("burst.csv");
+    let surviving = signal_file("surviving.csv");
     let nominal = ["--members", "0"];
     for (recording, options, word) in [
         (&burst, &["--limit", "samples=100"][..], "unusable"),
@@ -119,7 +119,7 @@ fn cli_verify_repeats_what_was_asked() {
 fn cli_verify_takes_the_verdict_of_a_report() {
     let folder = Folder::new("verify-report");
     let out = folder.path().join("out");
-    let recording = signal("surviving.csv");
+    let recording = signal_file("surviving.csv");
     for members in ["0", "200"] {
         latchgate(&[
             "replay",
@@ -179,7 +179,7 @@ fn check_different(verdict: &str, recording: &str, kind: &str, at: &str, word: &
 #[test]
 fn cli_verify_tells_the_first_difference() {
     let folder = Folder::new("verify-different");
-    let recording = signal("surviving.csv");
+    let recording = signal_file("surviving.csv");
     let stored = verdict(&folder, &[&recording, "--members", "128"]);
     let text = text_of(&stored);
     let document: Value = serde_json::from_str(&text).unwrap();
@@ -257,7 +257,7 @@ fn check_refused(verdict: &str, word: &str) {
 #[test]
 fn cli_verify_refuses_what_it_cannot_repeat() {
     let folder = Folder::new("verify-refused");
-    let recording = signal("surviving.csv");
+    let recording = signal_file("surviving.csv");
     let stored = verdict(&folder, &[&recording, "--members", "0"]);
     check_refused(&stored, "--recording");
     check_refused("no-such-verdict.json", "no-such-verdict.json");

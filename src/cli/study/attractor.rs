@@ -1,15 +1,15 @@
 //! `latchgate study attractor`.
 
+use super::analysis::{Analysis, Answer, Session};
 use super::sweep::{self, Sine, Span, Start};
-use super::{Analysis, Answer, Failure, Session};
-use crate::cli::args::{ModelArgument, StudyCommon};
+use crate::cli::failure::Failure;
+use crate::cli::options::StudyCommon;
+use crate::cli::values::ModelArgument;
 use crate::model::Design;
 use crate::report::plot;
-use crate::report::study::Table;
 use crate::study::attractor;
 use clap::Args;
 use serde_json::json;
-use std::collections::BTreeMap;
 
 /// Options of `study attractor`.
 #[derive(Debug, Clone, Args)]
@@ -56,59 +56,36 @@ impl Analysis for Arguments {
     fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
         let stops = self.model.stops();
         let initial = self.start.state(&stops)?;
-        let mut answer = Answer {
-            parameters: BTreeMap::from([
-                (
-                    "amplitude_g",
-                    json!([self.amplitude.low, self.amplitude.high]),
-                ),
-                ("compare_steps", json!(self.compare_steps)),
-                ("gravity_m_s2", json!(self.sine.gravity)),
-                ("initial", json!(initial)),
-                ("model", json!(stops)),
-                ("omega_rad_s", json!(self.sine.omega)),
-                ("periods", json!(self.periods)),
-                ("points", json!(self.points)),
-                ("transient", json!(self.transient)),
-            ]),
-            ..Answer::default()
+        let base = |stop| attractor::Options {
+            rig: sweep::rig(design, stop, self.sine.gravity, self.sine.omega),
+            amplitudes_g: self.amplitude.ends(),
+            points: self.points,
+            transient: self.transient,
+            periods: self.periods,
+            initial,
+            compared_steps: self.compare_steps,
         };
+        let mut answer = Answer::of_stops(&base(stops[0]), &stops);
         let mut attractors = Vec::new();
         for stop in &stops {
-            let several = self.amplitude.low < self.amplitude.high;
-            let options = attractor::Options {
-                rig: sweep::rig(design, *stop, self.sine.gravity, self.sine.omega),
-                amplitudes_g: (self.amplitude.low, self.amplitude.high),
-                points: if several { self.points } else { 1 },
-                transient: self.transient,
-                periods: self.periods,
-                initial,
-                compared_steps: self.compare_steps,
-            };
-            let attractor = session
-                .watch(stop.name(), |control| attractor::run(&options, control))
-                .map_err(Failure::Data)?;
-            answer
-                .tables
-                .push(Table::of_stops(&stops, *stop, &attractor.rows).map_err(Failure::Data)?);
-            answer.headlines.extend(attractor.headlines());
-            answer.complete &= attractor.complete;
-            attractors.push(attractor);
-        }
-        answer.results = Some(json!(
-            attractors
-                .iter()
-                .map(|attractor| json!({
-                    "model": attractor.options.rig.stop,
-                    "complete": attractor.complete,
+            let options = base(*stop);
+            let attractor =
+                session.watch(stop.name(), |control| attractor::run(&options, control))?;
+            answer.add(
+                (*stop, &stops),
+                &attractor.rows,
+                attractor.headlines(),
+                attractor.complete,
+                json!({
                     "periods": attractor.periods,
                     "orbit": attractor.orbit,
                     "superstable": attractor.superstable,
                     "growth": attractor.growth,
                     "statistics": attractor.statistics,
-                }))
-                .collect::<Vec<_>>()
-        ));
+                }),
+            )?;
+            attractors.push(attractor);
+        }
         answer.svg = plot::attractor(&attractors);
         Ok(answer)
     }

@@ -1,15 +1,15 @@
 //! `latchgate study basins`.
 
+use super::analysis::{Analysis, Answer, Session};
 use super::sweep::{self, Sine, Span};
-use super::{Analysis, Answer, Failure, Session};
-use crate::cli::args::{ModelArgument, StudyCommon};
+use crate::cli::failure::Failure;
+use crate::cli::options::StudyCommon;
+use crate::cli::values::ModelArgument;
 use crate::model::Design;
 use crate::report::plot;
-use crate::report::study::Table;
 use crate::study::basins;
 use clap::Args;
 use serde_json::json;
-use std::collections::BTreeMap;
 
 /// Options of `study basins`.
 #[derive(Debug, Clone, Args)]
@@ -50,54 +50,33 @@ impl Analysis for Arguments {
     }
 
     fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
-        let mut answer = Answer {
-            parameters: BTreeMap::from([
-                ("amplitude_g", json!(self.amplitude)),
-                ("angle_rad", json!([self.angle.low, self.angle.high])),
-                ("gravity_m_s2", json!(self.sine.gravity)),
-                ("grid", json!(self.grid)),
-                ("model", json!(self.model.stops())),
-                ("omega_rad_s", json!(self.sine.omega)),
-                ("transient", json!(self.transient)),
-                (
-                    "velocity_rad_s",
-                    json!([self.velocity.low, self.velocity.high]),
-                ),
-            ]),
-            ..Answer::default()
-        };
         let stops = self.model.stops();
+        let base = |stop| basins::Options {
+            rig: sweep::rig(design, stop, self.sine.gravity, self.sine.omega),
+            amplitude_g: self.amplitude,
+            angle_rad: self.angle.ends(),
+            velocity_rad_s: self.velocity.ends(),
+            grid: self.grid,
+            transient: self.transient,
+        };
+        let mut answer = Answer::of_stops(&base(stops[0]), &stops);
         let mut all = Vec::new();
         for stop in &stops {
-            let options = basins::Options {
-                rig: sweep::rig(design, *stop, self.sine.gravity, self.sine.omega),
-                amplitude_g: self.amplitude,
-                angle_rad: (self.angle.low, self.angle.high),
-                velocity_rad_s: (self.velocity.low, self.velocity.high),
-                grid: self.grid,
-                transient: self.transient,
-            };
-            let basins = session
-                .watch(stop.name(), |control| basins::run(&options, control))
-                .map_err(Failure::Data)?;
-            answer
-                .tables
-                .push(Table::of_stops(&stops, *stop, &basins.rows()).map_err(Failure::Data)?);
-            answer.headlines.extend(basins.headlines());
-            answer.complete &= basins.complete;
-            all.push(basins);
-        }
-        answer.results = Some(json!(
-            all.iter()
-                .map(|basins| json!({
-                    "model": basins.options.rig.stop,
-                    "complete": basins.complete,
+            let options = base(*stop);
+            let basins = session.watch(stop.name(), |control| basins::run(&options, control))?;
+            answer.add(
+                (*stop, &stops),
+                &basins.rows(),
+                basins.headlines(),
+                basins.complete,
+                json!({
                     "boundary_share": basins.boundary_share,
                     "uncertainty_exponent": basins.uncertainty_exponent,
                     "attractors": basins.attractors,
-                }))
-                .collect::<Vec<_>>()
-        ));
+                }),
+            )?;
+            all.push(basins);
+        }
         answer.svg = plot::basins(&all);
         Ok(answer)
     }

@@ -1,15 +1,15 @@
 //! `latchgate study bifurcation`.
 
+use super::analysis::{Analysis, Answer, Session};
 use super::sweep::{self, Sine, Span, Start};
-use super::{Analysis, Answer, Failure, Session};
-use crate::cli::args::{ModelArgument, StudyCommon};
+use crate::cli::failure::Failure;
+use crate::cli::options::StudyCommon;
+use crate::cli::values::ModelArgument;
 use crate::model::Design;
 use crate::report::plot;
-use crate::report::study::Table;
 use crate::study::bifurcation::{self, Sweep};
 use clap::{Args, ValueEnum};
 use serde_json::json;
-use std::collections::BTreeMap;
 
 /// Options of `study bifurcation`.
 #[derive(Debug, Clone, Args)]
@@ -69,68 +69,46 @@ impl Analysis for Arguments {
     fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
         let stops = self.model.stops();
         let initial = self.start.state(&stops)?;
-        let mut answer = Answer {
-            parameters: BTreeMap::from([
-                (
-                    "amplitude_g",
-                    json!([self.amplitude.low, self.amplitude.high]),
-                ),
-                ("doublings", json!(self.doublings)),
-                ("gravity_m_s2", json!(self.sine.gravity)),
-                ("initial", json!(initial)),
-                ("model", json!(stops)),
-                ("omega_rad_s", json!(self.sine.omega)),
-                ("periods", json!(self.periods)),
-                ("points", json!(self.points)),
-                ("transient", json!(self.transient)),
-            ]),
-            ..Answer::default()
+        let base = |stop| bifurcation::Options {
+            rig: sweep::rig(design, stop, self.sine.gravity, self.sine.omega),
+            amplitudes_g: self.amplitude.ends(),
+            points: self.points,
+            transient: self.transient,
+            periods: self.periods,
+            initial,
+            sweep: match self.sweep {
+                SweepArgument::None => Sweep::None,
+                SweepArgument::Up => Sweep::Up,
+                SweepArgument::Down => Sweep::Down,
+            },
+            doublings: self.doublings,
         };
+        let mut answer = Answer::of_stops(&base(stops[0]), &stops);
         let mut diagrams = Vec::new();
         for stop in &stops {
-            let options = bifurcation::Options {
-                rig: sweep::rig(design, *stop, self.sine.gravity, self.sine.omega),
-                amplitudes_g: (self.amplitude.low, self.amplitude.high),
-                points: self.points,
-                transient: self.transient,
-                periods: self.periods,
-                initial,
-                sweep: match self.sweep {
-                    SweepArgument::None => Sweep::None,
-                    SweepArgument::Up => Sweep::Up,
-                    SweepArgument::Down => Sweep::Down,
-                },
-                doublings: self.doublings,
-            };
-            let diagram = session
-                .watch(stop.name(), |control| bifurcation::run(&options, control))
-                .map_err(Failure::Data)?;
-            answer
-                .tables
-                .push(Table::of_stops(&stops, *stop, &diagram.rows()).map_err(Failure::Data)?);
-            answer.headlines.extend(diagram.headlines());
-            answer.complete &= diagram.complete;
+            let options = base(*stop);
+            let diagram =
+                session.watch(stop.name(), |control| bifurcation::run(&options, control))?;
+            let branches = diagram.branches.iter().map(|branch| {
+                json!({
+                    "birth": branch.birth,
+                    "doublings": branch.doublings,
+                    "ratios": branch.ratios(),
+                    "accumulation_g": branch.accumulation_g(),
+                })
+            });
+            answer.add(
+                (*stop, &stops),
+                &diagram.rows(),
+                diagram.headlines(),
+                diagram.complete,
+                json!({
+                    "branches": branches.collect::<Vec<_>>(),
+                    "columns": diagram.columns,
+                }),
+            )?;
             diagrams.push(diagram);
         }
-        answer
-            .parameters
-            .insert("sweep", json!(diagrams.first().map(|d| d.options.sweep)));
-        answer.results = Some(json!(
-            diagrams
-                .iter()
-                .map(|diagram| json!({
-                    "model": diagram.options.rig.stop,
-                    "complete": diagram.complete,
-                    "branches": diagram.branches.iter().map(|branch| json!({
-                        "birth": branch.birth,
-                        "doublings": branch.doublings,
-                        "ratios": branch.ratios(),
-                        "accumulation_g": branch.accumulation_g(),
-                    })).collect::<Vec<_>>(),
-                    "columns": diagram.columns,
-                }))
-                .collect::<Vec<_>>()
-        ));
         answer.svg = plot::bifurcation(&diagrams);
         Ok(answer)
     }

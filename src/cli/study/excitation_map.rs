@@ -1,15 +1,16 @@
 //! `latchgate study excitation-map`.
 
+use super::analysis::{Analysis, Answer, Session};
 use super::sweep::{self, Span};
-use super::{Analysis, Answer, Failure, Session};
-use crate::cli::args::{ModelArgument, StudyCommon, parse_positive};
+use crate::cli::failure::Failure;
+use crate::cli::options::StudyCommon;
+use crate::cli::values::ModelArgument;
 use crate::model::Design;
 use crate::report::plot;
-use crate::report::study::Table;
+use crate::request::parse_positive;
 use crate::study::excitation_map;
 use clap::Args;
 use serde_json::json;
-use std::collections::BTreeMap;
 
 /// Options of `study excitation-map`.
 #[derive(Debug, Clone, Args)]
@@ -47,52 +48,30 @@ impl Analysis for Arguments {
     }
 
     fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
-        let mut answer = Answer {
-            parameters: BTreeMap::from([
-                (
-                    "amplitude_g",
-                    json!([self.amplitude.low, self.amplitude.high]),
-                ),
-                ("gravity_m_s2", json!(self.gravity)),
-                ("grid", json!(self.grid)),
-                ("model", json!(self.model.stops())),
-                ("omega_rad_s", json!([self.omega.low, self.omega.high])),
-                ("periods", json!(self.periods)),
-            ]),
-            ..Answer::default()
-        };
         let stops = self.model.stops();
+        let base = |stop| excitation_map::Options {
+            rig: sweep::rig(design, stop, self.gravity, self.omega.low),
+            amplitudes_g: self.amplitude.ends(),
+            angular_frequencies_rad_s: self.omega.ends(),
+            grid: self.grid,
+            periods: self.periods,
+        };
+        let mut answer = Answer::of_stops(&base(stops[0]), &stops);
         let mut maps = Vec::new();
         for stop in &stops {
-            let options = excitation_map::Options {
-                rig: sweep::rig(design, *stop, self.gravity, self.omega.low),
-                amplitudes_g: (self.amplitude.low, self.amplitude.high),
-                angular_frequencies_rad_s: (self.omega.low, self.omega.high),
-                grid: self.grid,
-                periods: self.periods,
-            };
-            let map = session
-                .watch(stop.name(), |control| {
-                    excitation_map::run(&options, control)
-                })
-                .map_err(Failure::Data)?;
-            answer
-                .tables
-                .push(Table::of_stops(&stops, *stop, &map.rows).map_err(Failure::Data)?);
-            answer.headlines.extend(map.headlines());
-            answer.complete &= map.complete;
+            let options = base(*stop);
+            let map = session.watch(stop.name(), |control| {
+                excitation_map::run(&options, control)
+            })?;
+            answer.add(
+                (*stop, &stops),
+                &map.rows,
+                map.headlines(),
+                map.complete,
+                json!({ "lift_off_g": map.lift_off_g, "boundary": map.boundary }),
+            )?;
             maps.push(map);
         }
-        answer.results = Some(json!(
-            maps.iter()
-                .map(|map| json!({
-                    "model": map.options.rig.stop,
-                    "complete": map.complete,
-                    "lift_off_g": map.lift_off_g,
-                    "boundary": map.boundary,
-                }))
-                .collect::<Vec<_>>()
-        ));
         answer.svg = plot::excitation_map(&maps);
         Ok(answer)
     }

@@ -1,14 +1,17 @@
 //! `latchgate study free-vibration`.
 
-use super::{Analysis, Answer, Failure, Session, parse_periods, start};
-use crate::cli::args::{ModelArgument, StudyCommon, parse_angle, parse_velocity};
+use super::analysis::{Analysis, Answer, Session};
+use super::sweep::{parse_periods, start};
+use crate::cli::failure::Failure;
+use crate::cli::options::StudyCommon;
+use crate::cli::values::ModelArgument;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;
+use crate::request::{parse_phi0, parse_velocity};
 use crate::study::{free, free_vibration};
 use clap::Args;
 use serde_json::json;
-use std::collections::BTreeMap;
 
 /// Options of `study free-vibration`.
 #[derive(Debug, Clone, Args)]
@@ -20,7 +23,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
     pub model: ModelArgument,
     /// Initial angle [rad]
-    #[arg(long, value_name = "RAD", value_parser = parse_angle, allow_negative_numbers = true, default_value_t = 0.5)]
+    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true, default_value_t = 0.5)]
     pub phi0: f64,
     /// Initial angular velocity [rad/s]
     #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true, default_value_t = 0.0)]
@@ -41,27 +44,21 @@ impl Analysis for Arguments {
 
     fn run(&self, design: &Design, _session: &Session) -> Result<Answer, Failure> {
         let (angle_rad, velocity_rad_s) = start(self.phi0, self.omega0, &self.model.stops())?;
-        let result = free_vibration::run(&free_vibration::Options {
+        let options = free_vibration::Options {
             design: design.clone(),
             models: self.model.stops(),
             angle_rad,
             velocity_rad_s,
             periods: self.periods,
-        })
-        .map_err(Failure::Data)?;
+        };
+        let result = free_vibration::run(&options).map_err(Failure::Data)?;
         let rows: Vec<_> = result.motions.iter().flat_map(free::Motion::rows).collect();
         Ok(Answer {
-            parameters: BTreeMap::from([
-                ("model", json!(self.model.stops())),
-                ("omega0_rad_s", json!(self.omega0)),
-                ("periods", json!(self.periods)),
-                ("phi0_rad", json!(self.phi0)),
-            ]),
             results: Some(json!({ "motions": result.motions })),
             tables: vec![Table::of(&rows).map_err(Failure::Data)?],
             svg: plot::free_vibration(&result),
             headlines: result.headlines,
-            ..Answer::default()
+            ..Answer::to(&options)
         })
     }
 }

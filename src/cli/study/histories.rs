@@ -1,14 +1,17 @@
 //! `latchgate study histories`.
 
-use super::{Analysis, Answer, Failure, Session, start, sweep};
-use crate::cli::args::{ModelArgument, StudyCommon, parse_angle, parse_positive, parse_velocity};
+use super::analysis::{Analysis, Answer, Session};
+use super::sweep::{self, start};
+use crate::cli::failure::Failure;
+use crate::cli::options::StudyCommon;
+use crate::cli::values::ModelArgument;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;
+use crate::request::{parse_phi0, parse_positive, parse_velocity};
 use crate::study::histories;
 use clap::Args;
 use serde_json::json;
-use std::collections::BTreeMap;
 
 /// Options of `study histories`.
 #[derive(Debug, Clone, Args)]
@@ -26,7 +29,7 @@ pub struct Arguments {
     #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0, allow_negative_numbers = true)]
     pub omega: f64,
     /// Initial angle of one start in place of the paper's three [rad]
-    #[arg(long, value_name = "RAD", value_parser = parse_angle, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true)]
     pub phi0: Option<f64>,
     /// Initial angular velocity [rad/s]
     #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true, default_value_t = 0.0)]
@@ -59,33 +62,24 @@ impl Analysis for Arguments {
                 .map(|(angle, _)| (*angle, self.omega0))
                 .collect(),
         };
-        let result = histories::run(&histories::Options {
+        let options = histories::Options {
             design: design.clone(),
             models: self.model.stops(),
             gravity_m_s2: self.gravity,
             amplitude_g: self.amplitude,
             angular_frequency_rad_s: self.omega,
-            starts: starts.clone(),
+            starts,
             periods: self.periods,
             transient: self.transient,
-        })
-        .map_err(Failure::Data)?;
+        };
+        let result = histories::run(&options).map_err(Failure::Data)?;
         let rows: Vec<_> = result.rows().collect();
         Ok(Answer {
-            parameters: BTreeMap::from([
-                ("amplitude_g", json!(self.amplitude)),
-                ("gravity_m_s2", json!(self.gravity)),
-                ("model", json!(self.model.stops())),
-                ("omega_rad_s", json!(self.omega)),
-                ("periods", json!(self.periods)),
-                ("starts", json!(starts)),
-                ("transient", json!(self.transient)),
-            ]),
             results: Some(json!({ "histories": result.histories })),
             tables: vec![Table::of(&rows).map_err(Failure::Data)?],
             svg: plot::histories(&result),
             headlines: result.headlines,
-            ..Answer::default()
+            ..Answer::to(&options)
         })
     }
 }

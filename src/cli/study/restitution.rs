@@ -1,14 +1,14 @@
 //! `latchgate study restitution`.
 
-use super::{Analysis, Answer, Failure, Session};
-use crate::cli::args::StudyCommon;
+use super::analysis::{Analysis, Answer, Session};
+use crate::cli::failure::Failure;
+use crate::cli::options::StudyCommon;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;
 use crate::study::restitution;
 use clap::Args;
 use serde_json::json;
-use std::collections::BTreeMap;
 
 /// Options of `study restitution`.
 #[derive(Debug, Clone, Args)]
@@ -31,18 +31,17 @@ impl Analysis for Arguments {
     }
 
     fn run(&self, design: &Design, _session: &Session) -> Result<Answer, Failure> {
-        let result = restitution::run(&restitution::Options {
+        let options = restitution::Options {
             design: design.clone(),
             points: self.points,
-        })
-        .map_err(Failure::Data)?;
+        };
+        let result = restitution::run(&options).map_err(Failure::Data)?;
         Ok(Answer {
-            parameters: BTreeMap::from([("points", json!(self.points))]),
             results: Some(json!({ "rebounds": result.rebounds })),
             tables: vec![Table::of(&result.rows).map_err(Failure::Data)?],
             svg: plot::restitution(&result),
             headlines: result.headlines,
-            ..Answer::default()
+            ..Answer::to(&options)
         })
     }
 }

@@ -1,14 +1,17 @@
 //! `latchgate study shock`.
 
-use super::{Analysis, Answer, Failure, Session, sweep};
-use crate::cli::args::{ModelArgument, StudyCommon, parse_positive};
+use super::analysis::{Analysis, Answer, Session};
+use super::sweep;
+use crate::cli::failure::Failure;
+use crate::cli::options::StudyCommon;
+use crate::cli::values::ModelArgument;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;
+use crate::request::parse_positive;
 use crate::study::shock;
 use clap::Args;
 use serde_json::json;
-use std::collections::BTreeMap;
 
 /// Options of `study shock`.
 #[derive(Debug, Clone, Args)]
@@ -50,27 +53,21 @@ impl Analysis for Arguments {
     }
 
     fn run(&self, design: &Design, _session: &Session) -> Result<Answer, Failure> {
-        let result = shock::run(&shock::Options {
+        let options = shock::Options {
             design: design.clone(),
             models: self.model.stops(),
             gravity_m_s2: self.gravity,
             amplitude_g: self.amplitude,
             duration_s: self.duration,
-        })
-        .map_err(Failure::Data)?;
+        };
+        let result = shock::run(&options).map_err(Failure::Data)?;
         let rows: Vec<_> = result.rows().collect();
         Ok(Answer {
-            parameters: BTreeMap::from([
-                ("amplitude_g", json!(self.amplitude)),
-                ("duration_s", json!(self.duration)),
-                ("gravity_m_s2", json!(self.gravity)),
-                ("model", json!(self.model.stops())),
-            ]),
             results: Some(json!({ "responses": result.responses })),
             tables: vec![Table::of(&rows).map_err(Failure::Data)?],
             svg: plot::shock(&result),
             headlines: result.headlines,
-            ..Answer::default()
+            ..Answer::to(&options)
         })
     }
 }

@@ -1,15 +1,18 @@
 //! `latchgate study spectrogram`.
 
-use super::{Analysis, Answer, Failure, Session, parse_periods, start};
-use crate::cli::args::{StopArgument, StudyCommon, parse_angle, parse_positive, parse_velocity};
+use super::analysis::{Analysis, Answer, Session};
+use super::sweep::{parse_periods, start};
+use crate::cli::failure::Failure;
+use crate::cli::options::StudyCommon;
+use crate::cli::values::StopArgument;
 use crate::error::ErrorKind;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;
+use crate::request::{parse_phi0, parse_positive, parse_velocity};
 use crate::study::spectrogram;
 use clap::Args;
 use serde_json::json;
-use std::collections::BTreeMap;
 
 /// Options of `study spectrogram`.
 #[derive(Debug, Clone, Args)]
@@ -21,7 +24,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = StopArgument::Soft)]
     pub model: StopArgument,
     /// Initial angle [rad]
-    #[arg(long, value_name = "RAD", value_parser = parse_angle, allow_negative_numbers = true, default_value_t = 0.5)]
+    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true, default_value_t = 0.5)]
     pub phi0: f64,
     /// Initial angular velocity [rad/s]
     #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true, default_value_t = 0.0)]
@@ -68,29 +71,22 @@ impl Analysis for Arguments {
                 .into(),
             ));
         }
-        let result = spectrogram::run(&spectrogram::Options {
+        let options = spectrogram::Options {
             design: design.clone(),
             model: self.model.stop(),
             angle_rad,
             velocity_rad_s,
             periods: self.periods,
             window_periods: self.window,
-        })
-        .map_err(Failure::Data)?;
+        };
+        let result = spectrogram::run(&options).map_err(Failure::Data)?;
         let rows: Vec<_> = result.rows().collect();
         Ok(Answer {
-            parameters: BTreeMap::from([
-                ("model", json!(self.model.stop())),
-                ("omega0_rad_s", json!(self.omega0)),
-                ("periods", json!(self.periods)),
-                ("phi0_rad", json!(self.phi0)),
-                ("window", json!(self.window)),
-            ]),
             results: Some(json!({ "bounces": result.bounces, "motion": result.motion })),
             tables: vec![Table::of(&rows).map_err(Failure::Data)?],
-            svg: plot::bounces(&result),
+            svg: plot::spectrogram(&result),
             headlines: result.headlines,
-            ..Answer::default()
+            ..Answer::to(&options)
         })
     }
 }

@@ -1,14 +1,14 @@
 //! `latchgate study stability`.
 
-use super::{Analysis, Answer, Failure, Session};
-use crate::cli::args::{StudyCommon, parse_positive};
+use super::analysis::{Analysis, Answer, Session};
+use crate::cli::failure::Failure;
+use crate::cli::options::StudyCommon;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;
+use crate::request::parse_positive;
 use crate::study::stability;
 use clap::Args;
-use serde_json::json;
-use std::collections::BTreeMap;
 
 /// Options of `study stability`.
 #[derive(Debug, Clone, Args)]
@@ -34,21 +34,17 @@ impl Analysis for Arguments {
     }
 
     fn run(&self, design: &Design, _session: &Session) -> Result<Answer, Failure> {
-        let result = stability::run(&stability::Options {
+        let options = stability::Options {
             design: design.clone(),
             gravity_m_s2: self.gravity,
             points: self.points,
-        })
-        .map_err(Failure::Data)?;
+        };
+        let result = stability::run(&options).map_err(Failure::Data)?;
         Ok(Answer {
-            parameters: BTreeMap::from([
-                ("gravity_m_s2", json!(self.gravity)),
-                ("points", json!(self.points)),
-            ]),
             tables: vec![Table::of(&result.rows).map_err(Failure::Data)?],
             svg: plot::stability(&result),
             headlines: result.headlines,
-            ..Answer::default()
+            ..Answer::to(&options)
         })
     }
 }

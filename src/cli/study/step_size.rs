@@ -1,14 +1,15 @@
 //! `latchgate study step-size`.
 
-use super::{Analysis, Answer, Failure, Session};
-use crate::cli::args::{StudyCommon, parse_angle, parse_positive, parse_velocity};
+use super::analysis::{Analysis, Answer, Session};
+use crate::cli::failure::Failure;
+use crate::cli::options::StudyCommon;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;
+use crate::request::{parse_phi0, parse_positive, parse_velocity};
 use crate::study::step_size;
 use clap::Args;
 use serde_json::json;
-use std::collections::BTreeMap;
 
 /// Options of `study step-size`.
 #[derive(Debug, Clone, Args)]
@@ -29,7 +30,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1000), default_value_t = 120, allow_negative_numbers = true)]
     pub points: u32,
     /// Initial angle [rad]
-    #[arg(long, value_name = "RAD", value_parser = parse_angle, allow_negative_numbers = true, default_value_t = 0.5)]
+    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true, default_value_t = 0.5)]
     pub phi0: f64,
     /// Initial angular velocity [rad/s]
     #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true, default_value_t = 0.0)]
@@ -46,7 +47,7 @@ impl Analysis for Arguments {
     }
 
     fn run(&self, design: &Design, _session: &Session) -> Result<Answer, Failure> {
-        let result = step_size::run(&step_size::Options {
+        let options = step_size::Options {
             design: design.clone(),
             angular_frequency_rad_s: self.omega,
             steps_per_period: self.steps_per_period.clone(),
@@ -54,23 +55,15 @@ impl Analysis for Arguments {
             velocity_rad_s: self.omega0,
             periods: self.periods,
             points: self.points,
-        })
-        .map_err(Failure::Data)?;
+        };
+        let result = step_size::run(&options).map_err(Failure::Data)?;
         let rows: Vec<_> = result.rows().collect();
         Ok(Answer {
-            parameters: BTreeMap::from([
-                ("omega0_rad_s", json!(self.omega0)),
-                ("omega_rad_s", json!(self.omega)),
-                ("periods", json!(self.periods)),
-                ("phi0_rad", json!(self.phi0)),
-                ("points", json!(self.points)),
-                ("steps_per_period", json!(self.steps_per_period)),
-            ]),
             results: Some(json!({ "runs": result.runs, "scan": result.scan })),
             tables: vec![Table::of(&rows).map_err(Failure::Data)?],
             svg: plot::step_size(&result),
             headlines: result.headlines,
-            ..Answer::default()
+            ..Answer::to(&options)
         })
     }
 }

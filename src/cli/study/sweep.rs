@@ -1,9 +1,10 @@
-//! Options that the studies of sines share.
+//! Options that studies share: sine, initial state, ranges, grids, lengths.
 
-use super::Failure;
-use crate::cli::args::{parse_angle, parse_finite, parse_positive, parse_velocity};
+use crate::cli::failure::Failure;
+use crate::error::ErrorKind;
 use crate::model::Design;
 use crate::model::stop::StopModel;
+use crate::request::{parse_finite, parse_phi0, parse_positive, parse_velocity};
 use crate::study::orbit::{Rig, State};
 use clap::Args;
 
@@ -22,7 +23,7 @@ pub struct Sine {
 #[derive(Debug, Clone, Args)]
 pub struct Start {
     /// Initial angle [rad] [default: at rest on the stop]
-    #[arg(long, value_name = "RAD", value_parser = parse_angle, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true)]
     pub phi0: Option<f64>,
     /// Initial angular velocity [rad/s]
     #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true)]
@@ -36,7 +37,7 @@ impl Start {
             return Ok(None);
         }
         let (angle, velocity) = (self.phi0.unwrap_or(0.0), self.omega0.unwrap_or(0.0));
-        super::start(angle, velocity, stops).map(Some)
+        start(angle, velocity, stops).map(Some)
     }
 }
 
@@ -57,6 +58,13 @@ pub struct Span {
     pub low: f64,
     /// The upper; the same for a single value.
     pub high: f64,
+}
+
+impl Span {
+    /// Returns both ends.
+    pub(super) fn ends(self) -> (f64, f64) {
+        (self.low, self.high)
+    }
 }
 
 impl std::fmt::Display for Span {
@@ -148,4 +156,33 @@ pub(super) fn parse_grid(text: &str) -> Result<(u32, u32), String> {
             .ok_or_else(expected)
     };
     Ok((side(columns)?, side(rows)?))
+}
+
+/// Returns an initial state that every one of `stops` admits.
+pub(super) fn start(phi0: f64, omega0: f64, stops: &[StopModel]) -> Result<(f64, f64), Failure> {
+    if phi0 < 0.0 && stops.contains(&StopModel::Rigid) {
+        return Err(Failure::Usage(
+            ErrorKind::OutOfRange {
+                what: "--phi0 [rad]".into(),
+                expected: "0 or more on a rigid stop; choose --model soft to start inside the stop"
+                    .into(),
+                found: phi0.to_string(),
+            }
+            .into(),
+        ));
+    }
+    Ok((phi0, omega0))
+}
+
+/// Most natural periods that a free motion is followed for.
+const PERIODS_MAX: f64 = 1000.0;
+
+pub(super) fn parse_periods(text: &str) -> Result<f64, String> {
+    parse_positive(text).and_then(|periods| {
+        if periods <= PERIODS_MAX {
+            Ok(periods)
+        } else {
+            Err(format!("must be at most {PERIODS_MAX}"))
+        }
+    })
 }

@@ -1,14 +1,16 @@
 //! `latchgate study work-precision`.
 
-use super::{Analysis, Answer, Failure, Session, sweep};
-use crate::cli::args::{ModelArgument, StudyCommon, parse_positive};
+use super::analysis::{Analysis, Answer, Session};
+use super::sweep;
+use crate::cli::failure::Failure;
+use crate::cli::options::StudyCommon;
+use crate::cli::values::ModelArgument;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::Table;
+use crate::request::parse_positive;
 use crate::study::work_precision;
 use clap::Args;
-use serde_json::json;
-use std::collections::BTreeMap;
 
 /// Options of `study work-precision`.
 #[derive(Debug, Clone, Args)]
@@ -62,20 +64,11 @@ impl Analysis for Arguments {
         let result =
             work_precision::run(&options, &|| session.elapsed_s()).map_err(Failure::Data)?;
         Ok(Answer {
-            parameters: BTreeMap::from([
-                ("amplitude_g", json!(self.amplitude)),
-                ("gravity_m_s2", json!(self.gravity)),
-                ("model", json!(options.models)),
-                ("omega_rad_s", json!(self.omega)),
-                ("periods", json!(self.periods)),
-                ("points", json!(self.points)),
-                ("repetitions", json!(self.repetitions)),
-            ]),
             tables: vec![Table::of(&result.rows).map_err(Failure::Data)?],
             svg: plot::work_precision(&result),
             headlines: result.headlines,
             cases: result.truths,
-            ..Answer::default()
+            ..Answer::to(&options)
         })
     }
 }

@@ -26,7 +26,7 @@ pub(super) fn head(page: &mut Page, document: &Document, identity: &str) {
     page.raw("</p>\n</div>\n<div class=\"id\">\n<p>Report ");
     page.element("code", "", identity);
     page.raw("</p>\n<p>latchgate ");
-    page.text(document.run.version);
+    page.text(&document.run.version);
     page.raw("</p>\n</div>\n</header>\n");
 }
 

@@ -244,11 +244,11 @@ fn inputs(page: &mut Page, document: &Document, shown: &Ensemble) {
     page.table("inputs", &heads);
     for driver in &shown.drivers {
         page.raw("<tr>");
-        page.element("th", "", words::parameter(driver.parameter));
+        page.element("th", "", words::parameter(&driver.parameter));
         page.element(
             "td",
             "number",
-            &match words::parameter_unit(driver.parameter) {
+            &match words::parameter_unit(&driver.parameter) {
                 "" => trimmed(driver.standard_deviation, 4),
                 unit => format!("{}\u{00A0}{unit}", trimmed(driver.standard_deviation, 4)),
             },
@@ -316,7 +316,7 @@ pub(super) fn filters(page: &mut Page, document: &Document) {
         } else {
             "<tr>"
         });
-        page.element("th", "", row.filter);
+        page.element("th", "", &row.filter);
         page.element("td", "", row.verdict.map_or(ABSENT, Answer::name));
         let text = row
             .peak_angle_rad

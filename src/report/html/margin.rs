@@ -29,7 +29,7 @@ pub(in crate::report) fn page(document: &MarginDocument, figures: &[Figure]) -> 
     }
     page.text(&format!("design {}", document.design.name));
     page.raw("</p>\n</div>\n<div class=\"id\">\n<p>latchgate ");
-    page.text(document.run.version);
+    page.text(&document.run.version);
     page.raw("</p>\n</div>\n</header>\n");
     card(&mut page, document);
     answers(&mut page, document);
@@ -49,7 +49,7 @@ pub(in crate::report) fn page(document: &MarginDocument, figures: &[Figure]) -> 
     page.section("provenance", "Provenance");
     page.facts();
     page.code_fact("SHA-256", recording.sha256.as_deref().unwrap_or(ABSENT));
-    page.code_fact("Repeat with", &document.request.command);
+    page.code_fact("Settings", &words::settings(&document.request));
     page.end_table();
     page.end_section();
     page.raw("</main>\n</body>\n</html>\n");
@@ -97,11 +97,11 @@ fn answers(page: &mut Page, document: &MarginDocument) {
     );
     for answer in &document.answers {
         page.raw("<tr>");
-        page.element("th", "", answer.title);
-        page.element("td", "number", &with_unit(answer.present, answer.unit));
+        page.element("th", "", &answer.title);
+        page.element("td", "number", &with_unit(answer.present, &answer.unit));
         match (answer.at, answer.bracket) {
             (Some(at), Some(ends)) => {
-                page.element("td", "number nominal", &with_unit(at, answer.unit));
+                page.element("td", "number nominal", &with_unit(at, &answer.unit));
                 page.element("td", "number", &change(answer).replace('-', "\u{2212}"));
                 page.element("td", "number", direction(answer));
                 page.element("td", "number", &significant(ends.1 - ends.0, 2));
@@ -135,7 +135,7 @@ fn answers(page: &mut Page, document: &MarginDocument) {
         |value: Option<f64>| value.map_or_else(|| ABSENT.to_string(), |v| significant(v, 6));
     for answer in &document.answers {
         page.raw("<tr>");
-        page.element("th", "", answer.title);
+        page.element("th", "", &answer.title);
         page.element("td", "number", &number(answer.nominal_at));
         page.element("td", "number", &number(answer.verdict_at));
         page.element(
@@ -147,7 +147,7 @@ fn answers(page: &mut Page, document: &MarginDocument) {
                 significant(answer.searched.1, 4)
             ),
         );
-        page.element("td", "", &words::sentence(answer.convention));
+        page.element("td", "", &words::sentence(&answer.convention));
         page.raw("</tr>\n");
     }
     page.end_table();
@@ -179,8 +179,8 @@ fn boundaries(page: &mut Page, document: &MarginDocument) {
             .answers
             .iter()
             .find(|answer| answer.quantity.name() == boundary.quantity)
-            .map_or(boundary.quantity, |answer| answer.title);
-        let unit = match boundary.unit {
+            .map_or(&boundary.quantity, |answer| &answer.title);
+        let unit = match &*boundary.unit {
             "" => "–",
             unit => unit,
         };

@@ -111,10 +111,10 @@ pub(super) fn runs(page: &mut Page, document: &Document) {
         page.raw("</tr>\n");
     }
     page.end_table();
-    if !document.models.contains_key("rigid") || !document.models.contains_key("soft") {
+    if document.models.len() < 2 {
         page.note(&format!(
             "Stop model asked for: {}. Only the stops shown were run.",
-            document.request.model
+            document.request.model.name()
         ));
     }
     page.end_section();
@@ -405,7 +405,7 @@ fn screened(page: &mut Page, run: &ScreenedRun) {
                     .value
                     .map_or_else(String::new, |value| significant(value, DIGITS)),
                 significant(bound.limit, DIGITS),
-                bound.unit
+                bound.unit.symbol()
             ),
             format!(
                 "the {} bound proves a {}, samples joined by straight lines",

@@ -1,6 +1,7 @@
 //! What the verdict rests on: recording, conditioning, design, provenance, limits.
 
 use super::markup::Page;
+use crate::model::parameters::{PARAMETERS, Slot};
 use crate::report::Document;
 use crate::report::number::{ABSENT, count, exact, significant, trimmed};
 use crate::report::words::{DIGITS, instant};
@@ -13,11 +14,11 @@ pub(super) fn recording(page: &mut Page, document: &Document) {
     page.facts();
     page.fact("File", &recording.file);
     page.code_fact("SHA-256", recording.sha256.as_deref().unwrap_or("not read"));
-    page.fact("Format", recording.format.unwrap_or(ABSENT));
+    page.fact("Format", recording.format.as_deref().unwrap_or(ABSENT));
     page.fact("Channel", recording.channel.as_deref().unwrap_or(ABSENT));
     page.fact(
         "Unit, and what states it",
-        &match (recording.unit, recording.unit_source) {
+        &match (&recording.unit, &recording.unit_source) {
             (Some(unit), Some(source)) => format!("{unit}, stated by: {source}"),
             (Some(unit), None) => unit.to_string(),
             _ => ABSENT.to_string(),
@@ -85,7 +86,7 @@ pub(super) fn conditioning(page: &mut Page, document: &Document) {
                 "Its standard error",
                 &acceleration(block.bias_standard_error_m_s2),
             );
-            page.fact("Method of that error", block.bias_standard_error_method);
+            page.fact("Method of that error", &block.bias_standard_error_method);
             page.fact(
                 "Bias window",
                 &format!(
@@ -118,7 +119,7 @@ pub(super) fn conditioning(page: &mut Page, document: &Document) {
         );
         page.fact(
             "Standard and its constant",
-            match block.filter_standard {
+            match &*block.filter_standard {
                 "iso6487" => "ISO 6487: fd = 25/12 · CFC",
                 "saej211" => "SAE J211-1: fd = 2.0775 · CFC",
                 other => other,
@@ -133,7 +134,7 @@ pub(super) fn conditioning(page: &mut Page, document: &Document) {
         );
         page.fact(
             "End treatment",
-            block.filter_end_treatment.unwrap_or(ABSENT),
+            block.filter_end_treatment.as_deref().unwrap_or(ABSENT),
         );
     }
     if let (Some(peak), Some(at)) = (block.peak_g, block.peak_time_s) {
@@ -173,7 +174,6 @@ pub(super) fn conditioning(page: &mut Page, document: &Document) {
 /// Writes the design with its tolerances.
 pub(super) fn design(page: &mut Page, document: &Document) {
     let design = &document.design;
-    let (lever, stop) = (&design.lever, &design.stop);
     page.section("design", "Design");
     page.raw("<p>");
     page.element("strong", "", &design.name);
@@ -188,102 +188,25 @@ pub(super) fn design(page: &mut Page, document: &Document) {
             "#Tolerance (one standard deviation)",
         ],
     );
-    let rows = [
-        (
-            "Moment of inertia about the pivot",
-            "I₀",
-            lever.moment_of_inertia_kg_m2,
-            "kg m²",
-            "moment_of_inertia_kg_m2",
-        ),
-        (
-            "Damping at the pivot",
-            "c₀",
-            lever.pivot_damping_nm_s_per_rad,
-            "N m s/rad",
-            "pivot_damping_nm_s_per_rad",
-        ),
-        (
-            "Stiffness of the spring",
-            "k₀",
-            lever.spring_stiffness_nm_per_rad,
-            "N m/rad",
-            "spring_stiffness_nm_per_rad",
-        ),
-        (
-            "Preload torque",
-            "T₀",
-            lever.preload_torque_nm,
-            "N m",
-            "preload_torque_nm",
-        ),
-        ("Mass", "m", lever.mass_kg, "kg", "mass_kg"),
-        (
-            "Distance of the centre of mass",
-            "L",
-            lever.center_of_mass_m,
-            "m",
-            "center_of_mass_m",
-        ),
-        (
-            "Restitution of the rigid stop",
-            "R",
-            stop.restitution,
-            "1",
-            "restitution",
-        ),
-        (
-            "Stiffness of the soft stop",
-            "kₛ",
-            stop.stiffness_n_per_m,
-            "N/m",
-            "stiffness_n_per_m",
-        ),
-        (
-            "Damping of the soft stop",
-            "cₛ",
-            stop.damping_n_s_per_m,
-            "N s/m",
-            "damping_n_s_per_m",
-        ),
-        (
-            "Distance of the stop from the pivot",
-            "lₛ",
-            stop.radius_m,
-            "m",
-            "radius_m",
-        ),
-        (
-            "Limit of the angle",
-            "φ*",
-            design.criterion.threshold_rad,
-            "rad",
-            "",
-        ),
-    ];
-    for (name, symbol, value, unit, key) in rows {
-        let tolerance = design
-            .tolerance
-            .get(key)
-            .map_or_else(|| ABSENT.to_string(), |tolerance| exact(*tolerance));
-        design_row(page, name, symbol, &exact(value), unit, &tolerance);
+    for parameter in PARAMETERS {
+        let value = match parameter.slot {
+            // What is stated of the input is its uncertainty.
+            Slot::InputScale | Slot::InputBias => ABSENT.to_string(),
+            Slot::Lever(_) | Slot::Stop(_) | Slot::Threshold => exact(parameter.of(design)),
+        };
+        page.raw("<tr>");
+        page.element("th", "", parameter.what);
+        page.element("td", "", parameter.symbol);
+        page.element("td", "number", &value);
+        page.element("td", "", parameter.unit);
+        let deviation = design.deviation(parameter);
+        page.element(
+            "td",
+            "number",
+            &deviation.map_or_else(|| ABSENT.into(), exact),
+        );
+        page.raw("</tr>\n");
     }
-    design_row(
-        page,
-        "Input: scale of the acceleration",
-        "",
-        ABSENT,
-        "1",
-        &exact(design.input.scale),
-    );
-    design_row(
-        page,
-        "Input: bias of the acceleration",
-        "",
-        ABSENT,
-        "g",
-        &exact(design.input.bias_g),
-    );
     page.end_table();
     page.note(
         "Model: I₀ φ″ + c φ′ + k φ = −T₀ − m a L cos φ; φ ≥ 0 on a rigid stop, spring and damper \
@@ -292,29 +215,22 @@ pub(super) fn design(page: &mut Page, document: &Document) {
     page.end_section();
 }
 
-fn design_row(page: &mut Page, name: &str, symbol: &str, value: &str, unit: &str, tolerance: &str) {
-    page.raw("<tr>");
-    page.element("th", "", name);
-    page.element("td", "", symbol);
-    page.element("td", "number", value);
-    page.element("td", "", unit);
-    page.element("td", "number", tolerance);
-    page.raw("</tr>\n");
-}
-
 /// Writes what is needed to repeat the verdict and to see how it was decided.
 pub(super) fn provenance(page: &mut Page, document: &Document) {
     let request = &document.request;
     page.section("provenance", "How it was decided, and how to repeat it");
     page.raw("<p class=\"statement\">");
-    page.text(document.decision_rule);
+    page.text(&document.decision_rule);
     page.raw("</p>\n");
     page.raw("<pre>");
-    page.text(&request.command);
+    page.text(&crate::report::words::settings(request));
     page.raw("</pre>\n");
     page.facts();
-    page.fact("Stop model asked for", request.model);
-    page.fact("Sign that opens, stated by", request.opens_when_source);
+    page.fact("Stop model asked for", request.model.name());
+    page.fact(
+        "Sign that opens, stated by",
+        document.recording.opens_when_source.name(),
+    );
     page.fact(
         "Judged window",
         &request.window_s.map_or_else(

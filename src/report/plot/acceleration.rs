@@ -1,7 +1,7 @@
 //! Acceleration over time: as recorded and as used.
 
 use super::canvas::{Anchor, Canvas};
-use super::panel::{self, Entry, LEFT, Mark, Panel, RIGHT};
+use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Sample};
 use super::{Context, Figure, thin};
 use crate::conditioning::Signal;
 use crate::recording::Severity;
@@ -13,16 +13,14 @@ pub(super) const NAME: &str = "acceleration";
 
 pub(super) fn draw(context: &Context) -> Option<Figure> {
     let evidence = context.evidence;
-    let range = [&evidence.raw, &evidence.used]
-        .into_iter()
-        .flat_map(|signal| signal.samples.iter())
-        .filter(|value| value.is_finite())
-        .fold(None, |range: Option<(f64, f64)>, &value| {
-            Some(range.map_or((value, value), |(low, high)| {
-                (low.min(value), high.max(value))
-            }))
-        });
-    let (low, high) = range?;
+    let (low, high) = frame::extent(
+        [&evidence.raw, &evidence.used]
+            .into_iter()
+            .flat_map(|signal| signal.samples.iter().copied()),
+    );
+    if low > high {
+        return None;
+    }
     let (low, high) = (
         low.min(0.0) / STANDARD_GRAVITY,
         high.max(0.0) / STANDARD_GRAVITY,
@@ -31,33 +29,27 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
 
     let conditioning = context.document.conditioning.as_ref();
     let bias_window = conditioning.and_then(|block| block.bias_window_s);
-    let faults: Vec<(f64, &str)> = context
-        .document
-        .findings
-        .iter()
-        .filter(|finding| finding.severity == Severity::Blocking)
-        .filter_map(|finding| Some((finding.at_s?, &*finding.code)))
-        .collect();
+    let faults = faults(context);
     let mut entries = vec![
-        Entry::new(Mark::Line("raw"), "as recorded"),
-        Entry::new(Mark::Line("used"), used_text(context)),
+        LegendEntry::line("raw", "as recorded"),
+        LegendEntry::line("used", used_text(context)),
     ];
     if bias_window.is_some() {
-        entries.push(Entry::new(Mark::Patch("band"), "bias window"));
+        entries.push(LegendEntry::new(Sample::Patch("band"), "bias window"));
     }
     if !faults.is_empty() {
-        entries.push(Entry::new(Mark::Line("fault"), "blocking finding"));
+        entries.push(LegendEntry::line("fault", "blocking finding"));
     }
     if context.document.request.window_s.is_some() {
-        entries.push(Entry::new(Mark::Line("edge"), "judged window"));
+        entries.push(LegendEntry::line("edge", "judged window"));
     }
 
     let mut canvas = Canvas::with_capacity(96 * 1024);
     let title = "Lateral acceleration";
-    let top = panel::header(&mut canvas, title, &entries);
+    let top = frame::header(&mut canvas, LEFT, title, &[], &entries);
     let bottom = top + 270.0;
-    let height = bottom + panel::FOOTER;
-    let panel = Panel::over_time(context, (low - margin, high + margin), top, bottom);
+    let height = bottom + frame::FOOTER;
+    let panel = Frame::over_time(context, (low - margin, high + margin), top, bottom);
     if let Some((from, to)) = bias_window {
         let scale = context.time_scale;
         let x = (
@@ -66,12 +58,11 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
         );
         canvas.rectangle("band", (x.0, top), ((x.1 - x.0).max(1.0), bottom - top));
     }
-    panel.grid(&mut canvas, Some(&context.time_label()), "acceleration [g]");
-    panel.second_scale(&mut canvas, STANDARD_GRAVITY, "acceleration [m/s²]");
-    let zero = panel.y.place(0.0);
-    canvas.line("zero", (LEFT, zero), (RIGHT, zero));
-    panel.clip(&mut canvas, "acceleration-clip");
-    canvas.begin_clipped("acceleration-clip");
+    let time = context.time_label();
+    panel.grid(&mut canvas, Some(&time), Some("acceleration [g]"));
+    panel.right_scale(&mut canvas, STANDARD_GRAVITY, "acceleration [m/s²]");
+    panel.level(&mut canvas, "zero", 0.0);
+    panel.begin_inside(&mut canvas, "acceleration-clip");
     for (class, signal) in [("raw", &evidence.raw), ("used", &evidence.used)] {
         canvas.polyline(class, points(context, &panel, signal).into_iter());
     }
@@ -85,7 +76,7 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
     }
     opening_side(&mut canvas, context, &panel);
     panel.frame(&mut canvas);
-    panel::footer(&mut canvas, context, height);
+    frame::footer(&mut canvas, context, height);
 
     let recording = &context.document.recording;
     let peak = match (recording.peak_g, recording.peak_time_s) {
@@ -113,6 +104,17 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
     })
 }
 
+/// Returns where blocking findings begin [s], with their codes.
+fn faults<'a>(context: &Context<'a>) -> Vec<(f64, &'a str)> {
+    context
+        .document
+        .findings
+        .iter()
+        .filter(|finding| finding.severity == Severity::Blocking)
+        .filter_map(|finding| Some((finding.at_s?, &*finding.code)))
+        .collect()
+}
+
 fn used_text(context: &Context) -> String {
     let Some(block) = &context.document.conditioning else {
         return "as used".into();
@@ -125,7 +127,7 @@ fn used_text(context: &Context) -> String {
     let filter = if block.filter == "none" {
         "no filter".to_string()
     } else {
-        filter_name(block.filter)
+        filter_name(&block.filter)
     };
     format!("as used ({bias}, {filter})")
 }
@@ -137,7 +139,7 @@ pub(super) fn filter_name(filter: &str) -> String {
         .map_or_else(|| filter.to_string(), |class| format!("CFC {class}"))
 }
 
-fn points(context: &Context, panel: &Panel, signal: &Signal) -> Vec<(f64, f64)> {
+fn points(context: &Context, panel: &Frame, signal: &Signal) -> Vec<(f64, f64)> {
     thin::columns(
         signal.samples.iter().enumerate().map(|(index, value)| {
             panel.place(
@@ -150,20 +152,16 @@ fn points(context: &Context, panel: &Panel, signal: &Signal) -> Vec<(f64, f64)> 
 }
 
 /// Marks where the judged window starts and ends, if one was asked for.
-pub(super) fn judged_window(canvas: &mut Canvas, context: &Context, panel: &Panel) {
+pub(super) fn judged_window(canvas: &mut Canvas, context: &Context, panel: &Frame) {
     if let Some((start, end)) = context.document.request.window_s {
         for instant in [start, end] {
-            let value = instant * context.time_scale;
-            if panel.x.contains(value) {
-                let x = panel.x.place(value);
-                canvas.line("edge", (x, panel.top), (x, panel.bottom));
-            }
+            panel.upright(canvas, "edge", instant * context.time_scale);
         }
     }
 }
 
 /// Says which side of zero opens the lever of the nominal run.
-fn opening_side(canvas: &mut Canvas, context: &Context, panel: &Panel) {
+fn opening_side(canvas: &mut Canvas, context: &Context, panel: &Frame) {
     let Some(run) = &context.document.nominal else {
         return;
     };

@@ -1,7 +1,7 @@
 //! The lever's angle over time, with the limit, the impacts, the first crossing and the peak.
 
 use super::canvas::{Anchor, Canvas};
-use super::panel::{self, Entry, LEFT, Mark, Panel, RIGHT};
+use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Sample};
 use super::{Context, Figure, acceleration, thin};
 use crate::replay::Run;
 use crate::report::number::exact;
@@ -48,19 +48,22 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
     };
 
     let mut entries = legend(&traces, nominal.is_some());
-    entries.push(Entry::new(Mark::Line("limit"), "limit"));
+    entries.push(LegendEntry::line("limit", "limit"));
     if nominal.is_some_and(|run| !run.impact_list.is_empty()) {
-        entries.push(Entry::new(Mark::Tick("impact"), "impacts, nominal run"));
+        entries.push(LegendEntry::new(
+            Sample::Tick("impact"),
+            "impacts, nominal run",
+        ));
     }
     let mut canvas = Canvas::with_capacity(160 * 1024);
     let title = "Angle of the lever";
-    let top = panel::header(&mut canvas, title, &entries);
+    let top = frame::header(&mut canvas, LEFT, title, &[], &entries);
     let main_bottom = top + if zoom_range.is_some() { 240.0 } else { 290.0 };
-    let main = Panel::over_time(context, main_range, top, main_bottom);
+    let main = Frame::over_time(context, main_range, top, main_bottom);
     let zoom = zoom_range
-        .map(|range| Panel::over_time(context, range, main_bottom + 16.0, main_bottom + 186.0));
+        .map(|range| Frame::over_time(context, range, main_bottom + 16.0, main_bottom + 186.0));
     let last = zoom.unwrap_or(main);
-    let height = last.bottom + panel::FOOTER;
+    let height = last.bottom + frame::FOOTER;
 
     let drawing = Drawing {
         context,
@@ -84,7 +87,7 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
         );
     }
     drawing.marks(&mut canvas, &main, zoom.as_ref());
-    panel::footer(&mut canvas, context, height);
+    frame::footer(&mut canvas, context, height);
 
     let result = result_sentence(context);
     Some(Figure {
@@ -114,7 +117,7 @@ pub(super) fn drawn_traces<'a>(context: &Context<'a>) -> Vec<&'a Trace> {
         .collect()
 }
 
-pub(super) fn legend(traces: &[&Trace], nominal: bool) -> Vec<Entry> {
+pub(super) fn legend(traces: &[&Trace], nominal: bool) -> Vec<LegendEntry> {
     traces
         .iter()
         .zip(TRACES)
@@ -127,7 +130,7 @@ pub(super) fn legend(traces: &[&Trace], nominal: bool) -> Vec<Entry> {
             } else {
                 ""
             };
-            Entry::new(Mark::Line(class), format!("{stop}, {opens}{nominal}"))
+            LegendEntry::line(class, format!("{stop}, {opens}{nominal}"))
         })
         .collect()
 }
@@ -159,19 +162,15 @@ impl Drawing<'_> {
     fn panel(
         &self,
         canvas: &mut Canvas,
-        panel: &Panel,
+        panel: &Frame,
         clip: &str,
         x_title: Option<&str>,
         impacts: bool,
     ) {
-        panel.grid(canvas, x_title, "angle φ [rad]");
-        panel.second_scale(canvas, DEGREES_PER_RADIAN, "angle φ [°]");
-        if panel.y.contains(0.0) {
-            let zero = panel.y.place(0.0);
-            canvas.line("zero", (LEFT, zero), (RIGHT, zero));
-        }
-        panel.clip(canvas, clip);
-        canvas.begin_clipped(clip);
+        panel.grid(canvas, x_title, Some("angle φ [rad]"));
+        panel.right_scale(canvas, DEGREES_PER_RADIAN, "angle φ [°]");
+        panel.level(canvas, "zero", 0.0);
+        panel.begin_inside(canvas, clip);
         let scale = self.context.time_scale;
         for (trace, class) in self.traces.iter().zip(TRACES) {
             let points = thin::columns(
@@ -196,12 +195,9 @@ impl Drawing<'_> {
         }
         let threshold = self.context.document.threshold_rad;
         if panel.y.contains(threshold) {
-            let y = panel.y.place(threshold);
-            canvas.line("limit", (LEFT, y), (RIGHT, y));
-            canvas.text(
-                "alarm halo",
-                (LEFT + 8.0, y - 6.0),
-                Anchor::Start,
+            panel.limit(
+                canvas,
+                threshold,
                 &format!("limit {} rad", exact(threshold)),
             );
         }
@@ -209,7 +205,7 @@ impl Drawing<'_> {
     }
 
     /// Marks peak and first crossing of the nominal run, each in the panel that shows it best.
-    fn marks(&self, canvas: &mut Canvas, main: &Panel, zoom: Option<&Panel>) {
+    fn marks(&self, canvas: &mut Canvas, main: &Frame, zoom: Option<&Frame>) {
         let Some(run) = self.nominal else {
             return;
         };

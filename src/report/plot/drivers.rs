@@ -2,7 +2,7 @@
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas};
-use super::panel::{self, Entry, LEFT, Mark};
+use super::frame::{self, LEFT, LegendEntry, Sample};
 use super::{Context, Figure, WIDTH};
 use crate::report::number::significant;
 use crate::report::words;
@@ -28,22 +28,22 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
         return None;
     }
     let entries = [
-        Entry::new(Mark::Patch("raises"), "more of it, a higher peak"),
-        Entry::new(Mark::Patch("lowers"), "more of it, a lower peak"),
-        Entry::new(Mark::Patch("chance"), "no more than chance"),
+        LegendEntry::new(Sample::Patch("raises"), "more of it, a higher peak"),
+        LegendEntry::new(Sample::Patch("lowers"), "more of it, a lower peak"),
+        LegendEntry::new(Sample::Patch("chance"), "no more than chance"),
     ];
     let title = "What drives the peak";
     let mut canvas = Canvas::with_capacity(8 * 1024);
-    let top = panel::header(&mut canvas, title, &entries);
+    let top = frame::header(&mut canvas, LEFT, title, &[], &entries);
     let bottom = top + 12.0 + ROW * rows.len() as f64;
-    let height = bottom + panel::FOOTER;
+    let height = bottom + frame::FOOTER;
     let axis = Axis::linear(-1.0, 1.0, FROM, TO);
     if let Some(chance) = ensemble.rank_correlation_by_chance {
         let chance = chance.min(1.0);
         let (from, to) = (axis.place(-chance), axis.place(chance));
         canvas.rectangle("chance", (from, top), (to - from, bottom - top));
     }
-    for tick in axis.ticks(80.0, panel::LETTER) {
+    for tick in axis.ticks(80.0, frame::LETTER) {
         let x = axis.place(tick.value);
         canvas.line("grid", (x, top), (x, bottom));
         canvas.line("tick", (x, bottom), (x, bottom + 5.0));
@@ -67,7 +67,7 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
             "",
             (FROM - 12.0, y + ROW / 2.0 + 5.0),
             Anchor::End,
-            words::parameter(driver.parameter),
+            words::parameter(&driver.parameter),
         );
         canvas.text(
             "muted",
@@ -86,13 +86,13 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
         "rank correlation with the peak [−]",
     );
     canvas.text("muted", (TO + 10.0, bottom + 42.0), Anchor::Start, "share");
-    panel::footer(&mut canvas, context, height);
+    frame::footer(&mut canvas, context, height);
     let list: Vec<String> = rows
         .iter()
         .map(|(driver, correlation)| {
             format!(
                 "{}: {}",
-                words::parameter(driver.parameter),
+                words::parameter(&driver.parameter),
                 significant(*correlation, 2)
             )
         })

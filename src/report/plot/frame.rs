@@ -1,31 +1,83 @@
-//! A framed panel anywhere in the drawing, for charts of several panels.
+//! The frame of a chart: axes, grid and scales of a panel, and the chart's header and footer.
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas};
-use super::panel::LETTER;
-use super::thin;
+use super::{Context, WIDTH, thin};
 
-/// Rules of the charts of motions, in terms of the colours' variables.
-pub(super) const RULES: &str = "\
-.plot .line{fill:none;stroke-width:1.4;stroke-linejoin:round}
-.plot .fine{stroke-width:.9}
-.plot .bold{stroke-width:2.2}
-.plot .nothing{stroke:var(--raw);stroke-dasharray:5 3}
-.plot .rigid{stroke:var(--first)}
-.plot .soft{stroke:var(--second)}
-.plot .third{stroke:var(--third)}
-.plot .ink{stroke:var(--ink)}
-.plot .failing{stroke:var(--fail)}
-.plot .dash{stroke-dasharray:6 4}
-.plot .dotted{stroke-dasharray:1.5 3.5}
-.plot .ridge{fill:none;stroke:#ffffff;stroke-width:1.6}
-.plot .ridge-edge{fill:none;stroke:#000000;stroke-width:3.4;stroke-opacity:.55}
-.plot .ridge-dot{fill:#ffffff;stroke:#000000;stroke-width:.8}
-.plot .pull{fill:var(--fail);opacity:.22}
-.plot .between{fill:var(--second);opacity:.25}
-.plot .small{font-size:12px}
-.plot .spot{fill:var(--ink);stroke:var(--paper);stroke-width:1}
-";
+/// Left and right edge of every panel across the drawing, so that time axes of all plots stand
+/// under one another.
+pub(super) const LEFT: f64 = 78.0;
+pub(super) const RIGHT: f64 = WIDTH - 92.0;
+
+/// Width that a letter is taken to need [units]; a wide font's, so that labels keep apart.
+pub(super) const LETTER: f64 = 8.6;
+
+/// Where a panel stands: left, right, top, bottom.
+pub(super) type Place = (f64, f64, f64, f64);
+
+/// Least and largest value of an axis, and how it counts.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Scale {
+    Linear(f64, f64),
+    Logarithmic(f64, f64),
+}
+
+impl Scale {
+    /// Lays the scale on `from..to` of the drawing.
+    pub(super) fn laid(self, from: f64, to: f64) -> Axis {
+        match self {
+            Self::Linear(low, high) => Axis::linear(low, high, from, to),
+            Self::Logarithmic(low, high) => Axis::logarithmic(low, high, from, to),
+        }
+    }
+}
+
+/// Sizes and distances of what stands around a panel [units].
+#[derive(Debug)]
+struct Lettering {
+    /// Distance of ticks: across, up, and on a second scale.
+    spacing: (f64, f64, f64),
+    /// Length of a tick's stroke.
+    tick: f64,
+    /// Class of tick labels.
+    class: &'static str,
+    /// How far tick labels stand below the panel and left of it, and their fall.
+    label: (f64, f64, f64),
+    /// How far the titles stand below the panel and left of it.
+    title: (f64, f64),
+    /// Whether a logarithmic axis has lines within its decades; among points they would hide them.
+    minor: bool,
+}
+
+/// Of a panel across the drawing.
+static WIDE: Lettering = Lettering {
+    spacing: (95.0, 46.0, 56.0),
+    tick: 5.0,
+    class: "muted",
+    label: (20.0, 9.0, 5.0),
+    title: (42.0, 61.0),
+    minor: true,
+};
+
+/// Of one of several panels.
+static NARROW: Lettering = Lettering {
+    spacing: (80.0, 38.0, 46.0),
+    tick: 4.0,
+    class: "muted small",
+    label: (18.0, 8.0, 4.0),
+    title: (37.0, 54.0),
+    minor: false,
+};
+
+/// Of a panel of points, whose labels are read from afar.
+static OPEN: Lettering = Lettering {
+    spacing: (80.0, 40.0, 46.0),
+    tick: 0.0,
+    class: "muted",
+    label: (19.0, 7.0, 5.0),
+    title: (40.0, 54.0),
+    minor: false,
+};
 
 /// A panel with its two axes.
 #[derive(Debug, Clone, Copy)]
@@ -36,45 +88,56 @@ pub(super) struct Frame {
     pub(super) bottom: f64,
     pub(super) x: Axis,
     pub(super) y: Axis,
+    lettering: &'static Lettering,
 }
 
-/// Where a panel stands: left, right, top, bottom.
-pub(super) type Place = (f64, f64, f64, f64);
-
 impl Frame {
-    /// Lays two linear axes on a place.
-    pub(super) fn linear(place: Place, x: (f64, f64), y: (f64, f64)) -> Self {
+    fn new(lettering: &'static Lettering, place: Place, x: Scale, y: Scale) -> Self {
         let (left, right, top, bottom) = place;
-        Self::of(
-            place,
-            Axis::linear(x.0, x.1, left, right),
-            Axis::linear(y.0, y.1, bottom, top),
-        )
-    }
-
-    /// Lays a logarithmic axis across and a linear one up.
-    pub(super) fn logarithmic_x(place: Place, x: (f64, f64), y: (f64, f64)) -> Self {
-        let (left, right, top, bottom) = place;
-        Self::of(
-            place,
-            Axis::logarithmic(x.0, x.1, left, right),
-            Axis::linear(y.0, y.1, bottom, top),
-        )
-    }
-
-    fn of((left, right, top, bottom): Place, x: Axis, y: Axis) -> Self {
         Self {
             left,
             right,
             top,
             bottom,
-            x,
-            y,
+            x: x.laid(left, right),
+            y: y.laid(bottom, top),
+            lettering,
         }
+    }
+
+    /// Lays a panel across the drawing.
+    pub(super) fn wide((top, bottom): (f64, f64), x: Scale, y: Scale) -> Self {
+        Self::new(&WIDE, (LEFT, RIGHT, top, bottom), x, y)
+    }
+
+    /// Lays the plots' common time axis, in the unit shown, under a panel across the drawing.
+    pub(super) fn over_time(context: &Context, y: (f64, f64), top: f64, bottom: f64) -> Self {
+        let scale = context.time_scale;
+        let (start, end) = context.span_s;
+        let time = Scale::Linear(start * scale, end * scale);
+        Self::wide((top, bottom), time, Scale::Linear(y.0, y.1))
+    }
+
+    /// Lays one of several panels.
+    pub(super) fn narrow(place: Place, x: Scale, y: Scale) -> Self {
+        Self::new(&NARROW, place, x, y)
+    }
+
+    /// As [`Frame::narrow`] for points, with labels in full size and no ticks.
+    pub(super) fn open(place: Place, x: Scale, y: Scale) -> Self {
+        Self::new(&OPEN, place, x, y)
     }
 
     pub(super) fn place(&self, x: f64, y: f64) -> (f64, f64) {
         (self.x.place(x), self.y.place(y))
+    }
+
+    pub(super) fn corner(&self) -> (f64, f64) {
+        (self.left, self.top)
+    }
+
+    pub(super) fn size(&self) -> (f64, f64) {
+        (self.right - self.left, self.bottom - self.top)
     }
 
     /// Writes the panel's own title above it.
@@ -82,76 +145,94 @@ impl Frame {
         canvas.text("strong", (self.left, self.top - 9.0), Anchor::Start, text);
     }
 
-    /// Draws grid, ticks and titles of the axes. The y title stands `away` left of the frame.
-    pub(super) fn grid(
+    /// Draws grid, ticks, tick labels and titles of the axes; the frame comes after the curves.
+    /// A panel that shares its axis with one below it has no `x_title` and no labels there.
+    pub(super) fn grid(&self, canvas: &mut Canvas, x_title: Option<&str>, y_title: Option<&str>) {
+        let Lettering {
+            spacing,
+            label,
+            title,
+            ..
+        } = self.lettering;
+        for tick in self.x.ticks(spacing.0, LETTER) {
+            let x = self.x.place(tick.value);
+            if !self.grid_line(canvas, &tick.label, (x, self.top), (x, self.bottom)) {
+                continue;
+            }
+            if x_title.is_some() {
+                self.tick(canvas, (x, self.bottom), (0.0, 1.0));
+                let at = (x, self.bottom + label.0);
+                canvas.text(self.lettering.class, at, Anchor::Middle, &tick.label);
+            }
+        }
+        for tick in self.y.ticks(spacing.1, 0.0) {
+            let y = self.y.place(tick.value);
+            if self.grid_line(canvas, &tick.label, (self.left, y), (self.right, y)) {
+                self.tick(canvas, (self.left - self.lettering.tick, y), (1.0, 0.0));
+                let at = (self.left - label.1, y + label.2);
+                canvas.text(self.lettering.class, at, Anchor::End, &tick.label);
+            }
+        }
+        if let Some(text) = y_title {
+            let middle = f64::midpoint(self.top, self.bottom);
+            canvas.upward_text("", (self.left - title.1, middle), text);
+        }
+        if let Some(text) = x_title {
+            let middle = f64::midpoint(self.left, self.right);
+            canvas.text("", (middle, self.bottom + title.0), Anchor::Middle, text);
+        }
+    }
+
+    /// Draws a line of the grid; false if it is one between labelled ones.
+    fn grid_line(
         &self,
         canvas: &mut Canvas,
-        x_title: Option<&str>,
-        y_title: Option<(&str, f64)>,
-    ) {
-        for tick in self.x.ticks(80.0, LETTER) {
-            if tick.label.is_empty() {
-                continue;
-            }
-            let x = self.x.place(tick.value);
-            canvas.line("grid", (x, self.top), (x, self.bottom));
-            canvas.line("tick", (x, self.bottom), (x, self.bottom + 4.0));
-            if x_title.is_some() {
-                canvas.text(
-                    "muted small",
-                    (x, self.bottom + 18.0),
-                    Anchor::Middle,
-                    &tick.label,
-                );
-            }
+        label: &str,
+        from: (f64, f64),
+        to: (f64, f64),
+    ) -> bool {
+        if !label.is_empty() {
+            canvas.line("grid", from, to);
+        } else if self.lettering.minor {
+            canvas.line("minor", from, to);
         }
-        for tick in self.y.ticks(38.0, 0.0) {
-            if tick.label.is_empty() {
-                continue;
-            }
-            let y = self.y.place(tick.value);
-            canvas.line("grid", (self.left, y), (self.right, y));
-            canvas.line("tick", (self.left - 4.0, y), (self.left, y));
-            canvas.text(
-                "muted small",
-                (self.left - 8.0, y + 4.0),
-                Anchor::End,
-                &tick.label,
-            );
+        !label.is_empty()
+    }
+
+    fn tick(&self, canvas: &mut Canvas, (x, y): (f64, f64), (right, down): (f64, f64)) {
+        let length = self.lettering.tick;
+        if length > 0.0 {
+            canvas.line("tick", (x, y), (x + right * length, y + down * length));
         }
-        if let Some(title) = x_title {
-            canvas.text(
-                "",
-                (f64::midpoint(self.left, self.right), self.bottom + 37.0),
-                Anchor::Middle,
-                title,
-            );
+    }
+
+    /// Draws a second scale at the right: `factor` turns values of the left one into its own.
+    pub(super) fn right_scale(&self, canvas: &mut Canvas, factor: f64, title: &str) {
+        let Lettering { spacing, label, .. } = self.lettering;
+        let axis = Axis::linear(
+            self.y.low() * factor,
+            self.y.high() * factor,
+            self.bottom,
+            self.top,
+        );
+        for tick in axis.ticks(spacing.2, 0.0) {
+            let y = axis.place(tick.value);
+            self.tick(canvas, (self.right, y), (1.0, 0.0));
+            let at = (self.right + label.1, y + label.2);
+            canvas.text(self.lettering.class, at, Anchor::Start, &tick.label);
         }
-        if let Some((title, away)) = y_title {
-            canvas.upward_text(
-                "",
-                (self.left - away, f64::midpoint(self.top, self.bottom)),
-                title,
-            );
-        }
+        let middle = f64::midpoint(self.top, self.bottom);
+        canvas.upward_text("", (WIDTH - 8.0, middle), title);
     }
 
     /// Draws the frame; it comes after the curves.
     pub(super) fn frame(&self, canvas: &mut Canvas) {
-        canvas.rectangle(
-            "frame",
-            (self.left, self.top),
-            (self.right - self.left, self.bottom - self.top),
-        );
+        canvas.rectangle("frame", self.corner(), self.size());
     }
 
     /// Opens a group that draws inside the panel only; `id` is its own in the drawing.
     pub(super) fn begin_inside(&self, canvas: &mut Canvas, id: &str) {
-        canvas.clip(
-            id,
-            (self.left, self.top),
-            (self.right - self.left, self.bottom - self.top),
-        );
+        canvas.clip(id, self.corner(), self.size());
         canvas.begin_clipped(id);
     }
 
@@ -195,40 +276,127 @@ impl Frame {
             canvas.line(class, (at, self.top), (at, self.bottom));
         }
     }
+
+    /// Draws the line of a limit across, with its words at the left.
+    pub(super) fn limit(&self, canvas: &mut Canvas, y: f64, text: &str) {
+        self.level(canvas, "limit", y);
+        let at = (self.left + 8.0, self.y.place(y) - 6.0);
+        canvas.text("alarm halo", at, Anchor::Start, text);
+    }
+
+    /// Writes a text beside a point, on the side where the panel has more room, inside it.
+    pub(super) fn label(&self, canvas: &mut Canvas, class: &str, at: (f64, f64), text: &str) {
+        let left_half = at.0 < f64::midpoint(self.left, self.right);
+        let (x, anchor) = if left_half {
+            (at.0 + 11.0, Anchor::Start)
+        } else {
+            (at.0 - 11.0, Anchor::End)
+        };
+        let y = at.1.clamp(self.top + 16.0, self.bottom - 8.0);
+        canvas.text(class, (x, y), anchor, text);
+    }
 }
 
-/// Writes the chart's title, a line of explanation, and a legend of strokes; returns where the
-/// panels may start.
+/// A line of the legend: how it is drawn and what it is.
+pub(super) struct LegendEntry {
+    sample: Sample,
+    text: String,
+}
+
+/// How a legend shows its thing.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Sample {
+    /// A stroke of this class.
+    Line(&'static str),
+    /// A filled patch of this class.
+    Patch(&'static str),
+    /// A short upright stroke of this class.
+    Tick(&'static str),
+    /// A stroke of this class, then what the function draws at its middle.
+    Marked(&'static str, fn(&mut Canvas, &str, (f64, f64))),
+}
+
+impl LegendEntry {
+    pub(super) fn new(sample: Sample, text: impl Into<String>) -> Self {
+        Self {
+            sample,
+            text: text.into(),
+        }
+    }
+
+    /// An entry with a stroke.
+    pub(super) fn line(class: &'static str, text: impl Into<String>) -> Self {
+        Self::new(Sample::Line(class), text)
+    }
+}
+
+/// Writes title, notes and legend at the top and returns where the first panel may start.
 pub(super) fn header(
     canvas: &mut Canvas,
     left: f64,
     title: &str,
-    note: &str,
-    legend: &[(&str, &str)],
+    notes: &[String],
+    entries: &[LegendEntry],
 ) -> f64 {
-    canvas.text("title", (left, 24.0), Anchor::Start, title);
-    canvas.text("muted", (left, 45.0), Anchor::Start, note);
-    let (mut x, y) = (left, 70.0);
-    for (class, text) in legend {
-        canvas.line(class, (x, y - 5.0), (x + 28.0, y - 5.0));
-        canvas.text("", (x + 35.0, y), Anchor::Start, text);
-        let width = text.chars().count() as f64 * (LETTER - 1.2);
-        x += 35.0 + width + 20.0;
+    let mut y = if notes.is_empty() { 22.0 } else { 24.0 };
+    canvas.text("title", (left, y), Anchor::Start, title);
+    for note in notes {
+        y += 20.0;
+        canvas.text("muted", (left, y), Anchor::Start, note);
     }
-    if legend.is_empty() { 56.0 } else { 84.0 }
+    if entries.is_empty() {
+        return y + 16.0;
+    }
+    y += 24.0;
+    let mut x = left;
+    for entry in entries {
+        let width = 34.0 + entry.text.chars().count() as f64 * (LETTER - 1.2) + 16.0;
+        if x > left && x + width > WIDTH - 4.0 {
+            x = left;
+            y += 21.0;
+        }
+        let (from, to) = ((x, y - 5.0), (x + 26.0, y - 5.0));
+        match entry.sample {
+            Sample::Line(class) => canvas.line(class, from, to),
+            Sample::Patch(class) => canvas.rectangle(class, (x, y - 12.0), (26.0, 14.0)),
+            Sample::Tick(class) => canvas.line(class, (x + 13.0, y - 12.0), (x + 13.0, y + 2.0)),
+            Sample::Marked(class, mark) => {
+                canvas.line(&format!("line {class}"), from, to);
+                mark(canvas, class, (x + 13.0, y - 5.0));
+            }
+        }
+        canvas.text("", (x + 34.0, y), Anchor::Start, &entry.text);
+        x += width;
+    }
+    y + 14.0
 }
 
-/// Returns the least and largest of finite values, with a margin on both sides as a share of the
-/// range between; `0..1` of none.
-pub(super) fn range(values: impl Iterator<Item = f64>, margin: f64) -> (f64, f64) {
-    let (low, high) = values
+/// Height that [`footer`] needs below the last panel.
+pub(super) const FOOTER: f64 = 66.0;
+
+/// Writes at the bottom right what the drawing belongs to.
+pub(super) fn footer(canvas: &mut Canvas, context: &Context, height: f64) {
+    let at = (RIGHT, height - 6.0);
+    canvas.text("origin", at, Anchor::End, &context.origin);
+}
+
+/// Returns the least and largest of finite values; infinite ones, the least above the largest, of
+/// none.
+pub(super) fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values
         .filter(|value| value.is_finite())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
             (low.min(value), high.max(value))
-        });
+        })
+}
+
+/// Returns the scale of finite values, with a margin on both sides as a share of the range
+/// between; `0..1` of none.
+pub(super) fn range(values: impl Iterator<Item = f64>, margin: f64) -> Scale {
+    let (low, high) = extent(values);
     if low > high {
-        return (0.0, 1.0);
+        return Scale::Linear(0.0, 1.0);
     }
     let room = ((high - low) * margin).max(1e-9);
-    (low - room, high + room)
+    Scale::Linear(low - room, high + room)
 }

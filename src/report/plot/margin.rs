@@ -1,13 +1,10 @@
 //! Charts of margins: the limit under half-sine pulses, the peak over each quantity, the map.
 
-use super::axis::Axis;
 use super::canvas::{Anchor, Canvas};
-use super::colour::viridis;
-use super::panel::{Entry, Mark};
-use super::panel::{LEFT, Panel, RIGHT, header};
-use super::raster::encode;
-use super::{Figure, WIDTH, series};
+use super::frame::{Frame, LEFT, LegendEntry, RIGHT, Scale, header};
+use super::{Figure, WIDTH, heat};
 use crate::margin::{LimitCurve, LimitPoint, Map, Margins, Quantity, Scan};
+use crate::model::stop::StopModel;
 use crate::report::MarginDocument;
 use crate::report::number::{significant, trimmed};
 use crate::report::words;
@@ -35,30 +32,69 @@ pub(in crate::report) fn figures(document: &MarginDocument, margins: &Margins) -
 /// Durations that are named on the curve [ms].
 const NAMED_MS: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
 
+/// Classes of the curves of limits, by stop.
+const CLASSES: [&str; 2] = ["trace-0", "trace-1"];
+
 fn limit(limit: &LimitCurve) -> Figure {
     let height = 560.0;
     let mut canvas = Canvas::with_capacity(32 * 1024);
-    let mut entries = Vec::new();
-    let mut stops = Vec::new();
+    let mut stops: Vec<StopModel> = Vec::new();
     for point in &limit.points {
         if !stops.contains(&point.model) {
             stops.push(point.model);
         }
     }
-    const CLASSES: [&str; 2] = ["trace-0", "trace-1"];
-    for (stop, class) in stops.iter().zip(CLASSES) {
-        entries.push(Entry::new(
-            Mark::Line(class),
-            format!("limit, {}", words::stop(*stop)),
-        ));
-    }
-    entries.push(Entry::new(
-        Mark::Line("edge"),
+    let mut entries: Vec<LegendEntry> = stops
+        .iter()
+        .zip(CLASSES)
+        .map(|(stop, class)| LegendEntry::line(class, format!("limit, {}", words::stop(*stop))))
+        .collect();
+    entries.push(LegendEntry::line(
+        "edge",
         "bounds of very long and very short pulses",
     ));
     let title = "Half-sine pulses that just reach the limit";
-    let top = header(&mut canvas, title, &entries);
-    let known = |point: &LimitPoint| Some((point.velocity_change_m_s?, point.amplitude_g?));
+    let top = header(&mut canvas, LEFT, title, &[], &entries);
+    let (x, y) = limit_scales(limit);
+    let panel = Frame::wide((top + 8.0, height - 56.0), x, y);
+    panel.grid(
+        &mut canvas,
+        Some("change of velocity [m/s]"),
+        Some("peak acceleration [g]"),
+    );
+    limit_curves(&mut canvas, &panel, limit, &stops);
+    limit_words(&mut canvas, &panel, limit);
+    for point in &limit.recording {
+        if !(point.velocity_change_m_s > 0.0 && point.peak_g > 0.0) {
+            continue;
+        }
+        let at = panel.place(point.velocity_change_m_s, point.peak_g);
+        canvas.diamond("cross", at, 7.0);
+        let text = if limit.recording.len() == 1 {
+            "recording".to_string()
+        } else {
+            format!("recording, {}", words::opens(point.opens_when))
+        };
+        panel.label(&mut canvas, "strong halo", (at.0, at.1 + 5.0), &text);
+    }
+    panel.frame(&mut canvas);
+    Figure {
+        name: "margin-limit",
+        title: title.into(),
+        caption: "Pulses above and to the right of the curve bring the lever beyond the limit, from rest, while they last or after. The recording is placed by its largest acceleration and its largest change of velocity in the opening direction; no half-sine, it is judged by its replay and not by its place here.".into(),
+        description: description(limit),
+        height,
+        body: canvas.into_string(),
+    }
+}
+
+/// Returns change of velocity [m/s] and amplitude [g] of a point, where both are known.
+fn known(point: &LimitPoint) -> Option<(f64, f64)> {
+    Some((point.velocity_change_m_s?, point.amplitude_g?))
+}
+
+/// Returns scales that show the curve, its bounds and the recording.
+fn limit_scales(limit: &LimitCurve) -> (Scale, Scale) {
     let mut x = (limit.impulse_threshold_m_s, limit.impulse_threshold_m_s);
     let mut y = (limit.static_threshold_g, limit.static_threshold_g);
     let recorded = limit
@@ -72,113 +108,62 @@ fn limit(limit: &LimitCurve) -> Figure {
         }
     }
     let wider = |(low, high): (f64, f64)| {
-        if low > 0.0 {
-            (low / 1.5, high * 1.6)
-        } else {
-            (high / 1e3, high * 1.6)
-        }
+        let low = if low > 0.0 { low / 1.5 } else { high / 1e3 };
+        Scale::Logarithmic(low, high * 1.6)
     };
-    let (x, y) = (wider(x), wider(y));
-    let bottom = height - 56.0;
-    let panel = Panel {
-        top: top + 8.0,
-        bottom,
-        x: Axis::logarithmic(x.0, x.1, LEFT, RIGHT),
-        y: Axis::logarithmic(y.0, y.1, bottom, top + 8.0),
-    };
-    panel.grid(
-        &mut canvas,
-        Some("change of velocity [m/s]"),
-        "peak acceleration [g]",
-    );
-    panel.clip(&mut canvas, "margin-limit-clip");
-    canvas.begin_clipped("margin-limit-clip");
-    let level = panel.y.place(limit.static_threshold_g);
-    canvas.line("edge", (LEFT, level), (RIGHT, level));
-    let upright = panel.x.place(limit.impulse_threshold_m_s);
-    canvas.line("edge", (upright, panel.top), (upright, panel.bottom));
+    (wider(x), wider(y))
+}
+
+/// Draws the bounds, the curve of each stop, and the durations along the first.
+fn limit_curves(canvas: &mut Canvas, panel: &Frame, limit: &LimitCurve, stops: &[StopModel]) {
+    let of = |stop: StopModel| limit.points.iter().filter(move |point| point.model == stop);
+    panel.begin_inside(canvas, "margin-limit-clip");
+    panel.level(canvas, "edge", limit.static_threshold_g);
+    panel.upright(canvas, "edge", limit.impulse_threshold_m_s);
     for (stop, class) in stops.iter().zip(CLASSES) {
-        canvas.polyline(
-            class,
-            limit
-                .points
-                .iter()
-                .filter(|point| point.model == *stop)
-                .filter_map(known)
-                .map(|(change, amplitude)| panel.place(change, amplitude)),
-        );
+        let points = of(*stop).filter_map(known);
+        canvas.polyline(class, points.map(|(x, y)| panel.place(x, y)));
     }
     canvas.end_group();
-    for point in limit
-        .points
-        .iter()
-        .filter(|point| Some(point.model) == stops.first().copied())
-    {
+    for point in stops.first().into_iter().flat_map(|stop| of(*stop)) {
         let named = NAMED_MS
             .iter()
             .any(|named| (point.duration_s * 1e3 - named).abs() < 1e-9);
         if let (true, Some((change, amplitude))) = (named, known(point)) {
             let at = panel.place(change, amplitude);
             canvas.circle("mark", at, 3.6);
-            canvas.text(
-                "muted halo",
-                (at.0 + 9.0, at.1 - 5.0),
-                Anchor::Start,
-                &format!("{} ms", trimmed(point.duration_s * 1e3, 3)),
-            );
+            let text = format!("{} ms", trimmed(point.duration_s * 1e3, 3));
+            let beside = (at.0 + 9.0, at.1 - 5.0);
+            canvas.text("muted halo", beside, Anchor::Start, &text);
         }
     }
-    canvas.text(
-        "muted halo",
+}
+
+/// Names the bounds and the two sides of the curve.
+fn limit_words(canvas: &mut Canvas, panel: &Frame, limit: &LimitCurve) {
+    let level = panel.y.place(limit.static_threshold_g);
+    let upright = panel.x.place(limit.impulse_threshold_m_s);
+    let threshold = significant(limit.static_threshold_g, 4);
+    let foot = panel.bottom - 10.0;
+    let mut write =
+        |at: (f64, f64), anchor, text: &str| canvas.text("muted halo", at, anchor, text);
+    write(
         (RIGHT - 8.0, level - 7.0),
         Anchor::End,
-        &format!("T0/(mL) = {} g", significant(limit.static_threshold_g, 4)),
+        &format!("T0/(mL) = {threshold} g"),
     );
-    canvas.text(
-        "muted halo",
-        (upright + 7.0, panel.bottom - 10.0),
+    write(
+        (upright + 7.0, foot),
         Anchor::Start,
         &format!("{} m/s", significant(limit.impulse_threshold_m_s, 4)),
     );
-    for point in &limit.recording {
-        if !(point.velocity_change_m_s > 0.0 && point.peak_g > 0.0) {
-            continue;
-        }
-        let at = panel.place(point.velocity_change_m_s, point.peak_g);
-        canvas.diamond("cross", at, 7.0);
-        panel.label(
-            &mut canvas,
-            "strong halo",
-            (at.0, at.1 + 5.0),
-            &if limit.recording.len() == 1 {
-                "recording".to_string()
-            } else {
-                format!("recording, {}", words::opens(point.opens_when))
-            },
-        );
-    }
     // Beyond the curve and below it, where neither curve nor bounds are.
-    canvas.text(
-        "muted halo",
+    write(
         (RIGHT - 8.0, level - 27.0),
         Anchor::End,
         "above the curve: beyond the limit",
     );
-    canvas.text(
-        "muted halo",
-        (RIGHT - 8.0, panel.bottom - 10.0),
-        Anchor::End,
-        "below: stays within it",
-    );
-    panel.frame(&mut canvas);
-    Figure {
-        name: "margin-limit",
-        title: title.into(),
-        caption: "Pulses above and to the right of the curve bring the lever beyond the limit, from rest, while they last or after. The recording is placed by its largest acceleration and its largest change of velocity in the opening direction; no half-sine, it is judged by its replay and not by its place here.".into(),
-        description: description(limit),
-        height,
-        body: canvas.into_string(),
-    }
+    write((RIGHT - 8.0, foot), Anchor::End, "below: stays within it");
 }
 
 fn description(limit: &LimitCurve) -> String {
@@ -207,15 +192,12 @@ const ROW_HEIGHT: f64 = 318.0;
 fn scans(document: &MarginDocument, margins: &Margins) -> Figure {
     let title = "Peak angle over each quantity";
     let mut canvas = Canvas::with_capacity(256 * 1024);
-    let top = header(
-        &mut canvas,
-        title,
-        &[
-            Entry::new(Mark::Line("used"), "largest peak of the runs that count"),
-            Entry::new(Mark::Line("limit"), "limit"),
-            Entry::new(Mark::Line("edge"), "present"),
-        ],
-    );
+    let entries = [
+        LegendEntry::line("used", "largest peak of the runs that count"),
+        LegendEntry::line("limit", "limit"),
+        LegendEntry::line("edge", "present"),
+    ];
+    let top = header(&mut canvas, LEFT, title, &[], &entries);
     // The unbalance enters as the scale does and would give the same picture.
     let shown: Vec<&Scan> = margins
         .scans
@@ -249,54 +231,48 @@ fn scan_panel(
     scan: &Scan,
     (left, top): (f64, f64),
 ) {
-    let (right, bottom) = (left + PANEL_WIDTH, top + PANEL_HEIGHT);
     let limit = document.threshold_rad;
     let (low, high) = match (scan.points.first(), scan.points.last()) {
         (Some(first), Some(last)) => (first.0, last.0),
         _ => (0.0, 1.0),
     };
     let x = if scan.ratios {
-        Axis::logarithmic(low, high, left, right)
+        Scale::Logarithmic(low, high)
     } else {
-        Axis::linear(low, high, left, right)
+        Scale::Linear(low, high)
     };
-    let y = Axis::logarithmic(limit / 100.0, limit * 100.0, bottom, top);
-    series::grid(canvas, &x, &y, (left, right), (top, bottom));
+    let panel = Frame::open(
+        (left, left + PANEL_WIDTH, top, top + PANEL_HEIGHT),
+        x,
+        Scale::Logarithmic(limit / 100.0, limit * 100.0),
+    );
     let unit = match scan.quantity.unit() {
         "" => "–",
         unit => unit,
     };
-    canvas.text(
-        "",
-        (f64::midpoint(left, right), bottom + 41.0),
-        Anchor::Middle,
-        &format!("{} [{unit}]", scan.quantity.title()),
+    panel.grid(
+        canvas,
+        Some(&format!("{} [{unit}]", scan.quantity.title())),
+        Some("peak angle [rad]"),
     );
-    canvas.upward_text(
-        "",
-        (left - 54.0, f64::midpoint(top, bottom)),
-        "peak angle [rad]",
-    );
+    let y = panel.y;
+    panel.upright(canvas, "edge", scan.present);
     let held = |peak: f64| y.place(peak.clamp(y.low(), y.high()));
-    if x.contains(scan.present) {
-        let at = x.place(scan.present);
-        canvas.line("edge", (at, top), (at, bottom));
-    }
     canvas.polyline(
         "used",
         scan.points
             .iter()
-            .map(|(value, peak)| (x.place(*value), peak.map_or(f64::NAN, held))),
+            .map(|(value, peak)| (panel.x.place(*value), peak.map_or(f64::NAN, held))),
     );
-    canvas.line("limit", (left, y.place(limit)), (right, y.place(limit)));
+    panel.level(canvas, "limit", limit);
     for boundary in &document.boundaries {
         let of_pass = boundary.below != boundary.above
             && [boundary.below, boundary.above].contains(&crate::margin::State::Pass);
         if boundary.quantity == scan.quantity.name() && of_pass {
-            canvas.circle("mark", (x.place(boundary.at), y.place(limit)), 4.2);
+            canvas.circle("mark", panel.place(boundary.at, limit), 4.2);
         }
     }
-    canvas.rectangle("frame", (left, top), (PANEL_WIDTH, PANEL_HEIGHT));
+    panel.frame(canvas);
 }
 
 fn draw_map(document: &MarginDocument, map: &Map) -> Option<Figure> {
@@ -313,55 +289,19 @@ fn draw_map(document: &MarginDocument, map: &Map) -> Option<Figure> {
     } else {
         "boundary of the pass; the present design lies outside the map"
     };
-    let top = header(
-        &mut canvas,
-        title,
-        &[Entry::new(Mark::Line("boundary"), legend)],
-    );
+    let entries = [LegendEntry::line("boundary", legend)];
+    let top = header(&mut canvas, LEFT, title, &[], &entries);
     let (columns, rows) = (request.columns, request.rows);
-    let panel = Panel::linear(
-        (request.x.low, request.x.high),
-        (request.y.low, request.y.high),
-        top + 14.0,
-        height - 58.0,
+    let panel = Frame::wide(
+        (top + 14.0, height - 58.0),
+        Scale::Linear(request.x.low, request.x.high),
+        Scale::Linear(request.y.low, request.y.high),
     );
-    let known = map.peaks_rad.iter().flatten().copied();
     let limit = document.threshold_rad;
-    let positive = known.clone().filter(|peak| *peak > 0.0);
-    let low = positive.fold(limit, f64::min).max(limit / 100.0);
-    let high = known.fold(limit, f64::max).min(limit * 100.0);
-    let (low, high) = if low < high {
-        (low, high)
-    } else {
-        (limit / 2.0, limit * 2.0)
-    };
-    let share = |peak: f64| {
-        (libm::log(peak.clamp(low, high)) - libm::log(low)) / (libm::log(high) - libm::log(low))
-    };
-    let mut pixels = Vec::with_capacity(3 * columns * rows);
-    for row in (0..rows).rev() {
-        for column in 0..columns {
-            pixels.extend(match map.peaks_rad[row * columns + column] {
-                Some(peak) => viridis(share(peak)),
-                None => [128, 128, 128],
-            });
-        }
-    }
-    panel.grid(&mut canvas, Some(&request.x.key), &request.y.key);
-    panel.clip(&mut canvas, "margin-map-clip");
-    canvas.begin_clipped("margin-map-clip");
-    // A picture element is as wide as the grid's step, with the grid value in its middle.
-    let half = (
-        0.5 * (request.x.high - request.x.low) / (columns - 1) as f64,
-        0.5 * (request.y.high - request.y.low) / (rows - 1) as f64,
-    );
-    let corner = panel.place(request.x.low - half.0, request.y.high + half.1);
-    let opposite = panel.place(request.x.high + half.0, request.y.low - half.1);
-    canvas.png(
-        &encode(&pixels, columns, rows)?,
-        corner,
-        (opposite.0 - corner.0, opposite.1 - corner.1),
-    );
+    let range = peak_range(map, limit);
+    panel.grid(&mut canvas, Some(&request.x.key), Some(&request.y.key));
+    panel.begin_inside(&mut canvas, "margin-map-clip");
+    peaks(&mut canvas, &panel, map, range)?;
     for class in ["ground", "boundary"] {
         for (from, to) in &map.segments {
             let place = |index: &usize| {
@@ -378,7 +318,13 @@ fn draw_map(document: &MarginDocument, map: &Map) -> Option<Figure> {
         canvas.circle("mark", panel.place(x, y), 6.0);
     }
     panel.frame(&mut canvas);
-    colour_bar(&mut canvas, &panel, low, high, limit)?;
+    let bar = (RIGHT + 10.0, panel.top, panel.bottom);
+    let scale = Scale::Logarithmic(range.0, range.1);
+    let axis = heat::colour_bar(&mut canvas, bar, scale, |tick| tick.label.clone())?;
+    let y = axis.place(limit);
+    canvas.line("limit", (RIGHT + 4.0, y), (RIGHT + 28.0, y));
+    let unit = (WIDTH - 4.0, panel.top - 10.0);
+    canvas.text("", unit, Anchor::End, "peak [rad]");
     Some(Figure {
         name: "margin-map",
         title: title.into(),
@@ -394,34 +340,40 @@ fn draw_map(document: &MarginDocument, map: &Map) -> Option<Figure> {
     })
 }
 
-fn colour_bar(canvas: &mut Canvas, panel: &Panel, low: f64, high: f64, limit: f64) -> Option<()> {
-    let steps: Vec<u8> = (0..64)
-        .rev()
-        .flat_map(|step| viridis((f64::from(step) + 0.5) / 64.0))
-        .collect();
-    let corner = (RIGHT + 10.0, panel.top);
-    canvas.png(
-        &encode(&steps, 1, 64)?,
-        corner,
-        (14.0, panel.bottom - panel.top),
-    );
-    canvas.rectangle("frame", corner, (14.0, panel.bottom - panel.top));
-    let axis = Axis::logarithmic(low, high, panel.bottom, panel.top);
-    for tick in axis.ticks(46.0, 0.0) {
-        if tick.label.is_empty() {
-            continue;
-        }
-        let y = axis.place(tick.value);
-        canvas.line("tick", (RIGHT + 24.0, y), (RIGHT + 29.0, y));
-        canvas.text("muted", (RIGHT + 33.0, y + 5.0), Anchor::Start, &tick.label);
+/// Returns the ends of the colours [rad], at most a hundredth and a hundred times the limit.
+fn peak_range(map: &Map, limit: f64) -> (f64, f64) {
+    let known = map.peaks_rad.iter().flatten().copied();
+    let positive = known.clone().filter(|peak| *peak > 0.0);
+    let low = positive.fold(limit, f64::min).max(limit / 100.0);
+    let high = known.fold(limit, f64::max).min(limit * 100.0);
+    if low < high {
+        (low, high)
+    } else {
+        (limit / 2.0, limit * 2.0)
     }
-    let y = axis.place(limit);
-    canvas.line("limit", (RIGHT + 4.0, y), (RIGHT + 28.0, y));
-    canvas.text(
-        "",
-        (WIDTH - 4.0, panel.top - 10.0),
-        Anchor::End,
-        "peak [rad]",
+}
+
+/// Draws the peak of every design: a cell is as wide as the grid's step, with the grid value in its
+/// middle.
+fn peaks(canvas: &mut Canvas, panel: &Frame, map: &Map, (low, high): (f64, f64)) -> Option<()> {
+    let request = &map.request;
+    let (columns, rows) = (request.columns, request.rows);
+    let share = |peak: f64| {
+        (libm::log(peak.clamp(low, high)) - libm::log(low)) / (libm::log(high) - libm::log(low))
+    };
+    let half = (
+        0.5 * (request.x.high - request.x.low) / (columns - 1) as f64,
+        0.5 * (request.y.high - request.y.low) / (rows - 1) as f64,
+    );
+    let corner = panel.place(request.x.low - half.0, request.y.high + half.1);
+    let opposite = panel.place(request.x.high + half.0, request.y.low - half.1);
+    let cells = heat::cells((columns, rows), |column, row| {
+        map.peaks_rad[row * columns + column].map(share)
+    })?;
+    canvas.png(
+        &cells,
+        corner,
+        (opposite.0 - corner.0, opposite.1 - corner.1),
     );
     Some(())
 }

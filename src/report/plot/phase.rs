@@ -2,7 +2,7 @@
 
 use super::angle::{TRACES, drawn_traces, legend};
 use super::canvas::{Anchor, Canvas};
-use super::panel::{self, Entry, LEFT, Mark, Panel, RIGHT};
+use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Scale};
 use super::{Context, Figure, thin};
 use crate::report::number::exact;
 use crate::report::words;
@@ -27,28 +27,25 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
     let (x_margin, y_margin) = ((x.1 - x.0) * 0.04, ((y.1 - y.0) * 0.06).max(1e-9));
 
     let mut entries = legend(&traces, context.document.nominal.is_some());
-    entries.push(Entry::new(Mark::Line("limit"), "limit"));
+    entries.push(LegendEntry::line("limit", "limit"));
     let mut canvas = Canvas::with_capacity(160 * 1024);
     let title = "Phase plane of the lever";
-    let top = panel::header(&mut canvas, title, &entries);
+    let top = frame::header(&mut canvas, LEFT, title, &[], &entries);
     let bottom = top + 320.0;
-    let height = bottom + panel::FOOTER;
-    let panel = Panel::linear(
-        (x.0 - x_margin, x.1 + x_margin),
-        (y.0 - y_margin, y.1 + y_margin),
-        top,
-        bottom,
+    let height = bottom + frame::FOOTER;
+    let panel = Frame::wide(
+        (top, bottom),
+        Scale::Linear(x.0 - x_margin, x.1 + x_margin),
+        Scale::Linear(y.0 - y_margin, y.1 + y_margin),
     );
     panel.grid(
         &mut canvas,
         Some("angle φ [rad]"),
-        "angular velocity φ′ [rad/s]",
+        Some("angular velocity φ′ [rad/s]"),
     );
-    let (zero_x, zero_y) = panel.place(0.0, 0.0);
-    canvas.line("zero", (LEFT, zero_y), (RIGHT, zero_y));
-    canvas.line("zero", (zero_x, top), (zero_x, bottom));
-    panel.clip(&mut canvas, "phase-plane-clip");
-    canvas.begin_clipped("phase-plane-clip");
+    panel.level(&mut canvas, "zero", 0.0);
+    panel.upright(&mut canvas, "zero", 0.0);
+    panel.begin_inside(&mut canvas, "phase-plane-clip");
     for (trace, class) in traces.iter().zip(TRACES) {
         let points: Vec<(f64, f64)> = trace
             .points
@@ -72,7 +69,7 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
         &format!("limit {} rad", exact(threshold)),
     );
     panel.frame(&mut canvas);
-    panel::footer(&mut canvas, context, height);
+    frame::footer(&mut canvas, context, height);
 
     Some(Figure {
         name: NAME,

@@ -1,9 +1,8 @@
 //! Amplitude spectra before and after conditioning.
 
 use super::acceleration::filter_name;
-use super::axis::Axis;
 use super::canvas::{Anchor, Canvas};
-use super::panel::{self, Entry, LEFT, Mark, Panel, RIGHT};
+use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Scale};
 use super::{Context, Figure, thin};
 use crate::conditioning::spectrum::AmplitudeSpectrum;
 use crate::report::number::trimmed;
@@ -33,49 +32,29 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
         return None;
     }
 
-    let document = context.document;
-    let conditioning = document.conditioning.as_ref();
+    let conditioning = context.document.conditioning.as_ref();
     let class = conditioning
         .and_then(|block| block.filter.strip_prefix("cfc"))
         .and_then(|class| class.parse::<f64>().ok());
     let design_hz = conditioning.and_then(|block| block.filter_design_frequency_hz);
-    let after = conditioning.map_or_else(
-        || "as used".to_string(),
-        |block| {
-            if block.filter == "none" {
-                "as used (no filter)".to_string()
-            } else {
-                format!("as used ({})", filter_name(block.filter))
-            }
-        },
-    );
 
     let mut canvas = Canvas::with_capacity(96 * 1024);
     let title = "Amplitude spectra before and after conditioning";
-    let top = panel::header(
-        &mut canvas,
-        title,
-        &[
-            Entry::new(Mark::Line("raw"), "as recorded"),
-            Entry::new(Mark::Line("used"), after),
-        ],
-    );
+    let entries = [
+        LegendEntry::line("raw", "as recorded"),
+        LegendEntry::line("used", used_text(context)),
+    ];
+    let top = frame::header(&mut canvas, LEFT, title, &[], &entries);
     let bottom = top + 270.0;
-    let height = bottom + panel::FOOTER;
-    let panel = Panel {
-        top,
-        bottom,
-        x: Axis::logarithmic(low_hz, high_hz, LEFT, RIGHT),
-        y: Axis::logarithmic(
-            least.max(largest * DEPTH) * 0.8,
-            largest * HEADROOM,
-            bottom,
-            top,
-        ),
-    };
-    panel.grid(&mut canvas, Some("frequency [Hz]"), "amplitude [g]");
-    panel.clip(&mut canvas, "amplitude-spectra-clip");
-    canvas.begin_clipped("amplitude-spectra-clip");
+    let height = bottom + frame::FOOTER;
+    let low = least.max(largest * DEPTH) * 0.8;
+    let panel = Frame::wide(
+        (top, bottom),
+        Scale::Logarithmic(low_hz, high_hz),
+        Scale::Logarithmic(low, largest * HEADROOM),
+    );
+    panel.grid(&mut canvas, Some("frequency [Hz]"), Some("amplitude [g]"));
+    panel.begin_inside(&mut canvas, "amplitude-spectra-clip");
     for (class, spectrum) in ["raw", "used"].into_iter().zip(spectra) {
         let points = thin::columns(
             shown(spectrum).map(|(frequency, amplitude)| panel.place(frequency, amplitude)),
@@ -84,25 +63,9 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
         canvas.polyline(class, points.into_iter());
     }
     canvas.end_group();
-    // One label to the left of its line and one to the right, so that they keep apart.
-    let marks = [(class, "class", false), (design_hz, "fd", true)];
-    for (frequency, name, right) in marks {
-        let Some(frequency) = frequency.filter(|frequency| panel.x.contains(*frequency)) else {
-            continue;
-        };
-        let x = panel.x.place(frequency);
-        canvas.line("edge", (x, top), (x, bottom));
-        let text = format!("{name} {} Hz", trimmed(frequency, 5));
-        let room = RIGHT - x > 108.0;
-        let (at, anchor) = match (right, room) {
-            (true, true) => ((x + 7.0, top + 18.0), Anchor::Start),
-            (true, false) => ((x - 7.0, top + 38.0), Anchor::End),
-            (false, _) => ((x - 7.0, top + 18.0), Anchor::End),
-        };
-        canvas.text("halo", at, anchor, &text);
-    }
+    frequencies(&mut canvas, &panel, class, design_hz);
     panel.frame(&mut canvas);
-    panel::footer(&mut canvas, context, height);
+    frame::footer(&mut canvas, context, height);
 
     let filter = match (class, design_hz) {
         (Some(class), Some(design)) => format!(
@@ -128,6 +91,36 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
         height,
         body: canvas.into_string(),
     })
+}
+
+/// Says which filter stands between the spectra.
+fn used_text(context: &Context) -> String {
+    match &context.document.conditioning {
+        None => "as used".into(),
+        Some(block) if block.filter == "none" => "as used (no filter)".into(),
+        Some(block) => format!("as used ({})", filter_name(&block.filter)),
+    }
+}
+
+/// Marks the filter's class and design frequency.
+fn frequencies(canvas: &mut Canvas, panel: &Frame, class: Option<f64>, design_hz: Option<f64>) {
+    // One label to the left of its line and one to the right, so that they keep apart.
+    let marks = [(class, "class", false), (design_hz, "fd", true)];
+    for (frequency, name, right) in marks {
+        let Some(frequency) = frequency.filter(|frequency| panel.x.contains(*frequency)) else {
+            continue;
+        };
+        panel.upright(canvas, "edge", frequency);
+        let x = panel.x.place(frequency);
+        let text = format!("{name} {} Hz", trimmed(frequency, 5));
+        let room = RIGHT - x > 108.0;
+        let (at, anchor) = match (right, room) {
+            (true, true) => ((x + 7.0, panel.top + 18.0), Anchor::Start),
+            (true, false) => ((x - 7.0, panel.top + 38.0), Anchor::End),
+            (false, _) => ((x - 7.0, panel.top + 18.0), Anchor::End),
+        };
+        canvas.text("halo", at, anchor, &text);
+    }
 }
 
 /// Returns frequency [Hz] and amplitude [g] of what a logarithmic scale can show.

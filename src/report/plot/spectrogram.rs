@@ -1,11 +1,8 @@
 //! Spectrogram of the excitation as used.
 
-use super::axis::Axis;
-use super::canvas::{Anchor, Canvas};
-use super::colour::viridis;
-use super::panel::{self, Panel, RIGHT};
-use super::raster::encode;
-use super::{Context, Figure};
+use super::canvas::Canvas;
+use super::frame::{self, Frame, LEFT, RIGHT};
+use super::{Context, Figure, heat};
 use crate::conditioning::spectrum::Spectrogram;
 use crate::report::number::trimmed;
 use crate::report::words::instant;
@@ -42,13 +39,13 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
 
     let mut canvas = Canvas::with_capacity(base64.len() + 16 * 1024);
     let title = "Spectrogram of the acceleration as used";
-    let top = panel::header(&mut canvas, title, &[]) + 8.0;
+    let top = frame::header(&mut canvas, LEFT, title, &[], &[]) + 6.0;
     let bottom = top + 250.0;
-    let height = bottom + panel::FOOTER;
-    let panel = Panel::over_time(context, (0.0, top_hz / 1e3), top, bottom);
-    panel.grid(&mut canvas, Some(&context.time_label()), "frequency [kHz]");
-    panel.clip(&mut canvas, "spectrogram-clip");
-    canvas.begin_clipped("spectrogram-clip");
+    let height = bottom + frame::FOOTER;
+    let panel = Frame::over_time(context, (0.0, top_hz / 1e3), top, bottom);
+    let time = context.time_label();
+    panel.grid(&mut canvas, Some(&time), Some("frequency [kHz]"));
+    panel.begin_inside(&mut canvas, "spectrogram-clip");
     let half = if rows > 1 {
         (data.time_s[rows - 1] - data.time_s[0]) / count(rows - 1) / 2.0
     } else {
@@ -63,8 +60,9 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
     canvas.png(&base64, from, (to.0 - from.0, to.1 - from.1));
     canvas.end_group();
     panel.frame(&mut canvas);
-    colour_bar(&mut canvas, &panel, low_db, high_db)?;
-    panel::footer(&mut canvas, context, height);
+    let bar = (RIGHT + 10.0, panel.top, panel.bottom);
+    heat::decibel_bar(&mut canvas, bar, (low_db, high_db), "dB re 1 g")?;
+    frame::footer(&mut canvas, context, height);
 
     let resolution = format!(
         "windows of {}, lines {} Hz apart",
@@ -126,59 +124,19 @@ fn picture(
     high_db: f64,
 ) -> Option<String> {
     let (width, height) = (rows.min(MOST_CELLS.0), bins.min(MOST_CELLS.1));
-    let mut pixels = Vec::with_capacity(width * height * 3);
-    for line in (0..height).rev() {
-        let of_line = stretch(line, height, bins);
-        for column in 0..width {
-            let largest = data.amplitude_m_s2[stretch(column, width, rows)]
-                .iter()
-                .flat_map(|row| row.get(of_line.clone()).unwrap_or_default())
-                .copied()
-                .fold(0.0, f64::max);
-            let share = (decibels(largest) - low_db) / (high_db - low_db);
-            pixels.extend_from_slice(&viridis(share));
-        }
-    }
-    encode(&pixels, width, height)
+    heat::cells((width, height), |column, line| {
+        let of_line = cells_of(line, height, bins);
+        let largest = data.amplitude_m_s2[cells_of(column, width, rows)]
+            .iter()
+            .flat_map(|row| row.get(of_line.clone()).unwrap_or_default())
+            .copied()
+            .fold(0.0, f64::max);
+        Some((decibels(largest) - low_db) / (high_db - low_db))
+    })
 }
 
-/// Returns the cells that fall to one of `parts` stretches.
-fn stretch(part: usize, parts: usize, cells: usize) -> std::ops::Range<usize> {
+/// Returns the cells that fall to one of `parts`.
+fn cells_of(part: usize, parts: usize, cells: usize) -> std::ops::Range<usize> {
     let from = part * cells / parts;
     from..((part + 1) * cells / parts).max(from + 1)
-}
-
-fn colour_bar(canvas: &mut Canvas, panel: &Panel, low_db: f64, high_db: f64) -> Option<()> {
-    decibel_bar(
-        canvas,
-        (RIGHT + 10.0, panel.top, panel.bottom),
-        (low_db, high_db),
-        "dB re 1 g",
-    )
-}
-
-/// Draws the scale of colours at `left` from `top` to `bottom`, its unit above; `None` only if the
-/// encoder refuses.
-pub(super) fn decibel_bar(
-    canvas: &mut Canvas,
-    (left, top, bottom): (f64, f64, f64),
-    (low_db, high_db): (f64, f64),
-    unit: &str,
-) -> Option<()> {
-    let steps: Vec<u8> = (0..64)
-        .rev()
-        .flat_map(|step| viridis((f64::from(step) + 0.5) / 64.0))
-        .collect();
-    let corner = (left, top);
-    let size = (14.0, bottom - top);
-    canvas.png(&encode(&steps, 1, 64)?, corner, size);
-    canvas.rectangle("frame", corner, size);
-    let axis = Axis::linear(low_db, high_db, bottom, top);
-    for tick in axis.ticks(46.0, 0.0) {
-        let y = axis.place(tick.value);
-        canvas.line("tick", (left + 14.0, y), (left + 19.0, y));
-        canvas.text("muted", (left + 23.0, y + 5.0), Anchor::Start, &tick.label);
-    }
-    canvas.text("", (left + 70.0, top - 12.0), Anchor::End, unit);
-    Some(())
 }

@@ -1,11 +1,12 @@
 //! How far the scattered levers spread around the nominal one, over time.
 
 use super::angle::result_sentence;
-use super::canvas::{Anchor, Canvas};
-use super::panel::{self, Entry, LEFT, Mark, Panel, RIGHT};
+use super::canvas::Canvas;
+use super::frame::{self, Frame, LEFT, LegendEntry, Sample};
 use super::{Context, Figure, acceleration, thin};
 use crate::report::number::{count, exact};
 use crate::report::words;
+use crate::verdict::Trace;
 
 pub(super) const NAME: &str = "spread";
 
@@ -35,25 +36,61 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
     let low = angles().fold(0.0, f64::min);
     let range = (low - (high - low) * 0.03, high + (high - low) * 0.10);
 
-    let members = count(u64::try_from(ribbon.members).unwrap_or(u64::MAX));
     let entries = [
-        Entry::new(Mark::Patch("ribbon"), "9 of 10 levers at each instant"),
-        Entry::new(Mark::Line("median"), "median"),
-        Entry::new(Mark::Line("trace-0"), "nominal run"),
-        Entry::new(Mark::Line("limit"), "limit"),
+        LegendEntry::new(Sample::Patch("ribbon"), "9 of 10 levers at each instant"),
+        LegendEntry::line("median", "median"),
+        LegendEntry::line("trace-0", "nominal run"),
+        LegendEntry::line("limit", "limit"),
     ];
     let mut canvas = Canvas::with_capacity(64 * 1024);
     let title = "Spread of the scattered levers";
-    let top = panel::header(&mut canvas, title, &entries);
-    let panel = Panel::over_time(context, range, top, top + 250.0);
-    let height = panel.bottom + panel::FOOTER;
-    panel.grid(&mut canvas, Some(&context.time_label()), "angle φ [rad]");
-    if panel.y.contains(0.0) {
-        let zero = panel.y.place(0.0);
-        canvas.line("zero", (LEFT, zero), (RIGHT, zero));
-    }
-    panel.clip(&mut canvas, "spread-clip");
-    canvas.begin_clipped("spread-clip");
+    let top = frame::header(&mut canvas, LEFT, title, &[], &entries);
+    let panel = Frame::over_time(context, range, top, top + 250.0);
+    let height = panel.bottom + frame::FOOTER;
+    let time = context.time_label();
+    panel.grid(&mut canvas, Some(&time), Some("angle φ [rad]"));
+    panel.level(&mut canvas, "zero", 0.0);
+    panel.begin_inside(&mut canvas, "spread-clip");
+    curves(&mut canvas, context, &panel, nominal);
+    canvas.end_group();
+    acceleration::judged_window(&mut canvas, context, &panel);
+    panel.limit(
+        &mut canvas,
+        threshold,
+        &format!("limit {} rad", exact(threshold)),
+    );
+    panel.frame(&mut canvas);
+    frame::footer(&mut canvas, context, height);
+    let members = count(u64::try_from(ribbon.members).unwrap_or(u64::MAX));
+    let which = format!(
+        "{}, {}",
+        words::stop(ribbon.model),
+        words::opens(ribbon.opens_when)
+    );
+    Some(Figure {
+        name: NAME,
+        title: title.into(),
+        caption: format!(
+            "The first {members} members of the ensemble ({which}), the nominal lever among them. \
+             At each instant five in a hundred lie above the band and five below; single levers \
+             leave it for a moment, so peaks are read from the table of the ensemble, not from \
+             the band."
+        ),
+        description: format!(
+            "Band between the 5 % and 95 % quantile of the angle of {members} scattered levers \
+             over time ({which}), with their median and the nominal run. {}",
+            result_sentence(context)
+        ),
+        height,
+        body: canvas.into_string(),
+    })
+}
+
+/// Draws the band, the nominal run and the median.
+fn curves(canvas: &mut Canvas, context: &Context, panel: &Frame, nominal: Option<&Trace>) {
+    let Some(ribbon) = &context.evidence.ribbon else {
+        return;
+    };
     let scale = context.time_scale;
     let along = |values: &[f64]| -> Vec<(f64, f64)> {
         ribbon
@@ -78,38 +115,4 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
         canvas.polyline("trace-0", points.into_iter());
     }
     canvas.polyline("median", along(&ribbon.p50).into_iter());
-    canvas.end_group();
-    acceleration::judged_window(&mut canvas, context, &panel);
-    let y = panel.y.place(threshold);
-    canvas.line("limit", (LEFT, y), (RIGHT, y));
-    canvas.text(
-        "alarm halo",
-        (LEFT + 8.0, y - 6.0),
-        Anchor::Start,
-        &format!("limit {} rad", exact(threshold)),
-    );
-    panel.frame(&mut canvas);
-    panel::footer(&mut canvas, context, height);
-    let which = format!(
-        "{}, {}",
-        words::stop(ribbon.model),
-        words::opens(ribbon.opens_when)
-    );
-    Some(Figure {
-        name: NAME,
-        title: title.into(),
-        caption: format!(
-            "The first {members} members of the ensemble ({which}), the nominal lever among them. \
-             At each instant five in a hundred lie above the band and five below; single levers \
-             leave it for a moment, so peaks are read from the table of the ensemble, not from \
-             the band."
-        ),
-        description: format!(
-            "Band between the 5 % and 95 % quantile of the angle of {members} scattered levers \
-             over time ({which}), with their median and the nominal run. {}",
-            result_sentence(context)
-        ),
-        height,
-        body: canvas.into_string(),
-    })
 }

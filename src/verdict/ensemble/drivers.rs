@@ -50,7 +50,7 @@ pub(super) fn drivers(
         .iter()
         .zip(correlations)
         .map(|(parameter, correlation)| Driver {
-            parameter: parameter.name,
+            parameter: parameter.name.into(),
             standard_deviation: parameter.deviation,
             rank_correlation: correlation,
             share: correlation
@@ -62,7 +62,7 @@ pub(super) fn drivers(
     drivers.sort_by(|a, b| {
         strength(b)
             .total_cmp(&strength(a))
-            .then_with(|| a.parameter.cmp(b.parameter))
+            .then_with(|| a.parameter.cmp(&b.parameter))
     });
     drivers
 }

@@ -27,8 +27,8 @@ fn clipped(text: &str, share: f64) -> String {
 #[test]
 fn cli_a_clipped_copy_of_the_surviving_pulse_never_passes() {
     let folder = Folder::new("clipped");
-    let text = fs::read_to_string(signal("surviving.csv")).unwrap();
-    let card = fs::read_to_string(signal("surviving.csv.toml")).unwrap();
+    let text = fs::read_to_string(signal_file("surviving.csv")).unwrap();
+    let card = fs::read_to_string(signal_file("surviving.csv.toml")).unwrap();
     for share in [0.95, 0.8, 0.5] {
         for with_card in [true, false] {
             let name = format!("{share}-{with_card}.csv");
@@ -71,18 +71,17 @@ fn cli_a_fault_after_the_crossing_does_not_save_the_door() {
 const RAW: [&str; 6] = ["--unit", "g", "--filter", "none", "--bias", "none"];
 
 /// Figures of curve 148 of NHTSA test 7292 as recorded, on the rigid stop, from an integration
-/// in quadruple precision. Left out where there is no ../shared.
+/// in quadruple precision.
 #[test]
 fn val_cli_curve_148_reaches_the_reference_peaks() {
-    let Some(file) = shared("recordings/nhtsa_v07292.148") else {
-        return;
-    };
+    let path = data("recordings/nhtsa_v07292.148");
+    let file = path.to_str().unwrap();
     for (sign, code, verdict, peak) in [
         ("negative", 0, "pass", 0.053_142_473_084_1),
         ("positive", 1, "fail", 1.238_497_634_5),
     ] {
         let arguments = [
-            &["replay", &file, "--model", "rigid", "--opens-when", sign][..],
+            &["replay", file, "--model", "rigid", "--opens-when", sign][..],
             &["--members", "0"],
             &RAW[..],
         ]
@@ -96,14 +95,12 @@ fn val_cli_curve_148_reaches_the_reference_peaks() {
     }
 }
 
-/// A dead and a clipped channel pass under no combination of options. Left out where there is
-/// no ../shared.
+/// A dead and a clipped channel pass under no combination of options.
 #[test]
 fn val_cli_faulty_channels_never_pass() {
     for curve in ["038", "056"] {
-        let Some(file) = shared(&format!("recordings/nhtsa_v07292.{curve}")) else {
-            return;
-        };
+        let path = data(&format!("recordings/nhtsa_v07292.{curve}"));
+        let file = path.to_str().unwrap();
         for sign in [
             &[][..],
             &["--opens-when", "negative"],
@@ -116,7 +113,7 @@ fn val_cli_faulty_channels_never_pass() {
                         let arguments = [
                             &[
                                 "replay",
-                                &file,
+                                file,
                                 "--unit",
                                 "g",
                                 "--no-report",
@@ -145,16 +142,16 @@ fn val_cli_faulty_channels_never_pass() {
     }
 }
 
-/// A robot's log at 10 Hz is refused, and the reason is its rate. Left out where there is no
-/// ../shared.
+/// A robot's log at 10 Hz is refused, and the reason is its rate.
 #[test]
 fn val_cli_a_slow_log_is_no_crash_recording() {
-    let Some(file) = shared("recordings/cougars_SO_bag_0.ros2.mcap") else {
+    let Some(path) = not_copied("cougars_SO_bag_0.ros2.mcap") else {
         return;
     };
-    let listed = latchgate(&["inspect", &file, "--format", "json"]);
+    let file = path.to_str().unwrap();
+    let listed = latchgate(&["inspect", file, "--format", "json"]);
     assert_eq!((listed.code, listed.err.as_str()), (0, ""));
-    let document = check_unusable(&["replay", &file], "");
+    let document = check_unusable(&["replay", file], "");
     let text = document["why"].to_string();
     assert!(
         text.contains("250 Hz") || text.contains("several channels"),

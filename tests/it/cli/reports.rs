@@ -27,7 +27,7 @@ const REPORT_FILES: [&str; 9] = [
 fn cli_reports_go_where_they_are_asked_to_and_nowhere_else() {
     let folder = Folder::new("reports");
     let run = |arguments: &[&str]| finish(program().args(arguments).current_dir(folder.path()));
-    let file = signal("surviving.csv");
+    let file = signal_file("surviving.csv");
     let quiet = run(&["replay", &file, "--no-report"]);
     assert_eq!(quiet.code, 0);
     assert!(!quiet.out.contains("  report "));
@@ -120,7 +120,7 @@ fn cli_the_same_input_gives_the_same_bytes() {
         let place = folder.path().join(name);
         fs::create_dir(&place).unwrap();
         let file = place.join("burst.csv");
-        fs::copy(signal("burst.csv"), &file).unwrap();
+        fs::copy(signal_file("burst.csv"), &file).unwrap();
         let done = finish(
             program()
                 .args([
@@ -168,7 +168,7 @@ fn cli_the_reference_report_of_the_burst_is_reproduced() {
     let made = folder.path().join("burst");
     let done = latchgate(&[
         "replay",
-        &signal("burst.csv"),
+        &signal_file("burst.csv"),
         "--out",
         made.to_str().unwrap(),
     ]);

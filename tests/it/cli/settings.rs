@@ -70,14 +70,29 @@ fn cli_unusable_recordings_print_the_document_and_one_message() {
 #[test]
 fn cli_a_file_that_may_not_be_read_is_unusable() {
     use std::os::unix::fs::PermissionsExt;
+    use std::os::unix::process::CommandExt;
     let folder = Folder::new("secret");
     let secret = folder.write("secret.csv", table(weak));
     fs::set_permissions(&secret, fs::Permissions::from_mode(0o000)).unwrap();
-    if fs::File::open(&secret).is_ok() {
-        println!("left out: this user may read every file");
+    if fs::File::open(&secret).is_err() {
+        check_unusable(&["replay", &secret], "cannot open the file");
         return;
     }
-    check_unusable(&["replay", &secret], "cannot open the file");
+    // Root may read it all the same, so the program runs as nobody, from a place that all may enter.
+    let own = folder.path().join("latchgate");
+    fs::copy(env!("CARGO_BIN_EXE_latchgate"), &own).unwrap();
+    for (path, mode) in [(own.as_path(), 0o755), (folder.path(), 0o755)] {
+        fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
+    }
+    let done = finish(
+        Command::new(&own)
+            .args(["replay", &secret, "--no-report"])
+            .current_dir(folder.path())
+            .uid(65_534)
+            .gid(65_534),
+    );
+    assert_eq!(done.code, 4, "{}", done.err);
+    assert!(done.err.contains("cannot open the file"), "{}", done.err);
 }
 
 #[cfg(unix)]
@@ -175,7 +190,7 @@ fn cli_options_go_before_cards_and_cards_before_files() {
 #[test]
 fn cli_design_files_are_refused_with_the_line() {
     let folder = Folder::new("designs");
-    let file = signal("surviving.csv");
+    let file = signal_file("surviving.csv");
     for (text, fragment) in [
         (
             &b"name = 3\n"[..],
@@ -307,7 +322,7 @@ fn cli_a_filter_that_the_rate_does_not_carry_is_refused() {
 /// Outside the window a crossing does not count, but it is not passed over in silence.
 #[test]
 fn cli_a_window_that_misses_the_crossing_warns() {
-    let file = signal("surviving.csv");
+    let file = signal_file("surviving.csv");
     let low = ["--set", "criterion.threshold_rad=0.02"];
     let whole = [&["replay", &file][..], &low].concat();
     check_verdict(&whole, 1, "fail");

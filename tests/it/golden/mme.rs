@@ -3,7 +3,7 @@
 mod odd;
 
 use super::{Case, FROM, TO, good, push, refused};
-use crate::mme::{gzip_of, tar_of, zip_of};
+use crate::support::{gzip_of, tar_of, zip_of};
 use std::fmt::Write as _;
 
 const CODE: &str = "11DOORLE0000ACYP";

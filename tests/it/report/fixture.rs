@@ -1,19 +1,22 @@
 //! Made-up verdicts: enough physics that the pictures look like those of real runs, and no
 //! more. Nothing here is a reference for a number of the replay.
 
+use crate::support::signal_from;
 use latchgate::conditioning::Signal;
 use latchgate::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
 use latchgate::recording::Finding;
+use latchgate::recording::card::CardPolarity;
 use latchgate::replay::{Run, TracePoint, Work};
-use latchgate::report::document::{ConditioningBlock, Document, RecordingBlock, Request, RunBlock};
-use latchgate::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
+use latchgate::report::document::{ConditioningBlock, Document, RecordingBlock, RunBlock};
+use latchgate::request::{PolaritySource, Request};
+use latchgate::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate::verdict::ensemble::{Driver, End, PeakQuantiles};
 use latchgate::verdict::what_if::{Change, Side};
 use latchgate::verdict::{
-    Answer, Ensemble, ErrorBudget, Evidence, FilterRow, Reason, Ribbon, RunAnswer, Screens, Trace,
-    WhatIf,
+    Answer, Ensemble, ErrorBudget, Evidence, FilterRow, QuantileBand, Reason, RunAnswer, Screens,
+    Trace, WhatIf,
 };
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -55,8 +58,11 @@ pub(super) fn failing() -> Case {
 fn with_ensemble(case: &mut Case) {
     let document = &mut case.document;
     document.request.members = 10_000;
-    let driver = |parameter, standard_deviation, rank_correlation: Option<f64>, share| Driver {
-        parameter,
+    let driver = |parameter: &'static str,
+                  standard_deviation,
+                  rank_correlation: Option<f64>,
+                  share| Driver {
+        parameter: parameter.into(),
         standard_deviation,
         rank_correlation,
         share,
@@ -72,8 +78,8 @@ fn with_ensemble(case: &mut Case) {
             exceeded: 1731,
             failed_to_run: u32::from(index == 1),
             seed: 1,
-            generator: "made up",
-            method: "event-driven",
+            generator: "made up".into(),
+            method: "event-driven".into(),
             look: 3,
             ended: [End::Decided, End::LastLook, End::NoMatter, End::Decided][index],
             confidence: 0.9875,
@@ -104,7 +110,7 @@ fn with_ensemble(case: &mut Case) {
     document.what_if = [Change::BiasKept, Change::Less, Change::More]
         .into_iter()
         .map(|how| WhatIf {
-            input: "input.bias_g",
+            input: "input.bias_g".into(),
             how,
             change: if how == Change::Less { -0.1 } else { 0.1 },
             peak_angle_rad: 0.0987,
@@ -119,7 +125,7 @@ fn with_ensemble(case: &mut Case) {
         .into_iter()
         .enumerate()
         .map(|(index, filter)| FilterRow {
-            filter,
+            filter: filter.into(),
             verdict: (index != 2).then_some(if index < 2 {
                 Answer::Fail
             } else {
@@ -138,7 +144,7 @@ fn with_ensemble(case: &mut Case) {
             .map(|point| factor * point.angle_rad)
             .collect()
     };
-    case.evidence.ribbon = Some(Ribbon {
+    case.evidence.ribbon = Some(QuantileBand {
         model: nominal.model,
         opens_when: nominal.opens_when,
         members: 128,
@@ -222,7 +228,7 @@ pub(super) fn unread() -> Case {
     case.document.recording = RecordingBlock {
         file: "imu.mcap".into(),
         sha256: Some("ab".repeat(32)),
-        format: Some("mcap"),
+        format: Some("mcap".into()),
         ..RecordingBlock::default()
     };
     case.document.findings = vec![Finding::blocking(
@@ -295,11 +301,7 @@ fn samples(duration_s: f64, acceleration_g: impl Fn(f64) -> f64) -> Vec<f64> {
 }
 
 fn signal(samples: Vec<f64>) -> Signal {
-    Signal {
-        start_s: START_S,
-        rate: SampleRate::from_hertz(RATE_HZ).unwrap(),
-        samples,
-    }
+    signal_from(RATE_HZ, START_S, samples)
 }
 
 fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) -> Case {
@@ -326,14 +328,17 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
     }
     let (nominal, trace) = runs[0].clone();
     let mut models = BTreeMap::new();
-    models.insert("rigid", runs[0].0.clone());
-    models.insert("soft", runs[1].0.clone());
+    models.insert(StopModel::Rigid, runs[0].0.clone());
+    models.insert(StopModel::Soft, runs[1].0.clone());
     let mut by_polarity = BTreeMap::new();
     if polarities.len() > 1 {
         for (polarity, pair) in polarities.iter().zip(runs.chunks(2)) {
             by_polarity.insert(
-                polarity.name(),
-                BTreeMap::from([("rigid", pair[0].0.clone()), ("soft", pair[1].0.clone())]),
+                *polarity,
+                BTreeMap::from([
+                    (StopModel::Rigid, pair[0].0.clone()),
+                    (StopModel::Soft, pair[1].0.clone()),
+                ]),
             );
         }
     }
@@ -341,7 +346,8 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         .max_by(|&a, &b| raw.samples[a].abs().total_cmp(&raw.samples[b].abs()))
         .unwrap();
     let document = Document {
-        schema: "latchgate.verdict/1",
+        schema: "latchgate.verdict/1".into(),
+        report_id: "5e1f".repeat(16),
         verdict,
         why: vec![
             reason(
@@ -404,10 +410,10 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         recording: RecordingBlock {
             file: file.into(),
             sha256: Some("3f5a9c0de1b27788".repeat(4)),
-            format: Some("csv"),
+            format: Some("csv".into()),
             channel: Some("11DOORLE0000ACYP".into()),
-            unit: Some("g"),
-            unit_source: Some("header"),
+            unit: Some("g".into()),
+            unit_source: Some("header".into()),
             samples: raw.samples.len(),
             sample_rate_hz: Some(RATE_HZ),
             start_s: Some(raw.start_s),
@@ -415,18 +421,24 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             peak_g: Some(raw.samples[peak_index].abs() / STANDARD_GRAVITY),
             peak_time_s: Some(raw.time_s(peak_index)),
             card_sha256: Some("0c9a71e2".repeat(8)),
+            opens_when: (polarities.len() == 1).then_some(CardPolarity::Negative),
+            opens_when_source: if polarities.len() > 1 {
+                PolaritySource::Undeclared
+            } else {
+                PolaritySource::Card
+            },
             ..RecordingBlock::default()
         },
         conditioning: Some(ConditioningBlock {
             bias_m_s2: 0.46 * STANDARD_GRAVITY,
             bias_standard_error_m_s2: 0.012,
-            bias_standard_error_method: "integrated autocorrelation time",
+            bias_standard_error_method: "integrated autocorrelation time".into(),
             bias_samples: 191,
             bias_window_s: Some((START_S, -0.001)),
-            filter: "cfc1000",
-            filter_standard: "iso6487",
+            filter: "cfc1000".into(),
+            filter_standard: "iso6487".into(),
             filter_design_frequency_hz: Some(25.0 / 12.0 * 1000.0),
-            filter_end_treatment: Some("10 ms of point-mirrored samples at each end"),
+            filter_end_treatment: Some("10 ms of point-mirrored samples at each end".into()),
             resample_hz: None,
             peak_g: Some(0.97 * raw.samples[peak_index].abs() / STANDARD_GRAVITY),
             peak_time_s: Some(raw.time_s(peak_index)),
@@ -435,23 +447,15 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             synthetic: true,
         }),
         design,
-        decision_rule: "Nominal run only. Pass if the peak angle and the coast peak, each plus numerical and interpolation error, are at most the limit; fail if the peak less that error exceeds it; undecided otherwise, or where two stops or two undeclared signs answer differently.",
+        decision_rule: "Nominal run only. Pass if the peak angle and the coast peak, each plus numerical and interpolation error, are at most the limit; fail if the peak less that error exceeds it; undecided otherwise, or where two stops or two undeclared signs answer differently.".into(),
         request: Request {
-            command: format!("latchgate replay {file} --design 'lever & co.toml'"),
-            opens_when_source: if polarities.len() > 1 {
-                "undeclared"
-            } else {
-                "card"
-            },
-            model: "auto",
-            window_s: None,
-            phi0_rad: None,
-            omega0_rad_s: None,
+            channel: Some("lever & co".into()),
             members: 0,
-            seed: 1,
+            ..Request::default()
         },
         run: RunBlock {
-            version: "0.1.0",
+            version: "0.1.0".into(),
+            numbers_revision: Some(1),
             elapsed_s: 0.012_345,
         },
     };

@@ -11,7 +11,7 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn command(arguments: &[&str], out: &Path) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_latchgate"));
+    let mut command = crate::support::program();
     command
         .arg("study")
         .args(arguments)

@@ -1,7 +1,7 @@
 //! Guards verdict.json: its keys, their types and order, the digits of its numbers, its sentences.
 
 use super::*;
-use crate::cli::{Folder, latchgate, signal, table};
+use crate::support::{Folder, latchgate, signal_file, table};
 use serde_json::Value;
 
 /// What a key holds.
@@ -124,7 +124,7 @@ fn check_document(document: &Value) {
 fn verif_the_document_has_every_key_with_its_type() {
     let document = latchgate(&[
         "replay",
-        &signal("burst.csv"),
+        &signal_file("burst.csv"),
         "--no-report",
         "--format",
         "json",
@@ -242,7 +242,7 @@ fn verif_keys_stand_in_their_order() {
 /// Every number is printed with all its digits: what is read back is the same number.
 #[test]
 fn verif_numbers_are_printed_with_all_their_digits() {
-    let file = signal("surviving.csv");
+    let file = signal_file("surviving.csv");
     let document = latchgate(&[
         "replay",
         &file,
@@ -305,7 +305,7 @@ fn cli_the_first_sentences_tell_a_crash_engineer_what_he_needs() {
         }
         assert_eq!(found.len(), 3);
     };
-    let surviving = signal("surviving.csv");
+    let surviving = signal_file("surviving.csv");
     check(
         &[&surviving],
         [
@@ -315,7 +315,7 @@ fn cli_the_first_sentences_tell_a_crash_engineer_what_he_needs() {
         ],
     );
     check(
-        &[&signal("burst.csv")],
+        &[&signal_file("burst.csv")],
         [
             "The lever crosses the limit of 0.1 rad at 14.423 ms and reaches 2.117 rad at 74.323 ms, 21.2 times the limit (soft stop, negative acceleration opens).",
             "Scattered as design and input are uncertain, the limit is crossed by 128 of 128 levers, at least 96.63 % of all such (soft stop, negative opens); a fail needs 95 %.",
@@ -327,7 +327,7 @@ fn cli_the_first_sentences_tell_a_crash_engineer_what_he_needs() {
         [
             "The lever reaches at most 0.02918 rad",
             "The error of the computation",
-            "Only nominal runs were judged, as with --members 0",
+            "Only nominal runs were judged, as with the setting `members` = 0",
         ],
     );
     check(

@@ -3,7 +3,7 @@
 //! forms.
 
 use super::*;
-use crate::cli::{Folder, latchgate, table};
+use crate::support::{Folder, latchgate, table};
 use latchgate::model::stop::damping_ratio;
 use latchgate::replay::batch::Member;
 use latchgate::units::Restitution;
@@ -394,7 +394,7 @@ fn check_refused(key: &str, value: f64) {
     design.set(&format!("{key}={value}")).unwrap();
     let error = ensemble::check(&design).unwrap_err().to_string();
     assert!(
-        error.contains(key) && error.contains("--members 0"),
+        error.contains(key) && error.contains("`members` = 0"),
         "{error}"
     );
     assert!(Scatter::new(&design, 0.0, 1).is_err());

@@ -3,7 +3,7 @@
 
 use super::draws::{check_close, with_tolerances};
 use super::*;
-use crate::cli::{Folder, latchgate, signal, table, without_run};
+use crate::support::{Folder, data, latchgate, signal_file, table, without_run};
 use latchgate::replay::batch::{self, BatchOptions};
 use latchgate::verdict::ensemble::bounds::{LOOK_CONFIDENCE, lower, upper};
 use latchgate::verdict::ensemble::{End, Scatter};
@@ -95,7 +95,11 @@ fn verif_an_ensemble_is_what_its_members_say() {
         ],
     );
     // A single swing: more of the pulse opens more, and the bounce plays no part in it.
-    let names: Vec<&str> = own.drivers.iter().map(|driver| driver.parameter).collect();
+    let names: Vec<&str> = own
+        .drivers
+        .iter()
+        .map(|driver| &*driver.parameter)
+        .collect();
     assert_eq!(names, ["input.bias_g", "input.scale", "stop.restitution"]);
     let first = &own.drivers[0];
     assert!(first.rank_correlation.unwrap() < -0.7, "{first:?}");
@@ -345,11 +349,11 @@ fn verif_polarities_with_ensembles() {
 
 // ---------------------------------------------------------------- filters and inputs
 
-fn rows(assessment: &Assessment) -> Vec<(&'static str, Option<Answer>)> {
+fn rows(assessment: &Assessment) -> Vec<(&str, Option<Answer>)> {
     assessment
         .filters
         .iter()
-        .map(|row| (row.filter, row.verdict))
+        .map(|row| (&*row.filter, row.verdict))
         .collect()
 }
 
@@ -403,7 +407,7 @@ fn verif_the_filter_table_is_what_each_filter_gives() {
         assert_eq!(row.verdict, Some(own.answer));
         for other in &tables {
             check_close(
-                row.filter,
+                &row.filter,
                 other.filters[index].peak_angle_rad.unwrap(),
                 own.nominal.peak_angle_rad,
                 1e-12,
@@ -563,7 +567,7 @@ fn verif_what_one_input_does_alone() {
     ];
     assert_eq!(found.what_if.len(), expected.len());
     for (what_if, (input, change, peak)) in found.what_if.iter().zip(expected) {
-        assert_eq!((what_if.input, what_if.change), (input, change));
+        assert_eq!((&*what_if.input, what_if.change), (input, change));
         check_close(input, what_if.peak_angle_rad, peak, 1e-9);
     }
 }
@@ -624,7 +628,7 @@ fn verif_the_burst_fails_and_the_surviving_pulse_passes_at_any_seed() {
     for seed in 1..=seeds {
         let seed = seed.to_string();
         for (file, code) in [("burst.csv", 1), ("surviving.csv", 0)] {
-            let own = ["replay", &signal(file), "--no-report", "--seed", &seed];
+            let own = ["replay", &signal_file(file), "--no-report", "--seed", &seed];
             assert_eq!(latchgate(&own).code, code, "{file} {seed}");
         }
     }
@@ -664,16 +668,11 @@ fn cli_the_same_bytes_for_any_number_of_threads() {
     }
 }
 
-/// NHTSA test 7292, curve 148, on the paper's lever (needs ../shared). Nominal peaks as an
+/// NHTSA test 7292, curve 148, on the paper's lever. Nominal peaks as an
 /// independent program gave them; the verdict names what it hangs on.
 #[test]
 fn val_a_real_channel_is_undecided_by_bias_and_polarity() {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../shared/recordings/nhtsa_v07292.148");
-    if !path.exists() {
-        println!("left out: {} is not there", path.display());
-        return;
-    }
+    let path = data("recordings/nhtsa_v07292.148");
     let file = path.to_str().unwrap();
     let run = |own: &[&str]| {
         let first = [

@@ -2,7 +2,7 @@
 //! `docs/decision.md` with a test that names it; and those that no other file covers.
 
 use super::*;
-use crate::cli::{Folder, latchgate, shared, table};
+use crate::support::{Folder, data, latchgate, table};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -200,17 +200,14 @@ fn verif_nominal_runs_name_the_bias_that_decides() {
     assert_eq!(judged.what_if.len(), 2);
 }
 
-/// NHTSA test 7292, curve 148, nominal runs alone (needs ../shared): what an ensemble's reasons
+/// NHTSA test 7292, curve 148, nominal runs alone: what an ensemble's reasons
 /// name is named without one.
 #[test]
 fn val_nominal_runs_of_a_real_channel_name_bias_and_polarity() {
-    let Some(file) = shared("recordings/nhtsa_v07292.148") else {
-        println!("left out: ../shared is not there");
-        return;
-    };
+    let file = data("recordings/nhtsa_v07292.148");
     let document = latchgate(&[
         "replay",
-        &file,
+        file.to_str().unwrap(),
         "--unit",
         "g",
         "--members",

@@ -3,7 +3,7 @@
 
 use super::super::{Case, FROM, TO, g, good, refused, s};
 use super::{CODE, File, files, folder, lateral, one, refused_folder};
-use crate::mme::{tar_of, zip_of};
+use crate::support::{tar_of, zip_of};
 use std::fmt::Write as _;
 
 pub(super) fn cases() -> Vec<Case> {

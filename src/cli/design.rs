@@ -1,0 +1,53 @@
+//! The design that the command line asks for: a file, or the paper's, with overrides.
+
+use super::failure::Failure;
+use crate::error::{Error, ErrorKind, Place};
+use crate::model::Design;
+use crate::pipeline::design_from_bytes;
+use crate::recording::Limits;
+use std::io::Read;
+use std::path::Path;
+
+/// Reads the design file, if one is named, and applies the overrides.
+pub(super) fn design(
+    file: Option<&Path>,
+    overrides: &[String],
+    limits: &Limits,
+) -> Result<Design, Failure> {
+    let mut design = Design::reference();
+    override_keys(&mut design, overrides).map_err(Failure::Usage)?;
+    match file {
+        None => design.validate().map_err(Failure::Usage)?,
+        Some(path) => {
+            design = read(path, limits).map_err(Failure::Data)?;
+            override_keys(&mut design, overrides).map_err(Failure::Usage)?;
+            // Here it takes the file to see that the values do not go together.
+            design.validate().map_err(Failure::Data)?;
+        }
+    }
+    Ok(design)
+}
+
+fn override_keys(design: &mut Design, overrides: &[String]) -> Result<(), Error> {
+    overrides
+        .iter()
+        .try_for_each(|assignment| design.set(assignment))
+        .map_err(|error| error.at(Place::file("--set")))
+}
+
+fn read(path: &Path, limits: &Limits) -> Result<Design, Error> {
+    let file = path
+        .file_name()
+        .map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)
+        .and_then(|file| file.take(limits.settings_bytes + 1).read_to_end(&mut bytes))
+        .map_err(|error| {
+            Error::from(ErrorKind::Io {
+                action: "read the design file",
+                reason: error.to_string(),
+            })
+            .at(Place::file(file.as_str()))
+        })?;
+    design_from_bytes(&file, &bytes, limits)
+}

@@ -1,0 +1,316 @@
+//! Options that commands share, and what they ask as data.
+
+use super::values::{
+    Grid, Log, MethodArgument, ModelArgument, OutputFormat, Resample, parse_grid, parse_limit,
+    parse_log, parse_resample,
+};
+use crate::conditioning::{BiasWindow, FilterChoice, FilterStandard};
+use crate::error::Error;
+use crate::margin::{MapAxis, MapRequest};
+use crate::recording::card::CardPolarity;
+use crate::recording::{Limits, Source};
+use crate::request::{
+    MEMBERS_DEFAULT, MarginRequest, Request, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, parse_bias,
+    parse_filter, parse_finite, parse_map_axis, parse_phi0, parse_polarity, parse_positive,
+    parse_standard, parse_time_unit, parse_tolerance, parse_unit, parse_velocity, parse_window,
+};
+use crate::units::{AccelerationUnit, TimeUnit};
+use crate::verdict::ensemble::MEMBERS_MAX;
+use clap::Args;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Options of every command.
+#[derive(Debug, Clone, Args)]
+pub struct Common {
+    /// Say more on stderr: -v info, -vv debug, -vvv trace
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    pub verbose: u8,
+    /// Log to stderr as [text|json][:LEVEL], LEVEL one of error, warn, info, debug, trace
+    #[arg(long, global = true, value_name = "FORMAT[:LEVEL]", value_parser = parse_log)]
+    pub log: Option<Log>,
+    /// Threads to use; the numbers do not depend on it [default: all cores]
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
+    pub threads: Option<u16>,
+    /// Form of the answer on stdout
+    #[arg(long, global = true, value_enum, default_value_t = OutputFormat::Text)]
+    pub format: OutputFormat,
+    /// Change a limit on input, for example text_bytes=512MiB; latchgate limits lists them
+    #[arg(long, global = true, value_name = "KEY=VALUE", value_parser = parse_limit)]
+    pub limit: Vec<String>,
+}
+
+impl Common {
+    /// Returns the limits on input that `--limit` changes, by name.
+    ///
+    /// # Errors
+    ///
+    /// As [`Limits::set`].
+    pub fn changed_limits(&self) -> Result<BTreeMap<String, u64>, Error> {
+        let limits = self.limits()?;
+        Ok(limits
+            .entries()
+            .into_iter()
+            .filter(|limit| limit.value != limit.default)
+            .map(|limit| (limit.name.to_string(), limit.value))
+            .collect())
+    }
+
+    /// Returns the limits on input, with those that `--limit` changes.
+    ///
+    /// # Errors
+    ///
+    /// As [`Limits::set`].
+    pub fn limits(&self) -> Result<Limits, Error> {
+        let mut limits = Limits::default();
+        for assignment in &self.limit {
+            limits.set(assignment)?;
+        }
+        Ok(limits)
+    }
+
+    /// Returns the number of threads to use.
+    #[must_use]
+    pub fn thread_count(&self) -> usize {
+        self.threads.map_or_else(
+            || std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+            usize::from,
+        )
+    }
+}
+
+/// How a recording is read.
+#[derive(Debug, Clone, Args)]
+pub struct ReadArguments {
+    /// Recording to read; - for standard input
+    #[arg(value_name = "RECORDING")]
+    pub recording: PathBuf,
+    /// Format of the recording, if it shall not be detected [possible values: csv, ev5, iso-mme, lvm, mcap]
+    #[arg(long, value_name = "FORMAT")]
+    pub input_format: Option<String>,
+    /// Column name or 1-based number, or MCAP topic:field.path [default: the one lateral acceleration]
+    #[arg(long, value_name = "NAME")]
+    pub channel: Option<String>,
+    /// Column name or 1-based number of the time [default: found]
+    #[arg(long, value_name = "NAME", conflicts_with = "rate_hz")]
+    pub time_column: Option<String>,
+    /// Unit of the time column [default: as the file states, else s]
+    #[arg(long, value_name = "s|ms|us", value_parser = parse_time_unit)]
+    pub time_unit: Option<TimeUnit>,
+    /// Sample rate where the file holds no time [Hz]
+    #[arg(long, value_name = "HZ", value_parser = parse_positive, allow_negative_numbers = true)]
+    pub rate_hz: Option<f64>,
+    /// Instant of first contact on the file's clock [s] [default: 0 of that clock; MCAP: the first sample]
+    #[arg(long, value_name = "S", value_parser = parse_finite, allow_negative_numbers = true)]
+    pub time_zero: Option<f64>,
+    /// Unit of acceleration [default: as header, units row, card or format states]
+    #[arg(long, value_name = "g|m/s2|mm/s2|mm/ms2|ft/s2", value_parser = parse_unit)]
+    pub unit: Option<AccelerationUnit>,
+}
+
+impl ReadArguments {
+    /// Returns the source: `-` is standard input, anything else a path.
+    #[must_use]
+    pub fn source(&self) -> Source {
+        if self.recording == Path::new("-") {
+            Source::Stdin
+        } else {
+            Source::File(self.recording.clone())
+        }
+    }
+
+    /// Returns how the recording is read, as a question of which the rest has its defaults.
+    ///
+    /// # Errors
+    ///
+    /// As [`Common::changed_limits`].
+    pub fn request(&self, common: &Common) -> Result<Request, Error> {
+        Ok(Request {
+            input_format: self.input_format.clone(),
+            channel: self.channel.clone(),
+            time_column: self.time_column.clone(),
+            time_unit: self.time_unit,
+            rate_hz: self.rate_hz,
+            time_zero: self.time_zero,
+            unit: self.unit,
+            limits: common.changed_limits()?,
+            ..Request::default()
+        })
+    }
+}
+
+/// Options of `replay`.
+#[derive(Debug, Clone, Args)]
+pub struct ReplayArguments {
+    /// How the recording is read.
+    #[command(flatten)]
+    pub read: ReadArguments,
+    /// Sign of the recorded acceleration that opens the lever; both: judge each, the worse counts
+    /// [default: the card; else both are judged and must agree]
+    #[arg(long, value_name = "negative|positive|both", value_parser = parse_polarity)]
+    pub opens_when: Option<CardPolarity>,
+    /// Window whose mean is removed, START..END in s, or none [default: all samples at t <= -1 ms
+    /// if they span at least 5 ms]
+    #[arg(long, value_name = "START..END|none", value_parser = parse_bias, allow_hyphen_values = true)]
+    pub bias: Option<BiasWindow>,
+    /// Channel frequency class [default: cfc1000 where the rate is at least 10 kHz, else none]
+    #[arg(long, value_name = "none|cfc60|cfc180|cfc600|cfc1000", value_parser = parse_filter)]
+    pub filter: Option<FilterChoice>,
+    /// Filter constant and end treatment
+    #[arg(long, value_name = "iso6487|saej211", value_parser = parse_standard, default_value = "iso6487")]
+    pub filter_standard: FilterStandard,
+    /// Rate fed to the model [Hz], or native
+    #[arg(long, value_name = "HZ|native", value_parser = parse_resample, default_value = "native", allow_negative_numbers = true)]
+    pub resample: Resample,
+    /// Judge only crossings inside START..END in s; the whole record drives the lever
+    #[arg(long, value_name = "START..END", value_parser = parse_window, allow_hyphen_values = true)]
+    pub window: Option<(f64, f64)>,
+    /// Design file (TOML) [default: the paper's lever]
+    #[arg(long, value_name = "FILE")]
+    pub design: Option<PathBuf>,
+    /// Override of one design key, for example lever.preload_torque_nm=2.82
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Stop model; auto: the answer both give, undecided where they differ
+    #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
+    pub model: ModelArgument,
+    /// Integrator; all but event-driven are there to be compared with
+    #[arg(long, value_enum, default_value_t = MethodArgument::EventDriven)]
+    pub method: MethodArgument,
+    /// Steps of the fixed-step methods per natural period of the lever
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = STEPS_PER_PERIOD_DEFAULT, allow_negative_numbers = true)]
+    pub steps_per_period: u32,
+    /// Error that event-driven and dopri5 let pass in a step [rad] [default: 1e-17; dopri5: 1e-9,
+    /// absolute and relative, 1e-14 at least]
+    #[arg(long, value_name = "RAD", value_parser = parse_tolerance, allow_negative_numbers = true)]
+    pub tolerance: Option<f64>,
+    /// Largest ensemble of levers scattered as design and input are uncertain; it ends earlier
+    /// where fewer decide; 0: the nominal runs alone
+    #[arg(long, value_name = "N", default_value_t = MEMBERS_DEFAULT, value_parser = clap::value_parser!(u32).range(..=i64::from(MEMBERS_MAX)), allow_negative_numbers = true)]
+    pub members: u32,
+    /// Seed of the ensemble
+    #[arg(long, value_name = "N", default_value_t = SEED_DEFAULT, allow_negative_numbers = true)]
+    pub seed: u64,
+    /// Initial angle [rad] [default: at rest on the stop]
+    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true)]
+    pub phi0: Option<f64>,
+    /// Initial angular velocity [rad/s] [default: at rest]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true)]
+    pub omega0: Option<f64>,
+    /// Folder of the report [default: reports/out/RECORDING-DESIGN]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Write no report
+    #[arg(long, conflicts_with = "out")]
+    pub no_report: bool,
+}
+
+impl ReplayArguments {
+    /// Returns the question that the options ask.
+    ///
+    /// # Errors
+    ///
+    /// As [`Common::changed_limits`].
+    pub fn request(&self, common: &Common) -> Result<Request, Error> {
+        Ok(Request {
+            opens_when: self.opens_when,
+            bias: self.bias.unwrap_or(BiasWindow::PreEvent),
+            filter: self.filter.unwrap_or(FilterChoice::Default),
+            filter_standard: self.filter_standard,
+            resample_hz: match self.resample {
+                Resample::Native => None,
+                Resample::Hertz(hertz) => Some(hertz),
+            },
+            window_s: self.window,
+            model: self.model.choice(),
+            method: self.method.method(self.steps_per_period),
+            tolerance_rad: self.tolerance,
+            members: self.members,
+            seed: self.seed,
+            phi0_rad: self.phi0,
+            omega0_rad_s: self.omega0,
+            ..self.read.request(common)?
+        })
+    }
+}
+
+/// Options of `margin`.
+#[derive(Debug, Clone, Args)]
+pub struct MarginArguments {
+    /// What is replayed.
+    #[command(flatten)]
+    pub replay: ReplayArguments,
+    /// Distance of the counterweight from the pivot, on its far side [m]
+    #[arg(long, value_name = "M", value_parser = parse_positive, default_value_t = 0.03, allow_negative_numbers = true)]
+    pub counterweight_radius: f64,
+    /// Values of each quantity that the search begins with [default: 200 to 1200, fewer the longer
+    /// the recording]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(50..=20_000), allow_negative_numbers = true)]
+    pub points: Option<u32>,
+    /// Map of the peak angle over two design keys, with the boundary of the pass, for example
+    /// --map lever.preload_torque_nm=0.1..3 lever.mass_kg=0.05..0.2
+    #[arg(long, num_args = 2, value_names = ["KEY=LO..HI", "KEY=LO..HI"], value_parser = parse_map_axis)]
+    pub map: Option<Vec<MapAxis>>,
+    /// Values of the map's keys, the first key's times the second's
+    #[arg(long, value_name = "NxM", value_parser = parse_grid, default_value = "61x61", requires = "map")]
+    pub map_grid: Grid,
+}
+
+impl MarginArguments {
+    /// Returns the question that the options ask.
+    ///
+    /// # Errors
+    ///
+    /// As [`Common::changed_limits`].
+    pub fn request(&self, common: &Common) -> Result<MarginRequest, Error> {
+        let map = match self.map.as_deref() {
+            Some([x, y]) => Some(MapRequest {
+                x: x.clone(),
+                y: y.clone(),
+                columns: self.map_grid.columns,
+                rows: self.map_grid.rows,
+            }),
+            _ => None,
+        };
+        Ok(MarginRequest {
+            replay: self.replay.request(common)?,
+            counterweight_radius_m: self.counterweight_radius,
+            points: self.points,
+            map,
+        })
+    }
+}
+
+/// Options of `verify`.
+#[derive(Debug, Clone, Args)]
+pub struct VerifyArguments {
+    /// Verdict to verify: a verdict.json of latchgate replay, or its output with --format json
+    #[arg(value_name = "VERDICT.json")]
+    pub verdict: PathBuf,
+    /// The recording, under whatever name [default: that of the verdict's name, beside the verdict
+    /// or in the current folder]
+    #[arg(long, value_name = "FILE")]
+    pub recording: Option<PathBuf>,
+}
+
+/// Options of `inspect`.
+#[derive(Debug, Clone, Args)]
+pub struct InspectArguments {
+    /// How the recording is read.
+    #[command(flatten)]
+    pub read: ReadArguments,
+}
+
+/// The lever of a study, and where its files go.
+#[derive(Debug, Clone, Args)]
+pub struct StudyCommon {
+    /// Folder of the study's files [default: reports/out/NAME]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Design file (TOML) [default: the paper's lever]
+    #[arg(long, value_name = "FILE")]
+    pub design: Option<PathBuf>,
+    /// Override of one design key, for example lever.preload_torque_nm=2.82
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+}

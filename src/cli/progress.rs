@@ -1,0 +1,149 @@
+//! What a command is doing and how far it has come, on a terminal, and Ctrl-C, which ends it.
+
+use super::failure::INTERRUPTED;
+use super::output;
+use crate::parallel::Control;
+use std::io::{IsTerminal, Write};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Set by Ctrl-C.
+static STOPPED: AtomicBool = AtomicBool::new(false);
+
+/// Whether a line of progress stands on the terminal.
+static LINE_STANDS: AtomicBool = AtomicBool::new(false);
+
+/// Time that a command has to end by itself, keeping what is done, before it is ended.
+const GRACE: Duration = Duration::from_millis(900);
+
+/// Time that a command takes before its progress is shown.
+const QUIET: Duration = Duration::from_secs(1);
+
+/// Time between two lines.
+const EVERY: Duration = Duration::from_millis(100);
+
+/// What is said of a command that Ctrl-C ended.
+pub(super) const WORD: &str = "latchgate: interrupted";
+
+/// Makes the first Ctrl-C ask the command to end, and see to it that it does within a second; a
+/// second one ends it at once.
+pub(super) fn listen() {
+    // Fails only if somebody else listens already; then Ctrl-C does what it does without us.
+    let _ = ctrlc::set_handler(|| {
+        if !STOPPED.swap(true, Ordering::Relaxed) {
+            std::thread::spawn(|| {
+                std::thread::sleep(GRACE);
+                end();
+            });
+        } else {
+            end();
+        }
+    });
+}
+
+fn end() -> ! {
+    wipe();
+    output::talk(WORD);
+    std::process::exit(i32::from(INTERRUPTED));
+}
+
+/// Returns whether Ctrl-C was pressed.
+pub(super) fn stopped() -> bool {
+    STOPPED.load(Ordering::Relaxed)
+}
+
+/// Takes the line of progress off the terminal.
+fn wipe() {
+    if LINE_STANDS.swap(false, Ordering::Relaxed) {
+        let mut err = std::io::stderr().lock();
+        let _ = write!(err, "\r\x1b[K");
+        let _ = err.flush();
+    }
+}
+
+/// A line on a terminal's stderr that is written over: what is done, how far, how long yet.
+pub(super) struct Progress {
+    on_terminal: bool,
+    state: Mutex<State>,
+}
+
+struct State {
+    step: String,
+    began: Instant,
+    shown: Instant,
+}
+
+impl Progress {
+    /// Begins with the step of that name.
+    pub(super) fn new(step: &str) -> Self {
+        let now = Instant::now();
+        Self {
+            on_terminal: std::io::stderr().is_terminal(),
+            state: Mutex::new(State {
+                step: step.into(),
+                began: now,
+                shown: now,
+            }),
+        }
+    }
+
+    /// Does a step of the work on so many threads, watched.
+    pub(super) fn watch<T>(
+        &self,
+        step: &str,
+        threads: usize,
+        work: impl FnOnce(&Control<'_>) -> T,
+    ) -> T {
+        if let Ok(mut state) = self.state.lock() {
+            state.step = step.into();
+            state.began = Instant::now();
+        }
+        work(&Control {
+            threads,
+            proceed: &|part| self.proceed(part),
+        })
+    }
+
+    /// Takes in which part of the step is done; false asks for an end.
+    fn proceed(&self, part: Option<f64>) -> bool {
+        if self.on_terminal
+            && let Some(part) = part
+            && let Ok(mut state) = self.state.try_lock()
+            && state.began.elapsed() >= QUIET
+            && state.shown.elapsed() >= EVERY
+        {
+            state.shown = Instant::now();
+            let mut err = std::io::stderr().lock();
+            LINE_STANDS.store(true, Ordering::Relaxed);
+            let _ = write!(
+                err,
+                "\r\x1b[K{}: {:.0} %{}",
+                state.step,
+                100.0 * part,
+                left(state.began.elapsed(), part)
+            );
+            let _ = err.flush();
+        }
+        !stopped()
+    }
+}
+
+/// Says how long the step takes yet, if it goes on as it did, once enough of it is done to say so.
+fn left(elapsed: Duration, part: f64) -> String {
+    if part < 0.02 {
+        return String::new();
+    }
+    let seconds = (elapsed.as_secs_f64() * (1.0 - part) / part).ceil();
+    if seconds < 100.0 {
+        format!(", {seconds:.0} s left")
+    } else {
+        format!(", {:.0} min left", (seconds / 60.0).ceil())
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        wipe();
+    }
+}

@@ -1,0 +1,120 @@
+//! What the command line asks of a study, what it gives one, and what it gets back.
+
+use crate::cli::failure::Failure;
+use crate::cli::options::StudyCommon;
+use crate::cli::progress::Progress;
+use crate::error::Error;
+use crate::model::Design;
+use crate::model::stop::StopModel;
+use crate::parallel::Control;
+use crate::report::study::Table;
+use crate::study::Headline;
+use crate::study::work_precision::Truth;
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::time::Instant;
+
+/// A study as the command line sees it: options that can be run.
+pub(super) trait Analysis {
+    /// Returns the study's name, which its files take.
+    fn name(&self) -> &'static str;
+
+    /// Returns the options of every study.
+    fn common(&self) -> &StudyCommon;
+
+    /// Runs it on `design`.
+    fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure>;
+}
+
+/// Clock, threads and progress of a study.
+pub(super) struct Session {
+    started: Instant,
+    progress: Progress,
+    threads: usize,
+}
+
+impl Session {
+    pub(super) fn new(name: &str, threads: usize) -> Self {
+        Self {
+            started: Instant::now(),
+            progress: Progress::new(name),
+            threads,
+        }
+    }
+
+    /// Returns the seconds since the study began.
+    pub(super) fn elapsed_s(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+
+    /// Does a step of the work by all threads, showing on a terminal how far it is.
+    pub(super) fn watch<T>(
+        &self,
+        step: &str,
+        work: impl FnOnce(&Control<'_>) -> Result<T, Error>,
+    ) -> Result<T, Failure> {
+        self.progress
+            .watch(step, self.threads, work)
+            .map_err(Failure::Data)
+    }
+}
+
+/// The answer of a study; name, version and time are added to it in one place.
+pub(super) struct Answer {
+    /// The study's options, as its JSON states them.
+    pub(super) parameters: Value,
+    pub(super) headlines: Vec<Headline>,
+    /// Truth of each case, of a study that has cases.
+    pub(super) cases: Vec<Truth>,
+    /// What else the JSON lists.
+    pub(super) results: Option<Value>,
+    pub(super) tables: Vec<Table>,
+    pub(super) svg: String,
+    /// Whether the work was done to its end.
+    pub(super) complete: bool,
+}
+
+impl Answer {
+    /// Returns an answer to `options` that is still empty.
+    pub(super) fn to(options: &impl Serialize) -> Self {
+        Self {
+            parameters: json!(options),
+            headlines: Vec::new(),
+            cases: Vec::new(),
+            results: None,
+            tables: Vec::new(),
+            svg: String::new(),
+            complete: true,
+        }
+    }
+
+    /// Returns the answer of a study that is run once for each of `stops`, whose options are the
+    /// same but for the stop.
+    pub(super) fn of_stops(options: &impl Serialize, stops: &[StopModel]) -> Self {
+        let mut answer = Self::to(options);
+        answer.parameters["model"] = json!(stops);
+        answer
+    }
+
+    /// Adds what was found with `stop`, one of `stops`: rows, headline figures and further results,
+    /// which are complete or not.
+    pub(super) fn add<T: Serialize + Default>(
+        &mut self,
+        (stop, stops): (StopModel, &[StopModel]),
+        rows: &[T],
+        headlines: Vec<Headline>,
+        complete: bool,
+        mut results: Value,
+    ) -> Result<(), Failure> {
+        let table = Table::of_stops(stops, stop, rows).map_err(Failure::Data)?;
+        self.tables.push(table);
+        self.headlines.extend(headlines);
+        self.complete &= complete;
+        results["model"] = json!(stop);
+        results["complete"] = json!(complete);
+        if let Value::Array(all) = self.results.get_or_insert_with(|| json!([])) {
+            all.push(results);
+        }
+        Ok(())
+    }
+}

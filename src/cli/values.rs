@@ -1,0 +1,179 @@
+//! Values of options that only the command line knows, and how they are read.
+
+use crate::model::stop::StopModel;
+use crate::recording::Limits;
+use crate::replay::Method;
+use crate::request;
+use crate::verdict::ModelChoice;
+use clap::ValueEnum;
+use tracing::level_filters::LevelFilter;
+
+/// Form of an answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum OutputFormat {
+    /// For people.
+    Text,
+    /// One JSON document.
+    Json,
+}
+
+/// Form of the log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LogFormat {
+    /// For people.
+    Text,
+    /// A JSON object per line.
+    Json,
+}
+
+/// What `--log` asks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Log {
+    /// Form.
+    pub format: LogFormat,
+    /// Least severe level shown.
+    pub level: LevelFilter,
+}
+
+/// Stop model asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ModelArgument {
+    /// The answer both give.
+    Auto,
+    /// Newton's restitution.
+    Rigid,
+    /// Spring and damper.
+    Soft,
+}
+
+impl ModelArgument {
+    /// Returns which stop models decide.
+    #[must_use]
+    pub fn choice(self) -> ModelChoice {
+        match self {
+            Self::Auto => ModelChoice::Auto,
+            Self::Rigid => ModelChoice::Only(StopModel::Rigid),
+            Self::Soft => ModelChoice::Only(StopModel::Soft),
+        }
+    }
+
+    /// Returns the stops that a study runs; `auto` are both.
+    #[must_use]
+    pub fn stops(self) -> Vec<StopModel> {
+        match self {
+            Self::Auto => vec![StopModel::Rigid, StopModel::Soft],
+            Self::Rigid => vec![StopModel::Rigid],
+            Self::Soft => vec![StopModel::Soft],
+        }
+    }
+}
+
+/// One stop asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum StopArgument {
+    /// Newton's restitution.
+    Rigid,
+    /// Spring and damper.
+    Soft,
+}
+
+impl StopArgument {
+    /// Returns the stop.
+    #[must_use]
+    pub fn stop(self) -> StopModel {
+        match self {
+            Self::Rigid => StopModel::Rigid,
+            Self::Soft => StopModel::Soft,
+        }
+    }
+}
+
+/// Integrator asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MethodArgument {
+    /// Short Taylor series, every event located.
+    EventDriven,
+    /// The paper's: Runge-Kutta, fixed step, events on its grid.
+    Rk4,
+    /// The same with located events; steps end at samples.
+    Rk4Located,
+    /// Dormand and Prince, adaptive, located events, across samples.
+    Dopri5,
+    /// The same restarted at each sample.
+    Dopri5Samples,
+    /// Time-stepping with impacts at velocity level; rigid stop only.
+    MoreauJean,
+}
+
+impl MethodArgument {
+    /// Returns the method with its steps per natural period, where it has any.
+    #[must_use]
+    pub fn method(self, steps_per_period: u32) -> Method {
+        match self {
+            Self::EventDriven => Method::EventDriven,
+            Self::Rk4 => Method::Rk4 { steps_per_period },
+            Self::Rk4Located => Method::Rk4Located { steps_per_period },
+            Self::Dopri5 => Method::Dopri5 { at_samples: false },
+            Self::Dopri5Samples => Method::Dopri5 { at_samples: true },
+            Self::MoreauJean => Method::MoreauJean { steps_per_period },
+        }
+    }
+}
+
+/// Rate asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Resample {
+    /// That of the recording.
+    Native,
+    /// This one [Hz].
+    Hertz(f64),
+}
+
+/// Values to the right and upwards.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Grid {
+    /// To the right.
+    pub columns: usize,
+    /// Upwards.
+    pub rows: usize,
+}
+
+pub(super) fn parse_log(text: &str) -> Result<Log, String> {
+    let (format, level) = text
+        .split_once(':')
+        .map_or((text, None), |(format, level)| (format, Some(level)));
+    let (format, level) = match (format, level) {
+        ("json", level) => (LogFormat::Json, level),
+        ("text", level) => (LogFormat::Text, level),
+        (level, None) => (LogFormat::Text, Some(level)),
+        _ => return Err("expected [text|json][:LEVEL], for example json:debug".into()),
+    };
+    let level = match level.unwrap_or("info") {
+        "error" => LevelFilter::ERROR,
+        "warn" => LevelFilter::WARN,
+        "info" => LevelFilter::INFO,
+        "debug" => LevelFilter::DEBUG,
+        "trace" => LevelFilter::TRACE,
+        other => {
+            return Err(format!(
+                "unknown level `{other}`, expected error, warn, info, debug or trace"
+            ));
+        }
+    };
+    Ok(Log { format, level })
+}
+
+pub(super) fn parse_limit(text: &str) -> Result<String, String> {
+    Limits::default()
+        .set(text)
+        .map(|()| text.to_string())
+        .map_err(|error| error.to_string())
+}
+
+pub(super) fn parse_grid(text: &str) -> Result<Grid, String> {
+    request::parse_grid(text).map(|(columns, rows)| Grid { columns, rows })
+}
+
+pub(super) fn parse_resample(text: &str) -> Result<Resample, String> {
+    request::parse_resample(text).map(|hertz| hertz.map_or(Resample::Native, Resample::Hertz))
+}

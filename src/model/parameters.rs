@@ -1,0 +1,182 @@
+//! The one table of a design's numbers: key, symbol, unit, range and meaning.
+//!
+//! Design files, overrides, tolerances, the ensemble and the report all draw from it: a number
+//! with a row here is read, checked, scattered and shown.
+
+use super::design::Design;
+use super::lever::Lever;
+use super::stop::Stop;
+use crate::error::{Error, ErrorKind};
+
+/// A number of a design.
+#[derive(Debug, Clone, Copy)]
+pub struct DesignParameter {
+    /// Name in design files and overrides: section, dot, key.
+    pub name: &'static str,
+    /// Symbol in formulas; empty for a number without one.
+    pub symbol: &'static str,
+    /// Unit; `1` for a ratio.
+    pub unit: &'static str,
+    /// Condition on its value.
+    pub range: Range,
+    /// Number of the generator's stream that draws it in an ensemble; `None` of a number that
+    /// is not scattered.
+    ///
+    /// A new row takes the next free number: one that changed would change every draw.
+    pub stream: Option<u32>,
+    /// What it is.
+    pub what: &'static str,
+    /// Where it stands in a design.
+    pub slot: Slot,
+}
+
+/// The place of a number in a design: whoever matches on it deals with every number.
+#[derive(Debug, Clone, Copy)]
+pub enum Slot {
+    /// A number of the lever.
+    Lever(fn(&mut Lever) -> &mut f64),
+    /// A number of the stop.
+    Stop(fn(&mut Stop) -> &mut f64),
+    /// The limit of the angle.
+    Threshold,
+    /// One standard deviation of the recording's scale.
+    InputScale,
+    /// One standard deviation of the recording's bias.
+    InputBias,
+}
+
+/// A condition on one number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Range {
+    /// Greater than zero, and finite.
+    Positive,
+    /// Zero or greater, and finite.
+    NotNegative,
+    /// From 0 to 1.
+    Ratio,
+}
+
+impl Range {
+    /// Checks `value` of the number `name`.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::OutOfRange`] with the condition.
+    pub fn check(self, name: &str, value: f64) -> Result<(), Error> {
+        let (good, expected) = match self {
+            Self::Positive => (value > 0.0 && value.is_finite(), "positive and finite"),
+            Self::NotNegative => (
+                value >= 0.0 && value.is_finite(),
+                "zero or positive, and finite",
+            ),
+            Self::Ratio => ((0.0..=1.0).contains(&value), "0 to 1"),
+        };
+        if good {
+            Ok(())
+        } else {
+            Err(ErrorKind::OutOfRange {
+                what: name.into(),
+                expected: expected.into(),
+                found: format!("{value}"),
+            }
+            .into())
+        }
+    }
+
+    /// Returns the value of this range that is nearest to `value`; a number that must be
+    /// positive has none and stays.
+    #[must_use]
+    pub fn hold(self, value: f64) -> f64 {
+        match self {
+            Self::Positive => value,
+            Self::NotNegative => value.max(0.0),
+            Self::Ratio => value.clamp(0.0, 1.0),
+        }
+    }
+}
+
+impl DesignParameter {
+    /// Returns the parameter of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<&'static Self> {
+        PARAMETERS.iter().find(|parameter| parameter.name == name)
+    }
+
+    /// Returns its name within its section.
+    #[must_use]
+    pub fn key(&self) -> &'static str {
+        self.name.split_once('.').map_or(self.name, |(_, key)| key)
+    }
+
+    /// Returns whether `[tolerance]` may name it: whether it is a number of lever or stop.
+    #[must_use]
+    pub fn has_tolerance(&self) -> bool {
+        matches!(self.slot, Slot::Lever(_) | Slot::Stop(_))
+    }
+
+    /// Returns its value in `design`, in its unit.
+    #[must_use]
+    pub fn of(&self, design: &Design) -> f64 {
+        match self.slot {
+            Slot::Lever(field) => *field(&mut { design.lever }),
+            Slot::Stop(field) => *field(&mut { design.stop }),
+            Slot::Threshold => design.criterion.threshold_rad,
+            Slot::InputScale => design.input.scale,
+            Slot::InputBias => design.input.bias_g,
+        }
+    }
+
+    /// Sets it in `design`; `value` has been checked.
+    pub(super) fn set(&self, design: &mut Design, value: f64) {
+        *match self.slot {
+            Slot::Lever(field) => field(&mut design.lever),
+            Slot::Stop(field) => field(&mut design.stop),
+            Slot::Threshold => &mut design.criterion.threshold_rad,
+            Slot::InputScale => &mut design.input.scale,
+            Slot::InputBias => &mut design.input.bias_g,
+        } = value;
+    }
+}
+
+macro_rules! slot {
+    (Lever $key:ident) => {
+        Slot::Lever(|lever| &mut lever.$key)
+    };
+    (Stop $key:ident) => {
+        Slot::Stop(|stop| &mut stop.$key)
+    };
+    ($slot:ident $key:ident) => {
+        Slot::$slot
+    };
+}
+
+macro_rules! parameters {
+    ($($section:ident.$key:ident as $slot:ident, $range:ident, $stream:expr, $symbol:literal, $unit:literal, $what:literal;)*) => {
+        /// Every number of a design, in the order of a design file.
+        pub const PARAMETERS: &[DesignParameter] = &[$(DesignParameter {
+            name: concat!(stringify!($section), ".", stringify!($key)),
+            symbol: $symbol,
+            unit: $unit,
+            range: Range::$range,
+            stream: $stream,
+            what: $what,
+            slot: slot!($slot $key),
+        }),*];
+    };
+}
+
+parameters! {
+    lever.moment_of_inertia_kg_m2 as Lever, Positive, Some(2), "I₀", "kg m²", "Moment of inertia about the pivot";
+    lever.pivot_damping_nm_s_per_rad as Lever, NotNegative, Some(3), "c₀", "N m s/rad", "Damping at the pivot";
+    lever.spring_stiffness_nm_per_rad as Lever, NotNegative, Some(4), "k₀", "N m/rad", "Stiffness of the spring";
+    lever.preload_torque_nm as Lever, NotNegative, Some(5), "T₀", "N m", "Preload torque";
+    lever.mass_kg as Lever, Positive, Some(6), "m", "kg", "Mass";
+    lever.center_of_mass_m as Lever, Positive, Some(7), "L", "m", "Distance of the centre of mass";
+    stop.restitution as Stop, Ratio, Some(8), "R", "1", "Restitution of the rigid stop";
+    stop.stiffness_n_per_m as Stop, Positive, Some(9), "kₛ", "N/m", "Stiffness of the soft stop";
+    stop.damping_n_s_per_m as Stop, NotNegative, Some(10), "cₛ", "N s/m", "Damping of the soft stop";
+    stop.radius_m as Stop, Positive, Some(11), "lₛ", "m", "Distance of the stop from the pivot";
+    criterion.threshold_rad as Threshold, Positive, None, "φ*", "rad", "Limit of the angle";
+    input.scale as InputScale, NotNegative, Some(0), "", "1", "Input: scale of the acceleration";
+    input.bias_g as InputBias, NotNegative, Some(1), "", "g", "Input: bias of the acceleration";
+}

@@ -1,0 +1,81 @@
+//! From a question to a document: what every door calls, be it the command line, a gate or a
+//! service.
+//!
+//! [`Prepared::open`] reads and conditions a recording once, as a [`Request`] asks;
+//! [`Prepared::judge`] answers for one design after another; [`judge`] does both for one. A
+//! recording that cannot be read, or a design that cannot be judged, is answered with a document,
+//! too ([`Outcome::refusal`] says why). [`crate::report::files`] turns an answer into named bytes.
+//! [`inspect`] lists what a recording holds, [`Prepared::margin`] says how far its verdict is from
+//! changing, [`verify`] makes the run inside a stored verdict again.
+//!
+//! Nothing here reads a clock or prints; who calls adds the time it took
+//! ([`crate::report::document::RunBlock::elapsed_s`]).
+//!
+//! - `prepared`: the recording, read and conditioned once;
+//! - `answer`: what was known and found, put together as a document;
+//! - `identity`: the hash that names a report;
+//! - `candidates`: the channels to choose from where several could be meant;
+//! - `design_file`, `inspect`, `margin`, `verify`: the other answers.
+//!
+//! # Examples
+//!
+//! ```
+//! use latchgate::pipeline::{self, Control, Design, Extras, Limits, Request, Source};
+//!
+//! let table: String = (-200..600)
+//!     .map(|k| format!("{},{}\n", f64::from(k) / 1e4, if (0..200).contains(&k) { -3.0 } else { 0.0 }))
+//!     .collect();
+//! let source = Source::bytes("push.csv", format!("t_s,acc_y_g\n{table}").into_bytes())
+//!     .with_card(*b"synthetic = true\nopens_when = \"negative\"\n");
+//! let outcome = pipeline::judge(
+//!     &source,
+//!     &Request::default(),
+//!     &Design::reference(),
+//!     Extras::default(),
+//!     &Limits::default(),
+//!     &Control::default(),
+//! );
+//! assert_eq!(outcome.document.verdict.name(), "fail");
+//! ```
+
+mod answer;
+mod candidates;
+mod compare;
+mod design_file;
+mod identity;
+mod inspect;
+mod margin;
+mod prepared;
+pub mod verify;
+
+pub use crate::model::Design;
+pub use crate::parallel::Control;
+pub use crate::recording::{Limits, Source};
+pub use crate::report::Document;
+pub use crate::request::{MarginRequest, Request};
+pub use candidates::Offer;
+pub use compare::Difference;
+pub use design_file::design_from_bytes;
+pub use identity::NUMBERS_REVISION;
+pub use inspect::{Choice, ListedChannel, ListedFile, Listing, inspect};
+pub use margin::{MarginOutcome, margin};
+pub use prepared::{Extras, Outcome, Prepared, Refused};
+pub use verify::{Stored, Verification, verify};
+
+/// Reads, conditions, replays and decides: one recording, one design, one document.
+///
+/// Whoever judges several designs on one recording opens it once with [`Prepared::open`].
+#[must_use]
+pub fn judge(
+    source: &Source,
+    request: &Request,
+    design: &Design,
+    extras: Extras,
+    limits: &Limits,
+    control: &Control<'_>,
+) -> Outcome {
+    match Prepared::open(source, request, limits, control) {
+        Ok(prepared) => prepared.judge(design, extras, control),
+        Err(refused) => refused.outcome(design),
+    }
+}

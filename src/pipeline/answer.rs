@@ -1,0 +1,211 @@
+//! What is known of a recording and what was found, put together as a document.
+
+use super::identity;
+use crate::conditioning::{self, Conditioned, cfc};
+use crate::error::Error;
+use crate::margin::PreloadAnswer;
+use crate::model::Design;
+use crate::recording::{Card, Channel, Finding, Severity, Source};
+use crate::report::document::{ConditioningBlock, Document, RecordingBlock, RunBlock};
+use crate::request::Request;
+use crate::units::{AccelerationUnit, STANDARD_GRAVITY};
+use crate::verdict::{
+    Answer, Assessment, DECISION_RULE, ErrorBudget, NOMINAL_DECISION_RULE, Polarity, Reason,
+    Screens, screen, wording,
+};
+use std::collections::BTreeMap;
+
+/// What is known of a recording, as far as reading it came.
+#[derive(Debug, Clone)]
+pub(super) struct Facts {
+    pub(super) request: Request,
+    pub(super) card: Card,
+    pub(super) recording: RecordingBlock,
+    pub(super) findings: Vec<Finding>,
+    pub(super) polarity: Polarity,
+}
+
+impl Facts {
+    pub(super) fn new(request: &Request, source: &Source) -> Self {
+        let mut facts = Self {
+            request: request.clone(),
+            card: Card::default(),
+            recording: RecordingBlock {
+                file: source.name(),
+                ..RecordingBlock::default()
+            },
+            findings: Vec::new(),
+            polarity: Polarity::Undeclared,
+        };
+        // Without a card, what the request declares holds.
+        facts.declare(Card::default());
+        facts
+    }
+
+    /// Takes the card in, and with it who declares which sign opens.
+    pub(super) fn declare(&mut self, card: Card) {
+        let (polarity, source) = self.request.polarity(&card);
+        self.polarity = polarity;
+        self.recording.opens_when = self.request.opens_when.or(card.opens_when);
+        self.recording.opens_when_source = source;
+        self.card = card;
+    }
+
+    pub(super) fn describe(&mut self, channel: &Channel) {
+        let block = &mut self.recording;
+        block.channel = Some(channel.name.clone());
+        block.unit = channel.unit.map(|unit| AccelerationUnit::name(unit).into());
+        block.unit_source = Some(channel.unit_source.into());
+        block.content_sha256 = channel.content_sha256();
+        block.samples = channel.values.len();
+        block.sample_rate_hz = Some(channel.rate.hertz());
+        block.start_s = Some(channel.start_s);
+        block.end_s = Some(channel.time_s(channel.values.len().saturating_sub(1)));
+    }
+
+    pub(super) fn report_id(&self, design: &Design) -> String {
+        identity::report_id(&self.recording, &self.request, design)
+    }
+
+    /// Returns how the channel was conditioned.
+    pub(super) fn conditioning(&self, conditioned: &Conditioned) -> ConditioningBlock {
+        let peak = conditioning::peak(&conditioned.used);
+        ConditioningBlock {
+            bias_m_s2: conditioned.bias_m_s2,
+            bias_standard_error_m_s2: conditioned.bias_standard_error_m_s2,
+            bias_standard_error_method: wording::bias_method().into(),
+            bias_samples: conditioned.bias_samples,
+            bias_window_s: conditioned.bias_window_s,
+            filter: wording::filter_name(conditioned.filter).into(),
+            filter_standard: conditioned.filter_standard.name().into(),
+            filter_design_frequency_hz: conditioned
+                .filter
+                .map(|filter| cfc::design_frequency_hz(filter, conditioned.filter_standard)),
+            filter_end_treatment: conditioned
+                .filter
+                .map(|_| cfc::end_treatment(conditioned.filter_standard).into()),
+            resample_hz: conditioned.resample_hz,
+            peak_g: peak.map(|(peak, _)| peak.abs() / STANDARD_GRAVITY),
+            peak_time_s: peak.map(|(_, time)| time),
+            velocity_change_m_s: conditioning::velocity_change_m_s(&conditioned.used),
+            range_g: self.card.range_g,
+            synthetic: self.card.synthetic,
+        }
+    }
+
+    /// Returns the findings with those of the replay, the worst first; within a severity in the
+    /// order of the line from file to replay.
+    pub(super) fn findings_with(&self, of_replay: Vec<Finding>) -> Vec<Finding> {
+        let mut findings = self.findings.clone();
+        findings.extend(of_replay);
+        findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+        findings
+    }
+}
+
+/// Returns the version of this program, with the time it took left open.
+pub(super) fn run_block() -> RunBlock {
+    RunBlock {
+        version: env!("CARGO_PKG_VERSION").into(),
+        numbers_revision: Some(identity::NUMBERS_REVISION),
+        elapsed_s: 0.0,
+    }
+}
+
+/// The document of an assessment.
+pub(super) fn answered(
+    facts: &Facts,
+    conditioned: &Conditioned,
+    design: &Design,
+    assessment: Assessment,
+    preload_answer: Option<PreloadAnswer>,
+) -> Document {
+    let empty = empty(facts, Some(conditioned), design);
+    Document {
+        verdict: assessment.answer,
+        why: assessment.why,
+        nominal: Some(assessment.nominal),
+        models: assessment.models,
+        polarities: assessment.polarities,
+        answers: assessment.answers,
+        ensemble: assessment.ensemble,
+        ensembles: assessment.ensembles,
+        ladder: Some(assessment.ladder),
+        preload_answer,
+        what_if: assessment.what_if,
+        filters: assessment.filters,
+        error_budget_rad: assessment.budget,
+        screens: Screens {
+            runs: assessment.screens,
+            ..empty.screens
+        },
+        findings: facts.findings_with(assessment.findings),
+        ..empty
+    }
+}
+
+/// The document of a recording that could not be read, conditioned or replayed.
+pub(super) fn refused(
+    facts: &Facts,
+    conditioned: Option<&Conditioned>,
+    design: &Design,
+    error: &Error,
+) -> Document {
+    let text = error.to_string();
+    let mut findings = vec![Finding::blocking("input-refused", text.clone())];
+    findings.extend(facts.findings.clone());
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    let mut why = vec![Reason {
+        code: "input-refused".into(),
+        text,
+    }];
+    why.extend(
+        facts
+            .findings
+            .iter()
+            .filter(|finding| finding.severity == Severity::Blocking)
+            .map(|finding| Reason {
+                code: finding.code.clone(),
+                text: finding.text.clone(),
+            }),
+    );
+    Document {
+        why,
+        findings,
+        ..empty(facts, conditioned, design)
+    }
+}
+
+/// The document with nothing in it but what is known before a lever is replayed.
+fn empty(facts: &Facts, conditioned: Option<&Conditioned>, design: &Design) -> Document {
+    Document {
+        schema: "latchgate.verdict/1".into(),
+        report_id: facts.report_id(design),
+        verdict: Answer::Unusable,
+        why: Vec::new(),
+        threshold_rad: design.criterion.threshold_rad,
+        nominal: None,
+        models: BTreeMap::new(),
+        polarities: BTreeMap::new(),
+        answers: Vec::new(),
+        ensemble: None,
+        ensembles: Vec::new(),
+        ladder: None,
+        preload_answer: None,
+        what_if: Vec::new(),
+        error_budget_rad: ErrorBudget::default(),
+        screens: screen::screens(design, conditioned.map(|conditioned| &conditioned.used)),
+        filters: Vec::new(),
+        findings: Vec::new(),
+        recording: facts.recording.clone(),
+        conditioning: conditioned.map(|conditioned| facts.conditioning(conditioned)),
+        design: design.clone(),
+        decision_rule: if facts.request.members == 0 {
+            NOMINAL_DECISION_RULE.as_str().into()
+        } else {
+            DECISION_RULE.as_str().into()
+        },
+        request: facts.request.clone(),
+        run: run_block(),
+    }
+}

@@ -1,0 +1,43 @@
+//! A design file within its limits.
+
+use crate::error::{Error, ErrorKind, Place};
+use crate::model::Design;
+use crate::recording::Limits;
+use std::path::Path;
+
+/// Reads a design from the bytes of a TOML file; one without a name of its own is named after the
+/// file.
+///
+/// Whoever reads the bytes from a file need not read more than `limits.settings_bytes` and one.
+///
+/// # Errors
+///
+/// [`ErrorKind::LimitExceeded`] beyond the limit, [`ErrorKind::Malformed`] if they are no UTF-8,
+/// and those of [`Design::from_toml`], each at the file's name.
+pub fn design_from_bytes(file: &str, bytes: &[u8], limits: &Limits) -> Result<Design, Error> {
+    let place = Place::file(file);
+    if bytes.len() as u64 > limits.settings_bytes {
+        return Err(Error::from(ErrorKind::LimitExceeded {
+            limit: "settings_bytes",
+            value: limits.settings_bytes,
+            found: "a larger design file".into(),
+        })
+        .at(place));
+    }
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        Error::from(ErrorKind::Malformed {
+            expected: "UTF-8".into(),
+            found: format!("a stray byte after {} bytes", error.valid_up_to()),
+            hint: "save the design file as UTF-8".into(),
+        })
+        .at(place.clone())
+    })?;
+    let mut design = Design::from_toml(text).map_err(|error| error.at(place))?;
+    if design.name.is_empty() {
+        design.name = Path::new(file).file_stem().map_or_else(
+            || "design".into(),
+            |stem| stem.to_string_lossy().into_owned(),
+        );
+    }
+    Ok(design)
+}

@@ -1,0 +1,66 @@
+//! The hash that names a report: the same question has the same one, any other another.
+
+use crate::model::Design;
+use crate::recording::source::sha256;
+use crate::report::document::RecordingBlock;
+use crate::request::Request;
+use serde_json::{Value, json};
+
+/// Moves whenever a number or a finding of any golden case does, so that what was stored under
+/// an older hash is not taken for an answer of today. `tests/data/numbers.txt` holds it to that.
+pub const NUMBERS_REVISION: u32 = 1;
+
+/// Returns the SHA-256, lower-case hexadecimal, of everything that can change the answer: the
+/// bytes read (recording, files beside it, card), the file's name, since readers go by it, the
+/// design, the settings that differ from their defaults, and [`NUMBERS_REVISION`]; as canonical
+/// JSON: keys sorted, no blanks, each number in the fewest digits that read back.
+///
+/// Of a recording that was not read to its end the bytes are not known; its hash is that of the
+/// question alone.
+pub(super) fn report_id(recording: &RecordingBlock, request: &Request, design: &Design) -> String {
+    let question = json!({
+        "schema": "latchgate.question/1",
+        "numbers_revision": NUMBERS_REVISION,
+        "file": recording.file,
+        "sha256": recording.sha256,
+        "parts": recording.parts,
+        "card_sha256": recording.card_sha256,
+        "request": request.stated(),
+        "design": design,
+    });
+    let mut text = String::new();
+    write_canonical(&question, &mut text);
+    sha256(text.as_bytes())
+}
+
+fn write_canonical(value: &Value, out: &mut String) {
+    match value {
+        Value::Object(table) => {
+            let mut keys: Vec<&String> = table.keys().collect();
+            keys.sort();
+            out.push('{');
+            for (index, key) in keys.into_iter().enumerate() {
+                if index > 0 {
+                    out.push(',');
+                }
+                out.push_str(&Value::from(key.as_str()).to_string());
+                out.push(':');
+                write_canonical(&table[key], out);
+            }
+            out.push('}');
+        }
+        Value::Array(list) => {
+            out.push('[');
+            for (index, item) in list.iter().enumerate() {
+                if index > 0 {
+                    out.push(',');
+                }
+                write_canonical(item, out);
+            }
+            out.push(']');
+        }
+        // A negative zero asks nothing else than a plain one.
+        Value::Number(number) if number.as_f64() == Some(0.0) => out.push('0'),
+        plain => out.push_str(&plain.to_string()),
+    }
+}

@@ -1,0 +1,257 @@
+//! What a recording holds, channel by channel; judges nothing.
+
+use super::candidates::{self, Offer};
+use crate::conditioning::{self, ConditioningOptions, neighbours};
+use crate::error::{Error, ErrorKind, Place};
+use crate::parallel::Control;
+use crate::recording::{
+    self, Card, Channel, Finding, Limits, Part, ReadOptions, Reading, Recording, Source, Stated,
+};
+use crate::request::Request;
+use crate::setting::Setting;
+use crate::units::AccelerationUnit;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+
+/// What a recording holds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Listing {
+    /// `latchgate.inspect/1`.
+    pub schema: Cow<'static, str>,
+    /// The file.
+    pub recording: ListedFile,
+    /// Every channel that carries numbers.
+    pub channels: Vec<ListedChannel>,
+    /// The channel that a replay would take with the same settings, or why it takes none.
+    pub replay: Choice,
+    /// What was found odd in the file as a whole.
+    pub findings: Vec<Finding>,
+}
+
+/// The file of a listing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ListedFile {
+    /// File name without folders.
+    pub file: String,
+    /// SHA-256 of its bytes; of a folder, that of its list of parts.
+    pub sha256: String,
+    /// Further files that were read with it.
+    pub parts: Vec<Part>,
+    /// Format name.
+    pub format: Cow<'static, str>,
+}
+
+/// Which channel a replay takes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Choice {
+    /// Its name.
+    pub channel: Option<String>,
+    /// Why this channel, or why none.
+    pub reason: Option<String>,
+    /// What the setting `channel` takes for each of the channels among which it has to choose.
+    pub candidates: Vec<String>,
+    /// The same with their shapes.
+    #[serde(skip)]
+    pub offers: Vec<Offer>,
+}
+
+/// A channel of a listing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ListedChannel {
+    /// Name.
+    pub name: String,
+    /// Unit; `None` where nothing states one.
+    pub unit: Option<Cow<'static, str>>,
+    /// What states it.
+    pub unit_source: Cow<'static, str>,
+    /// Number of samples.
+    pub samples: usize,
+    /// Sample rate [Hz].
+    pub sample_rate_hz: f64,
+    /// Time of the first sample [s].
+    pub start_s: f64,
+    /// Time of the last sample [s].
+    pub end_s: f64,
+    /// Value of largest magnitude, in `unit`.
+    pub peak: f64,
+    /// When [s].
+    pub peak_time_s: f64,
+    /// SHA-256 of the signal itself, whatever file it came from; `None` without a unit.
+    pub content_sha256: Option<String>,
+    /// What the file says of the channel beside its samples.
+    pub stated: Stated,
+    /// What is odd about it.
+    pub findings: Vec<Finding>,
+    /// Its shape in a line of text.
+    #[serde(skip)]
+    pub spark: String,
+}
+
+/// Lists what a recording holds, and which channel a replay would take with the same settings.
+///
+/// # Errors
+///
+/// Any [`ErrorKind`] of reading; [`ErrorKind::NoChannel`] where nothing carries numbers;
+/// [`ErrorKind::Stopped`] if `control` ends the work.
+pub fn inspect(
+    source: &Source,
+    request: &Request,
+    limits: &Limits,
+    control: &Control<'_>,
+) -> Result<Listing, Error> {
+    request.check()?;
+    let limits = &request.limits(limits)?;
+    let card =
+        recording::card::read_beside(source, limits)?.map_or_else(Card::default, |(card, _)| card);
+    let options = request.read_options(&card, control.threads == 1);
+    control.check()?;
+    let Reading { chosen, every } = recording::read_both(source, &options, limits);
+    control.check()?;
+    let every = every?;
+    if every.channels.is_empty() {
+        return Err(nothing_read(source, &every, chosen));
+    }
+    let choice = choice(request, &options, chosen, &every);
+    let conditioning = request.conditioning_options(&card);
+    Ok(listing(every, choice, &conditioning))
+}
+
+/// Says why a recording holds no channel.
+fn nothing_read(source: &Source, every: &Recording, chosen: Result<Recording, Error>) -> Error {
+    // Where it is one channel's fault, the message of a replay says it best.
+    if let Err(error) = chosen
+        && !matches!(error.kind(), ErrorKind::NoChannel { .. })
+    {
+        return error;
+    }
+    // What the reader passed over is all there is to tell.
+    let passed_over: Vec<&str> = every
+        .findings
+        .iter()
+        .map(|finding| finding.text.as_str())
+        .collect();
+    let known = if passed_over.is_empty() {
+        "no channel of numbers".into()
+    } else {
+        format!("no channel of numbers ({})", passed_over.join("; "))
+    };
+    Error::from(ErrorKind::NoChannel { known }).at(Place::file(source.name()))
+}
+
+/// Says which channel a replay takes, and why.
+fn choice(
+    request: &Request,
+    options: &ReadOptions,
+    chosen: Result<Recording, Error>,
+    every: &Recording,
+) -> Choice {
+    let recording = match chosen {
+        Ok(recording) => recording,
+        Err(error) => {
+            let offers = candidates::offers(&error, &every.channels);
+            return Choice {
+                channel: None,
+                reason: Some(error.to_string()),
+                candidates: offers.iter().map(|offer| offer.channel.clone()).collect(),
+                offers,
+            };
+        }
+    };
+    let channel = recording.channels.first();
+    let of_channel = channel.into_iter().flat_map(|channel| &channel.findings);
+    let told = recording
+        .findings
+        .iter()
+        .chain(of_channel)
+        .find(|finding| matches!(&*finding.code, "channel-chosen" | "channel-not-lateral"));
+    let plain = if request.channel.is_some() {
+        format!("{} names it", Setting::Channel)
+    } else if options.channel.is_some() {
+        "the card names it".into()
+    } else if every.channels.len() == 1 {
+        "it is the only channel".into()
+    } else {
+        "no other channel is a lateral acceleration".into()
+    };
+    Choice {
+        channel: channel.map(|channel| channel.name.clone()),
+        reason: Some(match told {
+            None => plain,
+            Some(finding) if finding.code == "channel-chosen" => finding.text.clone(),
+            Some(finding) => format!("{plain}, but: {}", finding.text),
+        }),
+        candidates: Vec::new(),
+        offers: Vec::new(),
+    }
+}
+
+fn listing(recording: Recording, choice: Choice, conditioning: &ConditioningOptions) -> Listing {
+    let beside = neighbours::findings(&recording.channels);
+    Listing {
+        schema: "latchgate.inspect/1".into(),
+        recording: ListedFile {
+            file: recording.file,
+            sha256: recording.sha256,
+            parts: recording.parts,
+            format: recording.format.into(),
+        },
+        channels: recording
+            .channels
+            .into_iter()
+            .enumerate()
+            .map(|(index, channel)| {
+                let own = beside.iter().filter(|(of, _)| *of == index);
+                listed(
+                    channel,
+                    conditioning,
+                    own.map(|(_, finding)| finding.clone()),
+                )
+            })
+            .collect(),
+        replay: choice,
+        findings: recording.findings,
+    }
+}
+
+fn listed(
+    channel: Channel,
+    conditioning: &ConditioningOptions,
+    beside: impl Iterator<Item = Finding>,
+) -> ListedChannel {
+    let count = channel.values.len();
+    let (start_s, end_s) = (channel.start_s, channel.time_s(count.saturating_sub(1)));
+    let mut peak = (0, 0.0_f64);
+    for (index, value) in channel.values.iter().enumerate() {
+        if value.abs() > peak.1.abs() {
+            peak = (index, *value);
+        }
+    }
+    let peak_time_s = channel.time_s(peak.0);
+    let content_sha256 = channel.content_sha256();
+    let mut findings = channel.findings.clone();
+    if channel.unit.is_some() && count >= 2 {
+        match conditioning::inspect(&channel, conditioning) {
+            Ok(odd) => findings.extend(odd),
+            Err(error) => findings.push(Finding::warning(
+                "samples-unusable",
+                format!("replay would refuse the channel: {error}"),
+            )),
+        }
+    }
+    findings.extend(beside);
+    ListedChannel {
+        spark: candidates::spark(&channel.values),
+        name: channel.name,
+        unit: channel.unit.map(|unit| AccelerationUnit::name(unit).into()),
+        unit_source: channel.unit_source.into(),
+        samples: count,
+        sample_rate_hz: channel.rate.hertz(),
+        start_s,
+        end_s,
+        peak: peak.1,
+        peak_time_s,
+        content_sha256,
+        stated: channel.stated,
+        findings,
+    }
+}

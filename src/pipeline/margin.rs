@@ -1,0 +1,99 @@
+//! How far a verdict is from changing, as a document.
+
+use super::answer;
+use super::prepared::{Extras, Prepared};
+use crate::error::{Error, Place};
+use crate::margin::{Basis, MarginOptions, Margins, margins};
+use crate::model::Design;
+use crate::parallel::Control;
+use crate::recording::{Limits, Source};
+use crate::report::MarginDocument;
+use crate::report::margin_document::Context;
+use crate::request::MarginRequest;
+
+/// A margin with what its report draws.
+#[derive(Debug, Clone)]
+pub struct MarginOutcome {
+    /// The document.
+    pub document: MarginDocument,
+    /// What a report draws.
+    pub margins: Margins,
+}
+
+/// Reads a recording and says how far its verdict is from changing.
+///
+/// # Errors
+///
+/// Those of [`Prepared::open`] and [`Prepared::margin`].
+pub fn margin(
+    source: &Source,
+    request: &MarginRequest,
+    design: &Design,
+    limits: &Limits,
+    control: &Control<'_>,
+) -> Result<MarginOutcome, Error> {
+    let prepared = Prepared::open(source, &request.replay, limits, control)
+        .map_err(|refused| refused.error)?;
+    prepared.margin(design, request, control)
+}
+
+impl Prepared {
+    /// Says how far the verdict of `design` is from changing. Of `request` what is replayed is not
+    /// read again: it is that with which the recording was opened.
+    ///
+    /// # Errors
+    ///
+    /// As [`margins`] and [`crate::verdict::assess()`]; those of
+    /// [`crate::margin::MapRequest::check`].
+    pub fn margin(
+        &self,
+        design: &Design,
+        request: &MarginRequest,
+        control: &Control<'_>,
+    ) -> Result<MarginOutcome, Error> {
+        if let Some(map) = &request.map {
+            map.check(design)?;
+        }
+        let facts = &self.facts;
+        let (assessment, _) = control.during(0.0, 0.05, |control| {
+            self.assess(design, Extras::default(), control)
+        })?;
+        let options = MarginOptions {
+            policy: facts.request.policy(facts.polarity),
+            basis: if facts.request.members == 0 {
+                Basis::NominalRun
+            } else {
+                Basis::Verdict
+            },
+            counterweight_radius_m: request.counterweight_radius_m,
+            points: request.points.map(|points| points as usize),
+            map: request.map.clone(),
+            limit: true,
+        };
+        let margins = control
+            .during(0.05, 1.0, |control| {
+                margins(
+                    &self.conditioned,
+                    &facts.findings,
+                    design,
+                    &options,
+                    control,
+                )
+            })
+            .map_err(|error| error.at(Place::file(facts.recording.file.clone())))?;
+        let context = Context {
+            verdict: assessment.answer,
+            findings: facts.findings_with(assessment.findings),
+            recording: facts.recording.clone(),
+            conditioning: Some(facts.conditioning(&self.conditioned)),
+            request: MarginRequest {
+                replay: facts.request.clone(),
+                ..request.clone()
+            },
+            run: answer::run_block(),
+        };
+        let radius_m = request.counterweight_radius_m;
+        let document = MarginDocument::new(&margins, design, radius_m, context);
+        Ok(MarginOutcome { document, margins })
+    }
+}

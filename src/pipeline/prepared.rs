@@ -1,0 +1,276 @@
+//! A recording that was read and conditioned once, to be judged with many designs.
+
+use super::answer::{self, Facts};
+use super::candidates::{self, Offer};
+use crate::conditioning::{self, Conditioned};
+use crate::error::{Error, ErrorKind, Place};
+use crate::margin::{self, PreloadAnswer};
+use crate::model::Design;
+use crate::parallel::Control;
+use crate::recording::{self, Channel, Finding, Limits, Reading, Source};
+use crate::report::{self, Document};
+use crate::request::Request;
+use crate::units::STANDARD_GRAVITY;
+use crate::verdict::{self, Answer, Assessment, Evidence};
+
+/// What is worked out beside the verdict and costs more than it; none of it changes the verdict.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Extras {
+    /// The nominal runs' answer after each filter.
+    pub filter_table: bool,
+    /// The preload from which on the recording passes.
+    pub preload_answer: bool,
+    /// What a report draws.
+    pub evidence: bool,
+}
+
+/// An answer: the document, what a report draws, and why nothing could be judged.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// The document; one that says `unusable` where `refusal` says why.
+    pub document: Document,
+    /// What a report draws, if that was asked for.
+    pub evidence: Option<Evidence>,
+    /// The error that left nothing to judge. One of kind [`ErrorKind::Stopped`] says nothing of
+    /// the recording: its document is not to be kept.
+    pub refusal: Option<Error>,
+    /// The channels to choose from, where several could be meant.
+    pub offers: Vec<Offer>,
+}
+
+impl Outcome {
+    /// Returns the files of the report, names with bytes: page, document and plots, the page
+    /// first.
+    #[must_use]
+    pub fn files(&self) -> Vec<(String, Vec<u8>)> {
+        report::files(&self.document, self.evidence.as_ref())
+    }
+}
+
+/// A recording that could not be read or conditioned.
+#[derive(Debug)]
+pub struct Refused {
+    /// Why.
+    pub error: Error,
+    /// The channels to choose from, where several could be meant.
+    pub offers: Vec<Offer>,
+    facts: Facts,
+}
+
+impl Refused {
+    /// Returns the answer for a design: a document that says why there is none.
+    #[must_use]
+    pub fn outcome(self, design: &Design) -> Outcome {
+        Outcome {
+            document: answer::refused(&self.facts, None, design, &self.error),
+            evidence: None,
+            refusal: Some(self.error),
+            offers: self.offers,
+        }
+    }
+}
+
+/// A recording that was read and conditioned as a request asks.
+#[derive(Debug, Clone)]
+pub struct Prepared {
+    pub(super) facts: Facts,
+    pub(super) conditioned: Conditioned,
+}
+
+impl Prepared {
+    /// Reads the recording with its card and neighbours, and conditions the channel that is meant.
+    ///
+    /// `limits` hold but where the request changes them. The numbers do not depend on `control`.
+    ///
+    /// # Errors
+    ///
+    /// [`Refused`] with any [`ErrorKind`] of reading and conditioning, or of [`Request::check`];
+    /// [`ErrorKind::Stopped`] if `control` ends the work.
+    pub fn open(
+        source: &Source,
+        request: &Request,
+        limits: &Limits,
+        control: &Control<'_>,
+    ) -> Result<Self, Box<Refused>> {
+        let mut facts = Facts::new(request, source);
+        let mut offers = Vec::new();
+        match read(source, limits, control, &mut facts, &mut offers) {
+            Ok(conditioned) => Ok(Self { facts, conditioned }),
+            Err(error) => {
+                if facts.recording.sha256.is_none() {
+                    facts.recording.sha256 = source.sha256_within(limits.text_bytes);
+                }
+                Err(Box::new(Refused {
+                    error,
+                    offers,
+                    facts,
+                }))
+            }
+        }
+    }
+
+    /// Returns the hash that names the report of this recording and `design`: the same question
+    /// has the same one, any other another.
+    #[must_use]
+    pub fn report_id(&self, design: &Design) -> String {
+        self.facts.report_id(design)
+    }
+
+    /// Returns what was found odd so far, by reading and conditioning.
+    #[must_use]
+    pub fn findings(&self) -> &[Finding] {
+        &self.facts.findings
+    }
+
+    /// Replays the lever of `design` and decides.
+    #[must_use]
+    pub fn judge(&self, design: &Design, extras: Extras, control: &Control<'_>) -> Outcome {
+        let (document, evidence, refusal) = match self.assess(design, extras, control) {
+            Ok((mut assessment, preload)) => {
+                let evidence = assessment.evidence.take();
+                let document =
+                    answer::answered(&self.facts, &self.conditioned, design, assessment, preload);
+                (document, evidence, None)
+            }
+            Err(error) => {
+                let conditioned = Some(&self.conditioned);
+                let document = answer::refused(&self.facts, conditioned, design, &error);
+                (document, None, Some(error))
+            }
+        };
+        Outcome {
+            document,
+            evidence,
+            refusal,
+            offers: Vec::new(),
+        }
+    }
+
+    pub(super) fn assess(
+        &self,
+        design: &Design,
+        extras: Extras,
+        control: &Control<'_>,
+    ) -> Result<(Assessment, Option<PreloadAnswer>), Error> {
+        let Facts {
+            request,
+            findings,
+            polarity,
+            ..
+        } = &self.facts;
+        let place = |error: Error| error.at(self.place());
+        request.check_design(design)?;
+        let policy = request.policy(*polarity);
+        let own = verdict::Extras {
+            filter_table: extras.filter_table,
+            evidence: extras.evidence,
+            follow_all: false,
+        };
+        // The search for a preload makes more runs than the verdict.
+        let share = if extras.preload_answer { 0.3 } else { 1.0 };
+        let assessment = control
+            .during(0.0, share, |control| {
+                verdict::assess(&self.conditioned, findings, design, &policy, own, control)
+            })
+            .map_err(place)?;
+        // A preload on samples of which a fault took some would be no advice.
+        if !(extras.preload_answer && assessment.whole) {
+            return Ok((assessment, None));
+        }
+        let passes = assessment.answer == Answer::Pass;
+        let preload = control
+            .during(share, 1.0, |control| {
+                let conditioned = &self.conditioned;
+                margin::preload_answer(conditioned, findings, design, &policy, passes, control)
+            })
+            .map_err(place)?;
+        Ok((assessment, Some(preload)))
+    }
+
+    fn place(&self) -> Place {
+        let place = Place::file(self.facts.recording.file.clone());
+        match &self.facts.recording.channel {
+            Some(channel) => place.channel(channel.clone()),
+            None => place,
+        }
+    }
+}
+
+/// Reads and conditions, noting in `facts` what became known on the way.
+fn read(
+    source: &Source,
+    limits: &Limits,
+    control: &Control<'_>,
+    facts: &mut Facts,
+    offers: &mut Vec<Offer>,
+) -> Result<Conditioned, Error> {
+    facts.request.check()?;
+    let limits = &facts.request.limits(limits)?;
+    if let Some((card, sha256)) = recording::card::read_beside(source, limits)? {
+        facts.recording.card_sha256 = Some(sha256);
+        facts.declare(card);
+    }
+    control.check()?;
+    let options = facts
+        .request
+        .read_options(&facts.card, control.threads == 1);
+    let Reading { chosen, every } = recording::read_both(source, &options, limits);
+    control.check()?;
+    let recording = chosen.inspect_err(|error| {
+        let channels = every.as_ref().map_or(&[][..], |every| &every.channels);
+        *offers = candidates::offers(error, channels);
+    })?;
+    let several = options.channel.is_some()
+        || recording
+            .findings
+            .iter()
+            .any(|finding| finding.code == "channel-chosen");
+    facts.recording.sha256 = Some(recording.sha256);
+    facts.recording.parts = recording.parts;
+    facts.recording.format = Some(recording.format.into());
+    facts.findings = recording.findings;
+    let Some(channel) = recording.channels.into_iter().next() else {
+        return Err(Error::from(ErrorKind::NoChannel {
+            known: "none".into(),
+        })
+        .at(Place::file(source.name())));
+    };
+    facts.describe(&channel);
+    facts.findings.extend(channel.findings.iter().cloned());
+    if several {
+        let every = every.as_ref().map(|every| every.channels.as_slice());
+        facts.findings.extend(neighbours(&channel, every));
+    }
+    let options = facts.request.conditioning_options(&facts.card);
+    let conditioned = conditioning::condition(&channel, &options)
+        .map_err(|error| error.at(Place::file(source.name())))?;
+    if let Some((peak, time)) = conditioning::peak(&conditioned.raw) {
+        facts.recording.peak_g = Some(peak.abs() / STANDARD_GRAVITY);
+        facts.recording.peak_time_s = Some(time);
+    }
+    facts.findings.extend(conditioned.findings.iter().cloned());
+    Ok(conditioned)
+}
+
+/// Returns what the recording's other channels say against the one that is judged, or that they
+/// could not be read for it, which is no fault of this one.
+fn neighbours(channel: &Channel, every: Result<&[Channel], &Error>) -> Vec<Finding> {
+    let all = match every {
+        Ok(all) => all,
+        Err(error) => {
+            return vec![Finding::info(
+                "neighbours-unread",
+                format!("the other channels were not held against this one: {error}"),
+            )];
+        }
+    };
+    let same = |other: &Channel| other.name == channel.name && other.values == channel.values;
+    let Some(index) = all.iter().position(same) else {
+        return Vec::new();
+    };
+    conditioning::neighbours::findings(all)
+        .into_iter()
+        .filter(|(of, _)| *of == index)
+        .map(|(_, finding)| finding)
+        .collect()
+}

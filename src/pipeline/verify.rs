@@ -1,0 +1,276 @@
+//! The run inside a stored verdict made again, and compared key by key.
+
+use super::compare::{self, Difference};
+use super::identity::{self, NUMBERS_REVISION};
+use super::prepared::Extras;
+use super::{Control, Design, Limits, Request, Source, judge};
+use crate::error::{Error, ErrorKind};
+use crate::report::document::RecordingBlock;
+use crate::report::json;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// A verdict as it was stored.
+#[derive(Debug, Clone)]
+pub struct Stored {
+    document: Value,
+    design: Design,
+    request: Option<Request>,
+}
+
+/// What making a stored verdict again came to.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Verification {
+    /// `latchgate.verify/1`.
+    pub schema: String,
+    /// Whether every key and every digit is the same.
+    pub same: bool,
+    /// The verdicts.
+    pub verdict: StoredAndNow,
+    /// The versions that made them.
+    pub version: StoredAndNow,
+    /// The recording.
+    pub recording: VerifiedFile,
+    /// Keys that differ.
+    pub differences: usize,
+    /// The first of them.
+    pub first_difference: Option<Difference>,
+}
+
+/// A value in the stored verdict and in the one made again.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StoredAndNow {
+    /// As stored.
+    pub stored: Option<String>,
+    /// As it comes out now.
+    pub now: Option<String>,
+}
+
+/// The file of a verification.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct VerifiedFile {
+    /// Its name, as stored.
+    pub file: String,
+    /// Hashes of its bytes.
+    pub sha256: StoredAndNow,
+}
+
+fn malformed(expected: impl Into<String>, found: impl Into<String>) -> Error {
+    Error::from(ErrorKind::Malformed {
+        expected: expected.into(),
+        found: found.into(),
+        hint: "give the verdict.json that latchgate replay wrote".into(),
+    })
+}
+
+impl Stored {
+    /// Reads a stored verdict, checking that its parts belong together: where this version's
+    /// numbers made it, its identity must be that of the question and the hashes in it.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Malformed`] for anything but such a document, those of [`Design::set`] and of
+    /// a [`Request`] for a design or question that is none.
+    pub fn from_json(bytes: &[u8]) -> Result<Self, Error> {
+        let document: Value = serde_json::from_slice(bytes)
+            .map_err(|error| malformed("a JSON document", error.to_string()))?;
+        match document["schema"].as_str() {
+            Some("latchgate.verdict/1") if document["run"]["version"].is_string() => {}
+            Some("latchgate.verdict/1") => return Err(malformed("run.version", "none")),
+            found => {
+                let found = found.map_or_else(|| "no schema".into(), |name| format!("{name:?}"));
+                return Err(malformed("\"schema\": \"latchgate.verdict/1\"", found));
+            }
+        }
+        let design = design(&document)?;
+        let request = request(&document)?;
+        let stored = Self {
+            document,
+            design,
+            request,
+        };
+        stored.check_identity()?;
+        Ok(stored)
+    }
+
+    /// Returns the design of the verdict.
+    #[must_use]
+    pub fn design(&self) -> &Design {
+        &self.design
+    }
+
+    /// Returns the question; `None` of a verdict that states it as a command line, as versions
+    /// without `report_id` did: [`Self::command`].
+    #[must_use]
+    pub fn request(&self) -> Option<&Request> {
+        self.request.as_ref()
+    }
+
+    /// Returns the command line of an older verdict.
+    #[must_use]
+    pub fn command(&self) -> Option<&str> {
+        self.document["request"]["command"].as_str()
+    }
+
+    /// Returns the name of the recording's file.
+    #[must_use]
+    pub fn file(&self) -> &str {
+        self.document["recording"]["file"].as_str().unwrap_or("")
+    }
+
+    /// Returns what goes with the verdict and is made again with it.
+    fn extras(&self) -> Extras {
+        let filters = self.document["filters"].as_array();
+        Extras {
+            filter_table: filters.is_some_and(|rows| !rows.is_empty()),
+            preload_answer: self.document["preload_answer"].is_object(),
+            evidence: false,
+        }
+    }
+
+    /// Refuses a verdict whose question, design or hashes were changed by hand.
+    fn check_identity(&self) -> Result<(), Error> {
+        let revision = self.document["run"]["numbers_revision"].as_u64();
+        let (Some(id), Some(request)) = (self.document["report_id"].as_str(), &self.request) else {
+            return Ok(());
+        };
+        if revision != Some(u64::from(NUMBERS_REVISION)) {
+            return Ok(());
+        }
+        let recording: RecordingBlock = serde_json::from_value(self.document["recording"].clone())
+            .map_err(|error| malformed("a recording block", error.to_string()))?;
+        if identity::report_id(&recording, request, &self.design) == id {
+            return Ok(());
+        }
+        Err(Error::from(ErrorKind::Malformed {
+            expected: "the report_id that recording, request and design of the verdict give".into(),
+            found: "another one".into(),
+            hint: "they belong together; the verdict was changed by hand, or put together from two"
+                .into(),
+        }))
+    }
+}
+
+/// Takes the question from a verdict; `None` of an older one that has a command line instead.
+fn request(document: &Value) -> Result<Option<Request>, Error> {
+    let block = &document["request"];
+    if block["command"].is_string() && document["report_id"].is_null() {
+        return Ok(None);
+    }
+    if !block.is_object() {
+        return Err(malformed("request, the question as data", "none"));
+    }
+    serde_json::from_value(block.clone())
+        .map(Some)
+        .map_err(|error| malformed("a request that this version knows", error.to_string()))
+}
+
+/// Takes the design from a verdict, key by key, with the checks of a design file.
+fn design(document: &Value) -> Result<Design, Error> {
+    let absent =
+        |what: &str, found: &Value| malformed(format!("{what} of the design"), found.to_string());
+    let whole = &document["design"];
+    let mut design = Design::reference();
+    design.tolerance.clear();
+    design.name = whole["name"]
+        .as_str()
+        .ok_or_else(|| absent("the name", &whole["name"]))?
+        .to_string();
+    for section in ["lever", "stop", "criterion", "input", "tolerance"] {
+        let keys = whole[section]
+            .as_object()
+            .ok_or_else(|| absent(section, &whole[section]))?;
+        for (key, value) in keys {
+            let number = value.as_f64().ok_or_else(|| absent(key, value))?;
+            design.set(&format!("{section}.{key}={number}"))?;
+        }
+    }
+    design.validate()?;
+    Ok(design)
+}
+
+/// Makes the run of a stored verdict again, as `request` asks, and compares every key but `run`
+/// and every number to its last digit. `renamed` says that the recording goes by another name
+/// now; `worded` brings the texts of both into one wording where an older version worded them
+/// otherwise.
+///
+/// # Errors
+///
+/// [`ErrorKind::Stopped`] if `control` ends the work. A recording that is refused is no error: the
+/// document that says so is compared.
+pub fn verify(
+    stored: &Stored,
+    source: &Source,
+    request: &Request,
+    renamed: bool,
+    worded: &dyn Fn(&str) -> String,
+    limits: &Limits,
+    control: &Control<'_>,
+) -> Result<Verification, Error> {
+    let outcome = judge(
+        source,
+        request,
+        &stored.design,
+        stored.extras(),
+        limits,
+        control,
+    );
+    if let Some(error) = &outcome.refusal
+        && *error.kind() == ErrorKind::Stopped
+    {
+        return Err(error.clone());
+    }
+    let now: Value = serde_json::from_str(&json::render(&outcome.document))
+        .map_err(|error| malformed("a document", error.to_string()))?;
+    let mut before = stored.document.clone();
+    let mut after = now;
+    if stored.request.is_none() {
+        forget_newer_keys(&before, &mut after);
+        before["request"] = Value::Null;
+        after["request"] = Value::Null;
+    }
+    if renamed || before["run"]["numbers_revision"] != after["run"]["numbers_revision"] {
+        // The name and the revision are part of the identity.
+        before["report_id"] = Value::Null;
+        after["report_id"] = Value::Null;
+    }
+    reword(&mut before, worded);
+    reword(&mut after, worded);
+    let comparison = compare::compare(&before, &after, renamed);
+    let both = |of: &dyn Fn(&Value) -> &Value| StoredAndNow {
+        stored: of(&before).as_str().map(String::from),
+        now: of(&after).as_str().map(String::from),
+    };
+    Ok(Verification {
+        schema: "latchgate.verify/1".into(),
+        same: comparison.first.is_none(),
+        verdict: both(&|document| &document["verdict"]),
+        version: both(&|document| &document["run"]["version"]),
+        recording: VerifiedFile {
+            file: stored.file().to_string(),
+            sha256: both(&|document| &document["recording"]["sha256"]),
+        },
+        differences: comparison.differences,
+        first_difference: comparison.first,
+    })
+}
+
+/// Leaves out of `after` what a verdict of an older version has no key for.
+fn forget_newer_keys(before: &Value, after: &mut Value) {
+    if let (Some(before), Some(after)) = (before.as_object(), after.as_object_mut()) {
+        after.retain(|key, _| before.contains_key(key));
+    }
+    let known = before["recording"].as_object();
+    if let (Some(known), Some(recording)) = (known, after["recording"].as_object_mut()) {
+        recording.retain(|key, _| known.contains_key(key));
+    }
+}
+
+fn reword(value: &mut Value, worded: &dyn Fn(&str) -> String) {
+    match value {
+        Value::String(text) => *text = worded(text),
+        Value::Array(items) => items.iter_mut().for_each(|item| reword(item, worded)),
+        Value::Object(table) => table.values_mut().for_each(|item| reword(item, worded)),
+        _ => {}
+    }
+}

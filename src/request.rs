@@ -1,0 +1,306 @@
+//! The question of a replay as data: how a recording is read and conditioned, and what decides.
+//!
+//! A [`Request`] says what a user asked, in the words of [`Setting`]: every door (the command
+//! line, a file, a service) makes one, every document holds the one that it answers. Precedence is
+//! decided here and nowhere else: what the request states comes before the card beside the
+//! recording, the card before what the file itself says. How many threads work, who watches and
+//! which report is drawn are no part of it: they change no number.
+
+mod map;
+mod value;
+
+pub use map::{MarginRequest, parse_grid};
+pub use value::{
+    MEMBERS_DEFAULT, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, parse_bias, parse_filter,
+    parse_finite, parse_map_axis, parse_method, parse_model, parse_number, parse_phi0,
+    parse_polarity, parse_positive, parse_resample, parse_standard, parse_time_unit,
+    parse_tolerance, parse_unit, parse_velocity, parse_window,
+};
+
+use crate::conditioning::{BiasWindow, ConditioningOptions, FilterChoice, FilterStandard};
+use crate::error::{Error, ErrorKind, nearest_name};
+use crate::model::Design;
+use crate::model::stop::StopModel;
+use crate::recording::card::CardPolarity;
+use crate::recording::{Card, FORMATS, Limits, ReadOptions};
+use crate::replay::{ADAPTIVE_TOLERANCE_MIN, Method};
+use crate::setting::Setting;
+use crate::units::{AccelerationUnit, OpensWhen, TimeUnit};
+use crate::verdict::{ModelChoice, Polarity, Policy, ensemble};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// The question of a replay. `None` leaves a setting to the card, the file or its default.
+///
+/// As JSON it is an object with the keys of [`Setting`]. What is left to card or file is absent,
+/// defaults are written out, so that a stored question keeps its meaning; an unknown key is an
+/// error that names the nearest known one.
+///
+/// # Examples
+///
+/// ```
+/// use latchgate::pipeline::Request;
+///
+/// let request: Request = serde_json::from_str(r#"{"channel": "acc_y", "members": 0}"#)?;
+/// assert_eq!(request.channel.as_deref(), Some("acc_y"));
+/// let unknown = serde_json::from_str::<Request>(r#"{"chanel": "acc_y"}"#).unwrap_err();
+/// assert!(unknown.to_string().contains("did you mean `channel`?"));
+/// # Ok::<(), serde_json::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "BTreeMap<String, Value>", into = "BTreeMap<String, Value>")]
+pub struct Request {
+    /// Format name of [`FORMATS`]; recognised if absent.
+    pub input_format: Option<String>,
+    /// Channel to judge: a name, a number, `topic:field.path`, a code or pattern.
+    pub channel: Option<String>,
+    /// Name or number of the column that holds the time.
+    pub time_column: Option<String>,
+    /// Unit of that column.
+    pub time_unit: Option<TimeUnit>,
+    /// Sample rate where the file holds no time [Hz].
+    pub rate_hz: Option<f64>,
+    /// Instant of first contact on the file's clock [s].
+    pub time_zero: Option<f64>,
+    /// Unit of acceleration.
+    pub unit: Option<AccelerationUnit>,
+    /// Sign of the recorded acceleration that opens the lever.
+    pub opens_when: Option<CardPolarity>,
+    /// Samples whose mean is removed.
+    pub bias: BiasWindow,
+    /// Channel frequency class.
+    pub filter: FilterChoice,
+    /// Whose filter.
+    pub filter_standard: FilterStandard,
+    /// Rate fed to the model [Hz]; `None` for the recording's.
+    pub resample_hz: Option<f64>,
+    /// Judged window, from and to [s]; `None` for the whole record.
+    pub window_s: Option<(f64, f64)>,
+    /// Stop models that decide.
+    pub model: ModelChoice,
+    /// Integrator.
+    pub method: Method,
+    /// Truncation let pass in a step [rad]; `None` for the method's own.
+    pub tolerance_rad: Option<f64>,
+    /// Largest ensemble; 0 for nominal runs alone.
+    pub members: u32,
+    /// Seed of the ensemble.
+    pub seed: u64,
+    /// Initial angle [rad]; `None` for that of rest on the stop.
+    pub phi0_rad: Option<f64>,
+    /// Initial angular velocity [rad/s]; `None` for rest.
+    pub omega0_rad_s: Option<f64>,
+    /// Limits on input that are changed, by name.
+    pub limits: BTreeMap<String, u64>,
+}
+
+impl Default for Request {
+    fn default() -> Self {
+        Self {
+            input_format: None,
+            channel: None,
+            time_column: None,
+            time_unit: None,
+            rate_hz: None,
+            time_zero: None,
+            unit: None,
+            opens_when: None,
+            bias: BiasWindow::PreEvent,
+            filter: FilterChoice::Default,
+            filter_standard: FilterStandard::Iso6487,
+            resample_hz: None,
+            window_s: None,
+            model: ModelChoice::Auto,
+            method: Method::EventDriven,
+            tolerance_rad: None,
+            members: MEMBERS_DEFAULT,
+            seed: SEED_DEFAULT,
+            phi0_rad: None,
+            omega0_rad_s: None,
+            limits: BTreeMap::new(),
+        }
+    }
+}
+
+/// Who declares which sign of the recorded acceleration opens the lever.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PolaritySource {
+    /// The request.
+    Option,
+    /// The card beside the recording.
+    Card,
+    /// Nobody.
+    #[default]
+    Undeclared,
+}
+
+impl PolaritySource {
+    /// Returns the word that documents use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Option => "option",
+            Self::Card => "card",
+            Self::Undeclared => "undeclared",
+        }
+    }
+}
+
+impl Request {
+    /// Refuses what no recording and no design could make right.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::UnknownName`] for a format that no reader bears, [`ErrorKind::OutOfRange`] for
+    /// an initial angle inside a rigid stop, a method that does not know the soft stop, or a
+    /// tolerance finer than the method's rounding.
+    pub fn check(&self) -> Result<(), Error> {
+        self.check_format()?;
+        if let Some(angle) = self.phi0_rad.filter(|angle| *angle < 0.0)
+            && self.model != ModelChoice::Only(StopModel::Soft)
+        {
+            return Err(ErrorKind::OutOfRange {
+                what: "the setting `phi0` [rad]".into(),
+                expected: "0 or more on the rigid stop; choose the setting `model` = soft for an \
+                           angle inside the stop"
+                    .into(),
+                found: angle.to_string(),
+            }
+            .into());
+        }
+        self.check_method()
+    }
+
+    fn check_format(&self) -> Result<(), Error> {
+        let known: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
+        match &self.input_format {
+            Some(name) if !known.contains(&name.as_str()) => Err(ErrorKind::UnknownName {
+                what: "input format",
+                found: name.clone(),
+                nearest: nearest_name(name, &known),
+                known: known.join(", "),
+            }
+            .into()),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_method(&self) -> Result<(), Error> {
+        let name = self.method.name();
+        if !self.method.admits(StopModel::Soft) && self.model != ModelChoice::Only(StopModel::Rigid)
+        {
+            return Err(ErrorKind::OutOfRange {
+                what: Setting::Method.to_string(),
+                expected: format!(
+                    "one that knows the soft stop; {name} knows the rigid one only, choose the \
+                     setting `model` = rigid"
+                ),
+                found: format!("{name} with the setting `model` = {}", self.model.name()),
+            }
+            .into());
+        }
+        if let Some(tolerance) = self
+            .tolerance_rad
+            .filter(|tolerance| *tolerance < ADAPTIVE_TOLERANCE_MIN)
+            && matches!(self.method, Method::Dopri5 { .. })
+        {
+            return Err(ErrorKind::OutOfRange {
+                what: format!("{} of {name}", Setting::Tolerance),
+                expected: format!("at least {ADAPTIVE_TOLERANCE_MIN:e}"),
+                found: tolerance.to_string(),
+            }
+            .into());
+        }
+        Ok(())
+    }
+
+    /// Refuses a design whose tolerances leave what is physical, where levers are to be scattered
+    /// by them.
+    ///
+    /// # Errors
+    ///
+    /// As [`ensemble::check`].
+    pub fn check_design(&self, design: &Design) -> Result<(), Error> {
+        if self.members == 0 {
+            return Ok(());
+        }
+        ensemble::check(design)
+    }
+
+    /// Returns `limits` with those that the request changes.
+    ///
+    /// # Errors
+    ///
+    /// As [`Limits::set`].
+    pub fn limits(&self, limits: &Limits) -> Result<Limits, Error> {
+        let mut limits = limits.clone();
+        for (name, value) in &self.limits {
+            limits.set(&format!("{name}={value}"))?;
+        }
+        Ok(limits)
+    }
+
+    /// Returns how the recording is read: as asked, else as its card says.
+    #[must_use]
+    pub fn read_options(&self, card: &Card, one_thread: bool) -> ReadOptions {
+        ReadOptions {
+            channel: self.channel.clone().or_else(|| card.channel.clone()),
+            time_column: self.time_column.clone(),
+            time_unit: self.time_unit,
+            rate_hz: self.rate_hz.or(card.rate),
+            time_zero_s: self.time_zero,
+            unit: self.unit.or(card.unit),
+            unit_from_card: self.unit.is_none() && card.unit.is_some(),
+            input_format: self.input_format.clone(),
+            one_thread,
+        }
+    }
+
+    /// Returns how the channel is conditioned.
+    #[must_use]
+    pub fn conditioning_options(&self, card: &Card) -> ConditioningOptions {
+        ConditioningOptions {
+            bias: self.bias,
+            filter: self.filter,
+            filter_standard: self.filter_standard,
+            resample_hz: self.resample_hz,
+            range_g: card.range_g,
+            synthetic: card.synthetic,
+        }
+    }
+
+    /// Returns which sign opens, and who says so: as asked, else as the card says.
+    #[must_use]
+    pub fn polarity(&self, card: &Card) -> (Polarity, PolaritySource) {
+        let asked = self.opens_when.map(|sign| (sign, PolaritySource::Option));
+        let declared = asked.or(card.opens_when.map(|sign| (sign, PolaritySource::Card)));
+        match declared {
+            None => (Polarity::Undeclared, PolaritySource::Undeclared),
+            Some((CardPolarity::Negative, source)) => {
+                (Polarity::Declared(OpensWhen::Negative), source)
+            }
+            Some((CardPolarity::Positive, source)) => {
+                (Polarity::Declared(OpensWhen::Positive), source)
+            }
+            Some((CardPolarity::Both, source)) => (Polarity::Both, source),
+        }
+    }
+
+    /// Returns what decides, for a recording whose opening sign is known or not.
+    #[must_use]
+    pub fn policy(&self, polarity: Polarity) -> Policy {
+        Policy {
+            model: self.model,
+            polarity,
+            method: self.method,
+            tolerance_rad: self.tolerance_rad,
+            initial_angle_rad: self.phi0_rad,
+            initial_velocity_rad_s: self.omega0_rad_s,
+            window_s: self.window_s,
+            members: self.members,
+            seed: self.seed,
+        }
+    }
+}

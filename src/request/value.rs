@@ -1,0 +1,290 @@
+//! The values of settings as words, for options, files and documents alike.
+
+use crate::conditioning::resample::LEAST_RATE_HZ;
+use crate::conditioning::{BiasWindow, Cfc, FilterChoice, FilterStandard};
+use crate::margin::MapAxis;
+use crate::model::stop::StopModel;
+use crate::recording::card::CardPolarity;
+use crate::replay::Method;
+use crate::units::{AccelerationUnit, TimeUnit};
+use crate::verdict::ModelChoice;
+
+/// Largest ensemble unless a request says otherwise.
+pub const MEMBERS_DEFAULT: u32 = 10_000;
+
+/// Seed of the ensemble unless a request says otherwise.
+pub const SEED_DEFAULT: u64 = 1;
+
+/// Steps of the fixed-step methods per natural period unless a request says otherwise.
+pub const STEPS_PER_PERIOD_DEFAULT: u32 = 10_000;
+
+/// Reads a number.
+///
+/// # Errors
+///
+/// Says what was expected, as every function here does.
+pub fn parse_number(text: &str) -> Result<f64, String> {
+    text.trim()
+        .parse::<f64>()
+        .map_err(|_| format!("`{text}` is not a number"))
+}
+
+/// Reads a finite number.
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_finite(text: &str) -> Result<f64, String> {
+    parse_number(text).and_then(finite)
+}
+
+/// Reads a finite number above zero.
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_positive(text: &str) -> Result<f64, String> {
+    parse_number(text).and_then(positive)
+}
+
+pub(super) fn finite(value: f64) -> Result<f64, String> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err("must be finite".into())
+    }
+}
+
+pub(super) fn positive(value: f64) -> Result<f64, String> {
+    finite(value).and_then(|value| {
+        if value > 0.0 {
+            Ok(value)
+        } else {
+            Err("must be positive".into())
+        }
+    })
+}
+
+/// Refuses what [`crate::replay::run`] would refuse on either stop.
+fn within(value: f64, most: f64, unit: &str) -> Result<f64, String> {
+    finite(value).and_then(|value| {
+        if value.abs() <= most {
+            Ok(value)
+        } else {
+            Err(format!("must be at most {most} {unit} in magnitude"))
+        }
+    })
+}
+
+pub(super) fn phi0(value: f64) -> Result<f64, String> {
+    within(value, 100.0, "rad")
+}
+
+pub(super) fn velocity(value: f64) -> Result<f64, String> {
+    within(value, 1e5, "rad/s")
+}
+
+pub(super) fn tolerance(value: f64) -> Result<f64, String> {
+    positive(value).and_then(|value| {
+        if (1e-20..=1e-2).contains(&value) {
+            Ok(value)
+        } else {
+            Err("must lie between 1e-20 and 1e-2 rad".into())
+        }
+    })
+}
+
+pub(super) fn rate_to_resample(hertz: f64) -> Result<f64, String> {
+    let hertz = positive(hertz)?;
+    if hertz < LEAST_RATE_HZ {
+        return Err(format!(
+            "must be at least {LEAST_RATE_HZ} Hz, the least rate that is judged"
+        ));
+    }
+    Ok(hertz)
+}
+
+/// Reads an initial angle [rad].
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_phi0(text: &str) -> Result<f64, String> {
+    parse_number(text).and_then(phi0)
+}
+
+/// Reads an initial angular velocity [rad/s].
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_velocity(text: &str) -> Result<f64, String> {
+    parse_number(text).and_then(velocity)
+}
+
+/// Reads the truncation that a step lets pass [rad].
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_tolerance(text: &str) -> Result<f64, String> {
+    parse_number(text).and_then(tolerance)
+}
+
+/// Reads a unit of acceleration.
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_unit(text: &str) -> Result<AccelerationUnit, String> {
+    AccelerationUnit::from_spelling(text)
+        .ok_or_else(|| "expected g, m/s2, mm/s2, mm/ms2 or ft/s2".into())
+}
+
+/// Reads a unit of time.
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_time_unit(text: &str) -> Result<TimeUnit, String> {
+    TimeUnit::from_spelling(text).ok_or_else(|| "expected s, ms or us".into())
+}
+
+/// Reads which sign of the recorded acceleration opens.
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_polarity(text: &str) -> Result<CardPolarity, String> {
+    CardPolarity::from_name(text).ok_or_else(|| "expected negative, positive or both".into())
+}
+
+/// Reads a channel frequency class.
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_filter(text: &str) -> Result<FilterChoice, String> {
+    if text == "none" {
+        return Ok(FilterChoice::None);
+    }
+    Cfc::ALL
+        .into_iter()
+        .find(|cfc| cfc.name() == text)
+        .map(FilterChoice::Class)
+        .ok_or_else(|| "expected none, cfc60, cfc180, cfc600 or cfc1000".into())
+}
+
+/// Reads whose filter is meant.
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_standard(text: &str) -> Result<FilterStandard, String> {
+    [FilterStandard::Iso6487, FilterStandard::SaeJ211]
+        .into_iter()
+        .find(|standard| standard.name() == text)
+        .ok_or_else(|| "expected iso6487 or saej211".into())
+}
+
+/// Reads which stop models decide.
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_model(text: &str) -> Result<ModelChoice, String> {
+    [
+        ModelChoice::Auto,
+        ModelChoice::Only(StopModel::Rigid),
+        ModelChoice::Only(StopModel::Soft),
+    ]
+    .into_iter()
+    .find(|model| model.name() == text)
+    .ok_or_else(|| "expected auto, rigid or soft".into())
+}
+
+/// Reads an integrator, those of fixed step with so many steps per natural period of the lever.
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_method(text: &str, steps_per_period: u32) -> Result<Method, String> {
+    let known = [
+        Method::EventDriven,
+        Method::Rk4 { steps_per_period },
+        Method::Rk4Located { steps_per_period },
+        Method::Dopri5 { at_samples: false },
+        Method::Dopri5 { at_samples: true },
+        Method::MoreauJean { steps_per_period },
+    ];
+    known
+        .into_iter()
+        .find(|method| method.name() == text)
+        .ok_or_else(|| format!("expected {}", known.map(Method::name).join(", ")))
+}
+
+/// Reads the rate fed to the model [Hz]; `None` for `native`.
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_resample(text: &str) -> Result<Option<f64>, String> {
+    if text == "native" {
+        return Ok(None);
+    }
+    parse_number(text).and_then(rate_to_resample).map(Some)
+}
+
+/// Reads an interval of time, START..END [s].
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_window(text: &str) -> Result<(f64, f64), String> {
+    let (start, end) = text
+        .split_once("..")
+        .ok_or("expected START..END in seconds, for example -0.02..0.3")?;
+    let (start_s, end_s) = (parse_finite(start)?, parse_finite(end)?);
+    if start_s < end_s {
+        Ok((start_s, end_s))
+    } else {
+        Err("START must lie before END".into())
+    }
+}
+
+/// Reads which samples give the bias: START..END [s], or none.
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_bias(text: &str) -> Result<BiasWindow, String> {
+    if text == "none" {
+        return Ok(BiasWindow::None);
+    }
+    parse_window(text).map(|(start_s, end_s)| BiasWindow::Window(start_s, end_s))
+}
+
+/// Reads a design key with its range, KEY=LO..HI.
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_map_axis(text: &str) -> Result<MapAxis, String> {
+    let parts = text.split_once('=').and_then(|(key, range)| {
+        let (low, high) = range.split_once("..")?;
+        Some((key.trim(), low, high))
+    });
+    let Some((key, low, high)) = parts else {
+        return Err("expected KEY=LO..HI, for example lever.preload_torque_nm=0.1..3".into());
+    };
+    Ok(MapAxis {
+        key: key.to_string(),
+        low: parse_finite(low)?,
+        high: parse_finite(high)?,
+    })
+}
+
+/// Writes an interval so that [`parse_window`] reads it back.
+pub(super) fn interval((start, end): (f64, f64)) -> String {
+    format!("{start}..{end}")
+}

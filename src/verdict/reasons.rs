@@ -1,0 +1,553 @@
+//! The reasons of a verdict, in sentences.
+
+use super::decision::{FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, PASS_SHARE_MAX};
+use super::ensemble::Ensemble;
+use super::faults::Faults;
+use super::policy::{ModelChoice, Polarity, Policy};
+use super::variant::VariantResult;
+use super::what_if::{Change, Side, WhatIf};
+use super::wording::{briefly, describe, instant, percent, sentence, signed};
+use super::{Answer, ErrorBudget, Reason};
+use crate::model::Design;
+use crate::recording::{Finding, Severity};
+use crate::units::{OpensWhen, plain};
+
+/// The verdict that the sentences explain.
+pub(super) struct Case<'a> {
+    pub(super) answer: Answer,
+    pub(super) design: &'a Design,
+    pub(super) policy: &'a Policy,
+    pub(super) results: &'a [VariantResult],
+    /// The one with the largest peak.
+    pub(super) nominal: &'a VariantResult,
+    pub(super) findings: &'a [Finding],
+    pub(super) faults: &'a Faults,
+    /// First crossing outside the judged window [s].
+    pub(super) outside: Option<f64>,
+    pub(super) budget: &'a ErrorBudget,
+    pub(super) what_if: &'a [WhatIf],
+}
+
+impl Case<'_> {
+    fn threshold_rad(&self) -> f64 {
+        self.design.criterion.threshold_rad
+    }
+}
+
+/// Returns the reasons, the weightiest first.
+pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
+    let mut reasons = Vec::new();
+    if case.answer == Answer::Unusable {
+        reasons.extend(blocking(case.findings));
+    }
+    if case.answer == Answer::Undecided {
+        // What stands in the way of an answer comes before the size of the peak.
+        reasons.extend(others_not_followed(case));
+        reasons.extend(coast(case));
+        reasons.extend(coast_of_members(case));
+        reasons.extend(disagreement(case));
+        reasons.extend(undeclared(case));
+        reasons.extend(ensemble(case));
+        reasons.extend(deciding_inputs(case));
+    }
+    reasons.push(peak(case));
+    if case.answer != Answer::Undecided {
+        reasons.extend(others_not_followed(case));
+    }
+    reasons.extend(before_fault(case));
+    reasons.extend(case.outside.map(|at| Reason {
+        code: "crossing-outside-window".into(),
+        text: format!(
+            "Outside the judged window the lever crosses the limit, first at {}: this verdict is not about that.",
+            instant(at)
+        ),
+    }));
+    reasons.extend(case.faults.late.map(|at| Reason {
+        code: "fault-after-window".into(),
+        text: format!(
+            "From {} on, after the judged window, the recording is faulty: this verdict is not about what follows the window.",
+            instant(at)
+        ),
+    }));
+    if case.answer != Answer::Undecided {
+        reasons.extend(ensemble(case));
+        reasons.extend(deciding_inputs(case));
+    }
+    if case.answer != Answer::Unusable {
+        if case.answer != Answer::Undecided {
+            reasons.extend(coast(case));
+        }
+        if case.answer != Answer::Undecided {
+            reasons.extend(disagreement(case));
+        }
+        reasons.extend(uncertainty(case));
+    }
+    if case.policy.members == 0 {
+        reasons.push(Reason {
+            code: "nominal-runs-only".into(),
+            text: "Only nominal runs were judged, as with the setting `members` = 0: the scatter of lever, stop and sensor is not part of this verdict.".into(),
+        });
+    }
+    reasons
+}
+
+/// Says how many of the scattered levers cross, and what that is worth.
+fn ensemble(case: &Case<'_>) -> Option<Reason> {
+    let own = case.nominal.ensemble.as_ref()?;
+    // Where an answer is missing, every stop and polarity that has none is named.
+    let threshold = case.threshold_rad();
+    let mut named: Vec<&Ensemble> = vec![own];
+    if case.answer == Answer::Undecided {
+        named = case
+            .results
+            .iter()
+            .filter(|result| result.run.answer(threshold) == Answer::Undecided)
+            .filter_map(|result| result.ensemble.as_ref())
+            .collect();
+        if named.is_empty() {
+            named.push(own);
+        }
+    }
+    let list: Vec<String> = named
+        .iter()
+        .map(|ensemble| {
+            let lost = match ensemble.failed_to_run {
+                0 => String::new(),
+                lost => format!(", {lost} not followed"),
+            };
+            let share = match case.answer {
+                Answer::Pass => format!("at most {} %", percent(ensemble.p_upper)),
+                Answer::Fail => format!("at least {} %", percent(ensemble.p_lower)),
+                Answer::Undecided | Answer::Unusable => format!(
+                    "{} to {} %",
+                    percent(ensemble.p_lower),
+                    percent(ensemble.p_upper)
+                ),
+            };
+            format!(
+                "{} of {} levers{lost}, {share} of all such ({})",
+                ensemble.exceeded,
+                ensemble.members,
+                briefly(ensemble.variant()),
+            )
+        })
+        .collect();
+    let until = own.judged_until_s.map_or_else(String::new, |at| {
+        format!(" on the samples up to {}", instant(at))
+    });
+    let (pass, fail) = (percent(PASS_SHARE_MAX), percent(FAIL_SHARE_WITH_NOMINAL));
+    let nearly_all = percent(FAIL_SHARE_MIN);
+    let (code, rule) = match case.answer {
+        Answer::Pass => ("few-members-cross", format!("a pass allows {pass} %")),
+        Answer::Fail if own.p_lower >= FAIL_SHARE_MIN => {
+            ("most-members-cross", format!("a fail needs {nearly_all} %"))
+        }
+        Answer::Fail => (
+            "most-members-cross",
+            format!("a fail needs more than {fail} % if the nominal lever crosses"),
+        ),
+        Answer::Undecided if named.iter().all(|ensemble| few_cross(ensemble)) => (
+            "few-members-cross",
+            format!("a pass allows {pass} %, but that is not all it asks"),
+        ),
+        Answer::Undecided | Answer::Unusable => (
+            "members-cross",
+            format!(
+                "a pass allows {pass} %, a fail needs more than {fail} % and a nominal lever that crosses, or {nearly_all} %"
+            ),
+        ),
+    };
+    Some(Reason {
+        code: code.into(),
+        text: format!(
+            "Scattered as design and input are uncertain, the limit is crossed{until} by {}; {rule}.",
+            list.join("; by ")
+        ),
+    })
+}
+
+/// Names the undeclared polarity where both signs are in doubt alike.
+fn undeclared(case: &Case<'_>) -> Option<Reason> {
+    let open = case.policy.polarity == Polarity::Undeclared
+        && case.results.iter().any(|result| result.ensemble.is_some());
+    if !open || signs_differ(case) {
+        return None;
+    }
+    Some(Reason {
+        code: "polarity-undeclared".into(),
+        text: format!(
+            "The sign that opens is not declared, and neither polarity answers by itself: {}. State it with the setting `opens_when`.",
+            each(case)
+        ),
+    })
+}
+
+/// Names the inputs of which one standard deviation moves a nominal lever across the limit; the
+/// bias comes first.
+fn deciding_inputs(case: &Case<'_>) -> Vec<Reason> {
+    let moved = |what_if: &&WhatIf| !what_if.changes_side.is_empty();
+    let is_bias = |what_if: &&WhatIf| what_if.input == "input.bias_g";
+    let bias: Vec<String> = case
+        .what_if
+        .iter()
+        .filter(moved)
+        .filter(is_bias)
+        .filter_map(|what_if| {
+            let how = match what_if.how {
+                Change::More => "one standard deviation more",
+                Change::Less => "one standard deviation less",
+                Change::BiasKept => "left in the recording",
+            };
+            let (side, before) = side(case, what_if)?;
+            Some(format!(
+                "{how} ({} g), {} rad instead of {} rad ({})",
+                signed(what_if.change),
+                plain(side.peak_angle_rad, 4),
+                plain(before, 4),
+                briefly(side.variant()),
+            ))
+        })
+        .collect();
+    let mut reasons = Vec::new();
+    if !bias.is_empty() {
+        reasons.push(Reason {
+            code: "bias-decides".into(),
+            text: format!(
+                "The bias decides on which side of the limit a nominal lever stays: {}.",
+                bias.join("; ")
+            ),
+        });
+    }
+    let others: Vec<String> = case
+        .what_if
+        .iter()
+        .filter(moved)
+        .filter(|what_if| !is_bias(what_if))
+        .filter_map(|what_if| {
+            let (side, _) = side(case, what_if)?;
+            Some(format!(
+                "{} {} ({} rad)",
+                what_if.input,
+                signed(what_if.change),
+                plain(side.peak_angle_rad, 4)
+            ))
+        })
+        .collect();
+    if !others.is_empty() {
+        reasons.push(Reason {
+            code: "tolerance-decides".into(),
+            text: format!(
+                "One standard deviation of a single tolerance takes a nominal lever across the limit: {}.",
+                others.join(", ")
+            ),
+        });
+    }
+    reasons
+}
+
+/// Returns the stop and polarity that changes sides, that of the nominal run if it is among
+/// them, and its nominal peak [rad].
+fn side(case: &Case<'_>, what_if: &WhatIf) -> Option<(Side, f64)> {
+    let side = what_if
+        .changes_side
+        .iter()
+        .find(|side| side.variant() == case.nominal.variant)
+        .or(what_if.changes_side.first())?;
+    let mut results = case.results.iter();
+    let own = results.find(|result| result.variant == side.variant())?;
+    Some((*side, own.run.run().peak_angle_rad))
+}
+
+/// One reason for each blocking finding.
+fn blocking(findings: &[Finding]) -> impl Iterator<Item = Reason> + '_ {
+    findings
+        .iter()
+        .filter(|finding| finding.severity == Severity::Blocking)
+        .map(|finding| Reason {
+            code: finding.code.clone(),
+            text: sentence(&finding.text),
+        })
+}
+
+fn peak(case: &Case<'_>) -> Reason {
+    let nominal = &case.nominal.run;
+    let run = nominal.run();
+    let threshold = case.threshold_rad();
+    let place = describe(case.nominal.variant, case.policy);
+    if nominal.outcome.broke_down {
+        return not_followed(&run.method, &place);
+    }
+    // What is found on faulty samples is told, but not as if it were known.
+    let (lever, proviso) = if case.answer == Answer::Unusable {
+        (
+            "With the faulty samples taken as they are, the lever",
+            "; no verdict rests on that",
+        )
+    } else {
+        ("The lever", "")
+    };
+    let (code, text) = match run.first_crossing_s {
+        Some(crossing) => (
+            "threshold-crossed",
+            format!(
+                "crosses the limit of {threshold} rad at {} and reaches {} rad at {}, {} times the limit ({place})",
+                instant(crossing),
+                plain(run.peak_angle_rad, 4),
+                instant(run.peak_time_s),
+                plain(run.peak_angle_rad / threshold, 3),
+            ),
+        ),
+        None if run.peak_angle_rad > 0.0 => (
+            "threshold-not-crossed",
+            format!(
+                "reaches at most {} rad, {} % of the limit of {threshold} rad, at {} ({place}){}",
+                plain(run.peak_angle_rad, 4),
+                plain(100.0 * run.peak_angle_rad / threshold, 3),
+                instant(run.peak_time_s),
+                coast_words(run.coast_peak_angle_rad),
+            ),
+        ),
+        None => (
+            "never-released",
+            format!(
+                "never leaves its stop ({place}){}",
+                coast_words(run.coast_peak_angle_rad)
+            ),
+        ),
+    };
+    Reason {
+        code: code.into(),
+        text: format!("{lever} {text}{proviso}."),
+    }
+}
+
+fn not_followed(method: &str, places: &str) -> Reason {
+    Reason {
+        code: "method-broke-down".into(),
+        text: format!(
+            "The {method} method could not follow the lever ({places}); its figures mean nothing."
+        ),
+    }
+}
+
+/// Names the stops and polarities beside that of the nominal run which could not be followed.
+fn others_not_followed(case: &Case<'_>) -> Option<Reason> {
+    let lost: Vec<&VariantResult> = case
+        .results
+        .iter()
+        .filter(|result| result.run.outcome.broke_down && result.variant != case.nominal.variant)
+        .collect();
+    let first = lost.first()?;
+    let places: Vec<String> = lost
+        .iter()
+        .map(|result| describe(result.variant, case.policy))
+        .collect();
+    Some(not_followed(&first.run.run().method, &places.join("; ")))
+}
+
+fn coast_words(coast: Option<f64>) -> String {
+    coast.map_or_else(String::new, |coast| {
+        format!(
+            "; left to itself after the last judged sample it still reaches {} rad",
+            plain(coast, 4)
+        )
+    })
+}
+
+/// Says that a fault came too late to matter.
+fn before_fault(case: &Case<'_>) -> Option<Reason> {
+    let bad = case
+        .faults
+        .first_bad
+        .filter(|bad| case.answer == Answer::Fail && bad.is_finite())?;
+    let reach = case.faults.reach_s;
+    let mixed = if reach > 0.0 {
+        format!(
+            ", of which the filter mixes the last {} with faulty ones",
+            instant(reach)
+        )
+    } else {
+        String::new()
+    };
+    Some(Reason {
+        code: "failed-before-fault".into(),
+        text: format!(
+            "From {} on the recording is faulty, but the samples before that alone give fail{mixed}; figures from later instants rest on faulty samples.",
+            instant(bad)
+        ),
+    })
+}
+
+/// Says that a lever which stayed below the limit may reach it after the last judged sample.
+fn coast(case: &Case<'_>) -> Option<Reason> {
+    let threshold = case.threshold_rad();
+    let mut results = case.results.iter();
+    let held = results.find(|result| result.run.held_back_by_coast(threshold))?;
+    Some(Reason {
+        code: "coast-reaches-limit".into(),
+        text: format!(
+            "After the last judged sample the lever moves on and reaches {} rad, ±{} rad, with no further acceleration ({}): the record or window ends too early for a pass.",
+            plain(held.run.run().coast_peak_angle_rad.unwrap_or(0.0), 4),
+            plain(held.run.coast_uncertainty_rad(), 2),
+            describe(held.variant, case.policy),
+        ),
+    })
+}
+
+/// Tells whether few enough members cross for a pass, in window and coast.
+fn few_cross(ensemble: &Ensemble) -> bool {
+    ensemble.p_upper_with_coast <= PASS_SHARE_MAX
+}
+
+/// Says that scattered levers which stayed below the limit in the window reach it afterwards.
+fn coast_of_members(case: &Case<'_>) -> Option<Reason> {
+    let ensemble = case
+        .results
+        .iter()
+        .filter_map(|result| result.ensemble.as_ref())
+        .find(|ensemble| ensemble.p_upper <= PASS_SHARE_MAX && !few_cross(ensemble))?;
+    Some(Reason {
+        code: "members-coast-beyond".into(),
+        text: format!(
+            "After the last judged sample {} of {} scattered levers move on beyond the limit with no further acceleration; with those that cross before, up to {} % of all such do, and a pass allows {} % ({}): the record or window ends too early for a pass.",
+            ensemble.exceeded_in_coast,
+            ensemble.members,
+            percent(ensemble.p_upper_with_coast),
+            percent(PASS_SHARE_MAX),
+            briefly(ensemble.variant()),
+        ),
+    })
+}
+
+/// Returns the answer of each variant, in one list.
+fn each(case: &Case<'_>) -> String {
+    let threshold = case.threshold_rad();
+    let of_each = case.results.iter().map(|result| {
+        let (name, run) = (briefly(result.variant), result.run.run());
+        let answer = result.run.answer(threshold).name();
+        if result.run.outcome.broke_down {
+            return format!("{name}: {answer}, since it could not be followed");
+        }
+        let coast = run
+            .coast_peak_angle_rad
+            .filter(|_| result.run.held_back_by_coast(threshold))
+            .map_or_else(String::new, |coast| {
+                format!(", coasting to {} rad", plain(coast, 4))
+            });
+        let peak = plain(run.peak_angle_rad, 4);
+        format!("{name}: {answer} with a peak of {peak} rad{coast}")
+    });
+    of_each.collect::<Vec<_>>().join("; ")
+}
+
+/// Returns what the stops say of one polarity.
+fn of_sign(case: &Case<'_>, sign: OpensWhen) -> Vec<Answer> {
+    case.results
+        .iter()
+        .filter(|result| result.variant.opens_when == sign)
+        .map(|result| result.run.answer(case.threshold_rad()))
+        .collect()
+}
+
+fn signs_differ(case: &Case<'_>) -> bool {
+    match case.policy.polarity.signs() {
+        [first, second] => of_sign(case, *first) != of_sign(case, *second),
+        _ => false,
+    }
+}
+
+/// Says which stops or polarities answer differently.
+fn disagreement(case: &Case<'_>) -> Vec<Reason> {
+    let stops_differ = case.policy.polarity.signs().iter().any(|sign| {
+        let own = of_sign(case, *sign);
+        own.iter().any(|answer| *answer != own[0])
+    });
+    let signs_differ = signs_differ(case);
+    let mut reasons = Vec::new();
+    if signs_differ {
+        let text = match case.policy.polarity {
+            Polarity::Both => format!(
+                "The two polarities answer differently, and the worse counts: {}.",
+                each(case)
+            ),
+            _ => format!(
+                "The sign that opens is not declared, and the two polarities answer differently: {}. State it with the setting `opens_when`.",
+                each(case)
+            ),
+        };
+        reasons.push(Reason {
+            code: "polarity-decides".into(),
+            text,
+        });
+    }
+    if stops_differ && case.policy.model == ModelChoice::Auto && !signs_differ {
+        reasons.push(Reason {
+            code: "stop-model-decides".into(),
+            text: format!("The two stop models answer differently: {}.", each(case)),
+        });
+    } else if stops_differ && signs_differ {
+        reasons.push(Reason {
+            code: "stop-model-decides".into(),
+            text: "The two stop models answer differently as well.".into(),
+        });
+    }
+    reasons
+}
+
+/// Sets the error of the computation beside the distance from peak to limit, and names the
+/// largest influence that the rule does not count.
+fn uncertainty(case: &Case<'_>) -> Option<Reason> {
+    let nominal = &case.nominal.run;
+    if nominal.outcome.broke_down {
+        return None;
+    }
+    let run = nominal.run();
+    let total = nominal.uncertainty_rad();
+    let distance = (run.peak_angle_rad - case.threshold_rad()).abs();
+    let parts = format!(
+        "±{} rad (integration {} rad, straight lines between samples {} rad)",
+        plain(total, 2),
+        plain(run.numerical_error_rad, 2),
+        plain(nominal.interpolation_error_rad, 2)
+    );
+    let largest = case
+        .budget
+        .ranked()
+        .into_iter()
+        .find(|(name, value)| !matches!(*name, "numerical" | "interpolation") && *value > 0.0)
+        .map_or_else(String::new, |(name, value)| {
+            format!(
+                " Not counted in it, the largest influence measured is {}: {} rad{}.",
+                influence(name),
+                plain(value, 2),
+                if value > distance {
+                    ", more than that distance"
+                } else {
+                    ""
+                }
+            )
+        });
+    let spans = distance <= total;
+    Some(Reason {
+        code: if spans {
+            "uncertainty-spans-threshold".into()
+        } else {
+            "uncertainty".into()
+        },
+        text: format!(
+            "The error of the computation, {parts}, is {} than the {} rad between peak and limit.{largest}",
+            if spans { "no less" } else { "less" },
+            plain(distance, 3)
+        ),
+    })
+}
+
+fn influence(name: &str) -> &str {
+    match name {
+        "model" => "the stop model (rigid against soft)",
+        "filter" => "the filter (as chosen against none)",
+        "bias" => "the bias (one standard error more or less)",
+        "polarity" => "the polarity (reversed)",
+        other => other,
+    }
+}

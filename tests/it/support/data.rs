@@ -1,0 +1,62 @@
+//! Outside truths in `tests/data/`, and recordings that may not be copied there.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// A file of `tests/data/`, whose README tells where it comes from.
+#[track_caller]
+pub(crate) fn data(name: &str) -> PathBuf {
+    let path = root().join("tests/data").join(name);
+    assert!(path.exists(), "{} is missing", path.display());
+    path
+}
+
+/// A recording beside the project whose licence does not let it be copied; `None` where it is
+/// missing and `LATCHGATE_WITHOUT_SHARED=1` says that this is known.
+#[track_caller]
+pub(crate) fn not_copied(name: &str) -> Option<PathBuf> {
+    let path = root().join("../shared/recordings").join(name);
+    if path.exists() {
+        return Some(path);
+    }
+    assert!(
+        std::env::var_os("LATCHGATE_WITHOUT_SHARED").is_some_and(|value| value == "1"),
+        "{} is missing and may not be copied into the project (tests/data/README.md); \
+         LATCHGATE_WITHOUT_SHARED=1 leaves its tests out",
+        path.display()
+    );
+    println!("left out: there is no {}", path.display());
+    None
+}
+
+/// A document of `tests/data/`.
+#[track_caller]
+pub(crate) fn json(name: &str) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(data(name)).unwrap()).unwrap()
+}
+
+/// A number that stands there as one, or with more digits than a number has, as text.
+pub(crate) fn number(value: &Value) -> f64 {
+    value
+        .as_str()
+        .map_or_else(|| value.as_f64().unwrap(), |text| text.parse().unwrap())
+}
+
+/// Two columns of a file of `tests/data/`, time and value, after any header lines.
+#[track_caller]
+pub(crate) fn columns(name: &str) -> Vec<(f64, f64)> {
+    std::fs::read_to_string(data(name))
+        .unwrap()
+        .lines()
+        .filter_map(|line| {
+            let mut cells = line
+                .split([',', '\t'])
+                .map(|cell| cell.trim().parse::<f64>());
+            Some((cells.next()?.ok()?, cells.next()?.ok()?))
+        })
+        .collect()
+}

@@ -1,0 +1,36 @@
+//! Tables and signals of `signals/` as arguments.
+
+use std::path::Path;
+
+/// The path of a recording of `signals/`.
+pub(crate) fn signal_file(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("signals")
+        .join(name);
+    path.to_str().unwrap().to_string()
+}
+
+/// A table at 10 kHz from −50 ms to 250 ms whose acceleration [g] is `of(t)`.
+pub(crate) fn table(of: impl Fn(f64) -> f64) -> String {
+    let mut text = String::from("time_s,acc_y_g\n");
+    for index in -500..=2500 {
+        let time = f64::from(index) / 10_000.0;
+        text.push_str(&format!("{time:.4},{:.6}\n", of(time)));
+    }
+    text
+}
+
+/// Half a sine of `peak` [g] from `start` on, `length` long [s]; 0 elsewhere.
+pub(crate) fn half_sine(time: f64, start: f64, length: f64, peak: f64) -> f64 {
+    if (start..start + length).contains(&time) {
+        peak * (std::f64::consts::PI * (time - start) / length).sin()
+    } else {
+        0.0
+    }
+}
+
+/// A pulse that the paper's lever survives if a negative acceleration opens it, with noise
+/// that keeps the samples from standing still.
+pub(crate) fn weak(time: f64) -> f64 {
+    half_sine(time, 0.0, 0.005, -5.0) + 0.01 * (time * 9_100.0).sin()
+}
