@@ -64,3 +64,4 @@ mod support;
 mod tidy;
 mod verdict;
 mod verify_cli;
+mod words;
