@@ -95,7 +95,7 @@ pub const FOOT: u32 = 24;
 /// Eq. (2.2) with A = 0 and φ(0) = 0: φ = −q + e^(−δt) (q cos ω_d t + B sin ω_d t) with
 /// q = T0/kR, δ = cR/(2 I0), ω_d = √(ωR² − δ²), B = (δ q − v)/ω_d.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Contact {
+pub struct FreeContact {
     offset: f64,
     decay: f64,
     frequency: f64,
@@ -103,7 +103,7 @@ pub struct Contact {
     damping: f64,
 }
 
-impl Contact {
+impl FreeContact {
     /// Returns the contact of `design` under a preload; `None` if it is damped so much that it
     /// does not oscillate, and the lever never leaves.
     #[must_use]
@@ -227,8 +227,8 @@ pub fn run(options: &Options) -> Result<Equivalence, Error> {
             damping_n_s_per_m: damping(ratio),
         });
     }
-    let free = Contact::new(design, 0.0);
-    let loaded = Contact::new(design, lever.preload_torque_nm);
+    let free = FreeContact::new(design, 0.0);
+    let loaded = FreeContact::new(design, lever.preload_torque_nm);
     let rebound = |speed_rad_s: f64| {
         let exit = loaded.and_then(|contact| contact.exit(speed_rad_s));
         Rebound {
@@ -288,7 +288,7 @@ pub fn run(options: &Options) -> Result<Equivalence, Error> {
 fn headlines(
     design: &Design,
     answer: &Equivalence,
-    free: Option<Contact>,
+    free: Option<FreeContact>,
     rebound: &dyn Fn(f64) -> Rebound,
 ) -> Result<Vec<Headline>, Error> {
     let (lever, stop) = (&design.lever, &design.stop);

@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::replay::{self, Breakdown, Method, RunOptions, TracePoint};
-use crate::study::restitution::Contact;
+use crate::study::restitution::FreeContact;
 use crate::units::{OpensWhen, SampleRate};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -146,7 +146,7 @@ pub fn run(options: &Options) -> Result<StepSize, Error> {
         runs.push(one_run(options, *steps, duration_s, frequency)?);
     }
     let entry_speed_rad_s = exact.impacts.first().map_or(1.0, |impact| -impact[1]);
-    let right_ratio = Contact::new(design, design.lever.preload_torque_nm)
+    let right_ratio = FreeContact::new(design, design.lever.preload_torque_nm)
         .and_then(|contact| contact.exit(entry_speed_rad_s))
         .map(|(_, speed)| speed / entry_speed_rad_s);
     let mut scan = Vec::new();
