@@ -7,6 +7,7 @@
 mod change;
 pub mod limit;
 pub mod map;
+mod margin_search;
 mod preload;
 pub mod quantity;
 mod runs;
@@ -18,23 +19,20 @@ pub use preload::PreloadAnswer;
 pub use preload::preload_answer;
 pub use quantity::Quantity;
 
-use crate::conditioning::Conditioned;
+use crate::conditioning::{Conditioned, Signal};
 use crate::error::Error;
 use crate::model::Design;
 use crate::parallel::Control;
 use crate::recording::Finding;
-use crate::verdict::bench::{Recall, window_samples};
-use crate::verdict::remarks::Faults;
-use crate::verdict::{Policy, assess};
-use change::{Change, VerdictSearch};
-use quantity::{Stretch, applied};
-use runs::{Bench, Setting};
-use search::{Crossing, Edge, Excess, Found, Probe};
+use crate::verdict::Policy;
+use margin_search::MarginSearch;
+use quantity::SearchRange;
+use search::{Crossing, Excess, SearchResult};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
-use std::cell::{Cell, RefCell};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What the nominal runs say at one value of a quantity, no error counted.
+/// The answer of the nominal runs at one value of a quantity, no error counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum State {
@@ -58,7 +56,7 @@ impl State {
     }
 }
 
-/// What an answer rests on.
+/// The answers whose change is looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Basis {
     /// The nominal run's peak against the threshold, no error counted.
@@ -69,7 +67,7 @@ pub enum Basis {
     Verdict,
 }
 
-/// What is asked.
+/// Options of one search for margins.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MarginOptions {
     /// The question of the verdict.
@@ -93,9 +91,6 @@ pub const POINTS_MAX: usize = 1200;
 /// Values that the search of a long recording begins with.
 pub const POINTS_MIN: usize = 200;
 
-/// Samples times values that a search begins with, at most, unless [`POINTS_MIN`] needs more.
-const SAMPLES_TIMES_POINTS: usize = 24_000_000;
-
 /// A change of the answer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Boundary {
@@ -112,6 +107,19 @@ pub struct Boundary {
     pub below: State,
     /// What they say above.
     pub above: State,
+}
+
+impl Boundary {
+    fn new(quantity: Quantity, crossing: &Crossing) -> Self {
+        Self {
+            quantity: quantity.name().into(),
+            unit: quantity.unit().into(),
+            at: crossing.better_end(),
+            bracket: (crossing.low.0, crossing.high.0),
+            below: crossing.low.1.state(),
+            above: crossing.high.1.state(),
+        }
+    }
 }
 
 /// The least change of one quantity that changes the answer.
@@ -173,7 +181,22 @@ pub struct Scan {
     pub points: Vec<(f64, Option<f64>)>,
 }
 
-/// Everything that was found.
+impl Scan {
+    fn new(quantity: Quantity, range: &SearchRange, found: &SearchResult, design: &Design) -> Self {
+        let peak = |(at, excess): &(f64, Excess)| {
+            let peak = excess.pass + design.criterion.threshold_rad;
+            (*at, peak.is_finite().then_some(peak))
+        };
+        Self {
+            quantity,
+            present: range.present,
+            ratios: range.ratios,
+            points: found.points.iter().map(peak).collect(),
+        }
+    }
+}
+
+/// The margins of one verdict.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Margins {
     /// What the nominal runs say at present, no error counted.
@@ -199,7 +222,7 @@ pub struct Margins {
 ///
 /// # Errors
 ///
-/// As [`assess()`]; those of [`MapRequest::check`].
+/// As [`crate::verdict::assess()`]; those of [`MapRequest::check`].
 pub fn margins(
     conditioned: &Conditioned,
     findings: &[Finding],
@@ -207,101 +230,44 @@ pub fn margins(
     options: &MarginOptions,
     control: &Control<'_>,
 ) -> Result<Margins, Error> {
-    let signal = &conditioned.used;
-    let window = options
-        .policy
-        .window_s
-        .map(|window| window_samples(signal, window))
-        .transpose()?;
     if let Some(request) = &options.map {
         request.check(design)?;
     }
-    let bench = Bench {
-        signal,
-        policy: &options.policy,
-        control,
-        window,
+    let progress = Progress::new(control, options);
+    let quiet = |_: Option<f64>| progress.proceed();
+    let control = &Control {
+        threads: control.threads,
+        proceed: &quiet,
     };
-    let faults = Faults::of(
-        conditioned,
-        conditioned.filter,
-        findings,
-        options.policy.window_s,
-    );
-    let spoiled = faults.first_bad.is_some();
-    let search = Search {
-        bench: &bench,
-        conditioned,
-        findings,
-        design,
-        options,
-        // A spoiled recording never passes, whatever the design.
-        basis: if spoiled {
-            Basis::NominalRun
-        } else {
-            options.basis
-        },
-        lift_off_nm: lift_off_nm(&bench, design),
-        state: bench.exact(design, 1.0)?.state(),
-        passes: Cell::new(None),
-    };
+    let search = MarginSearch::new(conditioned, findings, design, options, control)?;
     let mut answers = Vec::new();
     let mut boundaries = Vec::new();
     let mut scans = Vec::new();
-    let mut of_scale: Option<Found> = None;
+    let mut of_scale: Option<SearchResult> = None;
     for quantity in Quantity::ALL {
-        let stretch = search.stretch(quantity);
+        let range = search.range(quantity);
         let found = match (quantity, &of_scale) {
-            (Quantity::Unbalance, Some(found)) => times(found, stretch.present),
-            _ => search.found(quantity, &stretch)?,
+            (Quantity::Unbalance, Some(found)) => times(found, range.present),
+            _ => search.changes(quantity, &range)?,
         };
-        answers.push(search.answer(quantity, &stretch, &found, spoiled)?);
-        boundaries.extend(found.crossings.iter().map(|crossing| Boundary {
-            quantity: quantity.name().into(),
-            unit: quantity.unit().into(),
-            at: crossing.better_end(),
-            bracket: (crossing.low.0, crossing.high.0),
-            below: crossing.low.1.state(),
-            above: crossing.high.1.state(),
-        }));
-        scans.push(Scan {
-            quantity,
-            present: stretch.present,
-            ratios: stretch.ratios,
-            points: found
-                .points
-                .iter()
-                .map(|(at, excess)| {
-                    let peak = excess.pass + design.criterion.threshold_rad;
-                    (*at, peak.is_finite().then_some(peak))
-                })
-                .collect(),
-        });
+        answers.push(search.answer(quantity, &range, &found)?);
+        let crossings = found.crossings.iter();
+        boundaries.extend(crossings.map(|crossing| Boundary::new(quantity, crossing)));
+        scans.push(Scan::new(quantity, &range, &found, design));
         if quantity == Quantity::Scale {
             of_scale = Some(found);
         }
+        progress.step();
     }
-    let limit = if options.limit {
-        let points = options
-            .policy
-            .polarity
-            .signs()
-            .iter()
-            .map(|sign| limit::recording_point(signal, *sign))
-            .collect();
-        Some(limit::limit_curve(
-            design,
-            options.policy.model,
-            points,
-            control,
-        )?)
-    } else {
-        None
-    };
+    let limit = options
+        .limit
+        .then(|| limit_curve(&conditioned.used, design, &options.policy, control))
+        .transpose()?;
+    progress.step();
     let map = options
         .map
         .as_ref()
-        .map(|request| map::map(&bench, design, request))
+        .map(|request| map::map(&search.runs, design, request))
         .transpose()?;
     Ok(Margins {
         state: search.state,
@@ -311,27 +277,54 @@ pub fn margins(
         scans,
         limit,
         map,
-        spoiled,
+        spoiled: search.spoiled,
     })
 }
 
-/// The torque with which the strongest opening sample lifts the lever [N m].
-fn lift_off_nm(bench: &Bench<'_>, design: &Design) -> f64 {
-    let strongest = bench
-        .policy
-        .polarity
-        .signs()
-        .iter()
-        .flat_map(|sign| bench.signal.samples.iter().map(|a| -sign.sign() * a))
-        .fold(0.0, f64::max);
-    design.lever.unbalance_kg_m() * strongest
+/// The part of a search for margins that is done, quantity by quantity.
+struct Progress<'a> {
+    control: &'a Control<'a>,
+    steps: usize,
+    done: AtomicUsize,
+}
+
+impl<'a> Progress<'a> {
+    fn new(control: &'a Control<'a>, options: &MarginOptions) -> Self {
+        let beside = usize::from(options.limit) + usize::from(options.map.is_some());
+        Self {
+            control,
+            steps: Quantity::ALL.len() + beside,
+            done: AtomicUsize::new(0),
+        }
+    }
+
+    fn step(&self) {
+        self.done.fetch_add(1, Ordering::Relaxed);
+    }
+
+    fn proceed(&self) -> bool {
+        let done = self.done.load(Ordering::Relaxed).min(self.steps);
+        (self.control.proceed)(Some(done as f64 / self.steps as f64))
+    }
+}
+
+/// Finds the design's limit, with the recording beside it for each sign that counts.
+fn limit_curve(
+    signal: &Signal,
+    design: &Design,
+    policy: &Policy,
+    control: &Control<'_>,
+) -> Result<LimitCurve, Error> {
+    let signs = policy.polarity.signs().iter();
+    let recording = signs.map(|sign| limit::recording_point(signal, *sign));
+    limit::limit_curve(design, policy.model, recording.collect(), control)
 }
 
 /// Changes of the unbalance, from those of the scale: the model holds both only as the product
 /// of mass, distance and acceleration.
-fn times(found: &Found, unbalance: f64) -> Found {
+fn times(found: &SearchResult, unbalance: f64) -> SearchResult {
     let point = |(at, excess): (f64, Excess)| (at * unbalance, excess);
-    Found {
+    SearchResult {
         points: found.points.iter().copied().map(point).collect(),
         crossings: found
             .crossings
@@ -342,213 +335,5 @@ fn times(found: &Found, unbalance: f64) -> Found {
                 high: point(crossing.high),
             })
             .collect(),
-    }
-}
-
-struct Search<'a> {
-    bench: &'a Bench<'a>,
-    conditioned: &'a Conditioned,
-    findings: &'a [Finding],
-    design: &'a Design,
-    options: &'a MarginOptions,
-    basis: Basis,
-    lift_off_nm: f64,
-    state: State,
-    /// Whether the verdict passes at present, once that was asked: it is the same of every
-    /// quantity.
-    passes: Cell<Option<bool>>,
-}
-
-impl Search<'_> {
-    fn stretch(&self, quantity: Quantity) -> Stretch {
-        Stretch::of(
-            quantity,
-            self.design,
-            self.options.counterweight_radius_m,
-            self.lift_off_nm,
-        )
-    }
-
-    fn applied(&self, quantity: Quantity, value: f64) -> (Design, f64) {
-        applied(
-            quantity,
-            self.design,
-            self.options.counterweight_radius_m,
-            value,
-        )
-    }
-
-    fn found(&self, quantity: Quantity, stretch: &Stretch) -> Result<Found, Error> {
-        let points = self.options.points.unwrap_or_else(|| {
-            let samples = self.bench.signal.samples.len().max(1);
-            (SAMPLES_TIMES_POINTS / samples).clamp(POINTS_MIN, POINTS_MAX)
-        });
-        let setting = |value: f64| {
-            let (design, scale) = self.applied(quantity, value);
-            Setting::new(&design, scale)
-        };
-        search::changes(
-            &stretch.grid(points),
-            &Probe {
-                scan: &|values| {
-                    let settings: Vec<Setting> =
-                        values.iter().map(|value| setting(*value)).collect();
-                    self.bench.scan(&settings)
-                },
-                exact: &|value| self.bench.exact_at(&setting(value)),
-                width: &|value| stretch.width(value),
-                near_rad: 0.01 * self.design.criterion.threshold_rad,
-            },
-        )
-    }
-
-    /// Whether the verdict by the whole rule is a pass at a value; `recall` is of values of the
-    /// same quantity, and by it a pass may be `presumed`.
-    fn verdict_passes(
-        &self,
-        quantity: Quantity,
-        value: f64,
-        recall: &mut Recall,
-        presumed: bool,
-    ) -> bool {
-        let (design, scale) = self.applied(quantity, value);
-        let mut scaled = self.conditioned.clone();
-        if quantity == Quantity::Scale {
-            for samples in [&mut scaled.raw.samples, &mut scaled.used.samples] {
-                samples.iter_mut().for_each(|a| *a *= scale);
-            }
-            scaled.bias_m_s2 *= scale;
-        }
-        let policy = &self.options.policy;
-        // What cannot be judged is no pass.
-        assess::passes_again(
-            &scaled,
-            self.findings,
-            &design,
-            policy,
-            recall,
-            presumed,
-            self.bench.control,
-        )
-        .unwrap_or(false)
-    }
-
-    fn answer(
-        &self,
-        quantity: Quantity,
-        stretch: &Stretch,
-        found: &Found,
-        spoiled: bool,
-    ) -> Result<Margin, Error> {
-        let changes: Vec<&Crossing> = found
-            .crossings
-            .iter()
-            .filter(|crossing| crossing.edge == Edge::Pass)
-            .collect();
-        let nominal = changes
-            .iter()
-            .min_by(|a, b| {
-                let distance = |crossing: &Crossing| stretch.distance(crossing.better_end());
-                distance(a).total_cmp(&distance(b))
-            })
-            .map(|crossing| (crossing.better_end(), (crossing.low.0, crossing.high.0)));
-        let mut passes_at_present = self.state == State::Pass;
-        let verdict = if spoiled {
-            None
-        } else {
-            let recall = RefCell::new(Recall::default());
-            let asked = |value: f64, presumed: bool| {
-                self.verdict_passes(quantity, value, &mut recall.borrow_mut(), presumed)
-            };
-            let verdict = VerdictSearch {
-                passes: &|value| asked(value, false),
-                presumes: &|value| asked(value, true),
-                stretch,
-                points: &found.points,
-                width: if self.basis == Basis::Verdict {
-                    1e-4
-                } else {
-                    1e-6
-                },
-            };
-            let passes = self
-                .passes
-                .get()
-                .unwrap_or_else(|| (verdict.passes)(stretch.present));
-            self.passes.set(Some(passes));
-            if self.basis == Basis::Verdict {
-                passes_at_present = passes;
-            }
-            verdict.nearest(&changes, self.state == State::Pass, passes)
-        };
-        let verdict_at = verdict.map(|change| change.passes);
-        let verdict_bracket = verdict.map(Change::bracket);
-        let (at, bracket) = match self.basis {
-            Basis::NominalRun => (nominal.map(|(at, _)| at), nominal.map(|(_, b)| b)),
-            Basis::Verdict => (verdict_at, verdict_bracket),
-        };
-        let change_percent = at
-            .filter(|_| stretch.present > 0.0)
-            .map(|at| (at / stretch.present - 1.0) * 100.0);
-        Ok(Margin {
-            quantity,
-            title: quantity.title().into(),
-            unit: quantity.unit().into(),
-            present: stretch.present,
-            passes_at_present,
-            at,
-            bracket,
-            change_percent,
-            basis: self.basis,
-            nominal_at: nominal.map(|(at, _)| at),
-            nominal_bracket: nominal.map(|(_, bracket)| bracket),
-            verdict_at,
-            verdict_bracket,
-            reason: at
-                .is_none()
-                .then(|| self.reason(quantity, stretch, passes_at_present)),
-            searched: (stretch.low, stretch.high),
-            values: found.points.len(),
-            changes: changes.len(),
-            settled_at: settled(&changes),
-            convention: quantity.convention().into(),
-        })
-    }
-
-    fn reason(&self, quantity: Quantity, stretch: &Stretch, passes: bool) -> String {
-        let (low, high) = (
-            crate::units::plain(stretch.low, 5),
-            crate::units::plain(stretch.high, 5),
-        );
-        let unit = match quantity.unit() {
-            "" => String::new(),
-            unit => format!(" {unit}"),
-        };
-        let whose = match self.basis {
-            Basis::NominalRun => "the nominal run",
-            Basis::Verdict => "the verdict",
-        };
-        if passes {
-            format!("{whose} is a pass everywhere from {low} to {high}{unit}")
-        } else {
-            match self.basis {
-                Basis::NominalRun => {
-                    format!("{whose} is nowhere a pass from {low} to {high}{unit}")
-                }
-                Basis::Verdict => format!(
-                    "no value from {low} to {high}{unit} was found at which the verdict is a pass"
-                ),
-            }
-        }
-    }
-}
-
-/// The last change on the way to the one end of the range that passes.
-fn settled(changes: &[&Crossing]) -> Option<f64> {
-    let (first, last) = (changes.first()?, changes.last()?);
-    match (first.low.1.pass <= 0.0, last.high.1.pass <= 0.0) {
-        (true, false) => Some(first.low.0),
-        (false, true) => Some(last.high.0),
-        _ => None,
     }
 }

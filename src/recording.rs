@@ -7,6 +7,7 @@
 
 pub mod card;
 pub mod csv;
+mod draft;
 pub mod ev5;
 pub mod finding;
 mod laboratory;
@@ -28,6 +29,7 @@ pub use source::{Part, Source};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, STANDARD_GRAVITY, SampleRate, TimeUnit};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 
 /// What the user says about a recording, from options and card (option before card).
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -256,22 +258,28 @@ pub struct Format {
     pub name: &'static str,
     /// Tells whether the file is of this format.
     pub recognises: fn(head: &Head<'_>) -> bool,
-    /// Reads the channels; streams from `source`, within `limits`.
+    /// Reads the channels of each selection in one pass over the bytes; streams from `source`,
+    /// within `limits`. What holds one selection up leaves the others alone.
     pub read: fn(
         source: &mut source::Reader,
         options: &ReadOptions,
-        selection: Selection,
+        selections: &[Selection],
         limits: &Limits,
-    ) -> Result<ReadOutcome, Error>,
+    ) -> Result<Outcomes, Error>,
 }
 
-/// What a reader delivers: channels and findings on the file as a whole.
+/// What a reader delivers for each selection, in their order.
+pub type Outcomes = Vec<Result<ReadOutcome, Error>>;
+
+/// What a reader delivers for one selection.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReadOutcome {
     /// The channels.
     pub channels: Vec<Channel>,
     /// Findings on the file as a whole.
     pub findings: Vec<Finding>,
+    /// Names of the further files that were read for them.
+    pub parts: BTreeSet<String>,
 }
 
 /// Times beyond which a clock is none [s]: near the largest number there is, so that no sum of
@@ -349,40 +357,8 @@ pub fn read(
     selection: Selection,
     limits: &Limits,
 ) -> Result<Recording, Error> {
-    let place = Place::file(source.name());
-    let mut reader = source.open().map_err(|error| error.at(place.clone()))?;
-    reader.has_helper = !options.one_thread;
-    let bytes = reader.head().map_err(|error| error.at(place.clone()))?;
-    let entries = if reader.is_folder() {
-        reader
-            .list(true, limits)
-            .map_err(|error| error.at(place.clone()))?
-    } else {
-        Vec::new()
-    };
-    let head = Head {
-        bytes: &bytes,
-        file_name: reader.name(),
-        is_folder: reader.is_folder(),
-        entries: &entries,
-    };
-    let format = find_format(&head, options.input_format.as_deref())
-        .map_err(|error| error.at(place.clone()))?;
-    let mut outcome = (format.read)(&mut reader, options, selection, limits)
-        .map_err(|error| error.at(place.clone()))?;
-    outcome
-        .leave_out_the_endless(selection)
-        .map_err(|error| error.at(place.clone()))?;
-    let (sha256, parts) = reader.finish_parts().map_err(|error| error.at(place))?;
-    tracing::info!(file = %source.name(), format = format.name, channels = outcome.channels.len(), "recording read");
-    Ok(Recording {
-        file: source.name(),
-        sha256,
-        parts,
-        format: format.name,
-        channels: outcome.channels,
-        findings: outcome.findings,
-    })
+    let [recording] = read_each(source, options, [selection], limits);
+    recording
 }
 
 /// What one reading of a file gives under either [`Selection`].
@@ -394,23 +370,89 @@ pub struct Reading {
     pub every: Result<Recording, Error>,
 }
 
-/// Reads the channel that is meant and its neighbours; one failing does not make the other fail.
+/// Reads the channel that is meant and its neighbours in one pass over the bytes. Whatever is
+/// wrong with one of the two does not touch the other.
 #[must_use]
 pub fn read_both(source: &Source, options: &ReadOptions, limits: &Limits) -> Reading {
-    // Standard input is there once only.
-    let held = source.clone().held_in_memory(limits);
-    let read = |selection| {
-        read(
-            held.as_ref().map_err(Clone::clone)?,
-            options,
-            selection,
-            limits,
-        )
+    let both = [Selection::Lateral, Selection::Every];
+    let [chosen, every] = read_each(source, options, both, limits);
+    Reading { chosen, every }
+}
+
+/// Reads a recording under each of several selections.
+fn read_each<const N: usize>(
+    source: &Source,
+    options: &ReadOptions,
+    selections: [Selection; N],
+    limits: &Limits,
+) -> [Result<Recording, Error>; N] {
+    let mut outcomes = match outcomes(source, options, &selections, limits) {
+        Ok(outcomes) => outcomes.into_iter(),
+        // What is wrong with the whole is wrong with each.
+        Err(error) => {
+            let error = error.at(Place::file(source.name()));
+            return std::array::from_fn(|_| Err(error.clone()));
+        }
     };
-    Reading {
-        chosen: read(Selection::Lateral),
-        every: read(Selection::Every),
+    std::array::from_fn(|_| {
+        outcomes
+            .next()
+            .expect("a reader gives one outcome for each selection")
+            .map_err(|error| error.at(Place::file(source.name())))
+    })
+}
+
+fn outcomes(
+    source: &Source,
+    options: &ReadOptions,
+    selections: &[Selection],
+    limits: &Limits,
+) -> Result<Vec<Result<Recording, Error>>, Error> {
+    let mut reader = source.open()?;
+    reader.has_helper = !options.one_thread;
+    let bytes = reader.head()?;
+    let entries = if reader.is_folder() {
+        reader.list(true, limits)?
+    } else {
+        Vec::new()
+    };
+    let head = Head {
+        bytes: &bytes,
+        file_name: reader.name(),
+        is_folder: reader.is_folder(),
+        entries: &entries,
+    };
+    let format = find_format(&head, options.input_format.as_deref())?;
+    let mut outcomes = (format.read)(&mut reader, options, selections, limits)?;
+    for (outcome, selection) in outcomes.iter_mut().zip(selections) {
+        if let Ok(read) = outcome
+            && let Err(error) = read.leave_out_the_endless(*selection)
+        {
+            *outcome = Err(error);
+        }
     }
+    if outcomes.iter().all(Result::is_err) {
+        // Nothing is delivered, so that the rest of the file is not waited for.
+        let failed = outcomes.into_iter().filter_map(Result::err);
+        return Ok(failed.map(Err).collect());
+    }
+    let hashes = reader.finish_hashes()?;
+    Ok(outcomes
+        .into_iter()
+        .map(|outcome| {
+            let outcome = outcome?;
+            tracing::info!(file = %source.name(), format = format.name, channels = outcome.channels.len(), "recording read");
+            let (sha256, parts) = hashes.of(&outcome.parts);
+            Ok(Recording {
+                file: source.name(),
+                sha256,
+                parts,
+                format: format.name,
+                channels: outcome.channels,
+                findings: outcome.findings,
+            })
+        })
+        .collect())
 }
 
 /// Formats that are known but not read: first bytes, name, way out.

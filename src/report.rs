@@ -33,8 +33,25 @@ pub const REPORT_FILE: &str = "report.html";
 /// File name of the verdict.
 pub const VERDICT_FILE: &str = "verdict.json";
 
-/// Writes `report.html`, `verdict.json` and each plot as `.svg` into `dir`, which is created
-/// if absent, and returns the paths, the report's first.
+/// Returns the files of a report, names with bytes: `report.html`, `verdict.json` and each plot as
+/// `.svg`, the report first. Who keeps them decides where.
+#[must_use]
+pub fn files(document: &Document, evidence: Option<&Evidence>) -> Vec<(String, Vec<u8>)> {
+    let figures = plot::figures(document, evidence);
+    let page = html::page(document, evidence, &figures);
+    let mut files = vec![
+        (REPORT_FILE.to_string(), page.into_bytes()),
+        (VERDICT_FILE.to_string(), json::render(document).into_bytes()),
+    ];
+    for figure in &figures {
+        let name = format!("{}.svg", figure.name);
+        files.push((name, figure.stand_alone().into_bytes()));
+    }
+    files
+}
+
+/// Writes [`files`] into `dir`, which is created if absent, and returns the paths, the report's
+/// first.
 ///
 /// Files of these names that an earlier run left in `dir` are removed before the first is
 /// written, so that a run that fails half-way, or has less to draw, never leaves an older
@@ -48,30 +65,29 @@ pub fn write(
     document: &Document,
     evidence: Option<&Evidence>,
 ) -> Result<Vec<PathBuf>, Error> {
-    fs::create_dir_all(dir).map_err(|error| failed("make the report folder", dir, &error))?;
-    let plot_files = plot::NAMES.iter().map(|name| format!("{name}.svg"));
-    for name in [REPORT_FILE, VERDICT_FILE]
+    let earlier: Vec<String> = [REPORT_FILE, VERDICT_FILE]
         .into_iter()
         .map(String::from)
-        .chain(plot_files)
-    {
+        .chain(plot::NAMES.iter().map(|name| format!("{name}.svg")))
+        .collect();
+    replace(dir, &earlier, files(document, evidence))
+}
+
+/// Removes the files of an earlier report from `dir`, made if absent, then writes the new ones.
+fn replace(
+    dir: &Path,
+    earlier: &[impl AsRef<Path>],
+    files: Vec<(String, Vec<u8>)>,
+) -> Result<Vec<PathBuf>, Error> {
+    fs::create_dir_all(dir).map_err(|error| failed("make the report folder", dir, &error))?;
+    for name in earlier {
         let path = dir.join(name);
         match fs::remove_file(&path) {
-            Ok(()) => {}
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            Err(error) => return Err(failed("replace the earlier report", &path, &error)),
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                return Err(failed("replace the earlier report", &path, &error));
+            }
+            _ => {}
         }
-    }
-    let figures = plot::figures(document, evidence);
-    let mut files = vec![
-        (
-            REPORT_FILE.to_string(),
-            html::page(document, evidence, &figures),
-        ),
-        (VERDICT_FILE.to_string(), json::render(document)),
-    ];
-    for figure in &figures {
-        files.push((format!("{}.svg", figure.name), figure.stand_alone()));
     }
     let mut written = Vec::with_capacity(files.len());
     for (name, content) in files {

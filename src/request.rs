@@ -33,8 +33,9 @@ use std::collections::BTreeMap;
 
 /// The question of a replay. `None` leaves a setting to the card, the file or its default.
 ///
-/// As JSON it is an object with the keys of [`Setting`]; what has its default is left out, and an
-/// unknown key is an error that names the nearest known one.
+/// As JSON it is an object with the keys of [`Setting`]. What is left to card or file is absent,
+/// defaults are written out, so that a stored question keeps its meaning; an unknown key is an
+/// error that names the nearest known one.
 ///
 /// # Examples
 ///

@@ -1,25 +1,33 @@
 //! The verdict: what the runs, their errors and the findings together say.
 
-pub mod assess;
-pub(crate) mod bench;
+pub(crate) mod assess;
+mod budget;
 pub mod decision;
+pub(crate) mod early;
 pub mod ensemble;
+pub(crate) mod faults;
 pub mod filters;
 pub mod ladder;
+mod looks;
 pub mod policy;
-pub(crate) mod remarks;
-pub mod ribbon;
+mod proof;
+mod quantile_band;
+mod reasons;
+mod replay_findings;
+mod runs;
 pub mod screen;
+pub(crate) mod usable_span;
+mod variant;
 pub mod what_if;
-mod why;
+pub mod wording;
 
 pub use assess::{Assessment, assess, passes};
 pub use decision::{DECISION_RULE, NOMINAL_DECISION_RULE};
 pub use ensemble::Ensemble;
 pub use filters::FilterRow;
 pub use ladder::Ladder;
-pub use policy::{Extras, ModelChoice, Polarity, Policy};
-pub use ribbon::Ribbon;
+pub use policy::{Extras, ModelChoice, Polarity, Policy, Variant};
+pub use quantile_band::QuantileBand;
 pub use what_if::WhatIf;
 
 use crate::conditioning::Signal;
@@ -167,7 +175,7 @@ pub struct Evidence {
     /// Trajectories, the nominal run's first.
     pub traces: Vec<Trace>,
     /// How members of the nominal run's ensemble spread around it.
-    pub ribbon: Option<Ribbon>,
+    pub ribbon: Option<QuantileBand>,
     /// Amplitude spectrum before conditioning.
     pub spectrum_raw: AmplitudeSpectrum,
     /// Amplitude spectrum as used.

@@ -1,6 +1,6 @@
 //! The design's limit under half-sine pulses: amplitude against change of velocity.
 
-use super::runs::{Bench, Setting};
+use super::runs::{NominalRuns, Trial};
 use super::search::{self, Edge, Probe};
 use crate::conditioning::Signal;
 use crate::error::Error;
@@ -77,12 +77,16 @@ pub fn limit_curve(
     control: &Control<'_>,
 ) -> Result<LimitCurve, Error> {
     let bounds = screen::screens(design, None);
-    let mut points = Vec::new();
-    for stop in model.stops() {
-        for duration_ms in DURATIONS_MS {
-            points.push(critical_pulse(design, *stop, duration_ms / 1e3, control)?);
-        }
-    }
+    let pulses: Vec<(StopModel, f64)> = model
+        .stops()
+        .iter()
+        .flat_map(|stop| DURATIONS_MS.map(|duration_ms| (*stop, duration_ms / 1e3)))
+        .collect();
+    let points = control.try_map(&pulses, |&(stop, duration_s)| {
+        // The pulses themselves are shared among the threads.
+        let own = control.with_threads(1);
+        own.unmeasured(|own| critical_pulse(design, stop, duration_s, own))
+    })?;
     Ok(LimitCurve {
         static_threshold_g: bounds.static_threshold_g,
         impulse_threshold_m_s: bounds.impulse_threshold_m_s,
@@ -103,27 +107,12 @@ pub fn critical_pulse(
     duration_s: f64,
     control: &Control<'_>,
 ) -> Result<LimitPoint, Error> {
-    let rate = SampleRate::from_hertz(f64::from(INTERVALS) / duration_s)?;
-    let signal = Signal {
-        start_s: 0.0,
-        rate,
-        // One g of amplitude; the last sample is zero and not what rounding leaves of sin π.
-        samples: (0..=INTERVALS)
-            .map(|index| {
-                let phase = std::f64::consts::PI * f64::from(index) / f64::from(INTERVALS);
-                if index == INTERVALS {
-                    0.0
-                } else {
-                    -STANDARD_GRAVITY * libm::sin(phase)
-                }
-            })
-            .collect(),
-    };
+    let signal = half_sine(duration_s)?;
     let policy = Policy::new(
         ModelChoice::Only(stop),
         Polarity::Declared(OpensWhen::Negative),
     );
-    let bench = Bench {
+    let runs = NominalRuns {
         signal: &signal,
         policy: &policy,
         control,
@@ -141,13 +130,13 @@ pub fn critical_pulse(
         &grid,
         &Probe {
             scan: &|amplitudes| {
-                let settings: Vec<Setting> = amplitudes
+                let settings: Vec<Trial> = amplitudes
                     .iter()
-                    .map(|amplitude| Setting::new(design, *amplitude))
+                    .map(|amplitude| Trial::new(design, *amplitude))
                     .collect();
-                bench.scan(&settings)
+                runs.scan(&settings)
             },
-            exact: &|amplitude| bench.exact(design, amplitude),
+            exact: &|amplitude| runs.exact(&Trial::new(design, amplitude)),
             width: &|amplitude| 1e-12 * amplitude,
             near_rad: 0.01 * design.criterion.threshold_rad,
         },
@@ -165,6 +154,26 @@ pub fn critical_pulse(
         velocity_change_m_s: amplitude.map(|amplitude| {
             2.0 * amplitude * STANDARD_GRAVITY * duration_s / std::f64::consts::PI
         }),
+    })
+}
+
+/// Returns a half-sine pulse of one g in the opening direction.
+fn half_sine(duration_s: f64) -> Result<Signal, Error> {
+    let rate = SampleRate::from_hertz(f64::from(INTERVALS) / duration_s)?;
+    Ok(Signal {
+        start_s: 0.0,
+        rate,
+        // The last sample is zero and not what rounding leaves of sin π.
+        samples: (0..=INTERVALS)
+            .map(|index| {
+                let phase = std::f64::consts::PI * f64::from(index) / f64::from(INTERVALS);
+                if index == INTERVALS {
+                    0.0
+                } else {
+                    -STANDARD_GRAVITY * libm::sin(phase)
+                }
+            })
+            .collect(),
     })
 }
 

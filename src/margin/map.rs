@@ -1,7 +1,7 @@
 //! A map of the peak angle over two design keys, with the boundary of the pass.
 
 use super::quantity::with_restitution;
-use super::runs::{Bench, Setting};
+use super::runs::{NominalRuns, Trial};
 use super::search::{self, Edge, Excess, Probe};
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
@@ -147,9 +147,13 @@ type Side = (usize, usize, bool);
 /// The boundary crosses a side of a cell where its ends differ; the crossing is narrowed down by
 /// exact runs to 1e-9 of the range. A boundary that enters and leaves a cell through one side is
 /// not seen.
-pub(super) fn map(bench: &Bench<'_>, design: &Design, request: &MapRequest) -> Result<Map, Error> {
+pub(super) fn map(
+    runs: &NominalRuns<'_>,
+    design: &Design,
+    request: &MapRequest,
+) -> Result<Map, Error> {
     let field = Field {
-        bench,
+        runs,
         design,
         request,
     };
@@ -249,7 +253,7 @@ fn present(design: &Design, key: &str) -> Option<f64> {
 }
 
 struct Field<'a> {
-    bench: &'a Bench<'a>,
+    runs: &'a NominalRuns<'a>,
     design: &'a Design,
     request: &'a MapRequest,
 }
@@ -287,24 +291,24 @@ impl Field<'_> {
 
     fn at(&self, x: f64, y: f64) -> Result<Option<Excess>, Error> {
         self.design_at(x, y)
-            .map(|design| self.bench.exact(&design, 1.0))
+            .map(|design| self.runs.exact(&Trial::new(&design, 1.0)))
             .transpose()
     }
 
     fn scan(&self) -> Result<Vec<Option<Excess>>, Error> {
         let count = self.request.columns * self.request.rows;
         let mut places = Vec::with_capacity(count);
-        let mut settings = Vec::with_capacity(count);
+        let mut trials = Vec::with_capacity(count);
         for index in 0..count {
             let (column, row) = (index % self.request.columns, index / self.request.columns);
             if let Some(design) = self.design_at(self.x(column), self.y(row)) {
                 places.push(index);
-                settings.push(Setting::new(&design, 1.0));
+                trials.push(Trial::new(&design, 1.0));
             }
         }
         let mut values = vec![None; count];
-        if !settings.is_empty() {
-            for (place, excess) in places.into_iter().zip(self.bench.scan(&settings)?) {
+        if !trials.is_empty() {
+            for (place, excess) in places.into_iter().zip(self.runs.scan(&trials)?) {
                 values[place] = Some(excess);
             }
         }

@@ -1,17 +1,17 @@
 //! The preload that a recording asks for, as a report quotes it.
 
-use super::runs::Bench;
+use super::margin_search::MarginSearch;
+use super::quantity::SearchRange;
 use super::search::{Crossing, Edge};
-use super::{Basis, MarginOptions, Quantity, Search, State, lift_off_nm};
+use super::{Basis, MarginOptions, Quantity, State};
 use crate::conditioning::Conditioned;
 use crate::error::Error;
 use crate::model::Design;
 use crate::parallel::Control;
 use crate::recording::Finding;
 use crate::verdict::Policy;
-use crate::verdict::bench::{Recall, window_samples};
+use crate::verdict::early::MemberCache;
 use serde::{Deserialize, Serialize};
-use std::cell::Cell;
 
 /// The preload that a recording asks for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -61,11 +61,7 @@ pub fn preload_answer(
     control: &Control<'_>,
 ) -> Result<PreloadAnswer, Error> {
     let signal = &conditioned.used;
-    let window = policy
-        .window_s
-        .map(|window| window_samples(signal, window))
-        .transpose()?;
-    let asked = MarginOptions {
+    let options = MarginOptions {
         policy: Policy {
             members: policy.members.min(MEMBERS_ASKED),
             ..policy.clone()
@@ -76,25 +72,16 @@ pub fn preload_answer(
         map: None,
         limit: false,
     };
-    let bench = Bench {
-        signal,
-        policy: &asked.policy,
-        control,
-        window,
-    };
-    let search = Search {
-        bench: &bench,
-        conditioned,
-        findings,
-        design,
-        options: &asked,
-        basis: Basis::Verdict,
-        lift_off_nm: lift_off_nm(&bench, design),
-        state: bench.exact(design, 1.0)?.state(),
-        passes: Cell::new(None),
-    };
-    let stretch = search.stretch(Quantity::Preload);
-    let found = search.found(Quantity::Preload, &stretch)?;
+    control.unmeasured(|control| {
+        let search = MarginSearch::new(conditioned, findings, design, &options, control)?;
+        answer(&search, passes)
+    })
+}
+
+/// Searches the preloads: nominal runs first, and the whole rule from where those pass on.
+fn answer(search: &MarginSearch<'_>, passes: bool) -> Result<PreloadAnswer, Error> {
+    let range = search.range(Quantity::Preload);
+    let found = search.changes(Quantity::Preload, &range)?;
     let changes: Vec<&Crossing> = found
         .crossings
         .iter()
@@ -102,52 +89,67 @@ pub fn preload_answer(
         .collect();
     let nominal_from_nm = match changes.last() {
         Some(last) => (last.high.1.pass <= 0.0).then_some(last.high.0),
-        None => (search.state == State::Pass).then_some(stretch.low),
+        None => (search.state == State::Pass).then_some(range.low),
     };
-    let mut recall = Recall::default();
     let passes_from_nm = if passes {
-        Some(stretch.present)
+        Some(range.present)
     } else {
-        nominal_from_nm.and_then(|from| {
-            STEPS
-                .iter()
-                .map(|step| step * from)
-                .filter(|value| *value <= stretch.high)
-                .find(|value| search.verdict_passes(Quantity::Preload, *value, &mut recall, false))
-        })
+        match nominal_from_nm {
+            Some(from) => first_pass(search, from, range.high)?,
+            None => None,
+        }
     };
+    Ok(PreloadAnswer {
+        present_nm: range.present,
+        passes_from_nm,
+        nominal_from_nm,
+        searched_nm: (range.low, range.high),
+        values: found.points.len(),
+        changes: changes.len(),
+        text: text(passes, passes_from_nm, nominal_from_nm, &range),
+    })
+}
+
+/// Returns the first preload in steps from `from` on at which the whole rule passes.
+fn first_pass(search: &MarginSearch<'_>, from: f64, high: f64) -> Result<Option<f64>, Error> {
+    let mut cache = MemberCache::default();
+    for value in STEPS.map(|step| step * from) {
+        if value <= high && search.verdict_passes(Quantity::Preload, value, &mut cache, false)? {
+            return Ok(Some(value));
+        }
+    }
+    Ok(None)
+}
+
+fn text(
+    passes: bool,
+    passes_from_nm: Option<f64>,
+    nominal_from_nm: Option<f64>,
+    range: &SearchRange,
+) -> String {
     let number = |value: f64| crate::units::plain(value, 4);
-    let (low, high) = (number(stretch.low), number(stretch.high));
-    let text = match (passes, passes_from_nm, nominal_from_nm) {
+    let (low, high) = (number(range.low), number(range.high));
+    match (passes, passes_from_nm, nominal_from_nm) {
         (true, _, Some(from)) => format!(
             "Passes with T0 = {} N·m; the nominal lever was found below the limit at every greater T0 searched, as from {} N·m.",
-            number(stretch.present),
+            number(range.present),
             number(from)
         ),
         (true, _, None) => format!(
             "Passes with T0 = {} N·m, but the nominal lever does not stay below the limit up to T0 = {high} N·m.",
-            number(stretch.present)
+            number(range.present)
         ),
         (false, Some(at), Some(from)) => format!(
             "Would pass at T0 = {} N·m (present {} N·m), by the whole rule; nothing is said of greater values, of which only the nominal lever was searched and found below the limit from {} N·m. Check the preload that is chosen.",
             number(at),
-            number(stretch.present),
+            number(range.present),
             number(from)
         ),
         (false, None, Some(from)) => format!(
             "The nominal lever was found below the limit at every T0 searched from {} N·m (present {} N·m), but no preload up to {high} N·m was found at which the whole rule says pass.",
             number(from),
-            number(stretch.present)
+            number(range.present)
         ),
         (false, _, None) => format!("No preload from {low} to {high} N·m was found to pass."),
-    };
-    Ok(PreloadAnswer {
-        present_nm: stretch.present,
-        passes_from_nm,
-        nominal_from_nm,
-        searched_nm: (stretch.low, stretch.high),
-        values: found.points.len(),
-        changes: changes.len(),
-        text,
-    })
+    }
 }

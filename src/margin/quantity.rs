@@ -1,11 +1,11 @@
-//! The quantities whose change of the answer is looked for: what each does to the lever, over
-//! which range, on which grid.
+//! The quantities that a margin varies: what each does to the lever, over which range, on which
+//! grid.
 
 use crate::model::Design;
 use crate::model::stop::Stop;
 use serde::{Deserialize, Serialize};
 
-/// What is varied, all else staying as it is.
+/// A quantity that is varied alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
@@ -87,9 +87,9 @@ impl Quantity {
     }
 }
 
-/// The stretch of a quantity that is searched.
+/// The range of a quantity that is searched.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stretch {
+pub struct SearchRange {
     /// The value at present.
     pub present: f64,
     /// The least value searched.
@@ -106,8 +106,8 @@ pub const FACTOR: f64 = 1000.0;
 /// Relative width of a bracket.
 const WIDTH: f64 = 1e-12;
 
-impl Stretch {
-    /// Returns the stretch of a quantity; `lift_off_nm` [N m] is the preload below which the
+impl SearchRange {
+    /// Returns the range of a quantity; `lift_off_nm` [N m] is the preload below which the
     /// strongest opening sample lifts a lever off a rigid stop.
     #[must_use]
     pub fn of(

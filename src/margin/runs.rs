@@ -1,4 +1,4 @@
-//! What the lever does at one setting, or at many: the runs that a search rests on.
+//! The nominal runs that a search rests on: of one trial, or of many side by side.
 
 use super::search::Excess;
 use crate::conditioning::Signal;
@@ -8,20 +8,19 @@ use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
 use crate::parallel::Control;
 use crate::replay::batch::{self, BatchOptions, Member, MemberPeak};
-use crate::replay::{self, Method, RunOptions};
-use crate::units::OpensWhen;
-use crate::verdict::{Polarity, Policy};
+use crate::replay::{self, RunOptions};
+use crate::verdict::{Polarity, Policy, Variant};
 
-/// A lever, its stop and threshold, and the scale of the recording.
+/// One value to try: a lever, its stop and threshold, and the scale of the recording.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Setting {
+pub(super) struct Trial {
     lever: Lever,
     stop: Stop,
     pub(super) threshold_rad: f64,
     scale: f64,
 }
 
-impl Setting {
+impl Trial {
     pub(super) fn new(design: &Design, scale: f64) -> Self {
         Self {
             lever: design.lever,
@@ -39,37 +38,21 @@ struct Reach {
     highest: f64,
 }
 
-/// What every run of a search shares.
-pub(super) struct Bench<'a> {
+/// Trials that a thread takes at a time.
+const TRIALS_TAKEN: usize = 32;
+
+/// The nominal runs of one recording, by any lever and at any scale.
+#[derive(Clone, Copy)]
+pub(super) struct NominalRuns<'a> {
     pub(super) signal: &'a Signal,
     pub(super) policy: &'a Policy,
-    pub(super) control: &'a Control<'a>,
     pub(super) window: Option<(usize, usize)>,
+    pub(super) control: &'a Control<'a>,
 }
 
-impl Bench<'_> {
-    fn stops(&self) -> &'static [StopModel] {
-        self.policy.model.stops()
-    }
-
-    fn signs(&self) -> &'static [OpensWhen] {
-        self.policy.polarity.signs()
-    }
-
-    /// The initial state asked for, what is left open being that of rest on the stop.
-    fn initial(&self, setting: &Setting, stop: StopModel) -> Option<(f64, f64)> {
-        let (angle, velocity) = (
-            self.policy.initial_angle_rad,
-            self.policy.initial_velocity_rad_s,
-        );
-        if angle.is_none() && velocity.is_none() {
-            return None;
-        }
-        let rest = match stop {
-            StopModel::Rigid => 0.0,
-            StopModel::Soft => setting.stop.rest_angle_rad(&setting.lever),
-        };
-        Some((angle.unwrap_or(rest), velocity.unwrap_or(0.0)))
+impl NominalRuns<'_> {
+    fn initial(&self, trial: &Trial, model: StopModel) -> Option<(f64, f64)> {
+        self.policy.initial(model, &trial.stop, &trial.lever)
     }
 
     /// Joins what the stops of each sign did, in the order of signs, by parts 3 and 4 of the
@@ -78,10 +61,12 @@ impl Bench<'_> {
     /// one of a sign.
     fn joined(&self, reaches: &[Reach], threshold_rad: f64) -> Excess {
         let highest = reaches.iter().map(|reach| reach.highest);
-        let least_of_signs = reaches.chunks(self.stops().len()).map(|of_sign| {
-            let peaks = of_sign.iter().map(|reach| reach.peak);
-            peaks.fold(f64::INFINITY, f64::min)
-        });
+        let least_of_signs = reaches
+            .chunks(self.policy.model.stops().len())
+            .map(|of_sign| {
+                let peaks = of_sign.iter().map(|reach| reach.peak);
+                peaks.fold(f64::INFINITY, f64::min)
+            });
         let fail = match self.policy.polarity {
             Polarity::Both => least_of_signs.fold(f64::NEG_INFINITY, f64::max),
             Polarity::Declared(_) | Polarity::Undeclared => {
@@ -94,117 +79,93 @@ impl Bench<'_> {
         }
     }
 
-    /// Returns the excess at each setting, by levers side by side where the run asked for
-    /// allows it.
-    pub(super) fn scan(&self, settings: &[Setting]) -> Result<Vec<Excess>, Error> {
+    /// Returns the excess of each trial, by levers side by side where the run asked for allows it.
+    pub(super) fn scan(&self, trials: &[Trial]) -> Result<Vec<Excess>, Error> {
+        self.control.check()?;
         let started_by_speed_alone =
             self.policy.initial_angle_rad.is_none() && self.policy.initial_velocity_rad_s.is_some();
         if started_by_speed_alone {
             // The soft stop's angle of rest is each lever's own.
-            return settings
-                .iter()
-                .map(|setting| self.exact_at(setting))
-                .collect();
+            return trials.iter().map(|trial| self.exact(trial)).collect();
         }
-        let mut of_pairs: Vec<Vec<MemberPeak>> = Vec::new();
-        for sign in self.signs() {
-            for stop in self.stops() {
-                let options = BatchOptions {
-                    stop: *stop,
-                    opens_when: *sign,
-                    initial: settings
-                        .first()
-                        .and_then(|setting| self.initial(setting, *stop)),
-                    window: self.window,
-                    coast: true,
-                    threads: self.control.threads,
-                };
-                let member = |index: usize| {
-                    let setting = &settings[index];
-                    Member {
-                        lever: setting.lever,
-                        stop: setting.stop,
-                        scale: setting.scale,
-                        bias_m_s2: 0.0,
-                    }
-                };
-                of_pairs.push(batch::peaks(
-                    self.signal,
-                    settings.len(),
-                    &member,
-                    &options,
-                )?);
-            }
-        }
-        Ok(settings
+        let variants = self.policy.variants();
+        let tasks: Vec<(Variant, &[Trial])> = variants
+            .iter()
+            .flat_map(|variant| trials.chunks(TRIALS_TAKEN).map(|taken| (*variant, taken)))
+            .collect();
+        let found = self
+            .control
+            .try_map(&tasks, |(variant, taken)| self.peaks(*variant, taken))?;
+        let found: Vec<Reach> = found.into_iter().flatten().collect();
+        Ok(trials
             .iter()
             .enumerate()
-            .map(|(index, setting)| {
-                let reaches: Vec<Reach> = of_pairs
-                    .iter()
-                    .map(|peaks| {
-                        let MemberPeak {
-                            peak_angle_rad,
-                            coast_peak_angle_rad,
-                            ..
-                        } = peaks[index];
-                        reach(peak_angle_rad, coast_peak_angle_rad, true)
-                    })
-                    .collect();
-                self.joined(&reaches, setting.threshold_rad)
+            .map(|(index, trial)| {
+                let of_variants = found.chunks(trials.len()).map(|of| of[index]);
+                self.joined(&of_variants.collect::<Vec<_>>(), trial.threshold_rad)
             })
             .collect())
     }
 
-    /// Returns the excess at one setting by the method asked for.
-    pub(super) fn exact(&self, design: &Design, scale: f64) -> Result<Excess, Error> {
-        self.exact_at(&Setting::new(design, scale))
+    /// Returns how far the levers of some trials come on one variant.
+    fn peaks(&self, variant: Variant, trials: &[Trial]) -> Result<Vec<Reach>, Error> {
+        let options = BatchOptions {
+            stop: variant.model,
+            opens_when: variant.opens_when,
+            initial: trials
+                .first()
+                .and_then(|trial| self.initial(trial, variant.model)),
+            window: self.window,
+            coast: true,
+            threads: 1,
+        };
+        let member = |index: usize| {
+            let trial = &trials[index];
+            Member {
+                lever: trial.lever,
+                stop: trial.stop,
+                scale: trial.scale,
+                bias_m_s2: 0.0,
+            }
+        };
+        let peaks = batch::peaks(self.signal, trials.len(), &member, &options)?;
+        let reached = |of: &MemberPeak| reach(of.peak_angle_rad, of.coast_peak_angle_rad, true);
+        Ok(peaks.iter().map(reached).collect())
     }
 
-    pub(super) fn exact_at(&self, setting: &Setting) -> Result<Excess, Error> {
+    /// Returns the excess of one trial by the method asked for.
+    pub(super) fn exact(&self, trial: &Trial) -> Result<Excess, Error> {
+        self.control.check()?;
         let scaled = Signal {
             samples: self
                 .signal
                 .samples
                 .iter()
-                .map(|a| a * setting.scale)
+                .map(|a| a * trial.scale)
                 .collect(),
             ..*self.signal
         };
         let design = Design {
-            lever: setting.lever,
-            stop: setting.stop,
+            lever: trial.lever,
+            stop: trial.stop,
             ..Design::reference()
         };
         let mut reaches = Vec::new();
-        for sign in self.signs() {
-            for stop in self.stops() {
-                let (method, tolerance_rad) = if self.policy.method.admits(*stop) {
-                    (self.policy.method, self.policy.tolerance_rad)
-                } else {
-                    (Method::EventDriven, None)
-                };
-                let outcome = replay::run(
-                    &scaled,
-                    &design,
-                    &RunOptions {
-                        method,
-                        tolerance_rad,
-                        initial: self.initial(setting, *stop),
-                        window: self.window,
-                        error_bound: false,
-                        ..RunOptions::new(*stop, *sign)
-                    },
-                )?;
-                let run = &outcome.run;
-                reaches.push(reach(
-                    run.peak_angle_rad,
-                    run.coast_peak_angle_rad,
-                    !outcome.broke_down,
-                ));
-            }
+        for Variant { opens_when, model } in self.policy.variants() {
+            let (method, tolerance_rad) = self.policy.method_on(model);
+            let options = RunOptions {
+                method,
+                tolerance_rad,
+                initial: self.initial(trial, model),
+                window: self.window,
+                error_bound: false,
+                ..RunOptions::new(model, opens_when)
+            };
+            let outcome = replay::run(&scaled, &design, &options)?;
+            let (peak, coast) = (outcome.run.peak_angle_rad, outcome.run.coast_peak_angle_rad);
+            reaches.push(reach(peak, coast, !outcome.broke_down));
         }
-        Ok(self.joined(&reaches, setting.threshold_rad))
+        Ok(self.joined(&reaches, trial.threshold_rad))
     }
 }
 

@@ -72,12 +72,12 @@ impl Crossing {
 }
 
 /// The excess at many values.
-pub type Scan<'a> = dyn Fn(&[f64]) -> Result<Vec<Excess>, Error> + 'a;
+pub type ScanFn<'a> = dyn Fn(&[f64]) -> Result<Vec<Excess>, Error> + 'a;
 
 /// How the answer is asked for.
 pub struct Probe<'a> {
     /// The excess at many values, cheaply: it may differ from the exact one by rounding.
-    pub scan: &'a Scan<'a>,
+    pub scan: &'a ScanFn<'a>,
     /// The excess at one value, which decides.
     pub exact: &'a dyn Fn(f64) -> Result<Excess, Error>,
     /// Width of the bracket that ends the search around a value, in the quantity's unit.
@@ -86,9 +86,9 @@ pub struct Probe<'a> {
     pub near_rad: f64,
 }
 
-/// What a search found.
+/// The values that a search looked at, and the changes among them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Found {
+pub struct SearchResult {
     /// Every value that was looked at, in ascending order.
     pub points: Vec<(f64, Excess)>,
     /// Every change of the answer, in ascending order.
@@ -129,7 +129,7 @@ struct Point {
 /// # Errors
 ///
 /// Those of the probe.
-pub fn changes(grid: &[f64], probe: &Probe<'_>) -> Result<Found, Error> {
+pub fn changes(grid: &[f64], probe: &Probe<'_>) -> Result<SearchResult, Error> {
     let mut points = scanned(grid, probe)?;
     let most = 5 * grid.len();
     for split in 0..SPLITS {
@@ -169,7 +169,7 @@ pub fn changes(grid: &[f64], probe: &Probe<'_>) -> Result<Found, Error> {
         }
     }
     crossings.sort_by(|a, b| a.low.0.total_cmp(&b.low.0));
-    Ok(Found {
+    Ok(SearchResult {
         points: points
             .iter()
             .map(|point| (point.at, point.excess))
@@ -258,7 +258,7 @@ fn settle(points: &mut [Point], probe: &Probe<'_>) -> Result<(), Error> {
     }
 }
 
-pub(super) type End = (f64, Excess);
+pub(super) type BracketEnd = (f64, Excess);
 
 /// Narrows a change down: interpolation held near the middle, so that it needs no more rounds
 /// than halving plus one, and jumps do it no harm.
@@ -268,7 +268,11 @@ pub(super) type End = (f64, Excess);
 /// I. F. D. Oliveira and R. H. C. Takahashi, An enhancement of the bisection method average
 /// performance preserving minmax optimality, ACM Transactions on Mathematical Software 47 (2020):
 /// the ITP method, with κ1 = 0.2/(b − a), κ2 = 2, n0 = 1.
-pub(super) fn narrow(edge: Edge, probe: &Probe<'_>, ends: (End, End)) -> Result<(End, End), Error> {
+pub(super) fn narrow(
+    edge: Edge,
+    probe: &Probe<'_>,
+    ends: (BracketEnd, BracketEnd),
+) -> Result<(BracketEnd, BracketEnd), Error> {
     let (mut low, mut high) = ends;
     // As a function that rises.
     let turn = if high.1.of(edge) > 0.0 { 1.0 } else { -1.0 };

@@ -11,7 +11,7 @@ use crate::request::Request;
 use crate::units::{AccelerationUnit, STANDARD_GRAVITY};
 use crate::verdict::{
     Answer, Assessment, DECISION_RULE, ErrorBudget, NOMINAL_DECISION_RULE, Polarity, Reason,
-    Screens, assess, screen,
+    Screens, screen, wording,
 };
 use std::collections::BTreeMap;
 
@@ -73,10 +73,10 @@ impl Facts {
         ConditioningBlock {
             bias_m_s2: conditioned.bias_m_s2,
             bias_standard_error_m_s2: conditioned.bias_standard_error_m_s2,
-            bias_standard_error_method: assess::bias_method().into(),
+            bias_standard_error_method: wording::bias_method().into(),
             bias_samples: conditioned.bias_samples,
             bias_window_s: conditioned.bias_window_s,
-            filter: assess::filter_name(conditioned.filter).into(),
+            filter: wording::filter_name(conditioned.filter).into(),
             filter_standard: conditioned.filter_standard.name().into(),
             filter_design_frequency_hz: conditioned
                 .filter
@@ -201,9 +201,9 @@ fn empty(facts: &Facts, conditioned: Option<&Conditioned>, design: &Design) -> D
         conditioning: conditioned.map(|conditioned| facts.conditioning(conditioned)),
         design: design.clone(),
         decision_rule: if facts.request.members == 0 {
-            NOMINAL_DECISION_RULE.into()
+            NOMINAL_DECISION_RULE.as_str().into()
         } else {
-            DECISION_RULE.into()
+            DECISION_RULE.as_str().into()
         },
         request: facts.request.clone(),
         run: run_block(),

@@ -25,7 +25,7 @@ pub(super) fn report_id(recording: &RecordingBlock, request: &Request, design: &
         "sha256": recording.sha256,
         "parts": recording.parts,
         "card_sha256": recording.card_sha256,
-        "request": request,
+        "request": request.stated(),
         "design": design,
     });
     let mut text = String::new();

@@ -8,7 +8,7 @@ use crate::margin::{self, PreloadAnswer};
 use crate::model::Design;
 use crate::parallel::Control;
 use crate::recording::{self, Channel, Finding, Limits, Reading, Source};
-use crate::report::Document;
+use crate::report::{self, Document};
 use crate::request::Request;
 use crate::units::STANDARD_GRAVITY;
 use crate::verdict::{self, Answer, Assessment, Evidence};
@@ -36,6 +36,15 @@ pub struct Outcome {
     pub refusal: Option<Error>,
     /// The channels to choose from, where several could be meant.
     pub offers: Vec<Offer>,
+}
+
+impl Outcome {
+    /// Returns the files of the report, names with bytes: page, document and plots, the page
+    /// first.
+    #[must_use]
+    pub fn files(&self) -> Vec<(String, Vec<u8>)> {
+        report::files(&self.document, self.evidence.as_ref())
+    }
 }
 
 /// A recording that could not be read or conditioned.

@@ -1,8 +1,8 @@
 //! Cards: a recording's full name plus `.toml`, saying what the file itself does not.
 
-use super::csv::line_at;
 use super::limits::Limits;
 use super::source::{Source, sha256};
+use super::text::line_at;
 use crate::error::{Error, ErrorKind, Place, nearest_name};
 use crate::units::{AccelerationUnit, OpensWhen, SampleRate};
 use serde::{Deserialize, Serialize};

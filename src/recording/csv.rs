@@ -7,6 +7,7 @@
 //! What the file does not say is asked for, not guessed: a missing unit or time is an error,
 //! and so is a header that does not fit its rows. Units never come from a comment.
 
+mod cell;
 mod counter;
 mod date;
 mod dialect;
@@ -14,17 +15,18 @@ pub(super) mod encoding;
 pub(super) mod header;
 mod layout;
 pub(super) mod number;
-mod plain;
-mod remarks;
 mod rows;
+mod status;
 
+use super::draft::{self, Draft, Span, Unit};
 use super::source::Reader;
 use super::time_base::TimeBase;
-use super::{Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, laboratory};
+use super::{Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
 use crate::error::{Error, ErrorKind, Place};
-use crate::units::{AccelerationUnit, SampleRate};
-use layout::{Layout, TimeSource};
-use rows::{Fate, Rows};
+use crate::units::SampleRate;
+use layout::{Choice, Layout, TimeSource};
+use rows::{ColumnResult, Rows, Wanted};
+use status::StatusColumn;
 
 /// Rates outside of which a stated unit of time is doubted [Hz].
 pub(super) const PLAUSIBLE_STATED: (f64, f64) = (1.0, 200e3);
@@ -56,158 +58,313 @@ pub fn recognises(head: &Head<'_>) -> bool {
 pub fn read(
     source: &mut Reader,
     options: &ReadOptions,
-    selection: Selection,
+    selections: &[Selection],
     limits: &Limits,
-) -> Result<ReadOutcome, Error> {
-    let bytes = source.read_text(limits)?;
-    let (mut text, mut findings) = encoding::decode(bytes, limits)?;
-    let marked = dialect::mark_lines(&mut text, limits)?;
-    // The table reader takes a comment without a line end for an empty row.
-    let last = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
-    if text.get(last) == Some(&b'#') {
-        text.truncate(last);
-    }
-    let separator = marked
-        .separator
-        .unwrap_or_else(|| dialect::find_separator(&text));
-    if separator == dialect::Separator::Blanks {
-        dialect::collapse_blanks(&mut text);
-    }
-    let quoted = memchr::memchr(b'"', &text).is_some();
-    dialect::check_lines(&text, separator, quoted, limits)?;
-    let layout = Layout::find(&text, separator, quoted, options, &mut findings)?;
-    let Some(time) = layout.time_or_left_out(options, selection, &mut findings)? else {
-        return Ok(ReadOutcome {
-            channels: Vec::new(),
-            findings,
-        });
+) -> Result<Outcomes, Error> {
+    let table = Table::open(source.read_text(limits)?, options, limits)?;
+    let plans: Vec<Result<Plan, Error>> = selections
+        .iter()
+        .map(|selection| table.plan(options, *selection))
+        .collect();
+    let rows = table.rows(&plans, options, limits);
+    let statuses = if rows.iter().flatten().any(Result::is_ok) {
+        status::read(&table.text, &table.layout)?
+    } else {
+        Vec::new()
     };
-    if let (TimeSource::Rate(_), Some(line)) = (&time, marked.break_after(layout.header_rows)) {
-        return Err(Error::from(ErrorKind::Malformed {
-            expected: "rows of samples without a break, since no column tells their time".into(),
-            found: "a line that is empty or a comment".into(),
-            hint: "remove the line if no sample is missing there, or export with a time column"
-                .into(),
+    Ok(plans
+        .into_iter()
+        .zip(rows)
+        .map(|(plan, rows)| table.deliver(plan?, rows, &statuses, options, limits))
+        .collect())
+}
+
+/// A table whose layout is known and whose rows are not read yet.
+struct Table {
+    text: Vec<u8>,
+    lines: dialect::LineScan,
+    layout: Layout,
+    /// What was found odd up to here.
+    findings: Vec<Finding>,
+}
+
+/// What is read of a table for one selection.
+struct Plan {
+    selection: Selection,
+    /// `None` where nothing tells the time, so that no channel can be read.
+    time: Option<TimeSource>,
+    choice: Choice,
+    /// Columns that count the rows, each with whether its name says so.
+    counters: Vec<(usize, bool)>,
+    findings: Vec<Finding>,
+}
+
+impl Table {
+    fn open(bytes: Vec<u8>, options: &ReadOptions, limits: &Limits) -> Result<Self, Error> {
+        let (mut text, mut findings) = encoding::decode(bytes, limits)?;
+        let lines = dialect::scan_lines(&mut text, limits)?;
+        // The table reader takes a comment without a line end for an empty row.
+        let last = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
+        if text.get(last) == Some(&b'#') {
+            text.truncate(last);
+        }
+        let separator = lines
+            .separator
+            .unwrap_or_else(|| dialect::find_separator(&text));
+        if separator == dialect::Separator::Blanks {
+            dialect::collapse_blanks(&mut text);
+        }
+        let quoted = memchr::memchr(b'"', &text).is_some();
+        dialect::check_lines(&text, separator, quoted, limits)?;
+        let layout = Layout::find(&text, separator, quoted, options, &mut findings)?;
+        Ok(Self {
+            text,
+            lines,
+            layout,
+            findings,
         })
-        .at(Place::default().line(line)));
     }
-    refuse_lost_rows(&text, &marked, &layout, &time, &mut findings)?;
-    let choice = layout.choose(options, selection, &time)?;
-    let wanted = &choice.columns;
-    let counters = layout.counters(&time, wanted);
-    let counted: Vec<usize> = counters.iter().map(|(column, _)| *column).collect();
-    let columns = (wanted.as_slice(), counted.as_slice());
-    let rows = Rows::read(&text, &layout, &time, columns, (options, selection), limits)?;
-    if rows.decimal_comma {
-        findings.push(Finding::info(
-            "decimal-comma",
-            "the numbers are written with a decimal comma",
-        ));
+
+    /// Finds the time and the columns of a selection.
+    fn plan(&self, options: &ReadOptions, selection: Selection) -> Result<Plan, Error> {
+        let mut findings = self.findings.clone();
+        let time = self
+            .layout
+            .time_or_left_out(options, selection, &mut findings)?;
+        let mut plan = Plan {
+            selection,
+            time,
+            choice: Choice::default(),
+            counters: Vec::new(),
+            findings,
+        };
+        let Some(time) = &plan.time else {
+            return Ok(plan);
+        };
+        let break_after = self.lines.break_after(self.layout.header_rows);
+        if let (TimeSource::Rate(_), Some(line)) = (time, break_after) {
+            return Err(Error::from(ErrorKind::Malformed {
+                expected: "rows of samples without a break, since no column tells their time"
+                    .into(),
+                found: "a line that is empty or a comment".into(),
+                hint: "remove the line if no sample is missing there, or export with a time column"
+                    .into(),
+            })
+            .at(Place::default().line(line)));
+        }
+        self.refuse_lost_rows(time, &mut plan.findings)?;
+        plan.choice = self.layout.choose(options, selection, time)?;
+        plan.counters = self.layout.counters(time, &plan.choice.columns);
+        Ok(plan)
     }
-    if let TimeSource::Column {
-        dated: true, index, ..
-    } = time
-    {
-        findings.push(Finding::info(
-            "time-absolute",
-            format!(
-                "the stamps of `{}` are dates; time was counted from the first of them, and the setting `time_zero` is meant so as well",
-                layout.columns[index].name
-            ),
-        ));
-    }
-    if let Some((count, line)) = rows.repeated {
+
+    /// Refuses comments that are rows in disguise where no stamp shows what is missing by them, and
+    /// tells of them where one does.
+    fn refuse_lost_rows(
+        &self,
+        time: &TimeSource,
+        findings: &mut Vec<Finding>,
+    ) -> Result<(), Error> {
+        let (columns, _) = self.layout.widths();
+        if let (1, Some(line)) = (columns, self.lines.hashes) {
+            return Err(dialect::damaged_row(b"####").at(Place::default().line(line).column(1)));
+        }
+        let Some((count, line, followed)) = self.lines.rows_made_comments(
+            &self.text,
+            self.layout.separator,
+            self.layout.header_rows,
+            columns,
+        ) else {
+            return Ok(());
+        };
+        if followed && matches!(time, TimeSource::Rate(_)) {
+            return Err(Error::from(ErrorKind::Malformed {
+                expected: "rows of samples without a break, since no column tells their time"
+                    .into(),
+                found: "a comment that holds as many numbers as a row".into(),
+                hint: "take the # away if it is a sample, or the line if it is none".into(),
+            })
+            .at(Place::default().line(line)));
+        }
         findings.push(Finding::warning(
-            "rows-repeated",
-            format!(
-                "{count} {} to the last cell, the first on line {line}; each was taken once",
-                if count == 1 {
-                    "row repeats the one before"
-                } else {
-                    "rows repeat the ones before"
+        "rows-made-comments",
+        format!(
+            "{count} {} as many numbers as a row, the first on line {line}; samples may have been taken out by hand",
+            if count == 1 { "comment holds" } else { "comments hold" }
+        ),
+    ));
+        Ok(())
+    }
+
+    /// Reads the rows that the plans ask for in one pass; nothing for a plan without a time.
+    fn rows(
+        &self,
+        plans: &[Result<Plan, Error>],
+        options: &ReadOptions,
+        limits: &Limits,
+    ) -> Vec<Option<Result<Rows, Error>>> {
+        let time_of = |plan: &Result<Plan, Error>| plan.as_ref().ok().and_then(|plan| plan.time);
+        // Header and options tell the time, so that it is the same for all selections.
+        let Some(time) = plans.iter().find_map(time_of) else {
+            return plans.iter().map(|_| None).collect();
+        };
+        let wanted: Vec<Wanted<'_>> = plans
+            .iter()
+            .flatten()
+            .filter(|plan| plan.time.is_some())
+            .map(|plan| Wanted {
+                selection: plan.selection,
+                columns: &plan.choice.columns,
+                counters: plan.counters.iter().map(|(column, _)| *column).collect(),
+            })
+            .collect();
+        let read = rows::read(&self.text, &self.layout, &time, &wanted, options, limits);
+        let mut read = read.into_iter();
+        let of = |plan| time_of(plan).and_then(|_| read.next());
+        plans.iter().map(of).collect()
+    }
+
+    /// Makes channels of the rows that were read for a plan.
+    fn deliver(
+        &self,
+        plan: Plan,
+        rows: Option<Result<Rows, Error>>,
+        statuses: &[StatusColumn],
+        options: &ReadOptions,
+        limits: &Limits,
+    ) -> Result<ReadOutcome, Error> {
+        let Plan {
+            selection,
+            time,
+            choice,
+            counters,
+            mut findings,
+        } = plan;
+        let (Some(time), Some(rows)) = (time, rows) else {
+            return Ok(ReadOutcome {
+                findings,
+                ..ReadOutcome::default()
+            });
+        };
+        let mut rows = rows?;
+        findings.extend(self.row_findings(&rows, &time));
+        let (text, layout) = (&self.text, &self.layout);
+        let mut base = find_base(text, &rows, layout, &time, options, limits, &mut findings)?;
+        let at_s = |row: usize| instant_of(row, &rows, &base);
+        let counts = faulty_counts(text, &rows, layout, &counters, at_s);
+        let mut passed = choice.columns.clone();
+        if let TimeSource::Column { index, .. } = time {
+            passed.push(index);
+        }
+        let said = status::of_columns(statuses, layout, &passed, at_s);
+        base.findings.extend(counts);
+        if self.lines.more_words {
+            findings.push(Finding::info(
+                "notes",
+                "the file holds more comments than are read for what they say of the samples",
+            ));
+        }
+        let mut channels = Vec::with_capacity(choice.columns.len());
+        for (index, result) in choice.columns.iter().zip(std::mem::take(&mut rows.values)) {
+            let column = &layout.columns[*index];
+            let values = match result {
+                ColumnResult::Kept(values) => values,
+                ColumnResult::LeftOut(why) => {
+                    findings.push(draft::left_out(&column.name, &why));
+                    continue;
                 }
-            ),
-        ));
-    }
-    let mut base = find_base(&text, &rows, &layout, &time, options, limits, &mut findings)?;
-    let at_s = |row: usize| instant_of(row, &rows, &base);
-    let counts = faulty_counts(&text, &rows, &layout, &counters, at_s);
-    let mut passed = choice.columns.clone();
-    if let TimeSource::Column { index, .. } = time {
-        passed.push(index);
-    }
-    let told = remarks::of_columns(&text, &layout, &passed, at_s)?;
-    base.findings.extend(counts);
-    if marked.more_words {
-        findings.push(Finding::info(
-            "notes",
-            "the file holds more comments than are read for what they say of the samples",
-        ));
-    }
-    let zero = options.time_zero_s.unwrap_or(0.0);
-    let mut channels = Vec::with_capacity(choice.columns.len());
-    for (index, fate) in choice.columns.iter().zip(rows.values) {
-        let column = &layout.columns[*index];
-        let values = match fate {
-            Fate::Kept(values) => values,
-            Fate::LeftOut(why) => {
-                findings.push(Finding::warning(
-                    "channel-left-out",
-                    format!("{} is left out: {why}", column.name),
-                ));
-                continue;
+            };
+            let values = match &base.fitted {
+                Some(fitted) => fitted.apply(&rows.stamps_s, values)?,
+                None => values,
+            };
+            let mut own = choice.findings.clone();
+            let unit = unit_of(column, options, &mut own);
+            if unit.unit.is_none() && selection == Selection::Lateral {
+                return Err(Error::from(ErrorKind::MissingUnit)
+                    .at(Place::default().channel(column.name.clone())));
             }
-        };
-        let values = match &base.fitted {
-            Some(fitted) => fitted.apply(&rows.stamps_s, values)?,
-            None => values,
-        };
-        let (unit, unit_source, unit_finding) = unit_of(column, options);
-        if unit.is_none() && selection == Selection::Lateral {
-            return Err(Error::from(ErrorKind::MissingUnit)
-                .at(Place::default().channel(column.name.clone())));
+            let stated = column.stated();
+            own.extend(stated.findings(base.rate));
+            own.extend(column.name_findings());
+            own.extend(base.findings.iter().cloned());
+            let of_column = said.iter().filter(|said| said.is_of(*index));
+            own.extend(of_column.map(|said| said.finding.clone()));
+            let span = base.span(&values);
+            for mut finding in status::of_comments(&self.lines.words, &layout.columns, *index) {
+                span.hold(&mut finding);
+                own.push(finding);
+            }
+            let channel = Draft {
+                name: column.name.clone(),
+                unit,
+                start_s: base.start_s,
+                rate: base.rate,
+                values,
+                stated,
+                findings: own,
+            };
+            channels.push(channel.finish(options.time_zero_s));
         }
-        let mut own = choice.findings.clone();
-        own.extend(unit_finding);
-        let stated = column.stated();
-        own.extend(stated.findings(base.rate));
-        own.extend(column.name_findings());
-        own.extend(base.findings.iter().cloned());
-        own.extend(
-            told.iter()
-                .filter(|told| told.of.is_none_or(|of| of == *index))
-                .map(|told| told.finding.clone()),
-        );
-        let end_s = base.start_s + base.rate.interval().seconds() * last_index(&values);
-        for mut finding in remarks::of_comments(&marked.words, &layout.columns, *index) {
-            let interval_s = base.rate.interval().seconds();
-            laboratory::hold_against_record(&mut finding, base.start_s, end_s, interval_s);
-            own.push(finding);
-        }
-        // The choice has no instants; all others are on the file's clock.
-        for finding in &mut own {
-            finding.at_s = finding.at_s.map(|at| at - zero);
-        }
-        channels.push(Channel {
-            name: column.name.clone(),
-            unit,
-            unit_source,
-            start_s: base.start_s - zero,
-            rate: base.rate,
-            values,
-            stated,
-            findings: own,
-        });
+        Ok(ReadOutcome {
+            channels,
+            findings,
+            ..ReadOutcome::default()
+        })
     }
-    Ok(ReadOutcome { channels, findings })
+
+    /// Says what is odd about the rows as they were written.
+    fn row_findings(&self, rows: &Rows, time: &TimeSource) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        if rows.decimal_comma {
+            findings.push(Finding::info(
+                "decimal-comma",
+                "the numbers are written with a decimal comma",
+            ));
+        }
+        if let TimeSource::Column {
+            dated: true, index, ..
+        } = time
+        {
+            findings.push(Finding::info(
+                "time-absolute",
+                format!(
+                    "the stamps of `{}` are dates; time was counted from the first of them, and the setting `time_zero` is meant so as well",
+                    self.layout.columns[*index].name
+                ),
+            ));
+        }
+        if let Some((count, line)) = rows.repeated {
+            findings.push(Finding::warning(
+                "rows-repeated",
+                format!(
+                    "{count} {} to the last cell, the first on line {line}; each was taken once",
+                    if count == 1 {
+                        "row repeats the one before"
+                    } else {
+                        "rows repeat the ones before"
+                    }
+                ),
+            ));
+        }
+        findings
+    }
+}
+
+/// Returns the unit of a column, and what states it.
+fn unit_of(column: &header::Column, options: &ReadOptions, findings: &mut Vec<Finding>) -> Unit {
+    let own = column.unit.map(|unit| (unit, column.unit_source));
+    Unit::find(own, options, findings, |source, used| {
+        let text = column.unit_text.as_ref()?;
+        Some(format!(
+            "the {} says `{text}` for `{}`, the {source} says `{used}`, which was used",
+            column.unit_source, column.name
+        ))
+    })
 }
 
 fn to_f64(count: usize) -> f64 {
     count as f64
-}
-
-fn last_index(values: &[f64]) -> f64 {
-    to_f64(values.len().saturating_sub(1))
 }
 
 /// Returns the instant of a row on the file's clock [s]; of rows that repeat others none later
@@ -233,9 +390,9 @@ fn faulty_counts(
     for ((column, named), counts) in counters.iter().zip(&rows.counts) {
         let name = &layout.columns[*column].name;
         let counts = match counts {
-            Fate::Kept(counts) => counts,
-            Fate::LeftOut(_) if stamped || !named => continue,
-            Fate::LeftOut(why) => {
+            ColumnResult::Kept(counts) => counts,
+            ColumnResult::LeftOut(_) if stamped || !named => continue,
+            ColumnResult::LeftOut(why) => {
                 findings.push(Finding::warning(
                     "index-gap",
                     format!("`{name}` could not be held against the rows: {why}"),
@@ -276,48 +433,24 @@ fn line_of_row(text: &[u8], row: usize) -> Option<u64> {
         .map(|(line, _)| line as u64 + 1)
 }
 
-/// Refuses comments that are rows in disguise where no stamp shows what is missing by them, and
-/// tells of them where one does.
-fn refuse_lost_rows(
-    text: &[u8],
-    marked: &dialect::Marked,
-    layout: &Layout,
-    time: &TimeSource,
-    findings: &mut Vec<Finding>,
-) -> Result<(), Error> {
-    let (columns, _) = layout.widths();
-    if let (1, Some(line)) = (columns, marked.hashes) {
-        return Err(dialect::damaged_row(b"####").at(Place::default().line(line).column(1)));
-    }
-    let Some((count, line, followed)) =
-        marked.rows_made_comments(text, layout.separator, layout.header_rows, columns)
-    else {
-        return Ok(());
-    };
-    if followed && matches!(time, TimeSource::Rate(_)) {
-        return Err(Error::from(ErrorKind::Malformed {
-            expected: "rows of samples without a break, since no column tells their time".into(),
-            found: "a comment that holds as many numbers as a row".into(),
-            hint: "take the # away if it is a sample, or the line if it is none".into(),
-        })
-        .at(Place::default().line(line)));
-    }
-    findings.push(Finding::warning(
-        "rows-made-comments",
-        format!(
-            "{count} {} as many numbers as a row, the first on line {line}; samples may have been taken out by hand",
-            if count == 1 { "comment holds" } else { "comments hold" }
-        ),
-    ));
-    Ok(())
-}
-
 /// The time base of a table, with the fit if there is a time column.
 struct Base {
     start_s: f64,
     rate: SampleRate,
     findings: Vec<Finding>,
     fitted: Option<TimeBase>,
+}
+
+impl Base {
+    fn span(&self, values: &[f64]) -> Span {
+        let interval_s = self.rate.interval().seconds();
+        let last = to_f64(values.len().saturating_sub(1));
+        Span {
+            start_s: self.start_s,
+            end_s: self.start_s + interval_s * last,
+            interval_s,
+        }
+    }
 }
 
 fn find_base(
@@ -480,43 +613,4 @@ fn at_longest_gap(error: Error, text: &[u8], rows: &Rows, layout: &Layout) -> Er
         found,
     })
     .at(place)
-}
-
-/// Returns the unit of a column, what states it, and a finding if option and file disagree.
-fn unit_of(
-    column: &header::Column,
-    options: &ReadOptions,
-) -> (Option<AccelerationUnit>, &'static str, Option<Finding>) {
-    let Some(unit) = options.unit else {
-        let source = if column.unit.is_some() {
-            column.unit_source
-        } else {
-            "none"
-        };
-        return (column.unit, source, None);
-    };
-    let source = if options.unit_from_card {
-        "card"
-    } else {
-        "option"
-    };
-    let finding = match &column.unit_text {
-        Some(text) if column.unit != Some(unit) => Some(Finding::warning(
-            "unit-overridden",
-            format!(
-                "the {} says `{text}` for `{}`, the {source} says `{}`, which was used",
-                column.unit_source,
-                column.name,
-                unit.name()
-            ),
-        )),
-        _ => None,
-    };
-    (Some(unit), source, finding)
-}
-
-/// Returns the line, counted from 1, in which the byte at `position` stands.
-pub(super) fn line_at(text: &[u8], position: usize) -> u64 {
-    let before = &text[..position.min(text.len())];
-    memchr::memchr_iter(b'\n', before).count() as u64 + 1
 }

@@ -13,13 +13,16 @@
 mod curve;
 mod header;
 
+use super::draft::{self, Draft, Span, Unit};
 use super::source::Reader;
-use super::{Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection};
-use super::{csv::encoding, laboratory, text, time_base};
+use super::{Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
+use super::{csv::encoding, time_base};
 use crate::error::{Candidates, Error, ErrorKind, Place};
-use crate::units::{AccelerationUnit, SampleRate};
+use crate::units::SampleRate;
 use curve::Curve;
 use header::{Entry, Test};
+use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 /// Recognises an `.EV5`, or a curve file by its numeric extension and its two columns.
 #[must_use]
@@ -71,9 +74,9 @@ fn is_header(head: &[u8]) -> bool {
 pub fn read(
     source: &mut Reader,
     options: &ReadOptions,
-    selection: Selection,
+    selections: &[Selection],
     limits: &Limits,
-) -> Result<ReadOutcome, Error> {
+) -> Result<Outcomes, Error> {
     let head = source.head()?;
     if source.is_folder() {
         let names = source.list(false, limits)?;
@@ -84,14 +87,16 @@ pub fn read(
         let bytes = source
             .read_beside(&name, limits)?
             .ok_or_else(|| missing("the test's .EV5 file"))?;
-        return read_test(source, &name, bytes, options, selection, limits);
+        let parts = BTreeSet::from([name.clone()]);
+        return read_test(source, (&name, bytes), parts, options, selections, limits);
     }
     if curve::looks_like_curve(&head) && !is_header(&head) {
-        return read_bare(source, options, selection, limits);
+        return read_bare(source, options, selections, limits);
     }
     let name = source.name().to_string();
     let bytes = source.read_text(limits)?;
-    read_test(source, &name, bytes, options, selection, limits)
+    let parts = BTreeSet::new();
+    read_test(source, (&name, bytes), parts, options, selections, limits)
 }
 
 fn missing(what: &str) -> Error {
@@ -106,9 +111,9 @@ fn missing(what: &str) -> Error {
 fn read_bare(
     source: &mut Reader,
     options: &ReadOptions,
-    selection: Selection,
+    selections: &[Selection],
     limits: &Limits,
-) -> Result<ReadOutcome, Error> {
+) -> Result<Outcomes, Error> {
     let mut outcome = ReadOutcome::default();
     let name = source.name().to_string();
     let bytes = source.read_text(limits)?;
@@ -116,6 +121,7 @@ fn read_bare(
         Some((header_name, test)) => {
             let number = curve::number_of(&name);
             let entry = number.and_then(|number| test.find(number));
+            outcome.parts.insert(header_name.clone());
             outcome.findings.push(match entry {
                 Some(_) => Finding::info(
                     "header-beside",
@@ -159,10 +165,17 @@ fn read_bare(
             .into());
         }
     }
-    let channel = channel(bytes, entry.as_ref(), &label, options, selection, limits)
-        .map_err(|error| error.at(Place::default().channel(label)))?;
-    outcome.channels.push(channel);
-    Ok(outcome)
+    let place = Place::default().channel(label.clone());
+    let curve = Curve::read(bytes, limits).map_err(|error| error.at(place.clone()))?;
+    let deliver = |selection: &Selection| {
+        let channel = channel(&curve, entry.as_ref(), &label, options, *selection, limits)
+            .map_err(|error| error.at(place.clone()))?;
+        Ok(ReadOutcome {
+            channels: vec![channel],
+            ..outcome.clone()
+        })
+    };
+    Ok(selections.iter().map(deliver).collect())
 }
 
 /// Finds the `.EV5` that belongs to a curve file.
@@ -208,14 +221,15 @@ fn header_beside(
     }
 }
 
+/// Reads a test from its `.EV5`; `parts` names that file where it is a part of the recording.
 fn read_test(
     source: &mut Reader,
-    header_name: &str,
-    bytes: Vec<u8>,
+    (header_name, bytes): (&str, Vec<u8>),
+    parts: BTreeSet<String>,
     options: &ReadOptions,
-    selection: Selection,
+    selections: &[Selection],
     limits: &Limits,
-) -> Result<ReadOutcome, Error> {
+) -> Result<Outcomes, Error> {
     let test = Test::read(bytes, limits)
         .map_err(|error| error.at(Place::file(header_name.to_string())))?;
     if test.entries.is_empty() {
@@ -225,40 +239,71 @@ fn read_test(
         }
         .into());
     }
-    let files = CurveFiles::find(source, header_name, limits)?;
-    let mut outcome = ReadOutcome::default();
-    let chosen: Vec<&Entry> = match selection {
-        Selection::Every => {
-            let (there, absent): (Vec<&Entry>, Vec<&Entry>) = test
-                .entries
-                .iter()
-                .partition(|entry| files.name_of(entry.number).is_some());
-            if !absent.is_empty() {
-                outcome.findings.push(Finding::info(
-                    "curves-without-file",
-                    format!(
-                        "{} of {} curves have no file beside the .EV5",
-                        absent.len(),
-                        test.entries.len()
-                    ),
-                ));
-            }
-            there
-        }
-        Selection::Lateral => {
-            let (entry, finding) = choose(&test, &files, options)?;
-            outcome.findings.extend(finding);
-            vec![entry]
-        }
-    };
+    let mut files = CurveFiles::find(source, header_name, limits)?;
+    Ok(selections
+        .iter()
+        .map(|selection| {
+            let mut outcome = ReadOutcome {
+                parts: parts.clone(),
+                ..ReadOutcome::default()
+            };
+            let entries = selected(&test, &files, options, *selection, &mut outcome.findings)?;
+            let choice = (options, *selection);
+            read_curves(source, &entries, &mut files, &mut outcome, choice, limits)?;
+            Ok(outcome)
+        })
+        .collect())
+}
+
+/// Returns the curves to read.
+fn selected<'a>(
+    test: &'a Test,
+    files: &CurveFiles,
+    options: &ReadOptions,
+    selection: Selection,
+    findings: &mut Vec<Finding>,
+) -> Result<Vec<&'a Entry>, Error> {
+    if selection == Selection::Lateral {
+        let (entry, finding) = choose(test, files, options)?;
+        findings.extend(finding);
+        return Ok(vec![entry]);
+    }
+    let (there, absent): (Vec<&Entry>, Vec<&Entry>) = test
+        .entries
+        .iter()
+        .partition(|entry| files.name_of(entry.number).is_some());
+    if !absent.is_empty() {
+        findings.push(Finding::info(
+            "curves-without-file",
+            format!(
+                "{} of {} curves have no file beside the .EV5",
+                absent.len(),
+                test.entries.len()
+            ),
+        ));
+    }
+    Ok(there)
+}
+
+/// Reads the files of the curves into `outcome`.
+fn read_curves(
+    source: &mut Reader,
+    entries: &[&Entry],
+    files: &mut CurveFiles,
+    outcome: &mut ReadOutcome,
+    (options, selection): (&ReadOptions, Selection),
+    limits: &Limits,
+) -> Result<(), Error> {
     let mut cells = 0_u64;
-    for entry in chosen {
+    for entry in entries {
         let label = entry.name();
         let place = || Place::default().channel(entry.name());
+        // The chosen curve is one of all, whose file is not read again for them.
+        let keep = selection == Selection::Lateral;
         let read = files.only_name_of(entry.number).and_then(|file| {
-            let bytes = source.read_beside(&file, limits)?;
-            let bytes = bytes.ok_or_else(|| missing(&format!("the {file}")))?;
-            channel(bytes, Some(entry), &label, options, selection, limits)
+            let curve = files.read(&file, keep, source, limits);
+            outcome.parts.insert(file);
+            channel(&*curve?, Some(entry), &label, options, selection, limits)
         });
         match read {
             Ok(channel) => {
@@ -277,20 +322,19 @@ fn read_test(
                 if selection == Selection::Every
                     && !matches!(error.kind(), ErrorKind::LimitExceeded { .. }) =>
             {
-                outcome.findings.push(Finding::warning(
-                    "channel-left-out",
-                    format!("{label} is left out: {error}"),
-                ))
+                outcome.findings.push(draft::left_out(&label, &error));
             }
             Err(error) => return Err(error.at(place())),
         }
     }
-    Ok(outcome)
+    Ok(())
 }
 
 /// The curve files beside an `.EV5`.
 struct CurveFiles {
     names: Vec<(u32, String)>,
+    /// Curves that were read and are needed again, by file.
+    kept: BTreeMap<String, Result<Rc<Curve>, Error>>,
 }
 
 impl CurveFiles {
@@ -305,7 +349,33 @@ impl CurveFiles {
             })
             .filter_map(|name| Some((curve::number_of(&name)?, name)))
             .collect();
-        Ok(Self { names })
+        Ok(Self {
+            names,
+            kept: BTreeMap::new(),
+        })
+    }
+
+    /// Reads a curve's file, once; with `keep` it is held for the next time.
+    fn read(
+        &mut self,
+        file: &str,
+        keep: bool,
+        source: &mut Reader,
+        limits: &Limits,
+    ) -> Result<Rc<Curve>, Error> {
+        if let Some(curve) = self.kept.remove(file) {
+            return curve;
+        }
+        let bytes = source
+            .read_beside(file, limits)
+            .and_then(|bytes| bytes.ok_or_else(|| missing(&format!("the {file}"))));
+        let curve = bytes
+            .and_then(|bytes| Curve::read(bytes, limits))
+            .map(Rc::new);
+        if keep {
+            self.kept.insert(file.to_string(), curve.clone());
+        }
+        curve
     }
 
     fn name_of(&self, number: u32) -> Option<&str> {
@@ -426,17 +496,16 @@ fn choose<'a>(
 
 /// Turns a curve file into a channel, with what its line of the `.EV5` says.
 fn channel(
-    bytes: Vec<u8>,
+    curve: &Curve,
     entry: Option<&Entry>,
     label: &str,
     options: &ReadOptions,
     selection: Selection,
     limits: &Limits,
 ) -> Result<Channel, Error> {
-    let curve = Curve::read(bytes, limits)?;
     let mut findings = Vec::new();
-    let (unit, unit_source) = unit(entry, options, &mut findings);
-    if unit.is_none() && selection == Selection::Lateral {
+    let unit = unit_of(entry, options, &mut findings);
+    if unit.unit.is_none() && selection == Selection::Lateral {
         return Err(match entry {
             Some(entry) if !entry.y_unit.is_empty() => ErrorKind::Malformed {
                 expected: "a unit of acceleration".into(),
@@ -452,8 +521,7 @@ fn channel(
     {
         findings.extend(entry.not_lateral_finding());
     }
-    let clock = Clock::find(&curve, entry, options, limits, &mut findings)?;
-    let zero = options.time_zero_s.unwrap_or(0.0);
+    let clock = Clock::find(curve, entry, options, limits, &mut findings)?;
     if let Some(entry) = entry {
         let confirmed = entry.clock().is_some()
             && !findings
@@ -462,58 +530,41 @@ fn channel(
         findings.extend(entry.time_unit_finding(confirmed));
         let end_s =
             clock.start_s + to_f64(clock.values.len().saturating_sub(1)) / clock.rate.hertz();
+        let span = Span {
+            start_s: clock.start_s,
+            end_s,
+            interval_s: 1.0 / clock.rate.hertz(),
+        };
         for mut finding in entry.validity_findings() {
-            let interval_s = 1.0 / clock.rate.hertz();
-            laboratory::hold_against_record(&mut finding, clock.start_s, end_s, interval_s);
+            span.hold(&mut finding);
             findings.push(finding);
         }
         findings.extend(entry.peak_finding(&clock.values));
         findings.extend(entry.count_finding(curve.values.len(), end_s));
     }
-    for finding in &mut findings {
-        finding.at_s = finding.at_s.map(|at| at - zero);
-    }
     let stated = entry.map(Entry::stated).unwrap_or_default();
     findings.extend(stated.findings(clock.rate));
-    Ok(Channel {
+    let draft = Draft {
         name: label.to_string(),
         unit,
-        unit_source,
-        start_s: clock.start_s - zero,
+        start_s: clock.start_s,
         rate: clock.rate,
         values: clock.values,
         stated,
         findings,
-    })
+    };
+    Ok(draft.finish(options.time_zero_s))
 }
 
-fn unit(
-    entry: Option<&Entry>,
-    options: &ReadOptions,
-    findings: &mut Vec<Finding>,
-) -> (Option<AccelerationUnit>, &'static str) {
+fn unit_of(entry: Option<&Entry>, options: &ReadOptions, findings: &mut Vec<Finding>) -> Unit {
     let own = entry.and_then(Entry::unit);
-    let source = if options.unit_from_card {
-        "card"
-    } else {
-        "option"
-    };
-    match (own, options.unit) {
-        (Some(own), Some(said)) if own != said => {
-            findings.push(Finding::warning(
-                "unit-overridden",
-                format!(
-                    "the .EV5 says {}, the {source} says {}, which was used",
-                    own.name(),
-                    said.name()
-                ),
-            ));
-            (Some(said), source)
-        }
-        (_, Some(said)) => (Some(said), source),
-        (Some(own), None) => (Some(own), "format"),
-        (None, None) => (None, "none"),
-    }
+    let stated = own.map(|unit| (unit, "format"));
+    Unit::find(stated, options, findings, |source, used| {
+        let own = own?.name();
+        Some(format!(
+            "the .EV5 says {own}, the {source} says {used}, which was used"
+        ))
+    })
 }
 
 /// The uniform clock of a curve.

@@ -13,14 +13,15 @@ mod header;
 
 use super::csv::header::Column;
 use super::csv::number::{Decimal, Marks, PrintedDigits};
+use super::draft::{self, Draft, Span, Unit};
 use super::source::Reader;
 use super::time_base::{self, TimeBase};
 use super::{
-    Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, csv, csv::encoding,
-    laboratory, lateral, text,
+    Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, csv,
+    csv::encoding, laboratory, lateral, text,
 };
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
-use crate::units::{AccelerationUnit, SampleRate};
+use crate::units::SampleRate;
 use header::{Header, TimeColumns, Words};
 
 /// What to do where option or card state another rate than the file.
@@ -56,59 +57,68 @@ pub fn recognises(head: &Head<'_>) -> bool {
 pub fn read(
     source: &mut Reader,
     options: &ReadOptions,
-    selection: Selection,
+    selections: &[Selection],
     limits: &Limits,
-) -> Result<ReadOutcome, Error> {
+) -> Result<Outcomes, Error> {
     options.refuse_other_clock("a LabVIEW file", "")?;
     let bytes = source.read_text(limits)?;
     let (bytes, mut findings) = encoding::decode(bytes, limits)?;
     text::check_line_lengths(&bytes, limits)?;
     let content = String::from_utf8_lossy(&bytes);
     let (header, first_row) = Header::read(&content, limits)?;
-    let mut table = Table::read(&content, &header, first_row, options, selection, limits)?;
+    let (mut table, shares) =
+        Table::read(&content, &header, first_row, (options, selections), limits);
     findings.extend(header.decimal_finding(table.decimal));
-    let silent: Vec<&str> = (0..header.channels.len())
-        .filter(|index| table.lengths[*index] == 0)
-        .map(|index| header.channels[index].column.name.as_str())
-        .collect();
-    if !silent.is_empty() {
-        findings.push(Finding::info(
-            "channels-empty",
-            format!(
-                "{} channels hold no sample: {}",
-                silent.len(),
-                silent.join(", ")
-            ),
-        ));
+    findings.extend(table.silent_finding(&header));
+    findings.extend(header.words.iter().filter_map(judged));
+    findings.extend(table.words.iter().cloned());
+    let mut left = selections.len();
+    let mut outcomes = Vec::with_capacity(left);
+    for (selection, share) in selections.iter().zip(shares) {
+        left -= 1;
+        let choice = (options, *selection);
+        let deliver = |()| {
+            let findings = findings.clone();
+            deliver(&header, &mut table, findings, choice, left == 0, limits)
+        };
+        outcomes.push(share.and_then(deliver));
     }
-    findings.extend(header.remarks.iter().filter_map(judged));
-    findings.extend(table.remarks.iter().cloned());
-    let (wanted, chosen) = choose(&header, &table, options, selection)?;
+    Ok(outcomes)
+}
+
+/// Makes channels of a table; the `last` time its samples are not copied, for there may be many.
+fn deliver(
+    header: &Header,
+    table: &mut Table,
+    findings: Vec<Finding>,
+    (options, selection): (&ReadOptions, Selection),
+    last: bool,
+    limits: &Limits,
+) -> Result<ReadOutcome, Error> {
+    let (wanted, chosen) = choose(header, table, options, selection)?;
     let mut outcome = ReadOutcome {
-        channels: Vec::new(),
         findings,
+        ..ReadOutcome::default()
     };
     for index in wanted {
         let name = header.channels[index].column.name.clone();
-        // Not copied, for there may be many.
-        let values = std::mem::take(&mut table.values[index]);
-        let choice = (options, selection);
-        match channel(&header, &table, index, values, choice, limits) {
+        let values = if last {
+            std::mem::take(&mut table.values[index])
+        } else {
+            table.values[index].clone()
+        };
+        match channel(header, table, index, values, (options, selection), limits) {
             Ok(mut channel) => {
                 channel.findings.extend(chosen.clone());
                 outcome.channels.push(channel);
             }
-            Err(error) if selection == Selection::Every => outcome.findings.push(Finding::warning(
-                "channel-left-out",
-                format!("{name} is left out: {error}"),
-            )),
+            Err(error) if selection == Selection::Every => {
+                outcome.findings.push(draft::left_out(&name, &error));
+            }
             Err(error) => return Err(error.at(Place::default().channel(name))),
         }
     }
-    let zero = options.time_zero_s.unwrap_or(0.0);
-    for finding in &mut outcome.findings {
-        finding.at_s = finding.at_s.map(|at| at - zero);
-    }
+    draft::move_instants(&mut outcome.findings, options.time_zero_s.unwrap_or(0.0));
     hold_against_channels(&mut outcome);
     Ok(outcome)
 }
@@ -144,15 +154,21 @@ fn judged(words: &Words) -> Option<Finding> {
 
 /// Holds instants of which the file's own words speak against the clocks of its channels.
 fn hold_against_channels(outcome: &mut ReadOutcome) {
-    let clocks = outcome.channels.iter().map(|channel| {
-        let end_s = channel.time_s(channel.values.len().saturating_sub(1));
-        (channel.start_s, end_s, 1.0 / channel.rate.hertz())
+    let clocks = outcome.channels.iter().map(|channel| Span {
+        start_s: channel.start_s,
+        end_s: channel.time_s(channel.values.len().saturating_sub(1)),
+        interval_s: 1.0 / channel.rate.hertz(),
     });
-    let widest = clocks.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1), a.2.max(b.2)));
-    if let Some((start_s, end_s, interval_s)) = widest {
-        for finding in &mut outcome.findings {
-            laboratory::hold_against_record(finding, start_s, end_s, interval_s);
-        }
+    let widest = clocks.reduce(|a, b| Span {
+        start_s: a.start_s.min(b.start_s),
+        end_s: a.end_s.max(b.end_s),
+        interval_s: a.interval_s.max(b.interval_s),
+    });
+    if let Some(span) = widest {
+        outcome
+            .findings
+            .iter_mut()
+            .for_each(|finding| span.hold(finding));
     }
 }
 
@@ -169,19 +185,19 @@ struct Table {
     unannounced: (Vec<(usize, f64)>, f64),
     decimal: Decimal,
     /// What the Comment column says.
-    remarks: Vec<Finding>,
+    words: Vec<Finding>,
     /// Of each channel the place and text of a number that may have a mark between thousands.
     doubts: Vec<Option<(Place, String)>>,
 }
 
 /// What the marks in a column may be, and where the first doubtful one stands.
 #[derive(Clone, Default)]
-struct Doubt {
+struct AmbiguousMarks {
     marks: Marks,
     first: Option<(u64, usize, String)>,
 }
 
-impl Doubt {
+impl AmbiguousMarks {
     fn look(&mut self, cell: &str, line: u64, column: usize) {
         if self.marks.look(cell.as_bytes()) {
             self.first = Some((line, column, text::shown(cell)));
@@ -215,175 +231,300 @@ impl Doubt {
     }
 }
 
-/// Most remarks that are told one by one.
-const REMARKS: usize = 3;
+/// Words of the Comment column that are told one by one, of each severity.
+const WORDS_TOLD: usize = 3;
+
+/// What one selection takes of the table.
+struct Share {
+    /// Whether each channel is wanted.
+    wanted: Vec<bool>,
+    /// Cells taken so far.
+    cells: u64,
+    /// The first thing wrong; nothing is taken after it.
+    error: Option<Error>,
+}
+
+impl Share {
+    fn takes(&self, channel: usize) -> bool {
+        self.error.is_none() && self.wanted[channel]
+    }
+
+    fn fail(&mut self, error: &Error) {
+        self.error.get_or_insert_with(|| error.clone());
+    }
+}
+
+/// A table while its rows are read.
+struct TableReader<'a> {
+    header: &'a Header,
+    limits: &'a Limits,
+    table: Table,
+    shares: Vec<Share>,
+    time_columns: Vec<usize>,
+    digits: Vec<PrintedDigits>,
+    unannounced_digits: PrintedDigits,
+    marks: Vec<AmbiguousMarks>,
+    stamp_marks: Vec<AmbiguousMarks>,
+    /// Rows so far, those without a cell among them, for without stamps each takes its time.
+    row: usize,
+    /// Words of the Comment column that are not told.
+    untold: usize,
+}
+
+/// Returns the place of a cell.
+fn at(line: u64, column: usize) -> Place {
+    Place::default().line(line).column(column as u64 + 1)
+}
 
 impl Table {
+    /// Reads the rows once for all selections; what is wrong with one selection's channels leaves
+    /// the others alone.
     fn read(
         content: &str,
         header: &Header,
         first_row: u64,
-        options: &ReadOptions,
-        selection: Selection,
+        (options, selections): (&ReadOptions, &[Selection]),
         limits: &Limits,
-    ) -> Result<Self, Error> {
-        let count = header.channels.len();
-        let kept: Vec<bool> = (0..count)
-            .map(|index| match (&options.channel, selection) {
-                (Some(wanted), Selection::Lateral) => {
-                    header.channels[index].answers_to(wanted, index)
-                }
-                _ => true,
-            })
-            .collect();
-        let mut table = Self {
-            values: vec![Vec::new(); count],
-            lengths: vec![0; count],
-            stamps: Vec::new(),
-            unannounced: (Vec::new(), 0.0),
-            decimal: Decimal::Unknown,
-            remarks: Vec::new(),
-            doubts: Vec::new(),
-        };
-        let time_columns = header.time_columns();
-        let mut digits: Vec<PrintedDigits> =
-            time_columns.iter().map(|_| PrintedDigits::new()).collect();
-        table.stamps = time_columns.iter().map(|_| (Vec::new(), 0.0)).collect();
-        let mut unannounced_digits = PrintedDigits::new();
-        let mut cells_kept = 0_u64;
-        let mut unsaid = 0_usize;
-        let mut marks = vec![Doubt::default(); count];
-        let mut stamp_marks = vec![Doubt::default(); time_columns.len()];
-        // Rows so far, those without a cell among them, for without stamps each takes its time.
-        let mut row = 0_usize;
-        for (number, line) in text::lines(content) {
-            if number < first_row {
-                continue;
+    ) -> (Self, Vec<Result<(), Error>>) {
+        let mut reader = TableReader::new(header, options, selections, limits);
+        let rows = text::lines(content).filter(|(number, _)| *number >= first_row);
+        for (number, line) in rows {
+            if let Err(error) = reader.take(number, line) {
+                reader
+                    .shares
+                    .iter_mut()
+                    .for_each(|share| share.fail(&error));
             }
-            if line.trim().is_empty() {
-                // An empty line before the table is none of its rows.
-                row += usize::from(row > 0 || !line.is_empty());
-                continue;
-            }
-            let at = |column: usize| Place::default().line(number).column(column as u64 + 1);
-            let cells: Vec<&str> = line.split(header.separator).map(str::trim).collect();
-            if Header::begins_again(&cells) {
-                return Err(Error::from(ErrorKind::Malformed {
-                    expected: "one section of data".into(),
-                    found: "a second header".into(),
-                    hint: "which samples belong together is not known; write each section to a file of its own, or export as CSV".into(),
-                })
-                .at(at(0)));
-            }
-            let words = cells
-                .get(header.comment_column)
-                .copied()
-                .unwrap_or_default();
-            let beyond = cells
-                .iter()
-                .skip(header.comment_column + 1)
-                .find(|cell| !cell.is_empty());
-            if let Some(cell) = beyond {
-                return Err(Error::from(ErrorKind::Malformed {
-                    expected: "nothing after the Comment column".into(),
-                    found: format!("`{}`", text::shown(cell)),
-                    hint: "mend the export".into(),
-                })
-                .at(at(header.comment_column + 1)));
-            }
-            if header.time == TimeColumns::No && !cells[0].is_empty() {
-                let number =
-                    text::sample(cells[0], &mut table.decimal).map_err(|error| error.at(at(0)))?;
-                unannounced_digits.count(cells[0].as_bytes());
-                table.unannounced.0.push((row, number));
-            }
-            let mut instant = None;
-            for (slot, column) in time_columns.iter().enumerate() {
-                let cell = cells.get(*column).copied().unwrap_or_default();
-                if cell.is_empty() {
-                    continue;
-                }
-                let stamp = text::sample(cell, &mut table.decimal)
-                    .map_err(|error| error.at(at(*column)))?;
-                let (stamps, _) = &mut table.stamps[slot];
-                if let Some(previous) = stamps.last().copied()
-                    && stamp <= previous
-                {
-                    return Err(Error::from(ErrorKind::TimeNotIncreasing {
-                        previous,
-                        found: stamp,
-                    })
-                    .at(at(*column)));
-                }
-                digits[slot].count(cell.as_bytes());
-                stamp_marks[slot].look(cell, number, *column);
-                stamps.push(stamp);
-                instant = instant.or(Some(stamp));
-            }
-            for (index, channel) in header.channels.iter().enumerate() {
-                let cell = cells.get(channel.index).copied().unwrap_or_default();
-                if cell.is_empty() {
-                    continue;
-                }
-                if let Some(slot) = header.time_slot(index)
-                    && table.stamps[slot].0.len() != table.lengths[index] + 1
-                {
-                    return Err(missing_cell(&channel.column.name, at(channel.index)));
-                }
-                if header.time_slot(index).is_none() && table.lengths[index] != row {
-                    return Err(missing_cell(&channel.column.name, at(channel.index)));
-                }
-                table.lengths[index] += 1;
-                if table.lengths[index] as u64 > limits.samples {
-                    return Err(text::too_many_samples(limits).at(at(channel.index)));
-                }
-                let value = text::sample(cell, &mut table.decimal)
-                    .map_err(|error| error.at(at(channel.index)));
-                marks[index].look(cell, number, channel.index);
-                if kept[index] {
-                    table.values[index].push(value?);
-                    cells_kept += 1;
-                }
-            }
-            if cells_kept > limits.table_cells {
-                return Err(Error::from(ErrorKind::LimitExceeded {
-                    limit: "table_cells",
-                    value: limits.table_cells,
-                    found: "more cells".into(),
-                })
-                .at(at(0)));
-            }
-            row += 1;
-            if let Some(finding) = laboratory::told(words, instant) {
-                // Of each weight the first few; the first that blocks decides from when on
-                // nothing counts, however many came before it.
-                let alike = |known: &&Finding| known.severity == finding.severity;
-                if table.remarks.iter().filter(alike).count() < REMARKS {
-                    table.remarks.push(finding);
-                } else {
-                    unsaid += 1;
-                }
+            if reader.shares.iter().all(|share| share.error.is_some()) {
+                break;
             }
         }
-        table.doubts = Doubt::among(header, &marks, &stamp_marks);
-        if unsaid > 0 {
-            table.remarks.push(Finding::info(
+        reader.finish()
+    }
+
+    /// Names the channels without a sample.
+    fn silent_finding(&self, header: &Header) -> Option<Finding> {
+        let channels = header.channels.iter().zip(&self.lengths);
+        let silent: Vec<&str> = channels
+            .filter(|(_, length)| **length == 0)
+            .map(|(channel, _)| channel.column.name.as_str())
+            .collect();
+        (!silent.is_empty()).then(|| {
+            Finding::info(
+                "channels-empty",
+                format!(
+                    "{} channels hold no sample: {}",
+                    silent.len(),
+                    silent.join(", ")
+                ),
+            )
+        })
+    }
+}
+
+impl<'a> TableReader<'a> {
+    fn new(
+        header: &'a Header,
+        options: &ReadOptions,
+        selections: &[Selection],
+        limits: &'a Limits,
+    ) -> Self {
+        let count = header.channels.len();
+        let time_columns = header.time_columns();
+        let stamps = time_columns.len();
+        let share = |selection: &Selection| Share {
+            wanted: (0..count)
+                .map(|index| match (&options.channel, selection) {
+                    (Some(wanted), Selection::Lateral) => {
+                        header.channels[index].answers_to(wanted, index)
+                    }
+                    _ => true,
+                })
+                .collect(),
+            cells: 0,
+            error: None,
+        };
+        Self {
+            header,
+            limits,
+            table: Table {
+                values: vec![Vec::new(); count],
+                lengths: vec![0; count],
+                stamps: vec![(Vec::new(), 0.0); stamps],
+                unannounced: (Vec::new(), 0.0),
+                decimal: Decimal::Unknown,
+                words: Vec::new(),
+                doubts: Vec::new(),
+            },
+            shares: selections.iter().map(share).collect(),
+            digits: time_columns.iter().map(|_| PrintedDigits::new()).collect(),
+            unannounced_digits: PrintedDigits::new(),
+            marks: vec![AmbiguousMarks::default(); count],
+            stamp_marks: vec![AmbiguousMarks::default(); stamps],
+            time_columns,
+            row: 0,
+            untold: 0,
+        }
+    }
+
+    /// Takes in a line.
+    fn take(&mut self, number: u64, line: &str) -> Result<(), Error> {
+        if line.trim().is_empty() {
+            // An empty line before the table is none of its rows.
+            self.row += usize::from(self.row > 0 || !line.is_empty());
+            return Ok(());
+        }
+        let cells: Vec<&str> = line.split(self.header.separator).map(str::trim).collect();
+        self.check_shape(number, &cells)?;
+        if self.header.time == TimeColumns::No && !cells[0].is_empty() {
+            let instant = text::sample(cells[0], &mut self.table.decimal)
+                .map_err(|error| error.at(at(number, 0)))?;
+            self.unannounced_digits.count(cells[0].as_bytes());
+            self.table.unannounced.0.push((self.row, instant));
+        }
+        let instant = self.take_stamps(number, &cells)?;
+        self.take_samples(number, &cells)?;
+        for share in &mut self.shares {
+            if share.cells > self.limits.table_cells {
+                let error = Error::from(ErrorKind::LimitExceeded {
+                    limit: "table_cells",
+                    value: self.limits.table_cells,
+                    found: "more cells".into(),
+                });
+                share.fail(&error.at(at(number, 0)));
+            }
+        }
+        self.row += 1;
+        let words = cells.get(self.header.comment_column).copied();
+        if let Some(finding) = laboratory::told(words.unwrap_or_default(), instant) {
+            // Of each weight the first few; the first that blocks decides from when on
+            // nothing counts, however many came before it.
+            let alike = |known: &&Finding| known.severity == finding.severity;
+            if self.table.words.iter().filter(alike).count() < WORDS_TOLD {
+                self.table.words.push(finding);
+            } else {
+                self.untold += 1;
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a second header, and cells after the Comment column.
+    fn check_shape(&self, number: u64, cells: &[&str]) -> Result<(), Error> {
+        if Header::begins_again(cells) {
+            return Err(Error::from(ErrorKind::Malformed {
+                expected: "one section of data".into(),
+                found: "a second header".into(),
+                hint: "which samples belong together is not known; write each section to a file of its own, or export as CSV".into(),
+            })
+            .at(at(number, 0)));
+        }
+        let beyond = self.header.comment_column + 1;
+        match cells.iter().skip(beyond).find(|cell| !cell.is_empty()) {
+            None => Ok(()),
+            Some(cell) => Err(Error::from(ErrorKind::Malformed {
+                expected: "nothing after the Comment column".into(),
+                found: format!("`{}`", text::shown(cell)),
+                hint: "mend the export".into(),
+            })
+            .at(at(number, beyond))),
+        }
+    }
+
+    /// Takes in the stamps of a row; returns the first.
+    fn take_stamps(&mut self, number: u64, cells: &[&str]) -> Result<Option<f64>, Error> {
+        let mut instant = None;
+        for (slot, column) in self.time_columns.iter().enumerate() {
+            let cell = cells.get(*column).copied().unwrap_or_default();
+            if cell.is_empty() {
+                continue;
+            }
+            let stamp = text::sample(cell, &mut self.table.decimal)
+                .map_err(|error| error.at(at(number, *column)))?;
+            let (stamps, _) = &mut self.table.stamps[slot];
+            if let Some(previous) = stamps.last().copied()
+                && stamp <= previous
+            {
+                return Err(Error::from(ErrorKind::TimeNotIncreasing {
+                    previous,
+                    found: stamp,
+                })
+                .at(at(number, *column)));
+            }
+            self.digits[slot].count(cell.as_bytes());
+            self.stamp_marks[slot].look(cell, number, *column);
+            stamps.push(stamp);
+            instant = instant.or(Some(stamp));
+        }
+        Ok(instant)
+    }
+
+    fn take_samples(&mut self, number: u64, cells: &[&str]) -> Result<(), Error> {
+        let table = &mut self.table;
+        for (index, channel) in self.header.channels.iter().enumerate() {
+            let cell = cells.get(channel.index).copied().unwrap_or_default();
+            if cell.is_empty() {
+                continue;
+            }
+            // A sample without the stamp of its row, or after a row without one.
+            let before = match self.header.time_slot(index) {
+                Some(slot) => table.stamps[slot].0.len().checked_sub(1),
+                None => Some(self.row),
+            };
+            if before != Some(table.lengths[index]) {
+                return Err(missing_cell(
+                    &channel.column.name,
+                    at(number, channel.index),
+                ));
+            }
+            table.lengths[index] += 1;
+            if table.lengths[index] as u64 > self.limits.samples {
+                return Err(text::too_many_samples(self.limits).at(at(number, channel.index)));
+            }
+            let value = text::sample(cell, &mut table.decimal)
+                .map_err(|error| error.at(at(number, channel.index)));
+            self.marks[index].look(cell, number, channel.index);
+            let mut is_wanted = false;
+            for share in self.shares.iter_mut().filter(|share| share.takes(index)) {
+                match &value {
+                    Ok(_) => share.cells += 1,
+                    Err(error) => share.fail(error),
+                }
+                is_wanted = true;
+            }
+            if let (true, Ok(value)) = (is_wanted, value) {
+                table.values[index].push(value);
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> (Table, Vec<Result<(), Error>>) {
+        let Self {
+            mut table,
+            mut shares,
+            ..
+        } = self;
+        table.doubts = AmbiguousMarks::among(self.header, &self.marks, &self.stamp_marks);
+        if self.untold > 0 {
+            table.words.push(Finding::info(
                 "notes",
-                format!("the Comment column holds {unsaid} more remarks"),
+                format!("the Comment column holds {} more remarks", self.untold),
             ));
         }
         if table.lengths.iter().all(|length| *length == 0) {
-            return Err(ErrorKind::Empty {
+            let error = Error::from(ErrorKind::Empty {
                 found: "the table holds no sample".into(),
                 expected: "rows of numbers after the second header".into(),
-            }
-            .into());
+            });
+            shares.iter_mut().for_each(|share| share.fail(&error));
         }
-        for ((_, digit), digits) in table.stamps.iter_mut().zip(&digits) {
+        for ((_, digit), digits) in table.stamps.iter_mut().zip(&self.digits) {
             *digit = digits.last_digit();
         }
-        table.unannounced.1 = unannounced_digits.last_digit();
-        Ok(table)
+        table.unannounced.1 = self.unannounced_digits.last_digit();
+        let outcome = |share: Share| share.error.map_or(Ok(()), Err);
+        (table, shares.into_iter().map(outcome).collect())
     }
 }
 
@@ -539,8 +680,8 @@ fn channel(
         })
         .at(place.clone()));
     }
-    let (unit, unit_source) = unit(column, options, &mut findings);
-    if unit.is_none() && selection == Selection::Lateral {
+    let unit = unit_of(column, options, &mut findings);
+    if unit.unit.is_none() && selection == Selection::Lateral {
         return Err(match &column.unit_text {
             Some(text) => ErrorKind::Malformed {
                 expected: "a unit of acceleration".into(),
@@ -600,20 +741,16 @@ fn channel(
     let stated = column.stated();
     findings.extend(stated.findings(rate));
     findings.extend(column.name_findings());
-    let zero = options.time_zero_s.unwrap_or(0.0);
-    for finding in &mut findings {
-        finding.at_s = finding.at_s.map(|at| at - zero);
-    }
-    Ok(Channel {
+    let draft = Draft {
         name: column.name.clone(),
         unit,
-        unit_source,
-        start_s: start_s - zero,
+        start_s,
         rate,
         values,
         stated,
         findings,
-    })
+    };
+    Ok(draft.finish(options.time_zero_s))
 }
 
 /// Doubts a rate that crash recordings do not have: beyond all belief only the user's word counts.
@@ -656,35 +793,15 @@ fn interval_finding(stated: Option<SampleRate>, found: SampleRate) -> Option<Fin
     })
 }
 
-fn unit(
-    column: &Column,
-    options: &ReadOptions,
-    findings: &mut Vec<Finding>,
-) -> (Option<AccelerationUnit>, &'static str) {
-    let source = if options.unit_from_card {
-        "card"
-    } else {
-        "option"
-    };
-    match (&column.unit_text, options.unit) {
-        (text, Some(said)) => {
-            if let Some(text) = text
-                && column.unit != Some(said)
-            {
-                findings.push(Finding::warning(
-                    "unit-overridden",
-                    format!(
-                        "the header says `{text}` for `{}`, the {source} says `{}`, which was used",
-                        column.name,
-                        said.name()
-                    ),
-                ));
-            }
-            (Some(said), source)
-        }
-        (_, None) if column.unit.is_some() => (column.unit, "header"),
-        _ => (None, "none"),
-    }
+fn unit_of(column: &Column, options: &ReadOptions, findings: &mut Vec<Finding>) -> Unit {
+    let own = column.unit.map(|unit| (unit, "header"));
+    Unit::find(own, options, findings, |source, used| {
+        let text = column.unit_text.as_ref()?;
+        Some(format!(
+            "the header says `{text}` for `{}`, the {source} says `{used}`, which was used",
+            column.name
+        ))
+    })
 }
 
 impl Header {

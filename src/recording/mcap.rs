@@ -25,14 +25,17 @@ mod records;
 mod schema;
 mod series;
 
-use super::{Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, source::Reader};
+use super::draft;
+use super::source::Reader;
+use super::{Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use ::mcap::McapError;
 use ::mcap::records::op;
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use layout::{Laid, Schema, Wanted};
 use records::{
-    ChannelRecord, ChunkRecord, Inside, MessageRecord, PREFIX_BYTES, SchemaRecord, StatisticsRecord,
+    ChannelRecord, ChunkRecord, Inside, MessageRecord, PREFIX_BYTES, SchemaRecord,
+    StatisticsRecord, damaged,
 };
 use schema::Budget;
 use series::{Series, Standing};
@@ -67,48 +70,68 @@ pub fn recognises(head: &Head<'_>) -> bool {
 pub fn read(
     source: &mut Reader,
     options: &ReadOptions,
-    selection: Selection,
+    selections: &[Selection],
     limits: &Limits,
-) -> Result<ReadOutcome, Error> {
+) -> Result<Outcomes, Error> {
     options.refuse_other_clock("an MCAP log", "")?;
-    let mut log = Log {
-        options,
-        selection,
-        limits,
-        schemas: BTreeMap::new(),
-        schema_bytes: 0,
-        topics: BTreeMap::new(),
-        layouts: BTreeMap::new(),
-        budget: Budget::new(limits),
-        kept: 0,
-        messages: 0,
-        account: Account::default(),
-    };
-    stream(source, &mut log)?;
-    let mut outcome = ReadOutcome::default();
-    if log.messages > 0 && !log.account.vouched {
-        outcome.findings.push(Finding::warning(
-            "mcap-unverified",
-            "the file has neither statistics nor a checksum of its data; messages that were \
-             lost would not show",
-        ));
-    }
-    log.finish(&mut outcome)?;
-    Ok(outcome)
+    let log = |selection: &Selection| Log::new(options, *selection, limits);
+    let mut logs = Logs(selections.iter().map(|one| Ok(log(one))).collect());
+    stream(source, &mut logs, limits)?;
+    Ok(logs.0.into_iter().map(|log| log?.finish()).collect())
 }
 
-/// Returns a channel's name.
-fn name_of(topic: &str, path: &str) -> String {
-    if path.is_empty() {
-        topic.to_string()
-    } else {
-        format!("{topic}:{path}")
+/// The logs of all selections, which take the same records in; one that failed takes no more.
+struct Logs<'a>(Vec<Result<Log<'a>, Error>>);
+
+impl<'a> Logs<'a> {
+    /// Hands something to each log that has not failed.
+    fn each(&mut self, mut take: impl FnMut(&mut Log<'a>) -> Result<(), Error>) {
+        for log in &mut self.0 {
+            if let Ok(open) = log
+                && let Err(error) = take(open)
+            {
+                *log = Err(error);
+            }
+        }
+    }
+
+    /// Takes in one record of the file, which starts at `byte`. A chunk is unpacked once for all.
+    fn record(&mut self, opcode: u8, data: &[u8], byte: u64, limits: &Limits) {
+        let place = Place::default().byte(byte);
+        self.each(|log| {
+            log.record(opcode, data, byte)
+                .map_err(|error| error.at(place.clone()))
+        });
+        if opcode != op::CHUNK {
+            return;
+        }
+        if let Err(error) = self.chunk(data, byte, limits) {
+            self.each(|_| Err(error.clone().at(place.clone())));
+        }
+    }
+
+    fn chunk(&mut self, data: &[u8], byte: u64, limits: &Limits) -> Result<(), Error> {
+        let chunk = ChunkRecord::read(data, limits)?;
+        let records = decompress::records(&chunk, limits)?;
+        let mut inside = Inside::new(&records);
+        let place = Place::default().byte(byte);
+        while let Some((opcode, data)) = inside.next()? {
+            self.each(|log| {
+                log.inside(opcode, data, byte)
+                    .map_err(|error| error.at(place.clone()))
+            });
+        }
+        Ok(())
+    }
+
+    fn have_all_failed(&self) -> bool {
+        self.0.iter().all(Result::is_err)
     }
 }
 
-/// Feeds the file's records to `log`.
-fn stream(source: &mut Reader, log: &mut Log<'_>) -> Result<(), Error> {
-    let record_bytes = usize::try_from(log.limits.mcap_record_bytes).unwrap_or(usize::MAX);
+/// Feeds the file's records to `logs`.
+fn stream(source: &mut Reader, logs: &mut Logs<'_>, limits: &Limits) -> Result<(), Error> {
+    let record_bytes = usize::try_from(limits.mcap_record_bytes).unwrap_or(usize::MAX);
     let mut reader = LinearReader::new_with_options(
         LinearReaderOptions::default()
             .with_emit_chunks(true)
@@ -126,14 +149,16 @@ fn stream(source: &mut Reader, log: &mut Log<'_>) -> Result<(), Error> {
                 reader.notify_read(count);
             }
             Ok(LinearReadEvent::Record { data, opcode }) => {
-                let place = Place::default().byte(byte);
-                log.record(opcode, data, byte)
-                    .map_err(|error| error.at(place))?;
+                logs.record(opcode, data, byte, limits);
+                if logs.have_all_failed() {
+                    return Ok(());
+                }
                 byte += (PREFIX_BYTES + data.len()) as u64;
             }
             Err(error) => {
                 let place = Place::default().byte(byte);
-                return Err(framing(&error, log).at(place));
+                logs.each(|log| Err(framing(&error, log).at(place.clone())));
+                return Ok(());
             }
         }
     }
@@ -211,25 +236,12 @@ fn too_large(found: &str, log: &Log<'_>) -> Error {
     .into()
 }
 
-fn damaged(expected: impl Into<String>, found: impl Into<String>) -> Error {
-    ErrorKind::Malformed {
-        expected: expected.into(),
-        found: found.into(),
-        hint: "the file is damaged; copy or record it again".into(),
-    }
-    .into()
-}
-
 fn truncated(expected: &str, found: &str) -> Error {
     ErrorKind::Truncated {
         expected: expected.to_string(),
         found: found.to_string(),
     }
     .into()
-}
-
-fn left_out(name: &str, error: &Error) -> Finding {
-    Finding::warning("channel-left-out", format!("{name} is left out: {error}"))
 }
 
 /// What the file has said of itself and what was seen.
@@ -282,8 +294,24 @@ struct Log<'a> {
     account: Account,
 }
 
-impl Log<'_> {
-    /// Takes in one record of the file, which starts at `byte`.
+impl<'a> Log<'a> {
+    fn new(options: &'a ReadOptions, selection: Selection, limits: &'a Limits) -> Self {
+        Self {
+            options,
+            selection,
+            limits,
+            schemas: BTreeMap::new(),
+            schema_bytes: 0,
+            topics: BTreeMap::new(),
+            layouts: BTreeMap::new(),
+            budget: Budget::new(limits),
+            kept: 0,
+            messages: 0,
+            account: Account::default(),
+        }
+    }
+
+    /// Takes in one record of the file, which starts at `byte`; what a chunk holds comes after.
     fn record(&mut self, opcode: u8, data: &[u8], byte: u64) -> Result<(), Error> {
         let account = &mut self.account;
         if !account.header && opcode != op::HEADER {
@@ -300,7 +328,8 @@ impl Log<'_> {
             op::HEADER => account.header = true,
             op::CHUNK => {
                 self.data_section("a chunk")?;
-                self.chunk(data, byte)?;
+                let (count, sum) = self.account.chunks;
+                self.account.chunks = (count + 1, sum.wrapping_add(byte));
             }
             op::SCHEMA | op::CHANNEL => self.definition(opcode, data)?,
             op::MESSAGE => {
@@ -342,26 +371,17 @@ impl Log<'_> {
         Ok(())
     }
 
-    fn chunk(&mut self, data: &[u8], byte: u64) -> Result<(), Error> {
-        let (count, sum) = self.account.chunks;
-        self.account.chunks = (count + 1, sum.wrapping_add(byte));
-        let chunk = ChunkRecord::read(data, self.limits)?;
-        let records = decompress::records(&chunk, self.limits)?;
-        let mut inside = Inside::new(&records);
-        while let Some((opcode, data)) = inside.next()? {
-            match opcode {
-                op::SCHEMA | op::CHANNEL => self.definition(opcode, data)?,
-                op::MESSAGE => self.message(data, byte)?,
-                0x01..=0x0F => {
-                    return Err(damaged(
-                        "only schemas, channels and messages in a chunk",
-                        format!("a record {opcode:#04x}"),
-                    ));
-                }
-                _ => {}
-            }
+    /// Takes in one record of the chunk that starts at `byte`.
+    fn inside(&mut self, opcode: u8, data: &[u8], byte: u64) -> Result<(), Error> {
+        match opcode {
+            op::SCHEMA | op::CHANNEL => self.definition(opcode, data),
+            op::MESSAGE => self.message(data, byte),
+            0x01..=0x0F => Err(damaged(
+                "only schemas, channels and messages in a chunk",
+                format!("a record {opcode:#04x}"),
+            )),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     fn definition(&mut self, opcode: u8, data: &[u8]) -> Result<(), Error> {
@@ -602,8 +622,29 @@ impl Log<'_> {
     }
 
     /// Turns what was kept into channels.
-    fn finish(mut self, outcome: &mut ReadOutcome) -> Result<(), Error> {
+    fn finish(mut self) -> Result<ReadOutcome, Error> {
+        let mut outcome = ReadOutcome::default();
+        if self.messages > 0 && !self.account.vouched {
+            outcome.findings.push(Finding::warning(
+                "mcap-unverified",
+                "the file has neither statistics nor a checksum of its data; messages that were \
+                 lost would not show",
+            ));
+        }
         let topics = self.list();
+        let (series, silent) = self.sift(&mut outcome.findings);
+        match self.selection {
+            Selection::Every => self.finish_every(series, &mut outcome)?,
+            Selection::Lateral => {
+                let one = self.choose(series, &silent, topics)?;
+                outcome.channels.push(self.finish_chosen(one)?);
+            }
+        }
+        Ok(outcome)
+    }
+
+    /// Returns the series that can be meant, and the topics without a message.
+    fn sift(&mut self, findings: &mut Vec<Finding>) -> (Vec<(u16, Series)>, Vec<String>) {
         let mut series: Vec<(u16, Series)> = Vec::new();
         let mut silent: Vec<String> = Vec::new();
         let mut doubtful: Vec<(u16, Series)> = Vec::new();
@@ -634,7 +675,7 @@ impl Log<'_> {
         } else {
             for (_, found) in &doubtful {
                 if let Standing::Doubtful(error) = found.standing() {
-                    outcome.findings.push(left_out(&found.name(), error));
+                    findings.push(draft::left_out(&found.name(), error));
                 }
             }
         }
@@ -650,37 +691,32 @@ impl Log<'_> {
                 series.retain(|(id, one)| is_known(*id) || one.has_unit() || one.is_ambiguous());
             }
         }
-        match self.selection {
-            Selection::Every => self.finish_every(series, outcome),
-            Selection::Lateral => {
-                let one = self.choose(series, &silent, topics)?;
-                let mut channels = one.finish(self.options, self.limits)?;
-                let Some((name, channel)) = channels.pop() else {
-                    return Err(ErrorKind::NoChannel { known: self.list() }.into());
-                };
-                let mut channel = channel?;
-                if channel.unit.is_none() {
-                    return Err(
-                        Error::from(ErrorKind::MissingUnit).at(Place::default().channel(name))
-                    );
-                }
-                if self.options.channel.is_none() {
-                    channel.findings.insert(
-                        0,
-                        Finding::info(
-                            "channel-chosen",
-                            format!(
-                                "{name} is the one lateral acceleration in the file; its y axis \
-                                 points to the left by REP 103 unless the sensor is mounted \
-                                 otherwise"
-                            ),
-                        ),
-                    );
-                }
-                outcome.channels.push(channel);
-                Ok(())
-            }
+        (series, silent)
+    }
+
+    /// Makes the channel of the series that was chosen.
+    fn finish_chosen(&self, one: Series) -> Result<Channel, Error> {
+        let mut channels = one.finish(self.options, self.limits)?;
+        let Some((name, channel)) = channels.pop() else {
+            return Err(ErrorKind::NoChannel { known: self.list() }.into());
+        };
+        let mut channel = channel?;
+        if channel.unit.is_none() {
+            return Err(Error::from(ErrorKind::MissingUnit).at(Place::default().channel(name)));
         }
+        if self.options.channel.is_none() {
+            channel.findings.insert(
+                0,
+                Finding::info(
+                    "channel-chosen",
+                    format!(
+                        "{name} is the one lateral acceleration in the file; its y axis points to \
+                         the left by REP 103 unless the sensor is mounted otherwise"
+                    ),
+                ),
+            );
+        }
+        Ok(channel)
     }
 
     /// Returns the one series that can be meant.
@@ -732,12 +768,12 @@ impl Log<'_> {
         for (_, series) in series {
             let name = series.name();
             match series.finish(self.options, self.limits) {
-                Err(error) => outcome.findings.push(left_out(&name, &error)),
+                Err(error) => outcome.findings.push(draft::left_out(&name, &error)),
                 Ok(channels) => {
                     for (name, channel) in channels {
                         match channel {
                             Ok(channel) => outcome.channels.push(channel),
-                            Err(error) => outcome.findings.push(left_out(&name, &error)),
+                            Err(error) => outcome.findings.push(draft::left_out(&name, &error)),
                         }
                     }
                 }

@@ -12,16 +12,18 @@
 mod archive;
 mod channel;
 pub(super) mod code;
+mod names;
 mod package;
 
+use super::draft::{self, Draft, Span, Unit};
 use super::source::Reader;
-use super::time_base::{self, TimeBase};
+use super::time_base::TimeBase;
 use super::{
-    Channel, Finding, Head, Limits, ReadOptions, ReadOutcome, Selection, csv::encoding, laboratory,
+    Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, csv::encoding,
     text,
 };
 use crate::error::{Candidates, Error, ErrorKind, Place};
-use crate::units::{AccelerationUnit, SampleRate, TimeUnit};
+use crate::units::{SampleRate, TimeUnit};
 use channel::{ChannelHeader, Samples};
 use package::{Entry, Package};
 use std::collections::BTreeMap;
@@ -30,11 +32,11 @@ use std::collections::BTreeMap;
 #[must_use]
 pub fn recognises(head: &Head<'_>) -> bool {
     if head.is_folder {
-        return head.entries.iter().any(|name| package::is_test_file(name));
+        return head.entries.iter().any(|name| names::is_test_file(name));
     }
     archive::is_archive(head.bytes)
         || (encoding::looks_like_text(head.bytes)
-            && (package::is_test_file(head.file_name) || channel::looks_like_channel(head.bytes)))
+            && (names::is_test_file(head.file_name) || channel::looks_like_channel(head.bytes)))
 }
 
 /// Reads channels of a test.
@@ -52,88 +54,125 @@ pub fn recognises(head: &Head<'_>) -> bool {
 pub fn read(
     source: &mut Reader,
     options: &ReadOptions,
-    selection: Selection,
+    selections: &[Selection],
     limits: &Limits,
-) -> Result<ReadOutcome, Error> {
+) -> Result<Outcomes, Error> {
     options.refuse_other_clock("an ISO-MME package", "")?;
     let mut package = Package::open(source, limits)?;
-    let mut outcome = ReadOutcome::default();
+    let mut findings = Vec::new();
     let sides = package.impact_sides(source, limits)?;
-    let mut channels = package.channels(source, limits, &mut outcome.findings)?;
+    let mut channels = package.channels(source, limits, &mut findings)?;
     name_twins(&mut channels);
     let listed = package.list_finding(&channels, source, limits)?;
-    outcome.findings.extend(listed);
+    findings.extend(listed);
     if channels.is_empty() {
         return Err(package.without_channels());
     }
-    let only = package.only_channel();
-    let (wanted, finding) = match (selection, only) {
-        (Selection::Every, None) => ((0..channels.len()).collect(), None),
-        (Selection::Lateral, None) => {
-            let (index, finding) = choose(&channels, &sides, options)?;
-            (vec![index], finding)
-        }
-        (_, Some(index)) => {
-            check_named(&channels[index], options)?;
-            let finding = channels[index].header.not_lateral_finding();
-            (
-                vec![index],
-                finding.filter(|_| selection == Selection::Lateral),
-            )
-        }
-    };
-    outcome.findings.extend(finding);
-    let more = || {
-        Error::from(ErrorKind::LimitExceeded {
-            limit: "test_samples",
-            value: limits.test_samples,
-            found: "more samples in all channels".into(),
-        })
-    };
-    // What headers announce ends it before anything is unpacked; what they do not, after.
-    let mut announced = 0.0;
-    for index in &wanted {
-        let entry = &channels[*index];
-        announced += entry.header.announced().min(to_float(limits.samples));
-        if announced > to_float(limits.test_samples) && selection == Selection::Every {
-            return Err(more().at(Place::default().channel(entry.label.clone())));
-        }
+    let mut outcomes = Vec::with_capacity(selections.len());
+    for selection in selections {
+        let mut outcome = ReadOutcome {
+            findings: findings.clone(),
+            ..ReadOutcome::default()
+        };
+        // The chosen channel is one of all, whose file is not read again for them.
+        package.begin(*selection == Selection::Lateral);
+        let choice = selected(&package, &channels, &sides, options, *selection);
+        let read = choice.and_then(|(wanted, finding)| {
+            outcome.findings.extend(finding);
+            let mut test = Test {
+                package: &mut package,
+                source: &mut *source,
+                channels: &channels,
+                options,
+                selection: *selection,
+                limits,
+            };
+            test.read(&wanted, &mut outcome)
+        });
+        outcome.parts = package.parts();
+        outcomes.push(read.map(|()| outcome));
     }
-    let mut cells = 0_u64;
-    for index in wanted {
-        let entry = &channels[index];
-        let place = Place::default().channel(entry.label.clone());
-        match read_channel(
-            &mut package,
-            source,
-            &channels,
-            index,
-            options,
-            selection,
-            limits,
-        ) {
-            Ok(Some(channel)) => {
-                cells += channel.values.len() as u64;
-                if cells > limits.test_samples {
-                    return Err(more().at(place));
+    Ok(outcomes)
+}
+
+/// Returns the channels to read, and what is to be said about the choice.
+fn selected(
+    package: &Package,
+    channels: &[Entry],
+    sides: &BTreeMap<u8, code::Side>,
+    options: &ReadOptions,
+    selection: Selection,
+) -> Result<(Vec<usize>, Option<Finding>), Error> {
+    if let Some(index) = package.only_channel() {
+        check_named(&channels[index], options)?;
+        let finding = channels[index].header.not_lateral_finding();
+        return Ok((
+            vec![index],
+            finding.filter(|_| selection == Selection::Lateral),
+        ));
+    }
+    if selection == Selection::Every {
+        return Ok(((0..channels.len()).collect(), None));
+    }
+    let (index, finding) = choose(channels, sides, options)?;
+    Ok((vec![index], finding))
+}
+
+/// A test whose channels are read for one selection.
+struct Test<'a> {
+    package: &'a mut Package,
+    source: &'a mut Reader,
+    channels: &'a [Entry],
+    options: &'a ReadOptions,
+    selection: Selection,
+    limits: &'a Limits,
+}
+
+impl Test<'_> {
+    /// Reads the channels into `outcome`.
+    fn read(&mut self, wanted: &[usize], outcome: &mut ReadOutcome) -> Result<(), Error> {
+        let limits = self.limits;
+        let more = || {
+            Error::from(ErrorKind::LimitExceeded {
+                limit: "test_samples",
+                value: limits.test_samples,
+                found: "more samples in all channels".into(),
+            })
+        };
+        // What headers announce ends it before anything is unpacked; what they do not, after.
+        let mut announced = 0.0;
+        for index in wanted {
+            let entry = &self.channels[*index];
+            announced += entry.header.announced().min(to_float(limits.samples));
+            if announced > to_float(limits.test_samples) && self.selection == Selection::Every {
+                return Err(more().at(Place::default().channel(entry.label.clone())));
+            }
+        }
+        let mut cells = 0_u64;
+        for index in wanted {
+            let entry = &self.channels[*index];
+            let place = Place::default().channel(entry.label.clone());
+            match self.channel(*index) {
+                Ok(Some(channel)) => {
+                    cells += channel.values.len() as u64;
+                    if cells > limits.test_samples {
+                        return Err(more().at(place));
+                    }
+                    outcome.channels.push(channel);
                 }
-                outcome.channels.push(channel);
+                // A time channel serves others.
+                Ok(None) => {}
+                Err(error)
+                    if self.selection == Selection::Every
+                        && !matches!(error.kind(), ErrorKind::LimitExceeded { .. }) =>
+                {
+                    outcome.findings.push(draft::left_out(&entry.label, &error));
+                }
+                Err(error) => return Err(error.at(place)),
             }
-            // A time channel serves others.
-            Ok(None) => {}
-            Err(error)
-                if selection == Selection::Every
-                    && !matches!(error.kind(), ErrorKind::LimitExceeded { .. }) =>
-            {
-                outcome.findings.push(Finding::warning(
-                    "channel-left-out",
-                    format!("{} is left out: {error}", entry.label),
-                ))
-            }
-            Err(error) => return Err(error.at(place)),
         }
+        Ok(())
     }
-    Ok(outcome)
 }
 
 /// Refuses a name that the one channel file given does not bear.
@@ -307,129 +346,85 @@ fn preferred(channels: &[Entry], found: &mut Vec<usize>, side: Option<code::Side
     decides
 }
 
-/// Reads one channel; `None` for a channel of times.
-fn read_channel(
-    package: &mut Package,
-    source: &mut Reader,
-    channels: &[Entry],
-    index: usize,
-    options: &ReadOptions,
-    selection: Selection,
-    limits: &Limits,
-) -> Result<Option<Channel>, Error> {
-    let entry = &channels[index];
-    let header = &entry.header;
-    if selection == Selection::Every && header.is_time() {
-        return Ok(None);
+impl Test<'_> {
+    /// Reads one channel; `None` for a channel of times.
+    fn channel(&mut self, index: usize) -> Result<Option<Channel>, Error> {
+        let entry = &self.channels[index];
+        let header = &entry.header;
+        if self.selection == Selection::Every && header.is_time() {
+            return Ok(None);
+        }
+        let place = self.package.place_of(&entry.file);
+        header
+            .check_repeated_keys()
+            .map_err(|error| error.at(place.clone()))?;
+        let mut findings = Vec::new();
+        let unit = unit_of(header, self.options, &mut findings);
+        if unit.unit.is_none() && self.selection == Selection::Lateral {
+            return Err(without_unit(header));
+        }
+        let samples = self
+            .package
+            .samples(&entry.file, self.source, self.limits)?
+            .map_err(|error| error.at(place.clone()))?;
+        let clock = self.clock(index, &samples, &mut findings)?;
+        let span = clock.span();
+        let counted = header
+            .count_finding(samples.count, span.end_s)
+            .map_err(|error| error.at(place))?;
+        findings.extend(counted);
+        findings.extend(header.extreme_findings(&clock.values, clock.start_s, clock.rate));
+        findings.extend(samples.holes.iter().map(|hole| clock.hole(&samples, *hole)));
+        findings.extend(header.validity_findings());
+        for finding in &mut findings {
+            span.hold(finding);
+        }
+        let stated = header.stated();
+        findings.extend(header.class_finding());
+        findings.extend(stated.findings(clock.rate));
+        findings.extend(header.sign_finding());
+        let draft = Draft {
+            name: entry.label.clone(),
+            unit,
+            start_s: clock.start_s,
+            rate: clock.rate,
+            values: clock.values,
+            stated,
+            findings,
+        };
+        Ok(Some(draft.finish(self.options.time_zero_s)))
     }
-    header
-        .check_repeated_keys()
-        .map_err(|error| error.at(package.place_of(&entry.file)))?;
-    let mut findings = Vec::new();
-    let (unit, unit_source) = unit(header, options, &mut findings);
-    if unit.is_none() && selection == Selection::Lateral {
-        return Err(match header.value("Unit") {
-            Some(text) => ErrorKind::Malformed {
-                expected: "a unit of acceleration".into(),
-                found: format!("`{}` in the channel's header", text::shown(text)),
-                hint: "choose another channel, or state the unit with the setting `unit`".into(),
-            }
-            .into(),
-            None => ErrorKind::MissingUnit.into(),
-        });
-    }
-    let bytes = package.whole(&entry.file, source, limits)?;
-    let samples =
-        Samples::read(bytes, limits).map_err(|error| error.at(package.place_of(&entry.file)))?;
-    let clock = Clock::find(
-        package,
-        source,
-        channels,
-        index,
-        &samples,
-        options,
-        limits,
-        &mut findings,
-    )?;
-    let counted = header
-        .count_finding(samples.count, clock.end_s())
-        .map_err(|error| error.at(package.place_of(&entry.file)))?;
-    findings.extend(counted);
-    findings.extend(header.extreme_findings(&clock.values, clock.start_s, clock.rate));
-    for (from, to) in &samples.holes {
-        // The last sample that is there before the hole.
-        let last = from.saturating_sub(samples.skipped + 1);
-        let at = clock.start_s + to_f64(last) / clock.rate.hertz();
-        findings.push(
-            Finding::blocking(
-                "gap",
-                format!(
-                    "samples {} to {to} of {} are NOVALUE; what happened there is not known",
-                    from + 1,
-                    samples.count
-                ),
-            )
-            .at(at),
-        );
-    }
-    findings.extend(header.validity_findings());
-    for finding in &mut findings {
-        let interval_s = 1.0 / clock.rate.hertz();
-        laboratory::hold_against_record(finding, clock.start_s, clock.end_s(), interval_s);
-    }
-    let stated = header.stated();
-    findings.extend(header.class_finding());
-    findings.extend(stated.findings(clock.rate));
-    findings.extend(header.sign_finding());
-    let zero = options.time_zero_s.unwrap_or(0.0);
-    for finding in &mut findings {
-        finding.at_s = finding.at_s.map(|at| at - zero);
-    }
-    Ok(Some(Channel {
-        name: entry.label.clone(),
-        unit,
-        unit_source,
-        start_s: clock.start_s - zero,
-        rate: clock.rate,
-        values: clock.values,
-        stated,
-        findings,
-    }))
 }
 
-fn unit(
-    header: &ChannelHeader,
-    options: &ReadOptions,
-    findings: &mut Vec<Finding>,
-) -> (Option<AccelerationUnit>, &'static str) {
-    let text = header.value("Unit");
+/// Says that a channel has no unit of acceleration.
+fn without_unit(header: &ChannelHeader) -> Error {
+    match header.value("Unit") {
+        Some(text) => ErrorKind::Malformed {
+            expected: "a unit of acceleration".into(),
+            found: format!("`{}` in the channel's header", text::shown(text)),
+            hint: "choose another channel, or state the unit with the setting `unit`".into(),
+        }
+        .into(),
+        None => ErrorKind::MissingUnit.into(),
+    }
+}
+
+fn unit_of(header: &ChannelHeader, options: &ReadOptions, findings: &mut Vec<Finding>) -> Unit {
     let own = header
         .unit_of_acceleration()
         .filter(|_| header.code().is_none() || header.is_acceleration());
-    let source = if options.unit_from_card {
-        "card"
-    } else {
-        "option"
-    };
-    match (own, options.unit) {
-        (_, Some(said)) => {
-            if let Some(text) = text
-                && own != Some(said)
-            {
-                findings.push(Finding::warning(
-                    "unit-overridden",
-                    format!(
-                        "the channel's header says `{}`, the {source} says {}, which was used",
-                        text::shown(text),
-                        said.name()
-                    ),
-                ));
-            }
-            (Some(said), source)
-        }
-        (Some(own), None) => (Some(own), "header"),
-        (None, None) => (None, "none"),
-    }
+    Unit::find(
+        own.map(|unit| (unit, "header")),
+        options,
+        findings,
+        |source, used| {
+            let text = header.value("Unit")?;
+            Some(format!(
+                "the channel's header says `{}`, the {source} says {used}, which was used",
+                text::shown(text)
+            ))
+        },
+    )
 }
 
 /// Returns the channel of times that a header names; `None` if there is none of that name.
@@ -469,27 +464,46 @@ struct Clock {
 }
 
 impl Clock {
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "an explicit clock stands in another channel of the package"
-    )]
-    fn find(
-        package: &mut Package,
-        source: &mut Reader,
-        channels: &[Entry],
+    fn span(&self) -> Span {
+        let last = to_f64(self.values.len().saturating_sub(1));
+        Span {
+            start_s: self.start_s,
+            end_s: self.start_s + last / self.rate.hertz(),
+            interval_s: 1.0 / self.rate.hertz(),
+        }
+    }
+
+    /// Says that samples are missing between two that are there.
+    fn hole(&self, samples: &Samples, (from, to): (usize, usize)) -> Finding {
+        // The last sample that is there before the hole.
+        let last = from.saturating_sub(samples.skipped + 1);
+        Finding::blocking(
+            "gap",
+            format!(
+                "samples {} to {to} of {} are NOVALUE; what happened there is not known",
+                from + 1,
+                samples.count
+            ),
+        )
+        .at(self.start_s + to_f64(last) / self.rate.hertz())
+    }
+}
+
+impl Test<'_> {
+    /// Finds the clock of a channel: a channel of times, else what its header states.
+    fn clock(
+        &mut self,
         own: usize,
         samples: &Samples,
-        options: &ReadOptions,
-        limits: &Limits,
         findings: &mut Vec<Finding>,
-    ) -> Result<Self, Error> {
-        let header = &channels[own].header;
+    ) -> Result<Clock, Error> {
+        let header = &self.channels[own].header;
         if let Some(name) = header.reference_channel()? {
-            if let Some(times) = channel_of_times(channels, own, name)? {
-                let clock =
-                    Self::explicit(package, source, times, header, samples, limits, findings)?;
+            if let Some(times) = channel_of_times(self.channels, own, name)? {
+                let clock = self.explicit_clock(times, header, samples, findings)?;
                 let hertz = clock.rate.hertz();
-                options.check_rate(hertz, "the channel of times", "leave out the rate")?;
+                self.options
+                    .check_rate(hertz, "the channel of times", "leave out the rate")?;
                 return Ok(clock);
             }
             findings.push(Finding::warning(
@@ -503,9 +517,10 @@ impl Clock {
         let stated = header.interval()?;
         if let Some(stated) = stated {
             let by = "the channel's header";
-            options.check_rate(stated.hertz(), by, "leave out the rate")?;
+            self.options
+                .check_rate(stated.hertz(), by, "leave out the rate")?;
         }
-        let rate = match (options.rate_hz, stated) {
+        let rate = match (self.options.rate_hz, stated) {
             (Some(hertz), _) => SampleRate::from_hertz(hertz)?,
             (None, Some(stated)) => stated,
             (None, None) => return Err(ErrorKind::MissingTime.into()),
@@ -535,23 +550,22 @@ impl Clock {
         } else {
             first + to_f64(samples.skipped) / rate.hertz()
         };
-        Ok(Self {
+        Ok(Clock {
             start_s,
             rate,
             values: samples.values.clone(),
         })
     }
 
-    fn explicit(
-        package: &mut Package,
-        source: &mut Reader,
+    /// Takes the clock that a channel of times gives.
+    fn explicit_clock(
+        &mut self,
         times: &Entry,
         header: &ChannelHeader,
         samples: &Samples,
-        limits: &Limits,
         findings: &mut Vec<Finding>,
-    ) -> Result<Self, Error> {
-        let file = package.place_of(&times.file);
+    ) -> Result<Clock, Error> {
+        let file = self.package.place_of(&times.file);
         let place = || file.clone().channel(times.label.clone());
         times
             .header
@@ -568,8 +582,10 @@ impl Clock {
                 .at(place())
             })?,
         };
-        let bytes = package.whole(&times.file, source, limits)?;
-        let stamps = Samples::read(bytes, limits).map_err(|error| error.at(place()))?;
+        let stamps = self
+            .package
+            .samples(&times.file, self.source, self.limits)?
+            .map_err(|error| error.at(place()))?;
         if stamps.count != samples.count || !stamps.holes.is_empty() || stamps.skipped > 0 {
             return Err(Error::from(ErrorKind::Malformed {
                 expected: format!("{} times, one for each sample", samples.count),
@@ -585,17 +601,14 @@ impl Clock {
             .collect();
         let digit = stamps.last_digit / unit.per_second();
         findings.extend(header.clock_finding(&stamps.values, unit, digit));
-        let base = TimeBase::fit(&stamps_s, digit, limits).map_err(|error| error.at(place()))?;
+        let base =
+            TimeBase::fit(&stamps_s, digit, self.limits).map_err(|error| error.at(place()))?;
         findings.extend(base.findings.iter().cloned());
-        Ok(Self {
+        Ok(Clock {
             start_s: base.start_s,
             rate: base.rate,
             values: base.apply(&stamps_s, samples.values.clone())?,
         })
-    }
-
-    fn end_s(&self) -> f64 {
-        self.start_s + to_f64(self.values.len().saturating_sub(1)) / self.rate.hertz()
     }
 }
 

@@ -4,7 +4,7 @@ use super::Limits;
 use crate::error::{Error, ErrorKind, Place};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -309,6 +309,7 @@ pub struct Reader {
     is_folder: bool,
     /// Bytes in all, where they are known beforehand.
     size: Option<u64>,
+    /// Hashes of the further files that were read.
     parts: BTreeMap<String, String>,
     hasher: Sha256,
     head: Vec<u8>,
@@ -559,25 +560,19 @@ impl Reader {
         self.beside.read(name, most)
     }
 
-    /// Reads to the end and returns the SHA-256 of all bytes, lower-case hexadecimal, with the
-    /// further files that were read. The hash of a folder is that of a list of its files that
-    /// were read: hash, two blanks, name and line feed each.
+    /// Reads to the end and returns the hashes of all that was read.
     ///
     /// # Errors
     ///
     /// [`ErrorKind::Io`] if reading fails.
-    pub fn finish_parts(mut self) -> Result<(String, Vec<Part>), Error> {
-        let parts: Vec<Part> = std::mem::take(&mut self.parts)
-            .into_iter()
-            .map(|(file, sha256)| Part { file, sha256 })
-            .collect();
-        if self.is_folder {
-            for part in &parts {
-                self.hasher
-                    .update(format!("{}  {}\n", part.sha256, part.file));
-            }
-        }
-        Ok((self.finish()?, parts))
+    pub(super) fn finish_hashes(mut self) -> Result<Hashes, Error> {
+        let parts = std::mem::take(&mut self.parts);
+        let own = if self.is_folder {
+            None
+        } else {
+            Some(self.finish()?)
+        };
+        Ok(Hashes { own, parts })
     }
 
     /// Reads to the end and returns the SHA-256 of all bytes, lower-case hexadecimal.
@@ -589,6 +584,35 @@ impl Reader {
         self.head()?;
         io::copy(&mut self, &mut io::sink()).map_err(|error| io_error("read the file", &error))?;
         Ok(hexadecimal(&self.hasher.finalize()))
+    }
+}
+
+/// Hashes of a recording and of the further files that were read with it.
+pub(super) struct Hashes {
+    /// Of the recording's own bytes, which a folder has not.
+    own: Option<String>,
+    parts: BTreeMap<String, String>,
+}
+
+impl Hashes {
+    /// Returns the SHA-256 of what `parts` and the recording itself hold, lower-case hexadecimal,
+    /// with the parts. The hash of a folder is that of a list of its files that were read: hash,
+    /// two blanks, name and line feed each.
+    pub(super) fn of(&self, parts: &BTreeSet<String>) -> (String, Vec<Part>) {
+        let parts: Vec<Part> = self
+            .parts
+            .iter()
+            .filter(|(file, _)| parts.contains(*file))
+            .map(|(file, sha256)| Part {
+                file: file.clone(),
+                sha256: sha256.clone(),
+            })
+            .collect();
+        let listed = || {
+            let line = |part: &Part| format!("{}  {}\n", part.sha256, part.file);
+            sha256(parts.iter().map(line).collect::<String>().as_bytes())
+        };
+        (self.own.clone().unwrap_or_else(listed), parts)
     }
 }
 

@@ -59,6 +59,12 @@ pub(super) fn check_fields(
     Ok(())
 }
 
+/// Returns the line, counted from 1, in which the byte at `position` stands.
+pub(super) fn line_at(text: &[u8], position: usize) -> u64 {
+    let before = &text[..position.min(text.len())];
+    memchr::memchr_iter(b'\n', before).count() as u64 + 1
+}
+
 /// Splits decoded text into lines without their ends, counted from 1.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = (u64, &str)> {
     text.split('\n')

@@ -3,13 +3,11 @@
 use super::number::plain;
 use super::words;
 use super::{escape, html, json, plot};
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::Error;
 use crate::margin::{Basis, LimitPoint, Map, Margin, Margins, Quantity};
 use crate::recording::Severity;
 use crate::report::MarginDocument;
 use std::fmt::Write as _;
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 /// File name of the page.
@@ -31,34 +29,10 @@ const FILES: [&str; 9] = [
     "margin-map.svg",
 ];
 
-/// Writes page, document, plots and tables into `dir`, which is created if absent, and returns
-/// their paths, the page's first. Files of these names from an earlier run are removed first.
-///
-/// # Errors
-///
-/// [`ErrorKind::Io`] if `dir` cannot be made or a file not be removed or written.
-pub fn write(
-    dir: &Path,
-    document: &MarginDocument,
-    margins: &Margins,
-) -> Result<Vec<PathBuf>, Error> {
-    let failed = |action, path: &Path, error: &io::Error| {
-        Error::from(ErrorKind::Io {
-            action,
-            reason: error.to_string(),
-        })
-        .at(Place::file(path.display().to_string()))
-    };
-    fs::create_dir_all(dir).map_err(|error| failed("make the report folder", dir, &error))?;
-    for name in FILES {
-        let path = dir.join(name);
-        match fs::remove_file(&path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                return Err(failed("replace the earlier report", &path, &error));
-            }
-            _ => {}
-        }
-    }
+/// Returns the files of a margin's report, names with bytes: page, document, tables and plots, the
+/// page first.
+#[must_use]
+pub fn files(document: &MarginDocument, margins: &Margins) -> Vec<(String, Vec<u8>)> {
     let figures = plot::margin_figures(document, margins);
     let mut files = vec![
         (PAGE_FILE.to_string(), html::margin_page(document, &figures)),
@@ -76,18 +50,25 @@ pub fn write(
         ));
     }
     for figure in &figures {
-        files.push((
-            format!("{}.svg", figure.name),
-            plot::margin_stand_alone(figure),
-        ));
+        let name = format!("{}.svg", figure.name);
+        files.push((name, plot::margin_stand_alone(figure)));
     }
-    let mut written = Vec::with_capacity(files.len());
-    for (name, content) in files {
-        let path = dir.join(name);
-        fs::write(&path, content).map_err(|error| failed("write the report", &path, &error))?;
-        written.push(path);
-    }
-    Ok(written)
+    let bytes = |(name, text): (String, String)| (name, text.into_bytes());
+    files.into_iter().map(bytes).collect()
+}
+
+/// Writes [`files`] into `dir`, which is created if absent, and returns their paths, the page's
+/// first. Files of these names from an earlier run are removed first.
+///
+/// # Errors
+///
+/// [`crate::error::ErrorKind::Io`] if `dir` cannot be made or a file not be removed or written.
+pub fn write(
+    dir: &Path,
+    document: &MarginDocument,
+    margins: &Margins,
+) -> Result<Vec<PathBuf>, Error> {
+    super::replace(dir, &FILES, files(document, margins))
 }
 
 /// A number with all its digits, or nothing.

@@ -17,12 +17,20 @@ type Entries = BTreeMap<String, Value>;
 
 impl From<Request> for Entries {
     fn from(request: Request) -> Self {
-        let default = all(&Request::default());
-        let stated = all(&request).into_iter();
+        let named = |(setting, value): (Setting, Value)| (setting.key().to_string(), value);
+        all(&request).into_iter().map(named).collect()
+    }
+}
+
+impl Request {
+    /// Returns the settings that differ from their defaults, so that a setting which a later
+    /// version adds does not change what an older question is.
+    #[must_use]
+    pub fn stated(&self) -> BTreeMap<String, Value> {
+        let default = Entries::from(Self::default());
+        let mut stated = Entries::from(self.clone());
+        stated.retain(|key, value| default.get(key) != Some(value));
         stated
-            .filter(|(setting, value)| default.get(setting) != Some(value))
-            .map(|(setting, value)| (setting.key().to_string(), value))
-            .collect()
     }
 }
 
@@ -299,12 +307,10 @@ impl From<MarginRequest> for Entries {
     fn from(request: MarginRequest) -> Self {
         let mut entries = Self::from(request.replay);
         let mut put = |setting: Setting, value| entries.insert(setting.key().to_string(), value);
-        if request.counterweight_radius_m != COUNTERWEIGHT_RADIUS_M {
-            put(
-                Setting::CounterweightRadius,
-                json!(request.counterweight_radius_m),
-            );
-        }
+        put(
+            Setting::CounterweightRadius,
+            json!(request.counterweight_radius_m),
+        );
         if let Some(points) = request.points {
             put(Setting::Points, json!(points));
         }

@@ -1,17 +1,23 @@
 //! From a conditioned channel to an answer: which runs are made, and what they say together.
 
-use super::bench::{self, Bench, Pair, Purpose, Recall, samples_before, window_samples};
-use super::decision::{Judged, Share, decide, unanimous, worse};
+use super::decision::VariantRun;
+use super::early::{self, MemberCache};
 use super::ensemble::{Ensemble, Scatter};
+use super::faults::Faults;
 use super::filters::{self, FilterRow};
-use super::ladder::{self, Climbed, Ladder};
-use super::policy::{Extras, Polarity, Policy};
-use super::remarks::{Faults, crossing_outside_window, replay_findings};
+use super::ladder::{self, Ladder, LadderInput};
+use super::policy::{Extras, Policy, Variant};
+use super::proof::{self, Proof};
+use super::replay_findings::{crossing_outside_window, replay_findings};
+use super::runs::{RunDetail, RunSetup, index_of_largest};
+use super::usable_span::{UsableSpan, window_samples};
+use super::variant::VariantResult;
 use super::what_if::{self, WhatIf};
 use super::{
-    Answer, ErrorBudget, Evidence, Reason, RunAnswer, ScreenedRun, Trace, ribbon, screen, why,
+    Answer, ErrorBudget, Evidence, Reason, RunAnswer, ScreenedRun, Trace, budget, looks,
+    quantile_band, reasons,
 };
-use crate::conditioning::{Cfc, Conditioned, Signal, bias, resample, spectrum};
+use crate::conditioning::{Conditioned, resample, spectrum};
 use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
@@ -58,12 +64,25 @@ pub struct Assessment {
     pub evidence: Option<Evidence>,
 }
 
+/// One assessment: the recording, the question, and what follows from both before any run.
+struct Case<'a> {
+    setup: RunSetup<'a>,
+    conditioned: &'a Conditioned,
+    /// Of reading and conditioning.
+    findings: &'a [Finding],
+    extras: Extras,
+    faults: Faults,
+    span: UsableSpan,
+    scatter: Option<Scatter>,
+}
+
 /// Replays `conditioned` and decides. `findings` are those of reading and conditioning.
 ///
 /// # Errors
 ///
-/// As [`replay::run`]; [`ErrorKind::OutOfRange`] for a window without two samples, or for
-/// tolerances that leave what is physical, as [`ensemble::check`].
+/// As [`crate::replay::run`]; [`crate::error::ErrorKind::OutOfRange`] for a window without two
+/// samples, or for tolerances that leave what is physical, as [`super::ensemble::check`];
+/// [`crate::error::ErrorKind::Stopped`].
 pub fn assess(
     conditioned: &Conditioned,
     findings: &[Finding],
@@ -73,200 +92,250 @@ pub fn assess(
     control: &Control<'_>,
 ) -> Result<Assessment, Error> {
     let signal = &conditioned.used;
-    let window = policy
-        .window_s
-        .map(|window| window_samples(signal, window))
-        .transpose()?;
+    let window = window_samples(signal, policy.window_s)?;
+    let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
     let fine = resample::upsample_fourfold(signal);
-    let bench = Bench {
-        design,
-        policy,
-        follow_all: extras.follow_all,
-        control,
-        signal,
-        fine: &fine,
-    };
-    let pairs = pairs(policy);
-    let purpose = if extras.evidence {
-        Purpose::Drawing
-    } else {
-        Purpose::Deciding
-    };
-    let threshold = design.criterion.threshold_rad;
-    let scope_with = |filter: Option<Cfc>| {
-        let faults = Faults::of(conditioned, filter, findings, policy.window_s);
-        (Scope::of(&faults, signal, window), faults)
-    };
-    let (scope, faults) = scope_with(conditioned.filter);
-    let scatter = (policy.members > 0)
-        .then(|| Scatter::new(design, conditioned.bias_standard_error_m_s2, policy.seed))
-        .transpose()?;
-    let screens = screen::of_runs(design, signal, &pairs, |stop| bench.initial(stop), window);
-    let asked = std::cell::RefCell::new(vec![None; pairs.len()]);
-    let spare = |outcomes: &[Outcome]| {
-        let mut spared = vec![None; pairs.len()];
-        if ladder::may_leave_out(policy, extras.follow_all, scope).is_err() {
-            return spared;
-        }
-        let largest = index_of_largest(outcomes.iter().map(|outcome| &outcome.run));
-        for (index, outcome) in outcomes.iter().enumerate() {
-            let screened = screens.get(index).and_then(|run| run.answer);
-            let scatter = scatter.as_ref();
-            let known = ladder::known(&bench, scatter, pairs[index], window, outcome, screened);
-            asked.borrow_mut()[index] = Some(known);
-            let proven = known.proves(outcome, threshold, policy.members);
-            spared[index] = proven.filter(|_| index != largest).map(|_| known);
-        }
-        spared
-    };
-    let mut judged = bench.judge_all(&pairs, window, purpose, &spare)?;
-    let mut before = match scope {
-        Scope::Until(good) => {
-            bench.judge_all(&pairs, Some(good), Purpose::Deciding, &bench::follow_all)?
-        }
-        Scope::Whole | Scope::Nothing => Vec::new(),
-    };
-    let ensembles = match (&scatter, scope) {
-        (None, _) | (_, Scope::Nothing) => vec![None; pairs.len()],
-        (Some(scatter), Scope::Whole) => {
-            bench.ensembles(scatter, &pairs, &mut judged, window, false)?
-        }
-        (Some(scatter), Scope::Until(good)) => {
-            bench.ensembles(scatter, &pairs, &mut before, Some(good), true)?
-        }
-    };
-    let joined = |judged: &[Judged]| {
-        let answers: Vec<Answer> = judged.iter().map(|run| run.answer(threshold)).collect();
-        combine(policy.polarity, &pairs, &answers)
-    };
-    let answer = scope.answer(joined(&judged), joined(&before));
-
-    let nominal_index = index_of_largest(judged.iter().map(Judged::run));
-    let (sign, stop) = pairs[nominal_index];
-    let filtered = if extras.filter_table {
-        let scopes = |filter| scope_with(filter).0;
-        filters::table(
-            &bench,
-            conditioned,
-            &pairs,
+    let case = Case {
+        setup: RunSetup {
+            design,
+            policy,
+            follow_all: extras.follow_all,
+            control,
+            signal,
+            fine: &fine,
             window,
-            &scopes,
-            &judged,
-            &before,
-        )?
-    } else {
-        Vec::new()
-    };
-    let budget = bench.budget(
+        },
         conditioned,
-        window,
-        &pairs,
-        &judged,
-        nominal_index,
-        filters::unfiltered_peak(&filtered, nominal_index),
-    )?;
-    let filters: Vec<FilterRow> = filtered.into_iter().map(|filtered| filtered.row).collect();
-    let mut own_findings = replay_findings(design, policy, signal.rate.interval(), &judged);
-    own_findings.extend(filters::filter_decides(&filters));
-    let outside = bench.crossing_outside(&pairs, &judged, window)?;
-    own_findings.extend(outside.map(|at| crossing_outside_window(at, design)));
-    own_findings.extend(faults.findings());
-    let what_if = if scope == Scope::Whole {
-        // The bias belongs to the recording: nominal runs alone are asked about it as well.
-        let of_bias =
-            || Scatter::of_bias(design, conditioned.bias_standard_error_m_s2, policy.seed);
-        let moved = scatter.clone().unwrap_or_else(of_bias);
-        what_if::reruns(&bench, conditioned, &moved, &pairs, &judged, window)?
-    } else {
-        Vec::new()
-    };
-    let why = why::reasons(&why::Case {
-        answer,
-        design,
-        policy,
-        pairs: &pairs,
-        judged: &judged,
-        nominal: nominal_index,
         findings,
-        faults: &faults,
-        outside,
-        budget: &budget,
-        ensembles: &ensembles,
-        what_if: &what_if,
-    });
-    let ladder = ladder::climbed(&Climbed {
-        policy,
-        follow_all: extras.follow_all,
-        design,
-        signal,
-        scope,
-        pairs: &pairs,
-        judged: if before.is_empty() { &judged } else { &before },
-        known: &asked.into_inner(),
-        screens: &screens,
-        ensembles: &ensembles,
-    });
-    let mut models = BTreeMap::new();
-    for stop in policy.model.stops() {
-        let runs = pairs
-            .iter()
-            .zip(&judged)
-            .filter(|((_, s), _)| s == stop)
-            .map(|(_, judged)| judged.run());
-        if let Some(run) = runs.reduce(|a, b| {
-            if b.peak_angle_rad > a.peak_angle_rad {
-                b
-            } else {
-                a
-            }
-        }) {
-            models.insert(*stop, run.clone());
-        }
-    }
-    let mut polarities: BTreeMap<OpensWhen, BTreeMap<StopModel, Run>> = BTreeMap::new();
-    if policy.polarity.signs().len() > 1 {
-        for ((sign, stop), judged) in pairs.iter().zip(&judged) {
-            polarities
-                .entry(*sign)
-                .or_default()
-                .insert(*stop, judged.run().clone());
-        }
-    }
-    let ribbon = match &scatter {
-        Some(scatter) if extras.evidence => ribbon::around(&bench, scatter, (sign, stop), window)?,
-        _ => None,
+        extras,
+        span: UsableSpan::of(&faults, signal, window),
+        faults,
+        scatter: scatter(conditioned, design, policy)?,
     };
-    let evidence = extras.evidence.then(|| Evidence {
-        raw: conditioned.raw.clone(),
-        used: conditioned.used.clone(),
-        traces: traces(&pairs, &judged, (sign, stop)),
-        ribbon,
-        spectrum_raw: spectrum::amplitude_spectrum(&conditioned.raw),
-        spectrum_used: spectrum::amplitude_spectrum(&conditioned.used),
-        spectrogram: spectrum::spectrogram(&conditioned.used),
-    });
-    Ok(Assessment {
-        answer,
-        why,
-        nominal: judged[nominal_index].run().clone(),
-        models,
-        polarities,
-        answers: judged.iter().map(|run| run.stated(threshold)).collect(),
-        ensemble: ensembles.get(nominal_index).cloned().flatten(),
-        ensembles: if ensembles.iter().flatten().count() > 1 {
-            ensembles.into_iter().flatten().collect()
+    let mut results = case.follow()?;
+    case.sample(&mut results)?;
+    case.conclude(results)
+}
+
+/// The scatter of an ensemble, if the policy asks for one.
+fn scatter(
+    conditioned: &Conditioned,
+    design: &Design,
+    policy: &Policy,
+) -> Result<Option<Scatter>, Error> {
+    (policy.members > 0)
+        .then(|| Scatter::new(design, conditioned.bias_standard_error_m_s2, policy.seed))
+        .transpose()
+}
+
+impl Case<'_> {
+    /// Makes the nominal runs of every variant, and the further ones that no bound makes needless.
+    fn follow(&self) -> Result<Vec<VariantResult>, Error> {
+        let setup = &self.setup;
+        let variants = setup.policy.variants();
+        let screened: Vec<ScreenedRun> = variants
+            .iter()
+            .map(|variant| proof::screened(setup, *variant))
+            .collect();
+        let detail = if self.extras.evidence {
+            RunDetail::Trace
+        } else {
+            RunDetail::ErrorBound
+        };
+        let outcomes = setup.nominal_runs(&variants, detail)?;
+        let proofs = self.proofs(&screened, &variants, &outcomes)?;
+        let stand_ins = self.stand_ins(&proofs, &outcomes);
+        let runs = setup.refined(outcomes, stand_ins)?;
+        let mut before_fault = match self.span {
+            UsableSpan::Until(_) => self
+                .usable()
+                .full_runs(&variants, RunDetail::ErrorBound)?
+                .into_iter(),
+            UsableSpan::Whole | UsableSpan::Nothing => Vec::new().into_iter(),
+        };
+        let all = variants.into_iter().zip(screened).zip(proofs).zip(runs);
+        Ok(all
+            .map(|(((variant, screened), proof), run)| VariantResult {
+                variant,
+                screened,
+                proof,
+                run,
+                before_fault: before_fault.next(),
+                ensemble: None,
+            })
+            .collect())
+    }
+
+    /// Asks the bounds about every variant, if any may be left out.
+    fn proofs(
+        &self,
+        screened: &[ScreenedRun],
+        variants: &[Variant],
+        outcomes: &[Outcome],
+    ) -> Result<Vec<Option<Proof>>, Error> {
+        let setup = &self.setup;
+        if proof::may_leave_out(setup.policy, setup.follow_all, self.span).is_err() {
+            return Ok(vec![None; variants.len()]);
+        }
+        let of_each = variants.iter().zip(outcomes).zip(screened);
+        of_each
+            .map(|((variant, outcome), screened)| {
+                let scatter = self.scatter.as_ref();
+                Proof::of(setup, scatter, *variant, outcome, screened.answer).map(Some)
+            })
+            .collect()
+    }
+
+    /// Returns what stands in for further runs, where a proof makes them needless. The variant
+    /// with the largest peak is followed in any case, for the figures.
+    fn stand_ins(&self, proofs: &[Option<Proof>], outcomes: &[Outcome]) -> Vec<Option<VariantRun>> {
+        let largest = index_of_largest(outcomes.iter().map(|outcome| &outcome.run));
+        let (threshold, members) = (self.setup.threshold_rad(), self.setup.policy.members);
+        let of_each = proofs.iter().zip(outcomes).enumerate();
+        of_each
+            .map(|(index, (proof, outcome))| {
+                let proof = proof.filter(|_| index != largest)?;
+                proof.proven(outcome, threshold, members)
+            })
+            .collect()
+    }
+
+    /// The runs over the samples that count.
+    fn usable(&self) -> RunSetup<'_> {
+        match self.span {
+            UsableSpan::Until(good) => RunSetup {
+                window: Some(good),
+                ..self.setup
+            },
+            UsableSpan::Whole | UsableSpan::Nothing => self.setup,
+        }
+    }
+
+    /// Runs the ensembles over the samples that count.
+    fn sample(&self, results: &mut [VariantResult]) -> Result<(), Error> {
+        match &self.scatter {
+            Some(scatter) if self.span != UsableSpan::Nothing => {
+                let limited = self.span != UsableSpan::Whole;
+                looks::run_ensembles(&self.usable(), scatter, results, limited)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Joins the answers, works out what stands beside them, and puts it into words.
+    fn conclude(&self, results: Vec<VariantResult>) -> Result<Assessment, Error> {
+        let setup = &self.setup;
+        let (design, policy) = (setup.design, setup.policy);
+        let answer = self.answer(&results);
+        let runs: Vec<&VariantRun> = results.iter().map(|result| &result.run).collect();
+        let nominal_index = index_of_largest(runs.iter().map(|run| run.run()));
+        let nominal = &results[nominal_index];
+        let filtered = if self.extras.filter_table {
+            filters::table(setup, self.conditioned, self.findings, &results)?
         } else {
             Vec::new()
-        },
-        ladder,
-        whole: scope == Scope::Whole,
-        what_if,
-        filters,
-        budget,
-        screens,
-        findings: own_findings,
-        evidence,
-    })
+        };
+        let unfiltered_peak = filters::unfiltered_peak(&filtered, nominal.variant);
+        let budget = budget::budget(setup, self.conditioned, &results, nominal, unfiltered_peak)?;
+        let filters: Vec<FilterRow> = filtered.into_iter().map(|filtered| filtered.row).collect();
+        let mut findings = replay_findings(design, policy, setup.signal.rate.interval(), &runs);
+        findings.extend(filters::filter_decides(&filters));
+        let outside = setup.crossing_outside(&runs)?;
+        findings.extend(outside.map(|at| crossing_outside_window(at, design)));
+        findings.extend(self.faults.findings());
+        let what_if = self.what_if(&results)?;
+        let why = reasons::reasons(&reasons::Case {
+            answer,
+            design,
+            policy,
+            results: &results,
+            nominal,
+            findings: self.findings,
+            faults: &self.faults,
+            outside,
+            budget: &budget,
+            what_if: &what_if,
+        });
+        let ladder = ladder::ladder(&LadderInput {
+            policy,
+            follow_all: setup.follow_all,
+            threshold_rad: setup.threshold_rad(),
+            samples: setup.signal.samples.len(),
+            span: self.span,
+            results: &results,
+        });
+        let evidence = self.evidence(&results, nominal)?;
+        let of_each = |run: &&VariantRun| run.stated(setup.threshold_rad());
+        Ok(Assessment {
+            answer,
+            why,
+            nominal: nominal.run.run().clone(),
+            models: by_model(&runs),
+            polarities: by_polarity(policy, &runs),
+            answers: runs.iter().map(of_each).collect(),
+            ensemble: nominal.ensemble.clone(),
+            ladder,
+            whole: self.span == UsableSpan::Whole,
+            what_if,
+            filters,
+            budget,
+            screens: results.iter().map(|result| result.screened).collect(),
+            findings,
+            evidence,
+            ensembles: several(results.into_iter().filter_map(|result| result.ensemble)),
+        })
+    }
+
+    /// The whole rule: parts 1 and 2 over what parts 3 and 4 say of all samples and of the good
+    /// ones.
+    fn answer(&self, results: &[VariantResult]) -> Answer {
+        let runs: Vec<&VariantRun> = results.iter().map(|result| &result.run).collect();
+        let before = results
+            .iter()
+            .filter_map(|result| result.before_fault.as_ref());
+        let of_good = self.setup.joined(&before.collect::<Vec<_>>());
+        self.span.answer(self.setup.joined(&runs), of_good)
+    }
+
+    /// Reruns with one input moved; none where a fault ends what can be judged.
+    fn what_if(&self, results: &[VariantResult]) -> Result<Vec<WhatIf>, Error> {
+        if self.span != UsableSpan::Whole {
+            return Ok(Vec::new());
+        }
+        let setup = &self.setup;
+        // The bias belongs to the recording: nominal runs alone are asked about it as well.
+        let of_bias = || {
+            let error = self.conditioned.bias_standard_error_m_s2;
+            Scatter::of_bias(setup.design, error, setup.policy.seed)
+        };
+        let moved = self.scatter.clone().unwrap_or_else(of_bias);
+        what_if::reruns(setup, self.conditioned, &moved, results)
+    }
+
+    /// Trajectories, spread and spectra for a report, if asked for.
+    fn evidence(
+        &self,
+        results: &[VariantResult],
+        nominal: &VariantResult,
+    ) -> Result<Option<Evidence>, Error> {
+        if !self.extras.evidence {
+            return Ok(None);
+        }
+        let ribbon = match &self.scatter {
+            Some(scatter) => quantile_band::around(&self.setup, scatter, nominal.variant)?,
+            None => None,
+        };
+        let Conditioned { raw, used, .. } = self.conditioned;
+        Ok(Some(Evidence {
+            raw: raw.clone(),
+            used: used.clone(),
+            traces: traces(results, nominal.variant),
+            ribbon,
+            spectrum_raw: spectrum::amplitude_spectrum(raw),
+            spectrum_used: spectrum::amplitude_spectrum(used),
+            spectrogram: spectrum::spectrogram(used),
+        }))
+    }
 }
 
 /// Returns whether the answer of [`assess`] is a pass, with no more runs than that takes.
@@ -281,191 +350,106 @@ pub fn passes(
     policy: &Policy,
     control: &Control<'_>,
 ) -> Result<bool, Error> {
-    passes_again(
+    let mut cache = MemberCache::default();
+    passes_cached(
         conditioned,
         findings,
         design,
         policy,
-        &mut Recall::default(),
+        &mut cache,
         false,
         control,
     )
 }
 
-/// As [`passes`], of a design or recording like one that was asked about before: `recall` says
-/// which members to ask first, which saves most of them and changes no answer. With `presumed` a
-/// pass is not certain where it would take the members of which `recall` says that they stay
-/// below; what is no pass is.
-pub(crate) fn passes_again(
+/// As [`passes`], of a design or recording like one that was asked about before: `cache` says which
+/// members to ask first, which saves most of them and changes no answer.
+///
+/// With `trust_cache` members that stayed well below the limit before are not asked again. A pass
+/// may then be wrong; "no pass" is certain all the same.
+pub(crate) fn passes_cached(
     conditioned: &Conditioned,
     findings: &[Finding],
     design: &Design,
     policy: &Policy,
-    recall: &mut Recall,
-    presumed: bool,
+    cache: &mut MemberCache,
+    trust_cache: bool,
     control: &Control<'_>,
 ) -> Result<bool, Error> {
-    if Faults::of(conditioned, conditioned.filter, findings, policy.window_s)
-        .first_bad
-        .is_some()
-    {
+    let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
+    if faults.first_bad.is_some() {
         return Ok(false);
     }
     let signal = &conditioned.used;
-    let window = policy
-        .window_s
-        .map(|window| window_samples(signal, window))
-        .transpose()?;
+    let window = window_samples(signal, policy.window_s)?;
     let fine = resample::upsample_fourfold(signal);
-    let bench = Bench {
+    let setup = RunSetup {
         design,
         policy,
         follow_all: true,
         control,
         signal,
         fine: &fine,
+        window,
     };
-    let pairs = pairs(policy);
-    let judged = bench.judge_all(&pairs, window, Purpose::Deciding, &bench::follow_all)?;
-    if policy.members == 0 {
-        let threshold = design.criterion.threshold_rad;
-        let answers: Vec<Answer> = judged.iter().map(|run| run.answer(threshold)).collect();
-        return Ok(combine(policy.polarity, &pairs, &answers) == Answer::Pass);
+    let runs = setup.full_runs(&policy.variants(), RunDetail::ErrorBound)?;
+    match scatter(conditioned, design, policy)? {
+        None => Ok(setup.joined(&runs.iter().collect::<Vec<_>>()) == Answer::Pass),
+        Some(scatter) => early::all_pass(&setup, &scatter, &runs, cache, trust_cache),
     }
-    let scatter = Scatter::new(design, conditioned.bias_standard_error_m_s2, policy.seed)?;
-    bench.all_pass(&scatter, &pairs, &judged, window, recall, presumed)
 }
 
-/// The stops and polarities that count.
-fn pairs(policy: &Policy) -> Vec<Pair> {
-    policy
-        .polarity
-        .signs()
-        .iter()
-        .flat_map(|sign| policy.model.stops().iter().map(|stop| (*sign, *stop)))
+/// Returns the run with the larger peak of each stop.
+fn by_model(runs: &[&VariantRun]) -> BTreeMap<StopModel, Run> {
+    let mut models: BTreeMap<StopModel, &Run> = BTreeMap::new();
+    for run in runs.iter().map(|run| run.run()) {
+        let largest = models.entry(run.model).or_insert(run);
+        if run.peak_angle_rad > largest.peak_angle_rad {
+            *largest = run;
+        }
+    }
+    models
+        .into_iter()
+        .map(|(model, run)| (model, run.clone()))
         .collect()
 }
 
-/// Which samples an answer may rest on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Scope {
-    /// All of the judged window.
-    Whole,
-    /// Those from first to last, before a blocking finding.
-    Until((usize, usize)),
-    /// None: a blocking finding holds from the start.
-    Nothing,
-}
-
-impl Scope {
-    /// Returns the samples that faults leave.
-    fn of(faults: &Faults, signal: &Signal, window: Option<(usize, usize)>) -> Self {
-        faults.first_bad.map_or(Self::Whole, |bad_s| {
-            samples_before(signal, bad_s, window).map_or(Self::Nothing, Self::Until)
-        })
-    }
-
-    /// Parts 1 and 2 of the rule, from what part 3 says of all samples and of the good ones.
-    pub(crate) fn answer(self, of_all: Answer, of_good: Answer) -> Answer {
-        match self {
-            Self::Whole => of_all,
-            Self::Until(_) if of_good == Answer::Fail => Answer::Fail,
-            Self::Until(_) | Self::Nothing => Answer::Unusable,
+/// Returns every run by sign and stop, where two signs were judged.
+fn by_polarity(
+    policy: &Policy,
+    runs: &[&VariantRun],
+) -> BTreeMap<OpensWhen, BTreeMap<StopModel, Run>> {
+    let mut polarities: BTreeMap<OpensWhen, BTreeMap<StopModel, Run>> = BTreeMap::new();
+    if policy.polarity.signs().len() > 1 {
+        for run in runs.iter().map(|run| run.run()) {
+            let of_sign = polarities.entry(run.opens_when).or_default();
+            of_sign.insert(run.model, run.clone());
         }
     }
+    polarities
 }
 
-/// Joins what the pairs say by parts 3 and 4 of the rule; no answers, no pass.
-pub(crate) fn combine(polarity: Polarity, pairs: &[Pair], answers: &[Answer]) -> Answer {
-    let per_sign: Vec<Answer> = polarity
-        .signs()
+/// Returns the ensembles if there are several: a single one is shown by itself.
+fn several(ensembles: impl Iterator<Item = Ensemble>) -> Vec<Ensemble> {
+    let all: Vec<Ensemble> = ensembles.collect();
+    if all.len() > 1 { all } else { Vec::new() }
+}
+
+/// Returns the trajectories, that of the nominal run first.
+fn traces(results: &[VariantResult], nominal: Variant) -> Vec<Trace> {
+    let mut traces: Vec<(Variant, Trace)> = results
         .iter()
-        .map(|sign| {
-            let own: Vec<Answer> = pairs
-                .iter()
-                .zip(answers)
-                .filter(|((s, _), _)| s == sign)
-                .map(|(_, answer)| *answer)
-                .collect();
-            unanimous(&own)
+        .map(|result| {
+            let Variant { opens_when, model } = result.variant;
+            let points = result.run.outcome.trace.clone();
+            let trace = Trace {
+                model,
+                opens_when,
+                points,
+            };
+            (result.variant, trace)
         })
         .collect();
-    match polarity {
-        Polarity::Both => worse(&per_sign),
-        Polarity::Declared(_) | Polarity::Undeclared => unanimous(&per_sign),
-    }
-}
-
-/// Returns whether all answers that the open pairs may still give lead to one.
-pub(crate) fn settled(
-    polarity: Polarity,
-    pairs: &[Pair],
-    answers: &[Option<Answer>],
-    judged: &[Judged],
-    threshold: f64,
-) -> bool {
-    let none_exceeds = Share {
-        lower: 0.0,
-        upper: 0.0,
-        upper_with_coast: 0.0,
-    };
-    let mut joined: Vec<Vec<Answer>> = vec![Vec::new()];
-    for (answer, judged) in answers.iter().zip(judged) {
-        let mut possible = vec![Answer::Fail, Answer::Undecided];
-        if decide(&judged.standing(), threshold, Some(none_exceeds)) == Answer::Pass {
-            possible.push(Answer::Pass);
-        }
-        let possible = answer.map_or(possible, |answer| vec![answer]);
-        // At most four pairs of three answers.
-        joined = joined
-            .iter()
-            .flat_map(|before| {
-                possible
-                    .iter()
-                    .map(|answer| [before.as_slice(), &[*answer]].concat())
-            })
-            .collect();
-    }
-    let mut outcomes = joined
-        .iter()
-        .map(|answers| combine(polarity, pairs, answers));
-    let first = outcomes.next();
-    outcomes.all(|outcome| Some(outcome) == first)
-}
-
-fn index_of_largest<'a>(runs: impl Iterator<Item = &'a Run>) -> usize {
-    let peaks: Vec<f64> = runs.map(|run| run.peak_angle_rad).collect();
-    let mut largest = 0;
-    for (index, peak) in peaks.iter().enumerate() {
-        if *peak > peaks[largest] {
-            largest = index;
-        }
-    }
-    largest
-}
-
-fn traces(pairs: &[Pair], judged: &[Judged], nominal: (OpensWhen, StopModel)) -> Vec<Trace> {
-    let mut traces: Vec<Trace> = pairs
-        .iter()
-        .zip(judged)
-        .map(|(&(opens_when, model), judged)| Trace {
-            model,
-            opens_when,
-            points: judged.outcome.trace.clone(),
-        })
-        .collect();
-    traces.sort_by_key(|trace| (trace.opens_when, trace.model) != nominal);
-    traces
-}
-
-/// Returns the name of a filter as verdicts state it.
-#[must_use]
-pub fn filter_name(filter: Option<Cfc>) -> &'static str {
-    filter.map_or("none", Cfc::name)
-}
-
-/// Returns how the bias's standard error counts correlated samples.
-#[must_use]
-pub fn bias_method() -> &'static str {
-    bias::STANDARD_ERROR_METHOD
+    traces.sort_by_key(|(variant, _)| *variant != nominal);
+    traces.into_iter().map(|(_, trace)| trace).collect()
 }

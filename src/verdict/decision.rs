@@ -1,25 +1,56 @@
 //! The decision rule: what one run says, and what several say together.
 
+use super::ensemble::bounds::{LOOKS, RULE_ERROR};
+use super::policy::{Polarity, Variant};
+use super::wording::percent;
 use super::{Answer, ErrorBudget, RunAnswer};
 use crate::replay::{Outcome, Run};
+use crate::units::OpensWhen;
+use std::sync::LazyLock;
 
 /// The rule in words, as every verdict and report that rests on an ensemble states it.
-pub const DECISION_RULE: &str = "U = numerical + interpolation error; p = the share of levers, scattered as design and input are uncertain, whose peak exceeds the threshold. \
-(1) fail, if the runs say so by (3) on the samples before the first that a blocking finding declares bad. \
-(2) Otherwise unusable, if any finding is blocking; one that begins after the judged window, and further away than the filter reaches, does not count. \
-(3) Otherwise, for each stop and polarity that counts, by the nominal run and an ensemble, which is looked at after 128, 512, 2048 and 10000 members (or at the setting `members`) with one-sided Clopper-Pearson bounds of p, each at confidence 1 - 0.05/4; members that could not be followed count against either answer: \
-pass, if the upper bound of p, levers that exceed the threshold only in the coast after the last judged sample counted as well, is at most 5 % and the nominal peak angle plus U and the nominal coast's peak angle plus its own error, never less than U, are at or below the threshold; \
-fail, if the lower bound of p is at least 95 %, or the nominal peak angle minus U exceeds the threshold and the lower bound of p exceeds 50 %; \
+pub static DECISION_RULE: LazyLock<String> = LazyLock::new(|| {
+    let (pass, nearly_all) = (percent(PASS_SHARE_MAX), percent(FAIL_SHARE_MIN));
+    let most = percent(FAIL_SHARE_WITH_NOMINAL);
+    let (looks, count) = (looks_in_words(), LOOKS.len());
+    format!(
+        "U = numerical + interpolation error; p = the share of levers, scattered as design and input are uncertain, whose peak exceeds the threshold. \
+{BEFORE_THE_RUNS}\
+(3) Otherwise, for each stop and polarity that counts, by the nominal run and an ensemble, which is looked at after {looks} members (or at the setting `members`) with one-sided Clopper-Pearson bounds of p, each at confidence 1 - {RULE_ERROR}/{count}; members that could not be followed count against either answer: \
+pass, if the upper bound of p, levers that exceed the threshold only in the coast after the last judged sample counted as well, is at most {pass} % and the nominal peak angle plus U and the nominal coast's peak angle plus its own error, never less than U, are at or below the threshold; \
+fail, if the lower bound of p is at least {nearly_all} %, or the nominal peak angle minus U exceeds the threshold and the lower bound of p exceeds {most} %; \
 undecided, if neither holds at the last look. \
-(4) Two stops (model auto) or two undeclared polarities that answer differently: undecided; polarities declared as both: the worse counts.";
+{JOINED}"
+    )
+});
 
 /// The rule in words where only nominal runs are judged.
-pub const NOMINAL_DECISION_RULE: &str = "Nominal runs alone (as with the setting `members` = 0). U = numerical + interpolation error. \
-(1) fail, if the runs say so by (3) on the samples before the first that a blocking finding declares bad. \
-(2) Otherwise unusable, if any finding is blocking; one that begins after the judged window, and further away than the filter reaches, does not count. \
+pub static NOMINAL_DECISION_RULE: LazyLock<String> = LazyLock::new(|| {
+    format!(
+        "Nominal runs alone (as with the setting `members` = 0). U = numerical + interpolation error. \
+{BEFORE_THE_RUNS}\
 (3) Otherwise, for each stop and polarity that counts: pass if the peak angle plus U and the coast's peak angle plus its own error, never less than U, are at or below the threshold; \
 fail if the peak angle minus U exceeds the threshold; else undecided. \
-(4) Two stops (model auto) or two undeclared polarities that answer differently: undecided; polarities declared as both: the worse counts.";
+{JOINED}"
+    )
+});
+
+/// Parts 1 and 2 of the rule.
+const BEFORE_THE_RUNS: &str = "(1) fail, if the runs say so by (3) on the samples before the first that a blocking finding declares bad. \
+(2) Otherwise unusable, if any finding is blocking; one that begins after the judged window, and further away than the filter reaches, does not count. ";
+
+/// Part 4 of the rule.
+const JOINED: &str = "(4) Two stops (model auto) or two undeclared polarities that answer differently: undecided; polarities declared as both: the worse counts.";
+
+/// Lists the looks: "128, 512, 2048 and 10000".
+#[must_use]
+pub fn looks_in_words() -> String {
+    let words: Vec<String> = LOOKS.iter().map(u32::to_string).collect();
+    match words.split_last() {
+        Some((last, before)) => format!("{} and {last}", before.join(", ")),
+        None => String::new(),
+    }
+}
 
 /// Largest share that a pass lets cross the threshold [-], as the upper bound has it.
 pub const PASS_SHARE_MAX: f64 = 0.05;
@@ -41,9 +72,9 @@ pub struct Share {
     pub upper_with_coast: f64,
 }
 
-/// What a nominal run says of itself.
+/// The peaks of a nominal run with their errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Standing {
+pub struct PeakEstimate {
     /// Largest angle in the window [rad].
     pub peak_angle_rad: f64,
     /// U of the peak, numerical plus interpolation error [rad].
@@ -54,7 +85,7 @@ pub struct Standing {
     pub followed: bool,
 }
 
-impl Standing {
+impl PeakEstimate {
     fn stays_below(&self, threshold_rad: f64) -> bool {
         self.followed && self.peak_angle_rad + self.uncertainty_rad <= threshold_rad
     }
@@ -72,25 +103,25 @@ impl Standing {
 /// Returns what one stop and polarity says by part 3 of the rule; without `share` by the nominal
 /// run alone. At a look that is not the last, undecided means that the next one follows.
 #[must_use]
-pub fn decide(standing: &Standing, threshold_rad: f64, share: Option<Share>) -> Answer {
+pub fn decide(estimate: &PeakEstimate, threshold_rad: f64, share: Option<Share>) -> Answer {
     let few_exceed = share.is_none_or(|share| share.upper_with_coast <= PASS_SHARE_MAX);
     let most_exceed = share.is_none_or(|share| share.lower > FAIL_SHARE_WITH_NOMINAL);
     let nearly_all_exceed = share.is_some_and(|share| share.lower >= FAIL_SHARE_MIN);
     if few_exceed
-        && standing.stays_below(threshold_rad)
-        && standing.coast_stays_below(threshold_rad)
+        && estimate.stays_below(threshold_rad)
+        && estimate.coast_stays_below(threshold_rad)
     {
         Answer::Pass
-    } else if nearly_all_exceed || (most_exceed && standing.exceeds(threshold_rad)) {
+    } else if nearly_all_exceed || (most_exceed && estimate.exceeds(threshold_rad)) {
         Answer::Fail
     } else {
         Answer::Undecided
     }
 }
 
-/// What one stop and polarity gave: the run, its error, and the same on finer samples.
+/// The nominal run of one variant, with its error and the share of scattered levers that cross.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Judged {
+pub struct VariantRun {
     /// The nominal run.
     pub outcome: Outcome,
     /// Change of the larger of peak and coast peak when the samples are refined fourfold [rad].
@@ -101,7 +132,16 @@ pub struct Judged {
     pub left_out: bool,
 }
 
-impl Judged {
+impl VariantRun {
+    /// Returns the variant that was run.
+    #[must_use]
+    pub fn variant(&self) -> Variant {
+        let Run {
+            opens_when, model, ..
+        } = self.outcome.run;
+        Variant { opens_when, model }
+    }
+
     /// Returns the run.
     #[must_use]
     pub fn run(&self) -> &Run {
@@ -140,11 +180,11 @@ impl Judged {
         }
     }
 
-    /// Returns what the nominal run says of itself.
+    /// Returns the peaks with their errors.
     #[must_use]
-    pub fn standing(&self) -> Standing {
+    pub fn estimate(&self) -> PeakEstimate {
         let run = self.run();
-        Standing {
+        PeakEstimate {
             peak_angle_rad: run.peak_angle_rad,
             uncertainty_rad: self.uncertainty_rad(),
             coast_rad: run
@@ -158,21 +198,71 @@ impl Judged {
     /// pass.
     #[must_use]
     pub fn held_back_by_coast(&self, threshold_rad: f64) -> bool {
-        let standing = self.standing();
-        standing.stays_below(threshold_rad) && !standing.coast_stays_below(threshold_rad)
+        let estimate = self.estimate();
+        estimate.stays_below(threshold_rad) && !estimate.coast_stays_below(threshold_rad)
     }
 
     /// Returns what this stop and polarity says by part 3 of the rule.
     #[must_use]
     pub fn answer(&self, threshold_rad: f64) -> Answer {
-        decide(&self.standing(), threshold_rad, self.share)
+        decide(&self.estimate(), threshold_rad, self.share)
     }
 
     /// Returns what the nominal run alone says.
     #[must_use]
     pub fn nominal_answer(&self, threshold_rad: f64) -> Answer {
-        decide(&self.standing(), threshold_rad, None)
+        decide(&self.estimate(), threshold_rad, None)
     }
+}
+
+/// Joins the answers of variants by part 4 of the rule; no answers, no pass.
+pub(super) fn combine(polarity: Polarity, answers: &[(OpensWhen, Answer)]) -> Answer {
+    let per_sign: Vec<Answer> = polarity
+        .signs()
+        .iter()
+        .map(|sign| {
+            let own = answers.iter().filter(|(of, _)| of == sign);
+            unanimous(&own.map(|(_, answer)| *answer).collect::<Vec<_>>())
+        })
+        .collect();
+    match polarity {
+        Polarity::Both => worse(&per_sign),
+        Polarity::Declared(_) | Polarity::Undeclared => unanimous(&per_sign),
+    }
+}
+
+/// Returns whether every answer that the open variants may still give leads to one; each variant
+/// stands with its answer, `None` while it is open.
+pub(super) fn settled<'a>(
+    polarity: Polarity,
+    variants: impl IntoIterator<Item = (&'a VariantRun, Option<Answer>)>,
+    threshold_rad: f64,
+) -> bool {
+    let none_exceeds = Share {
+        lower: 0.0,
+        upper: 0.0,
+        upper_with_coast: 0.0,
+    };
+    let mut joined: Vec<Vec<(OpensWhen, Answer)>> = vec![Vec::new()];
+    for (run, answer) in variants {
+        let mut possible = vec![Answer::Fail, Answer::Undecided];
+        if decide(&run.estimate(), threshold_rad, Some(none_exceeds)) == Answer::Pass {
+            possible.push(Answer::Pass);
+        }
+        let possible = answer.map_or(possible, |answer| vec![answer]);
+        let sign = run.variant().opens_when;
+        // At most four variants of three answers.
+        joined = joined
+            .iter()
+            .flat_map(|before| {
+                let with = |answer: &Answer| [before.as_slice(), &[(sign, *answer)]].concat();
+                possible.iter().map(with)
+            })
+            .collect();
+    }
+    let mut outcomes = joined.iter().map(|answers| combine(polarity, answers));
+    let first = outcomes.next();
+    outcomes.all(|outcome| Some(outcome) == first)
 }
 
 /// Joins the answers of stops, or of undeclared polarities: one answer if all agree.

@@ -10,6 +10,7 @@ pub mod draw;
 pub(super) mod drivers;
 
 use super::decision::Share;
+use super::policy::Variant;
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::model::lever::Lever;
@@ -17,12 +18,10 @@ use crate::model::parameters::{PARAMETERS, Range, Slot};
 use crate::model::stop::{Stop, StopModel};
 use crate::replay::batch::Member;
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
+pub use bounds::LOOKS;
 use draw::TRUNCATION;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
-
-/// Members after which the ensemble is looked at, unless it ends earlier.
-pub const LOOKS: [u32; 4] = [128, 512, 2048, 10_000];
 
 /// Largest ensemble that may be asked for.
 pub const MEMBERS_MAX: u32 = 1_000_000;
@@ -134,6 +133,15 @@ pub struct Ensemble {
 }
 
 impl Ensemble {
+    /// Returns the variant that was sampled.
+    #[must_use]
+    pub fn variant(&self) -> Variant {
+        Variant {
+            opens_when: self.opens_when,
+            model: self.model,
+        }
+    }
+
     /// Returns the bounds of the share that exceeds the threshold.
     #[must_use]
     pub fn share(&self) -> Share {
@@ -405,16 +413,34 @@ fn refused(what: &str, expected: &str, found: f64) -> Error {
     .into()
 }
 
-/// Puts together what the peaks of one stop and polarity say.
+/// The peaks of members, in their order.
+#[derive(Debug, Clone, Default)]
+pub(super) struct MemberPeaks {
+    /// Largest angle of each in the window [rad]; NaN if it could not be followed.
+    pub(super) window_rad: Vec<f64>,
+    /// Largest angle of each in the window or in the coast after it [rad]; NaN if it could not be
+    /// followed.
+    pub(super) highest_rad: Vec<f64>,
+}
+
+impl MemberPeaks {
+    /// Counts the members that exceed the threshold.
+    pub(super) fn count(&self, threshold_rad: f64) -> Count {
+        Count::with_coast(&self.window_rad, &self.highest_rad, threshold_rad)
+    }
+}
+
+/// Sums up the ensemble of one variant, which ended at the look `look`, counted from 1.
 pub(super) fn summarise(
     scatter: &Scatter,
-    (peaks, highest): (&[f64], &[f64]),
+    members: &MemberPeaks,
     threshold_rad: f64,
-    (opens_when, model): (OpensWhen, StopModel),
+    Variant { opens_when, model }: Variant,
     (look, ended): (usize, End),
     judged_until_s: Option<f64>,
 ) -> Ensemble {
-    let count = Count::with_coast(peaks, highest, threshold_rad);
+    let peaks = members.window_rad.as_slice();
+    let count = members.count(threshold_rad);
     let share = count.share();
     let drivers = drivers::drivers(peaks, &scatter.parameters, |member, parameter| {
         let member = u32::try_from(member).unwrap_or(u32::MAX);

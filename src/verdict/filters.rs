@@ -1,17 +1,21 @@
 //! The same recording after each filter: what the nominal runs say then.
 
 use super::Answer;
-use super::assess::{Scope, combine, filter_name};
-use super::bench::{Bench, Pair, Purpose, follow_all};
-use super::decision::Judged;
+use super::decision::{VariantRun, combine};
+use super::faults::Faults;
+use super::policy::Variant;
+use super::proof;
+use super::runs::{RunDetail, RunSetup};
+use super::usable_span::UsableSpan;
+use super::variant::VariantResult;
+use super::wording::filter_name;
 use crate::conditioning::{self, Cfc, Conditioned, Signal, cfc, resample};
 use crate::error::Error;
 use crate::recording::Finding;
-use crate::replay::Outcome;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// What the nominal runs say after one filter.
+/// The answer and peak of the nominal runs after one filter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FilterRow {
     /// Filter: `none`, `cfc1000`, `cfc600`, `cfc180`, `cfc60`.
@@ -28,111 +32,120 @@ pub struct FilterRow {
     pub reason: Option<String>,
 }
 
-/// A row with the peak of each stop and polarity [rad].
+/// A row with the peak of each variant [rad].
 pub(super) struct Filtered {
     pub(super) row: FilterRow,
-    peaks: Vec<f64>,
+    peaks: Vec<(Variant, f64)>,
 }
 
 /// Samples of a recording beyond which the filters follow one another, so that memory holds the
 /// signals of one at a time.
 const SAMPLES_AT_ONCE: usize = 100_000;
 
-/// Judges the recording after each filter; the one that was chosen is not run again. `scopes`
-/// says how many samples faults leave after a filter, which carries them backwards.
+/// Judges the recording after each filter; the one that was chosen is not run again.
 pub(super) fn table(
-    bench: &Bench<'_>,
+    setup: &RunSetup<'_>,
     conditioned: &Conditioned,
-    pairs: &[Pair],
-    window: Option<(usize, usize)>,
-    scopes: &(dyn Fn(Option<Cfc>) -> Scope + Sync),
-    judged: &[Judged],
-    before: &[Judged],
+    findings: &[Finding],
+    results: &[VariantResult],
 ) -> Result<Vec<Filtered>, Error> {
     let filters: Vec<Option<Cfc>> = std::iter::once(None).chain(Cfc::ALL.map(Some)).collect();
-    let runs = if bench.signal.samples.len() > SAMPLES_AT_ONCE {
+    let runs = if setup.signal.samples.len() > SAMPLES_AT_ONCE {
         0
     } else {
-        8 * pairs.len()
+        8 * results.len()
     };
-    bench.share(runs, &filters, |filter| {
-        let scope = scopes(*filter);
-        if *filter == conditioned.filter {
-            let answers = bench.nominal_answers(pairs, window, judged)?;
-            return Ok(row(
-                bench, *filter, true, pairs, scope, judged, &answers, before,
-            ));
+    setup.share(runs, &filters, |&filter| {
+        // A filter carries a fault backwards, each by its own reach.
+        let faults = Faults::of(conditioned, filter, findings, setup.policy.window_s);
+        let span = UsableSpan::of(&faults, setup.signal, setup.window);
+        if filter == conditioned.filter {
+            let all: Vec<&VariantRun> = results.iter().map(|result| &result.run).collect();
+            let good = results
+                .iter()
+                .filter_map(|result| result.before_fault.as_ref());
+            let mut filtered = judged(setup, filter, span, &all, &good.collect::<Vec<_>>())?;
+            filtered.row.chosen = true;
+            return Ok(filtered);
         }
-        let signal = match filtered(conditioned, *filter) {
-            Ok(signal) => signal,
-            Err(error) => {
-                return Ok(Filtered {
-                    row: FilterRow {
-                        filter: filter_name(*filter).into(),
-                        verdict: None,
-                        peak_angle_rad: None,
-                        chosen: false,
-                        reason: Some(error.to_string()),
-                    },
-                    peaks: Vec::new(),
-                });
-            }
-        };
-        let fine = resample::upsample_fourfold(&signal);
-        let other = Bench {
-            signal: &signal,
-            fine: &fine,
-            ..*bench
-        };
-        let spare = |outcomes: &[Outcome]| other.spare_nominal(pairs, window, scope, outcomes);
-        let all = other.judge_all(pairs, window, Purpose::Deciding, &spare)?;
-        let good = match scope {
-            Scope::Until(good) => {
-                other.judge_all(pairs, Some(good), Purpose::Deciding, &follow_all)?
-            }
-            Scope::Whole | Scope::Nothing => Vec::new(),
-        };
-        let answers = other.nominal_answers(pairs, window, &all)?;
-        Ok(row(
-            bench, *filter, false, pairs, scope, &all, &answers, &good,
-        ))
+        match filtered(conditioned, filter) {
+            Ok(signal) => after(setup, filter, span, &signal, results),
+            Err(error) => Ok(Filtered {
+                row: FilterRow {
+                    filter: filter_name(filter).into(),
+                    verdict: None,
+                    peak_angle_rad: None,
+                    chosen: false,
+                    reason: Some(error.to_string()),
+                },
+                peaks: Vec::new(),
+            }),
+        }
     })
 }
 
-#[expect(
-    clippy::too_many_arguments,
-    reason = "one call for the filter that was chosen, one for the others"
-)]
-fn row(
-    bench: &Bench<'_>,
+/// Judges `signal`, the recording after `filter`.
+fn after(
+    setup: &RunSetup<'_>,
     filter: Option<Cfc>,
-    chosen: bool,
-    pairs: &[Pair],
-    scope: Scope,
-    judged: &[Judged],
-    answers: &[Answer],
-    before: &[Judged],
-) -> Filtered {
-    let threshold = bench.design.criterion.threshold_rad;
-    let polarity = bench.policy.polarity;
-    let of_good: Vec<Answer> = before
+    span: UsableSpan,
+    signal: &Signal,
+    results: &[VariantResult],
+) -> Result<Filtered, Error> {
+    let variants: Vec<Variant> = results.iter().map(|result| result.variant).collect();
+    let fine = resample::upsample_fourfold(signal);
+    let setup = RunSetup {
+        signal,
+        fine: &fine,
+        ..*setup
+    };
+    let runs = setup.nominal_runs(&variants, RunDetail::ErrorBound)?;
+    let stand_ins = proof::nominal_stand_ins(&setup, span, &variants, &runs)?;
+    let all = setup.refined(runs, stand_ins)?;
+    let good = match span {
+        UsableSpan::Until(good) => RunSetup {
+            window: Some(good),
+            ..setup
+        }
+        .full_runs(&variants, RunDetail::ErrorBound)?,
+        UsableSpan::Whole | UsableSpan::Nothing => Vec::new(),
+    };
+    let good: Vec<&VariantRun> = good.iter().collect();
+    judged(&setup, filter, span, &all.iter().collect::<Vec<_>>(), &good)
+}
+
+/// Joins the nominal runs after one filter: over the judged window, and before a fault.
+fn judged(
+    setup: &RunSetup<'_>,
+    filter: Option<Cfc>,
+    span: UsableSpan,
+    all: &[&VariantRun],
+    good: &[&VariantRun],
+) -> Result<Filtered, Error> {
+    let polarity = setup.policy.polarity;
+    let sign = |run: &VariantRun| run.variant().opens_when;
+    let of_all = all
         .iter()
-        .map(|run| run.nominal_answer(threshold))
+        .map(|run| Ok((sign(run), setup.nominal_answer(run)?)))
+        .collect::<Result<Vec<_>, Error>>()?;
+    let of_good: Vec<_> = good
+        .iter()
+        .map(|run| (sign(run), run.nominal_answer(setup.threshold_rad())))
         .collect();
-    let peaks: Vec<f64> = judged.iter().map(|run| run.run().peak_angle_rad).collect();
-    Filtered {
+    let peaks: Vec<(Variant, f64)> = all
+        .iter()
+        .map(|run| (run.variant(), run.run().peak_angle_rad))
+        .collect();
+    Ok(Filtered {
         row: FilterRow {
             filter: filter_name(filter).into(),
-            verdict: Some(scope.answer(
-                combine(polarity, pairs, answers),
-                combine(polarity, pairs, &of_good),
-            )),
-            peak_angle_rad: peaks.iter().copied().reduce(f64::max),
-            chosen,
+            verdict: Some(span.answer(combine(polarity, &of_all), combine(polarity, &of_good))),
+            peak_angle_rad: peaks.iter().map(|(_, peak)| *peak).reduce(f64::max),
+            chosen: false,
             reason: None,
         },
         peaks,
-    }
+    })
 }
 
 /// Returns the recording as it would be used with another filter: bias removed and resampled
@@ -145,12 +158,12 @@ pub(super) fn filtered(conditioned: &Conditioned, filter: Option<Cfc>) -> Result
     }
 }
 
-/// Returns the peak that stop and polarity `pair` reaches without a filter [rad].
-pub(super) fn unfiltered_peak(table: &[Filtered], pair: usize) -> Option<f64> {
-    table
-        .iter()
-        .find(|filtered| filtered.row.filter == filter_name(None))
-        .and_then(|filtered| filtered.peaks.get(pair).copied())
+/// Returns the peak that a variant reaches without a filter [rad].
+pub(super) fn unfiltered_peak(table: &[Filtered], variant: Variant) -> Option<f64> {
+    let none = filter_name(None);
+    let unfiltered = table.iter().find(|filtered| filtered.row.filter == none)?;
+    let own = unfiltered.peaks.iter().find(|(of, _)| *of == variant)?;
+    Some(own.1)
 }
 
 /// Returns a finding if the nominal runs answer differently after different filters.

@@ -1,20 +1,13 @@
 //! The ladder: bounds before runs, runs before an ensemble, and no more of an ensemble than the
-//! decision needs.
-//!
-//! A stop and polarity is left out, its nominal run apart, only where bounds prove what the whole
-//! rule would say of it; `docs/decision.md` has the argument.
+//! decision needs; told in words.
 
-use super::assess::Scope;
-use super::bench::{Bench, Pair};
-use super::decision::{FAIL_SHARE_MIN, Judged, PASS_SHARE_MAX, Share};
-use super::ensemble::{self, End, Ensemble, Scatter, bounds};
-use super::policy::{ModelChoice, Policy};
-use super::screen::{self, Decided, Seen, Subject};
-use super::{Answer, ScreenedRun};
-use crate::conditioning::Signal;
-use crate::model::Design;
+use super::Answer;
+use super::ensemble::{self, End, Ensemble};
+use super::policy::{Policy, Variant};
+use super::proof::{ProvenMembers, may_leave_out};
+use super::usable_span::UsableSpan;
+use super::variant::VariantResult;
 use crate::model::stop::StopModel;
-use crate::replay::{Method, Outcome};
 use crate::units::OpensWhen;
 use serde::{Deserialize, Serialize};
 
@@ -86,223 +79,26 @@ pub struct Ladder {
     pub stops: Vec<Step>,
 }
 
-/// What bounds know of one stop and polarity.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Known {
-    /// An interpolation error that is not exceeded [rad].
-    pub(super) interpolation_at_most_rad: Option<f64>,
-    /// Scattered levers that stay below, that cross, and how many were asked.
-    pub(super) members: Option<(u32, u32, u32)>,
-}
-
-impl Known {
-    /// Bounds of the share that crosses, as those of the first look, which are no wider.
-    fn share(&self) -> Option<Share> {
-        self.members.map(|(below, crossing, of)| {
-            let upper = bounds::upper(
-                u64::from(of.saturating_sub(below)),
-                u64::from(of),
-                bounds::LOOK_CONFIDENCE,
-            );
-            Share {
-                lower: bounds::lower(u64::from(crossing), u64::from(of), bounds::LOOK_CONFIDENCE),
-                upper,
-                // What stays below by the bounds does so in the coast as well.
-                upper_with_coast: upper,
-            }
-        })
-    }
-
-    /// Returns the run with what is known in place of what would be measured.
-    ///
-    /// Every condition of the rule for a pass or a fail gets easier with a smaller error and with
-    /// bounds of the share that lie closer together: what the rule says of this it also says of
-    /// the run that was followed to the first look.
-    pub(super) fn judged(&self, outcome: Outcome) -> Judged {
-        Judged {
-            outcome,
-            interpolation_error_rad: self.interpolation_at_most_rad.unwrap_or(f64::MAX),
-            share: self.share(),
-            left_out: true,
-        }
-    }
-
-    /// Returns the answer that is proven, by the rule with an ensemble if there is one.
-    pub(super) fn proves(&self, outcome: &Outcome, threshold: f64, members: u32) -> Option<Answer> {
-        if members > 0 && self.members.is_none() {
-            return None;
-        }
-        let answer = self.judged(outcome.clone()).answer(threshold);
-        (answer != Answer::Undecided).then_some(answer)
-    }
-}
-
-/// Returns whether a stop may be left out at all; otherwise why not.
-pub(super) fn may_leave_out(
-    policy: &Policy,
-    follow_all: bool,
-    scope: Scope,
-) -> Result<(), &'static str> {
-    if policy.model != ModelChoice::Auto {
-        Err("the stop model is given")
-    } else if follow_all {
-        Err("every stop was to be followed in full")
-    } else if policy.method != Method::EventDriven {
-        Err("a method for comparison was asked for")
-    } else if policy.initial_angle_rad.is_some() || policy.initial_velocity_rad_s.is_some() {
-        Err("an initial state is given")
-    } else if scope != Scope::Whole {
-        Err("a blocking finding ends the samples that count")
-    } else {
-        Ok(())
-    }
-}
-
-/// Asks the bounds about one stop and polarity, of which `screened` is what they say of the
-/// nominal lever on the samples.
-pub(super) fn known(
-    bench: &Bench<'_>,
-    scatter: Option<&Scatter>,
-    pair: Pair,
-    window: Option<(usize, usize)>,
-    outcome: &Outcome,
-    screened: Option<Decided>,
-) -> Known {
-    let interpolation_at_most_rad = (screened != Some(Decided::Fail))
-        .then(|| interpolation_at_most(bench, pair, window, outcome))
-        .flatten();
-    let members = match (scatter, screened) {
-        (Some(scatter), Some(wanted)) if of_use(wanted, interpolation_at_most_rad) => {
-            members(bench, scatter, pair, window, wanted)
-        }
-        _ => None,
-    };
-    Known {
-        interpolation_at_most_rad,
-        members,
-    }
-}
-
-/// A pass needs the error of the nominal peak; a fail by nearly all members does not.
-fn of_use(wanted: Decided, interpolation_at_most_rad: Option<f64>) -> bool {
-    wanted == Decided::Fail || interpolation_at_most_rad.is_some()
-}
-
-/// Bounds the change of peak and of coast peak when the samples are refined fourfold.
-///
-/// With F the bound on the angle under the refined samples and −δ the angle at rest, at which
-/// every run begins, the refined peak lies between −δ and F. So it differs from a peak P by at
-/// most F − P or P + δ, and with H the larger of P and the coast's peak, F − P and H + δ bound
-/// both changes.
-fn interpolation_at_most(
-    bench: &Bench<'_>,
-    (opens_when, model): Pair,
-    window: Option<(usize, usize)>,
-    outcome: &Outcome,
-) -> Option<f64> {
-    let rest = match model {
-        StopModel::Rigid => 0.0,
-        // In a window that begins later the lever may have been pressed deeper.
-        StopModel::Soft if window.is_some() => return None,
-        StopModel::Soft => -bench.design.stop.rest_angle_rad(&bench.design.lever),
-    };
-    if outcome.broke_down {
-        return None;
-    }
-    let fine_window = window.map(|(first, last)| (4 * first, 4 * last));
-    let subject = subject(bench.design, model, fine_window);
-    let most = screen::screen(&subject, &Seen::of(bench.fine, opens_when)).peak_at_most_rad?;
-    let peak = outcome.run.peak_angle_rad;
-    let highest = outcome
-        .run
-        .coast_peak_angle_rad
-        .map_or(peak, |coast| coast.max(peak));
-    Some((most - peak).max(highest + rest).max(0.0))
-}
-
-fn subject(design: &Design, model: StopModel, window: Option<(usize, usize)>) -> Subject {
-    Subject {
-        lever: design.lever,
-        stop: design.stop,
-        model,
-        threshold_rad: design.criterion.threshold_rad,
-        initial: None,
-        window,
-    }
-}
-
-/// Asks the bounds about the members of the first look, until it is clear that `wanted` cannot
-/// be proven of enough of them.
-fn members(
-    bench: &Bench<'_>,
-    scatter: &Scatter,
-    (opens_when, model): Pair,
-    window: Option<(usize, usize)>,
-    wanted: Decided,
-) -> Option<(u32, u32, u32)> {
-    let of = *ensemble::looks(bench.policy.members).first()?;
-    let seen = Seen::of(bench.signal, opens_when);
-    let nominal = subject(bench.design, model, window);
-    let (mut below, mut crossing) = (0, 0);
-    for index in 0..of {
-        let member = scatter.member(index);
-        let own = Subject {
-            lever: member.lever,
-            stop: member.stop,
-            ..nominal
-        };
-        let decided = screen::decide(&own, &seen.changed(member.scale, member.bias_m_s2));
-        match decided {
-            Some(Decided::Pass) => below += 1,
-            Some(Decided::Fail) => crossing += 1,
-            None => {}
-        }
-        if decided == Some(wanted) {
-            continue;
-        }
-        let open = Known {
-            interpolation_at_most_rad: None,
-            members: Some((of - (index + 1 - below), of - (index + 1 - crossing), of)),
-        };
-        let hopeless = open.share().is_none_or(|best| match wanted {
-            Decided::Pass => best.upper > PASS_SHARE_MAX,
-            Decided::Fail => best.lower < FAIL_SHARE_MIN,
-        });
-        if hopeless {
-            return None;
-        }
-    }
-    Some((below, crossing, of))
-}
-
-/// What a ladder is told about.
-pub(super) struct Climbed<'a> {
+/// The finished assessment that a ladder describes.
+pub(super) struct LadderInput<'a> {
     pub(super) policy: &'a Policy,
     pub(super) follow_all: bool,
-    pub(super) design: &'a Design,
-    pub(super) signal: &'a Signal,
-    pub(super) scope: Scope,
-    pub(super) pairs: &'a [Pair],
-    /// Of the samples that count.
-    pub(super) judged: &'a [Judged],
-    /// What bounds say of each pair, where they were asked.
-    pub(super) known: &'a [Option<Known>],
-    pub(super) screens: &'a [ScreenedRun],
-    pub(super) ensembles: &'a [Option<Ensemble>],
+    pub(super) threshold_rad: f64,
+    /// Samples of the recording.
+    pub(super) samples: usize,
+    pub(super) span: UsableSpan,
+    pub(super) results: &'a [VariantResult],
 }
 
 /// Puts into words how far the decision went.
-pub(super) fn climbed(of: &Climbed<'_>) -> Ladder {
-    let threshold = of.design.criterion.threshold_rad;
+pub(super) fn ladder(of: &LadderInput<'_>) -> Ladder {
     let members = of.policy.members;
-    let stops: Vec<Step> = if of.scope == Scope::Nothing {
+    let stops: Vec<Step> = if of.span == UsableSpan::Nothing {
         Vec::new()
     } else {
-        (0..of.pairs.len())
-            .map(|index| step(of, index, threshold))
-            .collect()
+        of.results.iter().map(|result| step(of, result)).collect()
     };
-    let rung = if of.scope == Scope::Nothing {
+    let rung = if of.span == UsableSpan::Nothing {
         Rung::Findings
     } else if !stops.is_empty() && stops.iter().all(|step| step.by == Rung::Bounds) {
         Rung::Bounds
@@ -326,18 +122,19 @@ pub(super) fn climbed(of: &Climbed<'_>) -> Ladder {
     Ladder {
         rung,
         text,
-        samples_replayed: samples(of),
+        samples_replayed: samples_replayed(of),
         stops,
     }
 }
 
-fn step(of: &Climbed<'_>, index: usize, threshold: f64) -> Step {
-    let (opens_when, model) = of.pairs[index];
-    let judged = &of.judged[index];
-    let known = of.known.get(index).copied().flatten();
-    let proven =
-        known.and_then(|known| known.proves(&judged.outcome, threshold, of.policy.members));
-    let answer = judged.answer(threshold);
+fn step(of: &LadderInput<'_>, result: &VariantResult) -> Step {
+    let Variant { opens_when, model } = result.variant;
+    let run = result.counted();
+    let answer = run.answer(of.threshold_rad);
+    let proven = result.proof.and_then(|proof| {
+        let stand_in = proof.proven(&run.outcome, of.threshold_rad, of.policy.members)?;
+        Some(stand_in.answer(of.threshold_rad))
+    });
     let by = if proven == Some(answer) {
         Rung::Bounds
     } else if of.policy.members == 0 {
@@ -345,40 +142,10 @@ fn step(of: &Climbed<'_>, index: usize, threshold: f64) -> Step {
     } else {
         Rung::Ensemble
     };
-    let members = known.and_then(|known| known.members);
-    let text = match (by, judged.left_out) {
-        (Rung::Bounds, left_out) => {
-            let bound = of
-                .screens
-                .iter()
-                .find(|run| (run.opens_when, run.model) == (opens_when, model))
-                .and_then(|run| run.by)
-                .map_or("", |screen| screen.name());
-            let share = members.map_or_else(String::new, |(below, crossing, asked)| {
-                format!(
-                    ", and {} of {asked} scattered levers do so by bounds alone",
-                    if answer == Answer::Pass {
-                        below
-                    } else {
-                        crossing
-                    }
-                )
-            });
-            let rest = if left_out {
-                "; beyond its nominal run nothing was run, since it could only say the same"
-            } else {
-                "; it has the larger peak and was run in full, for the figures"
-            };
-            match answer {
-                Answer::Pass => format!(
-                    "The {bound} bound keeps the nominal lever below the limit, on the samples and on their fourfold{share}{rest}."
-                ),
-                _ => format!(
-                    "The {bound} bound takes the nominal lever beyond the limit{share}{rest}."
-                ),
-            }
-        }
-        (Rung::Ensemble, _) => match of.ensembles.get(index).and_then(Option::as_ref) {
+    let members = result.proof.and_then(|proof| proof.members);
+    let text = match by {
+        Rung::Bounds => by_bounds(result, answer, members),
+        Rung::Ensemble => match &result.ensemble {
             Some(ensemble) => format!(
                 "No bound proves the rule's answer; its ensemble ended at look {} with {} members: {}.",
                 ensemble.look,
@@ -394,11 +161,36 @@ fn step(of: &Climbed<'_>, index: usize, threshold: f64) -> Step {
         opens_when,
         answer,
         by,
-        left_out: judged.left_out,
-        proven_below: members.map(|(below, _, _)| below),
-        proven_crossing: members.map(|(_, crossing, _)| crossing),
-        proven_of: members.map(|(_, _, asked)| asked),
+        left_out: run.left_out,
+        proven_below: members.map(|of| of.below),
+        proven_crossing: members.map(|of| of.crossing),
+        proven_of: members.map(|of| of.of),
         text,
+    }
+}
+
+/// Says which bound proves the answer, of how many levers, and what was run all the same.
+fn by_bounds(result: &VariantResult, answer: Answer, members: Option<ProvenMembers>) -> String {
+    let bound = result.screened.by.map_or("", |screen| screen.name());
+    let share = members.map_or_else(String::new, |members| {
+        let proven = if answer == Answer::Pass {
+            members.below
+        } else {
+            members.crossing
+        };
+        let of = members.of;
+        format!(", and {proven} of {of} scattered levers do so by bounds alone")
+    });
+    let rest = if result.counted().left_out {
+        "; beyond its nominal run nothing was run, since it could only say the same"
+    } else {
+        "; it has the larger peak and was run in full, for the figures"
+    };
+    match answer {
+        Answer::Pass => format!(
+            "The {bound} bound keeps the nominal lever below the limit, on the samples and on their fourfold{share}{rest}."
+        ),
+        _ => format!("The {bound} bound takes the nominal lever beyond the limit{share}{rest}."),
     }
 }
 
@@ -411,8 +203,8 @@ fn why_ended(end: End) -> &'static str {
 }
 
 /// Says at which look the ensembles ended, and why not later.
-fn looked(of: &Climbed<'_>) -> String {
-    let ran: Vec<&Ensemble> = of.ensembles.iter().flatten().collect();
+fn looked(of: &LadderInput<'_>) -> String {
+    let ran: Vec<&Ensemble> = ensembles(of).collect();
     let Some(furthest) = ran.iter().max_by_key(|ensemble| ensemble.members) else {
         return "No ensemble was run".into();
     };
@@ -431,8 +223,8 @@ fn looked(of: &Climbed<'_>) -> String {
 }
 
 /// Says which stops were left out.
-fn left_out(of: &Climbed<'_>, stops: &[Step]) -> String {
-    if let Err(why) = may_leave_out(of.policy, of.follow_all, of.scope) {
+fn left_out(of: &LadderInput<'_>, stops: &[Step]) -> String {
+    if let Err(why) = may_leave_out(of.policy, of.follow_all, of.span) {
         return format!("no stop was left out: {why}");
     }
     let names: Vec<String> = stops
@@ -454,18 +246,15 @@ fn left_out(of: &Climbed<'_>, stops: &[Step]) -> String {
     }
 }
 
-fn samples(of: &Climbed<'_>) -> u64 {
-    let length = of.signal.samples.len() as u64;
-    let runs: u64 = of
-        .judged
-        .iter()
-        .map(|judged| if judged.left_out { 1 } else { 5 })
-        .sum();
-    let members: u64 = of
-        .ensembles
-        .iter()
-        .flatten()
-        .map(|ensemble| u64::from(ensemble.members))
-        .sum();
-    length * (runs + members)
+fn ensembles<'a>(of: &LadderInput<'a>) -> impl Iterator<Item = &'a Ensemble> {
+    let results = of.results.iter();
+    results.filter_map(|result| result.ensemble.as_ref())
+}
+
+/// Counts the samples of nominal runs, of their fourfold and of all members.
+fn samples_replayed(of: &LadderInput<'_>) -> u64 {
+    let in_full = |result: &VariantResult| if result.counted().left_out { 1 } else { 5 };
+    let runs: u64 = of.results.iter().map(in_full).sum();
+    let members: u64 = ensembles(of).map(|of| u64::from(of.members)).sum();
+    of.samples as u64 * (runs + members)
 }

@@ -1,6 +1,7 @@
 //! The question of a verdict: what decides, and what is told beside the answer.
 
-use crate::model::stop::StopModel;
+use crate::model::lever::Lever;
+use crate::model::stop::{Stop, StopModel};
 use crate::replay::Method;
 use crate::units::OpensWhen;
 
@@ -94,6 +95,58 @@ impl Policy {
             seed: 1,
         }
     }
+
+    /// The variants that decide, sign by sign.
+    pub(crate) fn variants(&self) -> Vec<Variant> {
+        self.polarity
+            .signs()
+            .iter()
+            .flat_map(|&opens_when| {
+                let stops = self.model.stops().iter();
+                stops.map(move |&model| Variant { opens_when, model })
+            })
+            .collect()
+    }
+
+    /// The initial angle [rad] and velocity [rad/s] asked for, what is left open being that of
+    /// rest on the stop; `None` if all of it is.
+    pub(crate) fn initial(
+        &self,
+        model: StopModel,
+        stop: &Stop,
+        lever: &Lever,
+    ) -> Option<(f64, f64)> {
+        if self.initial_angle_rad.is_none() && self.initial_velocity_rad_s.is_none() {
+            return None;
+        }
+        let rest = || match model {
+            StopModel::Rigid => 0.0,
+            StopModel::Soft => stop.rest_angle_rad(lever),
+        };
+        Some((
+            self.initial_angle_rad.unwrap_or_else(rest),
+            self.initial_velocity_rad_s.unwrap_or(0.0),
+        ))
+    }
+
+    /// The method and tolerance for one stop. The method asked for may not know the stop that a
+    /// comparison needs; that one is followed by the method that knows both.
+    pub(crate) fn method_on(&self, model: StopModel) -> (Method, Option<f64>) {
+        if self.method.admits(model) {
+            (self.method, self.tolerance_rad)
+        } else {
+            (Method::EventDriven, None)
+        }
+    }
+}
+
+/// A stop model and the sign that opens: one of the up to four cases whose answers a verdict joins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Variant {
+    /// Sign of the recorded acceleration that opens.
+    pub opens_when: OpensWhen,
+    /// Stop model.
+    pub model: StopModel,
 }
 
 /// What is worked out beside the answer; none of it changes the answer or its numbers.

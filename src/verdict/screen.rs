@@ -10,7 +10,7 @@ mod arc;
 mod rigid;
 mod soft;
 
-use super::{ScreenedRun, Screens};
+use super::Screens;
 use crate::conditioning::Signal;
 use crate::model::Design;
 use crate::model::lever::Lever;
@@ -514,39 +514,6 @@ pub fn screens(design: &Design, signal: Option<&Signal>) -> Screens {
         impulse_m_s: signal.map(absolute_impulse),
         runs: Vec::new(),
     }
-}
-
-/// Returns what each bound says of `design` on `signal`, per polarity and stop.
-#[must_use]
-pub fn of_runs(
-    design: &Design,
-    signal: &Signal,
-    pairs: &[(OpensWhen, StopModel)],
-    initial: impl Fn(StopModel) -> Option<(f64, f64)>,
-    window: Option<(usize, usize)>,
-) -> Vec<ScreenedRun> {
-    pairs
-        .iter()
-        .map(|&(opens_when, model)| {
-            let subject = Subject {
-                lever: design.lever,
-                stop: design.stop,
-                model,
-                threshold_rad: design.criterion.threshold_rad,
-                initial: initial(model),
-                window,
-            };
-            let screened = screen(&subject, &Seen::of(signal, opens_when));
-            ScreenedRun {
-                model,
-                opens_when,
-                answer: screened.answer,
-                by: screened.by,
-                peak_at_most_rad: screened.peak_at_most_rad,
-                bounds: screened.bounds,
-            }
-        })
-        .collect()
 }
 
 /// Returns ∫|a| dt [m/s] of a signal that is linear between its samples.

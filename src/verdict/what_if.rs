@@ -1,9 +1,10 @@
 //! What would change the answer: one input at a time, moved by one standard deviation.
 
-use super::bench::{Bench, Pair, Purpose};
-use super::decision::Judged;
 use super::ensemble::Scatter;
 use super::filters;
+use super::policy::Variant;
+use super::runs::{RunDetail, RunSetup};
+use super::variant::VariantResult;
 use crate::conditioning::Conditioned;
 use crate::error::Error;
 use crate::model::stop::StopModel;
@@ -25,7 +26,7 @@ pub enum Change {
     BiasKept,
 }
 
-/// What the nominal run does with one input moved.
+/// The nominal runs with one input moved.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WhatIf {
     /// Design key of the input.
@@ -51,15 +52,23 @@ pub struct Side {
     pub peak_angle_rad: f64,
 }
 
-/// Runs the nominal lever of every pair again, with one input moved at a time.
+impl Side {
+    pub(super) fn variant(&self) -> Variant {
+        Variant {
+            opens_when: self.opens_when,
+            model: self.model,
+        }
+    }
+}
+
+/// Runs the nominal lever of every variant again, with one input moved at a time.
 pub(super) fn reruns(
-    bench: &Bench<'_>,
+    setup: &RunSetup<'_>,
     conditioned: &Conditioned,
     scatter: &Scatter,
-    pairs: &[Pair],
-    judged: &[Judged],
-    window: Option<(usize, usize)>,
+    results: &[VariantResult],
 ) -> Result<Vec<WhatIf>, Error> {
+    let variants: Vec<Variant> = results.iter().map(|result| result.variant).collect();
     let moves: Vec<(&'static str, f64, Change)> = scatter
         .parameters()
         .iter()
@@ -72,68 +81,69 @@ pub(super) fn reruns(
         .collect();
     let mut found = Vec::with_capacity(moves.len() + 1);
     if conditioned.bias_m_s2.abs() > 0.0 {
-        let biased = filters::filtered(
-            &Conditioned {
-                bias_m_s2: 0.0,
-                ..conditioned.clone()
-            },
-            conditioned.filter,
-        )?;
-        let peaks = bench.share(1, pairs, |pair| {
-            let outcome = bench.run(&biased, *pair, window, Purpose::Comparison)?;
-            Ok(if outcome.broke_down {
-                f64::NAN
-            } else {
-                outcome.run.peak_angle_rad
-            })
-        })?;
+        let peaks = with_bias_kept(setup, conditioned, &variants)?;
         let change = conditioned.bias_m_s2 / STANDARD_GRAVITY;
-        found.extend(compared(
-            bench,
-            pairs,
-            judged,
-            ("input.bias_g", change, Change::BiasKept),
-            &peaks,
-        ));
+        let moved = ("input.bias_g", change, Change::BiasKept);
+        found.extend(compared(setup, results, moved, &peaks));
     }
-    let of_pairs = bench.share(moves.len(), pairs, |pair| {
-        bench.peaks(*pair, window, moves.len(), &|index| {
+    let of_variants = setup.share(moves.len(), &variants, |variant| {
+        setup.peaks(*variant, moves.len(), &|index| {
             let (name, _, how) = moves[index];
             scatter.moved(name, if how == Change::More { 1.0 } else { -1.0 })
         })
     })?;
     for (index, moved) in moves.iter().enumerate() {
-        let peaks: Vec<f64> = of_pairs
-            .iter()
-            .map(|reached| reached.peaks[index])
-            .collect();
-        found.extend(compared(bench, pairs, judged, *moved, &peaks));
+        let peaks: Vec<f64> = of_variants.iter().map(|of| of.window_rad[index]).collect();
+        found.extend(compared(setup, results, *moved, &peaks));
     }
     Ok(found)
 }
 
+/// Returns the peak of each variant on the recording with its bias left in [rad]; NaN where the
+/// lever could not be followed.
+fn with_bias_kept(
+    setup: &RunSetup<'_>,
+    conditioned: &Conditioned,
+    variants: &[Variant],
+) -> Result<Vec<f64>, Error> {
+    let biased = filters::filtered(
+        &Conditioned {
+            bias_m_s2: 0.0,
+            ..conditioned.clone()
+        },
+        conditioned.filter,
+    )?;
+    setup.share(1, variants, |variant| {
+        let outcome = setup.run(&biased, *variant, setup.window, RunDetail::PeakOnly)?;
+        Ok(if outcome.broke_down {
+            f64::NAN
+        } else {
+            outcome.run.peak_angle_rad
+        })
+    })
+}
+
 /// Sets the peaks of a rerun beside the nominal ones; nothing, if none could be followed.
 fn compared(
-    bench: &Bench<'_>,
-    pairs: &[Pair],
-    judged: &[Judged],
+    setup: &RunSetup<'_>,
+    results: &[VariantResult],
     (input, change, how): (&'static str, f64, Change),
     peaks: &[f64],
 ) -> Option<WhatIf> {
-    let threshold = bench.design.criterion.threshold_rad;
-    let largest = peaks.iter().copied().filter(|p| p.is_finite());
-    let changes_side = pairs
+    let threshold = setup.threshold_rad();
+    let largest = peaks.iter().copied().filter(|peak| peak.is_finite());
+    let changes_side = results
         .iter()
-        .zip(judged.iter().zip(peaks))
-        .filter(|(_, (judged, peak))| {
-            let before = judged.run().peak_angle_rad;
-            !judged.outcome.broke_down
+        .zip(peaks)
+        .filter(|(result, peak)| {
+            let before = result.run.run().peak_angle_rad;
+            !result.run.outcome.broke_down
                 && peak.is_finite()
                 && (**peak > threshold) != (before > threshold)
         })
-        .map(|((opens_when, model), (_, peak))| Side {
-            model: *model,
-            opens_when: *opens_when,
+        .map(|(result, peak)| Side {
+            model: result.variant.model,
+            opens_when: result.variant.opens_when,
             peak_angle_rad: *peak,
         })
         .collect();

@@ -345,7 +345,7 @@ fn cli_bad_tables_are_refused_at_their_place() {
     t.add(
         "undeclared.csv",
         table(|t| half_sine(t, 0.0, 0.03, 12.0)),
-        &["--opens-when"],
+        &["of the recorded acceleration opens"],
     )
     .code = 3;
     t.0.last_mut().unwrap().options = &[];

@@ -177,7 +177,7 @@ fn val_bad_time() {
         "time_s",
         "Time (min)",
         "",
-        "expected a time in s, ms or us, found `Time (min)`; state its unit with --time-unit",
+        "expected a time in s, ms or us, found `Time (min)`; state its unit with the setting `time_unit` = s|ms|us",
     );
     check_refused(
         "date_time,a_g\n2020-01-01 10:00:00,1\n2020-01-01 10:00:01,2\n2020-01-32 10:00:02,2\n",
@@ -509,7 +509,7 @@ fn val_bad_choice() {
         "# unit: g\nt,a\n0.0,1\n0.1,4\n",
         &none(),
         ", channel a",
-        "no unit of acceleration in header, units row or card; state it with --unit",
+        "no unit of acceleration in header, units row or card; state it with the setting `unit` = g|m/s2|mm/s2|mm/ms2|ft/s2",
     );
     check_refused(
         "0.0 1.5\n0.1 2.5\n",

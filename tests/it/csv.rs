@@ -6,6 +6,7 @@ use latchgate::recording::time_base::{Regular, regularise};
 use latchgate::recording::{
     self, Card, Channel, Limits, ReadOptions, Recording, Selection, Severity, Source, card,
 };
+use latchgate::request::Request;
 use latchgate::units::{AccelerationUnit, TimeUnit};
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -866,8 +867,7 @@ fn val_cards() {
 #[test]
 fn val_options_go_before_cards() {
     let card = Card::from_toml("channel = \"ay\"\nunit = \"g\"\nrate = 5000").unwrap();
-    let mut open = ReadOptions::default();
-    card.merge_into(&mut open);
+    let open = Request::default().read_options(&card, true);
     assert_eq!(
         (open.channel.as_deref(), open.rate_hz),
         (Some("ay"), Some(5000.0))
@@ -878,11 +878,12 @@ fn val_options_go_before_cards() {
         ("card", 5000.0)
     );
 
-    let mut stated = ReadOptions {
+    let stated = Request {
         rate_hz: Some(1e4),
-        ..with_unit(AccelerationUnit::MetrePerSecondSquared)
-    };
-    card.merge_into(&mut stated);
+        unit: Some(AccelerationUnit::MetrePerSecondSquared),
+        ..Request::default()
+    }
+    .read_options(&card, true);
     let channel = check_channel("ax,ay\n1,2\n3,4\n", &stated);
     assert_eq!((channel.unit_source, channel.rate.hertz()), ("option", 1e4));
 }

@@ -295,7 +295,7 @@ fn val_the_lateral_acceleration_of_the_structure_is_found() {
         &path,
         &ReadOptions::default(),
         |kind| matches!(kind, ErrorKind::AmbiguousChannel { .. }),
-        &["6 V1 AC DSLF YG, 8 V1 AC DSRF YG", "--channel"],
+        &["6 V1 AC DSLF YG, 8 V1 AC DSRF YG", "`channel`"],
     );
     for name in ["8", "008", "DSRF YG", "8 v1 ac dsrf yg"] {
         assert_eq!(one(&path, &with_channel(name)).0.name, "8 V1 AC DSRF YG");
@@ -306,7 +306,7 @@ fn val_the_lateral_acceleration_of_the_structure_is_found() {
         &path,
         &with_channel("2"),
         |kind| matches!(kind, ErrorKind::Malformed { .. }),
-        &["NWT", "--unit"],
+        &["NWT", "`unit`"],
     );
     check_refused(
         &path,

@@ -12,6 +12,7 @@ mod logs;
 mod mme;
 mod names;
 mod nhtsa;
+mod numbers;
 mod samples;
 mod tables;
 mod topics;

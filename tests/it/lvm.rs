@@ -203,7 +203,7 @@ fn val_what_cannot_be_read_is_refused_with_its_place() {
         check_refused(&path, &ReadOptions::default(), kind, &words);
     }
     let path = folder.file("a.lvm", plain());
-    check_refused(&path, &with_channel("Kraft"), malformed, &["`N`", "--unit"]);
+    check_refused(&path, &with_channel("Kraft"), malformed, &["`N`", "`unit`"]);
     check_refused(
         &path,
         &with_channel("b"),

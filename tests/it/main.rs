@@ -56,6 +56,7 @@ mod same_answers;
 mod screens;
 mod signals;
 mod sines;
+mod structure;
 mod study;
 mod study_scenes;
 mod support;

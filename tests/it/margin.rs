@@ -4,7 +4,7 @@
 use crate::support::{columns, signal};
 use latchgate::conditioning::{Conditioned, FilterStandard, Signal};
 use latchgate::error::Error;
-use latchgate::margin::quantity::{Stretch, applied};
+use latchgate::margin::quantity::{SearchRange, applied};
 use latchgate::margin::search::{Edge, Excess, Probe, changes};
 use latchgate::margin::{
     self, Basis, MapAxis, MapRequest, Margin, MarginOptions, Margins, Quantity, State,
@@ -562,7 +562,7 @@ fn verif_grids_hold_their_ends_and_the_present_value() {
     let design = Design::reference();
     for quantity in Quantity::ALL {
         for lift_off in [0.0, 0.01, 5.0, 1e6] {
-            let stretch = Stretch::of(quantity, &design, RADIUS_M, lift_off);
+            let stretch = SearchRange::of(quantity, &design, RADIUS_M, lift_off);
             let grid = stretch.grid(300);
             for value in [stretch.low, stretch.present, stretch.high] {
                 assert!(grid.contains(&value), "{quantity:?} {value}");

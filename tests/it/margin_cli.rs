@@ -198,3 +198,15 @@ fn cli_margin_gives_the_same_bytes_for_any_threads() {
     };
     assert_eq!(run("1"), run("3"));
 }
+
+/// Limits hold for `margin` as for `replay`, and what was asked says so.
+#[test]
+fn cli_margin_keeps_the_limits_that_are_set() {
+    let recording = signal_file("surviving.csv");
+    let json = ["--no-report", "--format", "json"];
+    let refused = margin(&[&[&*recording, "--limit", "samples=100"][..], &json].concat());
+    assert_eq!(refused.code, 4, "{}", refused.err);
+    assert!(refused.err.contains("samples"), "{}", refused.err);
+    let held = margin(&[&[&*recording, "--limit", "samples=100000"][..], &json].concat());
+    assert_eq!(held.code, 0, "{}", held.err);
+}

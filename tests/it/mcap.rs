@@ -602,7 +602,7 @@ fn two_topics(messages_on_second: usize) -> Vec<u8> {
 #[test]
 fn val_two_candidates_are_listed_and_none_is_taken() {
     let bytes = two_topics(3);
-    let kind = check_error(&bytes, &options(None), "--channel");
+    let kind = check_error(&bytes, &options(None), "`channel`");
     assert_eq!(
         kind,
         ErrorKind::AmbiguousChannel {

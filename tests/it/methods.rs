@@ -529,7 +529,7 @@ fn verif_what_a_method_cannot_do_is_an_error() {
         matches!(soft.kind(), ErrorKind::OutOfRange { .. }),
         "{soft}"
     );
-    assert!(soft.to_string().contains("--model rigid"), "{soft}");
+    assert!(soft.to_string().contains("`model` = rigid"), "{soft}");
     let tight = refused(&RunOptions {
         tolerance_rad: Some(1e-18),
         ..options(StopModel::Rigid, DOPRI5)

@@ -267,7 +267,7 @@ fn val_what_the_header_states_is_held_against_the_samples() {
             folder.path(),
             &ReadOptions::default(),
             |kind| matches!(kind, ErrorKind::NoChannel { .. }),
-            &[code, "--channel"],
+            &[code, "`channel`"],
         );
         let (_, findings) = one(folder.path(), &with_channel(code));
         check_codes(&findings, warning, &["channel-not-lateral"]);
@@ -341,11 +341,11 @@ fn val_explicit_times_are_read_from_their_channel() {
     times.samples.pop();
     for (channels, kind, words) in [
         (vec![times, file.clone()], malformed, "400 times"),
-        (vec![file.clone()], missing, "--rate-hz"),
+        (vec![file.clone()], missing, "`rate_hz`"),
         (
             vec![file.with("Reference channel", "implicit")],
             missing,
-            "--rate-hz",
+            "`rate_hz`",
         ),
     ] {
         let folder = folder_of("mme-explicit", &test_of(&channels));

@@ -5,8 +5,9 @@ use latchgate::conditioning::{ConditioningOptions, condition};
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
 use latchgate::recording::card::read_beside;
-use latchgate::recording::{Channel, Limits, ReadOptions, Selection, Severity, Source, read};
+use latchgate::recording::{Card, Channel, Limits, Selection, Severity, Source, read};
 use latchgate::replay::{RunOptions, run};
+use latchgate::request::Request;
 use latchgate::units::{AccelerationUnit, OpensWhen, SampleRate};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -264,11 +265,12 @@ fn val_surviving_pulse_has_no_flat_top_of_its_own() {
 fn check_reads(name: &str, with_card: bool, expected: (&str, f64, f64, usize), findings: &[&str]) {
     let source = Source::File(folder().join(name));
     let limits = Limits::default();
-    let mut options = ReadOptions::default();
-    if with_card {
-        let (card, _) = read_beside(&source, &limits).unwrap().unwrap();
-        card.merge_into(&mut options);
-    }
+    let card = if with_card {
+        read_beside(&source, &limits).unwrap().unwrap().0
+    } else {
+        Card::default()
+    };
+    let options = Request::default().read_options(&card, true);
     let recording = read(&source, &options, Selection::Lateral, &limits).unwrap();
     let channel = &recording.channels[0];
     let unit = channel.unit.unwrap();

@@ -42,7 +42,7 @@ fn after_the_first_step<T>(of: impl FnOnce(&Control<'_>) -> T) -> T {
     of(&Control {
         threads: 2,
         proceed: &|part| {
-            if part.is_some_and(|part| part < 1.0) {
+            if part.is_none_or(|part| part < 1.0) {
                 return first.load(Ordering::Relaxed);
             }
             first.swap(false, Ordering::Relaxed)

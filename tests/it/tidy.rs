@@ -4,21 +4,21 @@
 use latchgate::model::Design;
 use latchgate::recording::FORMATS;
 use latchgate::setting::Setting;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-fn root() -> PathBuf {
+pub(crate) fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-fn text_of(path: &str) -> String {
+pub(crate) fn text_of(path: &str) -> String {
     fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
 /// Returns every file below `folder`, relative to the root with `/` between folders, without
 /// build products and without what git keeps for itself.
-fn files_below(folder: &str) -> Vec<String> {
+pub(crate) fn files_below(folder: &str) -> Vec<String> {
     let mut found = Vec::new();
     let mut open = vec![PathBuf::from(folder)];
     while let Some(folder) = open.pop() {
@@ -46,7 +46,7 @@ fn files_below(folder: &str) -> Vec<String> {
     found
 }
 
-fn sources() -> Vec<(String, String)> {
+pub(crate) fn sources() -> Vec<(String, String)> {
     files_below("src")
         .into_iter()
         .filter(|path| path.ends_with(".rs"))
@@ -58,7 +58,7 @@ fn sources() -> Vec<(String, String)> {
 }
 
 /// Drops lines that are comments whole; what is said there is not done.
-fn without_comments(text: &str) -> String {
+pub(crate) fn without_comments(text: &str) -> String {
     text.lines()
         .map(|line| {
             if line.trim_start().starts_with("//") {
@@ -73,7 +73,7 @@ fn without_comments(text: &str) -> String {
 
 /// Returns the module of the main line that a source file belongs to: `recording` for
 /// `src/recording.rs` and for `src/recording/csv.rs`.
-fn module_of(path: &str) -> String {
+pub(crate) fn module_of(path: &str) -> String {
     let inner = path.strip_prefix("src/").unwrap();
     inner
         .split(['/', '.'])
@@ -82,17 +82,17 @@ fn module_of(path: &str) -> String {
         .to_string()
 }
 
-fn line_of(text: &str, offset: usize) -> usize {
+pub(crate) fn line_of(text: &str, offset: usize) -> usize {
     1 + text[..offset].matches('\n').count()
 }
 
 #[track_caller]
-fn check_none(what: &str, found: &[String]) {
+pub(crate) fn check_none(what: &str, found: &[String]) {
     assert!(found.is_empty(), "{what}:\n{}", found.join("\n"));
 }
 
 /// Returns what stands between single backticks, outside of fenced blocks.
-fn quoted(markdown: &str) -> Vec<String> {
+pub(crate) fn quoted(markdown: &str) -> Vec<String> {
     markdown
         .split("```")
         .step_by(2)
@@ -171,130 +171,6 @@ fn tidy_links_in_documents_lead_somewhere() {
         }
     }
     check_none("links that lead nowhere", &broken);
-}
-
-/// Reads the table "Who may use whom": module, then the modules it may use.
-fn directions() -> BTreeMap<String, BTreeSet<String>> {
-    let text = text_of("docs/architecture.md");
-    let section = text
-        .split("## Who may use whom")
-        .nth(1)
-        .expect("docs/architecture.md has a section \"Who may use whom\"");
-    section
-        .lines()
-        .take_while(|line| !line.starts_with("## "))
-        .filter(|line| line.starts_with("| `"))
-        .map(|line| {
-            let cells: Vec<&str> = line.split('|').map(str::trim).collect();
-            let module = cells[1].trim_matches('`').to_string();
-            (module, quoted(cells[2]).into_iter().collect())
-        })
-        .collect()
-}
-
-/// Returns the modules that a source file names through `crate::` (or `super::`, where that is
-/// the crate's root), with the line.
-fn uses(path: &str, code: &str) -> Vec<(usize, String)> {
-    let depth = path.matches('/').count();
-    let to_root = "super::".repeat(depth);
-    let mut found = Vec::new();
-    for root in ["crate::", to_root.as_str()] {
-        for (offset, _) in code.match_indices(root) {
-            if code[..offset].ends_with("::") {
-                continue;
-            }
-            let rest = &code[offset + root.len()..];
-            let line = line_of(code, offset);
-            if let Some(list) = rest.strip_prefix('{') {
-                found.extend(heads_of(list).into_iter().map(|name| (line, name)));
-            } else {
-                found.push((line, identifier(rest)));
-            }
-        }
-    }
-    found
-}
-
-fn identifier(text: &str) -> String {
-    text.trim_start()
-        .chars()
-        .take_while(|c| c.is_alphanumeric() || *c == '_')
-        .collect()
-}
-
-/// Returns the first name of each part of a `use` list, up to its closing brace.
-fn heads_of(list: &str) -> Vec<String> {
-    let mut depth = 0;
-    let mut heads = Vec::new();
-    let mut start = true;
-    for (offset, c) in list.char_indices() {
-        match c {
-            '{' => depth += 1,
-            '}' if depth == 0 => break,
-            '}' => depth -= 1,
-            ',' if depth == 0 => start = true,
-            c if start && !c.is_whitespace() => {
-                heads.push(identifier(&list[offset..]));
-                start = false;
-            }
-            _ => {}
-        }
-    }
-    heads
-}
-
-#[test]
-fn tidy_modules_know_only_whom_they_may_know() {
-    let directions = directions();
-    let modules: BTreeSet<String> = directions.keys().cloned().collect();
-    let mut found = Vec::new();
-    for (path, code) in sources() {
-        let module = module_of(&path);
-        if matches!(module.as_str(), "lib" | "main") {
-            continue;
-        }
-        let Some(allowed) = directions.get(&module) else {
-            found.push(format!("{path}: module `{module}` is not in the table"));
-            continue;
-        };
-        for (line, name) in uses(&path, &code) {
-            if modules.contains(&name) && name != module && !allowed.contains(&name) {
-                found.push(format!("{path}:{line}: `{module}` uses `{name}`"));
-            }
-        }
-    }
-    check_none(
-        "uses against the table in docs/architecture.md (mend the code, or decide and say why there)",
-        &found,
-    );
-}
-
-/// The scanner of the test above sees the forms in which a module can be named.
-#[test]
-fn tidy_the_scan_for_uses_sees_what_it_should() {
-    let names = |path: &str, code: &str| -> Vec<String> {
-        uses(path, code).into_iter().map(|(_, name)| name).collect()
-    };
-    assert_eq!(
-        names("src/model.rs", "use crate::verdict::Answer;"),
-        ["verdict"]
-    );
-    assert_eq!(
-        names("src/model.rs", "use crate::{cli, report::{a, b}, units};"),
-        ["cli", "report", "units"]
-    );
-    assert_eq!(names("src/model.rs", "use super::cli;"), ["cli"]);
-    assert_eq!(
-        names("src/model/stop.rs", "super::lever; super::super::cli::x();"),
-        ["cli"]
-    );
-    assert_eq!(
-        names(
-            "src/model.rs",
-            &without_comments("/// [`crate::cli`]\n// crate::cli")
-        ),
-        Vec::<String>::new()
-    );
 }
 
 #[track_caller]
@@ -460,6 +336,21 @@ fn tidy_no_source_file_exceeds_a_thousand_lines() {
         .map(|(lines, path)| format!("{path}: {lines} lines"))
         .collect();
     check_none("files that have mostly become two ideas", &long);
+}
+
+/// What `tests/run --quick` leaves out is there.
+#[test]
+fn tidy_the_slow_tests_exist() {
+    let missing: Vec<String> = text_of("tests/slow.txt")
+        .lines()
+        .filter(|name| {
+            let (module, function) = name.rsplit_once("::").expect("a module and a test");
+            let file = format!("tests/it/{}.rs", module.replace("::", "/"));
+            !root().join(&file).exists() || !text_of(&file).contains(&format!("fn {function}()"))
+        })
+        .map(str::to_string)
+        .collect();
+    check_none("slow tests that there are not", &missing);
 }
 
 #[test]

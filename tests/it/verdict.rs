@@ -18,7 +18,7 @@ use latchgate::parallel::Control;
 use latchgate::recording::{Channel, Finding};
 use latchgate::replay::{self, Method, Outcome, RunOptions};
 use latchgate::units::{AccelerationUnit, OpensWhen, SampleRate};
-use latchgate::verdict::decision::{Judged, unanimous, worse};
+use latchgate::verdict::decision::{VariantRun, unanimous, worse};
 use latchgate::verdict::{self, Answer, Assessment, Extras, ModelChoice, Polarity, Policy};
 
 use crate::support::{half_sine, weak};
@@ -360,7 +360,7 @@ fn verif_polarity_undeclared_must_agree_and_both_takes_the_worse() {
             "nominal-runs-only",
         ],
     );
-    assert!(undeclared.why[0].text.contains("--opens-when"));
+    assert!(undeclared.why[0].text.contains("`opens_when`"));
     assert!(
         undeclared
             .findings
@@ -573,7 +573,7 @@ fn verif_a_run_that_broke_down_decides_nothing() {
         outcome.run.peak_angle_rad = peak;
         for broke_down in [false, true] {
             outcome.broke_down = broke_down;
-            let judged = Judged {
+            let judged = VariantRun {
                 share: None,
                 outcome: outcome.clone(),
                 interpolation_error_rad: 0.0,

@@ -4,10 +4,10 @@
 //! Every line is measured here first, because a table reader stores one number per cell: 256 MiB
 //! of commas on one line would cost gigabytes there.
 
-use super::line_at;
 use super::number;
 use crate::error::{Error, ErrorKind, Place};
-use crate::recording::{Limits, text};
+use crate::recording::Limits;
+use crate::recording::text::{self, line_at};
 
 /// Rows from which the separator is found.
 const SAMPLE_ROWS: usize = 64;
@@ -74,7 +74,7 @@ fn plain_rows(block: &[u8]) -> Option<(usize, u64)> {
 
 /// What the lines of a text are.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(super) struct Marked {
+pub(super) struct LineScan {
     /// The separator that a spreadsheet's `sep=;` names.
     pub(super) separator: Option<Separator>,
     /// The first line that is no row between one row, two, and three or more before it and
@@ -93,7 +93,7 @@ pub(super) struct Marked {
     kept: usize,
 }
 
-impl Marked {
+impl LineScan {
     /// Returns the first line that is no row between two rows of data.
     pub(super) fn break_after(&self, header_rows: usize) -> Option<u64> {
         self.breaks
@@ -260,7 +260,7 @@ pub(super) fn damaged_row(line: &[u8]) -> Error {
         expected: "a number in the first cell, or a comment".into(),
         found: format!(
             "`{}`, as spreadsheets write for a number that does not fit into its column or could not be computed",
-            super::rows::shown(line)
+            super::cell::shown(line)
         ),
         hint: "widen the column or mend the cell there, and export again; the sample of this row would be missing".into(),
     }
@@ -275,8 +275,8 @@ pub(super) fn damaged_row(line: &[u8]) -> Error {
 /// [`ErrorKind::LimitExceeded`] at the first line with too many bytes or separators,
 /// [`ErrorKind::Malformed`] for a named separator that is not read, and for a row whose first cell
 /// a spreadsheet damaged so that the row looks like a comment.
-pub(super) fn mark_lines(text: &mut [u8], limits: &Limits) -> Result<Marked, Error> {
-    let mut marked = Marked::default();
+pub(super) fn scan_lines(text: &mut [u8], limits: &Limits) -> Result<LineScan, Error> {
+    let mut marked = LineScan::default();
     let mut seen_row = false;
     // Rows so far, and the line that is none after them, with their number.
     let mut rows = 0_u64;
@@ -602,7 +602,7 @@ pub(super) fn line_of_record(text: &[u8], byte: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Limits, mark_lines};
+    use super::{Limits, scan_lines};
 
     /// Lines looked at together are marked as each of them is alone after a row.
     #[test]
@@ -622,7 +622,7 @@ mod tests {
         ];
         let alone = |line: &str| {
             let mut text = format!("0,0\n{line}").into_bytes();
-            mark_lines(&mut text, &Limits::default()).expect("short lines");
+            scan_lines(&mut text, &Limits::default()).expect("short lines");
             text.split_off(4)
         };
         let mut seed = 7_u64;
@@ -639,7 +639,7 @@ mod tests {
                 text.extend_from_slice(line.as_bytes());
                 expected.extend_from_slice(&alone(line));
             }
-            mark_lines(&mut text, &Limits::default()).expect("short lines");
+            scan_lines(&mut text, &Limits::default()).expect("short lines");
             assert!(text == expected, "case {case}");
         }
     }
@@ -653,7 +653,7 @@ mod tests {
             line_bytes: 60,
             ..Limits::default()
         };
-        let error = mark_lines(&mut text, &limits).expect_err("a long line");
+        let error = scan_lines(&mut text, &limits).expect_err("a long line");
         let place = error.place();
         assert_eq!((place.line, place.byte), (Some(5001), Some(20_060)));
     }

@@ -1,7 +1,7 @@
 //! Encodings: from a file's bytes to UTF-8 text whose lines end with a line feed.
 
-use super::line_at;
 use crate::error::{Error, ErrorKind, Place};
+use crate::recording::text::line_at;
 use crate::recording::{Finding, Limits};
 
 /// Characters of Windows-1252 from 0x80 to 0x9F. The five bytes that it leaves undefined keep

@@ -1,10 +1,10 @@
 //! Layouts: which rows are header, which column is time, which one is the lateral acceleration.
 
+use super::cell::{ONE_CELL, shown, unreadable};
 use super::date;
 use super::dialect::{self, FEW_ROWS, SAMPLE_BYTES, Separator};
 use super::header::{Column, is_known_unit};
 use super::number::{self, Decimal};
-use super::rows::{ONE_CELL, shown, unreadable};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::{Finding, ReadOptions, Selection, lateral};
 use crate::units::{SampleRate, TimeUnit};

@@ -162,13 +162,6 @@ impl Marks {
     pub(in crate::recording) fn may_be_thousands(self) -> bool {
         !self.decimal && self.doubtful && self.whole
     }
-
-    /// Takes in what further rows of the same column have shown.
-    pub(in crate::recording) fn join(&mut self, next: Self) {
-        self.decimal |= next.decimal;
-        self.doubtful |= next.doubtful;
-        self.whole |= next.whole;
-    }
 }
 
 /// Powers of ten of first digits that are told apart.
@@ -245,14 +238,6 @@ impl PrintedDigits {
         let slot = &mut self.decades[(decade - DECADES.start) as usize];
         slot.0 = slot.0.min(exponent - decimals);
         slot.1 = slot.1.saturating_add(1);
-    }
-
-    /// Takes in what further rows of the same column have shown.
-    pub(in crate::recording) fn join(&mut self, next: &Self) {
-        for (slot, more) in self.decades.iter_mut().zip(&next.decades) {
-            slot.0 = slot.0.min(more.0);
-            slot.1 = slot.1.saturating_add(more.1);
-        }
     }
 
     /// Returns the size of the last printed digit, in the column's unit; 0 if unknown.

@@ -1,31 +1,42 @@
-//! Rows: the stamps and the samples of the wanted columns.
+//! Rows: the stamps and the samples of the wanted columns, in one pass for all selections.
 
+use super::cell::{bad_cell, no_date, shown, unreadable};
 use super::date;
 use super::dialect::{self, Separator};
 use super::layout::{Layout, TimeSource};
-use super::number::{self, Decimal, Fault, Marks, PrintedDigits};
-use super::plain;
+use super::number::{self, Decimal, Marks, PrintedDigits};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::{Limits, ReadOptions, Selection};
+use ::csv::ByteRecord;
 
 /// What became of a wanted column.
-#[derive(Debug)]
-pub(super) enum Fate {
+#[derive(Debug, Clone)]
+pub(super) enum ColumnResult {
     /// Its samples, in its own unit.
     Kept(Vec<f64>),
     /// Why it holds no channel; only where every channel is read.
     LeftOut(String),
 }
 
+/// Columns to read for one selection.
+#[derive(Debug, PartialEq)]
+pub(super) struct Wanted<'a> {
+    pub(super) selection: Selection,
+    /// Columns of samples.
+    pub(super) columns: &'a [usize],
+    /// Columns that count the rows, which are held against them.
+    pub(super) counters: Vec<usize>,
+}
+
 /// The rows of a table.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Rows {
     /// Stamps [s]; empty without a time column.
     pub(super) stamps_s: Vec<f64>,
     /// Size of the last printed digit of a stamp [s]; 0 if unknown.
     pub(super) printed_digit_s: f64,
     /// Samples of the wanted columns, in their order.
-    pub(super) values: Vec<Fate>,
+    pub(super) values: Vec<ColumnResult>,
     /// Number of rows.
     pub(super) count: usize,
     /// Rows that repeat the one before to the last cell, and the line of the first.
@@ -36,230 +47,336 @@ pub(super) struct Rows {
     pub(super) decimal_comma: bool,
     /// The counts of the columns that count the rows, in their order; of one with a cell that is
     /// no number the reason.
-    pub(super) counts: Vec<Fate>,
+    pub(super) counts: Vec<ColumnResult>,
 }
 
-impl Rows {
-    /// Reads the stamps, the `wanted` columns and the `counters` of all rows.
-    ///
-    /// # Errors
-    ///
-    /// The first bad cell, at its line and column. Where every channel is read, a column with
-    /// a bad cell is left out instead.
-    pub(super) fn read(
-        text: &[u8],
-        layout: &Layout,
-        time: &TimeSource,
-        (wanted, counters): (&[usize], &[usize]),
-        (options, selection): (&ReadOptions, Selection),
-        limits: &Limits,
-    ) -> Result<Self, Error> {
-        let all = [wanted, counters].concat();
-        let in_all = check_counts(text, layout, &all, limits)?;
-        let (stamped, dated) = match time {
-            TimeSource::Column {
-                index, unit, dated, ..
-            } => (Some((*index, unit.per_second())), *dated),
-            TimeSource::Rate(_) => (None, false),
+/// Reads the rows once for all that is wanted; gives the rows, or the first bad cell at its line
+/// and column, for each. Where every channel is read, a column with a bad cell is left out instead.
+pub(super) fn read(
+    text: &[u8],
+    layout: &Layout,
+    time: &TimeSource,
+    wanted: &[Wanted<'_>],
+    options: &ReadOptions,
+    limits: &Limits,
+) -> Vec<Result<Rows, Error>> {
+    // One column alone is all there is: what reads without a fault is the same for both.
+    if let [first, second] = wanted
+        && first.selection == Selection::Lateral
+        && (first.columns, &first.counters) == (second.columns, &second.counters)
+    {
+        let read_one = |one| {
+            read(
+                text,
+                layout,
+                time,
+                std::slice::from_ref(one),
+                options,
+                limits,
+            )
         };
-        if !dated
-            && let Some(mut rows) =
-                plain::read(text, layout, stamped, &all, in_all, options.one_thread)
-        {
-            rows.counts = rows.values.split_off(wanted.len());
-            return Ok(rows);
+        let mut rows = read_one(first);
+        match rows.first() {
+            Some(Ok(_)) => rows.extend_from_within(..),
+            _ => rows.extend(read_one(second)),
         }
-        let read = |repeating: bool| {
-            let columns = (wanted, counters);
-            Self::read_carefully(text, layout, time, columns, selection, repeating)
-        };
-        match read(false) {
-            // Stamps of too few digits: the stated rate is held against them later.
-            Err(error) if !dated && is_repeated(&error) => {
-                let coarse = |rows: &Self| {
-                    options
-                        .rate_hz
-                        .is_some_and(|rate| rows.printed_digit_s * rate > 1.01)
-                };
-                if options.rate_hz.is_none() {
-                    return Err(error);
-                }
-                read(true).ok().filter(coarse).ok_or(error)
+        return rows;
+    }
+    let table = Table { text, layout, time };
+    let mut rows = table.pass(wanted, false, limits);
+    let stamps_are_numbers = !matches!(time, TimeSource::Column { dated: true, .. });
+    if let (true, Some(rate)) = (stamps_are_numbers, options.rate_hz) {
+        // Stamps of too few digits: the stated rate is held against them later.
+        for (wanted, rows) in wanted.iter().zip(&mut rows) {
+            if rows.as_ref().is_err_and(is_repeated)
+                && let Some(Ok(again)) =
+                    table.pass(std::slice::from_ref(wanted), true, limits).pop()
+                && again.printed_digit_s * rate > 1.01
+            {
+                *rows = Ok(again);
             }
-            read => read,
         }
     }
+    rows
+}
 
-    /// Reads rows of whatever kind; with `repeating` a stamp may be that of the row before.
-    fn read_carefully(
-        text: &[u8],
-        layout: &Layout,
-        time: &TimeSource,
-        (wanted, counters): (&[usize], &[usize]),
-        selection: Selection,
+/// A table whose rows are read.
+#[derive(Clone, Copy)]
+struct Table<'a> {
+    text: &'a [u8],
+    layout: &'a Layout,
+    time: &'a TimeSource,
+}
+
+impl Table<'_> {
+    /// Goes over the rows; with `repeating` a stamp may be that of the row before.
+    fn pass(
+        self,
+        wanted: &[Wanted<'_>],
         repeating: bool,
-    ) -> Result<Self, Error> {
-        let (stamped, dated) = match time {
+        limits: &Limits,
+    ) -> Vec<Result<Rows, Error>> {
+        let mut gathered: Vec<Result<Gathering<'_>, Error>> = wanted
+            .iter()
+            .map(|wanted| {
+                check_counts(self.text, self.layout, wanted, limits)?;
+                Ok(Gathering::new(self, wanted, repeating))
+            })
+            .collect();
+        let mut reader = dialect::reader(self.text, self.layout.separator, self.layout.quoted);
+        let mut record = ByteRecord::new();
+        let mut headers_left = self.layout.header_rows;
+        while gathered.iter().any(Result::is_ok) {
+            match reader.read_byte_record(&mut record) {
+                Ok(true) => {}
+                Ok(false) => break,
+                Err(error) => return wanted.iter().map(|_| Err(unreadable(&error))).collect(),
+            }
+            if headers_left > 0 {
+                headers_left -= 1;
+                continue;
+            }
+            for one in &mut gathered {
+                if let Ok(rows) = one
+                    && let Err(error) = rows.take(&record)
+                {
+                    *one = Err(error);
+                }
+            }
+        }
+        let finish = |one: Result<Gathering<'_>, Error>| one?.finish();
+        gathered.into_iter().map(finish).collect()
+    }
+}
+
+/// Rows as they are gathered for one selection.
+struct Gathering<'a> {
+    table: Table<'a>,
+    wanted: &'a Wanted<'a>,
+    rows: Rows,
+    /// The column of stamps, with their number per second.
+    stamped: Option<(usize, f64)>,
+    /// The clock of stamps that are dates.
+    dates: Option<date::Clock>,
+    /// Mark of stamps and samples.
+    decimal: Decimal,
+    /// Mark of each counter, which are no samples.
+    count_decimals: Vec<Decimal>,
+    digits: PrintedDigits,
+    stamp_marks: AmbiguousMarks,
+    marks: Vec<AmbiguousMarks>,
+    /// Byte at which the last row that was kept begins.
+    last_byte: u64,
+}
+
+impl<'a> Gathering<'a> {
+    fn new(table: Table<'a>, wanted: &'a Wanted<'a>, repeating: bool) -> Self {
+        let (stamped, dated) = match table.time {
             TimeSource::Column {
                 index, unit, dated, ..
             } => (Some((*index, unit.per_second())), *dated),
             TimeSource::Rate(_) => (None, false),
         };
-        let mut clock = date::Clock::default();
-        let mut reader = dialect::reader(text, layout.separator, layout.quoted);
-        let mut record = ::csv::ByteRecord::new();
-        let mut last_byte = 0_u64;
-        let mut repeated: Option<(usize, u64)> = None;
-        let mut stamps_s: Vec<f64> = Vec::new();
-        let mut digits = PrintedDigits::new();
-        let (time_column, per_second) =
-            stamped.map_or((None, 1.0), |(index, per_second)| (Some(index), per_second));
         // Between commas only quotes can hold a number with a comma together.
-        let between_commas = layout.separator == Separator::Comma;
-        let mut decimal = if between_commas && !layout.quoted {
+        let decimal = if table.between_commas() && !table.layout.quoted {
             Decimal::PointOnly
         } else {
             Decimal::Unknown
         };
-        let mut values: Vec<Fate> = wanted.iter().map(|_| Fate::Kept(Vec::new())).collect();
-        let mut doubts: Vec<Doubt> = wanted.iter().map(|_| Doubt::default()).collect();
-        let mut stamp_doubt = Doubt::default();
-        let mut counts: Vec<Fate> = counters.iter().map(|_| Fate::Kept(Vec::new())).collect();
-        let mut count_decimal = vec![decimal; counters.len()];
-        let mut count = 0_usize;
-        let mut skipped = 0;
-        while reader
-            .read_byte_record(&mut record)
-            .map_err(|error| unreadable(&error))?
-        {
-            if skipped < layout.header_rows {
-                skipped += 1;
-                continue;
-            }
-            let at = |column: usize| {
-                let byte = record.position().map_or(0, ::csv::Position::byte);
-                Place::default()
-                    .line(dialect::line_of_record(text, byte))
-                    .column(column as u64 + 1)
-            };
-            let fail =
-                |column: usize, fault: Fault| bad_cell(&record[column], fault).at(at(column));
-            layout.check_row(&record).map_err(|(column, error)| {
-                let place = at(column);
+        let none_yet = |columns: &[usize]| vec![ColumnResult::Kept(Vec::new()); columns.len()];
+        Self {
+            table,
+            wanted,
+            rows: Rows {
+                stamps_s: Vec::new(),
+                printed_digit_s: 0.0,
+                values: none_yet(wanted.columns),
+                count: 0,
+                repeated: None,
+                stamps_repeat: repeating,
+                decimal_comma: false,
+                counts: none_yet(&wanted.counters),
+            },
+            stamped,
+            dates: dated.then(date::Clock::default),
+            decimal,
+            count_decimals: vec![decimal; wanted.counters.len()],
+            digits: PrintedDigits::new(),
+            stamp_marks: AmbiguousMarks::default(),
+            marks: vec![AmbiguousMarks::default(); wanted.columns.len()],
+            last_byte: 0,
+        }
+    }
+
+    /// Takes in one row.
+    fn take(&mut self, record: &ByteRecord) -> Result<(), Error> {
+        self.table
+            .layout
+            .check_row(record)
+            .map_err(|(column, error)| {
+                let place = self.table.place(record, column);
                 error.at(Place {
                     column: place.column.filter(|_| column < record.len()),
                     ..place
                 })
             })?;
-            count += 1;
-            if let Some(column) = time_column {
-                let cell = &record[column];
-                let stamp = if dated {
-                    clock
-                        .seconds(cell)
-                        .ok_or_else(|| no_date(cell).at(at(column)))?
-                } else {
-                    number::parse(cell, &mut decimal).map_err(|fault| fail(column, fault))?
-                        / per_second
-                };
-                if let Some(previous) = stamps_s.last().copied()
-                    && (stamp < previous || (stamp <= previous && !repeating))
-                {
-                    let byte = record.position().map_or(0, ::csv::Position::byte);
-                    if row_at(text, last_byte) == row_at(text, byte) {
-                        // A row written twice says nothing new; it takes no sample away.
-                        let line = at(column).line.unwrap_or(0);
-                        let (rows, first) = repeated.unwrap_or((0, line));
-                        repeated = Some((rows + 1, first));
-                        count -= 1;
-                        continue;
-                    }
-                    return Err(Error::from(ErrorKind::TimeNotIncreasing {
-                        previous,
-                        found: stamp,
-                    })
-                    .at(at(column)));
-                }
-                if !dated {
-                    digits.count(cell);
-                    stamp_doubt.look(&record, column);
-                }
-                stamps_s.push(stamp);
-                last_byte = record.position().map_or(0, ::csv::Position::byte);
+        if let Some((column, per_second)) = self.stamped {
+            let stamp = self.stamp(record, column, per_second)?;
+            if self.repeats_row(record, column, stamp)? {
+                return Ok(());
             }
-            for ((column, fate), doubt) in wanted.iter().zip(&mut values).zip(&mut doubts) {
-                let Fate::Kept(samples) = fate else { continue };
-                match number::parse(&record[*column], &mut decimal) {
-                    Ok(value) => {
-                        samples.push(value);
-                        doubt.look(&record, *column);
-                    }
-                    Err(fault) => {
-                        let error = fail(*column, fault);
-                        if selection == Selection::Lateral {
-                            return Err(error);
-                        }
-                        *fate = Fate::LeftOut(error.to_string());
-                    }
-                }
+            if self.dates.is_none() {
+                self.digits.count(&record[column]);
+                self.stamp_marks.look(record, column);
             }
-            for ((column, fate), decimal) in
-                counters.iter().zip(&mut counts).zip(&mut count_decimal)
-            {
-                let Fate::Kept(samples) = fate else { continue };
-                match number::parse(&record[*column], decimal) {
-                    Ok(value) => samples.push(value),
-                    Err(fault) => *fate = Fate::LeftOut(fail(*column, fault).to_string()),
-                }
-            }
+            self.rows.stamps_s.push(stamp);
+            self.last_byte = byte_of(record);
         }
-        // Between commas a comma in a number more often separates thousands.
-        let strict = between_commas && decimal == Decimal::Comma;
-        if let Some(error) = stamp_doubt.error(text, strict) {
-            return Err(error);
-        }
-        if !stamp_doubt.marks.decimal {
-            for (fate, doubt) in values.iter_mut().zip(&doubts) {
-                match (doubt.error(text, strict), &fate) {
-                    (Some(error), Fate::Kept(_)) if selection == Selection::Lateral => {
+        self.rows.count += 1;
+        let columns = self.wanted.columns.iter().zip(&mut self.rows.values);
+        for ((column, result), marks) in columns.zip(&mut self.marks) {
+            let ColumnResult::Kept(samples) = result else {
+                continue;
+            };
+            match number::parse(&record[*column], &mut self.decimal) {
+                Ok(value) => {
+                    samples.push(value);
+                    marks.look(record, *column);
+                }
+                Err(fault) => {
+                    let error = self.table.bad_cell(record, *column, fault);
+                    if self.wanted.selection == Selection::Lateral {
                         return Err(error);
                     }
-                    (Some(error), Fate::Kept(_)) => *fate = Fate::LeftOut(error.to_string()),
-                    _ => {}
+                    *result = ColumnResult::LeftOut(error.to_string());
                 }
             }
         }
-        Ok(Self {
-            stamps_repeat: repeating,
-            printed_digit_s: if dated {
-                clock.last_digit()
-            } else {
-                digits.last_digit() / per_second
-            },
-            stamps_s,
-            values,
-            count,
-            repeated,
-            decimal_comma: decimal == Decimal::Comma,
-            counts,
+        let counters = self.wanted.counters.iter().zip(&mut self.rows.counts);
+        for ((column, result), decimal) in counters.zip(&mut self.count_decimals) {
+            let ColumnResult::Kept(samples) = result else {
+                continue;
+            };
+            match number::parse(&record[*column], decimal) {
+                Ok(value) => samples.push(value),
+                Err(fault) => {
+                    let error = self.table.bad_cell(record, *column, fault);
+                    *result = ColumnResult::LeftOut(error.to_string());
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads a stamp [s].
+    fn stamp(&mut self, record: &ByteRecord, column: usize, per_second: f64) -> Result<f64, Error> {
+        let cell = &record[column];
+        match &mut self.dates {
+            Some(clock) => clock
+                .seconds(cell)
+                .ok_or_else(|| no_date(cell).at(self.table.place(record, column))),
+            None => number::parse(cell, &mut self.decimal)
+                .map(|stamp| stamp / per_second)
+                .map_err(|fault| self.table.bad_cell(record, column, fault)),
+        }
+    }
+
+    /// Tells whether a row is the one before once more, which says nothing new and takes no
+    /// sample away.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::TimeNotIncreasing`] where another row has no later stamp.
+    fn repeats_row(
+        &mut self,
+        record: &ByteRecord,
+        column: usize,
+        stamp: f64,
+    ) -> Result<bool, Error> {
+        let Some(previous) = self.rows.stamps_s.last().copied() else {
+            return Ok(false);
+        };
+        if stamp > previous || (stamp >= previous && self.rows.stamps_repeat) {
+            return Ok(false);
+        }
+        let text = self.table.text;
+        let place = self.table.place(record, column);
+        if row_at(text, self.last_byte) == row_at(text, byte_of(record)) {
+            let first = place.line.unwrap_or(0);
+            let (rows, first) = self.rows.repeated.unwrap_or((0, first));
+            self.rows.repeated = Some((rows + 1, first));
+            return Ok(true);
+        }
+        Err(Error::from(ErrorKind::TimeNotIncreasing {
+            previous,
+            found: stamp,
         })
+        .at(place))
+    }
+
+    /// Judges what only all rows together show: marks that may separate thousands.
+    fn finish(mut self) -> Result<Rows, Error> {
+        let text = self.table.text;
+        // Between commas a comma in a number more often separates thousands.
+        let strict = self.table.between_commas() && self.decimal == Decimal::Comma;
+        if let Some(error) = self.stamp_marks.error(text, strict) {
+            return Err(error);
+        }
+        if !self.stamp_marks.marks.decimal {
+            for (result, marks) in self.rows.values.iter_mut().zip(&self.marks) {
+                if let (Some(error), ColumnResult::Kept(_)) = (marks.error(text, strict), &result) {
+                    if self.wanted.selection == Selection::Lateral {
+                        return Err(error);
+                    }
+                    *result = ColumnResult::LeftOut(error.to_string());
+                }
+            }
+        }
+        self.rows.printed_digit_s = match (&self.dates, self.stamped) {
+            (Some(clock), _) => clock.last_digit(),
+            (None, stamped) => {
+                self.digits.last_digit() / stamped.map_or(1.0, |(_, per_second)| per_second)
+            }
+        };
+        self.rows.decimal_comma = self.decimal == Decimal::Comma;
+        Ok(self.rows)
     }
 }
 
-/// What a column's marks may be, and where the first doubtful one stands.
-#[derive(Default)]
-struct Doubt {
+impl Table<'_> {
+    fn between_commas(self) -> bool {
+        self.layout.separator == Separator::Comma
+    }
+
+    fn place(self, record: &ByteRecord, column: usize) -> Place {
+        Place::default()
+            .line(dialect::line_of_record(self.text, byte_of(record)))
+            .column(column as u64 + 1)
+    }
+
+    fn bad_cell(self, record: &ByteRecord, column: usize, fault: number::Fault) -> Error {
+        bad_cell(&record[column], fault).at(self.place(record, column))
+    }
+}
+
+/// Returns the byte at which the table reader began to read a row.
+fn byte_of(record: &ByteRecord) -> u64 {
+    record.position().map_or(0, ::csv::Position::byte)
+}
+
+/// What the marks of a column may be, and where the first doubtful one stands.
+#[derive(Clone, Default)]
+struct AmbiguousMarks {
     marks: Marks,
     /// Byte at which its row was begun, its column, and the cell.
     first: Option<(u64, usize, String)>,
 }
 
-impl Doubt {
-    fn look(&mut self, record: &::csv::ByteRecord, column: usize) {
+impl AmbiguousMarks {
+    fn look(&mut self, record: &ByteRecord, column: usize) {
         let cell = &record[column];
         if self.marks.look(cell) {
-            let byte = record.position().map_or(0, ::csv::Position::byte);
-            self.first = Some((byte, column, shown(cell)));
+            self.first = Some((byte_of(record), column, shown(cell)));
         }
     }
 
@@ -296,15 +413,16 @@ fn is_repeated(error: &Error) -> bool {
 fn check_counts(
     text: &[u8],
     layout: &Layout,
-    wanted: &[usize],
+    wanted: &Wanted<'_>,
     limits: &Limits,
-) -> Result<usize, Error> {
-    let by_cells = limits.table_cells / (wanted.len() as u64).max(1);
+) -> Result<(), Error> {
+    let columns = wanted.columns.len() + wanted.counters.len();
+    let by_cells = limits.table_cells / (columns as u64).max(1);
     let most = limits.samples.min(by_cells);
     // Too few bytes for too many rows, whatever they hold: no need to look at each line.
     let lines = memchr::memchr_iter(b'\n', text).count() + 1;
     if lines as u64 <= most {
-        return Ok(lines);
+        return Ok(());
     }
     let (mut rows, mut start) = (0_u64, 0);
     for (index, line) in text.split_inclusive(|byte| *byte == b'\n').enumerate() {
@@ -319,7 +437,7 @@ fn check_counts(
         }
         start += line.len() as u64;
     }
-    Ok(usize::try_from(rows).unwrap_or(0))
+    Ok(())
 }
 
 /// Returns the row that the table reader began to read at `byte`, comments passed over.
@@ -329,99 +447,6 @@ fn row_at(text: &[u8], byte: u64) -> Option<&[u8]> {
         .split(|byte| *byte == b'\n')
         .find(|line| dialect::is_row(line))
         .map(<[u8]>::trim_ascii_end)
-}
-
-/// Says that the table reader failed, which it cannot on bytes in memory.
-pub(super) fn unreadable(error: &::csv::Error) -> Error {
-    ErrorKind::Io {
-        action: "read the table",
-        reason: error.to_string(),
-    }
-    .into()
-}
-
-fn bad_cell(cell: &[u8], fault: Fault) -> Error {
-    let found = shown(cell);
-    let malformed = |expected: &str, found: String, hint: &str| ErrorKind::Malformed {
-        expected: expected.into(),
-        found,
-        hint: hint.into(),
-    };
-    match fault {
-        Fault::NonFinite => ErrorKind::NonFinite { found },
-        Fault::Empty => malformed(
-            "a number",
-            "an empty cell".into(),
-            "remove the row or fill the cell; a missing sample is not taken for zero",
-        ),
-        Fault::Text => malformed(
-            "a number",
-            format!("`{found}`{}", hidden(&found)),
-            hint_for(&found),
-        ),
-        Fault::OtherMark => malformed(
-            "the same decimal mark in all numbers",
-            format!("`{found}`"),
-            "a comma may be a decimal or a thousands mark; export with decimal points, or with ; between cells",
-        ),
-    }
-    .into()
-}
-
-/// Returns what to do about a cell that is no number.
-fn hint_for(cell: &str) -> &'static str {
-    let digits = cell.chars().any(|c| c.is_ascii_digit());
-    if digits && (cell.contains(':') || cell.matches('/').count() == 2) {
-        DATES
-    } else if digits && cell.contains([',', ';', '|', '\t']) {
-        ONE_CELL
-    } else if cell.replacen(['D', 'd'], "e", 1).parse::<f64>().is_ok() {
-        "write the exponent with E, as in 1.0E+00"
-    } else {
-        "mend the cell; lines of words begin with #"
-    }
-}
-
-/// What to do where a date is of a form that is not read.
-const DATES: &str = "dates are read as 2024-05-01T10:00:00.0001, date and time of day in one column; export them so, or as seconds, or leave the column out and state the setting `rate_hz`";
-
-/// What to do where a row is one cell.
-pub(super) const ONE_CELL: &str = "the row is one cell: export with a comma, a semicolon or a tab between cells, and without quotes around whole rows";
-
-/// Names the characters of a cell that cannot be seen or are taken for others.
-fn hidden(cell: &str) -> String {
-    let mut names: Vec<String> = cell
-        .chars()
-        .filter(|c| !c.is_ascii() && !c.is_alphanumeric())
-        .map(|c| format!("U+{:04X}", u32::from(c)))
-        .collect();
-    names.dedup();
-    names.truncate(4);
-    if names.is_empty() {
-        return String::new();
-    }
-    format!(", which holds {}", names.join(", "))
-}
-
-fn no_date(cell: &[u8]) -> Error {
-    ErrorKind::Malformed {
-        expected: "a date and time such as 2024-05-01T10:00:00.0001, as in the rows before".into(),
-        found: format!("`{}`", shown(cell)),
-        hint: "mend the cell, or name another column with the setting `time_column`".into(),
-    }
-    .into()
-}
-
-/// Shortens a cell for a message.
-pub(super) fn shown(cell: &[u8]) -> String {
-    const MOST: usize = 40;
-    let text = String::from_utf8_lossy(cell);
-    let text = text.trim();
-    if text.chars().count() > MOST {
-        format!("{}…", text.chars().take(MOST).collect::<String>())
-    } else {
-        text.to_string()
-    }
 }
 
 fn over(limit: &'static str, value: u64, found: &str) -> Error {

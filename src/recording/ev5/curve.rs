@@ -1,9 +1,9 @@
 //! Curve files: two columns of numbers, no header.
 
-use super::{encoding, text};
 use crate::error::{Error, ErrorKind, Place};
-use crate::recording::Limits;
+use crate::recording::csv::encoding;
 use crate::recording::csv::number::{Decimal, PrintedDigits};
+use crate::recording::{Limits, text};
 
 /// The numbers of a curve file.
 #[derive(Debug)]

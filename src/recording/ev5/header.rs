@@ -1,9 +1,8 @@
 //! The `.EV5`: one line for each curve, fields divided by `|`.
 
-use super::{encoding, laboratory, text, time_base};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::filtered::{Filtered, filter_in};
-use crate::recording::{Finding, Limits, Stated};
+use crate::recording::{Finding, Limits, Stated, csv::encoding, laboratory, text, time_base};
 use crate::units::{AccelerationUnit, SampleRate};
 
 /// Fields of a line of instrumentation.

@@ -92,7 +92,7 @@ pub(super) struct Header {
     /// Column of the Comment, counted from 0; beyond the last one if there is none.
     pub(super) comment_column: usize,
     /// What was written in words: each remark in the ways in which it can be read.
-    pub(super) remarks: Vec<Words>,
+    pub(super) words: Vec<Words>,
     /// The decimal mark that the header declares.
     pub(super) decimal: Option<char>,
 }
@@ -105,7 +105,7 @@ impl Header {
             time: TimeColumns::One,
             channels: Vec::new(),
             comment_column: 0,
-            remarks: Vec::new(),
+            words: Vec::new(),
             decimal: None,
         };
         let mut lines = text::lines(content);
@@ -226,7 +226,7 @@ impl Header {
         if filled.len() > 1 || !is_note {
             readings.extend(filled);
         }
-        self.remarks.push(Words { readings, is_note });
+        self.words.push(Words { readings, is_note });
     }
 
     fn describe(&mut self, names: &[String], rows: &[(u64, Vec<String>)]) -> Result<(), Error> {

@@ -1,7 +1,7 @@
 //! Chunks: decompression within limits, checked against the chunk's own size and checksum.
 
-use super::damaged;
 use super::records::ChunkRecord;
+use super::records::damaged;
 use crate::error::{Error, ErrorKind};
 use crate::recording::Limits;
 use std::borrow::Cow;

@@ -1,10 +1,10 @@
 //! Where in the messages of a type stands what is wanted of them, and in which unit.
 
 use super::json::{self, Leaf};
+use super::protobuf;
 use super::schema::{
     Budget, Definitions, Dialect, FIELDS, Number, Plan, plain_name, too_many_fields,
 };
-use super::{name_of, protobuf};
 use crate::error::{Candidates, Error, ErrorKind};
 use crate::recording::csv::header::Column as Named;
 use crate::units::AccelerationUnit;
@@ -581,4 +581,13 @@ pub(super) fn damaged_message(expected: &str, found: &str) -> Error {
         hint: "the message and its schema contradict one another; record it again".into(),
     }
     .into()
+}
+
+/// Returns a channel's name.
+pub(super) fn name_of(topic: &str, path: &str) -> String {
+    if path.is_empty() {
+        topic.to_string()
+    } else {
+        format!("{topic}:{path}")
+    }
 }

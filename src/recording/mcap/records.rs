@@ -4,7 +4,6 @@
 //! no field can make the reader allocate. Bytes after the known fields are ignored: later
 //! versions of the format may add some.
 
-use super::damaged;
 use crate::error::{Error, ErrorKind};
 use crate::recording::Limits;
 
@@ -270,4 +269,14 @@ impl<'a> Inside<'a> {
         let length = self.fields.u64()?;
         Ok(Some((opcode, self.fields.bytes(length)?)))
     }
+}
+
+/// Says what a damaged file should hold, and what it holds.
+pub(super) fn damaged(expected: impl Into<String>, found: impl Into<String>) -> Error {
+    ErrorKind::Malformed {
+        expected: expected.into(),
+        found: found.into(),
+        hint: "the file is damaged; copy or record it again".into(),
+    }
+    .into()
 }

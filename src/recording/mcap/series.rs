@@ -2,12 +2,14 @@
 
 use super::json::{self, Leaf};
 use super::layout::{
-    self, ESTIMATE, Extractor, FRAME, Laid, Layout, Unfit, Wanted, damaged_message, says_lateral,
+    self, ESTIMATE, Extractor, FRAME, Laid, Layout, Unfit, Wanted, damaged_message, name_of,
+    says_lateral,
 };
 use super::schema::{FIELDS, too_many_fields};
-use super::{cdr, name_of, protobuf, records};
+use super::{cdr, protobuf, records};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column as Named;
+use crate::recording::draft::{Draft, Unit};
 use crate::recording::time_base::TimeBase;
 use crate::recording::{Channel, Finding, Limits, ReadOptions};
 use crate::units::AccelerationUnit;
@@ -438,34 +440,24 @@ impl Column {
         if options.channel.is_some() {
             findings.extend(words.not_lateral_finding());
         }
-        let (unit, unit_source) = match (self.unit, options.unit) {
-            (Some(own), Some(said)) => {
-                if own != said {
-                    findings.push(Finding::warning(
-                        "unit-overridden",
-                        format!(
-                            "the message type prescribes {}; {} was stated and is used",
-                            own.name(),
-                            said.name()
-                        ),
-                    ));
-                }
-                (Some(said), "option")
-            }
-            (Some(own), None) => (Some(own), "format"),
-            (None, Some(said)) => (Some(said), "option"),
-            (None, None) => (None, "none"),
-        };
-        Ok(Channel {
+        let own = self.unit.map(|unit| (unit, "format"));
+        let unit = Unit::find(own, options, &mut findings, |_, used| {
+            let own = self.unit?.name();
+            Some(format!(
+                "the message type prescribes {own}; {used} was stated and is used"
+            ))
+        });
+        let draft = Draft {
             name: words.name.clone(),
             unit,
-            unit_source,
             start_s: base.start_s,
             rate: base.rate,
             values: base.apply(stamps, self.values)?,
             stated,
             findings,
-        })
+        };
+        // The stamps count from time zero already, which in nanoseconds loses no digit.
+        Ok(draft.finish(None))
     }
 }
 

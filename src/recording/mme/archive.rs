@@ -4,10 +4,10 @@
 //! files of a .tar.gz together. A file that unpacks to more than a limit, or to far more than
 //! it takes in the archive, ends the reading there.
 
-use super::package::{is_channel_file, is_test_file};
-use super::text;
+use super::names::{is_channel_file, is_test_file};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::Limits;
+use crate::recording::text;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Cursor, Read};
 

@@ -1,11 +1,12 @@
 //! Channel files: header and samples.
 
 use super::code::{self, Code};
-use super::{encoding, laboratory, text, time_base, to_f64};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column;
 use crate::recording::csv::number::{Decimal, PrintedDigits};
-use crate::recording::{Finding, Limits, Severity, Stated};
+use crate::recording::{
+    Finding, Limits, Severity, Stated, csv::encoding, laboratory, text, time_base,
+};
 use crate::units::{AccelerationUnit, SampleRate, TimeUnit};
 
 /// What stands for "nothing" as a value.
@@ -471,7 +472,7 @@ impl ChannelHeader {
         let first = stated_first.unwrap_or(first_stamp);
         let interval_s = match rate {
             Some(rate) => 1.0 / rate.hertz(),
-            None => (stamp(last)? - first_stamp) / to_f64(last.max(1)),
+            None => (stamp(last)? - first_stamp) / (last.max(1)) as f64,
         };
         let first_digit = self
             .value("Time of first sample")
@@ -480,7 +481,7 @@ impl ChannelHeader {
         let slack = 0.5 * (digit_s + first_digit) * (1.0 + 1e-6) + 1e-12 + STAMP_SLACK * interval_s;
         let compared = if rate.is_some() { stamps.len() } else { 1 };
         let off = (0..compared)
-            .filter_map(|index| Some((stamp(index)? - (first + to_f64(index) * interval_s)).abs()))
+            .filter_map(|index| Some((stamp(index)? - (first + index as f64 * interval_s)).abs()))
             .fold(0.0, f64::max);
         if off <= slack {
             return None;
@@ -603,7 +604,7 @@ impl ChannelHeader {
             }
             .into());
         };
-        let found = to_f64(found);
+        let found = found as f64;
         let text = format!("the header announces {stated} samples, the file holds {found}");
         Ok(if found < stated {
             Some(
@@ -666,7 +667,7 @@ impl ChannelHeader {
             let slack = 1.5 / rate.hertz() + text::last_digit(printed);
             let there = values.iter().enumerate().any(|(index, value)| {
                 (value - extreme).abs() <= tolerance
-                    && (start_s + to_f64(index) / rate.hertz() - time).abs() <= slack
+                    && (start_s + index as f64 / rate.hertz() - time).abs() <= slack
             });
             if !there {
                 found.push(Finding::warning(
@@ -866,8 +867,8 @@ impl Marks {
 /// Puts a straight line where samples are missing between two that are there.
 fn fill(values: &mut [f64], start: usize, end: usize) {
     let (before, after) = (values[start - 1], values[end]);
-    let steps = to_f64(end - start + 1);
+    let steps = (end - start + 1) as f64;
     for (index, value) in values[start..end].iter_mut().enumerate() {
-        *value = before + (after - before) * (to_f64(index + 1) / steps);
+        *value = before + (after - before) * ((index + 1) as f64 / steps);
     }
 }

@@ -1,13 +1,16 @@
 //! The files of a test, wherever they are: in a folder, in an archive, or beside the one given.
 
 use super::archive::{Archive, is_archive};
-use super::channel::{ChannelHeader, looks_like_channel};
+use super::channel::{ChannelHeader, Samples, looks_like_channel};
 use super::code::{self, Code, Side};
-use super::{encoding, text};
+use super::names::{is_channel_file, kept, number_of, suffix_of, test_of};
 use crate::error::{Error, ErrorKind, Place};
+use crate::recording::csv::encoding;
 use crate::recording::source::Reader;
+use crate::recording::text;
 use crate::recording::{Finding, Limits};
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 /// Bytes up to which the one channel file that was given may be held twice.
 const HELD_TWICE: usize = 16 << 20;
@@ -46,47 +49,6 @@ impl Entry {
                 .value("Channel code")
                 .is_some_and(|code| code::fits(wanted, code))
     }
-}
-
-/// Tells whether a name is that of a test's header or channel list.
-pub(super) fn is_test_file(name: &str) -> bool {
-    suffix_of(name).is_some_and(|suffix| {
-        suffix.eq_ignore_ascii_case("mme") || suffix.eq_ignore_ascii_case("chn")
-    })
-}
-
-fn suffix_of(name: &str) -> Option<&str> {
-    let file = name.rsplit('/').next()?;
-    let (stem, suffix) = file.rsplit_once('.')?;
-    (!stem.is_empty()).then_some(suffix)
-}
-
-/// Tells whether a name is that of a channel file: a suffix of three digits or more.
-pub(super) fn is_channel_file(name: &str) -> bool {
-    suffix_of(name)
-        .is_some_and(|suffix| suffix.len() >= 3 && suffix.bytes().all(|byte| byte.is_ascii_digit()))
-}
-
-/// Returns what the files of one test share: their folder, without the `Channel` in it, and
-/// their stem in small letters.
-fn test_of(name: &str) -> (String, String) {
-    let (folder, file) = name.rsplit_once('/').unwrap_or(("", name));
-    let (above, last) = folder.rsplit_once('/').unwrap_or(("", folder));
-    let folder = if last.eq_ignore_ascii_case("channel") {
-        above
-    } else {
-        folder
-    };
-    let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
-    (folder.to_string(), stem.to_lowercase())
-}
-
-/// Returns the number that a channel file has as its suffix.
-fn number_of(name: &str) -> Option<u32> {
-    suffix_of(name)
-        .filter(|_| is_channel_file(name))?
-        .parse()
-        .ok()
 }
 
 /// Refuses files that are not of one test: which channel goes with which clock and which struck
@@ -149,6 +111,11 @@ pub(super) struct Package {
     given: Option<(String, Vec<u8>)>,
     /// Bytes of headers read so far.
     header_bytes: u64,
+    /// Samples that were read and are needed again, by file, and whether more shall be kept.
+    kept: BTreeMap<String, Result<Rc<Samples>, Error>>,
+    keeps: bool,
+    /// Files beside the recording that were read for the selection at hand.
+    parts: BTreeSet<String>,
 }
 
 enum Where {
@@ -167,6 +134,9 @@ impl Package {
                 place: Where::Beside,
                 given: None,
                 header_bytes: 0,
+                kept: BTreeMap::new(),
+                keeps: false,
+                parts: BTreeSet::new(),
             });
         }
         let head = source.head()?;
@@ -186,6 +156,9 @@ impl Package {
                 place: Where::Archive(Box::new(archive)),
                 given: None,
                 header_bytes: 0,
+                kept: BTreeMap::new(),
+                keeps: false,
+                parts: BTreeSet::new(),
             });
         }
         if looks_like_channel(&head) {
@@ -203,6 +176,9 @@ impl Package {
                 place: Where::Beside,
                 given: Some((name, bytes)),
                 header_bytes: 0,
+                kept: BTreeMap::new(),
+                keeps: false,
+                parts: BTreeSet::new(),
             });
         }
         let name = source.name().to_string();
@@ -232,6 +208,9 @@ impl Package {
             place: Where::Beside,
             given: None,
             header_bytes: 0,
+            kept: BTreeMap::new(),
+            keeps: false,
+            parts: BTreeSet::new(),
         })
     }
 
@@ -252,8 +231,45 @@ impl Package {
             .position(|name| name == given)
     }
 
+    /// Begins to read for a selection; with `keeps` what is read for it is held for the next one.
+    pub(super) fn begin(&mut self, keeps: bool) {
+        self.keeps = keeps;
+        self.parts = BTreeSet::new();
+    }
+
+    /// Returns the files beside the recording that were read for the selection at hand.
+    pub(super) fn parts(&self) -> BTreeSet<String> {
+        self.parts.clone()
+    }
+
+    /// Reads the samples of a channel file, once for all selections; within, what is wrong with
+    /// the samples themselves.
+    ///
+    /// # Errors
+    ///
+    /// Those of reading the file.
+    pub(super) fn samples(
+        &mut self,
+        name: &str,
+        source: &mut Reader,
+        limits: &Limits,
+    ) -> Result<Result<Rc<Samples>, Error>, Error> {
+        if matches!(self.place, Where::Beside) {
+            self.parts.insert(name.to_string());
+        }
+        if let Some(samples) = self.kept.get(name) {
+            return Ok(samples.clone());
+        }
+        let bytes = self.whole(name, source, limits)?;
+        let samples = Samples::read(bytes, limits).map(Rc::new);
+        if self.keeps {
+            self.kept.insert(name.to_string(), samples.clone());
+        }
+        Ok(samples)
+    }
+
     /// Reads a file whole, within limits.
-    pub(super) fn whole(
+    fn whole(
         &mut self,
         name: &str,
         source: &mut Reader,
@@ -590,16 +606,4 @@ fn whole_lines(bytes: &[u8]) -> usize {
             .rposition(|byte| matches!(byte, b'\n' | b'\r'))
             .map_or(0, |at| at + 1),
     }
-}
-
-/// Keeps the names of the test's header, list and channels; not those of the shadows that macOS
-/// packs beside each file.
-fn kept(mut names: Vec<String>) -> Vec<String> {
-    names.retain(|name| is_test_file(name) || is_channel_file(name));
-    names.retain(|name| {
-        let file = name.rsplit('/').next().unwrap_or(name);
-        !file.starts_with("._") && !name.starts_with("__MACOSX/")
-    });
-    names.sort();
-    names
 }

@@ -1,7 +1,13 @@
-//! Bounds of a share from a count.
+//! Bounds of a share from a count, and the looks that share their error.
 
-/// Confidence of each one-sided bound at each look: four looks share an error of 5 %.
-pub const LOOK_CONFIDENCE: f64 = 1.0 - 0.05 / 4.0;
+/// Members after which the ensemble is looked at, unless it ends earlier.
+pub const LOOKS: [u32; 4] = [128, 512, 2048, 10_000];
+
+/// Probability with which the bounds of all looks together may be wrong on one side [-].
+pub const RULE_ERROR: f64 = 0.05;
+
+/// Confidence of each one-sided bound at each look: the looks share [`RULE_ERROR`].
+pub const LOOK_CONFIDENCE: f64 = 1.0 - RULE_ERROR / LOOKS.len() as f64;
 
 /// Returns the one-sided lower bound of Clopper and Pearson for the share of which `count` of
 /// `members` were seen [-].

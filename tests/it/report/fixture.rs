@@ -7,14 +7,16 @@ use latchgate::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
 use latchgate::recording::Finding;
+use latchgate::recording::card::CardPolarity;
 use latchgate::replay::{Run, TracePoint, Work};
-use latchgate::report::document::{ConditioningBlock, Document, RecordingBlock, Request, RunBlock};
+use latchgate::report::document::{ConditioningBlock, Document, RecordingBlock, RunBlock};
+use latchgate::request::{PolaritySource, Request};
 use latchgate::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate::verdict::ensemble::{Driver, End, PeakQuantiles};
 use latchgate::verdict::what_if::{Change, Side};
 use latchgate::verdict::{
-    Answer, Ensemble, ErrorBudget, Evidence, FilterRow, Reason, Ribbon, RunAnswer, Screens, Trace,
-    WhatIf,
+    Answer, Ensemble, ErrorBudget, Evidence, FilterRow, QuantileBand, Reason, RunAnswer, Screens,
+    Trace, WhatIf,
 };
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -142,7 +144,7 @@ fn with_ensemble(case: &mut Case) {
             .map(|point| factor * point.angle_rad)
             .collect()
     };
-    case.evidence.ribbon = Some(Ribbon {
+    case.evidence.ribbon = Some(QuantileBand {
         model: nominal.model,
         opens_when: nominal.opens_when,
         members: 128,
@@ -226,7 +228,7 @@ pub(super) fn unread() -> Case {
     case.document.recording = RecordingBlock {
         file: "imu.mcap".into(),
         sha256: Some("ab".repeat(32)),
-        format: Some("mcap"),
+        format: Some("mcap".into()),
         ..RecordingBlock::default()
     };
     case.document.findings = vec![Finding::blocking(
@@ -344,7 +346,8 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         .max_by(|&a, &b| raw.samples[a].abs().total_cmp(&raw.samples[b].abs()))
         .unwrap();
     let document = Document {
-        schema: "latchgate.verdict/1",
+        schema: "latchgate.verdict/1".into(),
+        report_id: "5e1f".repeat(16),
         verdict,
         why: vec![
             reason(
@@ -407,10 +410,10 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         recording: RecordingBlock {
             file: file.into(),
             sha256: Some("3f5a9c0de1b27788".repeat(4)),
-            format: Some("csv"),
+            format: Some("csv".into()),
             channel: Some("11DOORLE0000ACYP".into()),
-            unit: Some("g"),
-            unit_source: Some("header"),
+            unit: Some("g".into()),
+            unit_source: Some("header".into()),
             samples: raw.samples.len(),
             sample_rate_hz: Some(RATE_HZ),
             start_s: Some(raw.start_s),
@@ -418,18 +421,24 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             peak_g: Some(raw.samples[peak_index].abs() / STANDARD_GRAVITY),
             peak_time_s: Some(raw.time_s(peak_index)),
             card_sha256: Some("0c9a71e2".repeat(8)),
+            opens_when: (polarities.len() == 1).then_some(CardPolarity::Negative),
+            opens_when_source: if polarities.len() > 1 {
+                PolaritySource::Undeclared
+            } else {
+                PolaritySource::Card
+            },
             ..RecordingBlock::default()
         },
         conditioning: Some(ConditioningBlock {
             bias_m_s2: 0.46 * STANDARD_GRAVITY,
             bias_standard_error_m_s2: 0.012,
-            bias_standard_error_method: "integrated autocorrelation time",
+            bias_standard_error_method: "integrated autocorrelation time".into(),
             bias_samples: 191,
             bias_window_s: Some((START_S, -0.001)),
-            filter: "cfc1000",
-            filter_standard: "iso6487",
+            filter: "cfc1000".into(),
+            filter_standard: "iso6487".into(),
             filter_design_frequency_hz: Some(25.0 / 12.0 * 1000.0),
-            filter_end_treatment: Some("10 ms of point-mirrored samples at each end"),
+            filter_end_treatment: Some("10 ms of point-mirrored samples at each end".into()),
             resample_hz: None,
             peak_g: Some(0.97 * raw.samples[peak_index].abs() / STANDARD_GRAVITY),
             peak_time_s: Some(raw.time_s(peak_index)),
@@ -438,23 +447,15 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             synthetic: true,
         }),
         design,
-        decision_rule: "Nominal run only. Pass if the peak angle and the coast peak, each plus numerical and interpolation error, are at most the limit; fail if the peak less that error exceeds it; undecided otherwise, or where two stops or two undeclared signs answer differently.",
+        decision_rule: "Nominal run only. Pass if the peak angle and the coast peak, each plus numerical and interpolation error, are at most the limit; fail if the peak less that error exceeds it; undecided otherwise, or where two stops or two undeclared signs answer differently.".into(),
         request: Request {
-            command: format!("latchgate replay {file} --design 'lever & co.toml'"),
-            opens_when_source: if polarities.len() > 1 {
-                "undeclared"
-            } else {
-                "card"
-            },
-            model: "auto",
-            window_s: None,
-            phi0_rad: None,
-            omega0_rad_s: None,
+            channel: Some("lever & co".into()),
             members: 0,
-            seed: 1,
+            ..Request::default()
         },
         run: RunBlock {
-            version: "0.1.0",
+            version: "0.1.0".into(),
+            numbers_revision: Some(1),
             elapsed_s: 0.012_345,
         },
     };

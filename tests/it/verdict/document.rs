@@ -327,7 +327,7 @@ fn cli_the_first_sentences_tell_a_crash_engineer_what_he_needs() {
         [
             "The lever reaches at most 0.02918 rad",
             "The error of the computation",
-            "Only nominal runs were judged, as with --members 0",
+            "Only nominal runs were judged, as with the setting `members` = 0",
         ],
     );
     check(

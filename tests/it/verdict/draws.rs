@@ -394,7 +394,7 @@ fn check_refused(key: &str, value: f64) {
     design.set(&format!("{key}={value}")).unwrap();
     let error = ensemble::check(&design).unwrap_err().to_string();
     assert!(
-        error.contains(key) && error.contains("--members 0"),
+        error.contains(key) && error.contains("`members` = 0"),
         "{error}"
     );
     assert!(Scatter::new(&design, 0.0, 1).is_err());

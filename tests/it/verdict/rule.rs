@@ -16,12 +16,12 @@
 //! and the same without an ensemble. Parts 1, 2 and 4 are guarded end to end beside this file.
 
 use latchgate::verdict::Answer::{self, Fail, Pass, Undecided};
-use latchgate::verdict::decision::{Share, Standing, decide};
+use latchgate::verdict::decision::{PeakEstimate, Share, decide};
 
 const LIMIT: f64 = 0.1;
 
-fn standing(peak: f64, uncertainty: f64) -> Standing {
-    Standing {
+fn standing(peak: f64, uncertainty: f64) -> PeakEstimate {
+    PeakEstimate {
         peak_angle_rad: peak,
         uncertainty_rad: uncertainty,
         coast_rad: None,
@@ -30,7 +30,7 @@ fn standing(peak: f64, uncertainty: f64) -> Standing {
 }
 
 #[track_caller]
-fn check(standing: Standing, share: Option<(f64, f64)>, expected: Answer) {
+fn check(standing: PeakEstimate, share: Option<(f64, f64)>, expected: Answer) {
     let share = share.map(|(lower, upper)| Share {
         lower,
         upper,
@@ -86,7 +86,7 @@ fn verif_every_branch_with_an_ensemble() {
 
 #[test]
 fn verif_a_coast_holds_back_a_pass_only() {
-    let coasting = |peak: f64, coast: f64, error: f64| Standing {
+    let coasting = |peak: f64, coast: f64, error: f64| PeakEstimate {
         coast_rad: Some((coast, error)),
         ..standing(peak, 0.001)
     };
@@ -113,7 +113,7 @@ fn verif_every_branch_without_an_ensemble() {
 #[test]
 fn verif_a_nominal_run_that_was_not_followed() {
     for peak in [0.0, 0.2, f64::MAX] {
-        let lost = Standing {
+        let lost = PeakEstimate {
             followed: false,
             ..standing(peak, 0.0)
         };

@@ -1,32 +1,37 @@
 //! The reasons of a verdict, in sentences.
 
-use super::decision::{FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, Judged, PASS_SHARE_MAX};
+use super::decision::{FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, PASS_SHARE_MAX};
 use super::ensemble::Ensemble;
+use super::faults::Faults;
 use super::policy::{ModelChoice, Polarity, Policy};
-use super::remarks::Faults;
+use super::variant::VariantResult;
 use super::what_if::{Change, Side, WhatIf};
+use super::wording::{briefly, describe, instant, percent, sentence, signed};
 use super::{Answer, ErrorBudget, Reason};
 use crate::model::Design;
-use crate::model::stop::StopModel;
 use crate::recording::{Finding, Severity};
 use crate::units::{OpensWhen, plain};
 
-/// What the sentences are about.
+/// The verdict that the sentences explain.
 pub(super) struct Case<'a> {
     pub(super) answer: Answer,
     pub(super) design: &'a Design,
     pub(super) policy: &'a Policy,
-    pub(super) pairs: &'a [(OpensWhen, StopModel)],
-    pub(super) judged: &'a [Judged],
-    pub(super) nominal: usize,
+    pub(super) results: &'a [VariantResult],
+    /// The one with the largest peak.
+    pub(super) nominal: &'a VariantResult,
     pub(super) findings: &'a [Finding],
     pub(super) faults: &'a Faults,
     /// First crossing outside the judged window [s].
     pub(super) outside: Option<f64>,
     pub(super) budget: &'a ErrorBudget,
-    /// One for each pair that was not left out.
-    pub(super) ensembles: &'a [Option<Ensemble>],
     pub(super) what_if: &'a [WhatIf],
+}
+
+impl Case<'_> {
+    fn threshold_rad(&self) -> f64 {
+        self.design.criterion.threshold_rad
+    }
 }
 
 /// Returns the reasons, the weightiest first.
@@ -88,17 +93,16 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
 
 /// Says how many of the scattered levers cross, and what that is worth.
 fn ensemble(case: &Case<'_>) -> Option<Reason> {
-    let own = case.ensembles.get(case.nominal)?.as_ref()?;
+    let own = case.nominal.ensemble.as_ref()?;
     // Where an answer is missing, every stop and polarity that has none is named.
-    let threshold = case.design.criterion.threshold_rad;
+    let threshold = case.threshold_rad();
     let mut named: Vec<&Ensemble> = vec![own];
     if case.answer == Answer::Undecided {
         named = case
-            .ensembles
+            .results
             .iter()
-            .zip(case.judged)
-            .filter(|(_, judged)| judged.answer(threshold) == Answer::Undecided)
-            .filter_map(|(ensemble, _)| ensemble.as_ref())
+            .filter(|result| result.run.answer(threshold) == Answer::Undecided)
+            .filter_map(|result| result.ensemble.as_ref())
             .collect();
         if named.is_empty() {
             named.push(own);
@@ -124,7 +128,7 @@ fn ensemble(case: &Case<'_>) -> Option<Reason> {
                 "{} of {} levers{lost}, {share} of all such ({})",
                 ensemble.exceeded,
                 ensemble.members,
-                briefly((ensemble.opens_when, ensemble.model)),
+                briefly(ensemble.variant()),
             )
         })
         .collect();
@@ -162,29 +166,18 @@ fn ensemble(case: &Case<'_>) -> Option<Reason> {
     })
 }
 
-/// Returns a share in percent, with the digits that matter at the bounds of the rule.
-fn percent(share: f64) -> String {
-    let text = plain(100.0 * share, 4);
-    if text.contains('.') && !text.contains('e') {
-        text.trim_end_matches('0').trim_end_matches('.').to_string()
-    } else {
-        text
-    }
-}
-
 /// Names the undeclared polarity where both signs are in doubt alike.
 fn undeclared(case: &Case<'_>) -> Option<Reason> {
-    let threshold = case.design.criterion.threshold_rad;
-    let open =
-        case.policy.polarity == Polarity::Undeclared && case.ensembles.iter().any(Option::is_some);
-    if !open || signs_differ(case, threshold) {
+    let open = case.policy.polarity == Polarity::Undeclared
+        && case.results.iter().any(|result| result.ensemble.is_some());
+    if !open || signs_differ(case) {
         return None;
     }
     Some(Reason {
         code: "polarity-undeclared".into(),
         text: format!(
             "The sign that opens is not declared, and neither polarity answers by itself: {}. State it with the setting `opens_when`.",
-            each(case, threshold)
+            each(case)
         ),
     })
 }
@@ -211,7 +204,7 @@ fn deciding_inputs(case: &Case<'_>) -> Vec<Reason> {
                 signed(what_if.change),
                 plain(side.peak_angle_rad, 4),
                 plain(before, 4),
-                briefly((side.opens_when, side.model)),
+                briefly(side.variant()),
             ))
         })
         .collect();
@@ -252,27 +245,17 @@ fn deciding_inputs(case: &Case<'_>) -> Vec<Reason> {
     reasons
 }
 
-fn signed(change: f64) -> String {
-    let sign = if change < 0.0 { "" } else { "+" };
-    format!("{sign}{}", plain(change, 3))
-}
-
 /// Returns the stop and polarity that changes sides, that of the nominal run if it is among
 /// them, and its nominal peak [rad].
 fn side(case: &Case<'_>, what_if: &WhatIf) -> Option<(Side, f64)> {
-    let nominal = case.pairs[case.nominal];
     let side = what_if
         .changes_side
         .iter()
-        .find(|side| (side.opens_when, side.model) == nominal)
+        .find(|side| side.variant() == case.nominal.variant)
         .or(what_if.changes_side.first())?;
-    let pair = (side.opens_when, side.model);
-    let index = case.pairs.iter().position(|known| *known == pair)?;
-    Some((*side, case.judged[index].run().peak_angle_rad))
-}
-
-fn briefly((sign, stop): (OpensWhen, StopModel)) -> String {
-    format!("{} stop, {} opens", stop.name(), sign.name())
+    let mut results = case.results.iter();
+    let own = results.find(|result| result.variant == side.variant())?;
+    Some((*side, own.run.run().peak_angle_rad))
 }
 
 /// One reason for each blocking finding.
@@ -286,34 +269,12 @@ fn blocking(findings: &[Finding]) -> impl Iterator<Item = Reason> + '_ {
         })
 }
 
-/// Makes a sentence of a finding's text: a capital first, a full stop last.
-fn sentence(text: &str) -> String {
-    let mut letters = text.chars();
-    let mut sentence: String = letters
-        .next()
-        .map(|first| first.to_uppercase().chain(letters).collect())
-        .unwrap_or_default();
-    if !sentence.ends_with(['.', '!', '?']) {
-        sentence.push('.');
-    }
-    sentence
-}
-
-/// Returns an instant with its unit: milliseconds below ten seconds, as in the report.
-pub(super) fn instant(seconds: f64) -> String {
-    if seconds.abs() < 10.0 {
-        format!("{} ms", plain(1e3 * seconds, 5))
-    } else {
-        format!("{} s", plain(seconds, 7))
-    }
-}
-
 fn peak(case: &Case<'_>) -> Reason {
-    let judged = &case.judged[case.nominal];
-    let run = judged.run();
-    let threshold = case.design.criterion.threshold_rad;
-    let place = describe(case.pairs[case.nominal], case.policy);
-    if judged.outcome.broke_down {
+    let nominal = &case.nominal.run;
+    let run = nominal.run();
+    let threshold = case.threshold_rad();
+    let place = describe(case.nominal.variant, case.policy);
+    if nominal.outcome.broke_down {
         return not_followed(&run.method, &place);
     }
     // What is found on faulty samples is told, but not as if it were known.
@@ -371,18 +332,17 @@ fn not_followed(method: &str, places: &str) -> Reason {
 
 /// Names the stops and polarities beside that of the nominal run which could not be followed.
 fn others_not_followed(case: &Case<'_>) -> Option<Reason> {
-    let lost: Vec<(usize, &Judged)> = case
-        .judged
+    let lost: Vec<&VariantResult> = case
+        .results
         .iter()
-        .enumerate()
-        .filter(|(index, judged)| judged.outcome.broke_down && *index != case.nominal)
+        .filter(|result| result.run.outcome.broke_down && result.variant != case.nominal.variant)
         .collect();
-    let (_, first) = lost.first()?;
+    let first = lost.first()?;
     let places: Vec<String> = lost
         .iter()
-        .map(|(index, _)| describe(case.pairs[*index], case.policy))
+        .map(|result| describe(result.variant, case.policy))
         .collect();
-    Some(not_followed(&first.run().method, &places.join("; ")))
+    Some(not_followed(&first.run.run().method, &places.join("; ")))
 }
 
 fn coast_words(coast: Option<f64>) -> String {
@@ -392,14 +352,6 @@ fn coast_words(coast: Option<f64>) -> String {
             plain(coast, 4)
         )
     })
-}
-
-fn describe((sign, stop): (OpensWhen, StopModel), policy: &Policy) -> String {
-    let word = match policy.polarity {
-        Polarity::Declared(_) => "opens",
-        Polarity::Both | Polarity::Undeclared => "taken to open",
-    };
-    format!("{} stop, {} acceleration {word}", stop.name(), sign.name())
 }
 
 /// Says that a fault came too late to matter.
@@ -428,19 +380,16 @@ fn before_fault(case: &Case<'_>) -> Option<Reason> {
 
 /// Says that a lever which stayed below the limit may reach it after the last judged sample.
 fn coast(case: &Case<'_>) -> Option<Reason> {
-    let threshold = case.design.criterion.threshold_rad;
-    let (pair, judged) = case
-        .pairs
-        .iter()
-        .zip(case.judged)
-        .find(|(_, judged)| judged.held_back_by_coast(threshold))?;
+    let threshold = case.threshold_rad();
+    let mut results = case.results.iter();
+    let held = results.find(|result| result.run.held_back_by_coast(threshold))?;
     Some(Reason {
         code: "coast-reaches-limit".into(),
         text: format!(
             "After the last judged sample the lever moves on and reaches {} rad, ±{} rad, with no further acceleration ({}): the record or window ends too early for a pass.",
-            plain(judged.run().coast_peak_angle_rad.unwrap_or(0.0), 4),
-            plain(judged.coast_uncertainty_rad(), 2),
-            describe(*pair, case.policy),
+            plain(held.run.run().coast_peak_angle_rad.unwrap_or(0.0), 4),
+            plain(held.run.coast_uncertainty_rad(), 2),
+            describe(held.variant, case.policy),
         ),
     })
 }
@@ -453,9 +402,9 @@ fn few_cross(ensemble: &Ensemble) -> bool {
 /// Says that scattered levers which stayed below the limit in the window reach it afterwards.
 fn coast_of_members(case: &Case<'_>) -> Option<Reason> {
     let ensemble = case
-        .ensembles
+        .results
         .iter()
-        .flatten()
+        .filter_map(|result| result.ensemble.as_ref())
         .find(|ensemble| ensemble.p_upper <= PASS_SHARE_MAX && !few_cross(ensemble))?;
     Some(Reason {
         code: "members-coast-beyond".into(),
@@ -465,78 +414,65 @@ fn coast_of_members(case: &Case<'_>) -> Option<Reason> {
             ensemble.members,
             percent(ensemble.p_upper_with_coast),
             percent(PASS_SHARE_MAX),
-            briefly((ensemble.opens_when, ensemble.model)),
+            briefly(ensemble.variant()),
         ),
     })
 }
 
-/// Returns what each stop and polarity says, in one list.
-fn each(case: &Case<'_>, threshold: f64) -> String {
-    case.pairs
-        .iter()
-        .zip(case.judged)
-        .map(|((sign, stop), judged)| {
-            let coast = judged
-                .run()
-                .coast_peak_angle_rad
-                .filter(|_| judged.held_back_by_coast(threshold))
-                .map_or_else(String::new, |coast| {
-                    format!(", coasting to {} rad", plain(coast, 4))
-                });
-            let answer = judged.answer(threshold).name();
-            if judged.outcome.broke_down {
-                return format!(
-                    "{} stop, {} opens: {answer}, since it could not be followed",
-                    stop.name(),
-                    sign.name()
-                );
-            }
-            format!(
-                "{} stop, {} opens: {answer} with a peak of {} rad{coast}",
-                stop.name(),
-                sign.name(),
-                plain(judged.run().peak_angle_rad, 4)
-            )
-        })
-        .collect::<Vec<_>>()
-        .join("; ")
+/// Returns the answer of each variant, in one list.
+fn each(case: &Case<'_>) -> String {
+    let threshold = case.threshold_rad();
+    let of_each = case.results.iter().map(|result| {
+        let (name, run) = (briefly(result.variant), result.run.run());
+        let answer = result.run.answer(threshold).name();
+        if result.run.outcome.broke_down {
+            return format!("{name}: {answer}, since it could not be followed");
+        }
+        let coast = run
+            .coast_peak_angle_rad
+            .filter(|_| result.run.held_back_by_coast(threshold))
+            .map_or_else(String::new, |coast| {
+                format!(", coasting to {} rad", plain(coast, 4))
+            });
+        let peak = plain(run.peak_angle_rad, 4);
+        format!("{name}: {answer} with a peak of {peak} rad{coast}")
+    });
+    of_each.collect::<Vec<_>>().join("; ")
 }
 
 /// Returns what the stops say of one polarity.
-fn of_sign(case: &Case<'_>, sign: OpensWhen, threshold: f64) -> Vec<Answer> {
-    case.pairs
+fn of_sign(case: &Case<'_>, sign: OpensWhen) -> Vec<Answer> {
+    case.results
         .iter()
-        .zip(case.judged)
-        .filter(|(pair, _)| pair.0 == sign)
-        .map(|(_, judged)| judged.answer(threshold))
+        .filter(|result| result.variant.opens_when == sign)
+        .map(|result| result.run.answer(case.threshold_rad()))
         .collect()
 }
 
-fn signs_differ(case: &Case<'_>, threshold: f64) -> bool {
-    let signs = distinct(case.pairs.iter().map(|pair| pair.0));
-    signs.len() > 1 && of_sign(case, signs[0], threshold) != of_sign(case, signs[1], threshold)
+fn signs_differ(case: &Case<'_>) -> bool {
+    match case.policy.polarity.signs() {
+        [first, second] => of_sign(case, *first) != of_sign(case, *second),
+        _ => false,
+    }
 }
 
 /// Says which stops or polarities answer differently.
 fn disagreement(case: &Case<'_>) -> Vec<Reason> {
-    let threshold = case.design.criterion.threshold_rad;
-    let stops_differ = distinct(case.pairs.iter().map(|pair| pair.0))
-        .into_iter()
-        .any(|sign| {
-            let own = of_sign(case, sign, threshold);
-            own.iter().any(|answer| *answer != own[0])
-        });
-    let signs_differ = signs_differ(case, threshold);
+    let stops_differ = case.policy.polarity.signs().iter().any(|sign| {
+        let own = of_sign(case, *sign);
+        own.iter().any(|answer| *answer != own[0])
+    });
+    let signs_differ = signs_differ(case);
     let mut reasons = Vec::new();
     if signs_differ {
         let text = match case.policy.polarity {
             Polarity::Both => format!(
                 "The two polarities answer differently, and the worse counts: {}.",
-                each(case, threshold)
+                each(case)
             ),
             _ => format!(
                 "The sign that opens is not declared, and the two polarities answer differently: {}. State it with the setting `opens_when`.",
-                each(case, threshold)
+                each(case)
             ),
         };
         reasons.push(Reason {
@@ -547,10 +483,7 @@ fn disagreement(case: &Case<'_>) -> Vec<Reason> {
     if stops_differ && case.policy.model == ModelChoice::Auto && !signs_differ {
         reasons.push(Reason {
             code: "stop-model-decides".into(),
-            text: format!(
-                "The two stop models answer differently: {}.",
-                each(case, threshold)
-            ),
+            text: format!("The two stop models answer differently: {}.", each(case)),
         });
     } else if stops_differ && signs_differ {
         reasons.push(Reason {
@@ -561,31 +494,21 @@ fn disagreement(case: &Case<'_>) -> Vec<Reason> {
     reasons
 }
 
-fn distinct(signs: impl Iterator<Item = OpensWhen>) -> Vec<OpensWhen> {
-    let mut known = Vec::new();
-    for sign in signs {
-        if !known.contains(&sign) {
-            known.push(sign);
-        }
-    }
-    known
-}
-
 /// Sets the error of the computation beside the distance from peak to limit, and names the
 /// largest influence that the rule does not count.
 fn uncertainty(case: &Case<'_>) -> Option<Reason> {
-    let judged = &case.judged[case.nominal];
-    if judged.outcome.broke_down {
+    let nominal = &case.nominal.run;
+    if nominal.outcome.broke_down {
         return None;
     }
-    let run = judged.run();
-    let total = judged.uncertainty_rad();
-    let distance = (run.peak_angle_rad - case.design.criterion.threshold_rad).abs();
+    let run = nominal.run();
+    let total = nominal.uncertainty_rad();
+    let distance = (run.peak_angle_rad - case.threshold_rad()).abs();
     let parts = format!(
         "±{} rad (integration {} rad, straight lines between samples {} rad)",
         plain(total, 2),
         plain(run.numerical_error_rad, 2),
-        plain(judged.interpolation_error_rad, 2)
+        plain(nominal.interpolation_error_rad, 2)
     );
     let largest = case
         .budget

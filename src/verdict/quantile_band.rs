@@ -1,8 +1,9 @@
 //! How members of an ensemble spread around the nominal trajectory.
 
-use super::bench::{Bench, Pair};
 use super::ensemble::Scatter;
 use super::ensemble::drivers::quantile;
+use super::policy::Variant;
+use super::runs::RunSetup;
 use crate::conditioning::Signal;
 use crate::error::Error;
 use crate::model::Design;
@@ -12,7 +13,7 @@ use crate::units::OpensWhen;
 
 /// Quantiles of the angle at each instant, of the first members of an ensemble.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ribbon {
+pub struct QuantileBand {
     /// Stop model.
     pub model: StopModel,
     /// Sign of the recorded acceleration that opens.
@@ -38,29 +39,30 @@ const MEMBERS_MIN: usize = 16;
 /// Samples of all members together that are run for the drawing's sake.
 const SAMPLES_RUN: usize = 1_500_000;
 
-/// Instants of the ribbon.
+/// Instants of the band.
 const INSTANTS: u32 = 480;
 
-/// Runs the first members of a pair's ensemble again, by the scalar kernel, for their
+/// Runs the first members of a variant's ensemble again, by the scalar kernel, for their
 /// trajectories; `None` if fewer than two could be followed.
 pub(super) fn around(
-    bench: &Bench<'_>,
+    setup: &RunSetup<'_>,
     scatter: &Scatter,
-    pair: Pair,
-    window: Option<(usize, usize)>,
-) -> Result<Option<Ribbon>, Error> {
-    let signal = bench.signal;
-    let last = window.map_or(signal.samples.len() - 1, |(_, last)| last);
+    Variant { opens_when, model }: Variant,
+) -> Result<Option<QuantileBand>, Error> {
+    let signal = setup.signal;
+    let last = setup
+        .window
+        .map_or(signal.samples.len() - 1, |(_, last)| last);
     let (start, end) = (signal.start_s, signal.time_s(last));
     let time_s: Vec<f64> = (0..=INSTANTS)
         .map(|index| start + (end - start) * f64::from(index) / f64::from(INSTANTS))
         .collect();
-    let most = usize::try_from(bench.policy.members).unwrap_or(usize::MAX);
+    let most = usize::try_from(setup.policy.members).unwrap_or(usize::MAX);
     let shown = (SAMPLES_RUN / signal.samples.len().max(1))
         .clamp(MEMBERS_MIN, MEMBERS_MAX)
         .min(most);
     let members: Vec<u32> = (0..).take(shown).collect();
-    let paths = bench.share(shown, &members, |index| {
+    let paths = setup.share(shown, &members, |index| {
         let member = scatter.member(*index);
         let seen = Signal {
             samples: signal
@@ -73,15 +75,15 @@ pub(super) fn around(
         let design = Design {
             lever: member.lever,
             stop: member.stop,
-            ..bench.design.clone()
+            ..setup.design.clone()
         };
         let options = RunOptions {
             method: Method::EventDriven,
-            initial: bench.initial(pair.1),
-            window,
+            initial: setup.initial(model),
+            window: setup.window,
             trace: true,
             error_bound: false,
-            ..RunOptions::new(pair.1, pair.0)
+            ..RunOptions::new(model, opens_when)
         };
         replay::run(&seen, &design, &options)
             .map(|outcome| (!outcome.broke_down).then(|| sampled(&outcome.trace, &time_s)))
@@ -91,25 +93,25 @@ pub(super) fn around(
         return Ok(None);
     }
     let mut column = vec![0.0; followed.len()];
-    let mut ribbon = Ribbon {
-        model: pair.1,
-        opens_when: pair.0,
+    let mut band = QuantileBand {
+        model,
+        opens_when,
         members: followed.len(),
         p05: Vec::with_capacity(time_s.len()),
         p50: Vec::with_capacity(time_s.len()),
         p95: Vec::with_capacity(time_s.len()),
         time_s,
     };
-    for index in 0..ribbon.time_s.len() {
+    for index in 0..band.time_s.len() {
         for (value, path) in column.iter_mut().zip(&followed) {
             *value = path[index];
         }
         column.sort_by(f64::total_cmp);
-        ribbon.p05.push(quantile(&column, 0.05));
-        ribbon.p50.push(quantile(&column, 0.50));
-        ribbon.p95.push(quantile(&column, 0.95));
+        band.p05.push(quantile(&column, 0.05));
+        band.p50.push(quantile(&column, 0.50));
+        band.p95.push(quantile(&column, 0.95));
     }
-    Ok(Some(ribbon))
+    Ok(Some(band))
 }
 
 /// Returns the angle at each instant, on straight lines between the points of a trajectory.

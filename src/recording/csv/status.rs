@@ -1,9 +1,10 @@
-//! What comments and columns of words say of the samples.
+//! What a table says of its samples in words: comment lines, and columns that hold the state of
+//! a channel or notes row by row.
 
+use super::cell::{shown, unreadable};
 use super::dialect;
 use super::header::Column;
 use super::layout::Layout;
-use super::rows::{shown, unreadable};
 use crate::error::Error;
 use crate::recording::laboratory::{self, Remark};
 use crate::recording::{Finding, Severity};
@@ -229,8 +230,8 @@ fn about(column: &Column) -> Option<About> {
 }
 
 /// A column of words, and what it said first.
-struct Watch {
-    column: usize,
+pub(super) struct StatusColumn {
+    index: usize,
     about: About,
     first: Option<String>,
     last: String,
@@ -239,7 +240,22 @@ struct Watch {
     odd: Option<(usize, String)>,
 }
 
-impl Watch {
+impl StatusColumn {
+    /// Returns the one column of which it speaks: `acc_y_status` speaks of `acc_y`.
+    fn is_about(&self, layout: &Layout) -> Option<usize> {
+        let label = layout.columns[self.index].label.to_lowercase();
+        (0..layout.columns.len())
+            .filter(|other| {
+                let own = layout.columns[*other].label.to_lowercase();
+                *other != self.index
+                    && own.len() > 1
+                    && label
+                        .strip_prefix(&own)
+                        .is_some_and(|rest| rest.starts_with(|c: char| !c.is_alphanumeric()))
+            })
+            .max_by_key(|other| layout.columns[*other].label.len())
+    }
+
     fn look(&mut self, row: usize, cell: &[u8]) {
         let cell = cell.trim_ascii();
         if row > 0 && cell == self.last.as_bytes() {
@@ -276,31 +292,32 @@ impl Watch {
     }
 }
 
-/// What columns of words say, with the column it is said of, if it is only one.
-pub(super) struct Told {
-    pub(super) of: Option<usize>,
+/// What a column of words says, with the column it is said of, if it is only one.
+pub(super) struct StatusFinding {
+    of: Option<usize>,
     pub(super) finding: Finding,
 }
 
-/// Returns what the columns of words say; `at_s` tells the instant of a row [s].
+impl StatusFinding {
+    /// Tells whether it is said of the column `index`, among others perhaps.
+    pub(super) fn is_of(&self, index: usize) -> bool {
+        self.of.is_none_or(|of| of == index)
+    }
+}
+
+/// Reads the columns of words.
 ///
 /// # Errors
 ///
 /// Those of the table reader.
-pub(super) fn of_columns(
-    text: &[u8],
-    layout: &Layout,
-    passed: &[usize],
-    at_s: impl Fn(usize) -> Option<f64>,
-) -> Result<Vec<Told>, Error> {
-    let mut watches: Vec<Watch> = layout
+pub(super) fn read(text: &[u8], layout: &Layout) -> Result<Vec<StatusColumn>, Error> {
+    let mut columns: Vec<StatusColumn> = layout
         .columns
         .iter()
         .enumerate()
-        .filter(|(column, _)| !passed.contains(column))
-        .filter_map(|(column, header)| {
-            Some(Watch {
-                column,
+        .filter_map(|(index, header)| {
+            Some(StatusColumn {
+                index,
                 about: about(header)?,
                 first: None,
                 last: String::new(),
@@ -309,8 +326,8 @@ pub(super) fn of_columns(
             })
         })
         .collect();
-    if watches.is_empty() {
-        return Ok(Vec::new());
+    if columns.is_empty() {
+        return Ok(columns);
     }
     let mut reader = dialect::reader(text, layout.separator, layout.quoted);
     let mut record = ::csv::ByteRecord::new();
@@ -324,51 +341,55 @@ pub(super) fn of_columns(
             skipped += 1;
             continue;
         }
-        for watch in &mut watches {
-            watch.look(row, record.get(watch.column).unwrap_or_default());
+        for column in &mut columns {
+            column.look(row, record.get(column.index).unwrap_or_default());
         }
         row += 1;
     }
-    let mut told = Vec::new();
-    for watch in watches {
-        let name = &layout.columns[watch.column].name;
-        let label = layout.columns[watch.column].label.to_lowercase();
-        // `acc_y_status` speaks of `acc_y`.
-        let of = (0..layout.columns.len())
-            .filter(|other| {
-                let own = layout.columns[*other].label.to_lowercase();
-                *other != watch.column
-                    && own.len() > 1
-                    && label
-                        .strip_prefix(&own)
-                        .is_some_and(|rest| rest.starts_with(|c: char| !c.is_alphanumeric()))
-            })
-            .max_by_key(|other| layout.columns[*other].label.len());
-        let mut push = |at: Option<(usize, String)>, finding: fn(String) -> Finding| {
-            let Some((row, word)) = at else { return };
-            told.push(Told {
+    Ok(columns)
+}
+
+/// Returns what columns of words say, but for those `passed` over since they are read as numbers;
+/// `at_s` tells the instant of a row [s].
+pub(super) fn of_columns(
+    columns: &[StatusColumn],
+    layout: &Layout,
+    passed: &[usize],
+    at_s: impl Fn(usize) -> Option<f64>,
+) -> Vec<StatusFinding> {
+    let mut findings = Vec::new();
+    for column in columns {
+        if passed.contains(&column.index) {
+            continue;
+        }
+        let of = column.is_about(layout);
+        let name = &layout.columns[column.index].name;
+        let mut push = |said: &Option<(usize, String)>, finding: fn(String) -> Finding| {
+            let Some((row, word)) = said else { return };
+            let text = format!(
+                "the column `{name}` says \"{}\" from row {} on",
+                shown(word.as_bytes()),
+                row + 1
+            );
+            findings.push(StatusFinding {
                 of,
                 finding: Finding {
-                    at_s: at_s(row),
-                    ..finding(format!(
-                        "the column `{name}` says \"{}\" from row {} on",
-                        shown(word.as_bytes()),
-                        row + 1
-                    ))
+                    at_s: at_s(*row),
+                    ..finding(text)
                 },
             });
         };
-        push(watch.bad, |text| {
+        push(&column.bad, |text| {
             Finding::blocking("invalid-by-laboratory", text)
         });
         push(
-            watch.odd,
-            if watch.about == About::Notes {
+            &column.odd,
+            if column.about == About::Notes {
                 |text| Finding::info("notes", text)
             } else {
                 |text| Finding::warning("laboratory-remark", text)
             },
         );
     }
-    Ok(told)
+    findings
 }

@@ -1,0 +1,238 @@
+//! Whether every variant passes, asked of as few members as that takes.
+//!
+//! A search over designs asks this hundreds of times. A look cannot pass any more as soon as more
+//! members cross than it allows, whichever they are: members that crossed at a design nearby are
+//! asked first, and most of the others never.
+
+use super::Answer;
+use super::decision::{PASS_SHARE_MAX, PeakEstimate, VariantRun, decide};
+use super::ensemble::{self, Count, Scatter};
+use super::looks::MEMBERS_TAKEN;
+use super::policy::Variant;
+use super::runs::RunSetup;
+use crate::error::Error;
+use std::collections::BTreeMap;
+
+/// Members that are run one after the other between two questions whether a pass is still
+/// possible.
+const MEMBERS_IN_A_ROW: usize = 256;
+
+/// Part of the threshold from which on a peak makes its member worth asking first.
+const NEAR_PART: f64 = 0.8;
+
+/// Highest angles of the members, coast included, at designs that were asked about before.
+///
+/// The cache says whom to ask first. The answer does not depend on it, unless it is trusted.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct MemberCache {
+    /// Of each variant, the angle [rad] of each member where it was run last.
+    peaks: BTreeMap<Variant, BTreeMap<u32, f64>>,
+    /// The variant that did not pass last.
+    in_the_way: Option<Variant>,
+}
+
+/// The question of one variant.
+struct Question<'a> {
+    setup: &'a RunSetup<'a>,
+    scatter: &'a Scatter,
+    variant: Variant,
+    estimate: PeakEstimate,
+    trust_cache: bool,
+}
+
+/// The end of the question at one look.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum LookEnd {
+    /// More members exceed the threshold than a pass allows.
+    NoPass,
+    /// Every member was run.
+    Complete,
+    /// Those that were likely to exceed the threshold were run; the cache is trusted for the rest.
+    Trusted,
+}
+
+/// Returns whether every variant passes by the rule, as its whole ensemble would have it.
+///
+/// With `trust_cache` a pass is not certain: where the cache has seen every member of a look, those
+/// that stayed well below the threshold are not run again. "No pass" is certain in any case.
+pub(super) fn all_pass(
+    setup: &RunSetup<'_>,
+    scatter: &Scatter,
+    runs: &[VariantRun],
+    cache: &mut MemberCache,
+    trust_cache: bool,
+) -> Result<bool, Error> {
+    let threshold = setup.threshold_rad();
+    let stays = |run: &VariantRun| run.nominal_answer(threshold) == Answer::Pass;
+    if !runs.iter().all(stays) {
+        return Ok(false);
+    }
+    // The one that was in the way before is likely to be so again.
+    let mut order: Vec<&VariantRun> = runs.iter().collect();
+    order.sort_by_key(|run| Some(run.variant()) != cache.in_the_way);
+    for run in order {
+        let variant = run.variant();
+        let question = Question {
+            setup,
+            scatter,
+            variant,
+            estimate: run.estimate(),
+            trust_cache,
+        };
+        if !question.passes(cache.peaks.entry(variant).or_default())? {
+            cache.in_the_way = Some(variant);
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+impl Question<'_> {
+    /// Returns whether the variant passes by the rule, and notes in `cached` what members did.
+    fn passes(&self, cached: &mut BTreeMap<u32, f64>) -> Result<bool, Error> {
+        let members = self.setup.policy.members;
+        let likely = likely(cached, self.setup.threshold_rad());
+        let mut peaks: Vec<Option<f64>> = vec![None; members as usize];
+        let mut looks = Vec::new();
+        let mut answer = Answer::Undecided;
+        for look in ensemble::looks(members) {
+            let all_seen = self.trust_cache && cached.range(..look).count() == look as usize;
+            looks.push(look);
+            match self.ask(look, &likely, all_seen, &mut peaks)? {
+                LookEnd::NoPass => {}
+                LookEnd::Trusted => answer = Answer::Pass,
+                LookEnd::Complete => answer = self.first_answer(&looks, &peaks),
+            }
+            if answer != Answer::Undecided {
+                break;
+            }
+        }
+        for (member, peak) in (0..).zip(&peaks) {
+            if let Some(peak) = peak {
+                cached.insert(member, *peak);
+            }
+        }
+        Ok(answer == Answer::Pass)
+    }
+
+    /// Returns the answer of the first look that has one, every member of the last look being
+    /// known: an earlier one that fails comes first.
+    fn first_answer(&self, looks: &[u32], peaks: &[Option<f64>]) -> Answer {
+        let threshold = self.setup.threshold_rad();
+        looks
+            .iter()
+            .map(|look| {
+                let known: Vec<f64> = peaks[..*look as usize].iter().flatten().copied().collect();
+                let share = Count::of(&known, threshold).share();
+                decide(&self.estimate, threshold, Some(share))
+            })
+            .find(|answer| *answer != Answer::Undecided)
+            .unwrap_or(Answer::Undecided)
+    }
+
+    /// Runs members of a look until it is certain that it allows no pass, or all of them; or,
+    /// where `all_seen` says that the others stayed below when they were last asked, until hardly
+    /// any of those that are likely to exceed the threshold still does.
+    fn ask(
+        &self,
+        look: u32,
+        likely: &[u32],
+        all_seen: bool,
+        peaks: &mut [Option<f64>],
+    ) -> Result<LookEnd, Error> {
+        let threshold = self.setup.threshold_rad();
+        let most = most_of_a_pass(look);
+        // Where what was likely does not come true, one after the other is no worse.
+        let worth_one_in = if all_seen { 32 } else { 4 };
+        let mut likely = likely.iter().copied().filter(|member| *member < look);
+        let mut worthwhile = true;
+        loop {
+            let count = exceeding(&peaks[..look as usize], threshold);
+            if count > most {
+                return Ok(LookEnd::NoPass);
+            }
+            let open = |member: &u32| peaks[*member as usize].is_none();
+            let mut wanted: Vec<u32> = Vec::new();
+            let from_likely = worthwhile;
+            if worthwhile {
+                let missing = (most + 1 - count).max(MEMBERS_TAKEN);
+                wanted = likely.by_ref().filter(open).take(missing).collect();
+                worthwhile = wanted.len() == missing;
+            }
+            if wanted.is_empty() {
+                if all_seen {
+                    return Ok(LookEnd::Trusted);
+                }
+                wanted = (0..look).filter(open).take(MEMBERS_IN_A_ROW).collect();
+            }
+            if wanted.is_empty() {
+                return Ok(LookEnd::Complete);
+            }
+            let found = self.peaks_of(&wanted)?;
+            for (member, peak) in wanted.iter().zip(&found) {
+                peaks[*member as usize] = Some(*peak);
+            }
+            if from_likely {
+                let true_ones = found.iter().filter(|peak| exceeds(**peak, threshold));
+                worthwhile &= worth_one_in * true_ones.count() >= found.len();
+            }
+        }
+    }
+
+    /// Returns the largest angles of the members named, coast included [rad], NaN where one could
+    /// not be followed.
+    fn peaks_of(&self, members: &[u32]) -> Result<Vec<f64>, Error> {
+        let tasks: Vec<&[u32]> = members.chunks(MEMBERS_TAKEN).collect();
+        let found = self.setup.share(members.len(), &tasks, |task| {
+            let member = |index: usize| self.scatter.member(task[index]);
+            self.setup.peaks(self.variant, task.len(), &member)
+        })?;
+        Ok(found.into_iter().flat_map(|of| of.highest_rad).collect())
+    }
+}
+
+/// Returns the members that came near the threshold or went beyond, the furthest first.
+fn likely(cached: &BTreeMap<u32, f64>, threshold: f64) -> Vec<u32> {
+    let mut near: Vec<(u32, f64)> = cached
+        .iter()
+        .map(|(member, peak)| (*member, if peak.is_nan() { f64::INFINITY } else { *peak }))
+        .filter(|(_, peak)| *peak > NEAR_PART * threshold)
+        .collect();
+    near.sort_by(|a, b| b.1.total_cmp(&a.1));
+    near.into_iter().map(|(member, _)| member).collect()
+}
+
+/// Returns whether a member counts against a pass: it exceeds the threshold or was not followed.
+fn exceeds(peak: f64, threshold: f64) -> bool {
+    !peak.is_finite() || peak > threshold
+}
+
+fn exceeding(peaks: &[Option<f64>], threshold: f64) -> usize {
+    let known = peaks.iter().flatten();
+    known.filter(|peak| exceeds(**peak, threshold)).count()
+}
+
+/// Returns the most members of a look that a pass lets exceed the threshold; none where not even
+/// that is enough for a pass, which a complete look then shows.
+fn most_of_a_pass(look: u32) -> usize {
+    let allows = |count: u32| {
+        let share = Count {
+            members: look,
+            exceeded: count,
+            exceeded_in_coast: 0,
+            failed_to_run: 0,
+        }
+        .share();
+        share.upper <= PASS_SHARE_MAX
+    };
+    let (mut most, mut more) = (0, look);
+    while more - most > 1 {
+        let middle = u32::midpoint(most, more);
+        if allows(middle) {
+            most = middle;
+        } else {
+            more = middle;
+        }
+    }
+    most as usize
+}

@@ -1,0 +1,115 @@
+//! The ensembles of all variants, look by look, until the rule decides or what is still open can
+//! no longer change the answer.
+
+use super::Answer;
+use super::decision::settled;
+use super::ensemble::{self, End, MemberPeaks, Scatter};
+use super::policy::Variant;
+use super::runs::RunSetup;
+use super::variant::VariantResult;
+use crate::error::Error;
+use crate::parallel::Control;
+
+/// Members that a thread takes at a time.
+pub(super) const MEMBERS_TAKEN: usize = 64;
+
+/// How far the ensemble of one variant has come.
+#[derive(Clone)]
+struct Sampling {
+    peaks: MemberPeaks,
+    /// Looks that it took part in.
+    looks: usize,
+    answer: Option<Answer>,
+    ended: End,
+}
+
+/// Runs the ensemble of every variant that was not left out and notes it in `results`, with the
+/// share that crosses; `setup` has the samples that count as its window. `limited`: a fault ends
+/// those samples.
+pub(super) fn run_ensembles(
+    setup: &RunSetup<'_>,
+    scatter: &Scatter,
+    results: &mut [VariantResult],
+    limited: bool,
+) -> Result<(), Error> {
+    let threshold = setup.threshold_rad();
+    // The largest nominal peak comes first: its ensemble is the one that is shown.
+    let mut order: Vec<usize> = (0..results.len()).collect();
+    order.sort_by(|a, b| {
+        let peak = |index: &usize| results[*index].counted().run().peak_angle_rad;
+        peak(b).total_cmp(&peak(a))
+    });
+    let mut samplings: Vec<Sampling> = results
+        .iter()
+        .map(|result| Sampling {
+            peaks: MemberPeaks::default(),
+            looks: 0,
+            answer: (result.counted().left_out).then(|| result.counted().answer(threshold)),
+            ended: End::NoMatter,
+        })
+        .collect();
+    let open = samplings.iter().filter(|of| of.answer.is_none()).count();
+    let members = open as f64 * f64::from(setup.policy.members);
+    for (number, look) in (1..).zip(ensemble::looks(setup.policy.members)) {
+        for &index in &order {
+            let variants = results.iter().map(VariantResult::counted);
+            let answers = samplings.iter().map(|of| of.answer);
+            let settled = samplings[index].looks > 0
+                && settled(setup.policy.polarity, variants.zip(answers), threshold);
+            if samplings[index].answer.is_some() || settled {
+                continue;
+            }
+            let done: usize = samplings.iter().map(|of| of.peaks.window_rad.len()).sum();
+            let sampling = &mut samplings[index];
+            let missing = look as usize - sampling.peaks.window_rad.len();
+            let (from, to) = (done as f64 / members, (done + missing) as f64 / members);
+            setup.control.during(from, to, |control| {
+                let variant = results[index].variant;
+                extend(setup, control, scatter, variant, look, &mut sampling.peaks)
+            })?;
+            sampling.looks = number;
+            let run = results[index].counted_mut();
+            run.share = Some(sampling.peaks.count(threshold).share());
+            let answer = run.answer(threshold);
+            if answer != Answer::Undecided {
+                (sampling.answer, sampling.ended) = (Some(answer), End::Decided);
+            } else if look == setup.policy.members {
+                (sampling.answer, sampling.ended) = (Some(answer), End::LastLook);
+            }
+        }
+    }
+    let last = setup.window.filter(|_| limited).map(|(_, last)| last);
+    let until_s = last.map(|last| setup.signal.time_s(last));
+    for (result, of) in results.iter_mut().zip(samplings) {
+        let end = (of.looks, of.ended);
+        result.ensemble = (of.looks > 0).then(|| {
+            ensemble::summarise(scatter, &of.peaks, threshold, result.variant, end, until_s)
+        });
+    }
+    Ok(())
+}
+
+/// Runs the members of one variant up to `look`, those that are in `peaks` not again.
+fn extend(
+    setup: &RunSetup<'_>,
+    control: &Control<'_>,
+    scatter: &Scatter,
+    variant: Variant,
+    look: u32,
+    peaks: &mut MemberPeaks,
+) -> Result<(), Error> {
+    let known = u32::try_from(peaks.window_rad.len()).unwrap_or(look);
+    let tasks: Vec<u32> = (known..look).step_by(MEMBERS_TAKEN).collect();
+    let runs = tasks.len().saturating_mul(MEMBERS_TAKEN);
+    let found = setup.share_by(control, runs, &tasks, |&first| {
+        let count = MEMBERS_TAKEN.min((look - first) as usize);
+        setup.peaks(variant, count, &|index| {
+            scatter.member(first.saturating_add(u32::try_from(index).unwrap_or(0)))
+        })
+    })?;
+    for more in found {
+        peaks.window_rad.extend(more.window_rad);
+        peaks.highest_rad.extend(more.highest_rad);
+    }
+    Ok(())
+}
