@@ -150,9 +150,9 @@ fn batch_on_threads<const THREADS: usize>(
 const PERIODS: u32 = 40;
 
 /// A lever from anywhere in the paper's plane of basins, ω = 100 rad/s and A = 1.
-fn basin_start(index: usize) -> fan::HarmonicStart {
+fn basin_start(index: usize) -> strobe_batch::HarmonicStart {
     let part = |step: f64| (index as f64 * step).fract();
-    fan::HarmonicStart {
+    strobe_batch::HarmonicStart {
         initial: Some((part(0.618_034), 40.0 * part(0.414_214) - 20.0)),
         amplitude_m_s2: 9.81,
     }
@@ -161,7 +161,7 @@ fn basin_start(index: usize) -> fan::HarmonicStart {
 /// Lever-period on a sine by lanes, 200 levers from anywhere.
 #[divan::bench(sample_count = 10, args = [StopModel::Rigid, StopModel::Soft])]
 fn fan_on_a_sine(bencher: Bencher<'_, '_>, stop: StopModel) {
-    let options = fan::StrobeBatchOptions {
+    let options = strobe_batch::StrobeBatchOptions {
         stop,
         angular_frequency_rad_s: 100.0,
         phase_rad: 0.0,
