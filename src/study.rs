@@ -49,3 +49,38 @@ impl Headline {
     /// Digits of figures that are solutions of equations.
     pub const EXACT: usize = 11;
 }
+
+/// Headline figures of one subject, as they are put together.
+struct Figures {
+    subject: String,
+    model: StopModel,
+    digits: usize,
+    lines: Vec<Headline>,
+}
+
+impl Figures {
+    fn of(subject: impl Into<String>, model: StopModel) -> Self {
+        Self {
+            subject: subject.into(),
+            model,
+            digits: Headline::DIGITS,
+            lines: Vec::new(),
+        }
+    }
+
+    /// Sets the digits of the figures said from here on.
+    fn digits(mut self, digits: usize) -> Self {
+        self.digits = digits;
+        self
+    }
+
+    fn say(&mut self, what: &str, value: impl Into<Option<f64>>) {
+        self.lines.push(Headline {
+            subject: self.subject.clone(),
+            model: Some(self.model),
+            what: what.into(),
+            value: value.into(),
+            digits: self.digits,
+        });
+    }
+}

@@ -1,8 +1,8 @@
 //! What a lever does for good at one amplitude, or over a few close by: its period, or the largest
 //! Lyapunov exponent; and what a fixed-step method makes of the same motion.
 
-use super::Headline;
 use super::orbit::{self, ForcedLever, Growth, GrowthSegment, Orbit, PhasePoint};
+use super::{Figures, Headline};
 use crate::error::Error;
 use crate::model::excitation::Harmonic;
 use crate::parallel::Control;
@@ -465,82 +465,25 @@ impl Attractor {
         } else {
             format!("A = {low} g, ω = {} rad/s", forced.angular_frequency_rad_s)
         };
-        let mut lines = Vec::new();
-        let mut say = |what: &str, value: Option<f64>| {
-            lines.push(Headline {
-                digits: Headline::DIGITS,
-                subject: subject.clone(),
-                model: Some(forced.stop),
-                what: what.into(),
-                value,
-            });
-        };
+        let mut figures = Figures::of(subject, forced.stop);
         if let Some(statistics) = &self.statistics {
-            say(
-                "mean angle of the sections [rad]",
-                Some(statistics.angle_rad.mean),
-            );
-            say(
-                "its standard error [rad]",
-                Some(statistics.angle_rad.standard_error),
-            );
-            say(
-                "mean angular velocity [rad/s]",
-                Some(statistics.angular_velocity_rad_s.mean),
-            );
-            say(
-                "its standard error [rad/s]",
-                Some(statistics.angular_velocity_rad_s.standard_error),
-            );
-            say(
-                "share of sections beyond 1 rad [-]",
-                Some(statistics.share_beyond_1_rad.mean),
-            );
-            say(
-                "its standard error [-]",
-                Some(statistics.share_beyond_1_rad.standard_error),
-            );
-            say(
-                "amplitudes with a period [-]",
-                Some(f64::from(statistics.periodic)),
-            );
-            return lines;
+            statistics.say(&mut figures);
+            return figures.lines;
         }
         let period = self.periods.first().and_then(|(_, period)| *period);
-        say("period [periods of the excitation]", period.map(f64::from));
+        figures.say("period [periods of the excitation]", period.map(f64::from));
         if let Some(orbit) = &self.orbit {
-            say(
-                "largest modulus of its multipliers [-]",
-                Some(orbit.spectral_radius()),
-            );
-            say("largest angle [rad]", Some(orbit.peak_angle_rad));
+            let modulus = orbit.spectral_radius();
+            figures.say("largest modulus of its multipliers [-]", modulus);
+            figures.say("largest angle [rad]", orbit.peak_angle_rad);
         }
         if let Some(growth) = &self.growth {
             if period.is_none() {
-                let exponent = growth.lyapunov();
-                say("largest Lyapunov exponent per period [-]", exponent);
-                if exponent.is_some() {
-                    say("its standard error [-]", Some(growth.standard_error));
-                } else {
-                    say(
-                        "share of periods with a rest [-]",
-                        Some(f64::from(growth.rests) / f64::from(growth.periods)),
-                    );
-                    say(
-                        "decades by which differences shrink at most [-]",
-                        Some(growth.shrunk_max),
-                    );
-                }
-                if let Some(returned) = growth.returned {
-                    say(
-                        "periods after which the digits repeat, by rounding [-]",
-                        Some(f64::from(returned)),
-                    );
-                }
+                say_growth(&mut figures, growth);
             }
-            say(
+            figures.say(
                 "decades by which rounding grows at most [-]",
-                Some(growth.decades_max),
+                growth.decades_max,
             );
         }
         if self.options.compared_steps.is_some() {
@@ -550,12 +493,50 @@ impl Attractor {
                 .filter(|row| row.method == "rk4")
                 .map(|row| (row.angle_rad, row.angular_velocity_rad_s))
                 .collect();
-            say(
+            figures.say(
                 "rk4: distinct points of its section, 1e-6 rad apart [-]",
-                Some(distinct(forced, &compared, 1e-6) as f64),
+                distinct(forced, &compared, 1e-6) as f64,
             );
         }
-        lines
+        figures.lines
+    }
+}
+
+impl Statistics {
+    fn say(&self, figures: &mut Figures) {
+        let (angle, velocity) = (self.angle_rad, self.angular_velocity_rad_s);
+        let beyond = self.share_beyond_1_rad;
+        figures.say("mean angle of the sections [rad]", angle.mean);
+        figures.say("its standard error [rad]", angle.standard_error);
+        figures.say("mean angular velocity [rad/s]", velocity.mean);
+        figures.say("its standard error [rad/s]", velocity.standard_error);
+        figures.say("share of sections beyond 1 rad [-]", beyond.mean);
+        figures.say("its standard error [-]", beyond.standard_error);
+        figures.say("amplitudes with a period [-]", f64::from(self.periodic));
+    }
+}
+
+/// Says how small differences grow in a motion without a period.
+fn say_growth(figures: &mut Figures, growth: &Growth) {
+    let exponent = growth.lyapunov();
+    figures.say("largest Lyapunov exponent per period [-]", exponent);
+    if exponent.is_some() {
+        figures.say("its standard error [-]", growth.standard_error);
+    } else {
+        figures.say(
+            "share of periods with a rest [-]",
+            f64::from(growth.rests) / f64::from(growth.periods),
+        );
+        figures.say(
+            "decades by which differences shrink at most [-]",
+            growth.shrunk_max,
+        );
+    }
+    if let Some(returned) = growth.returned {
+        figures.say(
+            "periods after which the digits repeat, by rounding [-]",
+            f64::from(returned),
+        );
     }
 }
 

@@ -1,7 +1,9 @@
 //! What holds for the studies of sines whatever the numbers: threads change no bit, a stop keeps
 //! what is done, a state that is carried along is, and capture is no guess.
 
-use super::{after_the_first_step, all, basins_of, basins_options, check_near, one_amplitude, forced};
+use super::{
+    after_the_first_step, all, basins_of, basins_options, check_near, forced, one_amplitude,
+};
 use latchgate::model::stop::StopModel;
 use latchgate::parallel::Control;
 use latchgate::replay::Section;
@@ -151,7 +153,11 @@ fn check_followed(found: &Basins) {
                 .attractors
                 .iter()
                 .skip(1)
-                .find(|one| one.points.iter().any(|at| forced.distance(*at, state) < 1e-4))
+                .find(|one| {
+                    one.points
+                        .iter()
+                        .any(|at| forced.distance(*at, state) < 1e-4)
+                })
                 .map(|one| one.index)
         };
         assert_eq!(*cell, reached, "{}: {start:?}", forced.stop.name());
