@@ -1,4 +1,12 @@
 //! Replay: drives the lever with a signal and records what it does.
+//!
+//! The kernel: `kernel` takes flight, contact, dwell and chatter from event to event by the steps of
+//! `taylor` under `forcing`; whole samples without events go to `flight_fast`, by `eventless_step`,
+//! and to `contact_fast`. `sensitivity` carries the bound on rounding along, `tangent` the exact
+//! derivatives, and `recorder` keeps peak, crossings, impacts and trace.
+//!
+//! Around it: `batch` follows many levers on one recording, `harmonic` one on a sine and
+//! `strobe_batch` many of these; `methods` are the integrators to compare with.
 
 pub mod batch;
 mod contact_fast;

@@ -3,6 +3,11 @@
 //!
 //! A study computes rows and headline figures and hands them on as values; it writes no file
 //! and reads no clock of its own.
+//!
+//! Motion on sines: `orbit` finds periodic orbits, `cascade` follows their branches; `bifurcation`,
+//! `attractor`, `basins`, `histories` and `excitation_map` show what they lead to. Without
+//! excitation: `free` is shared by `free_vibration` and `spectrogram`; `restitution` is one contact.
+//! `shock` is a crash. Methods: `step_size`, `work_precision` and `stability`, on `cases`.
 
 pub mod attractor;
 pub mod basins;
