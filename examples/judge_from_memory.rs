@@ -28,10 +28,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     stiffer.name = "stiffer".into();
     stiffer.set("lever.preload_torque_nm=3.5")?;
     for design in [Design::reference(), stiffer] {
-        let document = prepared.judge(&design, Extras::default(), &control).document;
+        let document = prepared
+            .judge(&design, Extras::default(), &control)
+            .document;
         let peak = document.nominal.map_or(f64::NAN, |run| run.peak_angle_rad);
         let id = &document.report_id[..8];
-        println!("{id} {}: {} at {peak:.4} rad", design.name, document.verdict.name());
+        println!(
+            "{id} {}: {} at {peak:.4} rad",
+            design.name,
+            document.verdict.name()
+        );
     }
     Ok(())
 }

@@ -41,7 +41,10 @@ pub fn files(document: &Document, evidence: Option<&Evidence>) -> Vec<(String, V
     let page = html::page(document, evidence, &figures);
     let mut files = vec![
         (REPORT_FILE.to_string(), page.into_bytes()),
-        (VERDICT_FILE.to_string(), json::render(document).into_bytes()),
+        (
+            VERDICT_FILE.to_string(),
+            json::render(document).into_bytes(),
+        ),
     ];
     for figure in &figures {
         let name = format!("{}.svg", figure.name);
