@@ -11,6 +11,9 @@ use std::time::{Duration, Instant};
 /// Set by Ctrl-C.
 static STOPPED: AtomicBool = AtomicBool::new(false);
 
+/// Set by a command that has ended its work on Ctrl-C and writes down what was done.
+static KEEPING: AtomicBool = AtomicBool::new(false);
+
 /// Whether a line of progress stands on the terminal.
 static LINE_STANDS: AtomicBool = AtomicBool::new(false);
 
@@ -34,12 +37,20 @@ pub(super) fn listen() {
         if !STOPPED.swap(true, Ordering::Relaxed) {
             std::thread::spawn(|| {
                 std::thread::sleep(GRACE);
-                end();
+                // What is being written down is no work that could go on for long.
+                if !KEEPING.load(Ordering::Relaxed) {
+                    end();
+                }
             });
         } else {
             end();
         }
     });
+}
+
+/// Lets a command that Ctrl-C ended write down what was done.
+pub(super) fn keep() {
+    KEEPING.store(true, Ordering::Relaxed);
 }
 
 fn end() -> ! {

@@ -85,6 +85,9 @@ pub(super) fn command(own: &Study, common: &Common) -> Result<u8, Failure> {
         &common.limits().map_err(Failure::Usage)?,
     )?;
     let answer = analysis.run(&design, &session)?;
+    if !answer.complete {
+        progress::keep();
+    }
     let complete = answer.complete;
     let summary = Summary {
         schema: "latchgate.study/1",

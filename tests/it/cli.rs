@@ -1,6 +1,8 @@
 //! Guards the process boundary: arguments in, data on stdout, talk on stderr, an exit code out.
 
 mod evidence;
+#[cfg(unix)]
+mod interrupt;
 mod reports;
 mod settings;
 

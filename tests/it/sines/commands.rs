@@ -280,7 +280,7 @@ fn check_interrupted(name: &str, arguments: &[&str]) {
     assert!(asked.success());
     let output = child.wait_with_output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(4), "{name}: {said}");
+    assert_eq!(output.status.code(), Some(130), "{name}: {said}");
     assert!(said.contains("interrupted"), "{name}: {said}");
     let printed: serde_json::Value =
         serde_json::from_slice(&std::fs::read(out.join(format!("{name}.json"))).unwrap()).unwrap();

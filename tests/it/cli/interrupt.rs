@@ -1,0 +1,63 @@
+//! Ctrl-C ends every command soon, with a word and an exit code of its own; nothing half-made is
+//! left for an answer.
+
+use crate::support::{Folder, program};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Presses Ctrl-C on a command that would take far longer. A program that goes on is waited for
+/// until it is sure that it does not end by the wish; how soon it ends is no test's to measure.
+#[track_caller]
+fn check_ended(folder: &Folder, arguments: &[&str]) {
+    let mut child = program()
+        .args(arguments)
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(700));
+    assert!(
+        child.try_wait().unwrap().is_none(),
+        "ended before: {arguments:?}"
+    );
+    let asked = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(asked.success());
+    let pressed = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if pressed.elapsed() > Duration::from_secs(20) {
+            child.kill().unwrap();
+            panic!("{arguments:?} went on");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{arguments:?}: {said}");
+    assert_eq!(said, "latchgate: interrupted\n", "{arguments:?}");
+    assert!(output.stdout.is_empty(), "{arguments:?} left an answer");
+    assert!(
+        !folder.path().join("reports").exists(),
+        "{arguments:?} left a report"
+    );
+}
+
+#[test]
+fn cli_ctrl_c_ends_every_command() {
+    let folder = Folder::new("interrupt");
+    let path = format!("{}/signals/burst.csv", env!("CARGO_MANIFEST_DIR"));
+    check_ended(&folder, &["margin", &path, "--points", "20000"]);
+    // Two million samples, and a lever that is never at rest.
+    let long = folder.path().join("long.csv");
+    let rows: String = (0..2_000_000_u32)
+        .map(|k| format!("{}.0\n", if k % 40 < 20 { 20 } else { -20 }))
+        .collect();
+    std::fs::write(&long, format!("acc_y_g\n{rows}")).unwrap();
+    let long = long.to_str().unwrap();
+    let asked = ["--rate-hz", "20000"];
+    check_ended(&folder, &[&["replay", long][..], &asked].concat());
+    check_ended(&folder, &[&["margin", long][..], &asked].concat());
+}
