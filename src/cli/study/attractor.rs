@@ -1,6 +1,6 @@
 //! `latchgate study attractor`.
 
-use super::analysis::{Analysis, Answer, Session};
+use super::analysis::{Analysis, Session, StudyAnswer};
 use super::sweep::{self, SineArguments, Span, StartArguments};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
@@ -53,7 +53,7 @@ impl Analysis for Arguments {
         &self.study
     }
 
-    fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
+    fn run(&self, design: &Design, session: &Session) -> Result<StudyAnswer, Failure> {
         let stops = self.model.stops();
         let initial = self.start.state(&stops)?;
         let base = |stop| attractor::Options {
@@ -65,7 +65,7 @@ impl Analysis for Arguments {
             initial,
             compared_steps: self.compare_steps,
         };
-        let mut answer = Answer::of_stops(&base(stops[0]), &stops);
+        let mut answer = StudyAnswer::of_stops(&base(stops[0]), &stops);
         let mut attractors = Vec::new();
         for stop in &stops {
             let options = base(*stop);

@@ -1,6 +1,6 @@
 //! `latchgate study basins`.
 
-use super::analysis::{Analysis, Answer, Session};
+use super::analysis::{Analysis, Session, StudyAnswer};
 use super::sweep::{self, SineArguments, Span};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
@@ -49,7 +49,7 @@ impl Analysis for Arguments {
         &self.study
     }
 
-    fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
+    fn run(&self, design: &Design, session: &Session) -> Result<StudyAnswer, Failure> {
         let stops = self.model.stops();
         let base = |stop| basins::Options {
             forced: sweep::forced(design, stop, self.sine.gravity, self.sine.omega),
@@ -59,7 +59,7 @@ impl Analysis for Arguments {
             grid: self.grid,
             transient: self.transient,
         };
-        let mut answer = Answer::of_stops(&base(stops[0]), &stops);
+        let mut answer = StudyAnswer::of_stops(&base(stops[0]), &stops);
         let mut all = Vec::new();
         for stop in &stops {
             let options = base(*stop);

@@ -1,6 +1,6 @@
 //! `latchgate study bifurcation`.
 
-use super::analysis::{Analysis, Answer, Session};
+use super::analysis::{Analysis, Session, StudyAnswer};
 use super::sweep::{self, SineArguments, Span, StartArguments};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
@@ -66,7 +66,7 @@ impl Analysis for Arguments {
         &self.study
     }
 
-    fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
+    fn run(&self, design: &Design, session: &Session) -> Result<StudyAnswer, Failure> {
         let stops = self.model.stops();
         let initial = self.start.state(&stops)?;
         let base = |stop| bifurcation::Options {
@@ -83,7 +83,7 @@ impl Analysis for Arguments {
             },
             doublings: self.doublings,
         };
-        let mut answer = Answer::of_stops(&base(stops[0]), &stops);
+        let mut answer = StudyAnswer::of_stops(&base(stops[0]), &stops);
         let mut diagrams = Vec::new();
         for stop in &stops {
             let options = base(*stop);

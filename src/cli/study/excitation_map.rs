@@ -1,6 +1,6 @@
 //! `latchgate study excitation-map`.
 
-use super::analysis::{Analysis, Answer, Session};
+use super::analysis::{Analysis, Session, StudyAnswer};
 use super::sweep::{self, Span};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
@@ -47,7 +47,7 @@ impl Analysis for Arguments {
         &self.study
     }
 
-    fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
+    fn run(&self, design: &Design, session: &Session) -> Result<StudyAnswer, Failure> {
         let stops = self.model.stops();
         let base = |stop| excitation_map::Options {
             forced: sweep::forced(design, stop, self.gravity, self.omega.low),
@@ -56,7 +56,7 @@ impl Analysis for Arguments {
             grid: self.grid,
             periods: self.periods,
         };
-        let mut answer = Answer::of_stops(&base(stops[0]), &stops);
+        let mut answer = StudyAnswer::of_stops(&base(stops[0]), &stops);
         let mut maps = Vec::new();
         for stop in &stops {
             let options = base(*stop);

@@ -6,7 +6,7 @@
 //! are handed an interpolated recording, and loses its order there. `dopri5-samples` ends a
 //! step at each sample.
 
-use super::lever::Branch;
+use super::lever::SmoothBranch;
 use super::located::{self, Stepper, Trial};
 use super::{Problem, Raw};
 use crate::model::excitation::Excitation;
@@ -72,7 +72,7 @@ impl Stepper for Adaptive {
 
     fn step<E: Excitation>(
         &mut self,
-        branch: &Branch<'_, E>,
+        branch: &SmoothBranch<'_, E>,
         t: f64,
         h: f64,
         q: f64,
@@ -105,7 +105,7 @@ impl Stepper for Adaptive {
 
     fn part<E: Excitation>(
         &self,
-        branch: &Branch<'_, E>,
+        branch: &SmoothBranch<'_, E>,
         t: f64,
         h: f64,
         q: f64,

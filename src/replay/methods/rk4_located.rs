@@ -5,7 +5,7 @@
 //! the order of the method survives recording and impacts. A soft stop whose frequency times
 //! the step exceeds 2√2 still makes the run explode.
 
-use super::lever::Branch;
+use super::lever::SmoothBranch;
 use super::located::{self, Stepper, Trial};
 use super::{Problem, Raw};
 use crate::model::excitation::Excitation;
@@ -40,7 +40,7 @@ impl Stepper for FixedStep {
 
     fn step<E: Excitation>(
         &mut self,
-        branch: &Branch<'_, E>,
+        branch: &SmoothBranch<'_, E>,
         t: f64,
         h: f64,
         q: f64,
@@ -58,7 +58,7 @@ impl Stepper for FixedStep {
 
     fn part<E: Excitation>(
         &self,
-        branch: &Branch<'_, E>,
+        branch: &SmoothBranch<'_, E>,
         t: f64,
         h: f64,
         q: f64,
