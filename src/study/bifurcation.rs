@@ -245,14 +245,12 @@ fn state(section: &Section) -> PhasePoint {
     (section.angle_rad, section.velocity_rad_s)
 }
 
-/// Follows orbits through their doublings and down to where they are born, at every amplitude at
-/// which the motion is another than at the one before and that lies on none of the branches
-/// followed before. Tells whether nobody stopped that.
-fn changes(
+/// Returns the periodic motions that do not go on from the amplitude before, with their periods,
+/// the simplest first.
+fn unlike_neighbours<'a>(
     options: &Options,
-    columns: &[AmplitudeColumn],
-    control: &Control<'_>,
-) -> (Vec<Cascade>, bool) {
+    columns: &'a [AmplitudeColumn],
+) -> Vec<(&'a AmplitudeColumn, u32)> {
     let mut wanted: Vec<(&AmplitudeColumn, u32)> = Vec::new();
     let mut before: Option<&AmplitudeColumn> = None;
     // Orbits that rest every period neither double nor are born: their multipliers are zero.
@@ -278,6 +276,18 @@ fn changes(
         a.1.cmp(&b.1)
             .then(a.0.amplitude_g.total_cmp(&b.0.amplitude_g))
     });
+    wanted
+}
+
+/// Follows orbits through their doublings and down to where they are born, at every amplitude at
+/// which the motion is another than at the one before and that lies on none of the branches
+/// followed before. Tells whether nobody stopped that.
+fn changes(
+    options: &Options,
+    columns: &[AmplitudeColumn],
+    control: &Control<'_>,
+) -> (Vec<Cascade>, bool) {
+    let mut wanted = unlike_neighbours(options, columns);
     let forced = &options.forced;
     let (low, high) = options.amplitudes_g;
     let pace = (high - low) / f64::from(options.points.max(2) - 1);

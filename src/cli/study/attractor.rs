@@ -1,7 +1,7 @@
 //! `latchgate study attractor`.
 
 use super::analysis::{Analysis, Session, StudyAnswer};
-use super::sweep::{self, SineArguments, Span, StartArguments};
+use super::sweep::{self, SineArguments, StartArguments, ValueSpan};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
@@ -25,7 +25,7 @@ pub struct Arguments {
     pub sine: SineArguments,
     /// Amplitude [g], or several for statistics over them
     #[arg(long, value_name = "A|LO..HI", value_parser = sweep::parse_amplitudes, default_value = "2.5", allow_hyphen_values = true)]
-    pub amplitude: Span,
+    pub amplitude: ValueSpan,
     /// Number of amplitudes, if there are several
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000), default_value_t = 401, allow_negative_numbers = true)]
     pub points: u32,

@@ -1,7 +1,7 @@
 //! `latchgate study basins`.
 
 use super::analysis::{Analysis, Session, StudyAnswer};
-use super::sweep::{self, SineArguments, Span};
+use super::sweep::{self, SineArguments, ValueSpan};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
@@ -28,10 +28,10 @@ pub struct Arguments {
     pub amplitude: f64,
     /// Initial angles [rad]
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_range, default_value = "0..1", allow_hyphen_values = true)]
-    pub angle: Span,
+    pub angle: ValueSpan,
     /// Initial angular velocities [rad/s]
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_range, default_value = "-20..20", allow_hyphen_values = true)]
-    pub velocity: Span,
+    pub velocity: ValueSpan,
     /// Initial states: angles × velocities
     #[arg(long, value_name = "NxM", value_parser = sweep::parse_grid, default_value = "200x200", allow_hyphen_values = true)]
     pub grid: (u32, u32),

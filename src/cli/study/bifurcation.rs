@@ -1,7 +1,7 @@
 //! `latchgate study bifurcation`.
 
 use super::analysis::{Analysis, Session, StudyAnswer};
-use super::sweep::{self, SineArguments, Span, StartArguments};
+use super::sweep::{self, SineArguments, StartArguments, ValueSpan};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
@@ -25,7 +25,7 @@ pub struct Arguments {
     pub sine: SineArguments,
     /// Amplitudes [g]
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_amplitudes, default_value = "0..5", allow_hyphen_values = true)]
-    pub amplitude: Span,
+    pub amplitude: ValueSpan,
     /// Number of amplitudes
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000), default_value_t = 500, allow_negative_numbers = true)]
     pub points: u32,

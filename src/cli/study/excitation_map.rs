@@ -1,7 +1,7 @@
 //! `latchgate study excitation-map`.
 
 use super::analysis::{Analysis, Session, StudyAnswer};
-use super::sweep::{self, Span};
+use super::sweep::{self, ValueSpan};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
@@ -23,10 +23,10 @@ pub struct Arguments {
     pub model: ModelArgument,
     /// Amplitudes [g]
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_amplitude_range, default_value = "0..10", allow_hyphen_values = true)]
-    pub amplitude: Span,
+    pub amplitude: ValueSpan,
     /// Angular frequencies [rad/s], by their logarithm
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_frequencies, default_value = "5..1000", allow_hyphen_values = true)]
-    pub omega: Span,
+    pub omega: ValueSpan,
     /// Amplitudes × frequencies
     #[arg(long, value_name = "NxM", value_parser = sweep::parse_grid, default_value = "100x160", allow_hyphen_values = true)]
     pub grid: (u32, u32),

@@ -7,7 +7,7 @@
 //! step at each sample.
 
 use super::lever::SmoothBranch;
-use super::located::{self, Stepper, Trial};
+use super::located::{self, StepTrial, Stepper};
 use super::{Problem, Raw};
 use crate::model::excitation::Excitation;
 use crate::numerics::{Motion, dopri5};
@@ -77,7 +77,7 @@ impl Stepper for Adaptive {
         h: f64,
         q: f64,
         v: f64,
-    ) -> Trial<[f64; 5]> {
+    ) -> StepTrial<[f64; 5]> {
         let mut rhs = dopri5::STAGES;
         let start = self.reused.unwrap_or_else(|| {
             rhs += 1;
@@ -94,7 +94,7 @@ impl Stepper for Adaptive {
             wanted
         };
         self.reused = Some(if kept { step.a } else { start });
-        Trial {
+        StepTrial {
             q: step.q,
             v: step.v,
             dense: step.dense,

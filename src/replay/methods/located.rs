@@ -23,7 +23,7 @@ const ROUNDS_MAX: u32 = 12;
 
 /// A trial step.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Trial<D> {
+pub(super) struct StepTrial<D> {
     pub(super) q: f64,
     pub(super) v: f64,
     /// The angle in powers of the part of the step.
@@ -49,7 +49,7 @@ pub(super) trait Stepper {
         h: f64,
         q: f64,
         v: f64,
-    ) -> Trial<Self::Dense>;
+    ) -> StepTrial<Self::Dense>;
 
     /// Steps without control; returns state and right-hand sides used.
     fn part<E: Excitation>(

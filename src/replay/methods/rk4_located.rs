@@ -6,7 +6,7 @@
 //! the step exceeds 2√2 still makes the run explode.
 
 use super::lever::SmoothBranch;
-use super::located::{self, Stepper, Trial};
+use super::located::{self, StepTrial, Stepper};
 use super::{Problem, Raw};
 use crate::model::excitation::Excitation;
 use crate::numerics::{event, rk4};
@@ -45,9 +45,9 @@ impl Stepper for FixedStep {
         h: f64,
         q: f64,
         v: f64,
-    ) -> Trial<[f64; 4]> {
+    ) -> StepTrial<[f64; 4]> {
         let (q1, v1) = rk4::step(branch, t, h, q, v);
-        Trial {
+        StepTrial {
             q: q1,
             v: v1,
             dense: event::hermite(h, q, v, q1, v1),
