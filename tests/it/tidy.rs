@@ -150,6 +150,55 @@ fn tidy_every_module_is_in_the_architecture() {
     check_none("modules that docs/architecture.md leaves out", &missing);
 }
 
+/// A test that the architecture names is one.
+#[test]
+fn tidy_tests_named_in_the_architecture_exist() {
+    let tests: String = files_below("tests/it")
+        .iter()
+        .filter(|path| path.ends_with(".rs"))
+        .map(|path| text_of(path))
+        .collect();
+    let named: Vec<String> = quoted(&text_of("docs/architecture.md"))
+        .into_iter()
+        .filter(|word| {
+            ["tidy_", "verif_", "val_", "regress_", "prop_", "cli_"]
+                .iter()
+                .any(|prefix| word.starts_with(prefix))
+        })
+        .collect();
+    assert!(named.len() > 8, "few tests found: {named:?}");
+    let missing: Vec<String> = named
+        .into_iter()
+        .filter(|name| !tests.contains(&format!("fn {name}()")))
+        .collect();
+    check_none("tests that there are not", &missing);
+}
+
+/// What stands in a folder of the sources is told at the head of the file of its name.
+#[test]
+fn tidy_a_folder_is_told_at_its_head() {
+    let sources = files_below("src");
+    let mut untold = Vec::new();
+    for path in &sources {
+        let Some((folder, file)) = path.rsplit_once('/') else {
+            continue;
+        };
+        if folder == "src" {
+            continue;
+        }
+        let head: String = text_of(&format!("{folder}.rs"))
+            .lines()
+            .take_while(|line| line.starts_with("//!"))
+            .collect::<Vec<_>>()
+            .join("\n");
+        let name = file.trim_end_matches(".rs");
+        if file.ends_with(".rs") && !head.contains(&format!("`{name}`")) {
+            untold.push(format!("{folder}.rs says nothing of `{name}`"));
+        }
+    }
+    check_none("files that no head tells of", &untold);
+}
+
 /// Relative links of every document lead somewhere.
 #[test]
 fn tidy_links_in_documents_lead_somewhere() {
