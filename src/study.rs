@@ -30,7 +30,7 @@ use crate::model::stop::StopModel;
 use serde::Serialize;
 
 /// A clock: seconds since some instant.
-pub type Clock<'a> = &'a dyn Fn() -> f64;
+pub type Stopwatch<'a> = &'a dyn Fn() -> f64;
 
 /// A figure that a reader should take away.
 #[derive(Debug, Clone, PartialEq, Serialize)]

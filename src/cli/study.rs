@@ -21,7 +21,7 @@ use super::output;
 use super::progress;
 use super::values::OutputFormat;
 use crate::report;
-use crate::report::study::{Files, Summary};
+use crate::report::study::{StudyFiles, Summary};
 use analysis::{Analysis, Session};
 use clap::Subcommand;
 use std::path::PathBuf;
@@ -100,7 +100,7 @@ pub(super) fn command(own: &Study, common: &Common) -> Result<u8, Failure> {
         version: env!("CARGO_PKG_VERSION"),
         elapsed_s: session.elapsed_s(),
     };
-    let files = Files::new(&summary, answer.tables, answer.svg);
+    let files = StudyFiles::new(&summary, answer.tables, answer.svg);
     let folder = out
         .clone()
         .unwrap_or_else(|| PathBuf::from("reports/out").join(files.name));

@@ -175,8 +175,31 @@ impl Design {
             return Err(unknown(name, &names));
         };
         parameter.range.check(name, value)?;
-        parameter.set(self, value);
+        self.put(parameter, value);
         Ok(())
+    }
+
+    /// Returns the value of `parameter`, in its unit.
+    #[must_use]
+    pub fn value(&self, parameter: &DesignParameter) -> f64 {
+        match parameter.slot {
+            Slot::Lever(field) => *field(&mut { self.lever }),
+            Slot::Stop(field) => *field(&mut { self.stop }),
+            Slot::Threshold => self.criterion.threshold_rad,
+            Slot::InputScale => self.input.scale,
+            Slot::InputBias => self.input.bias_g,
+        }
+    }
+
+    /// Sets `parameter` to a value that has been checked.
+    fn put(&mut self, parameter: &DesignParameter, value: f64) {
+        *match parameter.slot {
+            Slot::Lever(field) => field(&mut self.lever),
+            Slot::Stop(field) => field(&mut self.stop),
+            Slot::Threshold => &mut self.criterion.threshold_rad,
+            Slot::InputScale => &mut self.input.scale,
+            Slot::InputBias => &mut self.input.bias_g,
+        } = value;
     }
 
     /// Returns one standard deviation of `parameter`, in its unit, where the design states one.
@@ -184,7 +207,7 @@ impl Design {
     pub fn deviation(&self, parameter: &DesignParameter) -> Option<f64> {
         match parameter.slot {
             Slot::Lever(_) | Slot::Stop(_) => self.tolerance.get(parameter.key()).copied(),
-            Slot::InputScale | Slot::InputBias => Some(parameter.of(self)),
+            Slot::InputScale | Slot::InputBias => Some(self.value(parameter)),
             Slot::Threshold => None,
         }
     }

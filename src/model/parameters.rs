@@ -3,7 +3,6 @@
 //! Design files, overrides, tolerances, the ensemble and the report all draw from it: a number
 //! with a row here is read, checked, scattered and shown.
 
-use super::design::Design;
 use super::lever::Lever;
 use super::stop::Stop;
 use crate::error::{Error, ErrorKind};
@@ -112,29 +111,6 @@ impl DesignParameter {
     #[must_use]
     pub fn has_tolerance(&self) -> bool {
         matches!(self.slot, Slot::Lever(_) | Slot::Stop(_))
-    }
-
-    /// Returns its value in `design`, in its unit.
-    #[must_use]
-    pub fn of(&self, design: &Design) -> f64 {
-        match self.slot {
-            Slot::Lever(field) => *field(&mut { design.lever }),
-            Slot::Stop(field) => *field(&mut { design.stop }),
-            Slot::Threshold => design.criterion.threshold_rad,
-            Slot::InputScale => design.input.scale,
-            Slot::InputBias => design.input.bias_g,
-        }
-    }
-
-    /// Sets it in `design`; `value` has been checked.
-    pub(super) fn set(&self, design: &mut Design, value: f64) {
-        *match self.slot {
-            Slot::Lever(field) => field(&mut design.lever),
-            Slot::Stop(field) => field(&mut design.stop),
-            Slot::Threshold => &mut design.criterion.threshold_rad,
-            Slot::InputScale => &mut design.input.scale,
-            Slot::InputBias => &mut design.input.bias_g,
-        } = value;
     }
 }
 

@@ -13,7 +13,7 @@
 //! excitation that is linear in time.
 
 use super::kernel::Kernel;
-use super::sensitivity::{Map, Smooths};
+use super::sensitivity::{Smooths, StateMap};
 use super::taylor::Branch;
 use crate::conditioning::Signal;
 use std::ops::{Add, Mul, Sub};
@@ -220,7 +220,7 @@ pub(super) struct FastContact {
     /// What d at each node does to the angle at all nodes.
     mutual: [Eight; POINTS],
     /// What the samples carried along together do to a deviation.
-    map: Map,
+    map: StateMap,
 }
 
 impl FastContact {
@@ -275,7 +275,7 @@ impl FastContact {
             angle_weights: lanes(&|node| weights[node] * from[node].slope.0),
             slope_weights: lanes(&|node| weights[node] * from[node].slope.1),
             mutual,
-            map: Map::oscillator(stiffness, damping, f64::from(TOGETHER) * interval),
+            map: StateMap::oscillator(stiffness, damping, f64::from(TOGETHER) * interval),
         })
     }
 

@@ -9,7 +9,7 @@
 use super::Work;
 use super::forcing::{Forcing, LinearForcing, SINE_ORDER, Sine};
 use super::recorder::{COUNTED_SPEED, Peak, Recorder};
-use super::sensitivity::{Map, Sensitivity, Smooth, Smooths};
+use super::sensitivity::{Sensitivity, Smooth, Smooths, StateMap};
 use super::tangent::{Tangent, TangentStep};
 use super::taylor::{Branch, Series, Start, Tolerance, Turned};
 use crate::model::design::Design;
@@ -182,7 +182,7 @@ impl Kernel {
             // A static equilibrium computed in double precision is off by its rounding.
             kernel
                 .sensitivity
-                .event(&Map([[1.0, 0.0], [0.0, 1.0]]), angle);
+                .event(&StateMap([[1.0, 0.0], [0.0, 1.0]]), angle);
         }
         kernel
     }
@@ -262,7 +262,7 @@ impl Kernel {
     }
 
     /// Takes in what steps in contact do to the error, of which `map` carries a deviation along.
-    pub(super) fn take_pressed_error(&mut self, steps: &Smooths, map: &Map) {
+    pub(super) fn take_pressed_error(&mut self, steps: &Smooths, map: &StateMap) {
         if self.bounds_error {
             self.settle_error();
             self.sensitivity
@@ -445,7 +445,7 @@ impl Kernel {
         }
     }
 
-    fn event_tangent(&mut self, map: &Map) {
+    fn event_tangent(&mut self, map: &StateMap) {
         if let Some(tangent) = &mut self.tangent {
             tangent.event(map);
         }
@@ -609,7 +609,7 @@ impl Kernel {
                     let after_acceleration = -pressed - self.free.damping * after;
                     let shear =
                         (self.restitution * before_acceleration + after_acceleration) / before;
-                    let map = Map([[-self.restitution, 0.0], [shear, -self.restitution]]);
+                    let map = StateMap([[-self.restitution, 0.0], [shear, -self.restitution]]);
                     if self.bounds_error {
                         self.sensitivity.event(&map, before * stretch.length());
                     }
@@ -683,7 +683,7 @@ impl Kernel {
     /// Carries the error's map through φ = 0 of the soft stop, where the damping changes by
     /// `drop` [1/s]; `place` is the size of the terms that placed the event [rad].
     fn pass_stop(&mut self, drop: f64, place: f64) {
-        let map = Map([[1.0, 0.0], [drop, 1.0]]);
+        let map = StateMap([[1.0, 0.0], [drop, 1.0]]);
         if self.bounds_error {
             self.sensitivity.event(&map, place);
         }

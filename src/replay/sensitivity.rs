@@ -77,7 +77,7 @@ pub(super) struct Smooth {
 
 /// A linear map of a state's deviation.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Map(pub(super) [[f64; 2]; 2]);
+pub(super) struct StateMap(pub(super) [[f64; 2]; 2]);
 
 impl Sensitivity {
     /// Forgets everything: the state is exactly known.
@@ -154,14 +154,14 @@ impl Sensitivity {
             return;
         }
         let stiffness = pending.stiffness / pending.time;
-        let map = Map::oscillator(stiffness, damping, pending.time);
+        let map = StateMap::oscillator(stiffness, damping, pending.time);
         self.apply_together(&pending, &map, pressing);
     }
 
     /// Applies stretches of which `map` is the flow.
-    pub(super) fn apply_together(&mut self, stretches: &Smooths, map: &Map, pressing: f64) {
+    pub(super) fn apply_together(&mut self, stretches: &Smooths, map: &StateMap, pressing: f64) {
         let time = stretches.time;
-        let Map([[kept, lever], _]) = *map;
+        let StateMap([[kept, lever], _]) = *map;
         self.map(map);
         // The response to a constant force f is f (1 - kept)/stiffness and f lever; both in the
         // limit of a short time where the stiffness does not count.
@@ -192,7 +192,7 @@ impl Sensitivity {
     ///
     /// What is pending must have been applied.
     #[inline]
-    pub(super) fn event(&mut self, saltation: &Map, place: f64) {
+    pub(super) fn event(&mut self, saltation: &StateMap, place: f64) {
         let place = ROUNDING * place;
         self.variance_angle += place * place;
         self.map(saltation);
@@ -205,7 +205,7 @@ impl Sensitivity {
     }
 
     #[inline]
-    fn map(&mut self, Map([[a, b], [c, d]]): &Map) {
+    fn map(&mut self, StateMap([[a, b], [c, d]]): &StateMap) {
         let (p, q, r) = (self.variance_angle, self.covariance, self.variance_velocity);
         let (ap, aq) = (a * p + b * q, a * q + b * r);
         let (cp, cq) = (c * p + d * q, c * q + d * r);
@@ -236,7 +236,7 @@ fn not_negative(variance: f64) -> f64 {
     if variance < 0.0 { 0.0 } else { variance }
 }
 
-impl Map {
+impl StateMap {
     /// Returns the flow over `time` [s] of δ'' = −damping δ' − stiffness δ, both constant.
     #[inline]
     pub(super) fn oscillator(stiffness: f64, damping: f64, time: f64) -> Self {

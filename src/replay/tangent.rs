@@ -9,7 +9,7 @@
 //!
 //! Leine and Nijmeijer, "Dynamics and Bifurcations of Non-Smooth Mechanical Systems", ch. 7.
 
-use super::sensitivity::Map;
+use super::sensitivity::StateMap;
 use super::taylor::{Branch, Turned};
 
 /// Coefficients kept of a step.
@@ -122,7 +122,7 @@ impl Tangent {
     }
 
     /// Carries the changes through an event.
-    pub(super) fn event(&mut self, map: &Map) {
+    pub(super) fn event(&mut self, map: &StateMap) {
         for change in &mut self.0 {
             let [angle, velocity] = *change;
             let [[a, b], [c, d]] = map.0;

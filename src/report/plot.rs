@@ -129,7 +129,7 @@ pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> 
     let Some(evidence) = evidence else {
         return Vec::new();
     };
-    let context = Context::new(document, evidence);
+    let context = PlotContext::new(document, evidence);
     [
         acceleration::draw(&context),
         angle::draw(&context),
@@ -145,7 +145,7 @@ pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> 
 }
 
 /// What every plot needs: the results, and one time axis for all of them.
-struct Context<'a> {
+struct PlotContext<'a> {
     document: &'a Document,
     evidence: &'a Evidence,
     /// First and last instant shown [s].
@@ -157,7 +157,7 @@ struct Context<'a> {
     origin: String,
 }
 
-impl<'a> Context<'a> {
+impl<'a> PlotContext<'a> {
     fn new(document: &'a Document, evidence: &'a Evidence) -> Self {
         let mut span = (f64::INFINITY, f64::NEG_INFINITY);
         let mut include = |time: f64| {

@@ -36,14 +36,14 @@ pub struct Summary {
 
 /// Rows of a study, as CSV.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Table {
+pub struct StudyTable {
     /// What its file's name ends in before `.csv`: nothing, or a stop's name after a hyphen.
     pub suffix: String,
     /// The file.
     pub csv: Vec<u8>,
 }
 
-impl Table {
+impl StudyTable {
     /// Lays out the rows of `NAME.csv`.
     ///
     /// # Errors
@@ -92,21 +92,21 @@ impl Table {
 
 /// A study ready to be written.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Files {
+pub struct StudyFiles {
     /// The study's name, and the files' without their ends.
     pub name: &'static str,
     /// Its rows.
-    pub tables: Vec<Table>,
+    pub tables: Vec<StudyTable>,
     /// Its chart.
     pub svg: String,
     /// Its figures.
     pub json: String,
 }
 
-impl Files {
+impl StudyFiles {
     /// Puts together what a study writes.
     #[must_use]
-    pub fn new(summary: &Summary, tables: Vec<Table>, svg: String) -> Self {
+    pub fn new(summary: &Summary, tables: Vec<StudyTable>, svg: String) -> Self {
         Self {
             name: summary.study,
             tables,

@@ -107,7 +107,7 @@ pub struct Attractor {
 const SAME: f64 = 1e-9;
 
 /// What one amplitude gave.
-struct Seen {
+struct AmplitudeResult {
     amplitude_g: f64,
     sections: Vec<Section>,
     /// Its period, where rounding leaves no doubt of it.
@@ -140,7 +140,7 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Attractor, Error>
     } else {
         vec![alone(options, low)?]
     };
-    let mut seen: Vec<Seen> = control
+    let mut seen: Vec<AmplitudeResult> = control
         .map(side_by_side.len(), |index| {
             let sections = side_by_side[index].clone();
             see(options, amplitude(index), sections, control)
@@ -248,7 +248,7 @@ fn see(
     amplitude_g: f64,
     sections: Vec<Section>,
     control: &Control<'_>,
-) -> Result<Seen, Error> {
+) -> Result<AmplitudeResult, Error> {
     let (compared, whole) = options
         .compared_steps
         .map_or(Ok((Vec::new(), true)), |steps| {
@@ -266,7 +266,7 @@ fn see(
         )?,
         _ => None,
     };
-    Ok(Seen {
+    Ok(AmplitudeResult {
         amplitude_g,
         period: apparent.filter(|_| growth.is_none_or(|growth| growth.resolved())),
         growth,
@@ -293,7 +293,7 @@ const APART_AFTER: u32 = 200;
 /// Measures how differences grow, on a few trajectories; and whether nobody stopped that.
 fn measured(
     options: &Options,
-    seen: &Seen,
+    seen: &AmplitudeResult,
     control: &Control<'_>,
 ) -> Result<(Option<Growth>, bool), Error> {
     const TRAJECTORIES: usize = 4;
@@ -322,7 +322,11 @@ fn measured(
 }
 
 /// Adds sections up to the number asked for; tells whether nobody stopped that.
-fn more(options: &Options, seen: &mut Seen, control: &Control<'_>) -> Result<bool, Error> {
+fn more(
+    options: &Options,
+    seen: &mut AmplitudeResult,
+    control: &Control<'_>,
+) -> Result<bool, Error> {
     const TRAJECTORIES: u32 = 64;
     let missing = options.periods.saturating_sub(FOLLOWED);
     let Some(last) = seen.sections.last().map(state) else {
@@ -410,7 +414,7 @@ fn compare(
     Ok((states, true))
 }
 
-fn rows(seen: &Seen) -> Vec<Row> {
+fn rows(seen: &AmplitudeResult) -> Vec<Row> {
     let exact = seen.sections.iter().map(|section| Row {
         method: "event-driven",
         amplitude_g: seen.amplitude_g,
@@ -426,7 +430,7 @@ fn rows(seen: &Seen) -> Vec<Row> {
     exact.chain(compared).collect()
 }
 
-fn statistics(seen: &[Seen]) -> Statistics {
+fn statistics(seen: &[AmplitudeResult]) -> Statistics {
     let mean_of = |of: &dyn Fn(&Section) -> f64| {
         let means: Vec<f64> = seen
             .iter()

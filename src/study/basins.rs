@@ -35,7 +35,7 @@ pub struct Options {
 
 /// Where a lever may end.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Attractor {
+pub struct BasinAttractor {
     /// Number, as in the rows.
     pub index: u32,
     /// Roman numeral and kind, for people.
@@ -59,7 +59,7 @@ pub struct Attractor {
     measures: Vec<[[f64; 2]; 2]>,
 }
 
-impl Attractor {
+impl BasinAttractor {
     /// Distance of a state from one of the points [rad].
     fn distance(&self, forced: &ForcedLever, index: usize, state: PhasePoint) -> f64 {
         let point = self.points[index];
@@ -92,7 +92,7 @@ pub struct Basins {
     /// What it answers.
     pub options: Options,
     /// The attractors, rest first, then by their largest angle.
-    pub attractors: Vec<Attractor>,
+    pub attractors: Vec<BasinAttractor>,
     /// Attractor of each cell, the angle running fastest; `None` where the work was stopped.
     pub cells: Vec<Option<u32>>,
     /// The same with each cell at a boundary cut into four, for drawing; twice as many cells along
@@ -133,7 +133,7 @@ enum FinalMotion {
 }
 
 /// Returns the attractor that a lever has certainly reached.
-fn caught(forced: &ForcedLever, known: &[Attractor], section: &Section) -> Option<u32> {
+fn caught(forced: &ForcedLever, known: &[BasinAttractor], section: &Section) -> Option<u32> {
     let state = (section.angle_rad, section.velocity_rad_s);
     known
         .iter()
@@ -262,7 +262,7 @@ fn midpoint(options: &Options, index: usize) -> PhasePoint {
 }
 
 /// Returns the number of the attractor that `end` is, which is added if it is new.
-fn admit(options: &Options, attractors: &mut Vec<Attractor>, end: FinalMotion) -> u32 {
+fn admit(options: &Options, attractors: &mut Vec<BasinAttractor>, end: FinalMotion) -> u32 {
     let (period, points, peak) = match end {
         FinalMotion::Rest => (1, vec![(0.0, 0.0)], 0.0),
         FinalMotion::Orbit(points, peak) => {
@@ -270,7 +270,7 @@ fn admit(options: &Options, attractors: &mut Vec<Attractor>, end: FinalMotion) -
         }
         FinalMotion::Irregular(peak) => (0, Vec::new(), peak),
     };
-    let same = |known: &Attractor| {
+    let same = |known: &BasinAttractor| {
         known.period == period
             && (period == 0
                 || known
@@ -282,7 +282,7 @@ fn admit(options: &Options, attractors: &mut Vec<Attractor>, end: FinalMotion) -
         return known.index;
     }
     let index = u32::try_from(attractors.len()).unwrap_or(u32::MAX);
-    attractors.push(Attractor {
+    attractors.push(BasinAttractor {
         index,
         name: String::new(),
         period,
@@ -298,7 +298,7 @@ fn admit(options: &Options, attractors: &mut Vec<Attractor>, end: FinalMotion) -
 
 /// Returns for each point of an orbit what takes differences to coordinates in which the map round
 /// the orbit turns and shrinks them: those of its eigenvectors.
-fn measures(options: &Options, attractor: &Attractor) -> Vec<[[f64; 2]; 2]> {
+fn measures(options: &Options, attractor: &BasinAttractor) -> Vec<[[f64; 2]; 2]> {
     const ROUND: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
     let forced = &options.forced;
     let around = |point: &PhasePoint| {
@@ -355,7 +355,7 @@ fn eigenvectors([[a, b], [c, d]]: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
 /// converges to it.
 fn capture_radius(
     options: &Options,
-    attractor: &Attractor,
+    attractor: &BasinAttractor,
     control: &Control<'_>,
 ) -> Result<f64, Error> {
     /// States on a ring.
@@ -401,7 +401,7 @@ fn capture_radius(
 /// Tells whether each of `states` comes to the orbit for good.
 fn all_converge(
     options: &Options,
-    attractor: &Attractor,
+    attractor: &BasinAttractor,
     states: &[PhasePoint],
     control: &Control<'_>,
 ) -> Result<bool, Error> {
@@ -441,7 +441,7 @@ fn all_converge(
 /// Returns the attractor of each cell, and whether all were done.
 fn classify(
     options: &Options,
-    attractors: &mut Vec<Attractor>,
+    attractors: &mut Vec<BasinAttractor>,
     control: &Control<'_>,
 ) -> Result<(Vec<Option<u32>>, bool), Error> {
     let states: Vec<PhasePoint> = (0..count(options.grid))
@@ -453,12 +453,12 @@ fn classify(
 /// Returns the attractor that each of `states` reaches.
 fn reach(
     options: &Options,
-    attractors: &mut Vec<Attractor>,
+    attractors: &mut Vec<BasinAttractor>,
     states: &[PhasePoint],
     control: &Control<'_>,
 ) -> Result<(Vec<Option<u32>>, bool), Error> {
     let forced = &options.forced;
-    let known: &[Attractor] = attractors;
+    let known: &[BasinAttractor] = attractors;
     let watch = |done: usize| (control.proceed)(Some(done as f64 / states.len() as f64));
     let followed = strobe_batch::follow(
         &forced.design,

@@ -1,8 +1,8 @@
 //! Stroboscopic sections against the excitation's amplitude, and where orbits are born and double.
 
 use super::Headline;
-use super::cascade::{self, Cascade, Reach};
-use super::orbit::{self, Bifurcation, ForcedLever, Kind, PhasePoint};
+use super::cascade::{self, BranchBounds, Cascade};
+use super::orbit::{self, Bifurcation, BifurcationKind, ForcedLever, PhasePoint};
 use crate::error::Error;
 use crate::parallel::Control;
 use crate::replay::Section;
@@ -57,7 +57,7 @@ pub struct Row {
 
 /// What happens at one amplitude.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Column {
+pub struct AmplitudeColumn {
     /// Amplitude [g].
     pub amplitude_g: f64,
     /// Period, in periods of the excitation; `None` if none was seen that is not rounding's.
@@ -77,7 +77,7 @@ pub struct Diagram {
     /// What it answers.
     pub options: Options,
     /// Columns, by amplitude; those left out when the work was stopped are missing.
-    pub columns: Vec<Column>,
+    pub columns: Vec<AmplitudeColumn>,
     /// Branches of orbits, each from its birth through its doublings; the simplest first.
     pub branches: Vec<Cascade>,
     /// Whether the work was done to its end.
@@ -115,7 +115,7 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Diagram, Error> {
         low + (high - low) * part
     };
     let count = options.points.max(2) as usize;
-    let columns: Vec<Column> = match options.sweep {
+    let columns: Vec<AmplitudeColumn> = match options.sweep {
         Sweep::None => side_by_side(options, count, &amplitude, control)?,
         Sweep::Up | Sweep::Down => {
             let mut columns = Vec::with_capacity(count);
@@ -157,7 +157,7 @@ fn column(
     options: &Options,
     amplitude_g: f64,
     initial: Option<PhasePoint>,
-) -> Result<(Column, Option<PhasePoint>), Error> {
+) -> Result<(AmplitudeColumn, Option<PhasePoint>), Error> {
     let mut strobe = options.forced.strobe(amplitude_g, initial)?;
     let mut sections = Vec::with_capacity(options.periods as usize);
     let mut followed = (0..options.transient).all(|_| strobe.advance().is_some());
@@ -177,7 +177,7 @@ fn side_by_side(
     count: usize,
     amplitude: &(impl Fn(usize) -> f64 + Sync),
     control: &Control<'_>,
-) -> Result<Vec<Column>, Error> {
+) -> Result<Vec<AmplitudeColumn>, Error> {
     let start = |index: usize| HarmonicStart {
         initial: options.initial,
         amplitude_m_s2: options.forced.sine(amplitude(index)).amplitude_m_s2,
@@ -210,14 +210,14 @@ fn side_by_side(
         .collect())
 }
 
-fn summed_up(options: &Options, amplitude_g: f64, sections: Vec<Section>) -> Column {
+fn summed_up(options: &Options, amplitude_g: f64, sections: Vec<Section>) -> AmplitudeColumn {
     let peak_angle_rad = sections
         .iter()
         .map(|section| section.peak_angle_rad)
         .fold(f64::NAN, f64::max);
     let impacts: u64 = sections.iter().map(|section| section.impacts).sum();
     let impacts_per_period = impacts as f64 / sections.len().max(1) as f64;
-    Column {
+    AmplitudeColumn {
         amplitude_g,
         period: orbit::period_of(&options.forced, &sections, SAME)
             .filter(|period| believed(options, amplitude_g, &sections, *period)),
@@ -245,14 +245,16 @@ fn state(section: &Section) -> PhasePoint {
     (section.angle_rad, section.velocity_rad_s)
 }
 
-/// Follows orbits through their doublings and down to where they are born, at every amplitude at
-/// which the motion is another than at the one before and that lies on none of the branches
-/// followed before. Tells whether nobody stopped that.
-fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec<Cascade>, bool) {
-    let mut wanted: Vec<(&Column, u32)> = Vec::new();
-    let mut before: Option<&Column> = None;
+/// Returns the periodic motions that do not go on from the amplitude before, with their periods,
+/// the simplest first.
+fn unlike_neighbours<'a>(
+    options: &Options,
+    columns: &'a [AmplitudeColumn],
+) -> Vec<(&'a AmplitudeColumn, u32)> {
+    let mut wanted: Vec<(&AmplitudeColumn, u32)> = Vec::new();
+    let mut before: Option<&AmplitudeColumn> = None;
     // Orbits that rest every period neither double nor are born: their multipliers are zero.
-    let moves = |column: &Column| {
+    let moves = |column: &AmplitudeColumn| {
         !column.sections.iter().any(|section| section.rested) && column.peak_angle_rad > 0.0
     };
     for column in columns {
@@ -274,10 +276,22 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec
         a.1.cmp(&b.1)
             .then(a.0.amplitude_g.total_cmp(&b.0.amplitude_g))
     });
+    wanted
+}
+
+/// Follows orbits through their doublings and down to where they are born, at every amplitude at
+/// which the motion is another than at the one before and that lies on none of the branches
+/// followed before. Tells whether nobody stopped that.
+fn changes(
+    options: &Options,
+    columns: &[AmplitudeColumn],
+    control: &Control<'_>,
+) -> (Vec<Cascade>, bool) {
+    let mut wanted = unlike_neighbours(options, columns);
     let forced = &options.forced;
     let (low, high) = options.amplitudes_g;
     let pace = (high - low) / f64::from(options.points.max(2) - 1);
-    let reach = Reach {
+    let reach = BranchBounds {
         amplitudes_g: ((low - pace).max(0.0), high + pace),
         levels: options.doublings,
         work: WORK_MAX,
@@ -286,7 +300,7 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec
     // Followed, and nothing new found: not to be followed again.
     let mut spent: Vec<Cascade> = Vec::new();
     let mut whole = true;
-    let known = |branches: &[Cascade], (column, period): (&Column, u32)| {
+    let known = |branches: &[Cascade], (column, period): (&AmplitudeColumn, u32)| {
         column.sections.last().is_some_and(|last| {
             branches
                 .iter()
@@ -296,7 +310,7 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec
     while branches.len() < BRANCHES_MAX {
         // As many at a time whatever the threads, so that the numbers do not depend on them.
         wanted.retain(|one| !known(&branches, *one) && !known(&spent, *one));
-        let mut batch: Vec<(&Column, u32)> = Vec::new();
+        let mut batch: Vec<(&AmplitudeColumn, u32)> = Vec::new();
         for (column, period) in &wanted {
             // Two of one period may well lie on one branch.
             if batch.len() < AT_A_TIME && batch.iter().all(|(_, other)| other != period) {
@@ -312,7 +326,7 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec
             break;
         }
         wanted.retain(|(column, _)| {
-            let index = |(column, _): &(&Column, u32)| column.amplitude_g;
+            let index = |(column, _): &(&AmplitudeColumn, u32)| column.amplitude_g;
             !batch
                 .iter()
                 .any(|taken| index(taken).total_cmp(&column.amplitude_g).is_eq())
@@ -371,7 +385,7 @@ fn same(a: &Cascade, b: &Cascade) -> bool {
 }
 
 /// Tells whether the orbit at one amplitude is that at the next, a little moved.
-fn continues(options: &Options, before: &Column, after: &Column) -> bool {
+fn continues(options: &Options, before: &AmplitudeColumn, after: &AmplitudeColumn) -> bool {
     /// Largest move of a section that is still taken for one [rad]; one that moves further is asked
     /// whether it lies on a branch that is known.
     const MOVED: f64 = 0.02;
@@ -418,8 +432,8 @@ impl Diagram {
             value,
         };
         let threshold = forced.design.criterion.threshold_rad;
-        let moves = |column: &&Column| column.peak_angle_rad > 1e-3 * threshold;
-        let exceeds = |column: &&Column| column.peak_angle_rad > threshold;
+        let moves = |column: &&AmplitudeColumn| column.peak_angle_rad > 1e-3 * threshold;
+        let exceeds = |column: &&AmplitudeColumn| column.peak_angle_rad > threshold;
         let mut lines = vec![
             line(
                 "a lever at rest leaves the rigid stop at A [g]".into(),
@@ -460,8 +474,8 @@ impl Diagram {
             };
             if let Some(birth) = &branch.birth {
                 let how = match birth.kind {
-                    Kind::SaddleNode => "born in a saddle-node at A [g]",
-                    Kind::PeriodDoubling => "doubles at A [g]",
+                    BifurcationKind::SaddleNode => "born in a saddle-node at A [g]",
+                    BifurcationKind::PeriodDoubling => "doubles at A [g]",
                 };
                 say(how, birth.orbit.amplitude_g);
             }

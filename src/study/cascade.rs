@@ -4,7 +4,7 @@
 //!
 //! Feigenbaum, J. Stat. Phys. 19 (1978) 25.
 
-use super::orbit::{self, Bifurcation, ForcedLever, Kind, Orbit, PhasePoint, STEP_MAX};
+use super::orbit::{self, Bifurcation, BifurcationKind, ForcedLever, Orbit, PhasePoint, STEP_MAX};
 use serde::Serialize;
 
 /// The end of a branch, and the doublings after it.
@@ -21,7 +21,7 @@ pub struct Cascade {
 
 /// Bounds of a branch that is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reach {
+pub struct BranchBounds {
     /// Least and largest amplitude [g].
     pub amplitudes_g: (f64, f64),
     /// Doublings at most.
@@ -30,7 +30,7 @@ pub struct Reach {
     pub work: u32,
 }
 
-impl Reach {
+impl BranchBounds {
     /// Every amplitude, and work enough for `levels` doublings.
     #[must_use]
     pub fn all(levels: u32) -> Self {
@@ -103,7 +103,7 @@ impl Cascade {
 /// Follows a stable orbit to where it is born, at smaller amplitudes, and through doublings at
 /// larger ones. `pace` [g] is the first step upward.
 #[must_use]
-pub fn follow(forced: &ForcedLever, orbit: &Orbit, pace: f64, reach: &Reach) -> Cascade {
+pub fn follow(forced: &ForcedLever, orbit: &Orbit, pace: f64, reach: &BranchBounds) -> Cascade {
     let mut walk = BranchWalk {
         forced,
         reach: *reach,
@@ -155,7 +155,7 @@ const PACE_MIN: f64 = 1e-6;
 
 struct BranchWalk<'a> {
     forced: &'a ForcedLever,
-    reach: Reach,
+    reach: BranchBounds,
     spent: u32,
     way: Vec<Orbit>,
 }
@@ -173,7 +173,7 @@ impl BranchWalk<'_> {
     /// Finds a bifurcation near `orbit`.
     fn locate(
         &mut self,
-        kind: Kind,
+        kind: BifurcationKind,
         period: u32,
         guess: PhasePoint,
         amplitude_g: f64,
@@ -187,7 +187,7 @@ impl BranchWalk<'_> {
 
     /// Follows `orbit` to larger amplitudes until a multiplier passes −1.
     fn doubling(&mut self, orbit: &Orbit, longest: f64) -> Option<Bifurcation> {
-        let kind = Kind::PeriodDoubling;
+        let kind = BifurcationKind::PeriodDoubling;
         let mut at = orbit.clone();
         let mut pace = longest;
         self.way.push(at.clone());
@@ -259,7 +259,7 @@ impl BranchWalk<'_> {
     /// Follows `orbit` to smaller amplitudes until it is no more, and finds the saddle-node
     /// there, or the doubling that it comes from.
     fn birth(&mut self, orbit: &Orbit) -> Option<Bifurcation> {
-        let kind = Kind::SaddleNode;
+        let kind = BifurcationKind::SaddleNode;
         let mut at = orbit.clone();
         let mut before: Option<Orbit> = None;
         let mut pace = 0.05 * orbit.amplitude_g;
@@ -341,9 +341,14 @@ impl BranchWalk<'_> {
             f64::midpoint(state.0, half.0),
             f64::midpoint(state.1, half.1),
         );
-        self.locate(Kind::PeriodDoubling, at.period / 2, middle, at.amplitude_g)
-            .filter(|found| near(found, at))
-            .filter(|found| self.forced.distance(found.orbit.points[0], state) <= STEP_MAX)
+        self.locate(
+            BifurcationKind::PeriodDoubling,
+            at.period / 2,
+            middle,
+            at.amplitude_g,
+        )
+        .filter(|found| near(found, at))
+        .filter(|found| self.forced.distance(found.orbit.points[0], state) <= STEP_MAX)
     }
 }
 

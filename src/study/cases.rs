@@ -13,7 +13,7 @@ use std::f64::consts::{PI, TAU};
 
 /// One excitation with its initial state.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Case {
+pub struct StudyCase {
     /// Short name.
     pub name: &'static str,
     /// What it is, in a few words.
@@ -38,7 +38,7 @@ pub enum Drive {
     },
 }
 
-impl Case {
+impl StudyCase {
     /// Replays the case.
     ///
     /// # Errors
@@ -118,9 +118,9 @@ fn sampled(rate_hz: f64, intervals: u32, formula: impl Fn(f64) -> f64) -> Result
 /// # Errors
 ///
 /// None for any `gravity` [m/s²]; the rate is valid.
-pub fn shock(gravity: f64) -> Result<Case, Error> {
+pub fn shock(gravity: f64) -> Result<StudyCase, Error> {
     const DURATION_S: f64 = 0.035;
-    Ok(Case {
+    Ok(StudyCase {
         name: "shock",
         title: "shock of 35 ms, 1000 g, 20 kHz".into(),
         drive: sampled(20_000.0, 700, |t| {
@@ -137,9 +137,9 @@ pub fn shock(gravity: f64) -> Result<Case, Error> {
 /// # Errors
 ///
 /// None for any `gravity` [m/s²]; the rate is valid.
-pub fn recording(gravity: f64) -> Result<Case, Error> {
+pub fn recording(gravity: f64) -> Result<StudyCase, Error> {
     const TAU_S: f64 = 0.03;
-    Ok(Case {
+    Ok(StudyCase {
         name: "recording",
         title: "recording of 0.3 s, 200 g, 10 kHz".into(),
         drive: sampled(10_000.0, 3000, |t| {
@@ -152,8 +152,8 @@ pub fn recording(gravity: f64) -> Result<Case, Error> {
 /// Returns `periods` periods of a smooth sine of `amplitude_g` [g] and `angular_frequency`
 /// [rad/s] from the state (0.1 rad, 0).
 #[must_use]
-pub fn harmonic(gravity: f64, amplitude_g: f64, angular_frequency: f64, periods: u32) -> Case {
-    Case {
+pub fn harmonic(gravity: f64, amplitude_g: f64, angular_frequency: f64, periods: u32) -> StudyCase {
+    StudyCase {
         name: "harmonic",
         title: format!("{periods} periods, A = {amplitude_g} g, ω = {angular_frequency} rad/s"),
         drive: Drive::Sine {

@@ -39,7 +39,7 @@ pub struct Row {
 
 /// Where the threshold is first exceeded at a frequency.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Boundary {
+pub struct ContourPoint {
     /// Angular frequency [rad/s].
     pub angular_frequency_rad_s: f64,
     /// An amplitude that exceeds the threshold [g] next to one, within 1e-6 of it, that does not;
@@ -58,7 +58,7 @@ pub struct ExcitationMap {
     /// The map, the amplitude running fastest.
     pub rows: Vec<Row>,
     /// The threshold's contour.
-    pub boundary: Vec<Boundary>,
+    pub boundary: Vec<ContourPoint>,
     /// Whether the work was done to its end.
     pub complete: bool,
 }
@@ -170,7 +170,7 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<ExcitationMap, Er
         };
         Ok::<_, Error>((
             rows,
-            Boundary {
+            ContourPoint {
                 angular_frequency_rad_s: frequency,
                 amplitude_g,
             },
@@ -185,7 +185,7 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<ExcitationMap, Er
         complete,
     };
     for line in lines.into_iter().flatten() {
-        let (rows, boundary): (Vec<Row>, Boundary) = line?;
+        let (rows, boundary): (Vec<Row>, ContourPoint) = line?;
         map.rows.extend(rows);
         map.boundary.push(boundary);
     }

@@ -59,7 +59,7 @@ pub struct Release {
 
 /// A free motion.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Motion {
+pub struct FreeMotion {
     /// What the lever met at φ = 0.
     pub against: Against,
     /// Preload torque [N m].
@@ -111,7 +111,7 @@ pub fn natural_period_s(design: &Design) -> Result<f64, Error> {
 ///
 /// [`ErrorKind::OutOfRange`] for an initial state that the stop does not admit, or for more than
 /// four million samples.
-pub fn run(design: &Design, against: Against, release: &Release) -> Result<Motion, Error> {
+pub fn run(design: &Design, against: Against, release: &Release) -> Result<FreeMotion, Error> {
     let mut design = design.clone();
     design.lever.preload_torque_nm = release.preload_torque_nm;
     let stop = match against {
@@ -159,7 +159,7 @@ pub fn run(design: &Design, against: Against, release: &Release) -> Result<Motio
             .then(|| run.impact_list.last().map(|impact| impact[0]))
             .flatten(),
     };
-    Ok(Motion {
+    Ok(FreeMotion {
         against,
         preload_torque_nm: release.preload_torque_nm,
         // Where there is no stop nothing is hit.
@@ -176,7 +176,7 @@ pub fn run(design: &Design, against: Against, release: &Release) -> Result<Motio
     })
 }
 
-impl Motion {
+impl FreeMotion {
     /// Returns the time from each impact to the next: the middle between them [s], and how long
     /// it is [s].
     #[must_use]
@@ -208,7 +208,7 @@ pub struct Row {
     pub angular_velocity_rad_s: f64,
 }
 
-impl Motion {
+impl FreeMotion {
     /// Returns the history as rows.
     pub fn rows(&self) -> impl Iterator<Item = Row> {
         self.trace.iter().map(|point| Row {

@@ -1,6 +1,6 @@
 //! The paper's Fig. 4: free vibration with and without impact, without and with preload.
 
-use super::free::{self, Against, Motion, Release};
+use super::free::{self, Against, FreeMotion, Release};
 use super::{Figures, Headline};
 use crate::error::Error;
 use crate::model::Design;
@@ -30,7 +30,7 @@ pub struct Options {
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeVibration {
     /// Without preload and with the design's own, each without a stop and with those asked for.
-    pub motions: Vec<Motion>,
+    pub motions: Vec<FreeMotion>,
     /// What to take away.
     pub headlines: Vec<Headline>,
     /// Length [s].
@@ -77,7 +77,7 @@ pub fn run(options: &Options) -> Result<FreeVibration, Error> {
     })
 }
 
-fn headlines(motions: &[Motion], half_period_s: f64) -> Vec<Headline> {
+fn headlines(motions: &[FreeMotion], half_period_s: f64) -> Vec<Headline> {
     let mut headlines = Vec::new();
     for motion in motions {
         let model = match motion.against {

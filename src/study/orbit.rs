@@ -118,7 +118,7 @@ pub struct Orbit {
 impl Orbit {
     /// Left side of the equation that the multipliers fulfil where the orbit changes.
     #[must_use]
-    pub fn condition(&self, kind: Kind) -> f64 {
+    pub fn condition(&self, kind: BifurcationKind) -> f64 {
         kind.condition(self.trace, self.determinant)
     }
 
@@ -154,14 +154,14 @@ impl Orbit {
 /// How an orbit changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kind {
+pub enum BifurcationKind {
     /// Born together with an unstable one: a multiplier of +1.
     SaddleNode,
     /// Gives way to one of twice the period: a multiplier of −1.
     PeriodDoubling,
 }
 
-impl Kind {
+impl BifurcationKind {
     fn condition(self, trace: f64, determinant: f64) -> f64 {
         match self {
             Self::SaddleNode => 1.0 - trace + determinant,
@@ -174,7 +174,7 @@ impl Kind {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Bifurcation {
     /// How.
-    pub kind: Kind,
+    pub kind: BifurcationKind,
     /// The orbit there.
     pub orbit: Orbit,
 }
@@ -228,7 +228,7 @@ impl Image {
         a * d - b * c
     }
 
-    fn condition(&self, kind: Kind) -> f64 {
+    fn condition(&self, kind: BifurcationKind) -> f64 {
         kind.condition(self.trace(), self.determinant())
     }
 
@@ -357,7 +357,7 @@ fn solve(mut rows: [[f64; 4]; 3]) -> Option<[f64; 3]> {
 #[must_use]
 pub fn locate(
     forced: &ForcedLever,
-    kind: Kind,
+    kind: BifurcationKind,
     period: u32,
     guess: PhasePoint,
     amplitude_g: f64,
@@ -368,7 +368,7 @@ pub fn locate(
 /// As [`locate()`]; adds the periods computed to `spent`.
 pub(super) fn locate_within(
     forced: &ForcedLever,
-    kind: Kind,
+    kind: BifurcationKind,
     period: u32,
     guess: PhasePoint,
     amplitude_g: f64,

@@ -1,7 +1,7 @@
 //! The paper's Fig. 5: spectrogram of the free vibration with preload, and the frequency of its
 //! bounces.
 
-use super::free::{self, Against, Motion, Release};
+use super::free::{self, Against, FreeMotion, Release};
 use super::{Figures, Headline};
 use crate::conditioning::spectrum::{self, ShortTime};
 use crate::error::{Error, ErrorKind};
@@ -52,9 +52,9 @@ pub struct Row {
 
 /// The study's answer.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Spectrogram {
+pub struct MotionSpectrogram {
     /// The motion.
-    pub motion: Motion,
+    pub motion: FreeMotion,
     /// Its bounces.
     pub bounces: Vec<Bounce>,
     /// Short-time amplitudes of the angular velocity [rad/s].
@@ -82,7 +82,7 @@ const COLUMNS: usize = 320;
 ///
 /// As [`free::natural_period_s`] and [`free::run`]; [`ErrorKind::OutOfRange`] for a window longer
 /// than the motion.
-pub fn run(options: &Options) -> Result<Spectrogram, Error> {
+pub fn run(options: &Options) -> Result<MotionSpectrogram, Error> {
     let design = &options.design;
     let period = free::natural_period_s(design)?;
     if options.window_periods >= options.periods {
@@ -143,7 +143,7 @@ pub fn run(options: &Options) -> Result<Spectrogram, Error> {
     figures.say("natural frequency ω0/2π, without stop [Hz]", 1.0 / period);
     figures.say("stays on the stop from [s]", motion.settled_s);
     figures.say("window [s]", amplitudes.window_s);
-    Ok(Spectrogram {
+    Ok(MotionSpectrogram {
         motion,
         bounces,
         amplitudes,
@@ -155,7 +155,7 @@ pub fn run(options: &Options) -> Result<Spectrogram, Error> {
 
 /// Returns the angular velocity at equal distances; the history holds these instants, so that
 /// straight lines between its points change nothing but the rounding of time.
-fn uniform(motion: &Motion, rate_hz: f64, duration_s: f64) -> Vec<f64> {
+fn uniform(motion: &FreeMotion, rate_hz: f64, duration_s: f64) -> Vec<f64> {
     let count = (duration_s * rate_hz).floor() as usize + 1;
     let trace = &motion.trace;
     let mut next = 0;
@@ -178,7 +178,7 @@ fn uniform(motion: &Motion, rate_hz: f64, duration_s: f64) -> Vec<f64> {
         .collect()
 }
 
-impl Spectrogram {
+impl MotionSpectrogram {
     /// Returns the cells as rows.
     pub fn rows(&self) -> impl Iterator<Item = Row> {
         let amplitudes = &self.amplitudes;

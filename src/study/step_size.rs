@@ -1,7 +1,7 @@
 //! The paper's Fig. 3: the fixed-step method on free impacts with the soft stop, where it fails
 //! and why.
 
-use super::free::{self, Against, Motion, Release};
+use super::free::{self, Against, FreeMotion, Release};
 use super::stability::contact::contacts;
 use super::{Figures, Headline};
 use crate::conditioning::Signal;
@@ -38,7 +38,7 @@ pub struct Options {
 
 /// A run with a fixed step.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Run {
+pub struct FixedStepRun {
     /// Steps per period of the excitation.
     pub steps_per_period: u32,
     /// The step [s].
@@ -63,7 +63,7 @@ pub struct Run {
 
 /// A step of the scan: one contact, entered at several phases of the step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Scan {
+pub struct StepScan {
     /// Steps per period of the excitation.
     pub steps_per_period: f64,
     /// Contact angular frequency times step [-].
@@ -93,11 +93,11 @@ pub struct Row {
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepSize {
     /// The motion as it is.
-    pub exact: Motion,
+    pub exact: FreeMotion,
     /// The runs.
-    pub runs: Vec<Run>,
+    pub runs: Vec<FixedStepRun>,
     /// The scan, from coarse to fine.
-    pub scan: Vec<Scan>,
+    pub scan: Vec<StepScan>,
     /// Speed of entry in the scan [rad/s].
     pub entry_speed_rad_s: f64,
     /// The right ratio of exit to entry speed [-]; `None` if the lever stays.
@@ -202,7 +202,7 @@ fn one_run(
     steps_per_period: u32,
     duration_s: f64,
     frequency: f64,
-) -> Result<Run, Error> {
+) -> Result<FixedStepRun, Error> {
     let design = &options.design;
     let step_s = TAU / (options.angular_frequency_rad_s * f64::from(steps_per_period));
     let start = (options.angle_rad, options.velocity_rad_s);
@@ -235,7 +235,7 @@ fn one_run(
     let damping_ratio = design.contact_damping_ratio();
     let reach = frequency * step_s;
     let before = highest(options);
-    Ok(Run {
+    Ok(FixedStepRun {
         steps_per_period,
         step_s,
         reach,
@@ -269,7 +269,7 @@ fn one_step(
     step_s: f64,
     frequency: f64,
     speed: f64,
-) -> Result<Scan, Error> {
+) -> Result<StepScan, Error> {
     let (mut least, mut largest) = (f64::INFINITY, f64::NEG_INFINITY);
     let mut failing = 0;
     for phase in 0..PHASES {
@@ -295,7 +295,7 @@ fn one_step(
             failing += 1;
         }
     }
-    Ok(Scan {
+    Ok(StepScan {
         steps_per_period,
         reach: frequency * step_s,
         least_ratio: least,
@@ -360,7 +360,7 @@ fn headlines(answer: &StepSize) -> Vec<Headline> {
 }
 
 /// Returns the fewest steps per period from which on all of the scan is `good`.
-fn finer_than(scan: &[Scan], good: impl Fn(&Scan) -> bool) -> Option<f64> {
+fn finer_than(scan: &[StepScan], good: impl Fn(&StepScan) -> bool) -> Option<f64> {
     scan.iter()
         .rev()
         .take_while(|scan| good(scan))

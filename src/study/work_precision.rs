@@ -6,8 +6,8 @@
 //! an error statement. The kernel is timed again in turns with every row and its least counts, so
 //! that one busy moment of the machine moves no row against the others, and its own row is 1.
 
-use super::cases::{self, Case};
-use super::{Clock, Headline};
+use super::cases::{self, StudyCase};
+use super::{Headline, Stopwatch};
 use crate::conditioning::Signal;
 use crate::error::Error;
 use crate::model::Design;
@@ -162,7 +162,7 @@ const EVENT_DRIVEN: (f64, f64) = (1e-4, 1e-16);
 /// # Errors
 ///
 /// As [`replay::run`].
-pub fn run(options: &Options, clock: Clock<'_>) -> Result<WorkPrecision, Error> {
+pub fn run(options: &Options, clock: Stopwatch<'_>) -> Result<WorkPrecision, Error> {
     let gravity = options.gravity_m_s2;
     let all = [
         cases::shock(gravity)?,
@@ -246,21 +246,21 @@ fn settings(points: u32) -> Vec<(Method, Option<f64>)> {
 /// One case on one stop with its truth.
 struct TimedCase<'a> {
     options: &'a Options,
-    case: &'a Case,
+    case: &'a StudyCase,
     model: StopModel,
     truth: Truth,
     truth_velocity: f64,
     /// No stop lets a lever deeper than this [rad].
     deepest: f64,
-    clock: Clock<'a>,
+    clock: Stopwatch<'a>,
 }
 
 impl<'a> TimedCase<'a> {
     fn new(
         options: &'a Options,
-        case: &'a Case,
+        case: &'a StudyCase,
         model: StopModel,
-        clock: Clock<'a>,
+        clock: Stopwatch<'a>,
     ) -> Result<Self, Error> {
         let base = RunOptions {
             initial: case.initial,

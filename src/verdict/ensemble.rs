@@ -371,7 +371,7 @@ pub fn check(design: &Design) -> Result<(), Error> {
         if !parameter.has_tolerance() || parameter.range == Range::Ratio {
             continue;
         }
-        let nominal = parameter.of(design);
+        let nominal = design.value(parameter);
         let may_vanish = parameter.range == Range::NotNegative;
         let deviation = design.deviation(parameter).unwrap_or(0.0);
         // A third that is written with 16 digits may exceed a third by rounding.

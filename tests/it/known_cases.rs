@@ -8,7 +8,7 @@ use latchgate::model::Design;
 use latchgate::model::excitation::Harmonic;
 use latchgate::model::stop::StopModel;
 use latchgate::replay::{self, Method, RunOptions, Strobe};
-use latchgate::study::cases::{self, Case, Drive};
+use latchgate::study::cases::{self, Drive, StudyCase};
 use latchgate::units::{OpensWhen, SampleRate};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write as _;
@@ -125,7 +125,7 @@ fn val_grazes_to_a_millionth_of_a_millionth() {
     }
 }
 
-fn scaled(mut case: Case, factor: f64) -> Case {
+fn scaled(mut case: StudyCase, factor: f64) -> StudyCase {
     if let Drive::Samples(record) = &mut case.drive {
         for a in &mut record.samples {
             *a *= factor;
@@ -181,7 +181,7 @@ fn verif_a_finer_step_on_the_grid_is_no_better_by_itself() {
 /// Work of the event-driven method: these very counts, on every machine. A change that costs or
 /// saves work shows here.
 #[track_caller]
-fn check_work(case: &Case, stop: StopModel, steps: u64, rhs: u64, events: u64) {
+fn check_work(case: &StudyCase, stop: StopModel, steps: u64, rhs: u64, events: u64) {
     for error_bound in [true, false] {
         let options = RunOptions {
             initial: case.initial,

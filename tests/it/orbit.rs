@@ -3,8 +3,8 @@
 
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
-use latchgate::study::cascade::{self, Cascade, Reach};
-use latchgate::study::orbit::{self, ForcedLever, Kind, Orbit, PhasePoint};
+use latchgate::study::cascade::{self, BranchBounds, Cascade};
+use latchgate::study::orbit::{self, BifurcationKind, ForcedLever, Orbit, PhasePoint};
 
 fn forced(stop: StopModel, angular_frequency_rad_s: f64) -> ForcedLever {
     ForcedLever {
@@ -71,7 +71,7 @@ fn val_orbits_of_the_basins() {
 #[track_caller]
 fn check_cascade(name: &str, cascade: &Cascade, birth: f64, doublings: &[f64]) {
     let found = cascade.birth.as_ref().expect("a birth");
-    assert_eq!(found.kind, Kind::SaddleNode);
+    assert_eq!(found.kind, BifurcationKind::SaddleNode);
     check_near(name, found.orbit.amplitude_g, birth, 1e-12);
     assert_eq!(cascade.doublings.len(), doublings.len(), "{name}");
     for (index, (found, want)) in cascade.doublings.iter().zip(doublings).enumerate() {
@@ -93,7 +93,7 @@ fn check_branch(
     let forced = forced(stop, 100.0);
     let levels = u32::try_from(doublings.len()).unwrap();
     let orbit = find(&forced, start, 1, guess);
-    let cascade = cascade::follow(&forced, &orbit, 0.01 * start, &Reach::all(levels));
+    let cascade = cascade::follow(&forced, &orbit, 0.01 * start, &BranchBounds::all(levels));
     check_cascade(name, &cascade, birth, doublings);
     // Those of the separate program's own values, and with that on their way to Feigenbaum's.
     let ratios = cascade.ratios();

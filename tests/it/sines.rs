@@ -11,7 +11,7 @@ use latchgate::study::attractor::{self, Attractor};
 use latchgate::study::basins::{self, Basins};
 use latchgate::study::bifurcation::{self, Sweep};
 use latchgate::study::excitation_map;
-use latchgate::study::orbit::{self, ForcedLever, Kind, PhasePoint};
+use latchgate::study::orbit::{self, BifurcationKind, ForcedLever, PhasePoint};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Gravity of the quad-precision reference values [m/s²].
@@ -603,7 +603,7 @@ fn val_a_diagram_finds_its_cascade() {
         .iter()
         .find(|branch| {
             branch.birth.as_ref().is_some_and(|birth| {
-                birth.kind == Kind::SaddleNode
+                birth.kind == BifurcationKind::SaddleNode
                     && (birth.orbit.amplitude_g - 0.415_660_115_422_949_8).abs() <= 1e-9
             })
         })

@@ -3,7 +3,7 @@
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
 use latchgate::report::plot;
-use latchgate::report::study::Table;
+use latchgate::report::study::StudyTable;
 use latchgate::study::stability::{self, Grade, Stability, situations};
 use latchgate::study::work_precision::{self, Options, Status, WorkPrecision};
 use std::cell::Cell;
@@ -316,7 +316,7 @@ fn verif_charts_are_whole() {
     for (svg, table, methods) in [
         (
             plot::work_precision(&compared),
-            Table::of(&compared.rows).unwrap(),
+            StudyTable::of(&compared.rows).unwrap(),
             [
                 "event-driven",
                 "rk4",
@@ -329,7 +329,7 @@ fn verif_charts_are_whole() {
         ),
         (
             plot::stability(&stable),
-            Table::of(&stable.rows).unwrap(),
+            StudyTable::of(&stable.rows).unwrap(),
             [
                 "rk4",
                 "rk4-located",

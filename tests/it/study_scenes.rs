@@ -8,7 +8,7 @@ use latchgate::model::excitation::Harmonic;
 use latchgate::model::stop::StopModel;
 use latchgate::replay::{self, RunOptions, TracePoint};
 use latchgate::report::plot;
-use latchgate::study::free::{self, Against, Motion, Release};
+use latchgate::study::free::{self, Against, FreeMotion, Release};
 use latchgate::study::histories::{self, Histories, History};
 use latchgate::study::restitution::{self, FreeContact};
 use latchgate::study::{Headline, free_vibration, shock, spectrogram, step_size};
@@ -205,7 +205,7 @@ fn let_go(
     preload_torque_nm: f64,
     (angle_rad, velocity_rad_s): (f64, f64),
     duration_s: f64,
-) -> Motion {
+) -> FreeMotion {
     free::run(
         design,
         against,
@@ -224,7 +224,7 @@ fn let_go(
 type Impact = (usize, f64, f64);
 
 #[track_caller]
-fn check_impacts(motion: &Motion, count: usize, impacts: &[Impact]) {
+fn check_impacts(motion: &FreeMotion, count: usize, impacts: &[Impact]) {
     let what = format!(
         "{}, T0 = {}",
         motion.against.name(),
@@ -427,7 +427,7 @@ fn verif_the_limit_of_the_step_lies_where_it_must() {
     }
 }
 
-fn bounces(periods: f64) -> spectrogram::Spectrogram {
+fn bounces(periods: f64) -> spectrogram::MotionSpectrogram {
     spectrogram::run(&spectrogram::Options {
         design: Design::reference(),
         model: StopModel::Soft,

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::parallel::Control;
-use crate::report::study::Table;
+use crate::report::study::StudyTable;
 use crate::study::Headline;
 use crate::study::work_precision::Truth;
 use serde::Serialize;
@@ -23,7 +23,7 @@ pub(super) trait Analysis {
     fn common(&self) -> &StudyCommon;
 
     /// Runs it on `design`.
-    fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure>;
+    fn run(&self, design: &Design, session: &Session) -> Result<StudyAnswer, Failure>;
 }
 
 /// Clock, threads and progress of a study.
@@ -60,7 +60,7 @@ impl Session {
 }
 
 /// The answer of a study; name, version and time are added to it in one place.
-pub(super) struct Answer {
+pub(super) struct StudyAnswer {
     /// The study's options, as its JSON states them.
     pub(super) parameters: Value,
     pub(super) headlines: Vec<Headline>,
@@ -68,13 +68,13 @@ pub(super) struct Answer {
     pub(super) cases: Vec<Truth>,
     /// What else the JSON lists.
     pub(super) results: Option<Value>,
-    pub(super) tables: Vec<Table>,
+    pub(super) tables: Vec<StudyTable>,
     pub(super) svg: String,
     /// Whether the work was done to its end.
     pub(super) complete: bool,
 }
 
-impl Answer {
+impl StudyAnswer {
     /// Returns an answer to `options` that is still empty.
     pub(super) fn to(options: &impl Serialize) -> Self {
         Self {
@@ -106,7 +106,7 @@ impl Answer {
         complete: bool,
         mut results: Value,
     ) -> Result<(), Failure> {
-        let table = Table::of_stops(stops, stop, rows).map_err(Failure::Data)?;
+        let table = StudyTable::of_stops(stops, stop, rows).map_err(Failure::Data)?;
         self.tables.push(table);
         self.headlines.extend(headlines);
         self.complete &= complete;

@@ -1,7 +1,7 @@
 //! `latchgate study attractor`.
 
-use super::analysis::{Analysis, Answer, Session};
-use super::sweep::{self, SineArguments, Span, StartArguments};
+use super::analysis::{Analysis, Session, StudyAnswer};
+use super::sweep::{self, SineArguments, StartArguments, ValueSpan};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
@@ -25,7 +25,7 @@ pub struct Arguments {
     pub sine: SineArguments,
     /// Amplitude [g], or several for statistics over them
     #[arg(long, value_name = "A|LO..HI", value_parser = sweep::parse_amplitudes, default_value = "2.5", allow_hyphen_values = true)]
-    pub amplitude: Span,
+    pub amplitude: ValueSpan,
     /// Number of amplitudes, if there are several
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000), default_value_t = 401, allow_negative_numbers = true)]
     pub points: u32,
@@ -53,7 +53,7 @@ impl Analysis for Arguments {
         &self.study
     }
 
-    fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
+    fn run(&self, design: &Design, session: &Session) -> Result<StudyAnswer, Failure> {
         let stops = self.model.stops();
         let initial = self.start.state(&stops)?;
         let base = |stop| attractor::Options {
@@ -65,7 +65,7 @@ impl Analysis for Arguments {
             initial,
             compared_steps: self.compare_steps,
         };
-        let mut answer = Answer::of_stops(&base(stops[0]), &stops);
+        let mut answer = StudyAnswer::of_stops(&base(stops[0]), &stops);
         let mut attractors = Vec::new();
         for stop in &stops {
             let options = base(*stop);

@@ -1,7 +1,7 @@
 //! `latchgate study basins`.
 
-use super::analysis::{Analysis, Answer, Session};
-use super::sweep::{self, SineArguments, Span};
+use super::analysis::{Analysis, Session, StudyAnswer};
+use super::sweep::{self, SineArguments, ValueSpan};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
@@ -28,10 +28,10 @@ pub struct Arguments {
     pub amplitude: f64,
     /// Initial angles [rad]
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_range, default_value = "0..1", allow_hyphen_values = true)]
-    pub angle: Span,
+    pub angle: ValueSpan,
     /// Initial angular velocities [rad/s]
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_range, default_value = "-20..20", allow_hyphen_values = true)]
-    pub velocity: Span,
+    pub velocity: ValueSpan,
     /// Initial states: angles × velocities
     #[arg(long, value_name = "NxM", value_parser = sweep::parse_grid, default_value = "200x200", allow_hyphen_values = true)]
     pub grid: (u32, u32),
@@ -49,7 +49,7 @@ impl Analysis for Arguments {
         &self.study
     }
 
-    fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
+    fn run(&self, design: &Design, session: &Session) -> Result<StudyAnswer, Failure> {
         let stops = self.model.stops();
         let base = |stop| basins::Options {
             forced: sweep::forced(design, stop, self.sine.gravity, self.sine.omega),
@@ -59,7 +59,7 @@ impl Analysis for Arguments {
             grid: self.grid,
             transient: self.transient,
         };
-        let mut answer = Answer::of_stops(&base(stops[0]), &stops);
+        let mut answer = StudyAnswer::of_stops(&base(stops[0]), &stops);
         let mut all = Vec::new();
         for stop in &stops {
             let options = base(*stop);

@@ -1,7 +1,7 @@
 //! `latchgate study bifurcation`.
 
-use super::analysis::{Analysis, Answer, Session};
-use super::sweep::{self, SineArguments, Span, StartArguments};
+use super::analysis::{Analysis, Session, StudyAnswer};
+use super::sweep::{self, SineArguments, StartArguments, ValueSpan};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
@@ -25,7 +25,7 @@ pub struct Arguments {
     pub sine: SineArguments,
     /// Amplitudes [g]
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_amplitudes, default_value = "0..5", allow_hyphen_values = true)]
-    pub amplitude: Span,
+    pub amplitude: ValueSpan,
     /// Number of amplitudes
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000), default_value_t = 500, allow_negative_numbers = true)]
     pub points: u32,
@@ -66,7 +66,7 @@ impl Analysis for Arguments {
         &self.study
     }
 
-    fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
+    fn run(&self, design: &Design, session: &Session) -> Result<StudyAnswer, Failure> {
         let stops = self.model.stops();
         let initial = self.start.state(&stops)?;
         let base = |stop| bifurcation::Options {
@@ -83,7 +83,7 @@ impl Analysis for Arguments {
             },
             doublings: self.doublings,
         };
-        let mut answer = Answer::of_stops(&base(stops[0]), &stops);
+        let mut answer = StudyAnswer::of_stops(&base(stops[0]), &stops);
         let mut diagrams = Vec::new();
         for stop in &stops {
             let options = base(*stop);

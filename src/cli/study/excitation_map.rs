@@ -1,7 +1,7 @@
 //! `latchgate study excitation-map`.
 
-use super::analysis::{Analysis, Answer, Session};
-use super::sweep::{self, Span};
+use super::analysis::{Analysis, Session, StudyAnswer};
+use super::sweep::{self, ValueSpan};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
@@ -23,10 +23,10 @@ pub struct Arguments {
     pub model: ModelArgument,
     /// Amplitudes [g]
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_amplitude_range, default_value = "0..10", allow_hyphen_values = true)]
-    pub amplitude: Span,
+    pub amplitude: ValueSpan,
     /// Angular frequencies [rad/s], by their logarithm
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_frequencies, default_value = "5..1000", allow_hyphen_values = true)]
-    pub omega: Span,
+    pub omega: ValueSpan,
     /// Amplitudes × frequencies
     #[arg(long, value_name = "NxM", value_parser = sweep::parse_grid, default_value = "100x160", allow_hyphen_values = true)]
     pub grid: (u32, u32),
@@ -47,7 +47,7 @@ impl Analysis for Arguments {
         &self.study
     }
 
-    fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
+    fn run(&self, design: &Design, session: &Session) -> Result<StudyAnswer, Failure> {
         let stops = self.model.stops();
         let base = |stop| excitation_map::Options {
             forced: sweep::forced(design, stop, self.gravity, self.omega.low),
@@ -56,7 +56,7 @@ impl Analysis for Arguments {
             grid: self.grid,
             periods: self.periods,
         };
-        let mut answer = Answer::of_stops(&base(stops[0]), &stops);
+        let mut answer = StudyAnswer::of_stops(&base(stops[0]), &stops);
         let mut maps = Vec::new();
         for stop in &stops {
             let options = base(*stop);

@@ -1,13 +1,13 @@
 //! `latchgate study free-vibration`.
 
-use super::analysis::{Analysis, Answer, Session};
+use super::analysis::{Analysis, Session, StudyAnswer};
 use super::sweep::{parse_periods, start};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
 use crate::model::Design;
 use crate::report::plot;
-use crate::report::study::Table;
+use crate::report::study::StudyTable;
 use crate::request::{parse_phi0, parse_velocity};
 use crate::study::{free, free_vibration};
 use clap::Args;
@@ -42,7 +42,7 @@ impl Analysis for Arguments {
         &self.study
     }
 
-    fn run(&self, design: &Design, _session: &Session) -> Result<Answer, Failure> {
+    fn run(&self, design: &Design, _session: &Session) -> Result<StudyAnswer, Failure> {
         let (angle_rad, velocity_rad_s) = start(self.phi0, self.omega0, &self.model.stops())?;
         let options = free_vibration::Options {
             design: design.clone(),
@@ -52,13 +52,17 @@ impl Analysis for Arguments {
             periods: self.periods,
         };
         let result = free_vibration::run(&options).map_err(Failure::Data)?;
-        let rows: Vec<_> = result.motions.iter().flat_map(free::Motion::rows).collect();
-        Ok(Answer {
+        let rows: Vec<_> = result
+            .motions
+            .iter()
+            .flat_map(free::FreeMotion::rows)
+            .collect();
+        Ok(StudyAnswer {
             results: Some(json!({ "motions": result.motions })),
-            tables: vec![Table::of(&rows).map_err(Failure::Data)?],
+            tables: vec![StudyTable::of(&rows).map_err(Failure::Data)?],
             svg: plot::free_vibration(&result),
             headlines: result.headlines,
-            ..Answer::to(&options)
+            ..StudyAnswer::to(&options)
         })
     }
 }

@@ -1,13 +1,13 @@
 //! `latchgate study histories`.
 
-use super::analysis::{Analysis, Answer, Session};
+use super::analysis::{Analysis, Session, StudyAnswer};
 use super::sweep::{self, start};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
 use crate::model::Design;
 use crate::report::plot;
-use crate::report::study::Table;
+use crate::report::study::StudyTable;
 use crate::request::{parse_phi0, parse_positive, parse_velocity};
 use crate::study::histories;
 use clap::Args;
@@ -54,7 +54,7 @@ impl Analysis for Arguments {
         &self.study
     }
 
-    fn run(&self, design: &Design, _session: &Session) -> Result<Answer, Failure> {
+    fn run(&self, design: &Design, _session: &Session) -> Result<StudyAnswer, Failure> {
         let starts = match self.phi0 {
             Some(angle) => vec![start(angle, self.omega0, &self.model.stops())?],
             None => histories::STARTS
@@ -74,12 +74,12 @@ impl Analysis for Arguments {
         };
         let result = histories::run(&options).map_err(Failure::Data)?;
         let rows: Vec<_> = result.rows().collect();
-        Ok(Answer {
+        Ok(StudyAnswer {
             results: Some(json!({ "histories": result.histories })),
-            tables: vec![Table::of(&rows).map_err(Failure::Data)?],
+            tables: vec![StudyTable::of(&rows).map_err(Failure::Data)?],
             svg: plot::histories(&result),
             headlines: result.headlines,
-            ..Answer::to(&options)
+            ..StudyAnswer::to(&options)
         })
     }
 }

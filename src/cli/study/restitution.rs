@@ -1,11 +1,11 @@
 //! `latchgate study restitution`.
 
-use super::analysis::{Analysis, Answer, Session};
+use super::analysis::{Analysis, Session, StudyAnswer};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::model::Design;
 use crate::report::plot;
-use crate::report::study::Table;
+use crate::report::study::StudyTable;
 use crate::study::restitution;
 use clap::Args;
 use serde_json::json;
@@ -30,18 +30,18 @@ impl Analysis for Arguments {
         &self.study
     }
 
-    fn run(&self, design: &Design, _session: &Session) -> Result<Answer, Failure> {
+    fn run(&self, design: &Design, _session: &Session) -> Result<StudyAnswer, Failure> {
         let options = restitution::Options {
             design: design.clone(),
             points: self.points,
         };
         let result = restitution::run(&options).map_err(Failure::Data)?;
-        Ok(Answer {
+        Ok(StudyAnswer {
             results: Some(json!({ "rebounds": result.rebounds })),
-            tables: vec![Table::of(&result.rows).map_err(Failure::Data)?],
+            tables: vec![StudyTable::of(&result.rows).map_err(Failure::Data)?],
             svg: plot::restitution(&result),
             headlines: result.headlines,
-            ..Answer::to(&options)
+            ..StudyAnswer::to(&options)
         })
     }
 }

@@ -1,13 +1,13 @@
 //! `latchgate study shock`.
 
-use super::analysis::{Analysis, Answer, Session};
+use super::analysis::{Analysis, Session, StudyAnswer};
 use super::sweep;
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
 use crate::model::Design;
 use crate::report::plot;
-use crate::report::study::Table;
+use crate::report::study::StudyTable;
 use crate::request::parse_positive;
 use crate::study::shock;
 use clap::Args;
@@ -52,7 +52,7 @@ impl Analysis for Arguments {
         &self.study
     }
 
-    fn run(&self, design: &Design, _session: &Session) -> Result<Answer, Failure> {
+    fn run(&self, design: &Design, _session: &Session) -> Result<StudyAnswer, Failure> {
         let options = shock::Options {
             design: design.clone(),
             models: self.model.stops(),
@@ -62,12 +62,12 @@ impl Analysis for Arguments {
         };
         let result = shock::run(&options).map_err(Failure::Data)?;
         let rows: Vec<_> = result.rows().collect();
-        Ok(Answer {
+        Ok(StudyAnswer {
             results: Some(json!({ "responses": result.responses })),
-            tables: vec![Table::of(&rows).map_err(Failure::Data)?],
+            tables: vec![StudyTable::of(&rows).map_err(Failure::Data)?],
             svg: plot::shock(&result),
             headlines: result.headlines,
-            ..Answer::to(&options)
+            ..StudyAnswer::to(&options)
         })
     }
 }

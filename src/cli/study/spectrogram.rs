@@ -1,6 +1,6 @@
 //! `latchgate study spectrogram`.
 
-use super::analysis::{Analysis, Answer, Session};
+use super::analysis::{Analysis, Session, StudyAnswer};
 use super::sweep::{parse_periods, start};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
@@ -8,7 +8,7 @@ use crate::cli::values::StopArgument;
 use crate::error::ErrorKind;
 use crate::model::Design;
 use crate::report::plot;
-use crate::report::study::Table;
+use crate::report::study::StudyTable;
 use crate::request::{parse_phi0, parse_positive, parse_velocity};
 use crate::study::spectrogram;
 use clap::Args;
@@ -59,7 +59,7 @@ impl Analysis for Arguments {
         &self.study
     }
 
-    fn run(&self, design: &Design, _session: &Session) -> Result<Answer, Failure> {
+    fn run(&self, design: &Design, _session: &Session) -> Result<StudyAnswer, Failure> {
         let (angle_rad, velocity_rad_s) = start(self.phi0, self.omega0, &[self.model.stop()])?;
         if self.window >= self.periods {
             return Err(Failure::Usage(
@@ -81,12 +81,12 @@ impl Analysis for Arguments {
         };
         let result = spectrogram::run(&options).map_err(Failure::Data)?;
         let rows: Vec<_> = result.rows().collect();
-        Ok(Answer {
+        Ok(StudyAnswer {
             results: Some(json!({ "bounces": result.bounces, "motion": result.motion })),
-            tables: vec![Table::of(&rows).map_err(Failure::Data)?],
+            tables: vec![StudyTable::of(&rows).map_err(Failure::Data)?],
             svg: plot::spectrogram(&result),
             headlines: result.headlines,
-            ..Answer::to(&options)
+            ..StudyAnswer::to(&options)
         })
     }
 }

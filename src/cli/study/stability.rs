@@ -1,11 +1,11 @@
 //! `latchgate study stability`.
 
-use super::analysis::{Analysis, Answer, Session};
+use super::analysis::{Analysis, Session, StudyAnswer};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::model::Design;
 use crate::report::plot;
-use crate::report::study::Table;
+use crate::report::study::StudyTable;
 use crate::request::parse_positive;
 use crate::study::stability;
 use clap::Args;
@@ -33,18 +33,18 @@ impl Analysis for Arguments {
         &self.study
     }
 
-    fn run(&self, design: &Design, _session: &Session) -> Result<Answer, Failure> {
+    fn run(&self, design: &Design, _session: &Session) -> Result<StudyAnswer, Failure> {
         let options = stability::Options {
             design: design.clone(),
             gravity_m_s2: self.gravity,
             points: self.points,
         };
         let result = stability::run(&options).map_err(Failure::Data)?;
-        Ok(Answer {
-            tables: vec![Table::of(&result.rows).map_err(Failure::Data)?],
+        Ok(StudyAnswer {
+            tables: vec![StudyTable::of(&result.rows).map_err(Failure::Data)?],
             svg: plot::stability(&result),
             headlines: result.headlines,
-            ..Answer::to(&options)
+            ..StudyAnswer::to(&options)
         })
     }
 }

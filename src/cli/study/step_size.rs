@@ -1,11 +1,11 @@
 //! `latchgate study step-size`.
 
-use super::analysis::{Analysis, Answer, Session};
+use super::analysis::{Analysis, Session, StudyAnswer};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::model::Design;
 use crate::report::plot;
-use crate::report::study::Table;
+use crate::report::study::StudyTable;
 use crate::request::{parse_phi0, parse_positive, parse_velocity};
 use crate::study::step_size;
 use clap::Args;
@@ -46,7 +46,7 @@ impl Analysis for Arguments {
         &self.study
     }
 
-    fn run(&self, design: &Design, _session: &Session) -> Result<Answer, Failure> {
+    fn run(&self, design: &Design, _session: &Session) -> Result<StudyAnswer, Failure> {
         let options = step_size::Options {
             design: design.clone(),
             angular_frequency_rad_s: self.omega,
@@ -58,12 +58,12 @@ impl Analysis for Arguments {
         };
         let result = step_size::run(&options).map_err(Failure::Data)?;
         let rows: Vec<_> = result.rows().collect();
-        Ok(Answer {
+        Ok(StudyAnswer {
             results: Some(json!({ "runs": result.runs, "scan": result.scan })),
-            tables: vec![Table::of(&rows).map_err(Failure::Data)?],
+            tables: vec![StudyTable::of(&rows).map_err(Failure::Data)?],
             svg: plot::step_size(&result),
             headlines: result.headlines,
-            ..Answer::to(&options)
+            ..StudyAnswer::to(&options)
         })
     }
 }

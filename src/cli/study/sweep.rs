@@ -53,21 +53,21 @@ pub(super) fn forced(design: &Design, stop: StopModel, gravity: f64, omega: f64)
 
 /// A value, or from one to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Span {
+pub struct ValueSpan {
     /// The lower.
     pub low: f64,
     /// The upper; the same for a single value.
     pub high: f64,
 }
 
-impl Span {
+impl ValueSpan {
     /// Returns both ends.
     pub(super) fn ends(self) -> (f64, f64) {
         (self.low, self.high)
     }
 }
 
-impl std::fmt::Display for Span {
+impl std::fmt::Display for ValueSpan {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         if self.low < self.high {
             write!(f, "{}..{}", self.low, self.high)
@@ -78,18 +78,18 @@ impl std::fmt::Display for Span {
 }
 
 /// Reads `A` or `LO..HI`.
-pub(super) fn parse_span(text: &str) -> Result<Span, String> {
+pub(super) fn parse_span(text: &str) -> Result<ValueSpan, String> {
     let (low, high) = text.split_once("..").unwrap_or((text, text));
     let (low, high) = (parse_finite(low)?, parse_finite(high)?);
     if low <= high {
-        Ok(Span { low, high })
+        Ok(ValueSpan { low, high })
     } else {
         Err("LO must not lie above HI in LO..HI".into())
     }
 }
 
 /// As [`parse_span`], two different numbers.
-pub(super) fn parse_range(text: &str) -> Result<Span, String> {
+pub(super) fn parse_range(text: &str) -> Result<ValueSpan, String> {
     parse_span(text).and_then(|span| {
         if span.low < span.high {
             Ok(span)
@@ -103,7 +103,7 @@ pub(super) fn parse_range(text: &str) -> Result<Span, String> {
 const AMPLITUDE_MAX_G: f64 = 50_000.0;
 
 /// As [`parse_span`], from 0 or above.
-pub(super) fn parse_amplitudes(text: &str) -> Result<Span, String> {
+pub(super) fn parse_amplitudes(text: &str) -> Result<ValueSpan, String> {
     parse_span(text).and_then(|span| {
         if span.low >= 0.0 && span.high <= AMPLITUDE_MAX_G {
             Ok(span)
@@ -127,12 +127,12 @@ pub(super) fn parse_positive_amplitude(text: &str) -> Result<f64, String> {
 }
 
 /// As [`parse_amplitudes`], two different numbers.
-pub(super) fn parse_amplitude_range(text: &str) -> Result<Span, String> {
+pub(super) fn parse_amplitude_range(text: &str) -> Result<ValueSpan, String> {
     parse_range(text).and_then(|_| parse_amplitudes(text))
 }
 
 /// As [`parse_range`], above 0.
-pub(super) fn parse_frequencies(text: &str) -> Result<Span, String> {
+pub(super) fn parse_frequencies(text: &str) -> Result<ValueSpan, String> {
     parse_range(text).and_then(|span| {
         if span.low > 0.0 {
             Ok(span)

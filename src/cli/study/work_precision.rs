@@ -1,13 +1,13 @@
 //! `latchgate study work-precision`.
 
-use super::analysis::{Analysis, Answer, Session};
+use super::analysis::{Analysis, Session, StudyAnswer};
 use super::sweep;
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
 use crate::model::Design;
 use crate::report::plot;
-use crate::report::study::Table;
+use crate::report::study::StudyTable;
 use crate::request::parse_positive;
 use crate::study::work_precision;
 use clap::Args;
@@ -50,7 +50,7 @@ impl Analysis for Arguments {
         &self.study
     }
 
-    fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
+    fn run(&self, design: &Design, session: &Session) -> Result<StudyAnswer, Failure> {
         let options = work_precision::Options {
             design: design.clone(),
             models: self.model.stops(),
@@ -63,12 +63,12 @@ impl Analysis for Arguments {
         };
         let result =
             work_precision::run(&options, &|| session.elapsed_s()).map_err(Failure::Data)?;
-        Ok(Answer {
-            tables: vec![Table::of(&result.rows).map_err(Failure::Data)?],
+        Ok(StudyAnswer {
+            tables: vec![StudyTable::of(&result.rows).map_err(Failure::Data)?],
             svg: plot::work_precision(&result),
             headlines: result.headlines,
             cases: result.truths,
-            ..Answer::to(&options)
+            ..StudyAnswer::to(&options)
         })
     }
 }

@@ -6,8 +6,8 @@
 //! are handed an interpolated recording, and loses its order there. `dopri5-samples` ends a
 //! step at each sample.
 
-use super::lever::Branch;
-use super::located::{self, Stepper, Trial};
+use super::lever::SmoothBranch;
+use super::located::{self, StepTrial, Stepper};
 use super::{Problem, Raw};
 use crate::model::excitation::Excitation;
 use crate::numerics::{Motion, dopri5};
@@ -72,12 +72,12 @@ impl Stepper for Adaptive {
 
     fn step<E: Excitation>(
         &mut self,
-        branch: &Branch<'_, E>,
+        branch: &SmoothBranch<'_, E>,
         t: f64,
         h: f64,
         q: f64,
         v: f64,
-    ) -> Trial<[f64; 5]> {
+    ) -> StepTrial<[f64; 5]> {
         let mut rhs = dopri5::STAGES;
         let start = self.reused.unwrap_or_else(|| {
             rhs += 1;
@@ -94,7 +94,7 @@ impl Stepper for Adaptive {
             wanted
         };
         self.reused = Some(if kept { step.a } else { start });
-        Trial {
+        StepTrial {
             q: step.q,
             v: step.v,
             dense: step.dense,
@@ -105,7 +105,7 @@ impl Stepper for Adaptive {
 
     fn part<E: Excitation>(
         &self,
-        branch: &Branch<'_, E>,
+        branch: &SmoothBranch<'_, E>,
         t: f64,
         h: f64,
         q: f64,

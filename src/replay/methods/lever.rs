@@ -7,7 +7,7 @@ use crate::numerics::Motion;
 
 /// u'' = −pressing − damping·u' − stiffness·u − gain·a(t) cos u on one smooth branch.
 #[derive(Debug)]
-pub(super) struct Branch<'a, E> {
+pub(super) struct SmoothBranch<'a, E> {
     excitation: &'a E,
     /// T0/I0 [rad/s²].
     pub(super) pressing: f64,
@@ -19,12 +19,12 @@ pub(super) struct Branch<'a, E> {
     pub(super) stiffness: f64,
 }
 
-impl<E: Excitation> Branch<'_, E> {
+impl<E: Excitation> SmoothBranch<'_, E> {
     /// Returns the lever's equation off the stop.
-    pub(super) fn free<'a>(problem: &Problem<'a, E>) -> Branch<'a, E> {
+    pub(super) fn free<'a>(problem: &Problem<'a, E>) -> SmoothBranch<'a, E> {
         let lever = &problem.design.lever;
         let inertia = lever.moment_of_inertia_kg_m2;
-        Branch {
+        SmoothBranch {
             excitation: problem.excitation,
             pressing: lever.preload_torque_nm / inertia,
             gain: lever.unbalance_kg_m() / inertia,
@@ -34,14 +34,14 @@ impl<E: Excitation> Branch<'_, E> {
     }
 
     /// Returns the lever's equation below φ = 0: in the soft stop, or off a rigid one.
-    pub(super) fn contact<'a>(problem: &Problem<'a, E>) -> Branch<'a, E> {
+    pub(super) fn contact<'a>(problem: &Problem<'a, E>) -> SmoothBranch<'a, E> {
         let free = Self::free(problem);
         if problem.stop == StopModel::Rigid {
             return free;
         }
         let (lever, stop) = (&problem.design.lever, &problem.design.stop);
         let inertia = lever.moment_of_inertia_kg_m2;
-        Branch {
+        SmoothBranch {
             damping: stop.contact_damping_nm_s_per_rad(lever) / inertia,
             stiffness: stop.contact_stiffness_nm_per_rad(lever) / inertia,
             ..free
@@ -61,7 +61,7 @@ impl<E: Excitation> Branch<'_, E> {
     }
 }
 
-impl<E: Excitation> Motion for Branch<'_, E> {
+impl<E: Excitation> Motion for SmoothBranch<'_, E> {
     #[inline]
     fn acceleration(&self, t: f64, q: f64, v: f64) -> f64 {
         -self.pressing - self.damping * v - self.stiffness * q - self.push(t) * libm::cos(q)
@@ -71,8 +71,8 @@ impl<E: Excitation> Motion for Branch<'_, E> {
 /// Both branches, told apart by the sign of the angle inside each stage.
 #[derive(Debug)]
 pub(super) struct Switching<'a, E> {
-    pub(super) free: Branch<'a, E>,
-    pub(super) contact: Branch<'a, E>,
+    pub(super) free: SmoothBranch<'a, E>,
+    pub(super) contact: SmoothBranch<'a, E>,
 }
 
 impl<E: Excitation> Motion for Switching<'_, E> {

@@ -7,7 +7,7 @@
 //! [`REST_SPEED_RAD_S`] while the torque presses it; at rest the instant of release is the root
 //! of the torque. On a soft stop the branch changes at φ = 0.
 
-use super::lever::Branch;
+use super::lever::SmoothBranch;
 use super::record::Record;
 use super::{Breakdown, Problem, Raw, STEPS_MAX, Work};
 use crate::model::excitation::Excitation;
@@ -23,7 +23,7 @@ const ROUNDS_MAX: u32 = 12;
 
 /// A trial step.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Trial<D> {
+pub(super) struct StepTrial<D> {
     pub(super) q: f64,
     pub(super) v: f64,
     /// The angle in powers of the part of the step.
@@ -44,17 +44,17 @@ pub(super) trait Stepper {
     /// Tries a step of `h` [s].
     fn step<E: Excitation>(
         &mut self,
-        branch: &Branch<'_, E>,
+        branch: &SmoothBranch<'_, E>,
         t: f64,
         h: f64,
         q: f64,
         v: f64,
-    ) -> Trial<Self::Dense>;
+    ) -> StepTrial<Self::Dense>;
 
     /// Steps without control; returns state and right-hand sides used.
     fn part<E: Excitation>(
         &self,
-        branch: &Branch<'_, E>,
+        branch: &SmoothBranch<'_, E>,
         t: f64,
         h: f64,
         q: f64,
@@ -72,12 +72,12 @@ enum LocatedPhase {
     Contact,
 }
 
-struct Driver<'a, E, S> {
+struct EventDriver<'a, E, S> {
     problem: Problem<'a, E>,
     stepper: S,
     at_samples: bool,
-    free: Branch<'a, E>,
-    contact: Branch<'a, E>,
+    free: SmoothBranch<'a, E>,
+    contact: SmoothBranch<'a, E>,
     phase: LocatedPhase,
     t: f64,
     q: f64,
@@ -99,12 +99,12 @@ pub(super) fn run<E: Excitation, S: Stepper>(
         StopModel::Soft if q < 0.0 => LocatedPhase::Contact,
         _ => LocatedPhase::Flight,
     };
-    let mut driver = Driver {
+    let mut driver = EventDriver {
         problem: *problem,
         stepper,
         at_samples,
-        free: Branch::free(problem),
-        contact: Branch::contact(problem),
+        free: SmoothBranch::free(problem),
+        contact: SmoothBranch::contact(problem),
         phase,
         t: problem.start_s,
         q,
@@ -131,7 +131,7 @@ pub(super) fn run<E: Excitation, S: Stepper>(
     }
 }
 
-impl<E: Excitation, S: Stepper> Driver<'_, E, S> {
+impl<E: Excitation, S: Stepper> EventDriver<'_, E, S> {
     fn go(&mut self) {
         while self.t < self.problem.end_s && self.breakdown.is_none() {
             if self.phase == LocatedPhase::Dwell {

@@ -12,7 +12,7 @@
 //! Comput. Methods Appl. Mech. Eng. 177 (1999) 235; as in Acary and Brogliato, "Numerical Methods
 //! for Nonsmooth Dynamical Systems" (2008), ch. 10.
 
-use super::lever::Branch;
+use super::lever::SmoothBranch;
 use super::record::Record;
 use super::{Breakdown, Problem, Raw, Work};
 use crate::model::excitation::Excitation;
@@ -26,7 +26,7 @@ const ROUNDS_MAX: u32 = 20;
 
 /// Runs with `steps_per_period` steps in a natural period.
 pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32) -> Raw {
-    let lever = Branch::free(problem);
+    let lever = SmoothBranch::free(problem);
     let restitution = problem.design.stop.restitution;
     let (start, end) = (problem.start_s, problem.end_s);
     let step = problem.fixed_step(steps_per_period);
@@ -79,7 +79,7 @@ pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32
 /// Returns the velocity at the end of a step without contact, and the rounds it took: linear
 /// forces implicitly, cos φ by iteration.
 fn free_velocity<E: Excitation>(
-    lever: &Branch<'_, E>,
+    lever: &SmoothBranch<'_, E>,
     t: f64,
     h: f64,
     q: f64,

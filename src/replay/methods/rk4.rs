@@ -4,7 +4,7 @@
 //! step in which it happened, a lever on a rigid stop never quite rests, and a soft stop
 //! whose frequency times the step exceeds 2√2 makes the run explode.
 
-use super::lever::{Branch, Switching};
+use super::lever::{SmoothBranch, Switching};
 use super::record::Record;
 use super::{Breakdown, Problem, Raw, Work};
 use crate::model::design::Design;
@@ -27,8 +27,8 @@ pub fn step_seconds(design: &Design, steps_per_period: u32) -> f64 {
 /// Runs with `steps_per_period` steps in a natural period.
 pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32) -> Raw {
     let motion = Switching {
-        free: Branch::free(problem),
-        contact: Branch::contact(problem),
+        free: SmoothBranch::free(problem),
+        contact: SmoothBranch::contact(problem),
     };
     let (start, end) = (problem.start_s, problem.end_s);
     let step = problem.fixed_step(steps_per_period);

@@ -5,8 +5,8 @@
 //! the order of the method survives recording and impacts. A soft stop whose frequency times
 //! the step exceeds 2√2 still makes the run explode.
 
-use super::lever::Branch;
-use super::located::{self, Stepper, Trial};
+use super::lever::SmoothBranch;
+use super::located::{self, StepTrial, Stepper};
 use super::{Problem, Raw};
 use crate::model::excitation::Excitation;
 use crate::numerics::{event, rk4};
@@ -40,14 +40,14 @@ impl Stepper for FixedStep {
 
     fn step<E: Excitation>(
         &mut self,
-        branch: &Branch<'_, E>,
+        branch: &SmoothBranch<'_, E>,
         t: f64,
         h: f64,
         q: f64,
         v: f64,
-    ) -> Trial<[f64; 4]> {
+    ) -> StepTrial<[f64; 4]> {
         let (q1, v1) = rk4::step(branch, t, h, q, v);
-        Trial {
+        StepTrial {
             q: q1,
             v: v1,
             dense: event::hermite(h, q, v, q1, v1),
@@ -58,7 +58,7 @@ impl Stepper for FixedStep {
 
     fn part<E: Excitation>(
         &self,
-        branch: &Branch<'_, E>,
+        branch: &SmoothBranch<'_, E>,
         t: f64,
         h: f64,
         q: f64,

@@ -198,7 +198,7 @@ pub(super) fn design(page: &mut Page, document: &Document) {
         let value = match parameter.slot {
             // What is stated of the input is its uncertainty.
             Slot::InputScale | Slot::InputBias => ABSENT.to_string(),
-            Slot::Lever(_) | Slot::Stop(_) | Slot::Threshold => exact(parameter.of(design)),
+            Slot::Lever(_) | Slot::Stop(_) | Slot::Threshold => exact(design.value(parameter)),
         };
         page.raw("<tr>");
         page.element("th", "", parameter.what);

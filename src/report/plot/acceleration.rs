@@ -2,7 +2,7 @@
 
 use super::canvas::{Anchor, Canvas};
 use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Sample};
-use super::{Context, Figure, thin};
+use super::{Figure, PlotContext, thin};
 use crate::conditioning::Signal;
 use crate::recording::Severity;
 use crate::report::number::significant;
@@ -11,7 +11,7 @@ use crate::units::{OpensWhen, STANDARD_GRAVITY};
 
 pub(super) const NAME: &str = "acceleration";
 
-pub(super) fn draw(context: &Context) -> Option<Figure> {
+pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     let evidence = context.evidence;
     let (low, high) = frame::extent(
         [&evidence.raw, &evidence.used]
@@ -105,7 +105,7 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
 }
 
 /// Returns where blocking findings begin [s], with their codes.
-fn faults<'a>(context: &Context<'a>) -> Vec<(f64, &'a str)> {
+fn faults<'a>(context: &PlotContext<'a>) -> Vec<(f64, &'a str)> {
     context
         .document
         .findings
@@ -115,7 +115,7 @@ fn faults<'a>(context: &Context<'a>) -> Vec<(f64, &'a str)> {
         .collect()
 }
 
-fn used_text(context: &Context) -> String {
+fn used_text(context: &PlotContext) -> String {
     let Some(block) = &context.document.conditioning else {
         return "as used".into();
     };
@@ -139,7 +139,7 @@ pub(super) fn filter_name(filter: &str) -> String {
         .map_or_else(|| filter.to_string(), |class| format!("CFC {class}"))
 }
 
-fn points(context: &Context, panel: &Frame, signal: &Signal) -> Vec<(f64, f64)> {
+fn points(context: &PlotContext, panel: &Frame, signal: &Signal) -> Vec<(f64, f64)> {
     thin::columns(
         signal.samples.iter().enumerate().map(|(index, value)| {
             panel.place(
@@ -152,7 +152,7 @@ fn points(context: &Context, panel: &Frame, signal: &Signal) -> Vec<(f64, f64)> 
 }
 
 /// Marks where the judged window starts and ends, if one was asked for.
-pub(super) fn judged_window(canvas: &mut Canvas, context: &Context, panel: &Frame) {
+pub(super) fn judged_window(canvas: &mut Canvas, context: &PlotContext, panel: &Frame) {
     if let Some((start, end)) = context.document.request.window_s {
         for instant in [start, end] {
             panel.upright(canvas, "edge", instant * context.time_scale);
@@ -161,7 +161,7 @@ pub(super) fn judged_window(canvas: &mut Canvas, context: &Context, panel: &Fram
 }
 
 /// Says which side of zero opens the lever of the nominal run.
-fn opening_side(canvas: &mut Canvas, context: &Context, panel: &Frame) {
+fn opening_side(canvas: &mut Canvas, context: &PlotContext, panel: &Frame) {
     let Some(run) = &context.document.nominal else {
         return;
     };

@@ -2,7 +2,7 @@
 
 use super::canvas::{Anchor, Canvas};
 use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Sample};
-use super::{Context, Figure, acceleration, thin};
+use super::{Figure, PlotContext, acceleration, thin};
 use crate::replay::Run;
 use crate::report::number::exact;
 use crate::report::words::{self, angle, time};
@@ -18,7 +18,7 @@ const DEGREES_PER_RADIAN: f64 = 180.0 / std::f64::consts::PI;
 /// A peak this many times above or below the limit gets a second panel.
 const FAR: f64 = 5.0;
 
-pub(super) fn draw(context: &Context) -> Option<Figure> {
+pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     let traces = drawn_traces(context);
     traces.first()?;
     let document = context.document;
@@ -107,7 +107,7 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
 }
 
 /// Returns the traces that hold points, four at most, the nominal run's first.
-pub(super) fn drawn_traces<'a>(context: &Context<'a>) -> Vec<&'a Trace> {
+pub(super) fn drawn_traces<'a>(context: &PlotContext<'a>) -> Vec<&'a Trace> {
     context
         .evidence
         .traces
@@ -135,7 +135,7 @@ pub(super) fn legend(traces: &[&Trace], nominal: bool) -> Vec<LegendEntry> {
         .collect()
 }
 
-pub(super) fn result_sentence(context: &Context) -> String {
+pub(super) fn result_sentence(context: &PlotContext) -> String {
     let Some(run) = &context.document.nominal else {
         return "There is no nominal run.".into();
     };
@@ -153,7 +153,7 @@ pub(super) fn result_sentence(context: &Context) -> String {
 }
 
 struct Drawing<'a> {
-    context: &'a Context<'a>,
+    context: &'a PlotContext<'a>,
     traces: &'a [&'a Trace],
     nominal: Option<&'a Run>,
 }

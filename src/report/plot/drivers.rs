@@ -3,7 +3,7 @@
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas};
 use super::frame::{self, LEFT, LegendEntry, Sample};
-use super::{Context, Figure, WIDTH};
+use super::{Figure, PlotContext, WIDTH};
 use crate::report::number::significant;
 use crate::report::words;
 use crate::verdict::ensemble::Driver;
@@ -17,7 +17,7 @@ const TO: f64 = WIDTH - 92.0;
 /// Height of a row.
 const ROW: f64 = 30.0;
 
-pub(super) fn draw(context: &Context) -> Option<Figure> {
+pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     let ensemble = context.document.ensemble.as_ref()?;
     let rows: Vec<(&Driver, f64)> = ensemble
         .drivers

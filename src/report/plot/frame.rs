@@ -2,7 +2,7 @@
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas};
-use super::{Context, WIDTH, thin};
+use super::{PlotContext, WIDTH, thin};
 
 /// Left and right edge of every panel across the drawing, so that time axes of all plots stand
 /// under one another.
@@ -13,7 +13,7 @@ pub(super) const RIGHT: f64 = WIDTH - 92.0;
 pub(super) const LETTER: f64 = 8.6;
 
 /// Where a panel stands: left, right, top, bottom.
-pub(super) type Place = (f64, f64, f64, f64);
+pub(super) type PanelPlace = (f64, f64, f64, f64);
 
 /// Least and largest value of an axis, and how it counts.
 #[derive(Debug, Clone, Copy)]
@@ -92,7 +92,7 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    fn new(lettering: &'static Lettering, place: Place, x: Scale, y: Scale) -> Self {
+    fn new(lettering: &'static Lettering, place: PanelPlace, x: Scale, y: Scale) -> Self {
         let (left, right, top, bottom) = place;
         Self {
             left,
@@ -111,7 +111,7 @@ impl Frame {
     }
 
     /// Lays the plots' common time axis, in the unit shown, under a panel across the drawing.
-    pub(super) fn over_time(context: &Context, y: (f64, f64), top: f64, bottom: f64) -> Self {
+    pub(super) fn over_time(context: &PlotContext, y: (f64, f64), top: f64, bottom: f64) -> Self {
         let scale = context.time_scale;
         let (start, end) = context.span_s;
         let time = Scale::Linear(start * scale, end * scale);
@@ -119,12 +119,12 @@ impl Frame {
     }
 
     /// Lays one of several panels.
-    pub(super) fn narrow(place: Place, x: Scale, y: Scale) -> Self {
+    pub(super) fn narrow(place: PanelPlace, x: Scale, y: Scale) -> Self {
         Self::new(&NARROW, place, x, y)
     }
 
     /// As [`Frame::narrow`] for points, with labels in full size and no ticks.
-    pub(super) fn open(place: Place, x: Scale, y: Scale) -> Self {
+    pub(super) fn open(place: PanelPlace, x: Scale, y: Scale) -> Self {
         Self::new(&OPEN, place, x, y)
     }
 
@@ -375,7 +375,7 @@ pub(super) fn header(
 pub(super) const FOOTER: f64 = 66.0;
 
 /// Writes at the bottom right what the drawing belongs to.
-pub(super) fn footer(canvas: &mut Canvas, context: &Context, height: f64) {
+pub(super) fn footer(canvas: &mut Canvas, context: &PlotContext, height: f64) {
     let at = (RIGHT, height - 6.0);
     canvas.text("origin", at, Anchor::End, &context.origin);
 }

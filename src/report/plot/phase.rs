@@ -3,7 +3,7 @@
 use super::angle::{TRACES, drawn_traces, legend};
 use super::canvas::{Anchor, Canvas};
 use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Scale};
-use super::{Context, Figure, thin};
+use super::{Figure, PlotContext, thin};
 use crate::report::number::exact;
 use crate::report::words;
 
@@ -12,7 +12,7 @@ pub(super) const NAME: &str = "phase-plane";
 /// Points of a trace that are drawn at most.
 const MOST_POINTS: usize = 12_000;
 
-pub(super) fn draw(context: &Context) -> Option<Figure> {
+pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     let traces = drawn_traces(context);
     traces.first()?;
     let threshold = context.document.threshold_rad;

@@ -3,7 +3,7 @@
 use super::acceleration::filter_name;
 use super::canvas::{Anchor, Canvas};
 use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Scale};
-use super::{Context, Figure, thin};
+use super::{Figure, PlotContext, thin};
 use crate::conditioning::spectrum::AmplitudeSpectrum;
 use crate::report::number::trimmed;
 use crate::units::STANDARD_GRAVITY;
@@ -16,7 +16,7 @@ const DEPTH: f64 = 1e-5;
 /// What the scale reaches above the largest amplitude, so that the labels stand free.
 const HEADROOM: f64 = 12.0;
 
-pub(super) fn draw(context: &Context) -> Option<Figure> {
+pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     let evidence = context.evidence;
     let spectra = [&evidence.spectrum_raw, &evidence.spectrum_used];
     let points = || spectra.into_iter().flat_map(shown);
@@ -94,7 +94,7 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
 }
 
 /// Says which filter stands between the spectra.
-fn used_text(context: &Context) -> String {
+fn used_text(context: &PlotContext) -> String {
     match &context.document.conditioning {
         None => "as used".into(),
         Some(block) if block.filter == "none" => "as used (no filter)".into(),

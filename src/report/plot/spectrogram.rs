@@ -2,7 +2,7 @@
 
 use super::canvas::Canvas;
 use super::frame::{self, Frame, LEFT, RIGHT};
-use super::{Context, Figure, heat};
+use super::{Figure, PlotContext, heat};
 use crate::conditioning::spectrum::Spectrogram;
 use crate::report::number::trimmed;
 use crate::report::words::instant;
@@ -16,7 +16,7 @@ const DEPTH_DB: f64 = 60.0;
 /// Cells of the picture at most, in time and in frequency; more are joined, the largest kept.
 const MOST_CELLS: (usize, usize) = (744, 256);
 
-pub(super) fn draw(context: &Context) -> Option<Figure> {
+pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     let data = &context.evidence.spectrogram;
     let rows = data.time_s.len().min(data.amplitude_m_s2.len());
     let bins = data.frequency_hz.len();

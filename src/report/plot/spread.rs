@@ -3,14 +3,14 @@
 use super::angle::result_sentence;
 use super::canvas::Canvas;
 use super::frame::{self, Frame, LEFT, LegendEntry, Sample};
-use super::{Context, Figure, acceleration, thin};
+use super::{Figure, PlotContext, acceleration, thin};
 use crate::report::number::{count, exact};
 use crate::report::words;
 use crate::verdict::Trace;
 
 pub(super) const NAME: &str = "spread";
 
-pub(super) fn draw(context: &Context) -> Option<Figure> {
+pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     let ribbon = context.evidence.ribbon.as_ref()?;
     let document = context.document;
     let threshold = document.threshold_rad;
@@ -87,7 +87,7 @@ pub(super) fn draw(context: &Context) -> Option<Figure> {
 }
 
 /// Draws the band, the nominal run and the median.
-fn curves(canvas: &mut Canvas, context: &Context, panel: &Frame, nominal: Option<&Trace>) {
+fn curves(canvas: &mut Canvas, context: &PlotContext, panel: &Frame, nominal: Option<&Trace>) {
     let Some(ribbon) = &context.evidence.ribbon else {
         return;
     };

@@ -28,7 +28,7 @@ use crate::study::free_vibration::FreeVibration;
 use crate::study::histories::Histories;
 use crate::study::restitution::Equivalence;
 use crate::study::shock::Shock;
-use crate::study::spectrogram::Spectrogram;
+use crate::study::spectrogram::MotionSpectrogram;
 use crate::study::stability::Stability;
 use crate::study::step_size::StepSize;
 use crate::study::work_precision::WorkPrecision;
@@ -83,7 +83,7 @@ charts! {
     /// Draws a shock and the answers to it.
     shock(Shock), RULES;
     /// Draws the spectrogram of a free vibration.
-    spectrogram(Spectrogram), RULES;
+    spectrogram(MotionSpectrogram), RULES;
     /// Draws where methods fail.
     stability(Stability), methods::RULES;
     /// Draws the limit of the fixed step.

@@ -251,7 +251,7 @@ fn regress_a_branch_is_found_once_and_whole() {
     };
     let found = bifurcation::run(&options, &all(2)).unwrap();
     let periods = |wanted| {
-        let with = |column: &&bifurcation::Column| column.period == Some(wanted);
+        let with = |column: &&bifurcation::AmplitudeColumn| column.period == Some(wanted);
         found.columns.iter().filter(with).count()
     };
     assert!(

@@ -4,7 +4,7 @@ use super::dynamics::{empty, widened};
 use crate::report::number::{count, significant};
 use crate::report::plot::axis::Axis;
 use crate::report::plot::canvas::{Anchor, Canvas};
-use crate::report::plot::frame::{Frame, LEFT, Place, extent, header};
+use crate::report::plot::frame::{Frame, LEFT, PanelPlace, extent, header};
 use crate::report::plot::raster::{self, BLUE, ORANGE};
 use crate::report::plot::{Figure, WIDTH};
 use crate::study::attractor::Attractor;
@@ -97,7 +97,7 @@ fn notes(attractors: &[Attractor], compared: bool) -> Vec<String> {
 }
 
 /// Draws the section that one method finds.
-fn panel(canvas: &mut Canvas, attractor: &Attractor, method: &str, name: &str, place: Place) {
+fn panel(canvas: &mut Canvas, attractor: &Attractor, method: &str, name: &str, place: PanelPlace) {
     // One scale for all methods, so that they can be compared.
     let angles = extent(attractor.rows.iter().map(|row| row.angle_rad));
     let velocities = extent(attractor.rows.iter().map(|row| row.angular_velocity_rad_s));

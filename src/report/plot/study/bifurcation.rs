@@ -6,7 +6,7 @@ use crate::report::plot::canvas::Canvas;
 use crate::report::plot::frame::{Frame, LEFT, Scale, extent, header};
 use crate::report::plot::raster::{self, BLUE};
 use crate::study::bifurcation::Diagram;
-use crate::study::orbit::Kind;
+use crate::study::orbit::BifurcationKind;
 
 /// Draws sections against the amplitude, one panel per stop, with births and doublings.
 pub(in crate::report::plot) fn draw(diagrams: &[Diagram]) -> Figure {
@@ -57,8 +57,8 @@ pub(in crate::report::plot) fn draw(diagrams: &[Diagram]) -> Figure {
         for found in diagram.found() {
             let x = panel.x.place(found.orbit.amplitude_g);
             let (class, height) = match found.kind {
-                Kind::SaddleNode => ("birth", 26.0),
-                Kind::PeriodDoubling => ("doubling", 13.0),
+                BifurcationKind::SaddleNode => ("birth", 26.0),
+                BifurcationKind::PeriodDoubling => ("doubling", 13.0),
             };
             if panel.x.contains(found.orbit.amplitude_g) {
                 canvas.line(class, (x, panel.bottom - height), (x, panel.bottom));
@@ -86,16 +86,16 @@ pub(in crate::report::plot) fn draw(diagrams: &[Diagram]) -> Figure {
 /// Explains the marks at the foot of the panels, if there are any.
 fn marks(diagrams: &[Diagram]) -> Option<String> {
     let (low, high) = diagrams.first()?.options.amplitudes_g;
-    let shown = |kind: Kind| {
+    let shown = |kind: BifurcationKind| {
         diagrams
             .iter()
             .flat_map(Diagram::found)
             .any(|found| found.kind == kind && (low..=high).contains(&found.orbit.amplitude_g))
     };
-    let birth =
-        shown(Kind::SaddleNode).then_some("Long green marks at the foot: an orbit is born.");
-    let doubling =
-        shown(Kind::PeriodDoubling).then_some("Short red marks at the foot: a period doubles.");
+    let birth = shown(BifurcationKind::SaddleNode)
+        .then_some("Long green marks at the foot: an orbit is born.");
+    let doubling = shown(BifurcationKind::PeriodDoubling)
+        .then_some("Short red marks at the foot: a period doubles.");
     let words: Vec<&str> = birth.into_iter().chain(doubling).collect();
     (!words.is_empty()).then(|| words.join(" "))
 }

@@ -4,7 +4,7 @@ use crate::report::number::{exact, significant};
 use crate::report::plot::canvas::{Anchor, Canvas};
 use crate::report::plot::frame::{self, Frame, LegendEntry, Scale};
 use crate::report::plot::{Figure, WIDTH};
-use crate::study::free::{Against, Motion};
+use crate::study::free::{Against, FreeMotion};
 use crate::study::free_vibration::FreeVibration;
 
 const NAME: &str = "free-vibration";
@@ -47,7 +47,7 @@ pub(in crate::report::plot) fn draw(result: &FreeVibration) -> Figure {
         }
     }
     for (index, preload) in preloads.iter().enumerate() {
-        let motions: Vec<&Motion> = result
+        let motions: Vec<&FreeMotion> = result
             .motions
             .iter()
             .filter(|motion| motion.preload_torque_nm.to_bits() == preload.to_bits())
@@ -96,9 +96,9 @@ fn description(result: &FreeVibration) -> String {
 fn history(
     canvas: &mut Canvas,
     result: &FreeVibration,
-    motions: &[&Motion],
+    motions: &[&FreeMotion],
     index: usize,
-    place: frame::Place,
+    place: frame::PanelPlace,
 ) {
     let angles = motions
         .iter()
@@ -149,11 +149,11 @@ fn history(
     }
 }
 
-fn intervals(canvas: &mut Canvas, result: &FreeVibration, place: frame::Place) {
+fn intervals(canvas: &mut Canvas, result: &FreeVibration, place: frame::PanelPlace) {
     let all: Vec<(f64, f64)> = result
         .motions
         .iter()
-        .flat_map(Motion::intervals)
+        .flat_map(FreeMotion::intervals)
         .chain(std::iter::once((0.0, result.half_period_s)))
         .collect();
     let (low, high) = frame::extent(all.iter().map(|interval| interval.1));

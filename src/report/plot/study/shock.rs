@@ -84,7 +84,7 @@ fn description(result: &Shock) -> String {
     text
 }
 
-fn acceleration(canvas: &mut Canvas, result: &Shock, place: frame::Place) {
+fn acceleration(canvas: &mut Canvas, result: &Shock, place: frame::PanelPlace) {
     let signal = &result.signals[0];
     let end_ms = 1e3 * (1.15 * result.shock_s);
     let panel = Frame::narrow(
@@ -123,7 +123,7 @@ fn response(
     result: &Shock,
     responses: &[Response],
     letter: char,
-    place: frame::Place,
+    place: frame::PanelPlace,
 ) {
     let threshold = result.threshold_rad;
     let points = |response: &Response| -> Vec<(f64, f64)> {

@@ -4,7 +4,7 @@ use crate::report::number::{exact, significant, trimmed};
 use crate::report::plot::canvas::Canvas;
 use crate::report::plot::frame::{self, Frame, Scale};
 use crate::report::plot::{Figure, WIDTH, heat};
-use crate::study::spectrogram::Spectrogram;
+use crate::study::spectrogram::MotionSpectrogram;
 
 const NAME: &str = "spectrogram";
 
@@ -14,7 +14,7 @@ const DEPTH_DB: f64 = 45.0;
 /// Cells of the picture at most, in time and in frequency.
 const MOST_CELLS: (usize, usize) = (320, 200);
 
-pub(in crate::report::plot) fn draw(result: &Spectrogram) -> Figure {
+pub(in crate::report::plot) fn draw(result: &MotionSpectrogram) -> Figure {
     let mut canvas = Canvas::with_capacity(160 * 1024);
     let title = "Spectrogram of free impact oscillations";
     let motion = &result.motion;
@@ -58,7 +58,7 @@ pub(in crate::report::plot) fn draw(result: &Spectrogram) -> Figure {
     }
 }
 
-fn description(result: &Spectrogram) -> String {
+fn description(result: &MotionSpectrogram) -> String {
     let at = |index: usize| {
         result.bounces.get(index).map_or_else(
             || "none".into(),
@@ -74,7 +74,7 @@ fn description(result: &Spectrogram) -> String {
     )
 }
 
-fn picture(canvas: &mut Canvas, result: &Spectrogram, place: frame::Place) {
+fn picture(canvas: &mut Canvas, result: &MotionSpectrogram, place: frame::PanelPlace) {
     let data = &result.amplitudes;
     let highest = result.highest_hz;
     let panel = Frame::narrow(

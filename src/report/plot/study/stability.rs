@@ -4,7 +4,7 @@ use super::methods;
 use crate::model::stop::StopModel;
 use crate::report::number::{exact, trimmed};
 use crate::report::plot::canvas::{Anchor, Canvas};
-use crate::report::plot::frame::{Frame, LegendEntry, Place, Sample, Scale, header};
+use crate::report::plot::frame::{Frame, LegendEntry, PanelPlace, Sample, Scale, header};
 use crate::report::plot::{Figure, WIDTH};
 use crate::study::stability::{Grade, PAPER_STEPS, Row, Stability, paper_step_s, situations};
 
@@ -96,7 +96,7 @@ fn limits(canvas: &mut Canvas, result: &Stability, panel: &Frame) {
     }
 }
 
-fn contact(canvas: &mut Canvas, result: &Stability, place: Place) {
+fn contact(canvas: &mut Canvas, result: &Stability, place: PanelPlace) {
     const RATIOS: (f64, f64) = (0.0, 2.0);
     let panel = Frame::open(place, reaches(result), Scale::Linear(RATIOS.0, RATIOS.1));
     panel.title(canvas, "Soft contact: speed given back");
@@ -168,7 +168,7 @@ fn map_class(row: &Row) -> &'static str {
     }
 }
 
-fn map(canvas: &mut Canvas, result: &Stability, place: Place) {
+fn map(canvas: &mut Canvas, result: &Stability, place: PanelPlace) {
     let own: Vec<&Row> = rows(result, "contact")
         .filter(|row| row.method == "rk4")
         .collect();
@@ -270,7 +270,7 @@ fn errors(
     panel.frame(canvas);
 }
 
-fn graze(canvas: &mut Canvas, result: &Stability, place: Place) {
+fn graze(canvas: &mut Canvas, result: &Stability, place: PanelPlace) {
     let own: Vec<&Row> = rows(result, "graze")
         .filter(|row| row.model == StopModel::Rigid && row.variable_value < 0.0)
         .collect();
@@ -288,7 +288,7 @@ fn graze(canvas: &mut Canvas, result: &Stability, place: Place) {
     errors(canvas, &panel, &own, |row| Some(-row.variable_value));
 }
 
-fn chatter(canvas: &mut Canvas, result: &Stability, place: Place) {
+fn chatter(canvas: &mut Canvas, result: &Stability, place: PanelPlace) {
     let own: Vec<&Row> = rows(result, "chatter").collect();
     let panel = Frame::open(
         place,

@@ -4,7 +4,7 @@ use crate::report::number::{count, significant};
 use crate::report::plot::canvas::{Anchor, Canvas};
 use crate::report::plot::frame::{self, Frame, LegendEntry, Scale};
 use crate::report::plot::{Figure, WIDTH};
-use crate::study::step_size::{Run, Scan, StepSize};
+use crate::study::step_size::{FixedStepRun, StepScan, StepSize};
 
 const NAME: &str = "step-size";
 
@@ -73,7 +73,13 @@ fn description(result: &StepSize) -> String {
     text
 }
 
-fn phase(canvas: &mut Canvas, result: &StepSize, run: &Run, index: usize, place: frame::Place) {
+fn phase(
+    canvas: &mut Canvas,
+    result: &StepSize,
+    run: &FixedStepRun,
+    index: usize,
+    place: frame::PanelPlace,
+) {
     let exact = &result.exact.trace;
     let both = || exact.iter().chain(&run.trace);
     let panel = Frame::narrow(
@@ -147,7 +153,7 @@ fn phase(canvas: &mut Canvas, result: &StepSize, run: &Run, index: usize, place:
 /// Speed ratios that the panel of the limit shows.
 const RATIOS: (f64, f64) = (0.0, 1.6);
 
-fn limit(canvas: &mut Canvas, result: &StepSize, place: frame::Place) {
+fn limit(canvas: &mut Canvas, result: &StepSize, place: frame::PanelPlace) {
     let steps = Scale::Logarithmic(
         result
             .scan
@@ -190,7 +196,7 @@ fn limit(canvas: &mut Canvas, result: &StepSize, place: frame::Place) {
 
 /// Draws the least and the largest ratio over the phases, and what lies between.
 fn ratios(canvas: &mut Canvas, panel: &Frame, result: &StepSize) {
-    let seen: Vec<&Scan> = result
+    let seen: Vec<&StepScan> = result
         .scan
         .iter()
         .filter(|scan| scan.least_ratio.is_finite() && scan.largest_ratio.is_finite())
@@ -209,8 +215,8 @@ fn ratios(canvas: &mut Canvas, panel: &Frame, result: &StepSize) {
     }
     canvas.end_path();
     for bound in [
-        |scan: &&Scan| scan.least_ratio,
-        |scan: &&Scan| scan.largest_ratio,
+        |scan: &&StepScan| scan.least_ratio,
+        |scan: &&StepScan| scan.largest_ratio,
     ] {
         let points = seen
             .iter()
