@@ -26,7 +26,7 @@ use latchgate::model::stop::StopModel;
 use latchgate::parallel::Control;
 use latchgate::recording::{self, Limits, ReadOptions, Recording, Selection, Source};
 use latchgate::replay::{self, Method, RunOptions, Section, Strobe};
-use latchgate::replay::{batch, fan};
+use latchgate::replay::{batch, strobe_batch};
 use latchgate::units::{AccelerationUnit, OpensWhen};
 use latchgate::verdict::{Extras, ModelChoice, Polarity, Policy, assess};
 use std::fmt::Write as _;
@@ -150,9 +150,9 @@ fn batch_on_threads<const THREADS: usize>(
 const PERIODS: u32 = 40;
 
 /// A lever from anywhere in the paper's plane of basins, ω = 100 rad/s and A = 1.
-fn basin_start(index: usize) -> fan::Ride {
+fn basin_start(index: usize) -> strobe_batch::HarmonicStart {
     let part = |step: f64| (index as f64 * step).fract();
-    fan::Ride {
+    strobe_batch::HarmonicStart {
         initial: Some((part(0.618_034), 40.0 * part(0.414_214) - 20.0)),
         amplitude_m_s2: 9.81,
     }
@@ -161,7 +161,7 @@ fn basin_start(index: usize) -> fan::Ride {
 /// Lever-period on a sine by lanes, 200 levers from anywhere.
 #[divan::bench(sample_count = 10, args = [StopModel::Rigid, StopModel::Soft])]
 fn fan_on_a_sine(bencher: Bencher<'_, '_>, stop: StopModel) {
-    let options = fan::FanOptions {
+    let options = strobe_batch::StrobeBatchOptions {
         stop,
         angular_frequency_rad_s: 100.0,
         phase_rad: 0.0,
@@ -174,7 +174,7 @@ fn fan_on_a_sine(bencher: Bencher<'_, '_>, stop: StopModel) {
     bencher
         .counter(ItemsCount::new(200 * PERIODS as usize))
         .bench(|| {
-            fan::follow(
+            strobe_batch::follow(
                 black_box(&design),
                 200,
                 &basin_start,
@@ -191,13 +191,13 @@ fn fan_on_a_sine(bencher: Bencher<'_, '_>, stop: StopModel) {
 fn strobe_on_a_sine(bencher: Bencher<'_, '_>, stop: StopModel) {
     let design = Design::reference();
     let follow = |index: usize| {
-        let ride = basin_start(index);
+        let start = basin_start(index);
         let excitation = Harmonic {
-            amplitude_m_s2: ride.amplitude_m_s2,
+            amplitude_m_s2: start.amplitude_m_s2,
             angular_frequency_rad_s: 100.0,
             phase_rad: 0.0,
         };
-        let mut strobe = Strobe::new(&design, stop, &excitation, ride.initial).unwrap();
+        let mut strobe = Strobe::new(&design, stop, &excitation, start.initial).unwrap();
         (0..PERIODS).map(|_| strobe.advance()).last()
     };
     bencher

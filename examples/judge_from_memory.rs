@@ -1,8 +1,4 @@
 //! Judges a recording that never was a file: bytes with a card, two designs, a wish to stop.
-//!
-//! ```text
-//! cargo run --example judge_from_memory
-//! ```
 
 #![allow(clippy::print_stdout, reason = "a program")]
 
@@ -33,11 +29,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .document;
         let peak = document.nominal.map_or(f64::NAN, |run| run.peak_angle_rad);
         let id = &document.report_id[..8];
-        println!(
-            "{id} {}: {} at {peak:.4} rad",
-            design.name,
-            document.verdict.name()
-        );
+        let verdict = document.verdict.name();
+        println!("{id} {}: {verdict} at {peak:.4} rad", design.name);
     }
     Ok(())
 }

@@ -1,40 +1,76 @@
 //! latchgate replays a measured lateral crash acceleration through a model of a
 //! vehicle's door-latch lever and says, with evidence, whether the door stays shut.
 //!
-//! The modules follow the one line of the program, in reading order:
-//! recording → channel → conditioned signal → replay → verdict → report.
+//! [`pipeline`] is the face of the library: a [`Request`](pipeline::Request) is the question, a
+//! [`Prepared`](pipeline::Prepared) recording is read and conditioned once and judged with as many
+//! designs as one likes, and every answer is a [`Document`](pipeline::Document) that can be
+//! written, read back and verified. Names there keep their meaning from version to version; the
+//! modules that are not listed below are the parts it is made of, public for the project's own
+//! tests and benches alone, and may change with any commit.
 //!
 //! The lever model is that of Warmiński, Mitura and Jankowski, "Regular and chaotic
 //! vibrations of a preloaded pendulum system": a lever pressed against a stop by a
 //! preloaded spring, excited by the lateral acceleration of its base.
+//!
+//! # Examples
+//!
+//! A recording on disk, judged with the paper's lever:
+//!
+//! ```
+//! use latchgate::pipeline::{Control, Design, Extras, Limits, Request, Source, judge};
+//!
+//! let source = Source::File("signals/surviving.csv".into());
+//! let (request, design) = (Request::default(), Design::reference());
+//! let (limits, control) = (Limits::default(), Control::unwatched(2));
+//! let outcome = judge(&source, &request, &design, Extras::default(), &limits, &control);
+//! let document = outcome.document;
+//! assert_eq!(document.verdict.name(), "pass");
+//! assert_eq!(document.verdict.exit_code(), 0);
+//! assert_eq!(document.report_id.len(), 64);
+//! ```
 
 pub mod error;
-pub mod parallel;
+pub mod pipeline;
 pub mod setting;
 pub mod units;
 
+// The line of the program, in reading order:
+// recording → channel → conditioned signal → replay → verdict → report.
+
+#[doc(hidden)]
+pub mod parallel;
+
+#[doc(hidden)]
 pub mod recording;
 
+#[doc(hidden)]
 pub mod conditioning;
 
+#[doc(hidden)]
 pub mod numerics;
 
+#[doc(hidden)]
 pub mod model;
 
+#[doc(hidden)]
 pub mod replay;
 
+#[doc(hidden)]
 pub mod study;
 
+#[doc(hidden)]
 pub mod verdict;
 
+#[doc(hidden)]
 pub mod margin;
 
+#[doc(hidden)]
 pub mod request;
 
+#[doc(hidden)]
 pub mod report;
 
-pub mod pipeline;
-
+#[doc(hidden)]
 pub mod cli;
 
 /// The examples of the README, compiled with the tests.

@@ -72,7 +72,7 @@ pub enum Basis {
 pub struct MarginOptions {
     /// The question of the verdict.
     pub policy: Policy,
-    /// Which answer's change is looked for.
+    /// The answer whose change is looked for.
     pub basis: Basis,
     /// Distance of the counterweight from the pivot [m].
     pub counterweight_radius_m: f64,
@@ -94,7 +94,7 @@ pub const POINTS_MIN: usize = 200;
 /// A change of the answer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Boundary {
-    /// What is varied: [`Quantity::name`].
+    /// The quantity varied: [`Quantity::name`].
     pub quantity: Cow<'static, str>,
     /// Its unit; empty for a ratio.
     pub unit: Cow<'static, str>,
@@ -103,9 +103,9 @@ pub struct Boundary {
     pub at: f64,
     /// Values between which the answer changes.
     pub bracket: (f64, f64),
-    /// What the nominal runs say below.
+    /// The answer of the nominal runs below.
     pub below: State,
-    /// What they say above.
+    /// Their answer above.
     pub above: State,
 }
 
@@ -125,15 +125,15 @@ impl Boundary {
 /// The least change of one quantity that changes the answer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Margin {
-    /// What is varied.
+    /// The quantity varied.
     pub quantity: Quantity,
-    /// What people call it.
+    /// Its title.
     pub title: Cow<'static, str>,
     /// Its unit; empty for a ratio.
     pub unit: Cow<'static, str>,
     /// Its value at present.
     pub present: f64,
-    /// Whether the answer it rests on passes at present.
+    /// The answer it rests on is a pass at present.
     pub passes_at_present: bool,
     /// The value that still passes (or first passes) where the answer changes; `None` if no
     /// value searched changes it.
@@ -142,7 +142,7 @@ pub struct Margin {
     pub bracket: Option<(f64, f64)>,
     /// The change from the present value [%]; `None` without an answer or a present value.
     pub change_percent: Option<f64>,
-    /// What it rests on.
+    /// The answer it rests on.
     pub basis: Basis,
     /// The same of the nominal run's peak, no error counted.
     pub nominal_at: Option<f64>,
@@ -163,18 +163,18 @@ pub struct Margin {
     /// Where the nominal runs change between pass and no pass for the last time on the way to
     /// the end of the range that they pass at; `None` if they pass at both ends, or at none.
     pub settled_at: Option<f64>,
-    /// What stays and what moves along.
+    /// The convention: what stays and what moves along.
     pub convention: Cow<'static, str>,
 }
 
 /// The peak over a quantity, as the search saw it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scan {
-    /// What is varied.
+    /// The quantity varied.
     pub quantity: Quantity,
     /// Its value at present.
     pub present: f64,
-    /// Whether distances are ratios.
+    /// Distances are ratios.
     pub ratios: bool,
     /// Value, and the largest angle of window and coast of all stops and polarities that count
     /// [rad]; `None` where the lever could not be followed.
@@ -199,9 +199,9 @@ impl Scan {
 /// The margins of one verdict.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Margins {
-    /// What the nominal runs say at present, no error counted.
+    /// The answer of the nominal runs at present, no error counted.
     pub state: State,
-    /// What the answers rest on.
+    /// The answer that the margins rest on.
     pub basis: Basis,
     /// One answer per quantity, in the order of [`Quantity::ALL`].
     pub answers: Vec<Margin>,
@@ -233,7 +233,7 @@ pub fn margins(
     if let Some(request) = &options.map {
         request.check(design)?;
     }
-    let progress = Progress::new(control, options);
+    let progress = SearchProgress::new(control, options);
     let quiet = |_: Option<f64>| progress.proceed();
     let control = &Control {
         threads: control.threads,
@@ -282,13 +282,13 @@ pub fn margins(
 }
 
 /// The part of a search for margins that is done, quantity by quantity.
-struct Progress<'a> {
+struct SearchProgress<'a> {
     control: &'a Control<'a>,
     steps: usize,
     done: AtomicUsize,
 }
 
-impl<'a> Progress<'a> {
+impl<'a> SearchProgress<'a> {
     fn new(control: &'a Control<'a>, options: &MarginOptions) -> Self {
         let beside = usize::from(options.limit) + usize::from(options.map.is_some());
         Self {

@@ -1,4 +1,8 @@
 //! The latch lever, its stop and its excitation.
+//!
+//! `lever` and `stop` hold the numbers of eq. (2.1) and (2.2), `excitation` what moves the base;
+//! `design` is lever, stop, limit and tolerances as a file states them, and `parameters` the table
+//! of all numbers of a design.
 
 pub mod design;
 pub mod excitation;

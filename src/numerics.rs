@@ -1,4 +1,7 @@
 //! Integrators and root location that know no latch and no file: a time, a state, a function.
+//!
+//! `rk4` and `dopri5` take steps; `event` finds where something happens inside one, `polynomial`
+//! the roots of a Taylor step; `lanes` computes with several numbers at once.
 
 pub mod dopri5;
 pub mod event;

@@ -5,6 +5,20 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// How a piece of work is carried out: on how many threads, watched by whom. No result depends
 /// on it, but for the one of work that was stopped.
+///
+/// # Examples
+///
+/// ```
+/// use latchgate::pipeline::Control;
+///
+/// // Stops once half of the work is done.
+/// let control = Control {
+///     threads: 1,
+///     proceed: &|part| part.is_none_or(|part| part < 0.5),
+/// };
+/// let squares = control.map(4, |n| n * n);
+/// assert_eq!(squares, [Some(0), Some(1), None, None]);
+/// ```
 #[derive(Clone, Copy)]
 pub struct Control<'a> {
     /// Threads, at least one.

@@ -19,6 +19,7 @@ pub mod mme;
 pub mod source;
 mod text;
 pub mod time_base;
+mod words;
 
 pub use card::Card;
 pub use finding::{Finding, Severity};

@@ -1,16 +1,24 @@
 //! Replay: drives the lever with a signal and records what it does.
+//!
+//! The kernel: `kernel` takes flight, contact, dwell and chatter from event to event by the steps of
+//! `taylor` under `forcing`; whole samples without events go to `flight_fast`, by `eventless_step`,
+//! and to `contact_fast`. `sensitivity` carries the bound on rounding along, `tangent` the exact
+//! derivatives, and `recorder` keeps peak, crossings, impacts and trace.
+//!
+//! Around it: `batch` follows many levers on one recording, `harmonic` one on a sine and
+//! `strobe_batch` many of these; `methods` are the integrators to compare with.
 
 pub mod batch;
-mod cruise;
-pub mod fan;
+mod contact_fast;
+mod eventless_step;
+mod flight_fast;
 mod forcing;
 mod harmonic;
 mod kernel;
 mod methods;
-mod plain;
-mod pressed;
+mod recorder;
 mod sensitivity;
-mod tally;
+pub mod strobe_batch;
 mod tangent;
 mod taylor;
 
@@ -20,8 +28,6 @@ use crate::model::Design;
 use crate::model::excitation::{Harmonic, Sampled};
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
-/// Limit of the contact's angular frequency times the step, beyond which the fixed-step
-/// method gains energy on a soft stop.
 use crate::units::OpensWhen;
 pub use methods::{
     ADAPTIVE_TOLERANCE, ADAPTIVE_TOLERANCE_MIN, Breakdown, REST_SPEED_RAD_S,
@@ -30,13 +36,13 @@ pub use methods::{
 
 pub use harmonic::{Section, Strobe, StrobeMap};
 
-use cruise::Cruise;
+use contact_fast::FastContact;
+use flight_fast::FastFlight;
 use kernel::Kernel;
 use methods::Problem;
-use pressed::Pressed;
+use recorder::Recorder;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
-use tally::Tally;
 
 /// How a run is integrated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -308,22 +314,22 @@ impl pulp::WithSimd for EventDriven<'_> {
 
 /// Puts the lever of an event-driven run where it starts, at `start` [s].
 fn begin(start: f64, design: &Design, options: &RunOptions) -> Kernel {
-    let tally = Tally::new(design.criterion.threshold_rad, options.trace);
+    let recorder = Recorder::new(design.criterion.threshold_rad, options.trace);
     let mut kernel = Kernel::new(
         design,
         options.stop,
         options.initial,
         options.tolerance_rad,
-        tally,
+        recorder,
     );
     if !options.error_bound {
         kernel = kernel.without_error_bound();
     }
     let (angle, velocity) = kernel.state();
     if angle > 0.0 || (angle >= 0.0 && velocity > 0.0) {
-        kernel.tally.release(start);
+        kernel.recorder.release(start);
     }
-    kernel.tally.point(start, angle, velocity);
+    kernel.recorder.point(start, angle, velocity);
     kernel
 }
 
@@ -338,14 +344,16 @@ fn event_driven(
     let mut kernel = begin(signal.start_s, design, options).for_samples(last);
     let (sign, interval) = (options.opens_when.sign(), signal.rate.interval().seconds());
     let lift_off = kernel.lift_off_acceleration();
-    let cruise = Cruise::new(&kernel, interval, sign);
-    let pressed = Pressed::new(&kernel, interval, sign, 0.0);
+    let fast_flight = FastFlight::new(&kernel, interval, sign);
+    let pressed = FastContact::new(&kernel, interval, sign, 0.0);
     let mut index = 0;
     while index < last {
         if index == first {
             let error = kernel.angle_error();
             let angle = kernel.state().0;
-            kernel.tally.open_window(angle, signal.time_s(index), error);
+            kernel
+                .recorder
+                .open_window(angle, signal.time_s(index), error);
         }
         if kernel.dwells() {
             // Pressed onto the rigid stop all through the samples: nothing moves.
@@ -358,8 +366,8 @@ fn event_driven(
         } else {
             let stop_at = if index < first { first } else { last };
             let mut taken = 0;
-            if let Some(cruise) = &cruise {
-                taken += cruise.fly(&mut kernel, signal, index, stop_at);
+            if let Some(fast_flight) = &fast_flight {
+                taken += fast_flight.fly(&mut kernel, signal, index, stop_at);
             }
             if taken == 0
                 && let Some(pressed) = &pressed
@@ -384,7 +392,7 @@ fn event_driven(
     if first >= last {
         let error = kernel.angle_error();
         kernel
-            .tally
+            .recorder
             .open_window(kernel.state().0, signal.time_s(last), error);
     }
     finish(kernel, signal.time_s(last), design, options)
@@ -394,12 +402,16 @@ fn event_driven(
 fn finish(mut kernel: Kernel, end: f64, design: &Design, options: &RunOptions) -> Outcome {
     let (angle, velocity) = kernel.state();
     let error = kernel.angle_error();
-    kernel.tally.close_window(angle, end, error);
-    kernel.tally.point(end, angle, velocity);
+    kernel.recorder.close_window(angle, end, error);
+    kernel.recorder.point(end, angle, velocity);
     let moving = energy_j(design, options.stop, angle, velocity) > MOVING_ENERGY_J;
     let stuck = kernel.stuck;
-    let (peak, work, trace) = (kernel.tally.peak, kernel.work, kernel.tally.trace.take());
-    let finished = kernel.tally.clone();
+    let (peak, work, trace) = (
+        kernel.recorder.peak,
+        kernel.work,
+        kernel.recorder.trace.take(),
+    );
+    let finished = kernel.recorder.clone();
     let coast = if moving && !stuck {
         kernel.coast(end)
     } else {

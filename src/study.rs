@@ -3,6 +3,11 @@
 //!
 //! A study computes rows and headline figures and hands them on as values; it writes no file
 //! and reads no clock of its own.
+//!
+//! Motion on sines: `orbit` finds periodic orbits, `cascade` follows their branches; `bifurcation`,
+//! `attractor`, `basins`, `histories` and `excitation_map` show what they lead to. Without
+//! excitation: `free` is shared by `free_vibration` and `spectrogram`; `restitution` is one contact.
+//! `shock` is a crash. Methods: `step_size`, `work_precision` and `stability`, on `cases`.
 
 pub mod attractor;
 pub mod basins;
@@ -48,4 +53,39 @@ impl Headline {
     pub const DIGITS: usize = 4;
     /// Digits of figures that are solutions of equations.
     pub const EXACT: usize = 11;
+}
+
+/// Headline figures of one subject, as they are put together.
+struct Figures {
+    subject: String,
+    model: StopModel,
+    digits: usize,
+    lines: Vec<Headline>,
+}
+
+impl Figures {
+    fn of(subject: impl Into<String>, model: StopModel) -> Self {
+        Self {
+            subject: subject.into(),
+            model,
+            digits: Headline::DIGITS,
+            lines: Vec::new(),
+        }
+    }
+
+    /// Sets the digits of the figures said from here on.
+    fn digits(mut self, digits: usize) -> Self {
+        self.digits = digits;
+        self
+    }
+
+    fn say(&mut self, what: &str, value: impl Into<Option<f64>>) {
+        self.lines.push(Headline {
+            subject: self.subject.clone(),
+            model: Some(self.model),
+            what: what.into(),
+            value: value.into(),
+            digits: self.digits,
+        });
+    }
 }

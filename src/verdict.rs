@@ -1,4 +1,12 @@
 //! The verdict: what the runs, their errors and the findings together say.
+//!
+//! [`assess()`] goes from a conditioned channel to an answer. Below it stand, from the bottom up:
+//! the question (`policy`), the samples that count (`faults`, `usable_span`) and the words
+//! (`wording`); the rule (`decision`), the bounds (`screen`) and the scatter (`ensemble`); the runs
+//! (`runs`), and what bounds prove of them (`proof`); one record of each stop and sign with all that
+//! it came to (`variant`); the ensembles (`looks`, or `early` where only a pass matters); the
+//! reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the sentences (`replay_findings`,
+//! `reasons`, `ladder`).
 
 pub(crate) mod assess;
 mod budget;
@@ -85,7 +93,7 @@ pub struct Reason {
     pub text: String,
 }
 
-/// Where the nominal peak's uncertainty comes from; each part is a change of the nominal
+/// The parts of the nominal peak's uncertainty; each is a change of the nominal
 /// peak measured by a rerun [rad], `None` where no rerun was possible or none applies.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorBudget {
@@ -114,18 +122,18 @@ pub struct Screens {
     pub impulse_threshold_m_s: f64,
     /// ∫|a| dt of the signal as used, over the whole record [m/s].
     pub impulse_m_s: Option<f64>,
-    /// What each bound says, per polarity and stop that count.
+    /// The bounds, per polarity and stop that count.
     pub runs: Vec<ScreenedRun>,
 }
 
-/// What the closed-form bounds say of one polarity and stop.
+/// The closed-form bounds of one polarity and stop.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScreenedRun {
     /// Stop model.
     pub model: StopModel,
     /// Polarity.
     pub opens_when: OpensWhen,
-    /// What they prove; `None` where only a run can tell.
+    /// The answer they prove; `None` where only a run can tell.
     pub answer: Option<screen::Decided>,
     /// The simplest bound that proves it.
     pub by: Option<screen::Screen>,
@@ -135,14 +143,14 @@ pub struct ScreenedRun {
     pub bounds: [screen::Bound; 4],
 }
 
-/// What one stop and polarity says by part 3 of the rule, and how sure its peak is.
+/// The answer of one stop and polarity by part 3 of the rule, with the errors of its peak.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunAnswer {
     /// Stop model.
     pub model: StopModel,
     /// Sign of the recorded acceleration that opens.
     pub opens_when: OpensWhen,
-    /// What this run alone says. Not called a verdict: a script that looks for
+    /// The answer of this run alone. Not called a verdict: a script that looks for
     /// `"verdict": "pass"` shall find the document's alone.
     pub answer: Answer,
     /// Change of the peak when the samples are refined fourfold [rad]; `None` where a run
@@ -165,7 +173,7 @@ pub struct Trace {
     pub points: Vec<TracePoint>,
 }
 
-/// What a report draws beside the document.
+/// The curves that a report draws beside the document.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evidence {
     /// The acceleration as recorded [m/s²].
@@ -174,7 +182,7 @@ pub struct Evidence {
     pub used: Signal,
     /// Trajectories, the nominal run's first.
     pub traces: Vec<Trace>,
-    /// How members of the nominal run's ensemble spread around it.
+    /// The spread of members around the nominal run.
     pub ribbon: Option<QuantileBand>,
     /// Amplitude spectrum before conditioning.
     pub spectrum_raw: AmplitudeSpectrum,

@@ -1,6 +1,6 @@
 //! The design's limit under half-sine pulses: amplitude against change of velocity.
 
-use super::runs::{NominalRuns, Trial};
+use super::runs::{LeverTrial, NominalRuns};
 use super::search::{self, Edge, Probe};
 use crate::conditioning::Signal;
 use crate::error::Error;
@@ -41,7 +41,7 @@ pub struct LimitPoint {
     pub velocity_change_m_s: Option<f64>,
 }
 
-/// Where the recording stands on the chart.
+/// The place of the recording on the chart.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RecordingPoint {
     /// Sign of the recorded acceleration that is taken to open.
@@ -130,13 +130,13 @@ pub fn critical_pulse(
         &grid,
         &Probe {
             scan: &|amplitudes| {
-                let settings: Vec<Trial> = amplitudes
+                let settings: Vec<LeverTrial> = amplitudes
                     .iter()
-                    .map(|amplitude| Trial::new(design, *amplitude))
+                    .map(|amplitude| LeverTrial::new(design, *amplitude))
                     .collect();
                 runs.scan(&settings)
             },
-            exact: &|amplitude| runs.exact(&Trial::new(design, amplitude)),
+            exact: &|amplitude| runs.exact(&LeverTrial::new(design, amplitude)),
             width: &|amplitude| 1e-12 * amplitude,
             near_rad: 0.01 * design.criterion.threshold_rad,
         },

@@ -1,7 +1,7 @@
 //! A map of the peak angle over two design keys, with the boundary of the pass.
 
 use super::quantity::with_restitution;
-use super::runs::{NominalRuns, Trial};
+use super::runs::{LeverTrial, NominalRuns};
 use super::search::{self, Edge, Excess, Probe};
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
@@ -30,7 +30,7 @@ impl MapAxis {
     }
 }
 
-/// What a map is asked.
+/// Options of one map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MapRequest {
     /// To the right.
@@ -112,7 +112,7 @@ pub struct MapVertex {
 /// The map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Map {
-    /// What was asked.
+    /// Its options.
     #[serde(flatten)]
     pub request: MapRequest,
     /// Largest angle of window and coast, of the stops and polarities that count [rad]; rows from
@@ -120,7 +120,7 @@ pub struct Map {
     /// none could be followed.
     #[serde(skip)]
     pub peaks_rad: Vec<Option<f64>>,
-    /// Whether that is a pass.
+    /// Those that are a pass.
     #[serde(skip)]
     pub passes: Vec<Option<bool>>,
     /// Points of the boundary of the pass.
@@ -140,7 +140,7 @@ pub struct Map {
 }
 
 /// A line between neighbouring grid values: the lower left one, and whether it runs along x.
-type Side = (usize, usize, bool);
+type GridSide = (usize, usize, bool);
 
 /// Replays every grid value and draws the boundary of the pass between them.
 ///
@@ -152,78 +152,18 @@ pub(super) fn map(
     design: &Design,
     request: &MapRequest,
 ) -> Result<Map, Error> {
-    let field = Field {
+    let field = PeakField {
         runs,
         design,
         request,
     };
-    let (columns, rows) = (request.columns, request.rows);
     let mut values = field.scan()?;
     field.settle(&mut values)?;
-    let mut vertices = Vec::new();
-    let mut known: BTreeMap<Side, usize> = BTreeMap::new();
-    let mut segments = Vec::new();
-    for row in 0..rows - 1 {
-        for column in 0..columns - 1 {
-            // Sides of the cell: bottom, right, top, left.
-            let sides: [Side; 4] = [
-                (column, row, true),
-                (column + 1, row, false),
-                (column, row + 1, true),
-                (column, row, false),
-            ];
-            let mut crossed = Vec::new();
-            for side in sides {
-                if !field.differs(&values, side) {
-                    continue;
-                }
-                let index = match known.get(&side) {
-                    Some(index) => *index,
-                    None => {
-                        vertices.push(field.vertex(&values, side)?);
-                        known.insert(side, vertices.len() - 1);
-                        vertices.len() - 1
-                    }
-                };
-                crossed.push(index);
-            }
-            match crossed.as_slice() {
-                [a, b] => segments.push((*a, *b)),
-                [bottom, right, top, left] => {
-                    // A saddle: the middle of the cell says which corners belong together.
-                    let middle = field.at(
-                        f64::midpoint(field.x(column), field.x(column + 1)),
-                        f64::midpoint(field.y(row), field.y(row + 1)),
-                    )?;
-                    let corner = values[row * columns + column];
-                    let joined = match (middle, corner) {
-                        (Some(middle), Some(corner)) => {
-                            (middle.pass <= 0.0) == (corner.pass <= 0.0)
-                        }
-                        _ => false,
-                    };
-                    let pairs = if joined {
-                        [(*bottom, *right), (*top, *left)]
-                    } else {
-                        [(*left, *bottom), (*right, *top)]
-                    };
-                    segments.extend(pairs);
-                }
-                _ => {}
-            }
+    let mut outline = Outline::default();
+    for row in 0..request.rows - 1 {
+        for column in 0..request.columns - 1 {
+            outline.take(&field, &values, column, row)?;
         }
-    }
-    let mut peaks_rad = Vec::with_capacity(values.len());
-    for (index, excess) in values.iter().enumerate() {
-        let threshold = field
-            .design_at(field.x(index % columns), field.y(index / columns))
-            .map(|design| design.criterion.threshold_rad);
-        peaks_rad.push(match (excess, threshold) {
-            (Some(excess), Some(threshold)) if excess.pass.is_finite() => {
-                Some(excess.pass + threshold)
-            }
-            _ => None,
-        });
     }
     let passes: Vec<Option<bool>> = values
         .iter()
@@ -232,14 +172,76 @@ pub(super) fn map(
     Ok(Map {
         request: request.clone(),
         present: present(design, &request.x.key).zip(present(design, &request.y.key)),
-        peaks_rad,
+        peaks_rad: field.peaks_rad(&values),
         passing: passes.iter().filter(|pass| **pass == Some(true)).count(),
         judged: passes.iter().flatten().count(),
         passes,
-        boundary_points: vertices.len(),
-        vertices,
-        segments,
+        boundary_points: outline.vertices.len(),
+        vertices: outline.vertices,
+        segments: outline.segments,
     })
+}
+
+/// The boundary of the pass, as far as cells have been looked at.
+#[derive(Default)]
+struct Outline {
+    vertices: Vec<MapVertex>,
+    /// The vertex on each side that the boundary crosses, which two cells share.
+    known: BTreeMap<GridSide, usize>,
+    segments: Vec<(usize, usize)>,
+}
+
+impl Outline {
+    /// Adds the part of the boundary inside one cell.
+    fn take(
+        &mut self,
+        field: &PeakField<'_>,
+        values: &[Option<Excess>],
+        column: usize,
+        row: usize,
+    ) -> Result<(), Error> {
+        // Sides of the cell: bottom, right, top, left.
+        let sides: [GridSide; 4] = [
+            (column, row, true),
+            (column + 1, row, false),
+            (column, row + 1, true),
+            (column, row, false),
+        ];
+        let mut crossed = Vec::new();
+        for side in sides {
+            if field.differs(values, side) {
+                crossed.push(self.vertex(field, values, side)?);
+            }
+        }
+        match crossed.as_slice() {
+            [a, b] => self.segments.push((*a, *b)),
+            [bottom, right, top, left] => {
+                let corner = values[row * field.request.columns + column];
+                self.segments.extend(if field.joined(column, row, corner)? {
+                    [(*bottom, *right), (*top, *left)]
+                } else {
+                    [(*left, *bottom), (*right, *top)]
+                });
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn vertex(
+        &mut self,
+        field: &PeakField<'_>,
+        values: &[Option<Excess>],
+        side: GridSide,
+    ) -> Result<usize, Error> {
+        if let Some(index) = self.known.get(&side) {
+            return Ok(*index);
+        }
+        self.vertices.push(field.vertex(values, side)?);
+        let index = self.vertices.len() - 1;
+        self.known.insert(side, index);
+        Ok(index)
+    }
 }
 
 /// Returns the value that a design has at a key.
@@ -252,13 +254,13 @@ fn present(design: &Design, key: &str) -> Option<f64> {
         .as_f64()
 }
 
-struct Field<'a> {
+struct PeakField<'a> {
     runs: &'a NominalRuns<'a>,
     design: &'a Design,
     request: &'a MapRequest,
 }
 
-impl Field<'_> {
+impl PeakField<'_> {
     fn x(&self, column: usize) -> f64 {
         self.request.x.value(column, self.request.columns)
     }
@@ -289,9 +291,33 @@ impl Field<'_> {
         Some(changed)
     }
 
+    /// Whether the middle of a cell of which all sides are crossed, a saddle, has the answer of
+    /// its lower left corner: the two belong together then.
+    fn joined(&self, column: usize, row: usize, corner: Option<Excess>) -> Result<bool, Error> {
+        let middle = self.at(
+            f64::midpoint(self.x(column), self.x(column + 1)),
+            f64::midpoint(self.y(row), self.y(row + 1)),
+        )?;
+        Ok(match (middle, corner) {
+            (Some(middle), Some(corner)) => (middle.pass <= 0.0) == (corner.pass <= 0.0),
+            _ => false,
+        })
+    }
+
+    /// The largest angles [rad]; `None` where there is no lever or it could not be followed.
+    fn peaks_rad(&self, values: &[Option<Excess>]) -> Vec<Option<f64>> {
+        let columns = self.request.columns;
+        let of_place = |(index, excess): (usize, &Option<Excess>)| {
+            let excess = excess.filter(|excess| excess.pass.is_finite())?;
+            let design = self.design_at(self.x(index % columns), self.y(index / columns))?;
+            Some(excess.pass + design.criterion.threshold_rad)
+        };
+        values.iter().enumerate().map(of_place).collect()
+    }
+
     fn at(&self, x: f64, y: f64) -> Result<Option<Excess>, Error> {
         self.design_at(x, y)
-            .map(|design| self.runs.exact(&Trial::new(&design, 1.0)))
+            .map(|design| self.runs.exact(&LeverTrial::new(&design, 1.0)))
             .transpose()
     }
 
@@ -303,7 +329,7 @@ impl Field<'_> {
             let (column, row) = (index % self.request.columns, index / self.request.columns);
             if let Some(design) = self.design_at(self.x(column), self.y(row)) {
                 places.push(index);
-                trials.push(Trial::new(&design, 1.0));
+                trials.push(LeverTrial::new(&design, 1.0));
             }
         }
         let mut values = vec![None; count];
@@ -315,13 +341,13 @@ impl Field<'_> {
         Ok(values)
     }
 
-    fn ends(&self, (column, row, along_x): Side) -> (usize, usize) {
+    fn ends(&self, (column, row, along_x): GridSide) -> (usize, usize) {
         let from = row * self.request.columns + column;
         let step = if along_x { 1 } else { self.request.columns };
         (from, from + step)
     }
 
-    fn differs(&self, values: &[Option<Excess>], side: Side) -> bool {
+    fn differs(&self, values: &[Option<Excess>], side: GridSide) -> bool {
         let (from, to) = self.ends(side);
         match (values[from], values[to]) {
             (Some(from), Some(to)) => (from.pass > 0.0) != (to.pass > 0.0),
@@ -329,7 +355,7 @@ impl Field<'_> {
         }
     }
 
-    fn sides(&self) -> Vec<Side> {
+    fn sides(&self) -> Vec<GridSide> {
         let (columns, rows) = (self.request.columns, self.request.rows);
         let mut sides = Vec::new();
         for row in 0..rows {
@@ -373,7 +399,7 @@ impl Field<'_> {
         }
     }
 
-    fn vertex(&self, values: &[Option<Excess>], side: Side) -> Result<MapVertex, Error> {
+    fn vertex(&self, values: &[Option<Excess>], side: GridSide) -> Result<MapVertex, Error> {
         let (column, row, along_x) = side;
         let (x, y) = (self.x(column), self.y(row));
         let (from, to) = self.ends(side);

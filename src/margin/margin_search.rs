@@ -3,7 +3,7 @@
 
 use super::change::{VerdictChange, VerdictSearch};
 use super::quantity::{SearchRange, applied};
-use super::runs::{NominalRuns, Trial};
+use super::runs::{LeverTrial, NominalRuns};
 use super::search::{self, Crossing, Edge, Probe, SearchResult};
 use super::{Basis, Margin, MarginOptions, POINTS_MAX, POINTS_MIN, Quantity, State};
 use crate::conditioning::Conditioned;
@@ -62,7 +62,7 @@ impl<'a> MarginSearch<'a> {
             .flat_map(|sign| signal.samples.iter().map(|a| -sign.sign() * a))
             .fold(0.0, f64::max);
         Ok(Self {
-            state: runs.exact(&Trial::new(design, 1.0))?.state(),
+            state: runs.exact(&LeverTrial::new(design, 1.0))?.state(),
             runs,
             conditioned,
             findings,
@@ -102,13 +102,14 @@ impl<'a> MarginSearch<'a> {
         });
         let trial = |value: f64| {
             let (design, scale) = self.applied(quantity, value);
-            Trial::new(&design, scale)
+            LeverTrial::new(&design, scale)
         };
         search::changes(
             &range.grid(points),
             &Probe {
                 scan: &|values| {
-                    let trials: Vec<Trial> = values.iter().map(|value| trial(*value)).collect();
+                    let trials: Vec<LeverTrial> =
+                        values.iter().map(|value| trial(*value)).collect();
                     self.runs.scan(&trials)
                 },
                 exact: &|value| self.runs.exact(&trial(value)),

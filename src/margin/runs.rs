@@ -13,14 +13,14 @@ use crate::verdict::{Polarity, Policy, Variant};
 
 /// One value to try: a lever, its stop and threshold, and the scale of the recording.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Trial {
+pub(super) struct LeverTrial {
     lever: Lever,
     stop: Stop,
     pub(super) threshold_rad: f64,
     scale: f64,
 }
 
-impl Trial {
+impl LeverTrial {
     pub(super) fn new(design: &Design, scale: f64) -> Self {
         Self {
             lever: design.lever,
@@ -33,7 +33,7 @@ impl Trial {
 
 /// Largest angle of one run in the window, and of window and coast [rad].
 #[derive(Debug, Clone, Copy)]
-struct Reach {
+struct LeverReach {
     peak: f64,
     highest: f64,
 }
@@ -51,7 +51,7 @@ pub(super) struct NominalRuns<'a> {
 }
 
 impl NominalRuns<'_> {
-    fn initial(&self, trial: &Trial, model: StopModel) -> Option<(f64, f64)> {
+    fn initial(&self, trial: &LeverTrial, model: StopModel) -> Option<(f64, f64)> {
         self.policy.initial(model, &trial.stop, &trial.lever)
     }
 
@@ -59,7 +59,7 @@ impl NominalRuns<'_> {
     /// decision rule with no error counted: a pass if no run goes beyond the threshold in window
     /// or coast; a fail if every one does in the window, or for polarities declared as both every
     /// one of a sign.
-    fn joined(&self, reaches: &[Reach], threshold_rad: f64) -> Excess {
+    fn joined(&self, reaches: &[LeverReach], threshold_rad: f64) -> Excess {
         let highest = reaches.iter().map(|reach| reach.highest);
         let least_of_signs = reaches
             .chunks(self.policy.model.stops().len())
@@ -80,7 +80,7 @@ impl NominalRuns<'_> {
     }
 
     /// Returns the excess of each trial, by levers side by side where the run asked for allows it.
-    pub(super) fn scan(&self, trials: &[Trial]) -> Result<Vec<Excess>, Error> {
+    pub(super) fn scan(&self, trials: &[LeverTrial]) -> Result<Vec<Excess>, Error> {
         self.control.check()?;
         let started_by_speed_alone =
             self.policy.initial_angle_rad.is_none() && self.policy.initial_velocity_rad_s.is_some();
@@ -89,14 +89,14 @@ impl NominalRuns<'_> {
             return trials.iter().map(|trial| self.exact(trial)).collect();
         }
         let variants = self.policy.variants();
-        let tasks: Vec<(Variant, &[Trial])> = variants
+        let tasks: Vec<(Variant, &[LeverTrial])> = variants
             .iter()
             .flat_map(|variant| trials.chunks(TRIALS_TAKEN).map(|taken| (*variant, taken)))
             .collect();
         let found = self
             .control
             .try_map(&tasks, |(variant, taken)| self.peaks(*variant, taken))?;
-        let found: Vec<Reach> = found.into_iter().flatten().collect();
+        let found: Vec<LeverReach> = found.into_iter().flatten().collect();
         Ok(trials
             .iter()
             .enumerate()
@@ -108,7 +108,7 @@ impl NominalRuns<'_> {
     }
 
     /// Returns how far the levers of some trials come on one variant.
-    fn peaks(&self, variant: Variant, trials: &[Trial]) -> Result<Vec<Reach>, Error> {
+    fn peaks(&self, variant: Variant, trials: &[LeverTrial]) -> Result<Vec<LeverReach>, Error> {
         let options = BatchOptions {
             stop: variant.model,
             opens_when: variant.opens_when,
@@ -134,7 +134,7 @@ impl NominalRuns<'_> {
     }
 
     /// Returns the excess of one trial by the method asked for.
-    pub(super) fn exact(&self, trial: &Trial) -> Result<Excess, Error> {
+    pub(super) fn exact(&self, trial: &LeverTrial) -> Result<Excess, Error> {
         self.control.check()?;
         let scaled = Signal {
             samples: self
@@ -171,15 +171,15 @@ impl NominalRuns<'_> {
 
 /// A lever that could not be followed counts as one that goes beyond any threshold: nothing that
 /// is not known passes.
-fn reach(peak: f64, coast: Option<f64>, followed: bool) -> Reach {
+fn reach(peak: f64, coast: Option<f64>, followed: bool) -> LeverReach {
     let known = followed && peak.is_finite() && coast.is_none_or(f64::is_finite);
     if known {
-        Reach {
+        LeverReach {
             peak,
             highest: coast.map_or(peak, |coast| coast.max(peak)),
         }
     } else {
-        Reach {
+        LeverReach {
             peak: f64::NEG_INFINITY,
             highest: f64::INFINITY,
         }

@@ -8,7 +8,7 @@
 use super::State;
 use crate::error::Error;
 
-/// How far the lever is from a pass and from a fail at one value of the quantity [rad].
+/// The distance of the lever from a pass and from a fail at one value of the quantity [rad].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Excess {
     /// Above zero the answer is no pass; infinite where the lever could not be followed.
@@ -38,7 +38,7 @@ impl Excess {
     }
 }
 
-/// Which change of the answer is meant.
+/// A kind of change of the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Edge {
     /// Between pass and what is none.
@@ -50,7 +50,7 @@ pub enum Edge {
 /// A value of the quantity at which the answer changes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
-    /// Which change.
+    /// Its kind.
     pub edge: Edge,
     /// The lower end of its bracket, and how far the answer is from its change there.
     pub low: (f64, Excess),
@@ -74,7 +74,7 @@ impl Crossing {
 /// The excess at many values.
 pub type ScanFn<'a> = dyn Fn(&[f64]) -> Result<Vec<Excess>, Error> + 'a;
 
-/// How the answer is asked for.
+/// The ways to ask for the answer.
 pub struct Probe<'a> {
     /// The excess at many values, cheaply: it may differ from the exact one by rounding.
     pub scan: &'a ScanFn<'a>,

@@ -5,10 +5,6 @@ use super::Motion;
 /// Right-hand sides that one step costs.
 pub const STAGES: u64 = 4;
 
-/// Limit of |z| on the imaginary axis up to which the method is stable: |R(z)| ≤ 1 for
-/// z = iωh needs ωh ≤ 2√2.
-pub const STABILITY_LIMIT: f64 = 2.828_427_124_746_190_3;
-
 /// Advances (q, v) from `t` by `step` [s].
 #[inline]
 pub fn step<M: Motion>(motion: &M, t: f64, step: f64, q: f64, v: f64) -> (f64, f64) {
@@ -44,7 +40,7 @@ pub fn amplification(re: f64, im: f64) -> f64 {
 /// `damping_ratio` ξ [-] does not grow: the first ωh at which |R(ωh(−ξ ± i√(1−ξ²)))| = 1 is
 /// passed upwards.
 ///
-/// Without damping it is [`STABILITY_LIMIT`]; a damping ratio of 1 or more gives the limit of
+/// Without damping it is 2√2; a damping ratio of 1 or more gives the limit of
 /// the real axis for its faster rate.
 #[must_use]
 pub fn stability_limit(damping_ratio: f64) -> f64 {

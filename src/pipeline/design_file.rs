@@ -10,6 +10,19 @@ use std::path::Path;
 ///
 /// Whoever reads the bytes from a file need not read more than `limits.settings_bytes` and one.
 ///
+/// # Examples
+///
+/// ```
+/// use latchgate::pipeline::{Limits, design_from_bytes};
+///
+/// let file = b"name = \"stiff\"\n[lever]\npreload_torque_nm = 2.82\n";
+/// let design = design_from_bytes("stiff.toml", file, &Limits::default())?;
+/// assert_eq!(design.lever.preload_torque_nm, 2.82);
+/// let slip = design_from_bytes("slip.toml", b"[lever]\nmas_kg = 1", &Limits::default());
+/// assert!(slip.unwrap_err().to_string().contains("mass_kg"));
+/// # Ok::<(), latchgate::error::Error>(())
+/// ```
+///
 /// # Errors
 ///
 /// [`ErrorKind::LimitExceeded`] beyond the limit, [`ErrorKind::Malformed`] if they are no UTF-8,

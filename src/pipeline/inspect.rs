@@ -89,6 +89,18 @@ pub struct ListedChannel {
 
 /// Lists what a recording holds, and which channel a replay would take with the same settings.
 ///
+/// # Examples
+///
+/// ```
+/// use latchgate::pipeline::{Control, Limits, Request, Source, inspect};
+///
+/// let source = Source::File("signals/burst.csv".into());
+/// let listing = inspect(&source, &Request::default(), &Limits::default(), &Control::default())?;
+/// assert_eq!(listing.replay.channel.as_deref(), Some("acceleration y (g)"));
+/// assert_eq!(listing.channels[0].samples, 5000);
+/// # Ok::<(), latchgate::error::Error>(())
+/// ```
+///
 /// # Errors
 ///
 /// Any [`ErrorKind`] of reading; [`ErrorKind::NoChannel`] where nothing carries numbers;

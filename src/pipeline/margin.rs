@@ -22,6 +22,19 @@ pub struct MarginOutcome {
 
 /// Reads a recording and says how far its verdict is from changing.
 ///
+/// # Examples
+///
+/// ```
+/// use latchgate::pipeline::{Control, Design, Limits, MarginRequest, Source, margin};
+///
+/// let request: MarginRequest = serde_json::from_str(r#"{"members": 0, "points": 50}"#).unwrap();
+/// let source = Source::File("signals/surviving.csv".into());
+/// let (limits, control) = (Limits::default(), Control::unwatched(2));
+/// let outcome = margin(&source, &request, &Design::reference(), &limits, &control)?;
+/// assert!(outcome.document.scale_to_flip.is_some_and(|factor| factor > 1.0));
+/// # Ok::<(), latchgate::error::Error>(())
+/// ```
+///
 /// # Errors
 ///
 /// Those of [`Prepared::open`] and [`Prepared::margin`].

@@ -41,6 +41,23 @@ pub struct Outcome {
 impl Outcome {
     /// Returns the files of the report, names with bytes: page, document and plots, the page
     /// first.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use latchgate::pipeline::{Control, Design, Extras, Limits, Request, Source, judge};
+    ///
+    /// let outcome = judge(
+    ///     &Source::bytes("empty.csv", *b""),
+    ///     &Request::default(),
+    ///     &Design::reference(),
+    ///     Extras::default(),
+    ///     &Limits::default(),
+    ///     &Control::default(),
+    /// );
+    /// let names: Vec<String> = outcome.files().into_iter().map(|(name, _)| name).collect();
+    /// assert_eq!(names[..2], ["report.html", "verdict.json"]);
+    /// ```
     #[must_use]
     pub fn files(&self) -> Vec<(String, Vec<u8>)> {
         report::files(&self.document, self.evidence.as_ref())
@@ -86,6 +103,18 @@ impl Prepared {
     ///
     /// [`Refused`] with any [`ErrorKind`] of reading and conditioning, or of [`Request::check`];
     /// [`ErrorKind::Stopped`] if `control` ends the work.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use latchgate::pipeline::{Control, Limits, Prepared, Request, Source};
+    ///
+    /// let (request, limits, control) = (Request::default(), Limits::default(), Control::default());
+    /// let open = |source: &Source| Prepared::open(source, &request, &limits, &control);
+    /// assert!(open(&Source::File("signals/burst.csv".into())).is_ok());
+    /// let refused = open(&Source::bytes("empty.csv", *b"")).unwrap_err();
+    /// assert!(refused.error.to_string().starts_with("empty.csv: the file is empty"));
+    /// ```
     pub fn open(
         source: &Source,
         request: &Request,
@@ -111,6 +140,22 @@ impl Prepared {
 
     /// Returns the hash that names the report of this recording and `design`: the same question
     /// has the same one, any other another.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use latchgate::pipeline::{Control, Design, Limits, Prepared, Request, Source};
+    ///
+    /// let source = Source::File("signals/burst.csv".into());
+    /// let (limits, control) = (Limits::default(), Control::default());
+    /// let prepared = Prepared::open(&source, &Request::default(), &limits, &control).unwrap();
+    /// let paper = Design::reference();
+    /// let mut heavier = Design::reference();
+    /// heavier.set("lever.mass_kg=0.16")?;
+    /// assert_eq!(prepared.report_id(&paper), prepared.report_id(&paper));
+    /// assert_ne!(prepared.report_id(&paper), prepared.report_id(&heavier));
+    /// # Ok::<(), latchgate::error::Error>(())
+    /// ```
     #[must_use]
     pub fn report_id(&self, design: &Design) -> String {
         self.facts.report_id(design)

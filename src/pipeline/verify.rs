@@ -67,6 +67,18 @@ impl Stored {
     /// Reads a stored verdict, checking that its parts belong together: where this version's
     /// numbers made it, its identity must be that of the question and the hashes in it.
     ///
+    /// # Examples
+    ///
+    /// ```
+    /// use latchgate::pipeline::Stored;
+    ///
+    /// let text = std::fs::read("reports/burst/verdict.json").unwrap();
+    /// let stored = Stored::from_json(&text)?;
+    /// assert_eq!(stored.file(), "burst.csv");
+    /// assert!(Stored::from_json(b"{}").is_err());
+    /// # Ok::<(), latchgate::error::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`ErrorKind::Malformed`] for anything but such a document, those of [`Design::set`] and of

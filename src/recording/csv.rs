@@ -15,6 +15,7 @@ pub(super) mod encoding;
 pub(super) mod header;
 mod layout;
 pub(super) mod number;
+mod records;
 mod rows;
 mod status;
 

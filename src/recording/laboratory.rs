@@ -9,6 +9,7 @@ mod tokens;
 mod words;
 
 use super::Finding;
+use super::words::{Words, word_list};
 use tokens::{Token, instants, tokens};
 use words::{
     AT, BEFORE, BETWEEN, COUNTED, DATA, DENIALS, DOUBTFUL_PHRASES, DOUBTS, FAULTS, FAULTS_ALONE,
@@ -62,16 +63,16 @@ pub(super) fn remark(comment: &str) -> Option<Remark> {
         let from = index.saturating_sub(3);
         tokens[from..*index]
             .iter()
-            .any(|token| token.is_one_of(BEFORE))
+            .any(|token| token.is_one_of(&BEFORE))
             && stretch.is_none_or(|stretch| stretch >= *index)
     });
-    let alone = tokens.len() == 1 && tokens[0].is_one_of(FAULTS_ALONE);
+    let alone = tokens.len() == 1 && tokens[0].is_one_of(&FAULTS_ALONE);
     let misspelt = (0..tokens.len())
-        .any(|index| tokens[index].resembles(OFTEN_MISSPELT) && denial(&tokens, index).is_none());
-    if says(FAULTS)
+        .any(|index| tokens[index].resembles(&OFTEN_MISSPELT) && denial(&tokens, index).is_none());
+    if says(&FAULTS)
         || alone
         || misspelt
-        || has_phrase(&tokens, FAULTY_PHRASES)
+        || has_phrase(&tokens, &FAULTY_PHRASES)
         || denies_what_is_needed(&tokens)
     {
         return Some(Remark::Invalid(first.filter(|_| !points_before)));
@@ -86,14 +87,14 @@ pub(super) fn remark(comment: &str) -> Option<Remark> {
         .any(|(index, _)| *index > 0 && is_number(index - 1));
     let limited = tokens
         .iter()
-        .any(|token| token.is_one_of(LIMITING) || token.is_one_of(BEFORE));
-    if says(GOOD) && (limited || in_stretch) && !instants.is_empty() {
+        .any(|token| token.is_one_of(&LIMITING) || token.is_one_of(&BEFORE));
+    if says(&GOOD) && (limited || in_stretch) && !instants.is_empty() {
         // "valid until 80 ms" against "valid after 10 ms", which spoils the start.
         return Some(Remark::Invalid(
             first.filter(|_| points_before || in_stretch),
         ));
     }
-    if says(DOUBTS) || has_phrase(&tokens, DOUBTFUL_PHRASES) {
+    if says(&DOUBTS) || has_phrase(&tokens, &DOUBTFUL_PHRASES) {
         return Some(Remark::Doubtful(first.filter(|_| !points_before)));
     }
     (!instants.is_empty()).then_some(Remark::Unclear)
@@ -103,7 +104,7 @@ pub(super) fn remark(comment: &str) -> Option<Remark> {
 fn denies_what_is_needed(tokens: &[Token]) -> bool {
     (0..tokens.len()).any(|index| {
         let token = &tokens[index];
-        if ![GOOD, NEEDED, NEEDED_OF_DATA]
+        if ![&GOOD, &NEEDED, &NEEDED_OF_DATA]
             .iter()
             .any(|list| token.is_one_of(list))
         {
@@ -112,19 +113,19 @@ fn denies_what_is_needed(tokens: &[Token]) -> bool {
         let Some(denial) = denial(tokens, index) else {
             return false;
         };
-        if token.is_one_of(GOOD) {
+        if token.is_one_of(&GOOD) {
             return true;
         }
-        if token.is_one_of(NEEDED_OF_DATA) {
+        if token.is_one_of(&NEEDED_OF_DATA) {
             return tokens[..denial]
                 .iter()
-                .rfind(|token| !token.is_one_of(BETWEEN))
-                .is_none_or(|token| token.is_one_of(DATA));
+                .rfind(|token| !token.is_one_of(&BETWEEN))
+                .is_none_or(|token| token.is_one_of(&DATA));
         }
         let next = tokens[index + 1..]
             .iter()
-            .find(|token| !token.is_one_of(BETWEEN));
-        token.is_one_of(NEEDED) && !next.is_some_and(|token| token.is_one_of(MAY_BE_MISSING))
+            .find(|token| !token.is_one_of(&BETWEEN));
+        token.is_one_of(&NEEDED) && !next.is_some_and(|token| token.is_one_of(&MAY_BE_MISSING))
     })
 }
 
@@ -132,23 +133,23 @@ fn denies_what_is_needed(tokens: &[Token]) -> bool {
 /// OF DATA", "USE FIRST 30 MS ONLY".
 fn is_all_there_is(tokens: &[Token], instants: &[(usize, Option<f64>)]) -> bool {
     let only = |token: &Token| token.is_one_of(&["ONLY", "NUR"]);
-    tokens.iter().any(|token| token.is_one_of(OF_SAMPLES))
+    tokens.iter().any(|token| token.is_one_of(&OF_SAMPLES))
         && instants.iter().any(|(index, _)| {
             let before = tokens[..*index]
                 .iter()
-                .rfind(|token| !token.is_one_of(UP_TO) && !matches!(token, Token::Number(_)));
+                .rfind(|token| !token.is_one_of(&UP_TO) && !matches!(token, Token::Number(_)));
             before.is_some_and(only) || tokens.get(index + 2).is_some_and(only)
         })
 }
 
 /// Tells whether words that are harmless one by one stand together as in one of the phrases.
-fn has_phrase(tokens: &[Token], phrases: &[&[&[&str]]]) -> bool {
+fn has_phrase(tokens: &[Token], phrases: &[Vec<Vec<&str>>]) -> bool {
     phrases.iter().any(|phrase| {
         (0..tokens.len()).any(|start| {
             let mut rest = tokens[start..].iter().enumerate();
             let fits = phrase.iter().enumerate().all(|(place, words)| {
                 rest.find(|(_, token)| {
-                    place == 0 || token.is_one_of(words) || !token.is_one_of(BETWEEN)
+                    place == 0 || token.is_one_of(words) || !token.is_one_of(&BETWEEN)
                 })
                 .is_some_and(|(_, token)| token.is_one_of(words))
             });
@@ -162,16 +163,16 @@ fn has_bare_instant(tokens: &[Token]) -> bool {
     (1..tokens.len()).any(|index| {
         let is_number = matches!(tokens[index], Token::Number(_));
         let before = tokens[..index].iter().rfind(|token| {
-            !token.is_one_of(BETWEEN) && !token.is_one_of(&["TIME", "ABOUT", "APPROX", "T"])
+            !token.is_one_of(&BETWEEN) && !token.is_one_of(&["TIME", "ABOUT", "APPROX", "T"])
         });
         let stands_for_one =
-            before.is_some_and(|token| token.is_one_of(AT)) || tokens[index - 1].is_one_of(&["T"]);
+            before.is_some_and(|token| token.is_one_of(&AT)) || tokens[index - 1].is_one_of(&["T"]);
         let after = tokens.get(index + 1);
         let has_unit =
-            after.is_some_and(|token| token.is_one_of(OTHER_UNITS) || token.exponent().is_some());
+            after.is_some_and(|token| token.is_one_of(&OTHER_UNITS) || token.exponent().is_some());
         // "from 60 to 65 ms": the unit stands at the second one.
         let in_stretch = after
-            .is_some_and(|token| matches!(token, Token::Number(_)) || token.is_one_of(STRETCH))
+            .is_some_and(|token| matches!(token, Token::Number(_)) || token.is_one_of(&STRETCH))
             && tokens[index + 1..]
                 .iter()
                 .take(3)
@@ -247,7 +248,7 @@ fn note(comment: &str, instant: Option<f64>) -> Option<Finding> {
         .filter(|token| **token != Token::Break)
         .map(Token::shown)
         .collect();
-    let nothing = NO_COMMENTS.contains(&words.join(" ").as_str());
+    let nothing = words.is_empty() || NO_COMMENTS.contains(&words.join(" ").as_str());
     (!nothing).then(|| Finding {
         at_s: instant,
         ..Finding::info(
@@ -328,20 +329,20 @@ pub(super) fn hold_against_record(
 }
 
 /// What may stand between a denial and what is missing: "NO BUFFER OVERRUN".
-const CARRIED: &[&str] = &["SIGNAL", "CHANNEL", "DATEN", "BUFFER", "SENSOR", "INPUT"];
+static CARRIED: Words = word_list!("validity-carried");
 
 /// Returns the index of the denial of a word: "no", "not" or the like before it.
 fn denial(tokens: &[Token], index: usize) -> Option<usize> {
-    let may_be_missing = tokens[index].is_one_of(MAY_BE_MISSING);
+    let may_be_missing = tokens[index].is_one_of(&MAY_BE_MISSING);
     let at = tokens[..index].iter().rposition(|token| {
-        let passed = token.is_one_of(BETWEEN)
-            || (may_be_missing && (token.is_one_of(CARRIED) || token.is_one_of(COUNTED)));
+        let passed = token.is_one_of(&BETWEEN)
+            || (may_be_missing && (token.is_one_of(&CARRIED) || token.is_one_of(&COUNTED)));
         !passed
     })?;
     // "0 samples dropped"
     let none = matches!(&tokens[at], Token::Number(Some((digits, _))) if digits == "0")
-        && (may_be_missing || tokens[index].is_one_of(COUNTED));
-    (none || tokens[at].is_one_of(DENIALS)).then_some(at)
+        && (may_be_missing || tokens[index].is_one_of(&COUNTED));
+    (none || tokens[at].is_one_of(&DENIALS)).then_some(at)
 }
 
 #[cfg(test)]

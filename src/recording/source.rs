@@ -47,6 +47,16 @@ impl std::fmt::Debug for Memory {
 
 impl Source {
     /// Takes one file from memory.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use latchgate::pipeline::Source;
+    ///
+    /// let source = Source::bytes("crash.csv", *b"t_s,acc_y_g\n0,0\n")
+    ///     .with_card(*b"opens_when = \"negative\"\n");
+    /// assert_eq!(source.name(), "crash.csv");
+    /// ```
     #[must_use]
     pub fn bytes(name: impl Into<String>, bytes: impl Into<Arc<[u8]>>) -> Self {
         let name = name.into();
@@ -55,6 +65,20 @@ impl Source {
 
     /// Takes a set of files from memory. `name` is the one to read, the others lying beside it,
     /// or, where no file bears it, the name of the folder that they form.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use latchgate::pipeline::Source;
+    /// use std::sync::Arc;
+    ///
+    /// let parts: [(&str, Arc<[u8]>); 2] = [
+    ///     ("test.mme", b"Test object 1 :car".as_slice().into()),
+    ///     ("Channel/test.001", b"Channel code :11DOORLE0000ACYA".as_slice().into()),
+    /// ];
+    /// let package = Source::files("test", parts.map(|(name, bytes)| (name.to_string(), bytes)));
+    /// assert_eq!(package.name(), "test");
+    /// ```
     #[must_use]
     pub fn files(
         name: impl Into<String>,

@@ -1,6 +1,6 @@
 //! Many levers on one recording, side by side.
 //!
-//! Lanes in plain flight, which is most of the work, take their Taylor step together; a lane
+//! Lanes in eventless flight, which is most of the work, take their Taylor step together; a lane
 //! that meets an event, turns near its peak or needs more orders takes that one sample by the
 //! scalar kernel. Whether it does depends on the lane alone, so a member's result is the same
 //! whatever its neighbours, however many threads share the work and however wide the machine's
@@ -8,11 +8,11 @@
 //! what impacts make of them: each of the two is within the error that the scalar run states, so
 //! that they differ by twice that at most, and mostly by a tenth of it.
 
+use super::contact_fast::FastContact;
+use super::eventless_step::{LaneState, StepCoefficients, TURN_MAX};
 use super::kernel::Kernel;
-use super::plain::{Coefficients, State, TURN_MAX};
-use super::pressed::Pressed;
 use super::pressed_samples;
-use super::tally::Tally;
+use super::recorder::Recorder;
 use super::taylor::Turned;
 use super::{MOVING_ENERGY_J, RunOptions, check_initial, energy_of};
 use crate::conditioning::Signal;
@@ -225,13 +225,13 @@ struct Group<'a, S: pulp::Simd> {
     ahead: &'a [f64],
     options: &'a BatchOptions,
     lanes: Vec<Lane>,
-    coefficients: Coefficients<Lanes<S>>,
+    coefficients: StepCoefficients<Lanes<S>>,
     /// Recorded acceleration to b with time in sample intervals: factor and offset.
     gain: Lanes<S>,
     offset: Lanes<S>,
-    /// State of the lanes in plain flight; the others' is in their kernel.
-    state: State<Lanes<S>>,
-    /// Lanes in plain flight.
+    /// State of the lanes in eventless flight; the others' is in their kernel.
+    state: LaneState<Lanes<S>>,
+    /// Lanes in eventless flight.
     flying: usize,
     /// Largest angle so far, of judged samples.
     best: Lanes<S>,
@@ -241,7 +241,7 @@ struct Group<'a, S: pulp::Simd> {
 struct Lane {
     member: Member,
     kernel: Kernel,
-    pressed: Option<Pressed>,
+    pressed: Option<FastContact>,
     /// Base acceleration to the model's: scale and bias, with the polarity's sign.
     scale: f64,
     bias: f64,
@@ -261,13 +261,13 @@ impl Lane {
             options.stop,
             options.initial,
             None,
-            Tally::peak_only(),
+            Recorder::peak_only(),
         )
         .without_error_bound();
         let sign = options.opens_when.sign();
         let (scale, bias) = (sign * member.scale, sign * member.bias_m_s2);
         Self {
-            pressed: Pressed::new(&kernel, interval, scale, bias),
+            pressed: FastContact::new(&kernel, interval, scale, bias),
             lift_off: kernel.lift_off_acceleration(),
             member,
             kernel,
@@ -305,7 +305,7 @@ impl Lane {
             }
         };
         let speed = |energy: f64| (2.0 * energy / lever.moment_of_inertia_kg_m2).sqrt();
-        let best = self.kernel.tally.peak.angle;
+        let best = self.kernel.recorder.peak.angle;
         let energy = stored + energy_of(lever, stop, model, angle, velocity);
         let needed = stored + energy_of(lever, stop, model, best, 0.0);
         let gained = self.kernel.gain() * (self.scale.abs() * ahead + self.bias.abs() * left);
@@ -355,20 +355,20 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
                 ..Lane::new(member, interval, options)
             })
             .collect();
-        let scaled: Vec<Option<Coefficients<f64>>> = lanes
+        let scaled: Vec<Option<StepCoefficients<f64>>> = lanes
             .iter()
-            .map(|lane| Coefficients::scaled(lane.kernel.free_branch(), interval))
+            .map(|lane| StepCoefficients::scaled(lane.kernel.free_branch(), interval))
             .collect();
         let gain = |lane: usize| lanes[lane].kernel.gain() * interval * interval;
         let zero = Lanes::splat(simd, 0.0);
         Self {
-            coefficients: Coefficients::gather(|of| {
+            coefficients: StepCoefficients::gather(|of| {
                 // A lane whose samples are too long for its own motion never flies by the vector.
                 Lanes::from_fn(simd, |lane| scaled[lane].as_ref().map_or(f64::NAN, of))
             }),
             gain: Lanes::from_fn(simd, |lane| gain(lane) * lanes[lane].scale),
             offset: Lanes::from_fn(simd, |lane| gain(lane) * lanes[lane].bias),
-            state: State {
+            state: LaneState {
                 angle: zero,
                 slope: zero,
                 sine: zero,
@@ -483,8 +483,8 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             kernel.advance(self.signal.time_s(index), interval, from, to);
         }
         *scalar_samples += 1;
-        if kernel.tally.judging {
-            self.best.set(lane, kernel.tally.peak.angle);
+        if kernel.recorder.judging {
+            self.best.set(lane, kernel.recorder.peak.angle);
         }
         self.load(lane);
     }
@@ -574,7 +574,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             self.store(lane);
             let kernel = &mut self.lanes[lane].kernel;
             let angle = kernel.state().0;
-            kernel.tally.open_window(angle, 0.0, 0.0);
+            kernel.recorder.open_window(angle, 0.0, 0.0);
             self.best.set(lane, angle);
             self.load(lane);
         }
@@ -582,7 +582,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
 
     /// One step of all lanes over a whole sample, and for which of them it stands.
     #[inline(always)]
-    fn step(&self, from: f64, to: f64) -> (State<Lanes<S>>, Mask<S>) {
+    fn step(&self, from: f64, to: f64) -> (LaneState<Lanes<S>>, Mask<S>) {
         let (simd, state, coefficients) = (self.simd, &self.state, &self.coefficients);
         let constant = |value: f64| Lanes::splat(simd, value);
         let b0 = self.gain.fused(constant(from), self.offset);
@@ -615,11 +615,11 @@ fn finish(lane: Lane, end: f64, options: &BatchOptions) -> MemberPeak {
     let Lane {
         member, mut kernel, ..
     } = lane;
-    kernel.tally.close_window(angle, end, 0.0);
+    kernel.recorder.close_window(angle, end, 0.0);
     let peak = if kernel.stuck {
         f64::NAN
     } else {
-        kernel.tally.peak.angle
+        kernel.recorder.peak.angle
     };
     let energy = energy_of(&member.lever, &member.stop, options.stop, angle, velocity);
     let coasts =
@@ -636,10 +636,10 @@ fn finish(lane: Lane, end: f64, options: &BatchOptions) -> MemberPeak {
 #[inline(always)]
 fn chosen<S: pulp::Simd>(
     which: Mask<S>,
-    yes: &State<Lanes<S>>,
-    no: &State<Lanes<S>>,
-) -> State<Lanes<S>> {
-    State {
+    yes: &LaneState<Lanes<S>>,
+    no: &LaneState<Lanes<S>>,
+) -> LaneState<Lanes<S>> {
+    LaneState {
         angle: which.choose(yes.angle, no.angle),
         slope: which.choose(yes.slope, no.slope),
         sine: which.choose(yes.sine, no.sine),

@@ -36,7 +36,7 @@ pub(super) trait Forcing {
 
 /// A straight line between two samples.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Line {
+pub(super) struct LinearForcing {
     /// Time of its start [s].
     pub(super) time: f64,
     /// Its length [s].
@@ -47,7 +47,7 @@ pub(super) struct Line {
     pub(super) slope: f64,
 }
 
-impl Forcing for Line {
+impl Forcing for LinearForcing {
     const LONG: bool = false;
 
     type Series = [f64; 2];

@@ -2,7 +2,7 @@
 
 use super::forcing::Sine;
 use super::kernel::Kernel;
-use super::tally::Tally;
+use super::recorder::Recorder;
 use super::tangent::Tangent;
 use super::{Outcome, RunOptions};
 use crate::error::{Error, ErrorKind};
@@ -67,7 +67,7 @@ pub(super) fn run(
     design: &Design,
     options: &RunOptions,
 ) -> Outcome {
-    pulp::Arch::new().dispatch(Drive {
+    pulp::Arch::new().dispatch(HarmonicRun {
         excitation,
         end,
         design,
@@ -76,14 +76,14 @@ pub(super) fn run(
 }
 
 /// The run, compiled for what the machine has.
-struct Drive<'a> {
+struct HarmonicRun<'a> {
     excitation: &'a Harmonic,
     end: f64,
     design: &'a Design,
     options: &'a RunOptions,
 }
 
-impl pulp::WithSimd for Drive<'_> {
+impl pulp::WithSimd for HarmonicRun<'_> {
     type Output = Outcome;
 
     #[inline(always)]
@@ -91,11 +91,11 @@ impl pulp::WithSimd for Drive<'_> {
         let mut kernel = super::begin(0.0, self.design, self.options);
         let quarters = Quarters::new(self.excitation, &kernel);
         if self.options.trace {
-            kernel.tally.trace_gap_s = quarters.length / TRACE_POINTS_PER_QUARTER;
+            kernel.recorder.trace_gap_s = quarters.length / TRACE_POINTS_PER_QUARTER;
         }
         let error = kernel.angle_error();
         let angle = kernel.state().0;
-        kernel.tally.open_window(angle, 0.0, error);
+        kernel.recorder.open_window(angle, 0.0, error);
         let mut index = 0;
         while quarters.start_s(index) < self.end && !kernel.stuck {
             kernel.advance_sine(&quarters.piece(index, self.end));
@@ -184,7 +184,7 @@ impl Strobe {
         initial: Option<(f64, f64)>,
     ) -> Result<Self, Error> {
         check(stop, excitation, initial)?;
-        let kernel = Kernel::new(design, stop, initial, None, Tally::peak_only())
+        let kernel = Kernel::new(design, stop, initial, None, Recorder::peak_only())
             .for_ever()
             .without_error_bound();
         Ok(Self {
@@ -197,11 +197,6 @@ impl Strobe {
     #[must_use]
     pub fn state(&self) -> (f64, f64) {
         self.kernel.state()
-    }
-
-    /// Changes the excitation and keeps the state: a sweep carries the lever along.
-    pub fn excite(&mut self, excitation: &Harmonic) {
-        self.quarters = Quarters::new(excitation, &self.kernel);
     }
 
     /// Follows derivatives from here on; see [`Self::map`].
@@ -237,8 +232,8 @@ impl pulp::WithSimd for Period<'_> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) -> Self::Output {
         let Strobe { kernel, quarters } = self.strobe;
-        let (impacts_before, rests_before) = (kernel.tally.impacts, kernel.rests);
-        kernel.tally.open_window(kernel.state().0, 0.0, 0.0);
+        let (impacts_before, rests_before) = (kernel.recorder.impacts, kernel.rests);
+        kernel.recorder.open_window(kernel.state().0, 0.0, 0.0);
         for index in 0..4 {
             kernel.advance_sine(&quarters.piece(index, f64::INFINITY));
         }
@@ -246,8 +241,8 @@ impl pulp::WithSimd for Period<'_> {
         (!kernel.stuck).then(|| Section {
             angle_rad,
             velocity_rad_s,
-            peak_angle_rad: kernel.tally.peak.angle.max(angle_rad),
-            impacts: kernel.tally.impacts - impacts_before,
+            peak_angle_rad: kernel.recorder.peak.angle.max(angle_rad),
+            impacts: kernel.recorder.impacts - impacts_before,
             rested: kernel.rests > rests_before,
         })
     }

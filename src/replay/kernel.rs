@@ -7,10 +7,10 @@
 //! ends at its accumulation time.
 
 use super::Work;
-use super::forcing::{Forcing, Line, SINE_ORDER, Sine};
+use super::forcing::{Forcing, LinearForcing, SINE_ORDER, Sine};
+use super::recorder::{COUNTED_SPEED, Peak, Recorder};
 use super::sensitivity::{Map, Sensitivity, Smooth, Smooths};
-use super::tally::{COUNTED_SPEED, Peak, Tally};
-use super::tangent::{Step, Tangent};
+use super::tangent::{Tangent, TangentStep};
 use super::taylor::{Branch, Series, Start, Tolerance, Turned};
 use crate::model::design::Design;
 use crate::model::lever::Lever;
@@ -92,7 +92,7 @@ pub(super) struct Kernel {
     pub(super) tangent: Option<Tangent>,
     /// Times the lever has come to rest on the rigid stop.
     pub(super) rests: u64,
-    pub(super) tally: Tally,
+    pub(super) recorder: Recorder,
     pub(super) work: Work,
     /// Longest step in flight and in contact [s].
     step_max: (f64, f64),
@@ -109,9 +109,16 @@ impl Kernel {
         stop: StopModel,
         initial: Option<(f64, f64)>,
         tolerance: Option<f64>,
-        tally: Tally,
+        recorder: Recorder,
     ) -> Self {
-        Self::of_parts(&design.lever, &design.stop, stop, initial, tolerance, tally)
+        Self::of_parts(
+            &design.lever,
+            &design.stop,
+            stop,
+            initial,
+            tolerance,
+            recorder,
+        )
     }
 
     /// The same of a lever and its stop.
@@ -121,7 +128,7 @@ impl Kernel {
         stop: StopModel,
         initial: Option<(f64, f64)>,
         tolerance: Option<f64>,
-        tally: Tally,
+        recorder: Recorder,
     ) -> Self {
         let inertia = lever.moment_of_inertia_kg_m2;
         let pressing = lever.preload_torque_nm / inertia;
@@ -161,7 +168,7 @@ impl Kernel {
             sensitivity: Sensitivity::default(),
             tangent: None,
             rests: 0,
-            tally,
+            recorder,
             work: Work::default(),
             step_max: (f64::INFINITY, f64::INFINITY),
             steps_max: STEPS_MAX.0,
@@ -297,7 +304,7 @@ impl Kernel {
     /// the base acceleration going linearly from `from` to `to` [m/s², model sign].
     pub(super) fn advance(&mut self, time: f64, length: f64, from: f64, to: f64) {
         let excitation = self.gain * from;
-        self.pass::<_, FLIGHT_ORDER>(&Line {
+        self.pass::<_, FLIGHT_ORDER>(&LinearForcing {
             time,
             length,
             excitation,
@@ -332,7 +339,7 @@ impl Kernel {
             self.stuck = true;
         }
         let end = stretch.time() + stretch.length();
-        self.tally.point(end, self.angle, self.velocity);
+        self.recorder.point(end, self.angle, self.velocity);
     }
 
     /// Rest on the rigid stop: leaves where the net torque changes sign. Returns the local
@@ -357,8 +364,8 @@ impl Kernel {
         self.sensitivity.reset();
         self.rest_tangent();
         self.work.events += 1;
-        self.tally.release(stretch.time() + local);
-        self.tally.point(stretch.time() + local, 0.0, 0.0);
+        self.recorder.release(stretch.time() + local);
+        self.recorder.point(stretch.time() + local, 0.0, 0.0);
     }
 
     /// Flight to the end of the sample, the end of the series' reach, or the stop.
@@ -427,7 +434,7 @@ impl Kernel {
             return stretch.length();
         }
         let reached = (local + part * step).min(stretch.length());
-        self.tally
+        self.recorder
             .point(stretch.time() + reached, self.angle, self.velocity);
         reached
     }
@@ -470,7 +477,7 @@ impl Kernel {
             &self.free
         };
         let (damping, pressing) = (branch.damping, branch.pressing);
-        self.tally
+        self.recorder
             .stretch(series, part, stretch.time() + local, step, || {
                 self.sensitivity.apply(damping, pressing);
                 // A peak in the first step from rest has no error but the step's own, and
@@ -486,7 +493,7 @@ impl Kernel {
                 )
             });
         if let Some(tangent) = &mut self.tangent {
-            tangent.smooth(&Step {
+            tangent.smooth(&TangentStep {
                 branch,
                 angle: series.coefficients(),
                 excitation: stretch.series(local, step).as_ref(),
@@ -582,8 +589,8 @@ impl Kernel {
         let time = stretch.time() + local;
         self.settle_error();
         self.work.events += 1;
-        self.tally.impact(time, before);
-        self.tally.point(time, 0.0, before);
+        self.recorder.impact(time, before);
+        self.recorder.point(time, 0.0, before);
         let pressed = self.free.pressing + stretch.at(local);
         match self.stop {
             StopModel::Soft => {
@@ -609,7 +616,7 @@ impl Kernel {
                     self.event_tangent(&map);
                     self.velocity = after;
                     self.phase = Phase::Flight;
-                    self.tally.point(time, 0.0, after);
+                    self.recorder.point(time, 0.0, after);
                 }
             }
         }
@@ -659,16 +666,16 @@ impl Kernel {
         {
             return None;
         }
-        if self.tally.judging {
+        if self.recorder.judging {
             let height = speed * speed / (2.0 * pressed);
             let error = self.angle_error();
-            self.tally
+            self.recorder
                 .peak
                 .offer(height, stretch.time() + local + speed / pressed, error);
         }
         self.work.events += 1;
         let end = local + time;
-        self.tally.point(stretch.time() + end, 0.0, 0.0);
+        self.recorder.point(stretch.time() + end, 0.0, 0.0);
         self.rest_or_leave(self.free.pressing + stretch.at(end));
         Some(end)
     }
@@ -687,7 +694,7 @@ impl Kernel {
     fn contact<F: Forcing>(&mut self, stretch: &F, local: f64) -> f64 {
         if self.angle >= 0.0 && self.leaves(stretch, local) {
             self.phase = Phase::Flight;
-            self.tally.release(stretch.time() + local);
+            self.recorder.release(stretch.time() + local);
             return local;
         }
         let step = (stretch.length() - local)
@@ -726,9 +733,9 @@ impl Kernel {
                 self.velocity * step,
             );
             self.phase = Phase::Flight;
-            self.tally.release(stretch.time() + reached);
+            self.recorder.release(stretch.time() + reached);
         }
-        self.tally
+        self.recorder
             .point(stretch.time() + reached, self.angle, self.velocity);
         reached
     }
@@ -771,13 +778,13 @@ impl Kernel {
         /// Stretches after which a coast is given up: an undamped lever between perfect stops
         /// has passed its highest point long before.
         const STRETCHES_MAX: u32 = 200_000;
-        self.tally.trace = None;
+        self.recorder.trace = None;
         let error = self.angle_error();
-        self.tally.open_window(self.angle, time, error);
+        self.recorder.open_window(self.angle, time, error);
         let mut now = time;
         for _ in 0..STRETCHES_MAX {
-            if self.phase == Phase::Dwell || self.cannot_rise_above(self.tally.peak.angle) {
-                return Some(self.tally.peak);
+            if self.phase == Phase::Dwell || self.cannot_rise_above(self.recorder.peak.angle) {
+                return Some(self.recorder.peak);
             }
             self.advance(now, STRETCH, 0.0, 0.0);
             now += STRETCH;

@@ -22,7 +22,7 @@ mod rk4;
 mod rk4_located;
 
 use super::kernel::Kernel;
-use super::tally::Tally;
+use super::recorder::Recorder;
 use super::{
     MOVING_ENERGY_J, Method, Outcome, Run, RunOptions, TracePoint, Work, energy_j, finite,
 };
@@ -264,8 +264,8 @@ fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f
             StopModel::Rigid => (angle.max(0.0), velocity),
             StopModel::Soft => (angle, velocity),
         };
-        let tally = Tally::new(problem.design.criterion.threshold_rad, false);
-        Kernel::new(problem.design, problem.stop, Some(start), None, tally).coast(problem.end_s)
+        let recorder = Recorder::new(problem.design.criterion.threshold_rad, false);
+        Kernel::new(problem.design, problem.stop, Some(start), None, recorder).coast(problem.end_s)
     } else {
         None
     };

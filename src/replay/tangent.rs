@@ -29,7 +29,7 @@ const SMALL: f64 = 1e-18;
 pub(super) struct Tangent(pub(super) [[f64; 2]; COLUMNS]);
 
 /// A step of smooth motion.
-pub(super) struct Step<'a> {
+pub(super) struct TangentStep<'a> {
     pub(super) branch: &'a Branch,
     /// The angle in powers of the time over the step [rad].
     pub(super) angle: &'a [f64],
@@ -52,7 +52,7 @@ impl Tangent {
     /// that by the strength of b has −b cos u on top.
     ///
     /// The series end where three terms after one another no longer count.
-    pub(super) fn smooth(&mut self, of: &Step<'_>) {
+    pub(super) fn smooth(&mut self, of: &TangentStep<'_>) {
         let square = of.step * of.step;
         let damping = of.branch.damping * of.step;
         let mut slope = [0.0; ORDER];

@@ -2,6 +2,10 @@
 //!
 //! The page needs no script and fetches nothing. The verdict stands first, then what it rests
 //! on; findings that block an answer come before everything else.
+//!
+//! `card` is the head of the page, `results` what the runs say, `ensemble` the scattered levers,
+//! `sources` what all rests on; `margin` is the page of margins. `markup` escapes every text,
+//! `sheet` is the style.
 
 mod card;
 mod ensemble;

@@ -7,13 +7,14 @@ use crate::model::Design;
 use crate::recording::Finding;
 use crate::request::MarginRequest;
 use crate::verdict::Answer;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// margin.json, key by key.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MarginDocument {
     /// `latchgate.margin/1`.
-    pub schema: &'static str,
+    pub schema: Cow<'static, str>,
     /// The verdict on the recording as it is.
     pub verdict: Answer,
     /// The threshold [rad].
@@ -27,21 +28,21 @@ pub struct MarginDocument {
     /// Its bracket.
     pub scale_to_flip_bracket: Option<(f64, f64)>,
     /// Why there is none.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale_to_flip_reason: Option<String>,
     /// Preload torque at which the answer changes [N m].
     pub least_preload_torque_nm: Option<f64>,
     /// Its bracket [N m].
     pub least_preload_torque_nm_bracket: Option<(f64, f64)>,
     /// Why there is none.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least_preload_torque_nm_reason: Option<String>,
     /// Unbalance m·L at which the answer changes [kg m].
     pub greatest_unbalance_kg_m: Option<f64>,
     /// Its bracket [kg m].
     pub greatest_unbalance_kg_m_bracket: Option<(f64, f64)>,
     /// Why there is none.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub greatest_unbalance_kg_m_reason: Option<String>,
     /// Counterweight at which the answer changes.
     pub counterweight: Counterweight,
@@ -50,7 +51,7 @@ pub struct MarginDocument {
     /// Its bracket [-].
     pub restitution_bracket: Option<(f64, f64)>,
     /// Why there is none.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub restitution_reason: Option<String>,
     /// Every change of the nominal runs' answer.
     pub boundaries: Vec<Boundary>,
@@ -77,7 +78,7 @@ pub struct MarginDocument {
 }
 
 /// A mass on the far side of the pivot.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Counterweight {
     /// The mass [kg]; `None` if none changes the answer.
     pub mass_kg: Option<f64>,
@@ -90,7 +91,7 @@ pub struct Counterweight {
     /// Moment of inertia then [kg m²].
     pub moment_of_inertia_kg_m2: Option<f64>,
     /// Why there is no mass.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
 }
 
@@ -140,7 +141,7 @@ impl MarginDocument {
             .lever
         });
         Self {
-            schema: "latchgate.margin/1",
+            schema: "latchgate.margin/1".into(),
             verdict: context.verdict,
             threshold_rad: design.criterion.threshold_rad,
             basis: margins.basis,

@@ -3,6 +3,11 @@
 //! Colours are classes. Inline they take the page's CSS variables, so one drawing serves light,
 //! dark and print; alone the drawing carries its own colours for light and dark. Paths keep
 //! hundredths of a unit, and long signals keep every extremum (see [`thin`]).
+//!
+//! Of reports: `acceleration`, `angle`, `spread`, `drivers`, `phase`, `spectrogram` and `spectra`;
+//! of margins: `margin`; of studies: the folder `study`. All stand in a `frame` with its `axis` on a
+//! `canvas`; `heat` and `raster` make pictures of cells and points, `thin` shortens curves, `style`
+//! holds colours and rules.
 
 mod acceleration;
 mod angle;

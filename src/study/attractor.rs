@@ -1,12 +1,12 @@
 //! What a lever does for good at one amplitude, or over a few close by: its period, or the largest
 //! Lyapunov exponent; and what a fixed-step method makes of the same motion.
 
-use super::Headline;
-use super::orbit::{self, Growth, Orbit, Rig, State, Stretch};
+use super::orbit::{self, ForcedLever, Growth, GrowthSegment, Orbit, PhasePoint};
+use super::{Figures, Headline};
 use crate::error::Error;
 use crate::model::excitation::Harmonic;
 use crate::parallel::Control;
-use crate::replay::fan::{self, Ending, Ride};
+use crate::replay::strobe_batch::{self, Ending, HarmonicStart};
 use crate::replay::{self, Method, RunOptions, Section};
 use crate::units::OpensWhen;
 use serde::Serialize;
@@ -16,7 +16,7 @@ use serde::Serialize;
 pub struct Options {
     /// Lever, stop, frequency.
     #[serde(flatten)]
-    pub rig: Rig,
+    pub forced: ForcedLever,
     /// Least and largest amplitude [g]; the same for one.
     #[serde(rename = "amplitude_g")]
     pub amplitudes_g: (f64, f64),
@@ -27,7 +27,7 @@ pub struct Options {
     /// Periods kept at each.
     pub periods: u32,
     /// Initial state; `None` for rest.
-    pub initial: Option<State>,
+    pub initial: Option<PhasePoint>,
     /// Steps per period of the excitation of the fixed-step method to compare with.
     #[serde(rename = "compare_steps")]
     pub compared_steps: Option<u32>,
@@ -114,7 +114,7 @@ struct Seen {
     period: Option<u32>,
     /// How differences grow along what looks like a period.
     growth: Option<Growth>,
-    compared: Vec<State>,
+    compared: Vec<PhasePoint>,
     /// Whether nobody stopped the fixed-step method.
     whole: bool,
 }
@@ -167,7 +167,7 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Attractor, Error>
     } else if let Some(only) = seen.first_mut() {
         if let (Some(period), Some(last)) = (only.period, only.sections.last()) {
             let start = state(last);
-            answer.orbit = orbit::find(&options.rig, only.amplitude_g, period, start);
+            answer.orbit = orbit::find(&options.forced, only.amplitude_g, period, start);
             answer.superstable = answer
                 .orbit
                 .as_ref()
@@ -187,13 +187,13 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Attractor, Error>
 /// Periods of one trajectory that a search for its period takes.
 const FOLLOWED: u32 = 3_000;
 
-fn state(section: &Section) -> State {
+fn state(section: &Section) -> PhasePoint {
     (section.angle_rad, section.velocity_rad_s)
 }
 
 /// Sections at one amplitude.
 fn alone(options: &Options, amplitude_g: f64) -> Result<Vec<Section>, Error> {
-    let mut strobe = options.rig.strobe(amplitude_g, options.initial)?;
+    let mut strobe = options.forced.strobe(amplitude_g, options.initial)?;
     let wanted = options.periods.min(FOLLOWED) as usize;
     let mut sections = Vec::with_capacity(wanted);
     let followed = (0..options.transient).all(|_| strobe.advance().is_some());
@@ -213,16 +213,16 @@ fn together(
     amplitude: &(impl Fn(usize) -> f64 + Sync),
     control: &Control<'_>,
 ) -> Result<Vec<Vec<Section>>, Error> {
-    let ride = |index: usize| Ride {
+    let start = |index: usize| HarmonicStart {
         initial: options.initial,
-        amplitude_m_s2: options.rig.sine(amplitude(index)).amplitude_m_s2,
+        amplitude_m_s2: options.forced.sine(amplitude(index)).amplitude_m_s2,
     };
     let watch = |done: usize| (control.proceed)(Some(done as f64 / count as f64));
-    let followed = fan::follow(
-        &options.rig.design,
+    let followed = strobe_batch::follow(
+        &options.forced.design,
         count,
-        &ride,
-        &options.rig.fan(
+        &start,
+        &options.forced.batch(
             options.transient + options.periods,
             options.periods,
             false,
@@ -254,12 +254,16 @@ fn see(
         .map_or(Ok((Vec::new(), true)), |steps| {
             compare(options, amplitude_g, steps, control)
         })?;
-    let apparent = orbit::period_of(&options.rig, &sections, SAME);
+    let apparent = orbit::period_of(&options.forced, &sections, SAME);
     // A period that rounding has made is none.
     let growth = match (apparent, sections.last()) {
-        (Some(period), Some(last)) => {
-            orbit::difference_growth(&options.rig, amplitude_g, Some(state(last)), 0, 2 * period)?
-        }
+        (Some(period), Some(last)) => orbit::difference_growth(
+            &options.forced,
+            amplitude_g,
+            Some(state(last)),
+            0,
+            2 * period,
+        )?,
         _ => None,
     };
     Ok(Seen {
@@ -273,13 +277,13 @@ fn see(
 }
 
 /// Trajectories that start next to `state`, one after the other.
-fn beside(options: &Options, state: State, index: usize) -> State {
+fn beside(options: &Options, state: PhasePoint, index: usize) -> PhasePoint {
     /// How far apart [rad].
     const APART: f64 = 1e-6;
     let away = APART * (index + 1) as f64;
     (
         state.0.abs() + away,
-        state.1 + away * options.rig.angular_frequency_rad_s,
+        state.1 + away * options.forced.angular_frequency_rad_s,
     )
 }
 
@@ -297,10 +301,10 @@ fn measured(
     let Some(last) = seen.sections.last().map(state) else {
         return Ok((None, true));
     };
-    let stretches: Vec<Stretch> = control
+    let stretches: Vec<GrowthSegment> = control
         .map(TRAJECTORIES, |index| {
             orbit::stretch(
-                &options.rig,
+                &options.forced,
                 seen.amplitude_g,
                 Some(beside(options, last, index)),
                 APART_AFTER,
@@ -329,18 +333,18 @@ fn more(options: &Options, seen: &mut Seen, control: &Control<'_>) -> Result<boo
     }
     let each = missing.div_ceil(TRAJECTORIES);
     let count = missing.div_ceil(each) as usize;
-    let ride = |index: usize| Ride {
+    let start = |index: usize| HarmonicStart {
         initial: Some(beside(options, last, index)),
-        amplitude_m_s2: options.rig.sine(seen.amplitude_g).amplitude_m_s2,
+        amplitude_m_s2: options.forced.sine(seen.amplitude_g).amplitude_m_s2,
     };
     let watch = |done: usize| (control.proceed)(Some(done as f64 / count as f64));
-    let followed = fan::follow(
-        &options.rig.design,
+    let followed = strobe_batch::follow(
+        &options.forced.design,
         count,
-        &ride,
+        &start,
         &options
-            .rig
-            .fan(APART_AFTER + each, each, false, control.threads),
+            .forced
+            .batch(APART_AFTER + each, each, false, control.threads),
         &|_, _, _| false,
         Some(&watch),
     )?;
@@ -363,10 +367,10 @@ fn compare(
     amplitude_g: f64,
     steps: u32,
     control: &Control<'_>,
-) -> Result<(Vec<State>, bool), Error> {
-    let rig = &options.rig;
-    let period = std::f64::consts::TAU / rig.angular_frequency_rad_s;
-    let excitation: Harmonic = rig.sine(amplitude_g);
+) -> Result<(Vec<PhasePoint>, bool), Error> {
+    let forced = &options.forced;
+    let period = std::f64::consts::TAU / forced.angular_frequency_rad_s;
+    let excitation: Harmonic = forced.sine(amplitude_g);
     let mut run = RunOptions {
         method: Method::Rk4 {
             steps_per_period: steps,
@@ -374,7 +378,7 @@ fn compare(
         step_s: Some(period / f64::from(steps)),
         initial: options.initial,
         error_bound: false,
-        ..RunOptions::new(rig.stop, OpensWhen::Negative)
+        ..RunOptions::new(forced.stop, OpensWhen::Negative)
     };
     let mut states = Vec::new();
     let last = options.transient + options.periods;
@@ -384,12 +388,12 @@ fn compare(
         {
             return Ok((states, false));
         }
-        let outcome = replay::run_harmonic(&excitation, period, &rig.design, &run)?;
+        let outcome = replay::run_harmonic(&excitation, period, &forced.design, &run)?;
         let state = (
             outcome.run.final_angle_rad,
             outcome.run.final_velocity_rad_s,
         );
-        let state = if rig.stop == crate::model::stop::StopModel::Rigid {
+        let state = if forced.stop == crate::model::stop::StopModel::Rigid {
             (state.0.max(0.0), state.1)
         } else {
             state
@@ -451,120 +455,101 @@ impl Attractor {
     /// Returns what to take away.
     #[must_use]
     pub fn headlines(&self) -> Vec<Headline> {
-        let rig = &self.options.rig;
+        let forced = &self.options.forced;
         let (low, high) = self.options.amplitudes_g;
         let subject = if self.options.amplitudes() > 1 {
             format!(
                 "A = {low} to {high} g, ω = {} rad/s",
-                rig.angular_frequency_rad_s
+                forced.angular_frequency_rad_s
             )
         } else {
-            format!("A = {low} g, ω = {} rad/s", rig.angular_frequency_rad_s)
+            format!("A = {low} g, ω = {} rad/s", forced.angular_frequency_rad_s)
         };
-        let mut lines = Vec::new();
-        let mut say = |what: &str, value: Option<f64>| {
-            lines.push(Headline {
-                digits: Headline::DIGITS,
-                subject: subject.clone(),
-                model: Some(rig.stop),
-                what: what.into(),
-                value,
-            });
-        };
+        let mut figures = Figures::of(subject, forced.stop);
         if let Some(statistics) = &self.statistics {
-            say(
-                "mean angle of the sections [rad]",
-                Some(statistics.angle_rad.mean),
-            );
-            say(
-                "its standard error [rad]",
-                Some(statistics.angle_rad.standard_error),
-            );
-            say(
-                "mean angular velocity [rad/s]",
-                Some(statistics.angular_velocity_rad_s.mean),
-            );
-            say(
-                "its standard error [rad/s]",
-                Some(statistics.angular_velocity_rad_s.standard_error),
-            );
-            say(
-                "share of sections beyond 1 rad [-]",
-                Some(statistics.share_beyond_1_rad.mean),
-            );
-            say(
-                "its standard error [-]",
-                Some(statistics.share_beyond_1_rad.standard_error),
-            );
-            say(
-                "amplitudes with a period [-]",
-                Some(f64::from(statistics.periodic)),
-            );
-            return lines;
+            statistics.say(&mut figures);
+            return figures.lines;
         }
         let period = self.periods.first().and_then(|(_, period)| *period);
-        say("period [periods of the excitation]", period.map(f64::from));
+        figures.say("period [periods of the excitation]", period.map(f64::from));
         if let Some(orbit) = &self.orbit {
-            say(
-                "largest modulus of its multipliers [-]",
-                Some(orbit.spectral_radius()),
-            );
-            say("largest angle [rad]", Some(orbit.peak_angle_rad));
+            let modulus = orbit.spectral_radius();
+            figures.say("largest modulus of its multipliers [-]", modulus);
+            figures.say("largest angle [rad]", orbit.peak_angle_rad);
         }
         if let Some(growth) = &self.growth {
             if period.is_none() {
-                let exponent = growth.lyapunov();
-                say("largest Lyapunov exponent per period [-]", exponent);
-                if exponent.is_some() {
-                    say("its standard error [-]", Some(growth.standard_error));
-                } else {
-                    say(
-                        "share of periods with a rest [-]",
-                        Some(f64::from(growth.rests) / f64::from(growth.periods)),
-                    );
-                    say(
-                        "decades by which differences shrink at most [-]",
-                        Some(growth.shrunk_max),
-                    );
-                }
-                if let Some(returned) = growth.returned {
-                    say(
-                        "periods after which the digits repeat, by rounding [-]",
-                        Some(f64::from(returned)),
-                    );
-                }
+                say_growth(&mut figures, growth);
             }
-            say(
+            figures.say(
                 "decades by which rounding grows at most [-]",
-                Some(growth.decades_max),
+                growth.decades_max,
             );
         }
         if self.options.compared_steps.is_some() {
-            let compared: Vec<State> = self
+            let compared: Vec<PhasePoint> = self
                 .rows
                 .iter()
                 .filter(|row| row.method == "rk4")
                 .map(|row| (row.angle_rad, row.angular_velocity_rad_s))
                 .collect();
-            say(
+            figures.say(
                 "rk4: distinct points of its section, 1e-6 rad apart [-]",
-                Some(distinct(rig, &compared, 1e-6) as f64),
+                distinct(forced, &compared, 1e-6) as f64,
             );
         }
-        lines
+        figures.lines
+    }
+}
+
+impl Statistics {
+    fn say(&self, figures: &mut Figures) {
+        let (angle, velocity) = (self.angle_rad, self.angular_velocity_rad_s);
+        let beyond = self.share_beyond_1_rad;
+        figures.say("mean angle of the sections [rad]", angle.mean);
+        figures.say("its standard error [rad]", angle.standard_error);
+        figures.say("mean angular velocity [rad/s]", velocity.mean);
+        figures.say("its standard error [rad/s]", velocity.standard_error);
+        figures.say("share of sections beyond 1 rad [-]", beyond.mean);
+        figures.say("its standard error [-]", beyond.standard_error);
+        figures.say("amplitudes with a period [-]", f64::from(self.periodic));
+    }
+}
+
+/// Says how small differences grow in a motion without a period.
+fn say_growth(figures: &mut Figures, growth: &Growth) {
+    let exponent = growth.lyapunov();
+    figures.say("largest Lyapunov exponent per period [-]", exponent);
+    if exponent.is_some() {
+        figures.say("its standard error [-]", growth.standard_error);
+    } else {
+        figures.say(
+            "share of periods with a rest [-]",
+            f64::from(growth.rests) / f64::from(growth.periods),
+        );
+        figures.say(
+            "decades by which differences shrink at most [-]",
+            growth.shrunk_max,
+        );
+    }
+    if let Some(returned) = growth.returned {
+        figures.say(
+            "periods after which the digits repeat, by rounding [-]",
+            f64::from(returned),
+        );
     }
 }
 
 /// Returns how many of `states` are further than `apart` [rad] from all before them.
-fn distinct(rig: &Rig, states: &[State], apart: f64) -> usize {
-    let mut kept: Vec<State> = Vec::new();
+fn distinct(forced: &ForcedLever, states: &[PhasePoint], apart: f64) -> usize {
+    let mut kept: Vec<PhasePoint> = Vec::new();
     for state in states {
         if kept.len() >= 5000 {
             break;
         }
         if kept
             .iter()
-            .all(|other| rig.distance(*state, *other) > apart)
+            .all(|other| forced.distance(*state, *other) > apart)
         {
             kept.push(*state);
         }

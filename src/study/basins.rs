@@ -6,11 +6,11 @@
 //! that does neither is followed to the end and may add an attractor.
 
 use super::Headline;
-use super::orbit::{self, Orbit, Rig, State};
+use super::orbit::{self, ForcedLever, Orbit, PhasePoint};
 use crate::error::Error;
 use crate::model::stop::StopModel;
 use crate::parallel::Control;
-use crate::replay::fan::{self, Ending, Ride};
+use crate::replay::strobe_batch::{self, Ending, HarmonicStart};
 use crate::replay::{Section, Strobe};
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct Options {
     /// Lever, stop, frequency.
     #[serde(flatten)]
-    pub rig: Rig,
+    pub forced: ForcedLever,
     /// Amplitude [g].
     pub amplitude_g: f64,
     /// Least and largest initial angle [rad].
@@ -43,7 +43,7 @@ pub struct Attractor {
     /// Period, in periods of the excitation; 0 for one that is not periodic.
     pub period: u32,
     /// State at the start of each period: angle [rad], angular velocity [rad/s].
-    pub points: Vec<State>,
+    pub points: Vec<PhasePoint>,
     /// Largest angle [rad].
     pub peak_angle_rad: f64,
     /// Share of the cells [-]; `None` where the work was stopped before all were known.
@@ -61,17 +61,17 @@ pub struct Attractor {
 
 impl Attractor {
     /// Distance of a state from one of the points [rad].
-    fn distance(&self, rig: &Rig, index: usize, state: State) -> f64 {
+    fn distance(&self, forced: &ForcedLever, index: usize, state: PhasePoint) -> f64 {
         let point = self.points[index];
         let x = state.0 - point.0;
-        let y = (state.1 - point.1) / rig.angular_frequency_rad_s;
+        let y = (state.1 - point.1) / forced.angular_frequency_rad_s;
         let [[a, b], [c, d]] = self.measures[index];
         libm::hypot(a * x + b * y, c * x + d * y)
     }
 
-    fn near(&self, rig: &Rig, state: State) -> bool {
+    fn near(&self, forced: &ForcedLever, state: PhasePoint) -> bool {
         (0..self.points.len())
-            .any(|index| self.distance(rig, index, state) <= self.capture_radius_rad)
+            .any(|index| self.distance(forced, index, state) <= self.capture_radius_rad)
     }
 }
 
@@ -126,14 +126,14 @@ const PERIOD_MAX: usize = 32;
 
 /// Where a lever has come to.
 #[derive(Debug, Clone, PartialEq)]
-enum End {
+enum FinalMotion {
     Rest,
-    Orbit(Vec<State>, f64),
+    Orbit(Vec<PhasePoint>, f64),
     Irregular(f64),
 }
 
 /// Returns the attractor that a lever has certainly reached.
-fn caught(rig: &Rig, known: &[Attractor], section: &Section) -> Option<u32> {
+fn caught(forced: &ForcedLever, known: &[Attractor], section: &Section) -> Option<u32> {
     let state = (section.angle_rad, section.velocity_rad_s);
     known
         .iter()
@@ -142,7 +142,7 @@ fn caught(rig: &Rig, known: &[Attractor], section: &Section) -> Option<u32> {
                 // No impact in a whole period, and on the stop or in it at its end.
                 section.impacts == 0 && state.0 <= 0.0 && (state.0 < 0.0 || state.1 <= 0.0)
             } else {
-                attractor.near(rig, state)
+                attractor.near(forced, state)
             }
         })
         .map(|attractor| attractor.index)
@@ -156,26 +156,26 @@ fn rests(section: &Section) -> bool {
 }
 
 /// Follows `state` to its end.
-fn follow(options: &Options, state: State) -> Result<End, Error> {
-    let mut strobe = options.rig.strobe(options.amplitude_g, Some(state))?;
+fn follow(options: &Options, state: PhasePoint) -> Result<FinalMotion, Error> {
+    let mut strobe = options.forced.strobe(options.amplitude_g, Some(state))?;
     let mut resting = 0;
     for _ in 0..options.transient {
         let Some(section) = strobe.advance() else {
-            return Ok(End::Irregular(f64::NAN));
+            return Ok(FinalMotion::Irregular(f64::NAN));
         };
         resting = if rests(&section) { resting + 1 } else { 0 };
         if resting >= 2 {
-            return Ok(End::Rest);
+            return Ok(FinalMotion::Rest);
         }
     }
     settled(options, &mut strobe)
 }
 
-fn settled(options: &Options, strobe: &mut Strobe) -> Result<End, Error> {
+fn settled(options: &Options, strobe: &mut Strobe) -> Result<FinalMotion, Error> {
     let mut sections = Vec::with_capacity(3 * PERIOD_MAX);
     for _ in 0..3 * PERIOD_MAX {
         let Some(section) = strobe.advance() else {
-            return Ok(End::Irregular(f64::NAN));
+            return Ok(FinalMotion::Irregular(f64::NAN));
         };
         sections.push(section);
     }
@@ -183,12 +183,12 @@ fn settled(options: &Options, strobe: &mut Strobe) -> Result<End, Error> {
         .iter()
         .map(|section| section.peak_angle_rad)
         .fold(f64::NEG_INFINITY, f64::max);
-    let Some(period) = orbit::period_of(&options.rig, &sections, SAME) else {
-        return Ok(End::Irregular(peak));
+    let Some(period) = orbit::period_of(&options.forced, &sections, SAME) else {
+        return Ok(FinalMotion::Irregular(peak));
     };
     let last = &sections[sections.len() - 1];
     let start = (last.angle_rad, last.velocity_rad_s);
-    let points = orbit::find(&options.rig, options.amplitude_g, period, start).map_or_else(
+    let points = orbit::find(&options.forced, options.amplitude_g, period, start).map_or_else(
         || {
             sections[sections.len() - period as usize..]
                 .iter()
@@ -197,7 +197,7 @@ fn settled(options: &Options, strobe: &mut Strobe) -> Result<End, Error> {
         },
         |Orbit { points, .. }| points,
     );
-    Ok(End::Orbit(points, peak))
+    Ok(FinalMotion::Orbit(points, peak))
 }
 
 /// Finds the attractors and the basins.
@@ -214,7 +214,7 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Basins, Error> {
         threads: control.threads,
         proceed: &|_| (control.proceed)(None),
     };
-    let ends: Vec<End> = quiet
+    let ends: Vec<FinalMotion> = quiet
         .map(count(coarse.grid), |index| {
             follow(options, midpoint(&coarse, index))
         })
@@ -250,7 +250,7 @@ fn count(grid: (u32, u32)) -> usize {
     grid.0 as usize * grid.1 as usize
 }
 
-fn midpoint(options: &Options, index: usize) -> State {
+fn midpoint(options: &Options, index: usize) -> PhasePoint {
     let columns = options.grid.0 as usize;
     let at = |place: usize, cells: u32, (low, high): (f64, f64)| {
         low + (high - low) * (place as f64 + 0.5) / f64::from(cells)
@@ -262,11 +262,13 @@ fn midpoint(options: &Options, index: usize) -> State {
 }
 
 /// Returns the number of the attractor that `end` is, which is added if it is new.
-fn admit(options: &Options, attractors: &mut Vec<Attractor>, end: End) -> u32 {
+fn admit(options: &Options, attractors: &mut Vec<Attractor>, end: FinalMotion) -> u32 {
     let (period, points, peak) = match end {
-        End::Rest => (1, vec![(0.0, 0.0)], 0.0),
-        End::Orbit(points, peak) => (u32::try_from(points.len()).unwrap_or(0), points, peak),
-        End::Irregular(peak) => (0, Vec::new(), peak),
+        FinalMotion::Rest => (1, vec![(0.0, 0.0)], 0.0),
+        FinalMotion::Orbit(points, peak) => {
+            (u32::try_from(points.len()).unwrap_or(0), points, peak)
+        }
+        FinalMotion::Irregular(peak) => (0, Vec::new(), peak),
     };
     let same = |known: &Attractor| {
         known.period == period
@@ -274,7 +276,7 @@ fn admit(options: &Options, attractors: &mut Vec<Attractor>, end: End) -> u32 {
                 || known
                     .points
                     .iter()
-                    .any(|point| options.rig.distance(*point, points[0]) <= 100.0 * SAME))
+                    .any(|point| options.forced.distance(*point, points[0]) <= 100.0 * SAME))
     };
     if let Some(known) = attractors.iter().find(|known| same(known)) {
         return known.index;
@@ -298,15 +300,15 @@ fn admit(options: &Options, attractors: &mut Vec<Attractor>, end: End) -> u32 {
 /// the orbit turns and shrinks them: those of its eigenvectors.
 fn measures(options: &Options, attractor: &Attractor) -> Vec<[[f64; 2]; 2]> {
     const ROUND: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
-    let rig = &options.rig;
-    let around = |point: &State| {
-        let mut strobe = rig.strobe(options.amplitude_g, Some(*point)).ok()?;
+    let forced = &options.forced;
+    let around = |point: &PhasePoint| {
+        let mut strobe = forced.strobe(options.amplitude_g, Some(*point)).ok()?;
         strobe.start_map();
         for _ in 0..attractor.period {
             strobe.advance()?;
         }
         let [[a, b], [c, d]] = strobe.map()?.by_state;
-        let omega = rig.angular_frequency_rad_s;
+        let omega = forced.angular_frequency_rad_s;
         eigenvectors([[a, b * omega], [c / omega, d]])
     };
     attractor
@@ -365,10 +367,10 @@ fn capture_radius(
     if attractor.period == 0 || attractor.peak_angle_rad <= REST_ANGLE_RAD {
         return Ok(0.0);
     }
-    let rig = &options.rig;
+    let forced = &options.forced;
     let mut radius = CAPTURE_MAX;
     while radius > SAME {
-        let states: Vec<State> = (0..attractor.points.len())
+        let states: Vec<PhasePoint> = (0..attractor.points.len())
             .flat_map(|index| {
                 let point = attractor.points[index];
                 let [[a, b], [c, d]] = attractor.measures[index];
@@ -381,12 +383,12 @@ fn capture_radius(
                         let (x, y) = (part * radius * cosine, part * radius * sine);
                         (
                             point.0 + sign * (d * x - b * y),
-                            point.1 + sign * (a * y - c * x) * rig.angular_frequency_rad_s,
+                            point.1 + sign * (a * y - c * x) * forced.angular_frequency_rad_s,
                         )
                     })
                 })
             })
-            .filter(|state| rig.stop == StopModel::Soft || state.0 >= 0.0)
+            .filter(|state| forced.stop == StopModel::Soft || state.0 >= 0.0)
             .collect();
         if all_converge(options, attractor, &states, control)? {
             return Ok(radius);
@@ -400,27 +402,27 @@ fn capture_radius(
 fn all_converge(
     options: &Options,
     attractor: &Attractor,
-    states: &[State],
+    states: &[PhasePoint],
     control: &Control<'_>,
 ) -> Result<bool, Error> {
-    let rig = &options.rig;
+    let forced = &options.forced;
     let arrived = |section: &Section| {
         let state = (section.angle_rad, section.velocity_rad_s);
-        (0..attractor.points.len()).any(|index| attractor.distance(rig, index, state) <= SAME)
+        (0..attractor.points.len()).any(|index| attractor.distance(forced, index, state) <= SAME)
     };
     let failed = AtomicBool::new(false);
     let strayed = |section: &Section| {
         // One that goes where no orbit is has not converged; the others need not go on.
         failed.load(Ordering::Relaxed) || rests(section)
     };
-    let followed = fan::follow(
-        &rig.design,
+    let followed = strobe_batch::follow(
+        &forced.design,
         states.len(),
-        &|index| Ride {
+        &|index| HarmonicStart {
             initial: Some(states[index]),
-            amplitude_m_s2: rig.sine(options.amplitude_g).amplitude_m_s2,
+            amplitude_m_s2: forced.sine(options.amplitude_g).amplitude_m_s2,
         },
-        &rig.fan(options.transient, 1, true, control.threads),
+        &forced.batch(options.transient, 1, true, control.threads),
         &|_, _, section| {
             let arrived = arrived(section);
             if !arrived && strayed(section) {
@@ -442,7 +444,7 @@ fn classify(
     attractors: &mut Vec<Attractor>,
     control: &Control<'_>,
 ) -> Result<(Vec<Option<u32>>, bool), Error> {
-    let states: Vec<State> = (0..count(options.grid))
+    let states: Vec<PhasePoint> = (0..count(options.grid))
         .map(|index| midpoint(options, index))
         .collect();
     reach(options, attractors, &states, control)
@@ -452,28 +454,28 @@ fn classify(
 fn reach(
     options: &Options,
     attractors: &mut Vec<Attractor>,
-    states: &[State],
+    states: &[PhasePoint],
     control: &Control<'_>,
 ) -> Result<(Vec<Option<u32>>, bool), Error> {
-    let rig = &options.rig;
+    let forced = &options.forced;
     let known: &[Attractor] = attractors;
     let watch = |done: usize| (control.proceed)(Some(done as f64 / states.len() as f64));
-    let followed = fan::follow(
-        &rig.design,
+    let followed = strobe_batch::follow(
+        &forced.design,
         states.len(),
-        &|index| Ride {
+        &|index| HarmonicStart {
             initial: Some(states[index]),
-            amplitude_m_s2: rig.sine(options.amplitude_g).amplitude_m_s2,
+            amplitude_m_s2: forced.sine(options.amplitude_g).amplitude_m_s2,
         },
-        &rig.fan(options.transient, 1, false, control.threads),
-        &|_, _, section| caught(rig, known, section).is_some(),
+        &forced.batch(options.transient, 1, false, control.threads),
+        &|_, _, section| caught(forced, known, section).is_some(),
         Some(&watch),
     )?;
     let mut cells = vec![None; states.len()];
     let mut unknown = Vec::new();
     for lever in &followed {
         let last = lever.sections.last();
-        match last.and_then(|section| caught(rig, known, section)) {
+        match last.and_then(|section| caught(forced, known, section)) {
             Some(index) if lever.ending == Ending::Done => cells[lever.index] = Some(index),
             _ => unknown.push(lever.index),
         }
@@ -575,7 +577,7 @@ impl Basins {
             0.25 * (self.options.angle_rad.1 - self.options.angle_rad.0) / columns as f64,
             0.25 * (self.options.velocity_rad_s.1 - self.options.velocity_rad_s.0) / rows as f64,
         );
-        let states: Vec<State> = boundary
+        let states: Vec<PhasePoint> = boundary
             .iter()
             .flat_map(|index| {
                 let (angle, velocity) = midpoint(&self.options, *index);
@@ -633,17 +635,17 @@ impl Basins {
     /// Returns what to take away.
     #[must_use]
     pub fn headlines(&self) -> Vec<Headline> {
-        let rig = &self.options.rig;
+        let forced = &self.options.forced;
         let subject = format!(
             "A = {} g, ω = {} rad/s",
-            self.options.amplitude_g, rig.angular_frequency_rad_s
+            self.options.amplitude_g, forced.angular_frequency_rad_s
         );
         let mut lines = Vec::new();
         let mut say = |what: String, value: Option<f64>| {
             lines.push(Headline {
                 digits: Headline::DIGITS,
                 subject: subject.clone(),
-                model: Some(rig.stop),
+                model: Some(forced.stop),
                 what,
                 value,
             });

@@ -2,11 +2,11 @@
 
 use super::Headline;
 use super::cascade::{self, Cascade, Reach};
-use super::orbit::{self, Bifurcation, Kind, Rig, State};
+use super::orbit::{self, Bifurcation, ForcedLever, Kind, PhasePoint};
 use crate::error::Error;
 use crate::parallel::Control;
 use crate::replay::Section;
-use crate::replay::fan::{self, Ending, Ride};
+use crate::replay::strobe_batch::{self, Ending, HarmonicStart};
 use serde::Serialize;
 
 /// Whether the state at the end of one amplitude starts the next.
@@ -26,7 +26,7 @@ pub enum Sweep {
 pub struct Options {
     /// Lever, stop, frequency.
     #[serde(flatten)]
-    pub rig: Rig,
+    pub forced: ForcedLever,
     /// Least and largest amplitude [g].
     #[serde(rename = "amplitude_g")]
     pub amplitudes_g: (f64, f64),
@@ -37,7 +37,7 @@ pub struct Options {
     /// Periods kept at each.
     pub periods: u32,
     /// Initial state; `None` for rest.
-    pub initial: Option<State>,
+    pub initial: Option<PhasePoint>,
     /// Whether the state is carried along.
     pub sweep: Sweep,
     /// Doublings that are looked for on each branch; 0 to follow none.
@@ -156,9 +156,9 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Diagram, Error> {
 fn column(
     options: &Options,
     amplitude_g: f64,
-    initial: Option<State>,
-) -> Result<(Column, Option<State>), Error> {
-    let mut strobe = options.rig.strobe(amplitude_g, initial)?;
+    initial: Option<PhasePoint>,
+) -> Result<(Column, Option<PhasePoint>), Error> {
+    let mut strobe = options.forced.strobe(amplitude_g, initial)?;
     let mut sections = Vec::with_capacity(options.periods as usize);
     let mut followed = (0..options.transient).all(|_| strobe.advance().is_some());
     while followed && sections.len() < options.periods as usize {
@@ -178,16 +178,16 @@ fn side_by_side(
     amplitude: &(impl Fn(usize) -> f64 + Sync),
     control: &Control<'_>,
 ) -> Result<Vec<Column>, Error> {
-    let ride = |index: usize| Ride {
+    let start = |index: usize| HarmonicStart {
         initial: options.initial,
-        amplitude_m_s2: options.rig.sine(amplitude(index)).amplitude_m_s2,
+        amplitude_m_s2: options.forced.sine(amplitude(index)).amplitude_m_s2,
     };
     let watch = |done: usize| (control.proceed)(Some(done as f64 / count as f64));
-    let followed = fan::follow(
-        &options.rig.design,
+    let followed = strobe_batch::follow(
+        &options.forced.design,
         count,
-        &ride,
-        &options.rig.fan(
+        &start,
+        &options.forced.batch(
             options.transient + options.periods,
             options.periods,
             true,
@@ -219,7 +219,7 @@ fn summed_up(options: &Options, amplitude_g: f64, sections: Vec<Section>) -> Col
     let impacts_per_period = impacts as f64 / sections.len().max(1) as f64;
     Column {
         amplitude_g,
-        period: orbit::period_of(&options.rig, &sections, SAME)
+        period: orbit::period_of(&options.forced, &sections, SAME)
             .filter(|period| believed(options, amplitude_g, &sections, *period)),
         peak_angle_rad,
         impacts_per_period,
@@ -237,11 +237,11 @@ fn believed(options: &Options, amplitude_g: f64, sections: &[Section], period: u
         return true;
     }
     let start = Some(state(last));
-    orbit::difference_growth(&options.rig, amplitude_g, start, 0, 2 * period)
+    orbit::difference_growth(&options.forced, amplitude_g, start, 0, 2 * period)
         .is_ok_and(|growth| growth.is_none_or(|growth| growth.resolved()))
 }
 
-fn state(section: &Section) -> State {
+fn state(section: &Section) -> PhasePoint {
     (section.angle_rad, section.velocity_rad_s)
 }
 
@@ -274,7 +274,7 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec
         a.1.cmp(&b.1)
             .then(a.0.amplitude_g.total_cmp(&b.0.amplitude_g))
     });
-    let rig = &options.rig;
+    let forced = &options.forced;
     let (low, high) = options.amplitudes_g;
     let pace = (high - low) / f64::from(options.points.max(2) - 1);
     let reach = Reach {
@@ -290,7 +290,7 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec
         column.sections.last().is_some_and(|last| {
             branches
                 .iter()
-                .any(|branch| branch.contains(rig, column.amplitude_g, period, state(last)))
+                .any(|branch| branch.contains(forced, column.amplitude_g, period, state(last)))
         })
     };
     while branches.len() < BRANCHES_MAX {
@@ -320,8 +320,8 @@ fn changes(options: &Options, columns: &[Column], control: &Control<'_>) -> (Vec
         let followed = control.map(batch.len(), |index| {
             let (column, period) = batch[index];
             let start = column.sections.last().map(state)?;
-            let orbit = orbit::find(rig, column.amplitude_g, period, start)?;
-            Some(cascade::follow(rig, &orbit, pace, &reach))
+            let orbit = orbit::find(forced, column.amplitude_g, period, start)?;
+            Some(cascade::follow(forced, &orbit, pace, &reach))
         });
         let stopped = followed.iter().any(Option::is_none);
         for branch in followed.into_iter().flatten().flatten() {
@@ -381,7 +381,7 @@ fn continues(options: &Options, before: &Column, after: &Column) -> bool {
     before
         .sections
         .iter()
-        .any(|section| options.rig.distance(state(section), last) <= MOVED)
+        .any(|section| options.forced.distance(state(section), last) <= MOVED)
 }
 
 impl Diagram {
@@ -408,22 +408,22 @@ impl Diagram {
     /// Returns what to take away.
     #[must_use]
     pub fn headlines(&self) -> Vec<Headline> {
-        let rig = &self.options.rig;
-        let subject = format!("sine of {} rad/s", rig.angular_frequency_rad_s);
+        let forced = &self.options.forced;
+        let subject = format!("sine of {} rad/s", forced.angular_frequency_rad_s);
         let line = |what: String, value: Option<f64>| Headline {
             digits: Headline::DIGITS,
             subject: subject.clone(),
-            model: Some(rig.stop),
+            model: Some(forced.stop),
             what,
             value,
         };
-        let threshold = rig.design.criterion.threshold_rad;
+        let threshold = forced.design.criterion.threshold_rad;
         let moves = |column: &&Column| column.peak_angle_rad > 1e-3 * threshold;
         let exceeds = |column: &&Column| column.peak_angle_rad > threshold;
         let mut lines = vec![
             line(
                 "a lever at rest leaves the rigid stop at A [g]".into(),
-                Some(rig.lift_off_g()),
+                Some(forced.lift_off_g()),
             ),
             line(
                 "least A with lasting motion [g]".into(),

@@ -4,7 +4,7 @@
 //!
 //! Feigenbaum, J. Stat. Phys. 19 (1978) 25.
 
-use super::orbit::{self, Bifurcation, Kind, Orbit, Rig, STEP_MAX, State};
+use super::orbit::{self, Bifurcation, ForcedLever, Kind, Orbit, PhasePoint, STEP_MAX};
 use serde::Serialize;
 
 /// The end of a branch, and the doublings after it.
@@ -75,7 +75,13 @@ impl Cascade {
 
     /// Tells whether an orbit of `period` periods through `state` lies on the way.
     #[must_use]
-    pub fn contains(&self, rig: &Rig, amplitude_g: f64, period: u32, state: State) -> bool {
+    pub fn contains(
+        &self,
+        forced: &ForcedLever,
+        amplitude_g: f64,
+        period: u32,
+        state: PhasePoint,
+    ) -> bool {
         self.way.windows(2).any(|two| {
             let (low, high) = (&two[0], &two[1]);
             if low.period != period
@@ -87,10 +93,9 @@ impl Cascade {
             let part =
                 (amplitude_g - low.amplitude_g) / (high.amplitude_g - low.amplitude_g).max(1e-300);
             let on = |a: f64, b: f64| a + part * (b - a);
-            low.points
-                .iter()
-                .zip(&high.points)
-                .any(|(a, b)| rig.distance((on(a.0, b.0), on(a.1, b.1)), state) <= 0.5 * STEP_MAX)
+            low.points.iter().zip(&high.points).any(|(a, b)| {
+                forced.distance((on(a.0, b.0), on(a.1, b.1)), state) <= 0.5 * STEP_MAX
+            })
         })
     }
 }
@@ -98,9 +103,9 @@ impl Cascade {
 /// Follows a stable orbit to where it is born, at smaller amplitudes, and through doublings at
 /// larger ones. `pace` [g] is the first step upward.
 #[must_use]
-pub fn follow(rig: &Rig, orbit: &Orbit, pace: f64, reach: &Reach) -> Cascade {
-    let mut walk = Walk {
-        rig,
+pub fn follow(forced: &ForcedLever, orbit: &Orbit, pace: f64, reach: &Reach) -> Cascade {
+    let mut walk = BranchWalk {
+        forced,
         reach: *reach,
         spent: 0,
         way: Vec::new(),
@@ -148,21 +153,21 @@ const GROWTH: f64 = 1.5;
 /// Least step of the amplitude, relative to the amplitude.
 const PACE_MIN: f64 = 1e-6;
 
-struct Walk<'a> {
-    rig: &'a Rig,
+struct BranchWalk<'a> {
+    forced: &'a ForcedLever,
     reach: Reach,
     spent: u32,
     way: Vec<Orbit>,
 }
 
-impl Walk<'_> {
+impl BranchWalk<'_> {
     /// Finds the orbit at `amplitude_g` [g] near `guess` that goes on from `before`.
-    fn next(&mut self, before: &Orbit, amplitude_g: f64, guess: State) -> Option<Orbit> {
+    fn next(&mut self, before: &Orbit, amplitude_g: f64, guess: PhasePoint) -> Option<Orbit> {
         let period = before.period;
         let spent = &mut self.spent;
-        orbit::find_within(self.rig, amplitude_g, period, guess, STEPS_MAX, spent)
+        orbit::find_within(self.forced, amplitude_g, period, guess, STEPS_MAX, spent)
             .filter(|next| next.period == period)
-            .filter(|next| self.rig.distance(next.points[0], before.points[0]) <= STEP_MAX)
+            .filter(|next| self.forced.distance(next.points[0], before.points[0]) <= STEP_MAX)
     }
 
     /// Finds a bifurcation near `orbit`.
@@ -170,14 +175,14 @@ impl Walk<'_> {
         &mut self,
         kind: Kind,
         period: u32,
-        guess: State,
+        guess: PhasePoint,
         amplitude_g: f64,
     ) -> Option<Bifurcation> {
         if self.spent >= self.reach.work {
             return None;
         }
         let spent = &mut self.spent;
-        orbit::locate_within(self.rig, kind, period, guess, amplitude_g, spent)
+        orbit::locate_within(self.forced, kind, period, guess, amplitude_g, spent)
     }
 
     /// Follows `orbit` to larger amplitudes until a multiplier passes −1.
@@ -234,10 +239,12 @@ impl Walk<'_> {
             // Without derivatives a period costs a fifth or so.
             self.spent = self.spent.saturating_add(SETTLING / 5 * old.period);
             let settled =
-                orbit::settle(self.rig, amplitude, Some(nudged), SETTLING * old.period).ok()??;
+                orbit::settle(self.forced, amplitude, Some(nudged), SETTLING * old.period)
+                    .ok()??;
             let period = 2 * old.period;
             let spent = &mut self.spent;
-            let orbit = orbit::find_within(self.rig, amplitude, period, settled, STEPS_MAX, spent);
+            let orbit =
+                orbit::find_within(self.forced, amplitude, period, settled, STEPS_MAX, spent);
             if let Some(orbit) = orbit
                 && orbit.period == 2 * old.period
                 && orbit.spectral_radius() < 1.0
@@ -279,7 +286,7 @@ impl Walk<'_> {
                         .filter(|found| {
                             let amplitude = found.orbit.amplitude_g;
                             (fold - pace..=at.amplitude_g).contains(&amplitude)
-                                && self.rig.distance(found.orbit.points[0], at.points[0])
+                                && self.forced.distance(found.orbit.points[0], at.points[0])
                                     <= STEP_MAX
                         });
                     if let Some(found) = found {
@@ -327,7 +334,7 @@ impl Walk<'_> {
             return None;
         }
         let (state, half) = (at.points[0], at.points[at.period as usize / 2]);
-        if self.rig.distance(state, half) > 0.5 * STEP_MAX {
+        if self.forced.distance(state, half) > 0.5 * STEP_MAX {
             return None;
         }
         let middle = (
@@ -336,7 +343,7 @@ impl Walk<'_> {
         );
         self.locate(Kind::PeriodDoubling, at.period / 2, middle, at.amplitude_g)
             .filter(|found| near(found, at))
-            .filter(|found| self.rig.distance(found.orbit.points[0], state) <= STEP_MAX)
+            .filter(|found| self.forced.distance(found.orbit.points[0], state) <= STEP_MAX)
     }
 }
 

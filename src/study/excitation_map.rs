@@ -2,10 +2,10 @@
 //! frequency.
 
 use super::Headline;
-use super::orbit::Rig;
+use super::orbit::ForcedLever;
 use crate::error::Error;
 use crate::parallel::Control;
-use crate::replay::fan::{self, Ending, Ride};
+use crate::replay::strobe_batch::{self, Ending, HarmonicStart};
 use serde::Serialize;
 
 /// Options of one map of excitations.
@@ -13,7 +13,7 @@ use serde::Serialize;
 pub struct Options {
     /// Lever and stop; its own frequency is not used, and gives way to the range in JSON.
     #[serde(flatten)]
-    pub rig: Rig,
+    pub forced: ForcedLever,
     /// Least and largest amplitude [g].
     #[serde(rename = "amplitude_g")]
     pub amplitudes_g: (f64, f64),
@@ -77,11 +77,11 @@ impl Options {
 
     /// Largest angle from rest [rad]; infinite for a lever that cannot be followed.
     fn peak(&self, amplitude_g: f64, angular_frequency_rad_s: f64) -> Result<f64, Error> {
-        let rig = Rig {
+        let forced = ForcedLever {
             angular_frequency_rad_s,
-            ..self.rig.clone()
+            ..self.forced.clone()
         };
-        let mut strobe = rig.strobe(amplitude_g, None)?;
+        let mut strobe = forced.strobe(amplitude_g, None)?;
         let mut peak = f64::NEG_INFINITY;
         for _ in 0..self.periods {
             let Some(section) = strobe.advance() else {
@@ -96,21 +96,21 @@ impl Options {
 impl Options {
     /// Largest angles from rest at every amplitude of the grid [rad], side by side.
     fn peaks(&self, angular_frequency_rad_s: f64) -> Result<Vec<f64>, Error> {
-        let ride = |index: usize| Ride {
+        let start = |index: usize| HarmonicStart {
             initial: None,
             amplitude_m_s2: self.amplitude(u32::try_from(index).unwrap_or(0))
-                * self.rig.gravity_m_s2,
+                * self.forced.gravity_m_s2,
         };
-        let rig = Rig {
+        let forced = ForcedLever {
             angular_frequency_rad_s,
-            ..self.rig.clone()
+            ..self.forced.clone()
         };
-        let followed = fan::follow(
-            &rig.design,
+        let followed = strobe_batch::follow(
+            &forced.design,
             self.grid.0 as usize,
-            &ride,
+            &start,
             // Each frequency has a thread of its own.
-            &rig.fan(self.periods, self.periods, true, 1),
+            &forced.batch(self.periods, self.periods, true, 1),
             &|_, _, _| false,
             None,
         )?;
@@ -134,7 +134,7 @@ impl Options {
 ///
 /// As [`crate::replay::Strobe::new`].
 pub fn run(options: &Options, control: &Control<'_>) -> Result<ExcitationMap, Error> {
-    let threshold = options.rig.design.criterion.threshold_rad;
+    let threshold = options.forced.design.criterion.threshold_rad;
     let lines = control.map(options.grid.1 as usize, |line| {
         let frequency = options.frequency(u32::try_from(line).unwrap_or(0));
         let rows: Vec<Row> = options
@@ -179,7 +179,7 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<ExcitationMap, Er
     let complete = lines.iter().all(Option::is_some);
     let mut map = ExcitationMap {
         options: options.clone(),
-        lift_off_g: options.rig.lift_off_g(),
+        lift_off_g: options.forced.lift_off_g(),
         rows: Vec::new(),
         boundary: Vec::new(),
         complete,
@@ -199,7 +199,7 @@ impl ExcitationMap {
         let line = |what: &str, value: Option<f64>| Headline {
             digits: Headline::DIGITS,
             subject: "excitation that opens".into(),
-            model: Some(self.options.rig.stop),
+            model: Some(self.options.forced.stop),
             what: what.into(),
             value,
         };

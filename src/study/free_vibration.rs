@@ -1,7 +1,7 @@
 //! The paper's Fig. 4: free vibration with and without impact, without and with preload.
 
-use super::Headline;
 use super::free::{self, Against, Motion, Release};
+use super::{Figures, Headline};
 use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
@@ -89,41 +89,31 @@ fn headlines(motions: &[Motion], half_period_s: f64) -> Vec<Headline> {
             "T0 = {} N·m",
             crate::units::plain(motion.preload_torque_nm, 4)
         );
-        let mut say = |what: &str, value: Option<f64>| {
-            headlines.push(Headline {
-                digits: Headline::EXACT,
-                subject: subject.clone(),
-                model: Some(model),
-                what: what.into(),
-                value,
-            });
-        };
+        let mut figures = Figures::of(subject, model).digits(Headline::EXACT);
         let intervals = motion.intervals();
-        say(
+        figures.say(
             "first impact [s]",
             motion.impacts.first().map(|impact| impact[0]),
         );
-        say(
+        figures.say(
             "velocity before it [rad/s]",
             motion.impacts.first().map(|impact| impact[1]),
         );
-        say(
+        figures.say(
             "first time from impact to impact [s]",
             intervals.first().map(|interval| interval.1),
         );
-        say(
+        figures.say(
             "the same over π/ω0 [-]",
             intervals.first().map(|interval| interval.1 / half_period_s),
         );
-        say(
+        figures.say(
             "fifth over first time from impact to impact [-]",
             intervals.get(4).map(|fifth| fifth.1 / intervals[0].1),
         );
-        say(
-            "impacts, at most 200 [-]",
-            Some(motion.impacts.len() as f64),
-        );
-        say("stays on the stop from [s]", motion.settled_s);
+        figures.say("impacts, at most 200 [-]", motion.impacts.len() as f64);
+        figures.say("stays on the stop from [s]", motion.settled_s);
+        headlines.extend(figures.lines);
     }
     headlines
 }

@@ -1,7 +1,7 @@
 //! The paper's Fig. 10: where the lever ends up from different initial states, under one and the
 //! same sine.
 
-use super::Headline;
+use super::{Figures, Headline};
 use crate::error::Error;
 use crate::model::Design;
 use crate::model::excitation::Harmonic;
@@ -259,28 +259,24 @@ fn headlines(histories: &[History]) -> Vec<Headline> {
     let mut headlines = Vec::new();
     for history in histories {
         let settled = &history.settled;
-        let mut say = |what: &str, value: Option<f64>| {
-            headlines.push(Headline {
-                digits: Headline::DIGITS,
-                subject: format!("from ({}, {})", history.start[0], history.start[1]),
-                model: Some(history.model),
-                what: what.into(),
-                value,
-            });
-        };
-        say(
-            "rests in the end (1: yes) [-]",
-            Some(f64::from(u8::from(settled.rests))),
+        let mut figures = Figures::of(
+            format!("from ({}, {})", history.start[0], history.start[1]),
+            history.model,
         );
-        say(
+        figures.say(
+            "rests in the end (1: yes) [-]",
+            f64::from(u8::from(settled.rests)),
+        );
+        figures.say(
             "period [periods of the excitation]",
             settled.period.map(f64::from),
         );
-        say("impacts in it [-]", Some(settled.impacts as f64));
-        say(
+        figures.say("impacts in it [-]", settled.impacts as f64);
+        figures.say(
             "largest angle in it [rad]",
             Some(settled.peak_angle_rad).filter(|peak| peak.is_finite()),
         );
+        headlines.extend(figures.lines);
     }
     headlines
 }

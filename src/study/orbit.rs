@@ -12,13 +12,13 @@ use crate::error::Error;
 use crate::model::Design;
 use crate::model::excitation::Harmonic;
 use crate::model::stop::StopModel;
-use crate::replay::fan::FanOptions;
+use crate::replay::strobe_batch::StrobeBatchOptions;
 use crate::replay::{Section, Strobe};
 use serde::Serialize;
 
 /// A lever on sines of one frequency.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Rig {
+pub struct ForcedLever {
     /// The lever.
     pub design: Design,
     /// Its stop.
@@ -32,9 +32,9 @@ pub struct Rig {
 }
 
 /// Angle [rad] and angular velocity [rad/s].
-pub type State = (f64, f64);
+pub type PhasePoint = (f64, f64);
 
-impl Rig {
+impl ForcedLever {
     /// Returns the sine of `amplitude_g` [g].
     #[must_use]
     pub fn sine(&self, amplitude_g: f64) -> Harmonic {
@@ -50,20 +50,20 @@ impl Rig {
     /// # Errors
     ///
     /// As [`Strobe::new`].
-    pub fn strobe(&self, amplitude_g: f64, state: Option<State>) -> Result<Strobe, Error> {
+    pub fn strobe(&self, amplitude_g: f64, state: Option<PhasePoint>) -> Result<Strobe, Error> {
         Strobe::new(&self.design, self.stop, &self.sine(amplitude_g), state)
     }
 
-    /// Options of a fan of such levers, each followed `periods_max` periods, of which the last
+    /// Options of a batch of such levers, each followed `periods_max` periods, of which the last
     /// `keep` are kept.
-    pub(super) fn fan(
+    pub(super) fn batch(
         &self,
         periods_max: u32,
         keep: u32,
         peaks: bool,
         threads: usize,
-    ) -> FanOptions {
-        FanOptions {
+    ) -> StrobeBatchOptions {
+        StrobeBatchOptions {
             stop: self.stop,
             angular_frequency_rad_s: self.angular_frequency_rad_s,
             phase_rad: 0.0,
@@ -82,7 +82,7 @@ impl Rig {
     }
 
     /// Size of a change of state, in radians of the excitation's motion.
-    fn size(&self, change: State) -> f64 {
+    fn size(&self, change: PhasePoint) -> f64 {
         change
             .0
             .abs()
@@ -91,7 +91,7 @@ impl Rig {
 
     /// Distance of two states [rad].
     #[must_use]
-    pub fn distance(&self, a: State, b: State) -> f64 {
+    pub fn distance(&self, a: PhasePoint, b: PhasePoint) -> f64 {
         self.size((a.0 - b.0, a.1 - b.1))
     }
 }
@@ -104,7 +104,7 @@ pub struct Orbit {
     /// Period, in periods of the excitation.
     pub period: u32,
     /// State at the start of each period: angle [rad], angular velocity [rad/s].
-    pub points: Vec<State>,
+    pub points: Vec<PhasePoint>,
     /// Trace of the map's derivative over the whole orbit.
     pub trace: f64,
     /// Its determinant.
@@ -181,8 +181,8 @@ pub struct Bifurcation {
 
 /// What `period` periods make of a state.
 struct Image {
-    to: State,
-    points: Vec<State>,
+    to: PhasePoint,
+    points: Vec<PhasePoint>,
     /// d(to)/d(from), row by row.
     by_state: [[f64; 2]; 2],
     /// A d(to)/dA.
@@ -191,8 +191,8 @@ struct Image {
     impacts: u64,
 }
 
-fn image(rig: &Rig, amplitude_g: f64, from: State, period: u32) -> Option<Image> {
-    let mut strobe = rig.strobe(amplitude_g, Some(from)).ok()?;
+fn image(forced: &ForcedLever, amplitude_g: f64, from: PhasePoint, period: u32) -> Option<Image> {
+    let mut strobe = forced.strobe(amplitude_g, Some(from)).ok()?;
     strobe.start_map();
     let mut image = Image {
         to: from,
@@ -215,7 +215,7 @@ fn image(rig: &Rig, amplitude_g: f64, from: State, period: u32) -> Option<Image>
 }
 
 impl Image {
-    fn residual(&self, from: State) -> State {
+    fn residual(&self, from: PhasePoint) -> PhasePoint {
         (self.to.0 - from.0, self.to.1 - from.1)
     }
 
@@ -261,11 +261,11 @@ pub(super) const STEP_MAX: f64 = 0.05;
 const SAME_POINT: f64 = 1e-8;
 
 /// Returns the least period of an orbit that may run round several times.
-fn least_period(rig: &Rig, orbit: &Orbit) -> u32 {
+fn least_period(forced: &ForcedLever, orbit: &Orbit) -> u32 {
     (1..orbit.period)
         .filter(|divisor| orbit.period.is_multiple_of(*divisor))
         .find(|divisor| {
-            rig.distance(orbit.points[0], orbit.points[*divisor as usize]) <= SAME_POINT
+            forced.distance(orbit.points[0], orbit.points[*divisor as usize]) <= SAME_POINT
         })
         .unwrap_or(orbit.period)
 }
@@ -276,16 +276,21 @@ fn least_period(rig: &Rig, orbit: &Orbit) -> u32 {
 /// A superstable orbit, one that rests, is found as well: there the map's derivative is zero and
 /// a step is an iteration.
 #[must_use]
-pub fn find(rig: &Rig, amplitude_g: f64, period: u32, guess: State) -> Option<Orbit> {
-    find_within(rig, amplitude_g, period, guess, STEPS_MAX, &mut 0)
+pub fn find(
+    forced: &ForcedLever,
+    amplitude_g: f64,
+    period: u32,
+    guess: PhasePoint,
+) -> Option<Orbit> {
+    find_within(forced, amplitude_g, period, guess, STEPS_MAX, &mut 0)
 }
 
 /// As [`find()`], in at most `steps` steps; adds the periods computed to `spent`.
 pub(super) fn find_within(
-    rig: &Rig,
+    forced: &ForcedLever,
     amplitude_g: f64,
     period: u32,
-    guess: State,
+    guess: PhasePoint,
     steps: u32,
     spent: &mut u32,
 ) -> Option<Orbit> {
@@ -293,22 +298,22 @@ pub(super) fn find_within(
     let mut least = f64::INFINITY;
     for _ in 0..steps {
         *spent = spent.saturating_add(period);
-        let image = image(rig, amplitude_g, at, period)?;
+        let image = image(forced, amplitude_g, at, period)?;
         let (f, g) = image.residual(at);
         let [[a, b], [c, d]] = image.by_state;
         let (a, d) = (a - 1.0, d - 1.0);
         let determinant = a * d - b * c;
         let step = ((b * g - d * f) / determinant, (c * f - a * g) / determinant);
-        let size = rig.size(step);
+        let size = forced.size(step);
         if !size.is_finite() || size > 1e3 * STEP_MAX {
             return None;
         }
         // Rounding leaves steps that no longer shrink.
         if size <= 1e-15 || (least <= CONVERGED && size >= 0.5 * least) {
             let orbit = image.into_orbit(amplitude_g, period);
-            let least = least_period(rig, &orbit);
+            let least = least_period(forced, &orbit);
             return if least < period {
-                find(rig, amplitude_g, least, orbit.points[0])
+                find(forced, amplitude_g, least, orbit.points[0])
             } else {
                 Some(orbit)
             };
@@ -316,7 +321,7 @@ pub(super) fn find_within(
         least = least.min(size);
         let part = (STEP_MAX / size).min(1.0);
         at = (at.0 + part * step.0, at.1 + part * step.1);
-        if rig.stop == StopModel::Rigid && at.0 < 0.0 {
+        if forced.stop == StopModel::Rigid && at.0 < 0.0 {
             at.0 = 0.0;
         }
     }
@@ -351,35 +356,35 @@ fn solve(mut rows: [[f64; 4]; 3]) -> Option<[f64; 3]> {
 /// and leaves its solution alone.
 #[must_use]
 pub fn locate(
-    rig: &Rig,
+    forced: &ForcedLever,
     kind: Kind,
     period: u32,
-    guess: State,
+    guess: PhasePoint,
     amplitude_g: f64,
 ) -> Option<Bifurcation> {
-    locate_within(rig, kind, period, guess, amplitude_g, &mut 0)
+    locate_within(forced, kind, period, guess, amplitude_g, &mut 0)
 }
 
 /// As [`locate()`]; adds the periods computed to `spent`.
 pub(super) fn locate_within(
-    rig: &Rig,
+    forced: &ForcedLever,
     kind: Kind,
     period: u32,
-    guess: State,
+    guess: PhasePoint,
     amplitude_g: f64,
     spent: &mut u32,
 ) -> Option<Bifurcation> {
     /// Steps of the differences: angle [rad], velocity over ω [rad], relative amplitude.
     const STEP: f64 = 1e-7;
-    let omega = rig.angular_frequency_rad_s;
+    let omega = forced.angular_frequency_rad_s;
     let (mut at, mut amplitude) = (guess, amplitude_g);
     let mut least = f64::INFINITY;
     for _ in 0..LOCATE_STEPS_MAX {
         *spent = spent.saturating_add(7 * period);
-        let here = image(rig, amplitude, at, period)?;
+        let here = image(forced, amplitude, at, period)?;
         let (f, g) = here.residual(at);
-        let condition = |at: State, amplitude: f64| {
-            image(rig, amplitude, at, period).map(|image| image.condition(kind))
+        let condition = |at: PhasePoint, amplitude: f64| {
+            image(forced, amplitude, at, period).map(|image| image.condition(kind))
         };
         let slope = |angle: f64, velocity: f64, strength: f64| -> Option<f64> {
             let towards = |way: f64| {
@@ -432,12 +437,12 @@ pub(super) fn locate_within(
 ///
 /// As [`Strobe::new`].
 pub fn settle(
-    rig: &Rig,
+    forced: &ForcedLever,
     amplitude_g: f64,
-    state: Option<State>,
+    state: Option<PhasePoint>,
     periods: u32,
-) -> Result<Option<State>, Error> {
-    let mut strobe = rig.strobe(amplitude_g, state)?;
+) -> Result<Option<PhasePoint>, Error> {
+    let mut strobe = forced.strobe(amplitude_g, state)?;
     for _ in 0..periods {
         if strobe.advance().is_none() {
             return Ok(None);
@@ -449,14 +454,14 @@ pub fn settle(
 /// Returns the period of a settled sequence of sections: the least p with which it repeats
 /// itself to `tolerance` [rad]; `None` if none up to a third of its length does.
 #[must_use]
-pub fn period_of(rig: &Rig, sections: &[Section], tolerance: f64) -> Option<u32> {
+pub fn period_of(forced: &ForcedLever, sections: &[Section], tolerance: f64) -> Option<u32> {
     let state = |section: &Section| (section.angle_rad, section.velocity_rad_s);
     (1..=sections.len() / 3)
         .find(|p| {
             sections
                 .iter()
                 .zip(&sections[*p..])
-                .all(|(a, b)| rig.distance(state(a), state(b)) <= tolerance)
+                .all(|(a, b)| forced.distance(state(a), state(b)) <= tolerance)
         })
         .and_then(|p| u32::try_from(p).ok())
 }
@@ -512,7 +517,7 @@ impl Growth {
 
 /// One trajectory's share of a [`Growth`].
 #[derive(Debug, Clone, Default)]
-pub(super) struct Stretch {
+pub(super) struct GrowthSegment {
     logs: Vec<f64>,
     periods: u32,
     rests: u32,
@@ -524,27 +529,27 @@ pub(super) struct Stretch {
 /// Follows a small difference over `periods` periods after `transient`; `None` if the lever
 /// cannot be followed.
 pub(super) fn stretch(
-    rig: &Rig,
+    forced: &ForcedLever,
     amplitude_g: f64,
-    state: Option<State>,
+    state: Option<PhasePoint>,
     transient: u32,
     periods: u32,
-) -> Result<Option<Stretch>, Error> {
-    let mut strobe = rig.strobe(amplitude_g, state)?;
+) -> Result<Option<GrowthSegment>, Error> {
+    let mut strobe = forced.strobe(amplitude_g, state)?;
     for _ in 0..transient {
         if strobe.advance().is_none() {
             return Ok(None);
         }
     }
-    let omega = rig.angular_frequency_rad_s;
+    let omega = forced.angular_frequency_rad_s;
     let start = [1.0, omega];
     let mut way = start;
     let (mut sum, mut fall): (f64, f64) = (0.0, 0.0);
     let mut states = Vec::with_capacity(periods as usize);
-    let mut seen = Stretch {
+    let mut seen = GrowthSegment {
         logs: Vec::with_capacity(periods as usize),
         periods,
-        ..Stretch::default()
+        ..GrowthSegment::default()
     };
     for _ in 0..periods {
         strobe.start_map();
@@ -586,7 +591,7 @@ pub(super) fn stretch(
 }
 
 /// Puts trajectories together.
-pub(super) fn growth(stretches: &[Stretch]) -> Option<Growth> {
+pub(super) fn growth(stretches: &[GrowthSegment]) -> Option<Growth> {
     /// Batches of each trajectory, for the standard error.
     const BATCHES: usize = 10;
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
@@ -634,12 +639,12 @@ pub(super) fn growth(stretches: &[Stretch]) -> Option<Growth> {
 /// Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9, with saltation at impacts:
 /// Müller, Chaos, Solitons & Fractals 5 (1995) 1671.
 pub fn difference_growth(
-    rig: &Rig,
+    forced: &ForcedLever,
     amplitude_g: f64,
-    state: Option<State>,
+    state: Option<PhasePoint>,
     transient: u32,
     periods: u32,
 ) -> Result<Option<Growth>, Error> {
-    let seen = stretch(rig, amplitude_g, state, transient, periods)?;
+    let seen = stretch(forced, amplitude_g, state, transient, periods)?;
     Ok(seen.and_then(|seen| growth(&[seen])))
 }

@@ -1,6 +1,6 @@
 //! The paper's Fig. 2: the damping ratio that stands for a restitution, and how far that holds.
 
-use super::Headline;
+use super::{Figures, Headline};
 use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::{StopModel, damping_ratio};
@@ -95,7 +95,7 @@ pub const FOOT: u32 = 24;
 /// Eq. (2.2) with A = 0 and φ(0) = 0: φ = −q + e^(−δt) (q cos ω_d t + B sin ω_d t) with
 /// q = T0/kR, δ = cR/(2 I0), ω_d = √(ωR² − δ²), B = (δ q − v)/ω_d.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Contact {
+pub struct FreeContact {
     offset: f64,
     decay: f64,
     frequency: f64,
@@ -103,7 +103,7 @@ pub struct Contact {
     damping: f64,
 }
 
-impl Contact {
+impl FreeContact {
     /// Returns the contact of `design` under a preload; `None` if it is damped so much that it
     /// does not oscillate, and the lever never leaves.
     #[must_use]
@@ -227,8 +227,8 @@ pub fn run(options: &Options) -> Result<Equivalence, Error> {
             damping_n_s_per_m: damping(ratio),
         });
     }
-    let free = Contact::new(design, 0.0);
-    let loaded = Contact::new(design, lever.preload_torque_nm);
+    let free = FreeContact::new(design, 0.0);
+    let loaded = FreeContact::new(design, lever.preload_torque_nm);
     let rebound = |speed_rad_s: f64| {
         let exit = loaded.and_then(|contact| contact.exit(speed_rad_s));
         Rebound {
@@ -288,7 +288,7 @@ pub fn run(options: &Options) -> Result<Equivalence, Error> {
 fn headlines(
     design: &Design,
     answer: &Equivalence,
-    free: Option<Contact>,
+    free: Option<FreeContact>,
     rebound: &dyn Fn(f64) -> Rebound,
 ) -> Result<Vec<Headline>, Error> {
     let (lever, stop) = (&design.lever, &design.stop);
@@ -297,63 +297,38 @@ fn headlines(
     let inertia = lever.moment_of_inertia_kg_m2;
     let wanted = damping_ratio(Restitution::from_ratio(stop.restitution)?);
     let torque = stop.contact_damping_nm_s_per_rad(lever);
-    let mut headlines = Vec::new();
-    let mut say = |subject: &str, what: &str, value: Option<f64>| {
-        headlines.push(Headline {
-            digits: DIGITS,
-            subject: subject.into(),
-            model: Some(StopModel::Soft),
-            what: what.into(),
-            value,
-        });
-    };
-    let formula = "formula";
-    say(formula, "R of the design [-]", Some(stop.restitution));
-    say(formula, "ξ for it, eq. (2.5) [-]", Some(wanted));
-    say(
-        formula,
+    let mut formula = Figures::of("formula", StopModel::Soft).digits(DIGITS);
+    formula.say("R of the design [-]", stop.restitution);
+    formula.say("ξ for it, eq. (2.5) [-]", wanted);
+    formula.say(
         "cs = 2 I0 ωR ξ/ls² for it [N s/m]",
-        Some(2.0 * inertia * frequency * wanted / radius),
+        2.0 * inertia * frequency * wanted / radius,
     );
-    say(
-        formula,
+    formula.say(
         "the same with the pivot's damping counted in [N s/m]",
-        Some((2.0 * inertia * frequency * wanted - lever.pivot_damping_nm_s_per_rad) / radius),
+        (2.0 * inertia * frequency * wanted - lever.pivot_damping_nm_s_per_rad) / radius,
     );
-    say(
-        formula,
-        "cs of the design [N s/m]",
-        Some(stop.damping_n_s_per_m),
-    );
-    say(
-        formula,
-        "its ξ = cs ls²/(2 I0 ωR) [-]",
-        Some(answer.damping_ratio),
-    );
-    say(
-        formula,
+    formula.say("cs of the design [N s/m]", stop.damping_n_s_per_m);
+    formula.say("its ξ = cs ls²/(2 I0 ωR) [-]", answer.damping_ratio);
+    formula.say(
         "cR/(I0 ωR²) as printed, which is a time [s]",
-        Some(torque / (inertia * frequency * frequency)),
+        torque / (inertia * frequency * frequency),
     );
-    say(
-        formula,
+    formula.say(
         "cs if that were taken for ξ [N s/m]",
-        Some(wanted * inertia * frequency * frequency / radius),
+        wanted * inertia * frequency * frequency / radius,
     );
-    let limits = "limits of the equivalence";
-    say(
-        limits,
+    let mut limits = Figures::of("limits of the equivalence", StopModel::Soft).digits(DIGITS);
+    limits.say(
         "half period of contact π/ω_d [s]",
         free.map(|contact| contact.half_period_s()),
     );
-    say(
-        limits,
+    limits.say(
         "exit over entry speed, no preload [-]",
         free.map(|_| answer.half_period_ratio),
     );
     for speed in [answer.speed_rad_s, 1.0, 0.1] {
-        say(
-            limits,
+        limits.say(
             &format!(
                 "with preload, entry at {} rad/s [-]",
                 crate::units::plain(speed, 4)
@@ -361,20 +336,17 @@ fn headlines(
             rebound(speed).ratio,
         );
     }
-    say(
-        limits,
+    limits.say(
         "entry speed below which the lever stays [rad/s]",
         answer.capture_speed_rad_s,
     );
-    say(
-        limits,
+    limits.say(
         "stop pulls from, after the entry, no preload [s]",
         answer.tension_from_s,
     );
-    say(
-        limits,
+    limits.say(
         "exit over entry speed if it let go there [-]",
         answer.released_ratio,
     );
-    Ok(headlines)
+    Ok([formula.lines, limits.lines].concat())
 }

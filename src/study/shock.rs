@@ -5,7 +5,7 @@
 //! has its axis in m/s², its text speaks of "almost A = 1000" g; the two differ by what one g is,
 //! so both readings are answered.
 
-use super::{Headline, cases};
+use super::{Figures, Headline, cases};
 use crate::conditioning::{self, Signal};
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
@@ -163,28 +163,21 @@ fn headlines(options: &Options, responses: &[Response]) -> Vec<Headline> {
     let mut headlines = Vec::new();
     for response in responses {
         let run = &response.run;
-        let mut say = |what: &str, value: Option<f64>| {
-            headlines.push(Headline {
-                digits: Headline::DIGITS,
-                subject: format!(
-                    "peak {} g",
-                    crate::units::plain(response.peak_acceleration_m_s2 / options.gravity_m_s2, 4)
-                ),
-                model: Some(run.model),
-                what: what.into(),
-                value,
-            });
-        };
-        say(
-            "peak acceleration [m/s²]",
-            Some(response.peak_acceleration_m_s2),
+        let mut figures = Figures::of(
+            format!(
+                "peak {} g",
+                crate::units::plain(response.peak_acceleration_m_s2 / options.gravity_m_s2, 4)
+            ),
+            run.model,
         );
-        say("peak angle [rad]", Some(run.peak_angle_rad));
-        say("bound on its error [rad]", Some(run.numerical_error_rad));
-        say("when [s]", Some(run.peak_time_s));
-        say("threshold crossed first [s]", run.first_crossing_s);
-        say("first release [s]", run.first_release_s);
-        say("impacts [-]", Some(run.impacts as f64));
+        figures.say("peak acceleration [m/s²]", response.peak_acceleration_m_s2);
+        figures.say("peak angle [rad]", run.peak_angle_rad);
+        figures.say("bound on its error [rad]", run.numerical_error_rad);
+        figures.say("when [s]", run.peak_time_s);
+        figures.say("threshold crossed first [s]", run.first_crossing_s);
+        figures.say("first release [s]", run.first_release_s);
+        figures.say("impacts [-]", run.impacts as f64);
+        headlines.extend(figures.lines);
     }
     headlines
 }

@@ -1,8 +1,8 @@
 //! The paper's Fig. 5: spectrogram of the free vibration with preload, and the frequency of its
 //! bounces.
 
-use super::Headline;
 use super::free::{self, Against, Motion, Release};
+use super::{Figures, Headline};
 use crate::conditioning::spectrum::{self, ShortTime};
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
@@ -134,34 +134,22 @@ pub fn run(options: &Options) -> Result<Spectrogram, Error> {
     for row in &mut amplitudes.amplitudes {
         row.truncate(bins);
     }
-    let mut headlines = Vec::new();
-    let mut say = |what: &str, value: Option<f64>| {
-        headlines.push(Headline {
-            digits: Headline::DIGITS,
-            subject: "bounces".into(),
-            model: Some(options.model),
-            what: what.into(),
-            value,
-        });
-    };
+    let mut figures = Figures::of("bounces", options.model);
     let at = |index: usize| bounces.get(index).map(|bounce| bounce.frequency_hz);
-    say("frequency of the first [Hz]", at(0));
-    say("frequency of the second [Hz]", at(1));
-    say("frequency of the fifth [Hz]", at(4));
-    say("frequency of the tenth [Hz]", at(9));
-    say(
-        "natural frequency ω0/2π, without stop [Hz]",
-        Some(1.0 / period),
-    );
-    say("stays on the stop from [s]", motion.settled_s);
-    say("window [s]", Some(amplitudes.window_s));
+    figures.say("frequency of the first [Hz]", at(0));
+    figures.say("frequency of the second [Hz]", at(1));
+    figures.say("frequency of the fifth [Hz]", at(4));
+    figures.say("frequency of the tenth [Hz]", at(9));
+    figures.say("natural frequency ω0/2π, without stop [Hz]", 1.0 / period);
+    figures.say("stays on the stop from [s]", motion.settled_s);
+    figures.say("window [s]", amplitudes.window_s);
     Ok(Spectrogram {
         motion,
         bounces,
         amplitudes,
         highest_hz,
         duration_s,
-        headlines,
+        headlines: figures.lines,
     })
 }
 

@@ -149,13 +149,13 @@ pub fn run(options: &Options) -> Result<Stability, Error> {
 
 /// A method at one setting.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Setting {
+struct MethodSetting {
     method: Method,
     step_s: Option<f64>,
     tolerance_rad: Option<f64>,
 }
 
-impl Setting {
+impl MethodSetting {
     fn fixed(method: fn(u32) -> Method, step_s: f64) -> Self {
         Self {
             // The step replaces the steps per period.
@@ -242,15 +242,15 @@ fn moreau_jean(steps_per_period: u32) -> Method {
 
 /// A lever, an excitation and a start.
 #[derive(Debug, Clone, PartialEq)]
-struct Problem<'a> {
+struct StabilityCase<'a> {
     design: &'a Design,
     model: StopModel,
     signal: Signal,
     initial: Option<(f64, f64)>,
 }
 
-impl Problem<'_> {
-    fn ask(&self, setting: &Setting, trace: bool) -> Result<Outcome, Error> {
+impl StabilityCase<'_> {
+    fn ask(&self, setting: &MethodSetting, trace: bool) -> Result<Outcome, Error> {
         replay::run(
             &self.signal,
             self.design,

@@ -1,15 +1,15 @@
 //! The paper's Fig. 3: the fixed-step method on free impacts with the soft stop, where it fails
 //! and why.
 
-use super::Headline;
 use super::free::{self, Against, Motion, Release};
 use super::stability::contact::contacts;
+use super::{Figures, Headline};
 use crate::conditioning::Signal;
 use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::replay::{self, Breakdown, Method, RunOptions, TracePoint};
-use crate::study::restitution::Contact;
+use crate::study::restitution::FreeContact;
 use crate::units::{OpensWhen, SampleRate};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -146,7 +146,7 @@ pub fn run(options: &Options) -> Result<StepSize, Error> {
         runs.push(one_run(options, *steps, duration_s, frequency)?);
     }
     let entry_speed_rad_s = exact.impacts.first().map_or(1.0, |impact| -impact[1]);
-    let right_ratio = Contact::new(design, design.lever.preload_torque_nm)
+    let right_ratio = FreeContact::new(design, design.lever.preload_torque_nm)
         .and_then(|contact| contact.exit(entry_speed_rad_s))
         .map(|(_, speed)| speed / entry_speed_rad_s);
     let mut scan = Vec::new();
@@ -306,65 +306,45 @@ fn one_step(
 
 fn headlines(answer: &StepSize) -> Vec<Headline> {
     let mut headlines = Vec::new();
-    let mut say = |subject: &str, what: &str, value: Option<f64>| {
-        headlines.push(Headline {
-            digits: Headline::DIGITS,
-            subject: subject.into(),
-            model: Some(StopModel::Soft),
-            what: what.into(),
-            value,
-        });
-    };
     for run in &answer.runs {
-        let subject = format!("N = {}", run.steps_per_period);
-        say(&subject, "step [s]", Some(run.step_s));
-        say(&subject, "ωR times step [-]", Some(run.reach));
-        say(&subject, "|R(z)| in contact [-]", Some(run.amplification));
-        say(
-            &subject,
+        let mut figures = Figures::of(format!("N = {}", run.steps_per_period), StopModel::Soft);
+        figures.say("step [s]", run.step_s);
+        figures.say("ωR times step [-]", run.reach);
+        figures.say("|R(z)| in contact [-]", run.amplification);
+        figures.say(
             "exit over entry speed of the first contact, on the grid [-]",
             run.exit_over_entry.first().copied(),
         );
-        say(
-            &subject,
+        figures.say(
             "the same of the second [-]",
             run.exit_over_entry.get(1).copied(),
         );
-        say(
-            &subject,
+        figures.say(
             "largest angle after the first contact [rad]",
             run.largest_after_contact_rad,
         );
-        say(
-            &subject,
+        figures.say(
             "gains energy (1: yes) [-]",
-            Some(f64::from(u8::from(run.gains_energy))),
+            f64::from(u8::from(run.gains_energy)),
         );
+        headlines.extend(figures.lines);
     }
-    let limit = "limit";
-    say(
-        limit,
+    let mut limit = Figures::of("limit", StopModel::Soft);
+    limit.say(
         "right exit over entry speed of the first contact [-]",
         answer.right_ratio,
     );
-    say(
-        limit,
-        "ωR times step beyond which |R(z)| > 1 [-]",
-        Some(answer.limit),
-    );
-    say(
-        limit,
+    limit.say("ωR times step beyond which |R(z)| > 1 [-]", answer.limit);
+    limit.say(
         "the same as steps per period, N [-]",
-        Some(answer.limit_steps_per_period),
+        answer.limit_steps_per_period,
     );
-    say(
-        limit,
+    limit.say(
         "N from which no phase of entry gains energy, of those scanned [-]",
         finer_than(&answer.scan, |scan| scan.failing_share <= 0.0),
     );
     for (share, words) in [(0.01, "1 %"), (0.001, "0.1 %")] {
-        say(
-            limit,
+        limit.say(
             &format!("N from which the ratio is right to {words}, of those scanned [-]"),
             answer.right_ratio.and_then(|right| {
                 finer_than(&answer.scan, |scan| {
@@ -375,6 +355,7 @@ fn headlines(answer: &StepSize) -> Vec<Headline> {
             }),
         );
     }
+    headlines.extend(limit.lines);
     headlines
 }
 

@@ -181,7 +181,7 @@ pub fn run(options: &Options, clock: Clock<'_>) -> Result<WorkPrecision, Error> 
     };
     for case in &all {
         for &model in &options.models {
-            let mut bench = Bench::new(options, case, model, clock)?;
+            let mut bench = TimedCase::new(options, case, model, clock)?;
             let first = answer.rows.len();
             for (method, tolerance) in settings(options.points) {
                 if method.admits(model) && has_step(method, &options.design) {
@@ -244,7 +244,7 @@ fn settings(points: u32) -> Vec<(Method, Option<f64>)> {
 }
 
 /// One case on one stop with its truth.
-struct Bench<'a> {
+struct TimedCase<'a> {
     options: &'a Options,
     case: &'a Case,
     model: StopModel,
@@ -255,7 +255,7 @@ struct Bench<'a> {
     clock: Clock<'a>,
 }
 
-impl<'a> Bench<'a> {
+impl<'a> TimedCase<'a> {
     fn new(
         options: &'a Options,
         case: &'a Case,

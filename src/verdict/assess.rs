@@ -40,32 +40,32 @@ pub struct Assessment {
     pub models: BTreeMap<StopModel, Run>,
     /// Per polarity and stop, where two polarities were judged.
     pub polarities: BTreeMap<OpensWhen, BTreeMap<StopModel, Run>>,
-    /// What each stop and polarity says by itself.
+    /// The answer of each stop and polarity by itself.
     pub answers: Vec<RunAnswer>,
     /// The ensemble of the stop and polarity with the largest nominal peak.
     pub ensemble: Option<Ensemble>,
     /// That of each stop and polarity that was not left out, where there are several.
     pub ensembles: Vec<Ensemble>,
-    /// Which rung decided.
+    /// The rung that decided.
     pub ladder: Ladder,
-    /// What one input moved by one standard deviation does to the nominal run.
+    /// The nominal runs with one input moved by one standard deviation.
     pub what_if: Vec<WhatIf>,
-    /// Whether all of the judged window could be judged: no blocking finding took any of it.
+    /// All of the judged window could be judged: no blocking finding took any of it.
     pub whole: bool,
-    /// What the nominal runs say after each filter.
+    /// The answer of the nominal runs after each filter.
     pub filters: Vec<FilterRow>,
-    /// Where the nominal peak's uncertainty comes from.
+    /// The parts of the nominal peak's uncertainty.
     pub budget: ErrorBudget,
-    /// What the closed-form bounds prove, per polarity and stop.
+    /// The closed-form bounds, per polarity and stop.
     pub screens: Vec<ScreenedRun>,
     /// Findings of the replay; those of reading and conditioning are not repeated.
     pub findings: Vec<Finding>,
-    /// What a report draws, if asked for.
+    /// The curves of a report, if asked for.
     pub evidence: Option<Evidence>,
 }
 
 /// One assessment: the recording, the question, and what follows from both before any run.
-struct Case<'a> {
+struct Assessing<'a> {
     setup: RunSetup<'a>,
     conditioned: &'a Conditioned,
     /// Of reading and conditioning.
@@ -95,7 +95,7 @@ pub fn assess(
     let window = window_samples(signal, policy.window_s)?;
     let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
     let fine = resample::upsample_fourfold(signal);
-    let case = Case {
+    let assessing = Assessing {
         setup: RunSetup {
             design,
             policy,
@@ -112,9 +112,9 @@ pub fn assess(
         faults,
         scatter: scatter(conditioned, design, policy)?,
     };
-    let mut results = case.follow()?;
-    case.sample(&mut results)?;
-    case.conclude(results)
+    let mut results = assessing.follow()?;
+    assessing.sample(&mut results)?;
+    assessing.conclude(results)
 }
 
 /// The scatter of an ensemble, if the policy asks for one.
@@ -128,7 +128,7 @@ fn scatter(
         .transpose()
 }
 
-impl Case<'_> {
+impl Assessing<'_> {
     /// Makes the nominal runs of every variant, and the further ones that no bound makes needless.
     fn follow(&self) -> Result<Vec<VariantResult>, Error> {
         let setup = &self.setup;
@@ -244,7 +244,7 @@ impl Case<'_> {
         findings.extend(outside.map(|at| crossing_outside_window(at, design)));
         findings.extend(self.faults.findings());
         let what_if = self.what_if(&results)?;
-        let why = reasons::reasons(&reasons::Case {
+        let why = reasons::reasons(&reasons::Explained {
             answer,
             design,
             policy,

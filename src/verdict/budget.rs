@@ -12,7 +12,7 @@ use std::borrow::Cow;
 
 /// The part of the budget that a rerun measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Part {
+enum BudgetPart {
     Filter,
     Bias,
     Model,
@@ -20,7 +20,7 @@ enum Part {
 
 /// One change of the nominal run.
 struct Rerun<'a> {
-    part: Part,
+    part: BudgetPart,
     signal: Cow<'a, Signal>,
     variant: Variant,
 }
@@ -48,27 +48,10 @@ pub(super) fn budget(
         ..variant
     };
     let model_peak = peak_of(other_stop);
-    let mut reruns = Vec::new();
-    if unfiltered_peak.is_none() && conditioned.filter.is_some() {
-        reruns.push(Rerun {
-            part: Part::Filter,
-            signal: Cow::Owned(filters::filtered(conditioned, None)?),
-            variant,
-        });
-    }
-    if conditioned.bias_samples > 0 {
-        reruns.extend([-1.0, 1.0].map(|direction| Rerun {
-            part: Part::Bias,
-            signal: Cow::Owned(shifted(
-                setup.signal,
-                direction * conditioned.bias_standard_error_m_s2,
-            )),
-            variant,
-        }));
-    }
+    let mut reruns = own_reruns(setup, conditioned, variant, unfiltered_peak.is_none())?;
     if model_peak.is_none() && admits_start(setup, other_stop.model) {
         reruns.push(Rerun {
-            part: Part::Model,
+            part: BudgetPart::Model,
             signal: Cow::Borrowed(setup.signal),
             variant: other_stop,
         });
@@ -91,9 +74,9 @@ pub(super) fn budget(
     for (rerun, outcome) in reruns.iter().zip(outcomes) {
         let change = change(outcome.run.peak_angle_rad);
         let entry = match rerun.part {
-            Part::Filter => &mut budget.filter,
-            Part::Bias => &mut budget.bias,
-            Part::Model => &mut budget.model,
+            BudgetPart::Filter => &mut budget.filter,
+            BudgetPart::Bias => &mut budget.bias,
+            BudgetPart::Model => &mut budget.model,
         };
         *entry = Some(entry.map_or(change, |before| before.max(change)));
     }
@@ -105,6 +88,35 @@ pub(super) fn budget(
         budget.polarity = peak_of(reversed).map(change);
     }
     Ok(budget)
+}
+
+/// The reruns of a variant itself: without a filter if that is `unfiltered_wanted`, and with the
+/// bias moved.
+fn own_reruns<'a>(
+    setup: &RunSetup<'a>,
+    conditioned: &Conditioned,
+    variant: Variant,
+    unfiltered_wanted: bool,
+) -> Result<Vec<Rerun<'a>>, Error> {
+    let mut reruns = Vec::new();
+    if unfiltered_wanted && conditioned.filter.is_some() {
+        reruns.push(Rerun {
+            part: BudgetPart::Filter,
+            signal: Cow::Owned(filters::filtered(conditioned, None)?),
+            variant,
+        });
+    }
+    if conditioned.bias_samples > 0 {
+        reruns.extend([-1.0, 1.0].map(|direction| {
+            let shift = direction * conditioned.bias_standard_error_m_s2;
+            Rerun {
+                part: BudgetPart::Bias,
+                signal: Cow::Owned(shifted(setup.signal, shift)),
+                variant,
+            }
+        }));
+    }
+    Ok(reruns)
 }
 
 /// A lever that starts inside the soft stop has no counterpart on the rigid one.

@@ -57,7 +57,7 @@ pub struct PeakQuantiles {
     pub max: f64,
 }
 
-/// How strongly one scattered parameter and the peak go together.
+/// The correlation of one scattered parameter with the peak.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Driver {
     /// Design key of the parameter.
@@ -86,7 +86,7 @@ pub enum End {
     NoMatter,
 }
 
-/// What the scattered levers of one stop and polarity did.
+/// The ensemble of one stop and polarity: how many of its levers cross, and how their peaks spread.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ensemble {
     /// Stop model.

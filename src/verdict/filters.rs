@@ -20,7 +20,7 @@ use std::borrow::Cow;
 pub struct FilterRow {
     /// Filter: `none`, `cfc1000`, `cfc600`, `cfc180`, `cfc60`.
     pub filter: Cow<'static, str>,
-    /// What the rule says of the nominal runs, as with no ensemble; `None` if the filter cannot
+    /// The answer of the nominal runs by the rule without an ensemble; `None` if the filter cannot
     /// be applied.
     pub verdict: Option<Answer>,
     /// Largest angle in the judged window, of the stops and polarities that count [rad].
@@ -33,7 +33,7 @@ pub struct FilterRow {
 }
 
 /// A row with the peak of each variant [rad].
-pub(super) struct Filtered {
+pub(super) struct FilteredRow {
     pub(super) row: FilterRow,
     peaks: Vec<(Variant, f64)>,
 }
@@ -48,7 +48,7 @@ pub(super) fn table(
     conditioned: &Conditioned,
     findings: &[Finding],
     results: &[VariantResult],
-) -> Result<Vec<Filtered>, Error> {
+) -> Result<Vec<FilteredRow>, Error> {
     let filters: Vec<Option<Cfc>> = std::iter::once(None).chain(Cfc::ALL.map(Some)).collect();
     let runs = if setup.signal.samples.len() > SAMPLES_AT_ONCE {
         0
@@ -70,7 +70,7 @@ pub(super) fn table(
         }
         match filtered(conditioned, filter) {
             Ok(signal) => after(setup, filter, span, &signal, results),
-            Err(error) => Ok(Filtered {
+            Err(error) => Ok(FilteredRow {
                 row: FilterRow {
                     filter: filter_name(filter).into(),
                     verdict: None,
@@ -91,7 +91,7 @@ fn after(
     span: UsableSpan,
     signal: &Signal,
     results: &[VariantResult],
-) -> Result<Filtered, Error> {
+) -> Result<FilteredRow, Error> {
     let variants: Vec<Variant> = results.iter().map(|result| result.variant).collect();
     let fine = resample::upsample_fourfold(signal);
     let setup = RunSetup {
@@ -121,7 +121,7 @@ fn judged(
     span: UsableSpan,
     all: &[&VariantRun],
     good: &[&VariantRun],
-) -> Result<Filtered, Error> {
+) -> Result<FilteredRow, Error> {
     let polarity = setup.policy.polarity;
     let sign = |run: &VariantRun| run.variant().opens_when;
     let of_all = all
@@ -136,7 +136,7 @@ fn judged(
         .iter()
         .map(|run| (run.variant(), run.run().peak_angle_rad))
         .collect();
-    Ok(Filtered {
+    Ok(FilteredRow {
         row: FilterRow {
             filter: filter_name(filter).into(),
             verdict: Some(span.answer(combine(polarity, &of_all), combine(polarity, &of_good))),
@@ -159,7 +159,7 @@ pub(super) fn filtered(conditioned: &Conditioned, filter: Option<Cfc>) -> Result
 }
 
 /// Returns the peak that a variant reaches without a filter [rad].
-pub(super) fn unfiltered_peak(table: &[Filtered], variant: Variant) -> Option<f64> {
+pub(super) fn unfiltered_peak(table: &[FilteredRow], variant: Variant) -> Option<f64> {
     let none = filter_name(None);
     let unfiltered = table.iter().find(|filtered| filtered.row.filter == none)?;
     let own = unfiltered.peaks.iter().find(|(of, _)| *of == variant)?;

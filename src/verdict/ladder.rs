@@ -11,7 +11,7 @@ use crate::model::stop::StopModel;
 use crate::units::OpensWhen;
 use serde::{Deserialize, Serialize};
 
-/// What an answer rests on, the coarsest first.
+/// A rung of the ladder: the kind of evidence that an answer rests on, the coarsest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Rung {
     /// Bounds in closed form, of the nominal lever and of the scattered ones.
@@ -41,16 +41,16 @@ impl Rung {
     }
 }
 
-/// How far one stop and polarity was followed.
+/// The way to the answer of one stop and polarity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Step {
     /// Stop model.
     pub model: StopModel,
     /// Sign of the recorded acceleration that opens.
     pub opens_when: OpensWhen,
-    /// What it says by itself.
+    /// Its own answer.
     pub answer: Answer,
-    /// What says so.
+    /// The evidence for it.
     pub by: Rung,
     /// Nothing but its nominal run was made, since bounds prove its answer.
     pub left_out: bool,
@@ -65,7 +65,7 @@ pub struct Step {
     pub text: String,
 }
 
-/// Which rung decided, and why nothing finer was needed.
+/// The rung that decided, and the reason why nothing finer was needed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ladder {
     /// The finest rung that the answer needed.

@@ -13,7 +13,7 @@ use crate::parallel::Control;
 /// Members that a thread takes at a time.
 pub(super) const MEMBERS_TAKEN: usize = 64;
 
-/// How far the ensemble of one variant has come.
+/// The ensemble of one variant on its way.
 #[derive(Clone)]
 struct Sampling {
     peaks: MemberPeaks,

@@ -149,7 +149,7 @@ pub struct Variant {
     pub model: StopModel,
 }
 
-/// What is worked out beside the answer; none of it changes the answer or its numbers.
+/// Results worked out beside the answer; none of them changes the answer or its numbers.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Extras {
     /// Judge the recording after each filter as well.

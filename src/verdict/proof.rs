@@ -8,7 +8,7 @@ use super::ensemble::{self, Scatter, bounds};
 use super::policy::{ModelChoice, Policy, Variant};
 use super::runs::RunSetup;
 use super::screen::{self, Decided, Seen, Subject};
-use super::usable_span::{Samples, UsableSpan};
+use super::usable_span::{SampleSpan, UsableSpan};
 use super::{Answer, ScreenedRun};
 use crate::error::Error;
 use crate::model::stop::StopModel;
@@ -40,7 +40,7 @@ impl ProvenMembers {
     }
 }
 
-/// What bounds prove of one variant.
+/// The proof that bounds give of one variant.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Proof {
     /// An interpolation error that is not exceeded [rad].
@@ -198,7 +198,7 @@ fn interpolation_at_most(
     Some((most - peak).max(highest + rest).max(0.0))
 }
 
-fn subject(setup: &RunSetup<'_>, model: StopModel, window: Option<Samples>) -> Subject {
+fn subject(setup: &RunSetup<'_>, model: StopModel, window: Option<SampleSpan>) -> Subject {
     Subject {
         lever: setup.design.lever,
         stop: setup.design.stop,

@@ -13,7 +13,7 @@ use crate::recording::{Finding, Severity};
 use crate::units::{OpensWhen, plain};
 
 /// The verdict that the sentences explain.
-pub(super) struct Case<'a> {
+pub(super) struct Explained<'a> {
     pub(super) answer: Answer,
     pub(super) design: &'a Design,
     pub(super) policy: &'a Policy,
@@ -28,14 +28,14 @@ pub(super) struct Case<'a> {
     pub(super) what_if: &'a [WhatIf],
 }
 
-impl Case<'_> {
+impl Explained<'_> {
     fn threshold_rad(&self) -> f64 {
         self.design.criterion.threshold_rad
     }
 }
 
 /// Returns the reasons, the weightiest first.
-pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
+pub(super) fn reasons(case: &Explained<'_>) -> Vec<Reason> {
     let mut reasons = Vec::new();
     if case.answer == Answer::Unusable {
         reasons.extend(blocking(case.findings));
@@ -92,52 +92,64 @@ pub(super) fn reasons(case: &Case<'_>) -> Vec<Reason> {
 }
 
 /// Says how many of the scattered levers cross, and what that is worth.
-fn ensemble(case: &Case<'_>) -> Option<Reason> {
+fn ensemble(case: &Explained<'_>) -> Option<Reason> {
     let own = case.nominal.ensemble.as_ref()?;
-    // Where an answer is missing, every stop and polarity that has none is named.
+    // Where an answer is missing, every variant that has none is named.
     let threshold = case.threshold_rad();
-    let mut named: Vec<&Ensemble> = vec![own];
-    if case.answer == Answer::Undecided {
-        named = case
-            .results
-            .iter()
-            .filter(|result| result.run.answer(threshold) == Answer::Undecided)
-            .filter_map(|result| result.ensemble.as_ref())
-            .collect();
-        if named.is_empty() {
-            named.push(own);
-        }
+    let open = |result: &&VariantResult| {
+        case.answer == Answer::Undecided && result.run.answer(threshold) == Answer::Undecided
+    };
+    let mut named: Vec<&Ensemble> = case
+        .results
+        .iter()
+        .filter(open)
+        .filter_map(|result| result.ensemble.as_ref())
+        .collect();
+    if named.is_empty() {
+        named.push(own);
     }
     let list: Vec<String> = named
         .iter()
-        .map(|ensemble| {
-            let lost = match ensemble.failed_to_run {
-                0 => String::new(),
-                lost => format!(", {lost} not followed"),
-            };
-            let share = match case.answer {
-                Answer::Pass => format!("at most {} %", percent(ensemble.p_upper)),
-                Answer::Fail => format!("at least {} %", percent(ensemble.p_lower)),
-                Answer::Undecided | Answer::Unusable => format!(
-                    "{} to {} %",
-                    percent(ensemble.p_lower),
-                    percent(ensemble.p_upper)
-                ),
-            };
-            format!(
-                "{} of {} levers{lost}, {share} of all such ({})",
-                ensemble.exceeded,
-                ensemble.members,
-                briefly(ensemble.variant()),
-            )
-        })
+        .map(|ensemble| who_cross(ensemble, case.answer))
         .collect();
     let until = own.judged_until_s.map_or_else(String::new, |at| {
         format!(" on the samples up to {}", instant(at))
     });
+    let (code, rule) = rule_of_shares(case.answer, own, &named);
+    Some(Reason {
+        code: code.into(),
+        text: format!(
+            "Scattered as design and input are uncertain, the limit is crossed{until} by {}; {rule}.",
+            list.join("; by ")
+        ),
+    })
+}
+
+/// Says how many levers of one ensemble cross, with the bound that the answer rests on.
+fn who_cross(ensemble: &Ensemble, answer: Answer) -> String {
+    let lost = match ensemble.failed_to_run {
+        0 => String::new(),
+        lost => format!(", {lost} not followed"),
+    };
+    let (lower, upper) = (percent(ensemble.p_lower), percent(ensemble.p_upper));
+    let share = match answer {
+        Answer::Pass => format!("at most {upper} %"),
+        Answer::Fail => format!("at least {lower} %"),
+        Answer::Undecided | Answer::Unusable => format!("{lower} to {upper} %"),
+    };
+    format!(
+        "{} of {} levers{lost}, {share} of all such ({})",
+        ensemble.exceeded,
+        ensemble.members,
+        briefly(ensemble.variant()),
+    )
+}
+
+/// Returns the reason's code, and the rule that the shares are held against.
+fn rule_of_shares(answer: Answer, own: &Ensemble, named: &[&Ensemble]) -> (&'static str, String) {
     let (pass, fail) = (percent(PASS_SHARE_MAX), percent(FAIL_SHARE_WITH_NOMINAL));
     let nearly_all = percent(FAIL_SHARE_MIN);
-    let (code, rule) = match case.answer {
+    match answer {
         Answer::Pass => ("few-members-cross", format!("a pass allows {pass} %")),
         Answer::Fail if own.p_lower >= FAIL_SHARE_MIN => {
             ("most-members-cross", format!("a fail needs {nearly_all} %"))
@@ -156,18 +168,11 @@ fn ensemble(case: &Case<'_>) -> Option<Reason> {
                 "a pass allows {pass} %, a fail needs more than {fail} % and a nominal lever that crosses, or {nearly_all} %"
             ),
         ),
-    };
-    Some(Reason {
-        code: code.into(),
-        text: format!(
-            "Scattered as design and input are uncertain, the limit is crossed{until} by {}; {rule}.",
-            list.join("; by ")
-        ),
-    })
+    }
 }
 
 /// Names the undeclared polarity where both signs are in doubt alike.
-fn undeclared(case: &Case<'_>) -> Option<Reason> {
+fn undeclared(case: &Explained<'_>) -> Option<Reason> {
     let open = case.policy.polarity == Polarity::Undeclared
         && case.results.iter().any(|result| result.ensemble.is_some());
     if !open || signs_differ(case) {
@@ -184,7 +189,7 @@ fn undeclared(case: &Case<'_>) -> Option<Reason> {
 
 /// Names the inputs of which one standard deviation moves a nominal lever across the limit; the
 /// bias comes first.
-fn deciding_inputs(case: &Case<'_>) -> Vec<Reason> {
+fn deciding_inputs(case: &Explained<'_>) -> Vec<Reason> {
     let moved = |what_if: &&WhatIf| !what_if.changes_side.is_empty();
     let is_bias = |what_if: &&WhatIf| what_if.input == "input.bias_g";
     let bias: Vec<String> = case
@@ -247,7 +252,7 @@ fn deciding_inputs(case: &Case<'_>) -> Vec<Reason> {
 
 /// Returns the stop and polarity that changes sides, that of the nominal run if it is among
 /// them, and its nominal peak [rad].
-fn side(case: &Case<'_>, what_if: &WhatIf) -> Option<(Side, f64)> {
+fn side(case: &Explained<'_>, what_if: &WhatIf) -> Option<(Side, f64)> {
     let side = what_if
         .changes_side
         .iter()
@@ -269,7 +274,7 @@ fn blocking(findings: &[Finding]) -> impl Iterator<Item = Reason> + '_ {
         })
 }
 
-fn peak(case: &Case<'_>) -> Reason {
+fn peak(case: &Explained<'_>) -> Reason {
     let nominal = &case.nominal.run;
     let run = nominal.run();
     let threshold = case.threshold_rad();
@@ -331,7 +336,7 @@ fn not_followed(method: &str, places: &str) -> Reason {
 }
 
 /// Names the stops and polarities beside that of the nominal run which could not be followed.
-fn others_not_followed(case: &Case<'_>) -> Option<Reason> {
+fn others_not_followed(case: &Explained<'_>) -> Option<Reason> {
     let lost: Vec<&VariantResult> = case
         .results
         .iter()
@@ -355,7 +360,7 @@ fn coast_words(coast: Option<f64>) -> String {
 }
 
 /// Says that a fault came too late to matter.
-fn before_fault(case: &Case<'_>) -> Option<Reason> {
+fn before_fault(case: &Explained<'_>) -> Option<Reason> {
     let bad = case
         .faults
         .first_bad
@@ -379,7 +384,7 @@ fn before_fault(case: &Case<'_>) -> Option<Reason> {
 }
 
 /// Says that a lever which stayed below the limit may reach it after the last judged sample.
-fn coast(case: &Case<'_>) -> Option<Reason> {
+fn coast(case: &Explained<'_>) -> Option<Reason> {
     let threshold = case.threshold_rad();
     let mut results = case.results.iter();
     let held = results.find(|result| result.run.held_back_by_coast(threshold))?;
@@ -400,7 +405,7 @@ fn few_cross(ensemble: &Ensemble) -> bool {
 }
 
 /// Says that scattered levers which stayed below the limit in the window reach it afterwards.
-fn coast_of_members(case: &Case<'_>) -> Option<Reason> {
+fn coast_of_members(case: &Explained<'_>) -> Option<Reason> {
     let ensemble = case
         .results
         .iter()
@@ -420,7 +425,7 @@ fn coast_of_members(case: &Case<'_>) -> Option<Reason> {
 }
 
 /// Returns the answer of each variant, in one list.
-fn each(case: &Case<'_>) -> String {
+fn each(case: &Explained<'_>) -> String {
     let threshold = case.threshold_rad();
     let of_each = case.results.iter().map(|result| {
         let (name, run) = (briefly(result.variant), result.run.run());
@@ -441,7 +446,7 @@ fn each(case: &Case<'_>) -> String {
 }
 
 /// Returns what the stops say of one polarity.
-fn of_sign(case: &Case<'_>, sign: OpensWhen) -> Vec<Answer> {
+fn of_sign(case: &Explained<'_>, sign: OpensWhen) -> Vec<Answer> {
     case.results
         .iter()
         .filter(|result| result.variant.opens_when == sign)
@@ -449,7 +454,7 @@ fn of_sign(case: &Case<'_>, sign: OpensWhen) -> Vec<Answer> {
         .collect()
 }
 
-fn signs_differ(case: &Case<'_>) -> bool {
+fn signs_differ(case: &Explained<'_>) -> bool {
     match case.policy.polarity.signs() {
         [first, second] => of_sign(case, *first) != of_sign(case, *second),
         _ => false,
@@ -457,7 +462,7 @@ fn signs_differ(case: &Case<'_>) -> bool {
 }
 
 /// Says which stops or polarities answer differently.
-fn disagreement(case: &Case<'_>) -> Vec<Reason> {
+fn disagreement(case: &Explained<'_>) -> Vec<Reason> {
     let stops_differ = case.policy.polarity.signs().iter().any(|sign| {
         let own = of_sign(case, *sign);
         own.iter().any(|answer| *answer != own[0])
@@ -496,7 +501,7 @@ fn disagreement(case: &Case<'_>) -> Vec<Reason> {
 
 /// Sets the error of the computation beside the distance from peak to limit, and names the
 /// largest influence that the rule does not count.
-fn uncertainty(case: &Case<'_>) -> Option<Reason> {
+fn uncertainty(case: &Explained<'_>) -> Option<Reason> {
     let nominal = &case.nominal.run;
     if nominal.outcome.broke_down {
         return None;

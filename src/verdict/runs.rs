@@ -5,7 +5,7 @@ use super::Answer;
 use super::decision::{VariantRun, combine};
 use super::ensemble::MemberPeaks;
 use super::policy::{Policy, Variant};
-use super::usable_span::Samples;
+use super::usable_span::SampleSpan;
 use crate::conditioning::Signal;
 use crate::error::Error;
 use crate::model::Design;
@@ -38,10 +38,10 @@ pub(crate) struct RunSetup<'a> {
     /// The band-limited fourfold of the samples.
     pub(crate) fine: &'a Signal,
     /// First and last judged sample; `None` for all.
-    pub(crate) window: Option<Samples>,
+    pub(crate) window: Option<SampleSpan>,
 }
 
-/// Samples, of all runs, from which further threads gain more than their start costs.
+/// SampleSpan, of all runs, from which further threads gain more than their start costs.
 const SHARED_SAMPLES: usize = 20_000;
 
 impl RunSetup<'_> {
@@ -50,7 +50,7 @@ impl RunSetup<'_> {
     }
 
     /// The judged window in samples of the fourfold.
-    pub(crate) fn fine_window(&self) -> Option<Samples> {
+    pub(crate) fn fine_window(&self) -> Option<SampleSpan> {
         self.window.map(|(first, last)| (4 * first, 4 * last))
     }
 
@@ -94,7 +94,7 @@ impl RunSetup<'_> {
         &self,
         signal: &Signal,
         variant: Variant,
-        window: Option<Samples>,
+        window: Option<SampleSpan>,
         detail: RunDetail,
     ) -> Result<Outcome, Error> {
         let (method, tolerance_rad) = self.policy.method_on(variant.model);

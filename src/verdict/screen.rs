@@ -18,7 +18,7 @@ use crate::model::stop::{Stop, StopModel};
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
 use serde::{Deserialize, Serialize};
 
-/// What a bound proves.
+/// The answer that a bound proves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Decided {
@@ -28,7 +28,7 @@ pub enum Decided {
     Fail,
 }
 
-/// Which bound.
+/// A kind of bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Screen {
@@ -97,23 +97,23 @@ impl BoundUnit {
 pub struct Bound {
     /// Which.
     pub screen: Screen,
-    /// What the recording comes to; `None` where the bound does not apply.
+    /// The value of the recording; `None` where the bound does not apply.
     pub value: Option<f64>,
-    /// What it is held against: at or below it the first three prove a pass, above it the
+    /// The limit of that value: at or below it the first three prove a pass, above it the
     /// last proves a failure.
     pub limit: f64,
     /// Unit of both.
     pub unit: BoundUnit,
-    /// What it proves.
+    /// The answer it proves.
     pub decides: Option<Decided>,
 }
 
-/// What the bounds say of one lever and recording.
+/// The bounds of one lever on one recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Screened {
     /// Every bound, the simplest first.
     pub bounds: [Bound; 4],
-    /// What they prove together; they cannot contradict one another.
+    /// The answer they prove together; they cannot contradict one another.
     pub answer: Option<Decided>,
     /// The simplest bound that proves it.
     pub by: Option<Screen>,
@@ -128,7 +128,7 @@ pub struct Subject {
     pub lever: Lever,
     /// Its stop.
     pub stop: Stop,
-    /// Which model of the stop.
+    /// The model of the stop.
     pub model: StopModel,
     /// The angle that must not be exceeded [rad]. A caller that wants room for an error of the
     /// samples asks for a smaller one to prove a pass and for a larger one to prove a failure.

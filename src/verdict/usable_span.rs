@@ -6,7 +6,7 @@ use crate::conditioning::Signal;
 use crate::error::{Error, ErrorKind};
 
 /// First and last sample of a span.
-pub(crate) type Samples = (usize, usize);
+pub(crate) type SampleSpan = (usize, usize);
 
 /// The part of the judged window that an answer may rest on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,14 +14,14 @@ pub(crate) enum UsableSpan {
     /// All of the judged window.
     Whole,
     /// Those from first to last, before a blocking finding.
-    Until(Samples),
+    Until(SampleSpan),
     /// None: a blocking finding holds from the start.
     Nothing,
 }
 
 impl UsableSpan {
     /// Returns the samples that faults leave.
-    pub(crate) fn of(faults: &Faults, signal: &Signal, window: Option<Samples>) -> Self {
+    pub(crate) fn of(faults: &Faults, signal: &Signal, window: Option<SampleSpan>) -> Self {
         faults.first_bad.map_or(Self::Whole, |bad_s| {
             samples_before(signal, bad_s, window).map_or(Self::Nothing, Self::Until)
         })
@@ -45,7 +45,7 @@ impl UsableSpan {
 pub(crate) fn window_samples(
     signal: &Signal,
     window_s: Option<(f64, f64)>,
-) -> Result<Option<Samples>, Error> {
+) -> Result<Option<SampleSpan>, Error> {
     let Some((from, to)) = window_s else {
         return Ok(None);
     };
@@ -72,7 +72,7 @@ pub(crate) fn window_samples(
 }
 
 /// Returns the judged samples before the first bad one, if there are two.
-fn samples_before(signal: &Signal, bad_s: f64, window: Option<Samples>) -> Option<Samples> {
+fn samples_before(signal: &Signal, bad_s: f64, window: Option<SampleSpan>) -> Option<SampleSpan> {
     let (first, last) = window.unwrap_or((0, signal.samples.len() - 1));
     let place = (bad_s - signal.start_s) * signal.rate.hertz();
     if place.is_nan() || place <= first as f64 + 2.0 {

@@ -12,7 +12,7 @@ use crate::units::{OpensWhen, STANDARD_GRAVITY};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// How an input is moved.
+/// The way an input is moved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Change {
     /// By one standard deviation upwards.
@@ -31,7 +31,7 @@ pub enum Change {
 pub struct WhatIf {
     /// Design key of the input.
     pub input: Cow<'static, str>,
-    /// How it is moved.
+    /// The way it is moved.
     pub how: Change,
     /// By how much, in the key's unit.
     pub change: f64,

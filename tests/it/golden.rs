@@ -18,7 +18,7 @@ mod tables;
 mod topics;
 
 use crate::support::{Done, Folder, latchgate};
-use latchgate::recording::{Channel, Stated};
+use latchgate::recording::{self, Channel, Limits, ReadOptions, Selection, Source, Stated, card};
 use latchgate::units::{AccelerationUnit, SampleRate};
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -385,6 +385,42 @@ fn write_cases(folder: &Path, cases: &[Case]) {
     }
 }
 
+/// Tells where one reading for the chosen channel and for all of them gives another answer than
+/// two, with what a card or options could say.
+fn one_reading_differs(path: &Path) -> Option<String> {
+    let limits = Limits::default();
+    let source = Source::File(path.to_path_buf());
+    let card = card::read_beside(&source, &limits).ok().flatten();
+    let card = card.map(|(card, _)| card).unwrap_or_default();
+    let stated = ReadOptions {
+        channel: card.channel,
+        rate_hz: card.rate,
+        unit: card.unit,
+        unit_from_card: card.unit.is_some(),
+        ..ReadOptions::default()
+    };
+    let rated = ReadOptions {
+        rate_hz: Some(10_000.0),
+        unit: Some(AccelerationUnit::StandardGravity),
+        ..stated.clone()
+    };
+    let all = recording::read(&source, &stated, Selection::Every, &limits);
+    let channels = all.iter().flat_map(|all| &all.channels).take(3);
+    let named = channels.map(|channel| ReadOptions {
+        channel: Some(channel.name.clone()),
+        ..stated.clone()
+    });
+    let ways: Vec<ReadOptions> = named.chain([stated.clone(), rated]).collect();
+    ways.iter().find_map(|options| {
+        let both = recording::read_both(&source, options, &limits);
+        let alone = |selection| recording::read(&source, options, selection, &limits);
+        let (chosen, every) = (alone(Selection::Lateral), alone(Selection::Every));
+        (both.chosen != chosen || both.every != every).then(|| {
+            format!("read once: {both:?}\nread twice: {chosen:?}\n{every:?}\n with {options:?}")
+        })
+    })
+}
+
 /// Judges every case of a table, and tells all that went wrong with its file.
 #[track_caller]
 fn check(table: &str, cases: &[Case]) {
@@ -405,6 +441,10 @@ fn check(table: &str, cases: &[Case]) {
             latchgate(&[own, options, &["--format", "json"]].concat())
         };
         let replayed = with(&["replay", path, "--no-report", "--members", "0"], &options);
+        wrong.extend(
+            one_reading_differs(Path::new(path))
+                .map(|text| format!("{} ({index}): {text}", case.name)),
+        );
         // `--opens-when NAME` is for those who judge.
         let inspected = with(&["inspect", path], &options[2..]);
         if inspected.code == 0 {

@@ -4,10 +4,10 @@
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
 use latchgate::study::cascade::{self, Cascade, Reach};
-use latchgate::study::orbit::{self, Kind, Orbit, Rig, State};
+use latchgate::study::orbit::{self, ForcedLever, Kind, Orbit, PhasePoint};
 
-fn rig(stop: StopModel, angular_frequency_rad_s: f64) -> Rig {
-    Rig {
+fn forced(stop: StopModel, angular_frequency_rad_s: f64) -> ForcedLever {
+    ForcedLever {
         design: Design::reference(),
         stop,
         gravity_m_s2: 9.81,
@@ -25,13 +25,13 @@ fn check_near(what: &str, got: f64, want: f64, tolerance: f64) {
 }
 
 #[track_caller]
-fn find(rig: &Rig, amplitude: f64, period: u32, guess: State) -> Orbit {
-    orbit::find(rig, amplitude, period, guess).expect("an orbit near the guess")
+fn find(forced: &ForcedLever, amplitude: f64, period: u32, guess: PhasePoint) -> Orbit {
+    orbit::find(forced, amplitude, period, guess).expect("an orbit near the guess")
 }
 
 #[test]
 fn val_orbits_of_the_basins() {
-    let soft = rig(StopModel::Soft, 100.0);
+    let soft = forced(StopModel::Soft, 100.0);
     let third = find(&soft, 1.0, 1, (0.07, 2.7));
     check_near(
         "III angle",
@@ -63,7 +63,7 @@ fn val_orbits_of_the_basins() {
         1e-12,
     );
     assert_eq!(second.impacts, 4);
-    let rigid = rig(StopModel::Rigid, 100.0);
+    let rigid = forced(StopModel::Rigid, 100.0);
     let third = find(&rigid, 1.0, 1, (0.07, 2.7));
     check_near("rigid III", third.points[0].0, 0.070_207_868_965_3, 1e-12);
 }
@@ -86,14 +86,14 @@ fn check_cascade(name: &str, cascade: &Cascade, birth: f64, doublings: &[f64]) {
 fn check_branch(
     name: &str,
     stop: StopModel,
-    (start, guess): (f64, State),
+    (start, guess): (f64, PhasePoint),
     birth: f64,
     doublings: &[f64],
 ) {
-    let rig = rig(stop, 100.0);
+    let forced = forced(stop, 100.0);
     let levels = u32::try_from(doublings.len()).unwrap();
-    let orbit = find(&rig, start, 1, guess);
-    let cascade = cascade::follow(&rig, &orbit, 0.01 * start, &Reach::all(levels));
+    let orbit = find(&forced, start, 1, guess);
+    let cascade = cascade::follow(&forced, &orbit, 0.01 * start, &Reach::all(levels));
     check_cascade(name, &cascade, birth, doublings);
     // Those of the separate program's own values, and with that on their way to Feigenbaum's.
     let ratios = cascade.ratios();
@@ -109,9 +109,9 @@ fn check_branch(
     check_near(name, tends, doublings[5] + gap / 3.669_201_6, 1e-8);
 }
 
-const III: (f64, State) = (1.0, (0.069, 2.71));
+const III: (f64, PhasePoint) = (1.0, (0.069, 2.71));
 
-const II: (f64, State) = (0.97, (0.0177, 0.124));
+const II: (f64, PhasePoint) = (0.97, (0.0177, 0.124));
 
 #[test]
 fn val_cascade_of_motion_iii_on_the_soft_stop() {

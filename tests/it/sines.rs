@@ -11,7 +11,7 @@ use latchgate::study::attractor::{self, Attractor};
 use latchgate::study::basins::{self, Basins};
 use latchgate::study::bifurcation::{self, Sweep};
 use latchgate::study::excitation_map;
-use latchgate::study::orbit::{self, Kind, Rig, State};
+use latchgate::study::orbit::{self, ForcedLever, Kind, PhasePoint};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Gravity of the quad-precision reference values [m/s²].
@@ -19,8 +19,8 @@ const GRAVITY: f64 = 9.81;
 
 const BOTH: [StopModel; 2] = [StopModel::Rigid, StopModel::Soft];
 
-fn rig(stop: StopModel, angular_frequency_rad_s: f64) -> Rig {
-    Rig {
+fn forced(stop: StopModel, angular_frequency_rad_s: f64) -> ForcedLever {
+    ForcedLever {
         design: Design::reference(),
         stop,
         gravity_m_s2: GRAVITY,
@@ -59,9 +59,14 @@ fn check_near(what: &str, got: f64, want: f64, tolerance: f64) {
     );
 }
 
-fn one_amplitude(rig: Rig, amplitude_g: f64, transient: u32, periods: u32) -> attractor::Options {
+fn one_amplitude(
+    forced: ForcedLever,
+    amplitude_g: f64,
+    transient: u32,
+    periods: u32,
+) -> attractor::Options {
     attractor::Options {
-        rig,
+        forced,
         amplitudes_g: (amplitude_g, amplitude_g),
         points: 1,
         transient,
@@ -73,7 +78,7 @@ fn one_amplitude(rig: Rig, amplitude_g: f64, transient: u32, periods: u32) -> at
 
 /// Stop, amplitude [g], section, trace and determinant of the map where two impacts or more do not
 /// wipe out every difference.
-type Point = (StopModel, f64, State, Option<(f64, f64)>);
+type Point = (StopModel, f64, PhasePoint, Option<(f64, f64)>);
 
 /// Fig. 6: ω = 20 rad/s.
 const SINGLE: [Point; 24] = [
@@ -228,7 +233,7 @@ const SINGLE: [Point; 24] = [
 fn val_the_lines_of_fig_6_are_single_points() {
     for (stop, amplitude, (angle, velocity), map) in SINGLE {
         let what = format!("{} A = {amplitude}", stop.name());
-        let mut options = one_amplitude(rig(stop, 20.0), amplitude, 250, 10);
+        let mut options = one_amplitude(forced(stop, 20.0), amplitude, 250, 10);
         // Motion that does not rest comes through chaos from afar, and at 70 g on the soft stop
         // has a neighbour of period 6: which is reached is rounding's choice, so start next to it.
         if map.is_some() {
@@ -257,7 +262,7 @@ fn val_the_lines_of_fig_6_are_single_points() {
     }
 }
 
-const NINE: [State; 9] = [
+const NINE: [PhasePoint; 9] = [
     (1.267_409_838_042_811_8, 12.297_275_056_906_917),
     (0.133_950_672_216_708_64, 7.017_229_509_580_746),
     (0.528_799_173_956_144, 18.201_701_214_565_563),
@@ -269,7 +274,7 @@ const NINE: [State; 9] = [
     (1.431_856_896_737_196, 10.781_594_518_021_661),
 ];
 
-const SIX: [State; 6] = [
+const SIX: [PhasePoint; 6] = [
     (1.227_560_710_454_321_4, 22.675_943_914_861_687),
     (0.299_589_681_395_596_16, 6.513_913_123_469_031),
     (0.528_844_193_401_186_4, 18.202_442_129_973_477),
@@ -280,8 +285,8 @@ const SIX: [State; 6] = [
 
 /// Fig. 7: what the paper takes for chaos has period nine on the rigid stop, six on the soft one.
 #[track_caller]
-fn check_fig_7(stop: StopModel, points: &[State]) {
-    let options = one_amplitude(rig(stop, 20.0), 40.0, 200, 60);
+fn check_fig_7(stop: StopModel, points: &[PhasePoint]) {
+    let options = one_amplitude(forced(stop, 20.0), 40.0, 200, 60);
     let found = attractor::run(&options, &all(2)).unwrap();
     let period = u32::try_from(points.len()).unwrap();
     assert_eq!(found.periods, [(40.0, Some(period))]);
@@ -294,7 +299,7 @@ fn check_fig_7(stop: StopModel, points: &[State]) {
     assert_eq!(found.superstable, stop == StopModel::Rigid);
     assert!(orbit.spectral_radius() < 1e-3);
     let shift = (0..points.len())
-        .find(|shift| options.rig.distance(orbit.points[*shift], points[0]) < 1e-6)
+        .find(|shift| options.forced.distance(orbit.points[*shift], points[0]) < 1e-6)
         .expect("the first of the points");
     for (index, point) in points.iter().enumerate() {
         let got = orbit.points[(shift + index) % points.len()];
@@ -321,9 +326,9 @@ fn val_the_attractors_of_fig_7_are_periodic() {
 /// carries: whatever repeats itself there is rounding's, and is not claimed.
 #[test]
 fn val_no_period_is_claimed_where_rounding_decides() {
-    let standard = Rig {
+    let standard = ForcedLever {
         gravity_m_s2: 9.80665,
-        ..rig(StopModel::Rigid, 20.0)
+        ..forced(StopModel::Rigid, 20.0)
     };
     // Two amplitudes spare the measurement of growth that follows where there is but one.
     let options = attractor::Options {
@@ -340,10 +345,10 @@ fn val_no_period_is_claimed_where_rounding_decides() {
 /// makes no period of it.
 #[test]
 fn regress_a_diagram_claims_no_period_of_rounding() {
-    let rigid = rig(StopModel::Rigid, 20.0);
+    let rigid = forced(StopModel::Rigid, 20.0);
     let diagram = bifurcation::run(
         &bifurcation::Options {
-            rig: rigid.clone(),
+            forced: rigid.clone(),
             amplitudes_g: (39.9, 40.1),
             points: 41,
             transient: 100,
@@ -379,7 +384,7 @@ fn check_ensemble(stop: StopModel, want: [(f64, f64); 3]) {
     let options = attractor::Options {
         amplitudes_g: (39.9, 40.1),
         points: 60,
-        ..one_amplitude(rig(stop, 20.0), 0.0, 100, 100)
+        ..one_amplitude(forced(stop, 20.0), 0.0, 100, 100)
     };
     let found = attractor::run(&options, &all(2)).unwrap();
     let statistics = found.statistics.expect("several amplitudes");
@@ -448,7 +453,7 @@ fn val_the_ensemble_of_fig_7_agrees_with_quad_precision() {
 /// variational equation.
 #[test]
 fn val_chaos_shows_its_exponent() {
-    let options = one_amplitude(rig(StopModel::Soft, 100.0), 2.5, 200, 600);
+    let options = one_amplitude(forced(StopModel::Soft, 100.0), 2.5, 200, 600);
     let found = attractor::run(&options, &all(2)).unwrap();
     assert_eq!(found.periods, [(2.5, None)]);
     let growth = found.growth.expect("measured");
@@ -463,7 +468,7 @@ fn val_chaos_shows_its_exponent() {
 /// stretch in which rounding has grown to the motion's size.
 #[test]
 fn val_rare_rests_make_no_period() {
-    let options = one_amplitude(rig(StopModel::Rigid, 100.0), 2.5, 200, 3000);
+    let options = one_amplitude(forced(StopModel::Rigid, 100.0), 2.5, 200, 3000);
     let found = attractor::run(&options, &all(2)).unwrap();
     assert_eq!(found.periods, [(2.5, None)]);
     assert!(found.orbit.is_none() && !found.superstable);
@@ -480,9 +485,9 @@ fn val_rare_rests_make_no_period() {
 /// chaos; it jumps with the last digits of A.
 #[test]
 fn regress_digits_that_repeat_have_no_exponent() {
-    let soft = orbit::Rig {
+    let soft = orbit::ForcedLever {
         gravity_m_s2: 9.806_65,
-        ..rig(StopModel::Soft, 20.0)
+        ..forced(StopModel::Soft, 20.0)
     };
     let options = one_amplitude(soft, 40.0, 200, 600);
     let found = attractor::run(&options, &all(2)).unwrap();
@@ -518,7 +523,7 @@ fn check_basins(stop: StopModel, cells: [usize; 3]) -> Basins {
 
 fn basins_options(stop: StopModel, side: u32, transient: u32) -> basins::Options {
     basins::Options {
-        rig: rig(stop, 100.0),
+        forced: forced(stop, 100.0),
         amplitude_g: 1.0,
         angle_rad: (0.0, 1.0),
         velocity_rad_s: (-20.0, 20.0),
@@ -564,9 +569,9 @@ fn check_attractors(found: &Basins) {
 /// m A g L = T0: 1.0632… with g = 9.81 m/s², 1.0636… with standard gravity.
 #[test]
 fn val_a_lever_at_rest_leaves_its_stop_at_the_lift_off_amplitude() {
-    let rigid = rig(StopModel::Rigid, 100.0);
+    let rigid = forced(StopModel::Rigid, 100.0);
     check_near("9.81", rigid.lift_off_g(), 1.063_226_067_11, 1e-11);
-    let standard = Rig {
+    let standard = ForcedLever {
         gravity_m_s2: 9.80665,
         ..rigid.clone()
     };
@@ -583,7 +588,7 @@ fn val_a_lever_at_rest_leaves_its_stop_at_the_lift_off_amplitude() {
 #[test]
 fn val_a_diagram_finds_its_cascade() {
     let options = bifurcation::Options {
-        rig: rig(StopModel::Soft, 100.0),
+        forced: forced(StopModel::Soft, 100.0),
         amplitudes_g: (0.35, 2.2),
         points: 12,
         transient: 200,
@@ -633,8 +638,8 @@ fn val_a_diagram_finds_its_cascade() {
 }
 
 /// Largest angle of a lever that starts from rest [rad].
-fn peak(rig: &Rig, amplitude_g: f64, periods: u32) -> f64 {
-    let mut strobe = rig.strobe(amplitude_g, None).unwrap();
+fn peak(forced: &ForcedLever, amplitude_g: f64, periods: u32) -> f64 {
+    let mut strobe = forced.strobe(amplitude_g, None).unwrap();
     (0..periods)
         .map(|_| strobe.advance().unwrap().peak_angle_rad)
         .fold(f64::NEG_INFINITY, f64::max)
@@ -646,7 +651,7 @@ fn peak(rig: &Rig, amplitude_g: f64, periods: u32) -> f64 {
 fn val_the_map_of_excitations_starts_at_lift_off() {
     for stop in BOTH {
         let options = excitation_map::Options {
-            rig: rig(stop, 1.0),
+            forced: forced(stop, 1.0),
             amplitudes_g: (0.0, 6.0),
             angular_frequencies_rad_s: (10.0, 300.0),
             grid: (12, 6),
@@ -675,9 +680,9 @@ fn val_the_map_of_excitations_starts_at_lift_off() {
         }
         let mut contours = 0;
         for at in &map.boundary {
-            let there = Rig {
+            let there = ForcedLever {
                 angular_frequency_rad_s: at.angular_frequency_rad_s,
-                ..options.rig.clone()
+                ..options.forced.clone()
             };
             let exceeds = |row: &&excitation_map::Row| {
                 row.angular_frequency_rad_s == at.angular_frequency_rad_s

@@ -10,7 +10,7 @@ use latchgate::replay::{self, RunOptions, TracePoint};
 use latchgate::report::plot;
 use latchgate::study::free::{self, Against, Motion, Release};
 use latchgate::study::histories::{self, Histories, History};
-use latchgate::study::restitution::{self, Contact};
+use latchgate::study::restitution::{self, FreeContact};
 use latchgate::study::{Headline, free_vibration, shock, spectrogram, step_size};
 use latchgate::units::{OpensWhen, SampleRate};
 use std::f64::consts::{PI, TAU};
@@ -111,7 +111,7 @@ fn val_the_damping_of_the_paper_fits_the_formula_that_has_no_unit() {
 fn val_limits_of_the_equivalence_agree_with_quad_precision() {
     let design = Design::reference();
     let result = equivalence(&design);
-    let free = Contact::new(&design, 0.0).unwrap();
+    let free = FreeContact::new(&design, 0.0).unwrap();
     check_relative(
         "half period",
         free.half_period_s(),
@@ -130,7 +130,7 @@ fn val_limits_of_the_equivalence_agree_with_quad_precision() {
         0.808_088_071_150_798,
         1e-12,
     );
-    let loaded = Contact::new(&design, design.lever.preload_torque_nm).unwrap();
+    let loaded = FreeContact::new(&design, design.lever.preload_torque_nm).unwrap();
     // Entry and exit of the first contacts of a free vibration from 0.5 rad.
     for (entry, exit, length) in [
         (
@@ -161,7 +161,7 @@ fn val_limits_of_the_equivalence_agree_with_quad_precision() {
 fn verif_the_contact_is_the_kernels() {
     let design = Design::reference();
     let capture = equivalence(&design).capture_speed_rad_s.unwrap();
-    let loaded = Contact::new(&design, design.lever.preload_torque_nm).unwrap();
+    let loaded = FreeContact::new(&design, design.lever.preload_torque_nm).unwrap();
     for speed in [40.0, 1.0, 0.03, 1.001 * capture] {
         let (time, exit) = loaded.exit(speed).unwrap();
         // In flight just after the exit, spring and damping have not yet done anything.

@@ -1,7 +1,7 @@
 //! `latchgate study attractor`.
 
 use super::analysis::{Analysis, Answer, Session};
-use super::sweep::{self, Sine, Span, Start};
+use super::sweep::{self, SineArguments, Span, StartArguments};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
@@ -22,7 +22,7 @@ pub struct Arguments {
     pub model: ModelArgument,
     /// The sine.
     #[command(flatten)]
-    pub sine: Sine,
+    pub sine: SineArguments,
     /// Amplitude [g], or several for statistics over them
     #[arg(long, value_name = "A|LO..HI", value_parser = sweep::parse_amplitudes, default_value = "2.5", allow_hyphen_values = true)]
     pub amplitude: Span,
@@ -37,7 +37,7 @@ pub struct Arguments {
     pub periods: u32,
     /// Where the lever starts.
     #[command(flatten)]
-    pub start: Start,
+    pub start: StartArguments,
     /// Show beside it what fixed-step Runge-Kutta with this many steps per period of the excitation
     /// and events on its grid makes of the same, as in the paper
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=1_000_000), allow_negative_numbers = true)]
@@ -57,7 +57,7 @@ impl Analysis for Arguments {
         let stops = self.model.stops();
         let initial = self.start.state(&stops)?;
         let base = |stop| attractor::Options {
-            rig: sweep::rig(design, stop, self.sine.gravity, self.sine.omega),
+            forced: sweep::forced(design, stop, self.sine.gravity, self.sine.omega),
             amplitudes_g: self.amplitude.ends(),
             points: self.points,
             transient: self.transient,

@@ -1,7 +1,7 @@
 //! `latchgate study basins`.
 
 use super::analysis::{Analysis, Answer, Session};
-use super::sweep::{self, Sine, Span};
+use super::sweep::{self, SineArguments, Span};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
@@ -22,7 +22,7 @@ pub struct Arguments {
     pub model: ModelArgument,
     /// The sine.
     #[command(flatten)]
-    pub sine: Sine,
+    pub sine: SineArguments,
     /// Amplitude [g]
     #[arg(long, value_name = "A", value_parser = sweep::parse_amplitude, default_value_t = 1.0, allow_negative_numbers = true)]
     pub amplitude: f64,
@@ -52,7 +52,7 @@ impl Analysis for Arguments {
     fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
         let stops = self.model.stops();
         let base = |stop| basins::Options {
-            rig: sweep::rig(design, stop, self.sine.gravity, self.sine.omega),
+            forced: sweep::forced(design, stop, self.sine.gravity, self.sine.omega),
             amplitude_g: self.amplitude,
             angle_rad: self.angle.ends(),
             velocity_rad_s: self.velocity.ends(),

@@ -1,7 +1,7 @@
 //! `latchgate study bifurcation`.
 
 use super::analysis::{Analysis, Answer, Session};
-use super::sweep::{self, Sine, Span, Start};
+use super::sweep::{self, SineArguments, Span, StartArguments};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
@@ -22,7 +22,7 @@ pub struct Arguments {
     pub model: ModelArgument,
     /// The sine.
     #[command(flatten)]
-    pub sine: Sine,
+    pub sine: SineArguments,
     /// Amplitudes [g]
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_amplitudes, default_value = "0..5", allow_hyphen_values = true)]
     pub amplitude: Span,
@@ -37,7 +37,7 @@ pub struct Arguments {
     pub periods: u32,
     /// Where every amplitude starts.
     #[command(flatten)]
-    pub start: Start,
+    pub start: StartArguments,
     /// Carry the state along from one amplitude to the next
     #[arg(long, value_enum, default_value_t = SweepArgument::None)]
     pub sweep: SweepArgument,
@@ -70,7 +70,7 @@ impl Analysis for Arguments {
         let stops = self.model.stops();
         let initial = self.start.state(&stops)?;
         let base = |stop| bifurcation::Options {
-            rig: sweep::rig(design, stop, self.sine.gravity, self.sine.omega),
+            forced: sweep::forced(design, stop, self.sine.gravity, self.sine.omega),
             amplitudes_g: self.amplitude.ends(),
             points: self.points,
             transient: self.transient,

@@ -50,7 +50,7 @@ impl Analysis for Arguments {
     fn run(&self, design: &Design, session: &Session) -> Result<Answer, Failure> {
         let stops = self.model.stops();
         let base = |stop| excitation_map::Options {
-            rig: sweep::rig(design, stop, self.gravity, self.omega.low),
+            forced: sweep::forced(design, stop, self.gravity, self.omega.low),
             amplitudes_g: self.amplitude.ends(),
             angular_frequencies_rad_s: self.omega.ends(),
             grid: self.grid,

@@ -5,12 +5,12 @@ use crate::error::ErrorKind;
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::request::{parse_finite, parse_phi0, parse_positive, parse_velocity};
-use crate::study::orbit::{Rig, State};
+use crate::study::orbit::{ForcedLever, PhasePoint};
 use clap::Args;
 
 /// Frequency, gravity and initial state.
 #[derive(Debug, Clone, Args)]
-pub struct Sine {
+pub struct SineArguments {
     /// Angular frequency ω [rad/s]
     #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0, allow_negative_numbers = true)]
     pub omega: f64,
@@ -21,7 +21,7 @@ pub struct Sine {
 
 /// Initial state of every lever.
 #[derive(Debug, Clone, Args)]
-pub struct Start {
+pub struct StartArguments {
     /// Initial angle [rad] [default: at rest on the stop]
     #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true)]
     pub phi0: Option<f64>,
@@ -30,9 +30,9 @@ pub struct Start {
     pub omega0: Option<f64>,
 }
 
-impl Start {
+impl StartArguments {
     /// Returns the initial state, which every one of `stops` admits; `None` for rest.
-    pub(super) fn state(&self, stops: &[StopModel]) -> Result<Option<State>, Failure> {
+    pub(super) fn state(&self, stops: &[StopModel]) -> Result<Option<PhasePoint>, Failure> {
         if self.phi0.is_none() && self.omega0.is_none() {
             return Ok(None);
         }
@@ -42,8 +42,8 @@ impl Start {
 }
 
 /// Returns the lever on its stop under sines.
-pub(super) fn rig(design: &Design, stop: StopModel, gravity: f64, omega: f64) -> Rig {
-    Rig {
+pub(super) fn forced(design: &Design, stop: StopModel, gravity: f64, omega: f64) -> ForcedLever {
+    ForcedLever {
         design: design.clone(),
         stop,
         gravity_m_s2: gravity,

@@ -4,6 +4,7 @@ mod derived;
 pub(in crate::recording) mod filtered;
 mod place;
 
+use crate::recording::words::{Words, word_list};
 use crate::recording::{Finding, Stated};
 use crate::units::{AccelerationUnit, TimeUnit};
 use filtered::Filtered;
@@ -114,30 +115,7 @@ impl Column {
 
     /// Tells whether the name is one for a running number.
     pub(in crate::recording) fn says_index(&self) -> bool {
-        matches!(
-            words(&self.label).join(" ").as_str(),
-            "index"
-                | "idx"
-                | "i"
-                | "n"
-                | "nr"
-                | "no"
-                | "number"
-                | "sample"
-                | "samples"
-                | "sample no"
-                | "sample nr"
-                | "sample number"
-                | "sample index"
-                | "count"
-                | "counter"
-                | "row"
-                | "line"
-                | "scan"
-                | "scan number"
-                | "messwert nr"
-                | "nummer"
-        ) || self.label == "#"
+        INDEX.contains(&words(&self.label).join(" ").as_str()) || self.label == "#"
     }
 
     /// Tells whether the name says lateral acceleration.
@@ -150,7 +128,7 @@ impl Column {
         if self.is_no_acceleration() {
             return false;
         }
-        let accelerates = has(ACCELERATION) || self.unit.is_some();
+        let accelerates = has(&ACCELERATION) || self.unit.is_some();
         // `acc_y2` is a second sensor of that axis.
         let numbered = |list: &[&str]| {
             let bare = |word: &String| {
@@ -162,8 +140,8 @@ impl Column {
                 .map(bare)
                 .any(|word| list.contains(&word.as_str()))
         };
-        numbered(LATERAL_ACCELERATION)
-            || (accelerates && numbered(LATERAL))
+        numbered(&LATERAL_ACCELERATION)
+            || (accelerates && numbered(&LATERAL))
             || place::code_in(&self.label).is_some_and(|code| code.is_lateral())
     }
 
@@ -221,7 +199,7 @@ impl Column {
              sign"
         } else if self.is_no_acceleration() {
             "says another quantity than a linear acceleration"
-        } else if (self.says(OTHER_AXES) && !self.says_lateral_acceleration())
+        } else if (self.says(&OTHER_AXES) && !self.says_lateral_acceleration())
             || place::coded(&self.label) == Some(Coded::OtherAxis)
         {
             "says another axis than the lateral one"
@@ -295,99 +273,35 @@ impl Column {
 }
 
 /// Words for acceleration.
-const ACCELERATION: &[&str] = &[
-    "a",
-    "ac",
-    "acc",
-    "accel",
-    "acceleration",
-    "accelerometer",
-    "beschl",
-    "beschleunigung",
-];
+static ACCELERATION: Words = word_list!("name-acceleration");
 
 /// Words for the lateral axis.
-const LATERAL: &[&str] = &["y", "yl", "yg", "lat", "lateral", "quer"];
+static LATERAL: Words = word_list!("name-lateral");
 
 /// Words that say both.
-const LATERAL_ACCELERATION: &[&str] = &[
-    "ay",
-    "accy",
-    "accely",
-    "accelerationy",
-    "acy",
-    "yacc",
-    "yaccel",
-    "alat",
-    "aquer",
-    "querbeschleunigung",
-];
+static LATERAL_ACCELERATION: Words = word_list!("name-lateral-acceleration");
 
 /// Words for the other axes.
-const OTHER_AXES: &[&str] = &[
-    "x",
-    "z",
-    "xl",
-    "zl",
-    "xg",
-    "zg",
-    "ax",
-    "az",
-    "accx",
-    "accz",
-    "accelx",
-    "accelz",
-    "acx",
-    "acz",
-    "longitudinal",
-    "long",
-    "vertical",
-    "resultant",
-    "längs",
-    "hoch",
-];
+static OTHER_AXES: Words = word_list!("name-other-axes");
 
 /// Units that tell that a header cell's brackets hold a unit, though none of acceleration.
-const FOREIGN_UNITS: &[&str] = &[
-    "V", "mV", "µV", "N", "kN", "Nm", "N·m", "mm", "cm", "m", "m/s", "km/h", "mph", "deg", "°",
-    "deg/s", "°/s", "rad", "rad/s", "rad/s2", "rad/s^2", "rad/s²", "deg/s2", "deg/s^2", "°/s²",
-    "%", "bar", "kPa", "Pa", "MPa", "°C", "K", "Hz", "µm/m", "A", "mA", "kg", "m/s3", "m/s^3",
-    "cm/s2", "cm/s^2", "cm/s²", "gal", "mg", "µg", "in/s2", "in/s^2",
-];
+static FOREIGN_UNITS: Words = word_list!("name-other-units");
+
+/// Names of a column that counts the rows.
+static INDEX: Words = word_list!("name-index");
+
+/// Words of which one in a name says that a column holds times.
+static TIMES: Words = word_list!("name-time");
+
+/// Names of a column of times that are such only alone.
+static TIMES_ALONE: Words = word_list!("name-time-alone");
 
 fn says_time(label: &str) -> bool {
     let words = words(label);
     let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
     match words.as_slice() {
-        [only]
-            if [
-                "t",
-                "sec",
-                "secs",
-                "second",
-                "seconds",
-                "ms",
-                "msec",
-                "millis",
-                "milliseconds",
-                "us",
-                "usec",
-                "microseconds",
-            ]
-            .contains(&only.as_str()) =>
-        {
-            true
-        }
-        _ => has(&[
-            "time",
-            "zeit",
-            "timestamp",
-            "temps",
-            "tiempo",
-            "tempo",
-            "tijd",
-            "czas",
-        ]),
+        [only] if TIMES_ALONE.contains(&only.as_str()) => true,
+        _ => has(&TIMES),
     }
 }
 
@@ -555,52 +469,10 @@ fn is_foreign(word: &str) -> bool {
 }
 
 /// Words that make another unit of the one behind them, or tell that it is not the column's.
-const NO_NAMES: &[&str] = &[
-    "nano",
-    "micro",
-    "milli",
-    "centi",
-    "deci",
-    "hecto",
-    "kilo",
-    "mega",
-    "count",
-    "counts",
-    "digit",
-    "digits",
-    "lsb",
-    "bit",
-    "bits",
-    "adc",
-    "volt",
-    "volts",
-    "fs",
-    "range",
-    "sensitivity",
-    "per",
-    "times",
-];
+static NO_NAMES: Words = word_list!("name-prefixes");
 
 /// Words that scale, beside [`NO_NAMES`].
-const SCALES: &[&str] = &[
-    "div",
-    "divided",
-    "mult",
-    "multiplied",
-    "mul",
-    "gain",
-    "scale",
-    "scaling",
-    "factor",
-    "faktor",
-    "mal",
-    "durch",
-    "hundred",
-    "thousand",
-    "tausend",
-    "percent",
-    "prozent",
-];
+static SCALES: Words = word_list!("name-scales");
 
 /// Tells whether the name around a unit in brackets, or over one in a row of units, holds what
 /// makes another unit of it: `ay x10`, `ay counts`, `ay % of FS`, `ay E3`, `ay k`, `ay (100 g)`.
@@ -704,31 +576,7 @@ fn is_name(label: &str, suffixed: bool) -> bool {
 }
 
 /// Words behind a name for time that are units and not read.
-const OTHER_TIMES: &[&str] = &[
-    "min",
-    "mins",
-    "minute",
-    "minutes",
-    "h",
-    "hr",
-    "hrs",
-    "hour",
-    "hours",
-    "d",
-    "day",
-    "days",
-    "ns",
-    "nsec",
-    "nanosec",
-    "nanosecond",
-    "nanoseconds",
-    "ps",
-    "tick",
-    "ticks",
-    "cycles",
-    "frame",
-    "frames",
-];
+static OTHER_TIMES: Words = word_list!("name-other-times");
 
 /// Tells whether a name for time holds a unit that is not read, or a number with a unit.
 fn says_other_time(cell: &str) -> bool {
@@ -745,7 +593,7 @@ fn unit_after_word(cell: &str) -> Found {
     let fits = |label: &str, unit: &str| {
         let means = |list: &[&str]| words(label).iter().any(|w| list.contains(&w.as_str()));
         if AccelerationUnit::from_spelling(unit).is_some() {
-            means(ACCELERATION) || means(LATERAL_ACCELERATION) || means(LATERAL)
+            means(&ACCELERATION) || means(&LATERAL_ACCELERATION) || means(&LATERAL)
         } else {
             TimeUnit::from_spelling(unit).is_some() && says_time(label)
         }

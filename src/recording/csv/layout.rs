@@ -5,6 +5,7 @@ use super::date;
 use super::dialect::{self, FEW_ROWS, SAMPLE_BYTES, Separator};
 use super::header::{Column, is_known_unit};
 use super::number::{self, Decimal};
+use super::records::Row;
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::{Finding, ReadOptions, Selection, lateral};
 use crate::units::{SampleRate, TimeUnit};
@@ -129,7 +130,7 @@ impl Layout {
     ///
     /// The index of the cell with [`ErrorKind::RaggedRow`], or [`ErrorKind::Malformed`] for
     /// content after the last column.
-    pub(super) fn check_row(&self, row: &ByteRecord) -> Result<(), (usize, Error)> {
+    pub(super) fn check_row(&self, row: Row<'_>) -> Result<(), (usize, Error)> {
         if row.len() != self.cells {
             return Err((
                 row.len(),

@@ -35,6 +35,14 @@ const LONGEST: usize = 64;
 
 /// Reads a cell, and learns the decimal mark from the first number that has one.
 pub(in crate::recording) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<f64, Fault> {
+    if let Some((value, has_point)) = exact(cell)
+        && !(has_point && *decimal == Decimal::Comma)
+    {
+        if has_point && *decimal == Decimal::Unknown {
+            *decimal = Decimal::Point;
+        }
+        return Ok(value);
+    }
     let cell = &*bare(cell);
     if cell.is_empty() {
         return Err(Fault::Empty);
@@ -73,6 +81,41 @@ pub(in crate::recording) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<
         _ => {}
     }
     Ok(value)
+}
+
+/// Powers of ten that are exact as doubles.
+const TENS: [f64; 16] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+];
+
+/// Reads what most numbers of a table are: a sign, and up to 15 digits with a point among them.
+/// Their digits as an integer and the power of ten are exact as doubles, so that the one rounding
+/// of the division is the right one. Returns whether there is a point, too.
+#[inline]
+fn exact(cell: &[u8]) -> Option<(f64, bool)> {
+    let (negative, digits) = match cell {
+        [b'-', digits @ ..] => (true, digits),
+        digits => (false, digits),
+    };
+    // A point is one byte more.
+    if digits.len() > TENS.len() || !digits.first()?.is_ascii_digit() {
+        return None;
+    }
+    let (mut mantissa, mut point) = (0_u64, None);
+    for (index, byte) in digits.iter().enumerate() {
+        match byte {
+            b'0'..=b'9' => mantissa = 10 * mantissa + u64::from(byte - b'0'),
+            b'.' if point.is_none() => point = Some(index),
+            _ => return None,
+        }
+    }
+    if point.is_none() && digits.len() == TENS.len() {
+        // Sixteen digits may be more than a double holds.
+        return None;
+    }
+    let decimals = point.map_or(0, |index| digits.len() - index - 1);
+    let size = mantissa as f64 / TENS[decimals];
+    Some((if negative { -size } else { size }, point.is_some()))
 }
 
 /// Returns a cell without the blanks around it, those that do not break a line among them, and
@@ -263,7 +306,49 @@ impl PrintedDigits {
 
 #[cfg(test)]
 mod tests {
-    use super::Marks;
+    use super::{Decimal, Marks, exact, parse};
+
+    /// Numbers of every length and with the point at every place, against the standard library.
+    #[test]
+    fn verif_short_numbers_are_read_to_the_last_bit() {
+        let digits = "9007199254740993001234567890";
+        for from in 0..12 {
+            for length in 1..=17 {
+                for point in 0..=length {
+                    let (whole, rest) = digits[from..from + length].split_at(point);
+                    for text in [format!("{whole}.{rest}"), format!("-{whole}.{rest}")] {
+                        let expected: f64 = text.parse().expect("a number");
+                        let found = parse(text.as_bytes(), &mut Decimal::Unknown);
+                        assert_eq!(found.map(f64::to_bits), Ok(expected.to_bits()), "{text}");
+                    }
+                    let text = format!("{whole}{rest}");
+                    let expected: f64 = text.parse().expect("a number");
+                    if let Some((value, point)) = exact(text.as_bytes()) {
+                        assert_eq!(
+                            (value.to_bits(), point),
+                            (expected.to_bits(), false),
+                            "{text}"
+                        );
+                    }
+                }
+            }
+        }
+        for text in [
+            "",
+            "-",
+            ".5",
+            "+1",
+            "1e3",
+            "1,5",
+            "1.2.3",
+            " 1",
+            "9007199254740993",
+        ] {
+            assert!(exact(text.as_bytes()).is_none(), "{text}");
+        }
+        // A comma of the rows before is held against a point.
+        assert!(parse(b"1.5", &mut Decimal::Comma).is_err());
+    }
 
     #[track_caller]
     fn check(cells: &[&str], decimal: bool, may_be_thousands: bool) {

@@ -1,13 +1,13 @@
 //! Rows: the stamps and the samples of the wanted columns, in one pass for all selections.
 
-use super::cell::{bad_cell, no_date, shown, unreadable};
+use super::cell::{bad_cell, no_date, shown};
 use super::date;
 use super::dialect::{self, Separator};
 use super::layout::{Layout, TimeSource};
 use super::number::{self, Decimal, Marks, PrintedDigits};
+use super::records::{Records, Row};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::{Limits, ReadOptions, Selection};
-use ::csv::ByteRecord;
 
 /// What became of a wanted column.
 #[derive(Debug, Clone)]
@@ -123,29 +123,36 @@ impl Table<'_> {
                 Ok(Gathering::new(self, wanted, repeating))
             })
             .collect();
-        let mut reader = dialect::reader(self.text, self.layout.separator, self.layout.quoted);
-        let mut record = ByteRecord::new();
-        let mut headers_left = self.layout.header_rows;
-        while gathered.iter().any(Result::is_ok) {
-            match reader.read_byte_record(&mut record) {
-                Ok(true) => {}
-                Ok(false) => break,
-                Err(error) => return wanted.iter().map(|_| Err(unreadable(&error))).collect(),
-            }
-            if headers_left > 0 {
-                headers_left -= 1;
-                continue;
-            }
-            for one in &mut gathered {
+        if let Err(error) = self.hand_out(&mut gathered) {
+            return wanted.iter().map(|_| Err(error.clone())).collect();
+        }
+        let finish = |one: Result<Gathering<'_>, Error>| one?.finish();
+        gathered.into_iter().map(finish).collect()
+    }
+}
+
+impl Table<'_> {
+    /// Hands each row to all that gather and have not failed.
+    fn hand_out(self, gathered: &mut [Result<Gathering<'_>, Error>]) -> Result<(), Error> {
+        let layout = self.layout;
+        let mut records = Records::after_header(
+            self.text,
+            layout.separator,
+            layout.quoted,
+            layout.header_rows,
+        )?;
+        while gathered.iter().any(Result::is_ok)
+            && let Some(row) = records.next()?
+        {
+            for one in &mut *gathered {
                 if let Ok(rows) = one
-                    && let Err(error) = rows.take(&record)
+                    && let Err(error) = rows.take(row)
                 {
                     *one = Err(error);
                 }
             }
         }
-        let finish = |one: Result<Gathering<'_>, Error>| one?.finish();
-        gathered.into_iter().map(finish).collect()
+        Ok(())
     }
 }
 
@@ -209,28 +216,28 @@ impl<'a> Gathering<'a> {
     }
 
     /// Takes in one row.
-    fn take(&mut self, record: &ByteRecord) -> Result<(), Error> {
+    fn take(&mut self, row: Row<'_>) -> Result<(), Error> {
         self.table
             .layout
-            .check_row(record)
+            .check_row(row)
             .map_err(|(column, error)| {
-                let place = self.table.place(record, column);
+                let place = self.table.place(row, column);
                 error.at(Place {
-                    column: place.column.filter(|_| column < record.len()),
+                    column: place.column.filter(|_| column < row.len()),
                     ..place
                 })
             })?;
         if let Some((column, per_second)) = self.stamped {
-            let stamp = self.stamp(record, column, per_second)?;
-            if self.repeats_row(record, column, stamp)? {
+            let stamp = self.stamp(row, column, per_second)?;
+            if self.repeats_row(row, column, stamp)? {
                 return Ok(());
             }
             if self.dates.is_none() {
-                self.digits.count(&record[column]);
-                self.stamp_marks.look(record, column);
+                self.digits.count(&row[column]);
+                self.stamp_marks.look(row, column);
             }
             self.rows.stamps_s.push(stamp);
-            self.last_byte = byte_of(record);
+            self.last_byte = row.byte;
         }
         self.rows.count += 1;
         let columns = self.wanted.columns.iter().zip(&mut self.rows.values);
@@ -238,13 +245,13 @@ impl<'a> Gathering<'a> {
             let ColumnResult::Kept(samples) = result else {
                 continue;
             };
-            match number::parse(&record[*column], &mut self.decimal) {
+            match number::parse(&row[*column], &mut self.decimal) {
                 Ok(value) => {
                     samples.push(value);
-                    marks.look(record, *column);
+                    marks.look(row, *column);
                 }
                 Err(fault) => {
-                    let error = self.table.bad_cell(record, *column, fault);
+                    let error = self.table.bad_cell(row, *column, fault);
                     if self.wanted.selection == Selection::Lateral {
                         return Err(error);
                     }
@@ -257,10 +264,10 @@ impl<'a> Gathering<'a> {
             let ColumnResult::Kept(samples) = result else {
                 continue;
             };
-            match number::parse(&record[*column], decimal) {
+            match number::parse(&row[*column], decimal) {
                 Ok(value) => samples.push(value),
                 Err(fault) => {
-                    let error = self.table.bad_cell(record, *column, fault);
+                    let error = self.table.bad_cell(row, *column, fault);
                     *result = ColumnResult::LeftOut(error.to_string());
                 }
             }
@@ -269,15 +276,15 @@ impl<'a> Gathering<'a> {
     }
 
     /// Reads a stamp [s].
-    fn stamp(&mut self, record: &ByteRecord, column: usize, per_second: f64) -> Result<f64, Error> {
-        let cell = &record[column];
+    fn stamp(&mut self, row: Row<'_>, column: usize, per_second: f64) -> Result<f64, Error> {
+        let cell = &row[column];
         match &mut self.dates {
             Some(clock) => clock
                 .seconds(cell)
-                .ok_or_else(|| no_date(cell).at(self.table.place(record, column))),
+                .ok_or_else(|| no_date(cell).at(self.table.place(row, column))),
             None => number::parse(cell, &mut self.decimal)
                 .map(|stamp| stamp / per_second)
-                .map_err(|fault| self.table.bad_cell(record, column, fault)),
+                .map_err(|fault| self.table.bad_cell(row, column, fault)),
         }
     }
 
@@ -287,12 +294,7 @@ impl<'a> Gathering<'a> {
     /// # Errors
     ///
     /// [`ErrorKind::TimeNotIncreasing`] where another row has no later stamp.
-    fn repeats_row(
-        &mut self,
-        record: &ByteRecord,
-        column: usize,
-        stamp: f64,
-    ) -> Result<bool, Error> {
+    fn repeats_row(&mut self, row: Row<'_>, column: usize, stamp: f64) -> Result<bool, Error> {
         let Some(previous) = self.rows.stamps_s.last().copied() else {
             return Ok(false);
         };
@@ -300,8 +302,8 @@ impl<'a> Gathering<'a> {
             return Ok(false);
         }
         let text = self.table.text;
-        let place = self.table.place(record, column);
-        if row_at(text, self.last_byte) == row_at(text, byte_of(record)) {
+        let place = self.table.place(row, column);
+        if row_at(text, self.last_byte) == row_at(text, row.byte) {
             let first = place.line.unwrap_or(0);
             let (rows, first) = self.rows.repeated.unwrap_or((0, first));
             self.rows.repeated = Some((rows + 1, first));
@@ -348,20 +350,15 @@ impl Table<'_> {
         self.layout.separator == Separator::Comma
     }
 
-    fn place(self, record: &ByteRecord, column: usize) -> Place {
+    fn place(self, row: Row<'_>, column: usize) -> Place {
         Place::default()
-            .line(dialect::line_of_record(self.text, byte_of(record)))
+            .line(dialect::line_of_record(self.text, row.byte))
             .column(column as u64 + 1)
     }
 
-    fn bad_cell(self, record: &ByteRecord, column: usize, fault: number::Fault) -> Error {
-        bad_cell(&record[column], fault).at(self.place(record, column))
+    fn bad_cell(self, row: Row<'_>, column: usize, fault: number::Fault) -> Error {
+        bad_cell(&row[column], fault).at(self.place(row, column))
     }
-}
-
-/// Returns the byte at which the table reader began to read a row.
-fn byte_of(record: &ByteRecord) -> u64 {
-    record.position().map_or(0, ::csv::Position::byte)
 }
 
 /// What the marks of a column may be, and where the first doubtful one stands.
@@ -373,10 +370,10 @@ struct AmbiguousMarks {
 }
 
 impl AmbiguousMarks {
-    fn look(&mut self, record: &ByteRecord, column: usize) {
-        let cell = &record[column];
+    fn look(&mut self, row: Row<'_>, column: usize) {
+        let cell = &row[column];
         if self.marks.look(cell) {
-            self.first = Some((byte_of(record), column, shown(cell)));
+            self.first = Some((row.byte, column, shown(cell)));
         }
     }
 

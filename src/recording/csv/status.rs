@@ -1,28 +1,23 @@
 //! What a table says of its samples in words: comment lines, and columns that hold the state of
 //! a channel or notes row by row.
 
-use super::cell::{shown, unreadable};
-use super::dialect;
+use super::cell::shown;
 use super::header::Column;
 use super::layout::Layout;
+use super::records::Records;
 use crate::error::Error;
 use crate::recording::laboratory::{self, Remark};
+use crate::recording::words::{Words, word_list};
 use crate::recording::{Finding, Severity};
 
 /// Findings of one severity that comments may give.
 const MOST: usize = 20;
 
 /// Values that deny what the words before them say.
-const NOTHING: &[&str] = &[
-    "", "-", "no", "none", "nein", "keine", "kein", "0", "false", "off", "n", "ok", "on",
-    "enabled", "disabled",
-];
+static NOTHING: Words = word_list!("status-denials");
 
 /// Words of a column by which all is well.
-const WELL: &[&str] = &[
-    "", "-", "ok", "o.k.", "0", "0.0", "0x0", "0x00", "0x0000", "good", "valid", "none", "no",
-    "false", "normal", "nominal", "n", "i.o.", "io", "pass", "gültig", "gut", "off",
-];
+static WELL: Words = word_list!("status-well");
 
 /// Returns what a comment on `line` says of the channel `column`.
 pub(super) fn of_comment(
@@ -34,7 +29,7 @@ pub(super) fn of_comment(
     let (key, value) = comment
         .split_once([':', '=', ';', ',', '\t'])
         .unwrap_or(("", comment));
-    let denied = !key.is_empty() && NOTHING.contains(&value.trim().to_lowercase().as_str());
+    let denied = !key.is_empty() && says_one_of(&NOTHING, &value.trim().to_lowercase());
     if denied {
         return None;
     }
@@ -88,49 +83,8 @@ fn prose(comment: &str) -> String {
 
 /// Tells whether a comment speaks of samples and what they came from, and not of a setting.
 fn is_about_samples(comment: &str) -> bool {
-    const SAMPLES: &[&str] = &[
-        "data",
-        "datum",
-        "channel",
-        "sensor",
-        "signal",
-        "cable",
-        "accelerometer",
-        "transducer",
-        "gauge",
-        "gage",
-        "recorder",
-        "recording",
-        "record",
-        "sample",
-        "samples",
-        "value",
-        "values",
-        "valid",
-        "invalid",
-        "trace",
-        "curve",
-        "clipped",
-        "saturated",
-        "daten",
-        "kanal",
-        "aufnehmer",
-        "messwerte",
-        "kabel",
-        "aufzeichnung",
-        "ungültig",
-    ];
-    const SETTINGS: &[&str] = &[
-        "level",
-        "limit",
-        "limits",
-        "range",
-        "capacity",
-        "threshold",
-        "rating",
-        "grenze",
-        "bereich",
-    ];
+    static SAMPLES: Words = word_list!("status-samples");
+    static SETTINGS: Words = word_list!("status-settings");
     let small = comment.to_lowercase();
     let words: Vec<&str> = small
         .split(|c: char| !c.is_alphanumeric())
@@ -145,7 +99,7 @@ fn is_about_samples(comment: &str) -> bool {
         ) && three[1].bytes().all(|byte| byte.is_ascii_digit())
             && matches!(three[2], "g" | "m" | "mm")
     });
-    has(SAMPLES) && !has(SETTINGS) && !rated
+    has(&SAMPLES) && !has(&SETTINGS) && !rated
 }
 
 /// Returns what all comments say of a channel, at most a screenful of each severity.
@@ -183,6 +137,23 @@ enum About {
     Notes,
 }
 
+/// Names of columns that say whether samples are good.
+static VALID: Words = word_list!("status-valid");
+
+/// Names of columns that say whether a fault is there.
+static FAULT: Words = word_list!("status-fault");
+
+/// Names of columns that hold a state.
+static STATE: Words = word_list!("status-state");
+
+/// Names of columns that hold what a person noted.
+static NOTES: Words = word_list!("status-notes");
+
+/// Tells whether a text is one of the list, or nothing at all.
+fn says_one_of(list: &[&str], text: &str) -> bool {
+    text.is_empty() || list.contains(&text)
+}
+
 fn about(column: &Column) -> Option<About> {
     let small = column.label.to_lowercase();
     let has = |list: &[&str]| {
@@ -192,37 +163,13 @@ fn about(column: &Column) -> Option<About> {
     };
     if column.unit_text.is_some() {
         None
-    } else if has(&["valid", "validity", "isvalid", "gültig"]) {
+    } else if has(&VALID) {
         Some(About::Valid)
-    } else if has(&[
-        "overload",
-        "overrange",
-        "overflow",
-        "ovl",
-        "clip",
-        "clipped",
-        "clipping",
-        "saturated",
-        "saturation",
-        "fault",
-        "error",
-        "invalid",
-        "fehler",
-    ]) {
+    } else if has(&FAULT) {
         Some(About::Fault)
-    } else if has(&["status", "state", "flag", "flags", "quality", "qualität"]) {
+    } else if has(&STATE) {
         Some(About::State)
-    } else if has(&[
-        "comment",
-        "comments",
-        "remark",
-        "remarks",
-        "note",
-        "notes",
-        "bemerkung",
-        "bemerkungen",
-        "kommentar",
-    ]) {
+    } else if has(&NOTES) {
         Some(About::Notes)
     } else {
         None
@@ -274,7 +221,7 @@ impl StatusColumn {
             About::Valid if yes => return,
             About::Valid if no => true,
             About::Fault if yes => true,
-            _ if WELL.contains(&small.as_str()) => return,
+            _ if says_one_of(&WELL, &small) => return,
             About::Notes => matches!(laboratory::remark(&text), Some(Remark::Invalid(_))),
             _ => {
                 matches!(
@@ -329,22 +276,15 @@ pub(super) fn read(text: &[u8], layout: &Layout) -> Result<Vec<StatusColumn>, Er
     if columns.is_empty() {
         return Ok(columns);
     }
-    let mut reader = dialect::reader(text, layout.separator, layout.quoted);
-    let mut record = ::csv::ByteRecord::new();
-    let mut skipped = 0;
-    let mut row = 0;
-    while reader
-        .read_byte_record(&mut record)
-        .map_err(|error| unreadable(&error))?
-    {
-        if skipped < layout.header_rows {
-            skipped += 1;
-            continue;
-        }
+    let mut records =
+        Records::after_header(text, layout.separator, layout.quoted, layout.header_rows)?;
+    let mut number = 0;
+    while let Some(row) = records.next()? {
         for column in &mut columns {
-            column.look(row, record.get(column.index).unwrap_or_default());
+            let cell = (column.index < row.len()).then(|| &row[column.index]);
+            column.look(number, cell.unwrap_or_default());
         }
-        row += 1;
+        number += 1;
     }
     Ok(columns)
 }

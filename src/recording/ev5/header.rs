@@ -2,6 +2,7 @@
 
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::filtered::{Filtered, filter_in};
+use crate::recording::words::{Words, word_list};
 use crate::recording::{Finding, Limits, Stated, csv::encoding, laboratory, text, time_base};
 use crate::units::{AccelerationUnit, SampleRate};
 
@@ -12,7 +13,7 @@ const FIELDS: usize = 20;
 const NO_SEAT: &[&str] = &["", "NA", "N/A", "0", "00"];
 
 /// Attachments of a sensor close to a latch: door sills, pillars, doors, rockers.
-const NEAR_A_LATCH: &[&str] = &["DS", "DO", "DR", "AP", "BP", "CP", "PI", "PL", "SI", "LT"];
+static NEAR_A_LATCH: Words = word_list!("nhtsa-near-a-latch");
 
 /// The instrumentation of a test.
 #[derive(Debug)]

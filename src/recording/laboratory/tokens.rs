@@ -203,7 +203,7 @@ pub(super) fn instants(tokens: &[Token]) -> Vec<(usize, Option<f64>)> {
         // "between 60 and 65 ms", "60 to 65 ms", "60-65 ms"
         let earlier = if index >= 1 && is_number(index - 1) {
             Some(index - 1)
-        } else if index >= 2 && tokens[index - 1].is_one_of(STRETCH) && is_number(index - 2) {
+        } else if index >= 2 && tokens[index - 1].is_one_of(&STRETCH) && is_number(index - 2) {
             Some(index - 2)
         } else {
             None

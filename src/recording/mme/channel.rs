@@ -4,6 +4,7 @@ use super::code::{self, Code};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column;
 use crate::recording::csv::number::{Decimal, PrintedDigits};
+use crate::recording::words::{Words, word_list};
 use crate::recording::{
     Finding, Limits, Severity, Stated, csv::encoding, laboratory, text, time_base,
 };
@@ -28,64 +29,19 @@ const STATED_ONCE: &[&str] = &[
 const EXTREME_AGREEMENT: f64 = 1e-4;
 
 /// What keys of notes begin with, in small letters.
-const NOTES: &[&str] = &[
-    "comment",
-    "remark",
-    "note",
-    "bemerkung",
-    "anmerkung",
-    "kommentar",
-    "hinweis",
-];
+static NOTES: Words = word_list!("iso-mme-notes");
 
 /// What other keys of free text begin with, in small letters.
 const FREE_TEXT: &[&str] = &["name of the channel", "title", "description"];
 
 /// What programs write for a sample that they do not have, in small letters and without marks.
-const NO_SAMPLE: &[&str] = &[
-    "nan",
-    "na",
-    "nv",
-    "inf",
-    "infinity",
-    "overrange",
-    "overload",
-    "overflow",
-    "over",
-    "underrange",
-    "underflow",
-    "under",
-    "saturated",
-    "clipped",
-    "error",
-    "err",
-    "fault",
-    "failed",
-    "invalid",
-    "bad",
-    "missing",
-    "none",
-    "null",
-    "nil",
-    "empty",
-    "void",
-    "undef",
-    "undefined",
-    "novalue",
-    "nodata",
-    "value",
-    "wert",
-    "num",
-    "div0",
-    "ind",
-    "qnan",
-];
+static NO_SAMPLE: Words = word_list!("iso-mme-no-sample");
 
 /// Length of a piece of text from which on a single word may be the rest of it.
 const CUT_AT: usize = 24;
 
 fn is_comment(key: &str) -> bool {
-    begins_with_one_of(key, NOTES)
+    begins_with_one_of(key, &NOTES)
 }
 
 fn begins_with_one_of(key: &str, words: &[&str]) -> bool {

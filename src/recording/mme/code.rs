@@ -1,15 +1,12 @@
 //! Channel codes: 16 characters that say what was measured where.
 
+use crate::recording::words::{Words, word_list};
+
 /// Locations of a sensor close to a door latch: pillars, doors, locks, sills.
-const NEAR_A_LATCH: &[&str] = &[
-    "APIL", "BPIL", "CPIL", "DPIL", "DOOR", "DOPA", "LOCK", "LOSY", "LATC", "SILB", "SILL",
-];
+static NEAR_A_LATCH: Words = word_list!("iso-mme-near-a-latch");
 
 /// Other locations of the vehicle's structure.
-const STRUCTURE: &[&str] = &[
-    "VEHC", "VEHI", "TUNN", "SEAT", "SEBA", "SECU", "ROOF", "FLOO", "RAIL", "CROS", "DASH", "FIRE",
-    "ENGN", "BRCA", "COWL", "TRUN", "REAR", "AXLE", "SUBF", "BUMP", "WHEE", "STCO", "BODY", "RESI",
-];
+static STRUCTURE: Words = word_list!("iso-mme-structure");
 
 /// A side of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -124,10 +121,7 @@ pub(super) fn class_of(letter: u8) -> Option<&'static str> {
 }
 
 /// Locations in a dummy or on a barrier.
-const ELSEWHERE: &[&str] = &[
-    "HEAD", "NECK", "CHST", "THSP", "SPIN", "RIBS", "TRRI", "ABRI", "SHLD", "ABDO", "PELV", "FEMR",
-    "TIBI", "KNEE", "FOOT", "MBAR", "BARR", "MDB",
-];
+static ELSEWHERE: Words = word_list!("iso-mme-elsewhere");
 
 /// Tells whether a text that is nearly a code, but too short or too long, says another axis, a
 /// dummy or a barrier.

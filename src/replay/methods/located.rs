@@ -66,7 +66,7 @@ pub(super) trait Stepper {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Phase {
+enum LocatedPhase {
     Dwell,
     Flight,
     Contact,
@@ -78,7 +78,7 @@ struct Driver<'a, E, S> {
     at_samples: bool,
     free: Branch<'a, E>,
     contact: Branch<'a, E>,
-    phase: Phase,
+    phase: LocatedPhase,
     t: f64,
     q: f64,
     v: f64,
@@ -95,9 +95,9 @@ pub(super) fn run<E: Excitation, S: Stepper>(
 ) -> Raw {
     let (q, v) = problem.start_state();
     let phase = match problem.stop {
-        StopModel::Rigid if problem.initial.is_none() => Phase::Dwell,
-        StopModel::Soft if q < 0.0 => Phase::Contact,
-        _ => Phase::Flight,
+        StopModel::Rigid if problem.initial.is_none() => LocatedPhase::Dwell,
+        StopModel::Soft if q < 0.0 => LocatedPhase::Contact,
+        _ => LocatedPhase::Flight,
     };
     let mut driver = Driver {
         problem: *problem,
@@ -119,7 +119,7 @@ pub(super) fn run<E: Excitation, S: Stepper>(
         work: Work::default(),
         breakdown: None,
     };
-    if phase == Phase::Flight && q <= 0.0 {
+    if phase == LocatedPhase::Flight && q <= 0.0 {
         driver.meet_stop();
     }
     driver.go();
@@ -134,7 +134,7 @@ pub(super) fn run<E: Excitation, S: Stepper>(
 impl<E: Excitation, S: Stepper> Driver<'_, E, S> {
     fn go(&mut self) {
         while self.t < self.problem.end_s && self.breakdown.is_none() {
-            if self.phase == Phase::Dwell {
+            if self.phase == LocatedPhase::Dwell {
                 self.dwell();
             } else {
                 self.step();
@@ -179,7 +179,7 @@ impl<E: Excitation, S: Stepper> Driver<'_, E, S> {
 
     fn lift_off(&mut self, instant: f64) {
         self.t = instant;
-        self.phase = Phase::Flight;
+        self.phase = LocatedPhase::Flight;
         self.work.events += 1;
         self.record.release(instant);
         self.record.keep(instant, 0.0, 0.0);
@@ -187,7 +187,7 @@ impl<E: Excitation, S: Stepper> Driver<'_, E, S> {
     }
 
     fn step(&mut self) {
-        let flying = self.phase == Phase::Flight;
+        let flying = self.phase == LocatedPhase::Flight;
         let branch = if flying { &self.free } else { &self.contact };
         let barrier = self.barrier();
         let reach = barrier - self.t;
@@ -234,7 +234,7 @@ impl<E: Excitation, S: Stepper> Driver<'_, E, S> {
 
     /// Returns the part of the step at which the angle is zero, and the velocity there.
     fn refine(&mut self, h: f64, guess: f64, side: f64) -> (f64, f64) {
-        let branch = if self.phase == Phase::Flight {
+        let branch = if self.phase == LocatedPhase::Flight {
             &self.free
         } else {
             &self.contact
@@ -269,20 +269,20 @@ impl<E: Excitation, S: Stepper> Driver<'_, E, S> {
         let pressed = self.free.pressed(self.t);
         let leaves = self.v > 0.0 || (self.v >= 0.0 && pressed < 0.0);
         if leaves {
-            self.phase = Phase::Flight;
+            self.phase = LocatedPhase::Flight;
             self.record.release(self.t);
         } else if self.problem.stop == StopModel::Soft {
             self.record.impact(self.t, self.v);
-            self.phase = Phase::Contact;
+            self.phase = LocatedPhase::Contact;
         } else {
             self.record.impact(self.t, self.v);
             self.record.keep(self.t, 0.0, self.v);
             let after = -self.problem.design.stop.restitution * self.v;
             self.v = after;
-            self.phase = Phase::Flight;
+            self.phase = LocatedPhase::Flight;
             if after <= REST_SPEED_RAD_S && pressed >= 0.0 {
                 self.v = 0.0;
-                self.phase = Phase::Dwell;
+                self.phase = LocatedPhase::Dwell;
             }
         }
         self.record.keep(self.t, 0.0, self.v);

@@ -1,7 +1,7 @@
 //! What is kept of a motion that a method gives step by step.
 
 use super::super::TracePoint;
-use super::super::tally::{COUNTED_SPEED, LISTED_IMPACTS};
+use super::super::recorder::{COUNTED_SPEED, LISTED_IMPACTS};
 use super::point;
 use crate::numerics::polynomial;
 

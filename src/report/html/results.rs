@@ -40,6 +40,19 @@ pub(super) fn runs(page: &mut Page, document: &Document) {
     let mut columns = vec!["Quantity"];
     columns.extend(heads.iter().map(String::as_str));
     page.table("runs", &columns);
+    quantities(page, document, &runs);
+    page.end_table();
+    if document.models.len() < 2 {
+        page.note(&format!(
+            "Stop model asked for: {}. Only the stops shown were run.",
+            document.request.model.name()
+        ));
+    }
+    page.end_section();
+}
+
+/// Writes a row for each quantity of the runs.
+fn quantities(page: &mut Page, document: &Document, runs: &[&Run]) {
     let threshold = document.threshold_rad;
     let optional = |value: Option<f64>, show: &dyn Fn(f64) -> String| {
         value.map_or_else(|| "none".to_string(), show)
@@ -103,21 +116,13 @@ pub(super) fn runs(page: &mut Page, document: &Document) {
     for (name, show) in rows {
         page.raw("<tr>");
         page.element("th", "", name);
-        for run in &runs {
+        for run in runs {
             let above = name.starts_with("Peak") && run.peak_angle_rad > threshold;
             let class = if above { "number above" } else { "number" };
             page.element("td", class, &show(run));
         }
         page.raw("</tr>\n");
     }
-    page.end_table();
-    if document.models.len() < 2 {
-        page.note(&format!(
-            "Stop model asked for: {}. Only the stops shown were run.",
-            document.request.model.name()
-        ));
-    }
-    page.end_section();
 }
 
 /// Returns the runs to compare: per polarity and stop where two polarities were judged, else

@@ -3,6 +3,7 @@
 use super::markup::Page;
 use crate::model::parameters::{PARAMETERS, Slot};
 use crate::report::Document;
+use crate::report::document::ConditioningBlock;
 use crate::report::number::{ABSENT, count, exact, significant, trimmed};
 use crate::report::words::{DIGITS, instant};
 use crate::units::STANDARD_GRAVITY;
@@ -106,37 +107,7 @@ pub(super) fn conditioning(page: &mut Page, document: &Document) {
             |rate| format!("{}\u{00A0}Hz, band-limited", exact(rate)),
         ),
     );
-    if block.filter == "none" {
-        page.fact("Filter", "none");
-    } else {
-        let class = block
-            .filter
-            .strip_prefix("cfc")
-            .map_or_else(|| block.filter.to_string(), |class| format!("CFC {class}"));
-        page.fact(
-            "Filter",
-            &format!("{class}, two passes of a two-pole Butterworth, no phase"),
-        );
-        page.fact(
-            "Standard and its constant",
-            match &*block.filter_standard {
-                "iso6487" => "ISO 6487: fd = 25/12 · CFC",
-                "saej211" => "SAE J211-1: fd = 2.0775 · CFC",
-                other => other,
-            },
-        );
-        page.fact(
-            "Design frequency fd",
-            &block.filter_design_frequency_hz.map_or_else(
-                || ABSENT.into(),
-                |design| format!("{}\u{00A0}Hz", trimmed(design, 7)),
-            ),
-        );
-        page.fact(
-            "End treatment",
-            block.filter_end_treatment.as_deref().unwrap_or(ABSENT),
-        );
-    }
+    filter(page, block);
     if let (Some(peak), Some(at)) = (block.peak_g, block.peak_time_s) {
         page.fact(
             "Largest magnitude as used",
@@ -169,6 +140,41 @@ pub(super) fn conditioning(page: &mut Page, document: &Document) {
     );
     page.end_table();
     page.end_section();
+}
+
+/// Writes the filter, with its standard.
+fn filter(page: &mut Page, block: &ConditioningBlock) {
+    if block.filter == "none" {
+        page.fact("Filter", "none");
+    } else {
+        let class = block
+            .filter
+            .strip_prefix("cfc")
+            .map_or_else(|| block.filter.to_string(), |class| format!("CFC {class}"));
+        page.fact(
+            "Filter",
+            &format!("{class}, two passes of a two-pole Butterworth, no phase"),
+        );
+        page.fact(
+            "Standard and its constant",
+            match &*block.filter_standard {
+                "iso6487" => "ISO 6487: fd = 25/12 · CFC",
+                "saej211" => "SAE J211-1: fd = 2.0775 · CFC",
+                other => other,
+            },
+        );
+        page.fact(
+            "Design frequency fd",
+            &block.filter_design_frequency_hz.map_or_else(
+                || ABSENT.into(),
+                |design| format!("{}\u{00A0}Hz", trimmed(design, 7)),
+            ),
+        );
+        page.fact(
+            "End treatment",
+            block.filter_end_treatment.as_deref().unwrap_or(ABSENT),
+        );
+    }
 }
 
 /// Writes the design with its tolerances.

@@ -30,10 +30,10 @@ pub(super) fn encode(pixels: &[u8], width: usize, height: usize) -> Option<Strin
 }
 
 /// A colour that shows on light and on dark paper.
-pub(super) type Colour = [u8; 3];
+pub(super) type Rgb = [u8; 3];
 
-pub(super) const BLUE: Colour = [45, 125, 205];
-pub(super) const ORANGE: Colour = [222, 112, 32];
+pub(super) const BLUE: Rgb = [45, 125, 205];
+pub(super) const ORANGE: Rgb = [222, 112, 32];
 
 /// Returns a cloud of points as base64 of a transparent PNG over the panel that `x` and `y` span:
 /// the more points fall on a pixel the denser, by their logarithm, and a single point can still
@@ -44,7 +44,7 @@ pub(super) fn cloud(
     y: &Axis,
     size: (f64, f64),
     dot: usize,
-    colour: Colour,
+    colour: Rgb,
 ) -> Option<String> {
     let (width, height) = (
         (size.0 * SCALE).round() as usize,

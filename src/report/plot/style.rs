@@ -3,18 +3,18 @@
 use std::fmt::Write as _;
 
 /// One colour in light and dark.
-struct Colour {
+struct ThemeColour {
     name: &'static str,
     light: &'static str,
     dark: &'static str,
 }
 
-const fn colour(name: &'static str, light: &'static str, dark: &'static str) -> Colour {
-    Colour { name, light, dark }
+const fn colour(name: &'static str, light: &'static str, dark: &'static str) -> ThemeColour {
+    ThemeColour { name, light, dark }
 }
 
 /// Every colour. Text keeps a contrast of at least 4.5 to 1 against the paper in both themes.
-const COLOURS: [Colour; 19] = [
+const COLOURS: [ThemeColour; 19] = [
     colour("paper", "#ffffff", "#14181d"),
     colour("page", "#f3f5f7", "#0c0f12"),
     colour("ink", "#171c22", "#e6eaee"),

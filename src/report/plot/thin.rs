@@ -7,7 +7,7 @@
 /// that is not finite survives too, since it breaks the line.
 pub fn columns(points: impl Iterator<Item = (f64, f64)>, column_width: f64) -> Vec<(f64, f64)> {
     let mut out = Vec::new();
-    let mut column: Option<Column> = None;
+    let mut column: Option<PlotColumn> = None;
     for (index, point) in points.enumerate() {
         if !(point.0.is_finite() && point.1.is_finite()) {
             if let Some(full) = column.take() {
@@ -24,7 +24,7 @@ pub fn columns(points: impl Iterator<Item = (f64, f64)>, column_width: f64) -> V
                 if let Some(full) = column.take() {
                     full.emit(&mut out);
                 }
-                column = Some(Column::start(number, index, point));
+                column = Some(PlotColumn::start(number, index, point));
             }
         }
     }
@@ -36,7 +36,7 @@ pub fn columns(points: impl Iterator<Item = (f64, f64)>, column_width: f64) -> V
 
 type Numbered = (usize, (f64, f64));
 
-struct Column {
+struct PlotColumn {
     number: f64,
     first: Numbered,
     least: Numbered,
@@ -44,7 +44,7 @@ struct Column {
     last: Numbered,
 }
 
-impl Column {
+impl PlotColumn {
     fn start(number: f64, index: usize, point: (f64, f64)) -> Self {
         let numbered = (index, point);
         Self {

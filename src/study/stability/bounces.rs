@@ -6,7 +6,8 @@
 //! already lost inside as never brought in, and comes out larger.
 
 use super::{
-    Options, Problem, Setting, Stability, contact, paper_step_s, rk4, rk4_located, silence,
+    MethodSetting, Options, Stability, StabilityCase, contact, paper_step_s, rk4, rk4_located,
+    silence,
 };
 use crate::error::Error;
 use crate::model::stop::StopModel;
@@ -26,7 +27,7 @@ const LENGTH_S: f64 = 0.6;
 pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error> {
     let design = &options.design;
     let problem = |intervals| {
-        Ok::<_, Error>(Problem {
+        Ok::<_, Error>(StabilityCase {
             design,
             model: StopModel::Soft,
             signal: silence(LENGTH_S, intervals)?,
@@ -36,14 +37,14 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
     // Samples close enough that the kernel's trace holds points inside each contact; one sample
     // for the others, whose steps then lie on their own grid.
     let (dense, problem) = (problem(6000)?, problem(1)?);
-    let kernel = dense.ask(&Setting::kernel(), true)?.trace;
+    let kernel = dense.ask(&MethodSetting::kernel(), true)?.trace;
     let right: Vec<f64> = contact::contacts(design, &kernel)
         .iter()
         .map(|contact| contact.at_stop)
         .collect();
     for steps in [1000, 2000, 10_000] {
         for method in [rk4, rk4_located] {
-            let setting = Setting::fixed(method, paper_step_s(steps));
+            let setting = MethodSetting::fixed(method, paper_step_s(steps));
             let got = contact::contacts(design, &problem.ask(&setting, true)?.trace);
             for (index, right) in right.iter().take(BOUNCES).enumerate() {
                 let contact = got.get(index);

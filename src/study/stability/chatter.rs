@@ -1,7 +1,8 @@
 //! Chatter: bounces without number that end at a finite time, on a rigid stop.
 
 use super::{
-    Options, Problem, Setting, Stability, moreau_jean, paper_step_s, rk4, rk4_located, silence,
+    MethodSetting, Options, Stability, StabilityCase, moreau_jean, paper_step_s, rk4, rk4_located,
+    silence,
 };
 use crate::error::Error;
 use crate::model::stop::StopModel;
@@ -26,13 +27,13 @@ const STEPS: [u32; 5] = [1000, 3000, 10_000, 30_000, 100_000];
 const TOLERANCES: [f64; 5] = [1e-4, 1e-6, 1e-8, 1e-10, 1e-12];
 
 pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error> {
-    let problem = Problem {
+    let problem = StabilityCase {
         design: &options.design,
         model: StopModel::Rigid,
         signal: silence(LENGTH_S, 1000)?,
         initial: Some((START_RAD, 0.0)),
     };
-    let Some(right) = rest_time(&problem.ask(&Setting::kernel(), true)?.trace) else {
+    let Some(right) = rest_time(&problem.ask(&MethodSetting::kernel(), true)?.trace) else {
         // A lever that does not come to rest in this time has no chatter to look at.
         return Ok(());
     };
@@ -45,10 +46,10 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
     });
     let mut settings = Vec::new();
     for at_samples in [true, false] {
-        settings.extend(TOLERANCES.map(|tolerance| Setting::adaptive(at_samples, tolerance)));
+        settings.extend(TOLERANCES.map(|tolerance| MethodSetting::adaptive(at_samples, tolerance)));
     }
     for method in [rk4_located, rk4, moreau_jean] {
-        settings.extend(STEPS.map(|steps| Setting::fixed(method, paper_step_s(steps))));
+        settings.extend(STEPS.map(|steps| MethodSetting::fixed(method, paper_step_s(steps))));
     }
     for setting in settings {
         let value = rest_time(&problem.ask(&setting, true)?.trace);

@@ -1,6 +1,6 @@
 //! One contact with the soft stop: what speed a fixed step gives back.
 
-use super::{Options, Problem, Setting, Stability, paper_step_s, rk4, rk4_located};
+use super::{MethodSetting, Options, Stability, StabilityCase, paper_step_s, rk4, rk4_located};
 use super::{silence, speed_at_stop};
 use crate::error::Error;
 use crate::model::Design;
@@ -22,7 +22,7 @@ const REACH: (f64, f64) = (0.01, 5.0);
 pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error> {
     let design = &options.design;
     let frequency = answer.contact_frequency_rad_s;
-    let right = ratio(design, &Setting::kernel(), 0.0, frequency)?.unwrap_or(f64::NAN);
+    let right = ratio(design, &MethodSetting::kernel(), 0.0, frequency)?.unwrap_or(f64::NAN);
     answer.right_ratio = right;
     let last = f64::from(options.points - 1);
     let mut reaches: Vec<f64> = (0..options.points)
@@ -35,7 +35,7 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
         for phase in 0..PHASES {
             let phase = (f64::from(phase) + 0.5) / f64::from(PHASES);
             for method in [rk4, rk4_located] {
-                let setting = Setting::fixed(method, step);
+                let setting = MethodSetting::fixed(method, step);
                 let value = ratio(design, &setting, phase, frequency)?;
                 answer.rows.push(setting.row(
                     SUBJECT,
@@ -91,7 +91,7 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
 /// the lever does not come out again.
 fn ratio(
     design: &Design,
-    setting: &Setting,
+    setting: &MethodSetting,
     phase: f64,
     frequency: f64,
 ) -> Result<Option<f64>, Error> {
@@ -100,7 +100,7 @@ fn ratio(
     // Entry, one and a half contacts, and a few steps to see the exit.
     let length = angle / ENTRY_SPEED + 1.5 * std::f64::consts::PI / frequency + 4.0 * step;
     let intervals = if setting.step_s.is_some() { 1 } else { 16 };
-    let problem = Problem {
+    let problem = StabilityCase {
         design,
         model: StopModel::Soft,
         signal: silence(length, intervals)?,
@@ -120,7 +120,7 @@ fn ratio(
 
 /// What one contact does to the speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::study) struct Contact {
+pub(in crate::study) struct SpeedRatio {
     /// Exit speed over entry speed, both taken to φ = 0 [-].
     pub(in crate::study) at_stop: f64,
     /// Speed at the first point outside over that at the first point inside [-].
@@ -128,7 +128,7 @@ pub(in crate::study) struct Contact {
 }
 
 /// Returns what each contact in a trace does.
-pub(in crate::study) fn contacts(design: &Design, points: &[TracePoint]) -> Vec<Contact> {
+pub(in crate::study) fn contacts(design: &Design, points: &[TracePoint]) -> Vec<SpeedRatio> {
     let mut contacts = Vec::new();
     let mut entry = None;
     for pair in points.windows(2) {
@@ -141,7 +141,7 @@ pub(in crate::study) fn contacts(design: &Design, points: &[TracePoint]) -> Vec<
             && let Some((at_stop, inside)) = entry.take()
         {
             let exit = speed_at_stop(design, now.angle_rad, now.velocity_rad_s);
-            contacts.push(Contact {
+            contacts.push(SpeedRatio {
                 at_stop: exit / -at_stop,
                 on_grid: now.velocity_rad_s / -inside,
             });

@@ -1,7 +1,7 @@
 //! Grazing: a lever that all but touches the rigid stop. An error δ in the speed becomes an impact
 //! of speed √(2 a d) at a depth d that δ adds, so that δ grows to its square root.
 
-use super::{Options, Problem, Setting, Stability};
+use super::{MethodSetting, Options, Stability, StabilityCase};
 use crate::conditioning::Signal;
 use crate::error::Error;
 use crate::model::Design;
@@ -55,8 +55,8 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
         .chain(exponents.rev().map(|n| libm::pow(10.0, f64::from(n))))
         .collect();
     for model in [StopModel::Rigid, StopModel::Soft] {
-        let ask = |change: f64, setting: &Setting| {
-            let problem = Problem {
+        let ask = |change: f64, setting: &MethodSetting| {
+            let problem = StabilityCase {
                 design,
                 model,
                 signal: signal.clone(),
@@ -65,15 +65,15 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
             problem.ask(setting, false)
         };
         let mut steepest: f64 = 0.0;
-        let unchanged = ask(0.0, &Setting::kernel())?.run.final_angle_rad;
+        let unchanged = ask(0.0, &MethodSetting::kernel())?.run.final_angle_rad;
         for &change in &changes {
-            let truth = ask(change, &Setting::kernel())?.run;
+            let truth = ask(change, &MethodSetting::kernel())?.run;
             // The peak lies at the end, so that its bound is that of the angle there.
             let right = (truth.final_angle_rad, truth.numerical_error_rad);
             if LOOKED_AT.contains(&change.abs()) {
                 steepest = steepest.max(((right.0 - unchanged) / change).abs());
             }
-            for setting in Setting::usual(model) {
+            for setting in MethodSetting::usual(model) {
                 let outcome = ask(change, &setting)?;
                 let value = (!outcome.broke_down).then_some(outcome.run.final_angle_rad);
                 answer.rows.push(setting.row(

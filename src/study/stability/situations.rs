@@ -1,6 +1,6 @@
 //! Situations in which what matters happens inside a sample or a step.
 
-use super::{Options, Problem, Setting, Stability};
+use super::{MethodSetting, Options, Stability, StabilityCase};
 use crate::conditioning::Signal;
 use crate::error::Error;
 use crate::model::stop::StopModel;
@@ -35,15 +35,15 @@ pub const SUBJECTS: [&str; 9] = [
 pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error> {
     for situation in situations(options)? {
         for &model in situation.models {
-            let problem = Problem {
+            let problem = StabilityCase {
                 design: &options.design,
                 model,
                 signal: situation.signal.clone(),
                 initial: situation.initial,
             };
-            let truth = problem.ask(&Setting::kernel(), false)?.run;
+            let truth = problem.ask(&MethodSetting::kernel(), false)?.run;
             let impacts = truth.impacts as f64;
-            for setting in Setting::usual(model) {
+            for setting in MethodSetting::usual(model) {
                 let outcome = problem.ask(&setting, false)?;
                 let run = &outcome.run;
                 let sound = !outcome.broke_down;

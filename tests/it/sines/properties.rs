@@ -1,7 +1,9 @@
 //! What holds for the studies of sines whatever the numbers: threads change no bit, a stop keeps
 //! what is done, a state that is carried along is, and capture is no guess.
 
-use super::{after_the_first_step, all, basins_of, basins_options, check_near, one_amplitude, rig};
+use super::{
+    after_the_first_step, all, basins_of, basins_options, check_near, forced, one_amplitude,
+};
 use latchgate::model::stop::StopModel;
 use latchgate::parallel::Control;
 use latchgate::replay::Section;
@@ -12,7 +14,7 @@ use latchgate::study::excitation_map;
 
 fn diagram(stop: StopModel, doublings: u32) -> bifurcation::Options {
     bifurcation::Options {
-        rig: rig(stop, 100.0),
+        forced: forced(stop, 100.0),
         amplitudes_g: (0.9, 1.7),
         points: 17,
         transient: 60,
@@ -28,13 +30,13 @@ fn ensemble() -> attractor::Options {
         amplitudes_g: (2.4, 2.6),
         points: 12,
         compared_steps: Some(200),
-        ..one_amplitude(rig(StopModel::Rigid, 100.0), 0.0, 20, 20)
+        ..one_amplitude(forced(StopModel::Rigid, 100.0), 0.0, 20, 20)
     }
 }
 
 fn map() -> excitation_map::Options {
     excitation_map::Options {
-        rig: rig(StopModel::Soft, 1.0),
+        forced: forced(StopModel::Soft, 1.0),
         amplitudes_g: (0.0, 6.0),
         angular_frequencies_rad_s: (20.0, 200.0),
         grid: (8, 6),
@@ -131,14 +133,14 @@ fn val_a_sweep_carries_the_state_along() {
 fn check_followed(found: &Basins) {
     let options = &found.options;
     let columns = options.grid.0 as usize;
-    let rig = &options.rig;
+    let forced = &options.forced;
     for (index, cell) in found.cells.iter().enumerate() {
         if index % columns % 5 != 1 || index / columns % 5 != 1 {
             continue;
         }
         let row = found.rows()[index];
         let start = (row.angle_rad, row.angular_velocity_rad_s);
-        let mut strobe = rig.strobe(options.amplitude_g, Some(start)).unwrap();
+        let mut strobe = forced.strobe(options.amplitude_g, Some(start)).unwrap();
         for _ in 0..options.transient {
             strobe.advance().unwrap();
         }
@@ -151,10 +153,14 @@ fn check_followed(found: &Basins) {
                 .attractors
                 .iter()
                 .skip(1)
-                .find(|one| one.points.iter().any(|at| rig.distance(*at, state) < 1e-4))
+                .find(|one| {
+                    one.points
+                        .iter()
+                        .any(|at| forced.distance(*at, state) < 1e-4)
+                })
                 .map(|one| one.index)
         };
-        assert_eq!(*cell, reached, "{}: {start:?}", rig.stop.name());
+        assert_eq!(*cell, reached, "{}: {start:?}", forced.stop.name());
     }
 }
 
@@ -352,7 +358,7 @@ fn regress_a_stop_between_steps_is_told() {
 fn regress_a_stop_ends_the_method_compared_with() {
     let options = attractor::Options {
         compared_steps: Some(100),
-        ..one_amplitude(rig(StopModel::Rigid, 100.0), 1.05, 10, 200)
+        ..one_amplitude(forced(StopModel::Rigid, 100.0), 1.05, 10, 200)
     };
     let part = attractor::run(
         &options,

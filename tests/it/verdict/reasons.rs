@@ -237,7 +237,7 @@ fn text_of(path: &Path) -> String {
 /// Every string of lower-case words after `code: "`, or first in a pair of code and text, in the
 /// one file that gives reasons.
 fn codes_in_sources(root: &Path) -> BTreeSet<String> {
-    let source = text_of(&root.join("src/verdict/why.rs"));
+    let source = text_of(&root.join("src/verdict/reasons.rs"));
     let is_code =
         |word: &str| word.contains('-') && word.chars().all(|c| c.is_ascii_lowercase() || c == '-');
     let mut found: BTreeSet<String> = source

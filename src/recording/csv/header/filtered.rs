@@ -1,33 +1,16 @@
 //! Words that say that a channel was filtered before it was stored.
 
 use super::words;
+use crate::recording::words::{Words, word_list};
 
 /// The channel frequency classes.
 const CLASSES: &[&str] = &["20", "60", "180", "600", "1000"];
 
 /// Words for a filter.
-const FILTERS: &[&str] = &[
-    "filtered",
-    "gefiltert",
-    "filter",
-    "filt",
-    "smoothed",
-    "smooth",
-    "geglättet",
-    "lowpass",
-    "tiefpass",
-    "highpass",
-    "hochpass",
-    "bandpass",
-    "butterworth",
-    "fir",
-    "fir100",
-];
+static FILTERS: Words = word_list!("name-filters");
 
 /// Words that take back a word for a filter behind them, or before it.
-const NEGATIONS: &[&str] = &[
-    "not", "no", "non", "un", "without", "none", "off", "nicht", "kein", "keine", "ohne", "aus",
-];
+static NEGATIONS: Words = word_list!("name-negations");
 
 /// What a text says of a filter.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -59,7 +42,7 @@ pub(in crate::recording) fn filter_in(text: &str) -> Option<Filtered> {
         .windows(2)
         .any(|pair| matches!(pair[0].as_str(), "low" | "high" | "band") && pair[1] == "pass");
     let class_without_number = has(&["cfc"]);
-    if class_without_number || ((has(FILTERS) || low_pass) && !has(NEGATIONS)) {
+    if class_without_number || ((has(&FILTERS) || low_pass) && !has(&NEGATIONS)) {
         return Some(Filtered::Unclassed);
     }
     None

@@ -2,139 +2,16 @@
 
 use super::words;
 use crate::recording::mme::code::Code;
+use crate::recording::words::{Words, word_list};
 
 /// Words for places in a dummy, on a barrier or on the test rig.
-const OFF_THE_STRUCTURE: &[&str] = &[
-    // Dummies and their parts.
-    "dummy",
-    "atd",
-    "hybrid",
-    "h3",
-    "hiii",
-    "sid",
-    "sid2s",
-    "siniis",
-    "sidiis",
-    "eurosid",
-    "worldsid",
-    "world",
-    "es2",
-    "es2re",
-    "2re",
-    "biorid",
-    "thor",
-    "puppe",
-    "head",
-    "skull",
-    "face",
-    "neck",
-    "chest",
-    "torso",
-    "thorax",
-    "thoracic",
-    "spine",
-    "spinal",
-    "lumbar",
-    "sternum",
-    "rib",
-    "ribs",
-    "shoulder",
-    "clavicle",
-    "abdomen",
-    "pelvis",
-    "pelvic",
-    "pubic",
-    "sacrum",
-    "iliac",
-    "ilium",
-    "hip",
-    "femur",
-    "knee",
-    "tibia",
-    "leg",
-    "helmet",
-    "kopf",
-    "hals",
-    "brust",
-    "becken",
-    "hüfte",
-    "rippe",
-    "rippen",
-    "schulter",
-    "wirbel",
-    "wirbelsäule",
-    "bauch",
-    "helm",
-    // The same as channel codes abbreviate them.
-    "pelv",
-    "thsp",
-    "chst",
-    "spin",
-    "femr",
-    "tibi",
-    "abdo",
-    "shld",
-    "barr",
-    // What strikes, carries or drives the vehicle.
-    "barrier",
-    "mdb",
-    "amdb",
-    "barriere",
-    "sled",
-    "schlitten",
-    "trolley",
-    "cart",
-    "impactor",
-    "impaktor",
-    "striker",
-    "striking",
-    "bullet",
-    "pole",
-    "pfahl",
-    "engine",
-    "motor",
-    "farside",
-    "opposite",
-    "gegenüber",
-];
+static OFF_THE_STRUCTURE: Words = word_list!("name-off-the-structure");
 
 /// Words for persons; `driver door` is a door all the same.
-const PERSONS: &[&str] = &[
-    "driver",
-    "passenger",
-    "occupant",
-    "fahrer",
-    "beifahrer",
-    "insasse",
-];
+static PERSONS: Words = word_list!("name-persons");
 
 /// Words that make a place of the vehicle of a person's.
-const AT_THE_VEHICLE: &[&str] = &[
-    "door",
-    "doors",
-    "pillar",
-    "bpillar",
-    "apillar",
-    "cpillar",
-    "sill",
-    "rocker",
-    "rail",
-    "floor",
-    "roof",
-    "side",
-    "seat",
-    "lock",
-    "latch",
-    "compartment",
-    "tür",
-    "tuer",
-    "säule",
-    "saeule",
-    "schweller",
-    "seite",
-    "schloss",
-    "türschloss",
-];
+static AT_THE_VEHICLE: Words = word_list!("name-at-the-vehicle");
 
 /// What an ISO/TS 13499 channel code in a name says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -192,9 +69,9 @@ pub(super) fn says_elsewhere(label: &str) -> bool {
             .windows(2)
             .any(|pair| pair[0] == first && pair[1] == second)
     };
-    has(OFF_THE_STRUCTURE)
+    has(&OFF_THE_STRUCTURE)
         || words.iter().any(|word| is_vertebra(word))
-        || (has(PERSONS) && !has(AT_THE_VEHICLE))
+        || (has(&PERSONS) && !has(&AT_THE_VEHICLE))
         || follow("es", "2")
         || follow("far", "side")
         || coded(label) == Some(Coded::Elsewhere)

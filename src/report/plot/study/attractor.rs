@@ -54,7 +54,7 @@ pub(in crate::report::plot) fn draw(attractors: &[Attractor]) -> Figure {
                 place(LEFT + width + GAP),
             );
         }
-        let stop = attractor.options.rig.stop.name();
+        let stop = attractor.options.forced.stop.name();
         description.push_str(&format!(" {stop} stop: {summary}."));
         top += HEIGHT + 48.0;
     }
@@ -77,7 +77,7 @@ fn title(attractor: &Attractor) -> String {
     };
     format!(
         "Stroboscopic section, A = {amplitude} g, ω = {} rad/s",
-        attractor.options.rig.angular_frequency_rad_s
+        attractor.options.forced.angular_frequency_rad_s
     )
 }
 
@@ -102,7 +102,7 @@ fn panel(canvas: &mut Canvas, attractor: &Attractor, method: &str, name: &str, p
     let angles = extent(attractor.rows.iter().map(|row| row.angle_rad));
     let velocities = extent(attractor.rows.iter().map(|row| row.angular_velocity_rad_s));
     let panel = Frame::open(place, widened(angles, 0.06), widened(velocities, 0.06));
-    let stop = attractor.options.rig.stop.name();
+    let stop = attractor.options.forced.stop.name();
     title_of(canvas, panel.corner(), panel.size().0, stop, name);
     panel.grid(
         canvas,

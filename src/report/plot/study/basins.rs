@@ -28,7 +28,7 @@ pub(in crate::report::plot) fn draw(all: &[Basins]) -> Figure {
     };
     let title = format!(
         "Basins of attraction, A = {} g, ω = {} rad/s",
-        first.options.amplitude_g, first.options.rig.angular_frequency_rad_s
+        first.options.amplitude_g, first.options.forced.angular_frequency_rad_s
     );
     let (columns, rows) = first.options.grid;
     let mut lines = vec![format!(
@@ -44,7 +44,7 @@ pub(in crate::report::plot) fn draw(all: &[Basins]) -> Figure {
     let mut description = String::new();
     for basins in all {
         top += 30.0;
-        let stop = basins.options.rig.stop.name();
+        let stop = basins.options.forced.stop.name();
         let (angles, velocities) = (basins.options.angle_rad, basins.options.velocity_rad_s);
         let panel = Frame::wide(
             (top, top + HEIGHT),

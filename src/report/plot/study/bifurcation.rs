@@ -15,7 +15,7 @@ pub(in crate::report::plot) fn draw(diagrams: &[Diagram]) -> Figure {
     let Some(first) = diagrams.first() else {
         return empty("bifurcation");
     };
-    let omega = first.options.rig.angular_frequency_rad_s;
+    let omega = first.options.forced.angular_frequency_rad_s;
     let title = format!("Stroboscopic sections against amplitude, ω = {omega} rad/s");
     let mut lines = vec![
         "State at the start of each period of the excitation; the darker, the more points.".into(),
@@ -38,7 +38,7 @@ pub(in crate::report::plot) fn draw(diagrams: &[Diagram]) -> Figure {
     let mut description = String::new();
     for diagram in diagrams {
         top += 30.0;
-        let stop = diagram.options.rig.stop.name();
+        let stop = diagram.options.forced.stop.name();
         let rows = diagram.rows();
         let panel = Frame::wide((top, top + HEIGHT), amplitudes, velocities);
         panel.title(&mut canvas, &format!("{stop} stop"));

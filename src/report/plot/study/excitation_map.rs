@@ -15,12 +15,12 @@ pub(in crate::report::plot) fn draw(maps: &[ExcitationMap]) -> Figure {
     let Some(first) = maps.first() else {
         return empty("excitation-map");
     };
-    let threshold = first.options.rig.design.criterion.threshold_rad;
+    let threshold = first.options.forced.design.criterion.threshold_rad;
     let colours = ColourScale::around(threshold);
     let title = "What excitation opens the latch".to_string();
     let lines = [
         format!(
-            "Colour: largest angle from rest within {} periods. White dashes: lift-off at A = {} g.",
+            "Rgb: largest angle from rest within {} periods. White dashes: lift-off at A = {} g.",
             first.options.periods,
             significant(first.lift_off_g, 5)
         ),
@@ -33,7 +33,7 @@ pub(in crate::report::plot) fn draw(maps: &[ExcitationMap]) -> Figure {
     let mut description = String::new();
     for map in maps {
         top += 30.0;
-        let stop = map.options.rig.stop.name();
+        let stop = map.options.forced.stop.name();
         let (frequencies, amplitudes) = (
             map.options.angular_frequencies_rad_s,
             map.options.amplitudes_g,

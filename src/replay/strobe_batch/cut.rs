@@ -1,12 +1,12 @@
 //! A sine's period cut into equal pieces: what is known of each before any lever flies.
 
-use super::FanOptions;
+use super::StrobeBatchOptions;
 use crate::model::Design;
 use crate::model::stop::StopModel;
+use crate::replay::eventless_step::StepCoefficients;
 use crate::replay::forcing::Sine;
 use crate::replay::kernel::Kernel;
-use crate::replay::plain::Coefficients;
-use crate::replay::tally::Tally;
+use crate::replay::recorder::Recorder;
 use crate::replay::taylor::Branch;
 use std::f64::consts::{PI, TAU};
 
@@ -43,7 +43,8 @@ pub(super) fn pieces(design: &Design, angular_frequency: f64, amplitude: f64) ->
         let turn = (speed + angular_frequency) * length;
         let bend = (strength + kernel.free_branch().pressing) * length / speed;
         let truncation = bend * libm::pow(turn, 9.0) / (8.0 * 40_320.0 * 90.0);
-        if truncation <= TRUNCATION && Coefficients::scaled(kernel.free_branch(), length).is_some()
+        if truncation <= TRUNCATION
+            && StepCoefficients::scaled(kernel.free_branch(), length).is_some()
         {
             break;
         }
@@ -58,7 +59,7 @@ pub(super) fn pieces(design: &Design, angular_frequency: f64, amplitude: f64) ->
 }
 
 fn lever(design: &Design, stop: StopModel) -> Kernel {
-    Kernel::new(design, stop, None, None, Tally::peak_only())
+    Kernel::new(design, stop, None, None, Recorder::peak_only())
 }
 
 /// A period in pieces.
@@ -72,8 +73,8 @@ pub(super) struct Cut {
     pub(super) pressing: f64,
     pub(super) table: Vec<Piece>,
     /// The lever off the stop; `None` if a piece is too long for its own motion.
-    pub(super) coefficients: Option<Coefficients<f64>>,
-    settled: Option<Settled>,
+    pub(super) coefficients: Option<StepCoefficients<f64>>,
+    settled: Option<SteadyResponse>,
 }
 
 /// One piece, of a sine of amplitude one.
@@ -138,7 +139,7 @@ impl Piece {
 
 impl Cut {
     /// Cuts the period into `pieces`.
-    pub(super) fn new(design: &Design, options: &FanOptions, pieces: usize) -> Self {
+    pub(super) fn new(design: &Design, options: &StrobeBatchOptions, pieces: usize) -> Self {
         let angular_frequency = options.angular_frequency_rad_s;
         let kernel = lever(design, options.stop);
         let length = TAU / angular_frequency / pieces as f64;
@@ -149,10 +150,10 @@ impl Cut {
             swing: TAU / pieces as f64,
             pressing: kernel.free_branch().pressing,
             table: (0..pieces).map(piece).collect(),
-            coefficients: Coefficients::scaled(kernel.free_branch(), length),
+            coefficients: StepCoefficients::scaled(kernel.free_branch(), length),
             settled: kernel
                 .contact_branch()
-                .and_then(|branch| Settled::new(branch, angular_frequency, length)),
+                .and_then(|branch| SteadyResponse::new(branch, angular_frequency, length)),
         }
     }
 
@@ -176,7 +177,7 @@ impl Cut {
             return false;
         }
         let (rest_angle, rest_velocity_after) = settled.response(strength, to);
-        if kernel.tally.judging && high + ring > kernel.tally.peak.angle {
+        if kernel.recorder.judging && high + ring > kernel.recorder.peak.angle {
             // Where the settled motion is slower than the ringing, a turn may be the peak.
             let speed = ring * settled.stiffness.sqrt() + settled.bend(strength, self.swing);
             let slowest = if rest_velocity * rest_velocity_after > 0.0 {
@@ -199,7 +200,7 @@ impl Cut {
 
 /// The lever in the soft stop as a linear oscillator on a sine: what it settles to, and what of
 /// a difference from that is left after a piece.
-struct Settled {
+struct SteadyResponse {
     /// Angle under the preload alone [rad].
     rest: f64,
     /// Response per b, with the sine and with the cosine [s²].
@@ -210,7 +211,7 @@ struct Settled {
     ring: [[f64; 2]; 2],
 }
 
-impl Settled {
+impl SteadyResponse {
     /// Solves u'' + γ u' + k u = −p − b sin; `None` unless it rings.
     fn new(branch: &Branch, angular_frequency: f64, length: f64) -> Option<Self> {
         let (half, stiffness) = (0.5 * branch.damping, branch.stiffness);

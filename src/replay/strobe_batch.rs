@@ -1,7 +1,7 @@
 //! Many levers on one smooth sine, observed once a period, side by side.
 //!
 //! The period is cut into equal pieces, and a table holds the unit sine's own series over each
-//! of them: no sine is computed while levers fly. All lanes are at the same phase; those in plain
+//! of them: no sine is computed while levers fly. All lanes are at the same phase; those in eventless
 //! flight take a piece together, one that meets the stop, turns near its peak or is too fast for
 //! the piece takes it by the scalar kernel. A lane whose lever is done takes the next lever, so
 //! none idles.
@@ -14,9 +14,9 @@
 mod cut;
 
 use super::Section;
+use super::eventless_step::{LaneState, StepCoefficients};
 use super::kernel::Kernel;
-use super::plain::{Coefficients, State};
-use super::tally::Tally;
+use super::recorder::Recorder;
 use super::taylor::Turned;
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
@@ -28,18 +28,18 @@ use cut::{Cut, Piece, TERMS};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// One lever of a fan: where it starts, and how strongly it is shaken.
+/// One lever of a batch: where it starts, and how strongly it is shaken.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ride {
+pub struct HarmonicStart {
     /// Initial angle [rad] and angular velocity [rad/s]; `None` for rest on the stop.
     pub initial: Option<(f64, f64)>,
     /// Amplitude A of A sin(ω t + θ), in the model's sign: negative opens [m/s²].
     pub amplitude_m_s2: f64,
 }
 
-/// What all levers of a fan share beside their design.
+/// What all levers of a batch share beside their design.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FanOptions {
+pub struct StrobeBatchOptions {
     /// Stop model.
     pub stop: StopModel,
     /// Angular frequency ω of the sine [rad/s].
@@ -69,7 +69,7 @@ pub enum Ending {
     Lost,
 }
 
-/// What one lever of a fan did.
+/// What one lever of a batch did.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Followed {
     /// Which lever.
@@ -90,7 +90,7 @@ const SECTIONS_MAX: usize = 50_000_000;
 /// Periods after which a group asks its watcher, if no lever ends before.
 const ASK_EVERY: u32 = 64;
 
-/// Follows `count` levers, of which `ride` gives each, until `done` says so of each, asked with
+/// Follows `count` levers, of which `start` gives each, until `done` says so of each, asked with
 /// the lever's index, the periods it has seen (from 1 on) and its newest section.
 ///
 /// `watch` is told the number of levers that have ended, now and then and from any thread (two
@@ -105,8 +105,8 @@ const ASK_EVERY: u32 = 64;
 pub fn follow(
     design: &Design,
     count: usize,
-    ride: &(impl Fn(usize) -> Ride + Sync),
-    options: &FanOptions,
+    start: &(impl Fn(usize) -> HarmonicStart + Sync),
+    options: &StrobeBatchOptions,
     done: &(impl Fn(usize, u32, &Section) -> bool + Sync),
     watch: Option<&(dyn Fn(usize) -> bool + Sync)>,
 ) -> Result<Vec<Followed>, Error> {
@@ -121,10 +121,10 @@ pub fn follow(
     }
     let mut by_pieces: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for index in 0..count {
-        let Ride {
+        let HarmonicStart {
             initial,
             amplitude_m_s2,
-        } = ride(index);
+        } = start(index);
         super::harmonic::check(
             options.stop,
             &Harmonic {
@@ -137,10 +137,10 @@ pub fn follow(
         let pieces = cut::pieces(design, options.angular_frequency_rad_s, amplitude_m_s2);
         by_pieces.entry(pieces).or_default().push(index);
     }
-    let fan = Fan {
+    let batch = StrobeBatch {
         design,
         options,
-        ride,
+        start,
         done,
         watch,
         ended: AtomicUsize::new(0),
@@ -153,8 +153,8 @@ pub fn follow(
         let next = AtomicUsize::new(0);
         let threads = options.threads.clamp(1, members.len());
         let take = || {
-            arch.dispatch(Share {
-                fan: &fan,
+            arch.dispatch(StrobeWorker {
+                batch: &batch,
                 cut: &cut,
                 members: &members,
                 next: &next,
@@ -168,17 +168,17 @@ pub fn follow(
 }
 
 /// What all threads share.
-struct Fan<'a, R, D> {
+struct StrobeBatch<'a, R, D> {
     design: &'a Design,
-    options: &'a FanOptions,
-    ride: &'a R,
+    options: &'a StrobeBatchOptions,
+    start: &'a R,
     done: &'a D,
     watch: Option<&'a (dyn Fn(usize) -> bool + Sync)>,
     ended: AtomicUsize,
     stopped: AtomicBool,
 }
 
-impl<R, D> Fan<'_, R, D> {
+impl<R, D> StrobeBatch<'_, R, D> {
     /// Tells the watcher how many have ended, and notes whether it wants to go on.
     fn ask(&self, more: usize) {
         let ended = self.ended.fetch_add(more, Ordering::Relaxed) + more;
@@ -189,33 +189,33 @@ impl<R, D> Fan<'_, R, D> {
 }
 
 /// A thread's share, compiled once for each width of vectors and chosen by the machine.
-struct Share<'a, R, D> {
-    fan: &'a Fan<'a, R, D>,
+struct StrobeWorker<'a, R, D> {
+    batch: &'a StrobeBatch<'a, R, D>,
     cut: &'a Cut,
     members: &'a [usize],
     next: &'a AtomicUsize,
     lanes_max: usize,
 }
 
-impl<R, D> pulp::WithSimd for Share<'_, R, D>
+impl<R, D> pulp::WithSimd for StrobeWorker<'_, R, D>
 where
-    R: Fn(usize) -> Ride,
+    R: Fn(usize) -> HarmonicStart,
     D: Fn(usize, u32, &Section) -> bool,
 {
     type Output = Vec<Followed>;
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, simd: S) -> Self::Output {
-        let mut group = Group::new(simd, self.cut);
+        let mut group = StrobeGroup::new(simd, self.cut);
         let mut finished = Vec::new();
         let mut periods = 0_u32;
-        while !self.fan.stopped.load(Ordering::Relaxed) {
+        while !self.batch.stopped.load(Ordering::Relaxed) {
             for lane in 0..lanes::<S>().min(self.lanes_max) {
                 if group.lanes[lane].is_none()
                     && let place = self.next.fetch_add(1, Ordering::Relaxed)
                     && let Some(index) = self.members.get(place)
                 {
-                    group.begin(lane, self.fan, *index);
+                    group.begin(lane, self.batch, *index);
                 }
             }
             if group.lanes.iter().all(Option::is_none) {
@@ -224,11 +224,11 @@ where
             group.period();
             let before = finished.len();
             for lane in 0..group.lanes.len() {
-                finished.extend(group.observe(lane, self.fan));
+                finished.extend(group.observe(lane, self.batch));
             }
             periods += 1;
             if finished.len() > before || periods.is_multiple_of(ASK_EVERY) {
-                self.fan.ask(finished.len() - before);
+                self.batch.ask(finished.len() - before);
             }
         }
         finished
@@ -242,23 +242,23 @@ const TRUNCATION: f64 = 1e-16;
 const FRESH_EVERY: usize = 16;
 
 /// Levers that advance together.
-struct Group<'a, S: pulp::Simd> {
+struct StrobeGroup<'a, S: pulp::Simd> {
     simd: S,
     cut: &'a Cut,
-    lanes: Vec<Option<Lane>>,
-    coefficients: Coefficients<Lanes<S>>,
+    lanes: Vec<Option<StrobeLane>>,
+    coefficients: StepCoefficients<Lanes<S>>,
     /// b of a whole sine with time in pieces.
     gain: Lanes<S>,
-    /// State of the lanes in plain flight; the others' is in their kernel.
-    state: State<Lanes<S>>,
-    /// Lanes in plain flight.
+    /// State of the lanes in eventless flight; the others' is in their kernel.
+    state: LaneState<Lanes<S>>,
+    /// Lanes in eventless flight.
     flying: usize,
     /// Largest angle so far in this period.
     best: Lanes<S>,
 }
 
 /// One lever of a group.
-struct Lane {
+struct StrobeLane {
     kernel: Kernel,
     /// b = m L a/I0 of a whole sine, sign included [rad/s²].
     strength: f64,
@@ -268,17 +268,17 @@ struct Lane {
     followed: Followed,
 }
 
-impl<'a, S: pulp::Simd> Group<'a, S> {
+impl<'a, S: pulp::Simd> StrobeGroup<'a, S> {
     #[inline(always)]
     fn new(simd: S, cut: &'a Cut) -> Self {
         let zero = Lanes::splat(simd, 0.0);
         Self {
-            coefficients: Coefficients::gather(|of| {
+            coefficients: StepCoefficients::gather(|of| {
                 // Levers whose own motion is too fast for the pieces never fly by the vector.
                 zero.constant(cut.coefficients.as_ref().map_or(f64::NAN, of))
             }),
             gain: zero,
-            state: State {
+            state: LaneState {
                 angle: zero.constant(-1.0),
                 slope: zero,
                 sine: zero,
@@ -293,24 +293,29 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
     }
 
     /// Puts lever `index` into a lane.
-    fn begin<R: Fn(usize) -> Ride, D>(&mut self, lane: usize, fan: &Fan<'_, R, D>, index: usize) {
-        let Ride {
+    fn begin<R: Fn(usize) -> HarmonicStart, D>(
+        &mut self,
+        lane: usize,
+        batch: &StrobeBatch<'_, R, D>,
+        index: usize,
+    ) {
+        let HarmonicStart {
             initial,
             amplitude_m_s2,
-        } = (fan.ride)(index);
+        } = (batch.start)(index);
         let kernel = Kernel::new(
-            fan.design,
-            fan.options.stop,
+            batch.design,
+            batch.options.stop,
             initial,
             None,
-            Tally::peak_only(),
+            Recorder::peak_only(),
         )
         .for_ever()
         .without_error_bound();
         let strength = kernel.gain() * amplitude_m_s2;
         self.gain
             .set(lane, strength * self.cut.length * self.cut.length);
-        self.lanes[lane] = Some(Lane {
+        self.lanes[lane] = Some(StrobeLane {
             kernel,
             strength,
             flying: false,
@@ -324,24 +329,24 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             },
         });
         self.load(lane);
-        self.open(lane, fan.options.peaks);
+        self.open(lane, batch.options.peaks);
     }
 
     /// Begins a lane's period.
     fn open(&mut self, lane: usize, peaks: bool) {
         self.best.set(lane, f64::INFINITY);
         let angle = self.state.angle.lane(lane);
-        if let Some(Lane {
+        if let Some(StrobeLane {
             kernel,
             before,
             flying,
             ..
         }) = &mut self.lanes[lane]
         {
-            *before = (kernel.tally.impacts, kernel.rests);
+            *before = (kernel.recorder.impacts, kernel.rests);
             if peaks {
                 let angle = if *flying { angle } else { kernel.state().0 };
-                kernel.tally.open_window(angle, 0.0, 0.0);
+                kernel.recorder.open_window(angle, 0.0, 0.0);
                 self.best.set(lane, angle);
             }
         }
@@ -351,9 +356,9 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
     fn observe<R, D: Fn(usize, u32, &Section) -> bool>(
         &mut self,
         lane: usize,
-        fan: &Fan<'_, R, D>,
+        batch: &StrobeBatch<'_, R, D>,
     ) -> Option<Followed> {
-        let options = fan.options;
+        let options = batch.options;
         let of = self.lanes[lane].as_mut()?;
         let section = (!of.kernel.stuck).then(|| {
             let (angle_rad, velocity_rad_s) = if of.flying {
@@ -366,11 +371,11 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
                 angle_rad,
                 velocity_rad_s,
                 peak_angle_rad: if options.peaks {
-                    of.kernel.tally.peak.angle.max(angle_rad)
+                    of.kernel.recorder.peak.angle.max(angle_rad)
                 } else {
                     f64::NAN
                 },
-                impacts: of.kernel.tally.impacts - of.before.0,
+                impacts: of.kernel.recorder.impacts - of.before.0,
                 rested: of.kernel.rests > of.before.1,
             }
         });
@@ -384,7 +389,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
                 }
                 followed.sections.push(section);
             }
-            let done = (fan.done)(followed.index, followed.periods, &section);
+            let done = (batch.done)(followed.index, followed.periods, &section);
             if done {
                 followed.ending = Ending::Done;
             }
@@ -409,7 +414,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
     #[inline(always)]
     fn period(&mut self) {
         let pressing = self.cut.pressing;
-        let asleep = |lane: &Option<Lane>| match lane {
+        let asleep = |lane: &Option<StrobeLane>| match lane {
             Some(lane) => lane.kernel.stuck || lane.sleeps(pressing),
             None => true,
         };
@@ -471,8 +476,8 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
                 of.kernel.advance_sine(&piece.sine(self.cut, of.strength));
                 of.followed.scalar_pieces += 1;
             }
-            if of.kernel.tally.judging {
-                self.best.set(lane, of.kernel.tally.peak.angle);
+            if of.kernel.recorder.judging {
+                self.best.set(lane, of.kernel.recorder.peak.angle);
             }
         }
         self.load(lane);
@@ -481,7 +486,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
     /// Takes a lane that its kernel left in free flight into the vector.
     #[inline(always)]
     fn load(&mut self, lane: usize) {
-        if let Some(Lane { kernel, flying, .. }) = &mut self.lanes[lane] {
+        if let Some(StrobeLane { kernel, flying, .. }) = &mut self.lanes[lane] {
             *flying = kernel.flies_free();
             if *flying {
                 self.flying += 1;
@@ -498,7 +503,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
     /// Gives a flying lane's state back to its kernel.
     #[inline(always)]
     fn store(&mut self, lane: usize) {
-        if let Some(Lane { kernel, flying, .. }) = &mut self.lanes[lane]
+        if let Some(StrobeLane { kernel, flying, .. }) = &mut self.lanes[lane]
             && std::mem::take(flying)
         {
             self.flying -= 1;
@@ -525,7 +530,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
 
     /// One step of all lanes over a piece, and for which of them it stands.
     #[inline(always)]
-    fn step(&self, piece: &Piece) -> (State<Lanes<S>>, Mask<S>) {
+    fn step(&self, piece: &Piece) -> (LaneState<Lanes<S>>, Mask<S>) {
         let (state, coefficients) = (&self.state, &self.coefficients);
         let constant = |value: f64| Lanes::splat(self.simd, value);
         let mut b = [self.gain; TERMS];
@@ -546,7 +551,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
     }
 }
 
-impl Lane {
+impl StrobeLane {
     /// Tells whether the lever rests on the rigid stop for ever.
     fn sleeps(&self, pressing: f64) -> bool {
         self.kernel.dwells() && self.strength.abs() <= pressing
@@ -557,10 +562,10 @@ impl Lane {
 #[inline(always)]
 fn chosen<S: pulp::Simd>(
     which: Mask<S>,
-    yes: &State<Lanes<S>>,
-    no: &State<Lanes<S>>,
-) -> State<Lanes<S>> {
-    State {
+    yes: &LaneState<Lanes<S>>,
+    no: &LaneState<Lanes<S>>,
+) -> LaneState<Lanes<S>> {
+    LaneState {
         angle: which.choose(yes.angle, no.angle),
         slope: which.choose(yes.slope, no.slope),
         sine: which.choose(yes.sine, no.sine),

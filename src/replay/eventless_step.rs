@@ -1,4 +1,4 @@
-//! One plain sample of free flight: a Taylor step over the whole of it, with nothing kept but
+//! One sample of free flight without events: a Taylor step over the whole of it, with nothing kept but
 //! the state at its end, and bounds known before the step that tell whether it may be taken.
 //!
 //! The formulas are written once, for one lever and for several side by side.
@@ -15,7 +15,7 @@ pub(super) const OWN_MAX: f64 = 0.25;
 
 /// Right-hand side off the stop with time in sample intervals; b, the excitation, comes apart.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Coefficients<T> {
+pub(super) struct StepCoefficients<T> {
     pub(super) pressing: T,
     pub(super) damping: T,
     pub(super) stiffness: T,
@@ -25,7 +25,7 @@ pub(super) struct Coefficients<T> {
 
 /// Angle [rad], its derivative by the sample interval, and its sine and cosine.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct State<T> {
+pub(super) struct LaneState<T> {
     pub(super) angle: T,
     pub(super) slope: T,
     pub(super) sine: T,
@@ -43,7 +43,7 @@ pub(super) struct Bounds<T> {
     pub(super) highest: T,
 }
 
-/// Coefficients of a step's series: angle, n times the same, sine and cosine.
+/// StepCoefficients of a step's series: angle, n times the same, sine and cosine.
 pub(super) struct Orders<T> {
     x: [T; 12],
     w: [T; 12],
@@ -53,7 +53,7 @@ pub(super) struct Orders<T> {
     next: T,
 }
 
-impl Coefficients<f64> {
+impl StepCoefficients<f64> {
     /// Takes a branch of the right-hand side to samples of `interval` [s]; `None` if a sample is
     /// too long for the lever's own motion.
     pub(super) fn scaled(branch: &super::taylor::Branch, interval: f64) -> Option<Self> {
@@ -69,10 +69,10 @@ impl Coefficients<f64> {
     }
 }
 
-impl<T: Real> Coefficients<T> {
+impl<T: Real> StepCoefficients<T> {
     /// Gathers the coefficients of several levers.
     #[inline(always)]
-    pub(super) fn gather(of: impl Fn(fn(&Coefficients<f64>) -> f64) -> T) -> Self {
+    pub(super) fn gather(of: impl Fn(fn(&StepCoefficients<f64>) -> f64) -> T) -> Self {
         Self {
             pressing: of(|one| one.pressing),
             damping: of(|one| one.damping),
@@ -84,7 +84,7 @@ impl<T: Real> Coefficients<T> {
     /// Returns bounds over the sample from `state`, in which the excitation's size stays below
     /// `strongest`.
     #[inline(always)]
-    pub(super) fn bounds(&self, state: &State<T>, strongest: T) -> Bounds<T> {
+    pub(super) fn bounds(&self, state: &LaneState<T>, strongest: T) -> Bounds<T> {
         let zero = state.slope.constant(0.0);
         let speed = state.slope.magnitude();
         let own = self.damping * speed + self.stiffness * (state.angle.magnitude() + speed);
@@ -101,7 +101,7 @@ impl<T: Real> Coefficients<T> {
     #[inline(always)]
     pub(super) fn orders<const K: usize>(
         &self,
-        state: &State<T>,
+        state: &LaneState<T>,
         bounds: &Bounds<T>,
         b: &[T; K],
     ) -> Orders<T> {
@@ -146,7 +146,7 @@ impl<T: Real> Orders<T> {
     #[inline(always)]
     fn order<const K: usize, const M: usize>(
         &mut self,
-        of: &Coefficients<T>,
+        of: &StepCoefficients<T>,
         b: &[T; K],
         n: usize,
         inner: [usize; M],
@@ -215,7 +215,7 @@ impl<T: Real> Orders<T> {
 
     /// Returns the state at the end of the sample from the orders up to 9.
     #[inline(always)]
-    pub(super) fn end_of_nine(&self, state: &State<T>) -> State<T> {
+    pub(super) fn end_of_nine(&self, state: &LaneState<T>) -> LaneState<T> {
         let Self { x, w, s, c, .. } = self;
         let sums = [
             sum_of_nine(x),
@@ -228,7 +228,7 @@ impl<T: Real> Orders<T> {
 
     /// Returns the same from the orders up to 11.
     #[inline(always)]
-    pub(super) fn end_of_eleven(&self, state: &State<T>) -> State<T> {
+    pub(super) fn end_of_eleven(&self, state: &LaneState<T>) -> LaneState<T> {
         let Self { x, w, s, c, .. } = self;
         let (x, w) = (
             sum_of_nine(x) + (x[10] + x[11]),
@@ -254,7 +254,7 @@ fn turn_of_seven<T: Real>(s: &[T; 10]) -> T {
     ((s[3] + s[4]) + (s[1] + s[2])) + ((s[5] + s[6]) + s[7])
 }
 
-impl<T: Real> State<T> {
+impl<T: Real> LaneState<T> {
     /// Moves on by what the orders add to angle, slope, sine and cosine.
     #[inline(always)]
     fn moved(&self, [angle, slope, sine, cosine]: [T; 4]) -> Self {

@@ -56,7 +56,7 @@ impl Peak {
 
 /// Everything that is kept of one run.
 #[derive(Debug, Clone)]
-pub(super) struct Tally {
+pub(super) struct Recorder {
     pub(super) threshold: f64,
     /// False before the judged window.
     pub(super) judging: bool,
@@ -73,7 +73,7 @@ pub(super) struct Tally {
     pub(super) trace_gap_s: f64,
 }
 
-impl Tally {
+impl Recorder {
     pub(super) fn new(threshold: f64, trace: bool) -> Self {
         Self {
             threshold,

@@ -132,7 +132,7 @@ impl Mul<f64> for Eight {
 /// What a state and an excitation have become: factors of the angle, the slope, a constant and a
 /// linear excitation of unit size, each against the angle and the slope.
 #[derive(Debug, Clone, Copy)]
-struct Response {
+struct StepResponse {
     /// Of a unit angle: angle and slope.
     angle: (f64, f64),
     /// Of a unit slope: the impulse response and its derivative.
@@ -143,7 +143,7 @@ struct Response {
     linear: (f64, f64),
 }
 
-impl Response {
+impl StepResponse {
     /// At `part` of a sample, of x'' = −damping x' − stiffness x + acceleration.
     fn at(stiffness: f64, damping: f64, part: f64) -> Self {
         // The impulse response; the others are its derivative and integrals.
@@ -195,7 +195,7 @@ fn impulse_response(stiffness: f64, damping: f64, part: f64) -> [f64; TERMS as u
 
 /// The propagator of a sample in contact, with time in sample intervals.
 #[derive(Debug, Clone)]
-pub(super) struct Pressed {
+pub(super) struct FastContact {
     /// Sample interval [s].
     interval: f64,
     pressing: f64,
@@ -207,7 +207,7 @@ pub(super) struct Pressed {
     gain: f64,
     offset: f64,
     tolerance: (f64, f64),
-    end: Response,
+    end: StepResponse,
     /// Nodes and the responses there.
     nodes: Eight,
     angle: Eight,
@@ -223,7 +223,7 @@ pub(super) struct Pressed {
     map: Map,
 }
 
-impl Pressed {
+impl FastContact {
     /// Builds the propagator for samples of `interval` [s] of accelerations that count `scale`
     /// times, with `bias` [m/s²] added; `None` where a sample is too long for it, or so short that it does not pay.
     pub(super) fn new(kernel: &Kernel, interval: f64, scale: f64, bias: f64) -> Option<Self> {
@@ -239,9 +239,9 @@ impl Pressed {
             return None;
         }
         let (nodes, weights) = PLACES;
-        let respond = |part: f64| Response::at(scaled, scaled_damping, part);
-        let at: [Response; POINTS] = nodes.map(respond);
-        let from: [Response; POINTS] = nodes.map(|node| respond(1.0 - node));
+        let respond = |part: f64| StepResponse::at(scaled, scaled_damping, part);
+        let at: [StepResponse; POINTS] = nodes.map(respond);
+        let from: [StepResponse; POINTS] = nodes.map(|node| respond(1.0 - node));
         let lanes = |value: &dyn Fn(usize) -> f64| Eight(std::array::from_fn(value));
         // Through the polynomial that d's values at the nodes define.
         let mut mutual = [Eight::splat(0.0); POINTS];
@@ -295,7 +295,7 @@ impl Pressed {
         let (mut angle, velocity) = kernel.state();
         let mut slope = velocity * self.interval;
         let error = kernel.error_soon(0.0);
-        let (peak, threshold, above) = kernel.tally.awaits(2.0 * error);
+        let (peak, threshold, above) = kernel.recorder.awaits(2.0 * error);
         if threshold <= 0.0 || above {
             return 0;
         }
@@ -364,9 +364,9 @@ impl Pressed {
             gathered.count += 1;
             (angle, slope, b0) = (after, slope_after, next);
             taken += 1;
-            if kernel.tally.trace.is_some() {
+            if kernel.recorder.trace.is_some() {
                 let time = signal.time_s(first + taken);
-                kernel.tally.point(time, angle, slope / self.interval);
+                kernel.recorder.point(time, angle, slope / self.interval);
             }
             if gathered.count == TOGETHER {
                 kernel.take_pressed_error(&self.in_seconds(&gathered), &self.map);

@@ -9,8 +9,8 @@
 //! where there is one and by a slow but equal routine where there is none: the numbers are the
 //! same on every machine.
 
+use super::eventless_step::{Bounds, LaneState, StepCoefficients, TURN_MAX};
 use super::kernel::Kernel;
-use super::plain::{Bounds, Coefficients, State, TURN_MAX};
 use super::sensitivity::Smooths;
 use super::taylor::Turned;
 use crate::conditioning::Signal;
@@ -25,10 +25,10 @@ const FRESH_EVERY: usize = 64;
 
 /// A lever's flight with time in sample intervals.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cruise {
+pub(super) struct FastFlight {
     /// Sample interval [s].
     interval: f64,
-    coefficients: Coefficients<f64>,
+    coefficients: StepCoefficients<f64>,
     /// Recorded acceleration to b, sign included.
     gain: f64,
     /// Truncation let pass: absolute [rad], relative.
@@ -45,20 +45,20 @@ struct Calm {
     above: bool,
 }
 
-impl Cruise {
+impl FastFlight {
     /// Scales the right-hand side of `kernel` to samples of `interval` [s] of accelerations that
     /// count with `sign`; `None` if a sample is too long for the lever's own motion.
     pub(super) fn new(kernel: &Kernel, interval: f64, sign: f64) -> Option<Self> {
         Some(Self {
             interval,
-            coefficients: Coefficients::scaled(kernel.free_branch(), interval)?,
+            coefficients: StepCoefficients::scaled(kernel.free_branch(), interval)?,
             gain: sign * kernel.gain() * interval * interval,
             tolerance: kernel.truncation(),
         })
     }
 
     /// Flies through the intervals between the samples of `signal` from `first` to `last` until
-    /// one is not plain; returns how many it has taken.
+    /// one has an event; returns how many it has taken.
     #[inline(always)]
     pub(super) fn fly(
         &self,
@@ -73,7 +73,7 @@ impl Cruise {
         let mut taken = 0;
         let (angle, velocity) = kernel.state();
         let turned = kernel.turned();
-        let mut state = State {
+        let mut state = LaneState {
             angle,
             slope: velocity * self.interval,
             sine: turned.sine,
@@ -101,10 +101,10 @@ impl Cruise {
             state = after;
             excitation = next;
             taken += 1;
-            if kernel.tally.trace.is_some() {
+            if kernel.recorder.trace.is_some() {
                 let time = signal.time_s(first + taken);
                 kernel
-                    .tally
+                    .recorder
                     .point(time, state.angle, state.slope / self.interval);
             }
             if gathered.count == TOGETHER {
@@ -133,10 +133,10 @@ impl Cruise {
     #[inline(always)]
     fn step(
         &self,
-        state: &State<f64>,
+        state: &LaneState<f64>,
         bounds: &Bounds<f64>,
         b: &[f64; 2],
-    ) -> Option<(State<f64>, f64, u64)> {
+    ) -> Option<(LaneState<f64>, f64, u64)> {
         let mut orders = self.coefficients.orders(state, bounds, b);
         let allowed = self.tolerance.0.max(self.tolerance.1 * orders.motion());
         let tail = orders.tail_of_nine();
@@ -154,7 +154,7 @@ impl Calm {
     #[inline(always)]
     fn of(kernel: &mut Kernel, interval: f64) -> Self {
         let error = kernel.error_soon(f64::from(TOGETHER) * interval);
-        let (peak, threshold, above) = kernel.tally.awaits(error);
+        let (peak, threshold, above) = kernel.recorder.awaits(error);
         Self {
             peak,
             floor: error,
@@ -165,7 +165,7 @@ impl Calm {
 
     /// Tells whether the sample may hold an impact, a peak or a crossing.
     #[inline(always)]
-    fn may_be_disturbed(&self, state: &State<f64>, bounds: &Bounds<f64>) -> bool {
+    fn may_be_disturbed(&self, state: &LaneState<f64>, bounds: &Bounds<f64>) -> bool {
         let turns = state.slope.abs() <= 1.01 * bounds.curve;
         (bounds.lowest <= self.floor)
             | bounds.lowest.is_nan()
@@ -189,8 +189,8 @@ impl Gathered {
     #[inline(always)]
     fn take(
         &mut self,
-        of: &Cruise,
-        state: &State<f64>,
+        of: &FastFlight,
+        state: &LaneState<f64>,
         bounds: &Bounds<f64>,
         middle: f64,
         tail: f64,
@@ -208,7 +208,7 @@ impl Gathered {
     }
 
     #[inline(always)]
-    fn give(&mut self, of: &Cruise, kernel: &mut Kernel) {
+    fn give(&mut self, of: &FastFlight, kernel: &mut Kernel) {
         let gathered = std::mem::take(self);
         kernel.take_error(&Smooths {
             count: gathered.count,

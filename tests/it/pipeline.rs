@@ -1,0 +1,569 @@
+//! The face of the library: a question as data, a recording that is read once, documents that can
+//! be read back, and what names them.
+
+use crate::support::{Folder, data};
+use latchgate::error::ErrorKind;
+use latchgate::pipeline::{
+    self, Control, Design, Document, Extras, Limits, Listing, MarginRequest, NUMBERS_REVISION,
+    Outcome, Prepared, Request, Source, Stored,
+};
+use latchgate::report::{MarginDocument, json};
+use latchgate::request::PolaritySource;
+use latchgate::setting::Setting;
+use latchgate::units::OpensWhen;
+use latchgate::verdict::Answer;
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+fn signals(name: &str) -> Source {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("signals");
+    Source::File(folder.join(name))
+}
+
+fn nominal() -> Request {
+    Request {
+        members: 0,
+        ..Request::default()
+    }
+}
+
+fn judged(source: &Source, request: &Request, design: &Design) -> Outcome {
+    let (limits, control) = (Limits::default(), Control::default());
+    pipeline::judge(
+        source,
+        request,
+        design,
+        Extras::default(),
+        &limits,
+        &control,
+    )
+}
+
+fn document_of(source: &Source, request: &Request) -> Document {
+    judged(source, request, &Design::reference()).document
+}
+
+fn request(value: Value) -> Request {
+    serde_json::from_value(value).unwrap()
+}
+
+/// Every setting of a replay, at a value that is not its default.
+fn every_setting() -> Value {
+    json!({
+        "input_format": "csv", "channel": "acc_y", "time_column": "t", "time_unit": "ms",
+        "rate_hz": 1e4, "time_zero": -0.01, "unit": "m/s2", "opens_when": "both",
+        "bias": "-0.02..-0.005", "filter": "cfc180", "filter_standard": "saej211",
+        "resample": 20_000.0, "window": "-0.01..0.2", "model": "rigid", "method": "moreau-jean",
+        "steps_per_period": 2500, "tolerance": 1e-9, "members": 128, "seed": 7, "phi0": 0.01,
+        "omega0": -1.5, "limit": {"text_bytes": 1_000_000}
+    })
+}
+
+#[test]
+fn verif_every_setting_of_a_request_is_written_and_read_back() {
+    let value = every_setting();
+    let whole = request(value.clone());
+    assert_eq!(serde_json::to_value(&whole).unwrap(), value);
+    let of_margin = [
+        "counterweight_radius",
+        "points",
+        "map",
+        "map_grid",
+        "design",
+        "set",
+    ];
+    let known: BTreeSet<&str> = Setting::ALL.iter().map(|setting| setting.key()).collect();
+    let here: BTreeSet<&str> = value
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        .chain(of_margin)
+        .collect();
+    assert_eq!(here, known, "a setting that no request holds, or another");
+
+    let margin = json!({"members": 0, "counterweight_radius": 0.02, "points": 60,
+        "map": ["lever.mass_kg=0.1..0.2", "stop.restitution=0.2..0.9"], "map_grid": "5x4"});
+    let asked: MarginRequest = serde_json::from_value(margin.clone()).unwrap();
+    let written = serde_json::to_value(&asked).unwrap();
+    for (key, value) in margin.as_object().unwrap() {
+        assert_eq!(written[key], *value, "{key}");
+    }
+    assert_eq!(
+        serde_json::from_value::<MarginRequest>(written).unwrap(),
+        asked
+    );
+    let default = Request::default();
+    assert_eq!(request(json!({})), default);
+    assert_eq!(
+        request(serde_json::to_value(&default).unwrap()),
+        default,
+        "defaults are written out and read back"
+    );
+    assert!(default.stated().is_empty());
+}
+
+#[track_caller]
+fn check_refused(value: Value, words: &[&str]) {
+    let error = serde_json::from_value::<Request>(value).unwrap_err();
+    let text = error.to_string();
+    for word in words {
+        assert!(text.contains(word), "{word:?} in {text:?}");
+    }
+}
+
+#[test]
+fn val_a_request_refuses_what_it_does_not_know() {
+    check_refused(
+        json!({"chanel": 2}),
+        &["unknown setting `chanel`", "did you mean `channel`?"],
+    );
+    check_refused(json!({"threads": 2}), &["unknown setting `threads`"]);
+    check_refused(json!({"filter": "cfc100"}), &["`filter`", "cfc1000"]);
+    check_refused(json!({"members": -1}), &["`members`", "-1"]);
+    check_refused(json!({"members": 1e9}), &["`members`"]);
+    check_refused(
+        json!({"window": "0.2..0.1"}),
+        &["`window`", "START must lie before END"],
+    );
+    check_refused(
+        json!({"rate_hz": "fast"}),
+        &["`rate_hz`", "a number", "fast"],
+    );
+    check_refused(
+        json!({"limit": {"text_byte": 1}}),
+        &["`limit`", "text_bytes"],
+    );
+    // What cannot go together is refused before anything is read.
+    let inside = Request {
+        phi0_rad: Some(-0.01),
+        ..nominal()
+    };
+    assert!(inside.check().is_err());
+    let refusal = judged(&signals("burst.csv"), &inside, &Design::reference());
+    assert_eq!(refusal.document.verdict, Answer::Unusable);
+    assert!(refusal.refusal.unwrap().to_string().contains("`phi0`"));
+}
+
+#[test]
+fn val_request_before_card_before_file() {
+    let table: String = (0..900)
+        .map(|k| {
+            let push = if (300..600).contains(&k) { -3.0 } else { 0.0 };
+            format!("{},{push},{}\n", f64::from(k - 300) / 1e4, -push)
+        })
+        .collect();
+    let bytes = format!("t_s,acc_y_g,acc_y2_g\n{table}").into_bytes();
+    let card = b"channel = \"acc_y2_g\"\nopens_when = \"negative\"\nsynthetic = true\n";
+    let with = |request: &Request| {
+        document_of(
+            &Source::bytes("a.csv", bytes.clone()).with_card(*card),
+            request,
+        )
+    };
+    let by_card = with(&nominal()).recording;
+    assert_eq!(by_card.channel.as_deref(), Some("acc_y2_g"));
+    assert_eq!(by_card.unit_source.as_deref(), Some("header"));
+    assert_eq!(by_card.opens_when_source, PolaritySource::Card);
+    let asked = Request {
+        channel: Some("acc_y_g".into()),
+        ..request(json!({"members": 0, "opens_when": "positive", "unit": "m/s2"}))
+    };
+    let document = with(&asked);
+    assert_eq!(document.recording.channel.as_deref(), Some("acc_y_g"));
+    assert_eq!(document.recording.unit_source.as_deref(), Some("option"));
+    assert_eq!(document.recording.opens_when_source, PolaritySource::Option);
+    assert_eq!(document.nominal.unwrap().opens_when, OpensWhen::Positive);
+}
+
+/// The same files give the same document from a folder and from memory, card and files beside
+/// among them, but a name that no file bears is refused in the same words, too.
+#[test]
+fn val_memory_is_as_good_as_a_folder() {
+    let folder = Folder::new("pipeline-memory");
+    let mut files = Vec::new();
+    for name in ["burst.csv", "surviving.csv", "burst_imu.mcap"] {
+        let path = format!("signals/{name}");
+        let bytes = std::fs::read(&path).unwrap();
+        let card = std::fs::read(format!("{path}.toml")).unwrap();
+        let memory = Source::bytes(name, bytes.clone()).with_card(card);
+        assert_eq!(
+            document_of(&memory, &nominal()),
+            document_of(&signals(name), &nominal()),
+            "{name}"
+        );
+        files.push((name.to_string(), bytes));
+    }
+    // An ISO-MME test: a header, the channels in a folder of their own.
+    let channel = |code: &str, sign: f64| {
+        let samples: String = (0..900)
+            .map(|k| {
+                let push = if (300..600).contains(&k) {
+                    30.0 * sign
+                } else {
+                    0.0
+                };
+                format!("{:.3}\n", push + 0.01 * f64::from(k % 7))
+            })
+            .collect();
+        format!(
+            "Channel code :{code}\nUnit :m/(s*s)\nSampling interval :0.0001\n\
+             Time of first sample :-0.03\nNumber of samples :900\n{samples}"
+        )
+    };
+    let package = [
+        ("t/t.mme".to_string(), "Data format edition number :1.6\nLaboratory test ref. number :T1\n".to_string()),
+        ("t/Channel/t.chn".into(), "Number of channels :2\nName of channel 001 :11DOORLE00ACYA\nName of channel 002 :11DOORLE00ACXA\n".into()),
+        ("t/Channel/t.001".into(), channel("11DOORLE0000ACYA", -1.0)),
+        ("t/Channel/t.002".into(), channel("11DOORLE0000ACXA", 1.0)),
+    ];
+    for (name, text) in &package {
+        folder.write(name, text.as_bytes());
+    }
+    let inner = package.iter().map(|(name, text)| {
+        let name = name.strip_prefix("t/").unwrap().to_string();
+        (name, text.as_bytes().into())
+    });
+    let memory = Source::files("t", inner);
+    let disk = Source::File(folder.path().join("t"));
+    let both = [&memory, &disk].map(|source| document_of(source, &nominal()));
+    assert_eq!(both[0], both[1]);
+    assert_eq!(
+        both[0].recording.format.as_deref(),
+        Some("iso-mme"),
+        "{:?}",
+        both[0].why
+    );
+    assert!(both[0].nominal.is_some(), "{:?}", both[0].why);
+    assert_eq!(
+        both[0].recording.parts.len(),
+        3,
+        "{:?}",
+        both[0].recording.parts
+    );
+    let listings = [&memory, &disk].map(|source| {
+        pipeline::inspect(source, &nominal(), &Limits::default(), &Control::default()).unwrap()
+    });
+    assert_eq!(listings[0], listings[1]);
+    assert_eq!(listings[0].channels.len(), 2);
+}
+
+#[test]
+fn verif_the_identity_is_that_of_the_question() {
+    let source = signals("surviving.csv");
+    let id = |request: &Request| {
+        let outcome = judged(&source, request, &Design::reference());
+        outcome.document.report_id
+    };
+    let plain = id(&nominal());
+    assert_eq!(plain.len(), 64);
+    assert_eq!(plain, id(&nominal()), "the same question");
+    let mut seen = BTreeSet::from([plain.clone()]);
+    for (key, value) in every_setting().as_object().unwrap() {
+        let mut asked = serde_json::to_value(nominal()).unwrap();
+        asked[key] = value.clone();
+        // Steps are a part of the methods that take them.
+        if key == "steps_per_period" {
+            asked["method"] = json!("rk4");
+        }
+        assert!(seen.insert(id(&request(asked))), "{key} is no part of it");
+    }
+    // A default that is stated is no other question.
+    let stated = request(json!({"members": 0, "seed": 1, "model": "auto", "resample": "native"}));
+    assert_eq!(id(&stated), plain);
+    let mut design = Design::reference();
+    design.set("lever.mass_kg=0.15").unwrap();
+    let mut renamed = Design::reference();
+    renamed.name = "other".into();
+    for other in [design, renamed] {
+        let document = judged(&source, &nominal(), &other).document;
+        assert!(seen.insert(document.report_id));
+    }
+    // Name, bytes and card of the recording.
+    let bytes = std::fs::read("signals/surviving.csv").unwrap();
+    let card = std::fs::read("signals/surviving.csv.toml").unwrap();
+    let memory = |name: &str, bytes: Vec<u8>| Source::bytes(name, bytes);
+    let same = memory("surviving.csv", bytes.clone()).with_card(card.clone());
+    assert_eq!(document_of(&same, &nominal()).report_id, plain);
+    let mut longer = card.clone();
+    longer.push(b'\n');
+    let mut changed = bytes.clone();
+    changed.push(b'\n');
+    for other in [
+        memory("surviving.csv", bytes.clone()),
+        memory("surviving.csv", bytes.clone()).with_card(longer),
+        memory("surviving.csv", changed).with_card(card.clone()),
+        memory("other.csv", bytes).with_card(card),
+    ] {
+        assert!(seen.insert(document_of(&other, &nominal()).report_id));
+    }
+}
+
+/// What reads the recording once judges many designs, each as if it were the first.
+#[test]
+fn verif_a_prepared_recording_judges_many_designs() {
+    let source = signals("burst.csv");
+    let (limits, control) = (Limits::default(), Control::default());
+    let prepared = Prepared::open(&source, &nominal(), &limits, &control).unwrap();
+    for preload in [0.1, 1.0, 3.0] {
+        let mut design = Design::reference();
+        design
+            .set(&format!("lever.preload_torque_nm={preload}"))
+            .unwrap();
+        let again = prepared
+            .judge(&design, Extras::default(), &control)
+            .document;
+        assert_eq!(again, judged(&source, &nominal(), &design).document);
+        assert_eq!(again.report_id, prepared.report_id(&design));
+    }
+    let two = Control::unwatched(2);
+    let design = Design::reference();
+    let extras = Extras {
+        filter_table: true,
+        preload_answer: true,
+        evidence: true,
+    };
+    assert_eq!(
+        prepared.judge(&design, extras, &two).document,
+        prepared.judge(&design, extras, &control).document,
+        "threads change no number"
+    );
+}
+
+#[test]
+fn val_a_refusal_is_a_document() {
+    let nothing = Source::bytes("a.csv", *b"");
+    let outcome = judged(&nothing, &nominal(), &Design::reference());
+    let document = &outcome.document;
+    assert_eq!(document.verdict, Answer::Unusable);
+    assert!(document.nominal.is_none() && document.recording.sha256.is_some());
+    assert_eq!(document.why[0].code, "input-refused");
+    let names: Vec<String> = outcome.files().into_iter().map(|(name, _)| name).collect();
+    assert!(
+        names.starts_with(&["report.html".into(), "verdict.json".into()]),
+        "{names:?}"
+    );
+    // Several channels could be meant: each is offered with its shape.
+    let twins = Source::bytes("a.csv", *b"t_s,a_y_g,b_y_g\n0,1,2\n0.1,2,3\n0.2,1,2\n");
+    let outcome = judged(&twins, &nominal(), &Design::reference());
+    assert!(matches!(
+        outcome.refusal.unwrap().kind(),
+        ErrorKind::AmbiguousChannel { .. }
+    ));
+    assert_eq!(outcome.offers.len(), 2);
+    assert!(outcome.offers.iter().all(|offer| !offer.spark.is_empty()));
+}
+
+/// The wish to stop ends reading, judging and margins wherever it comes, and nothing else is
+/// made of it.
+#[test]
+fn verif_a_wish_to_stop_ends_the_work() {
+    let source = signals("burst.csv");
+    let limits = Limits::default();
+    let asked = Request {
+        members: 512,
+        ..Request::default()
+    };
+    let extras = Extras {
+        filter_table: true,
+        preload_answer: true,
+        evidence: true,
+    };
+    let design = Design::reference();
+    let count = AtomicUsize::new(0);
+    let counting = Control {
+        threads: 1,
+        proceed: &|_| {
+            count.fetch_add(1, Ordering::Relaxed);
+            true
+        },
+    };
+    let whole = pipeline::judge(&source, &asked, &design, extras, &limits, &counting);
+    assert!(whole.refusal.is_none());
+    let questions = count.load(Ordering::Relaxed);
+    assert!(questions > 20, "asked only {questions} times");
+    for after in (0..questions).step_by(questions / 8) {
+        let left = AtomicUsize::new(after);
+        let stopping = Control {
+            threads: 1,
+            proceed: &|_| {
+                left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| {
+                    left.checked_sub(1)
+                })
+                .is_ok()
+            },
+        };
+        let outcome = pipeline::judge(&source, &asked, &design, extras, &limits, &stopping);
+        let error = outcome.refusal.expect("a stopped run has no answer");
+        assert_eq!(*error.kind(), ErrorKind::Stopped, "after {after}");
+        assert_ne!(outcome.document.verdict, Answer::Pass);
+    }
+    let margin = MarginRequest {
+        replay: asked,
+        ..MarginRequest::default()
+    };
+    let left = AtomicUsize::new(200);
+    let stopping = Control {
+        threads: 2,
+        proceed: &|_| {
+            left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| {
+                left.checked_sub(1)
+            })
+            .is_ok()
+        },
+    };
+    let error = pipeline::margin(&source, &margin, &design, &limits, &stopping).unwrap_err();
+    assert_eq!(*error.kind(), ErrorKind::Stopped);
+}
+
+/// Returns a document as it is read back and written again.
+fn again<T: serde::Serialize + serde::de::DeserializeOwned>(text: &str) -> String {
+    let document: T = serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}"));
+    json::render(&document)
+}
+
+#[test]
+fn verif_documents_are_read_back() {
+    let extras = Extras {
+        filter_table: true,
+        preload_answer: true,
+        evidence: true,
+    };
+    let (limits, control) = (Limits::default(), Control::default());
+    for (name, asked) in [
+        ("burst.csv", json!({"members": 128})),
+        (
+            "burst.csv",
+            json!({"members": 0, "method": "rk4", "steps_per_period": 50}),
+        ),
+        (
+            "surviving.csv",
+            json!({"opens_when": "both", "window": "0..0.05"}),
+        ),
+        ("ugly.csv", json!({})),
+        (
+            "half_sine_30g_11ms.csv",
+            json!({"unit": "m/s2", "filter": "none", "model": "soft"}),
+        ),
+    ] {
+        let source = signals(name);
+        let design = Design::reference();
+        let outcome = pipeline::judge(&source, &request(asked), &design, extras, &limits, &control);
+        let text = json::render(&outcome.document);
+        assert_eq!(again::<Document>(&text), text, "{name}");
+        let stored: Document = serde_json::from_str(&text).unwrap();
+        assert_eq!(stored.request, outcome.document.request);
+        let listing = pipeline::inspect(&source, &nominal(), &limits, &control).unwrap();
+        let text = json::render(&listing);
+        assert_eq!(again::<Listing>(&text), text, "{name}");
+    }
+    let asked: MarginRequest = serde_json::from_value(json!({
+        "members": 0, "points": 50,
+        "map": ["lever.mass_kg=0.1..0.2", "lever.preload_torque_nm=0.1..3"], "map_grid": "4x3",
+    }))
+    .unwrap();
+    let source = signals("surviving.csv");
+    let margin =
+        pipeline::margin(&source, &asked, &Design::reference(), &limits, &control).unwrap();
+    let text = json::render(&margin.document);
+    assert_eq!(again::<MarginDocument>(&text), text);
+}
+
+/// A stored verdict comes out again, byte for byte; one that was changed by hand is refused.
+#[test]
+fn verif_a_stored_verdict_is_made_again() {
+    let source = signals("surviving.csv");
+    let asked = request(json!({"members": 128, "filter": "none"}));
+    let document = document_of(&source, &asked);
+    assert_eq!(document.run.numbers_revision, Some(NUMBERS_REVISION));
+    let text = json::render(&document);
+    let verified = |text: &str| {
+        let stored = Stored::from_json(text.as_bytes())?;
+        let request = stored.request().unwrap().clone();
+        let (limits, control) = (Limits::default(), Control::default());
+        pipeline::verify(
+            &stored,
+            &source,
+            &request,
+            false,
+            &|text| text.to_string(),
+            &limits,
+            &control,
+        )
+    };
+    let same = verified(&text).unwrap();
+    assert!(same.same, "{same:?}");
+    for (from, to) in [
+        (
+            "\"members\": 128,\n    \"method\"",
+            "\"members\": 129,\n    \"method\"",
+        ),
+        (
+            "\"filter\": \"none\",\n    \"filter_standard\"",
+            "\"filter\": \"cfc60\",\n    \"filter_standard\"",
+        ),
+        ("\"mass_kg\": 0.1475", "\"mass_kg\": 0.2"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let error = verified(&text.replacen(from, to, 1)).unwrap_err();
+        assert!(error.to_string().contains("report_id"), "{error}");
+    }
+    // A number that was changed is a difference, not a doubt.
+    let peak = format!(
+        "\"peak_angle_rad\": {}",
+        document.nominal.unwrap().peak_angle_rad
+    );
+    let verification = verified(&text.replacen(&peak, "\"peak_angle_rad\": 0.01", 1)).unwrap();
+    assert!(!verification.same && verification.differences == 1);
+}
+
+/// The example program judges bytes with a card and two designs, in at most forty lines.
+#[test]
+fn val_the_example_of_the_library_runs() {
+    let source = std::fs::read_to_string("examples/judge_from_memory.rs").unwrap();
+    assert!(
+        source.lines().count() <= 40,
+        "{} lines",
+        source.lines().count()
+    );
+    assert!(!source.contains("clap"));
+    let done = std::process::Command::new(env!("CARGO"))
+        .args([
+            "run",
+            "--quiet",
+            "--locked",
+            "--example",
+            "judge_from_memory",
+        ])
+        .output()
+        .unwrap();
+    let said = String::from_utf8(done.stdout).unwrap();
+    assert!(
+        done.status.success(),
+        "{said}{}",
+        String::from_utf8_lossy(&done.stderr)
+    );
+    let lines: Vec<&str> = said.lines().collect();
+    assert_eq!(lines.len(), 2, "{said}");
+    assert!(
+        lines[0].contains("paper: fail") && lines[1].contains("stiffer: "),
+        "{said}"
+    );
+    assert_ne!(lines[0].split(' ').next(), lines[1].split(' ').next());
+}
+
+/// The files of the outside world in `tests/data` give documents that can be read back, too.
+#[test]
+fn verif_documents_of_real_recordings_are_read_back() {
+    let folder = data("recordings");
+    let mut seen = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let document = document_of(&Source::File(path.clone()), &nominal());
+        let text = json::render(&document);
+        assert_eq!(again::<Document>(&text), text, "{}", path.display());
+        seen += 1;
+    }
+    assert!(seen > 5);
+}
