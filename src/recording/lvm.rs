@@ -192,12 +192,12 @@ struct Table {
 
 /// What the marks in a column may be, and where the first doubtful one stands.
 #[derive(Clone, Default)]
-struct AmbiguousMarks {
+struct ChannelMarks {
     marks: Marks,
     first: Option<(u64, usize, String)>,
 }
 
-impl AmbiguousMarks {
+impl ChannelMarks {
     fn look(&mut self, cell: &str, line: u64, column: usize) {
         if self.marks.look(cell.as_bytes()) {
             self.first = Some((line, column, text::shown(cell)));
@@ -263,8 +263,8 @@ struct TableReader<'a> {
     time_columns: Vec<usize>,
     digits: Vec<PrintedDigits>,
     unannounced_digits: PrintedDigits,
-    marks: Vec<AmbiguousMarks>,
-    stamp_marks: Vec<AmbiguousMarks>,
+    marks: Vec<ChannelMarks>,
+    stamp_marks: Vec<ChannelMarks>,
     /// Rows so far, those without a cell among them, for without stamps each takes its time.
     row: usize,
     /// Words of the Comment column that are not told.
@@ -359,8 +359,8 @@ impl<'a> TableReader<'a> {
             shares: selections.iter().map(share).collect(),
             digits: time_columns.iter().map(|_| PrintedDigits::new()).collect(),
             unannounced_digits: PrintedDigits::new(),
-            marks: vec![AmbiguousMarks::default(); count],
-            stamp_marks: vec![AmbiguousMarks::default(); stamps],
+            marks: vec![ChannelMarks::default(); count],
+            stamp_marks: vec![ChannelMarks::default(); stamps],
             time_columns,
             row: 0,
             untold: 0,
@@ -505,7 +505,7 @@ impl<'a> TableReader<'a> {
             mut shares,
             ..
         } = self;
-        table.doubts = AmbiguousMarks::among(self.header, &self.marks, &self.stamp_marks);
+        table.doubts = ChannelMarks::among(self.header, &self.marks, &self.stamp_marks);
         if self.untold > 0 {
             table.words.push(Finding::info(
                 "notes",

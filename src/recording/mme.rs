@@ -219,32 +219,14 @@ fn choose(
     sides: &BTreeMap<u8, code::Side>,
     options: &ReadOptions,
 ) -> Result<(usize, Option<Finding>), Error> {
-    let ambiguous = |several: &[usize]| {
-        Error::from(ErrorKind::AmbiguousChannel {
-            candidates: Candidates::named(several.iter().map(|i| channels[*i].label.as_str())),
-        })
-    };
+    if let Some(wanted) = &options.channel {
+        return named(channels, wanted);
+    }
     let of = |wanted: &dyn Fn(&Entry) -> bool| -> Vec<usize> {
         (0..channels.len())
             .filter(|index| wanted(&channels[*index]))
             .collect()
     };
-    if let Some(wanted) = &options.channel {
-        // A literal name comes before a pattern: codes may hold question marks.
-        let mut found = of(&|entry| entry.is_named(wanted));
-        if found.is_empty() {
-            found = of(&|entry| entry.answers_to(wanted));
-        }
-        return match found.as_slice() {
-            [only] => Ok((*only, channels[*only].header.not_lateral_finding())),
-            [] => Err(ErrorKind::NoSuchChannel {
-                wanted: wanted.clone(),
-                known: list(channels.iter()),
-            }
-            .into()),
-            several => Err(ambiguous(several)),
-        };
-    }
     let accelerations = of(&|entry| entry.header.is_acceleration());
     let none = || {
         Error::from(ErrorKind::NoChannel {
@@ -292,36 +274,74 @@ fn choose(
     let only = match candidates.as_slice() {
         [only] => *only,
         [] => return Err(none()),
-        several => return Err(ambiguous(several)),
+        several => return Err(ambiguous(channels, several)),
     };
-    let label = &channels[only].label;
-    let far = coded(&only).is_some_and(|code| {
+    let count = (!alone).then_some(accelerations.len());
+    Ok((only, choice_finding(&channels[only], sides, count, by_side)))
+}
+
+/// Says what was weighed in the choice: among how many channels of acceleration, if it was not the
+/// only one, and whether it lies `by_side` of the impact or on the other.
+fn choice_finding(
+    chosen: &Entry,
+    sides: &BTreeMap<u8, code::Side>,
+    count: Option<usize>,
+    by_side: &str,
+) -> Option<Finding> {
+    let label = &chosen.label;
+    let far = chosen.header.code().is_some_and(|code| {
         let struck = sides.get(&code.object());
         code.side()
             .is_some_and(|side| struck.is_some_and(|struck| *struck != side))
     });
-    let finding = if far {
-        Some(Finding::warning(
+    if far {
+        return Some(Finding::warning(
             "side-not-struck",
             format!(
                 "{label} was chosen as the one lateral acceleration of the structure, but it lies \
                  on the side that was not struck, as the test's header says: the struck side \
                  moved more"
             ),
-        ))
-    } else {
-        (!alone).then(|| {
-            Finding::info(
-                "channel-chosen",
-                format!(
-                    "{label} was chosen among {} channels of acceleration as the one lateral \
-                     acceleration of the structure{by_side}",
-                    accelerations.len()
-                ),
-            )
-        })
+        ));
+    }
+    let count = count?;
+    Some(Finding::info(
+        "channel-chosen",
+        format!(
+            "{label} was chosen among {count} channels of acceleration as the one lateral \
+             acceleration of the structure{by_side}"
+        ),
+    ))
+}
+
+/// Finds the channel of a name or pattern.
+fn named(channels: &[Entry], wanted: &str) -> Result<(usize, Option<Finding>), Error> {
+    let of = |fits: &dyn Fn(&Entry) -> bool| -> Vec<usize> {
+        (0..channels.len())
+            .filter(|index| fits(&channels[*index]))
+            .collect()
     };
-    Ok((only, finding))
+    // A literal name comes before a pattern: codes may hold question marks.
+    let mut found = of(&|entry| entry.is_named(wanted));
+    if found.is_empty() {
+        found = of(&|entry| entry.answers_to(wanted));
+    }
+    match found.as_slice() {
+        [only] => Ok((*only, channels[*only].header.not_lateral_finding())),
+        [] => Err(ErrorKind::NoSuchChannel {
+            wanted: wanted.to_string(),
+            known: list(channels.iter()),
+        }
+        .into()),
+        several => Err(ambiguous(channels, several)),
+    }
+}
+
+fn ambiguous(channels: &[Entry], several: &[usize]) -> Error {
+    ErrorKind::AmbiguousChannel {
+        candidates: Candidates::named(several.iter().map(|i| channels[*i].label.as_str())),
+    }
+    .into()
 }
 
 /// Keeps, of the lateral channels of one test object, those near a latch before others, primary

@@ -121,7 +121,7 @@ fn cli_inspect_compares_neighbours() {
     );
 }
 
-/// What could not be compared is said.
+/// What could not be compared is said; standard input, read once, is compared like a file.
 #[test]
 fn cli_replay_tells_of_neighbours_that_were_not_read() {
     let options = ["--channel", "sill_y (g)", "--opens-when", "both"];
@@ -130,13 +130,12 @@ fn cli_replay_tells_of_neighbours_that_were_not_read() {
         &[&["replay", "-"], &options[..], &rest].concat(),
         three(-0.4).as_bytes(),
     );
-    let document = done.document();
-    assert!(
-        codes(&document).contains(&"neighbours-unread"),
-        "{document}"
-    );
+    let fed = done.document();
     let folder = Folder::new("neighbours-unread");
     let path = folder.write("a.csv", three(-0.4));
+    let read = latchgate(&[&["replay", &path], &options[..], &rest].concat()).document();
+    assert_eq!(codes(&fed), codes(&read));
+    assert!(!codes(&fed).contains(&"neighbours-unread"), "{fed}");
     // Enough for one column, not for three.
     let cells = format!("table_cells={}", 2 * three(-0.4).lines().count());
     let limit = ["--limit", &cells];

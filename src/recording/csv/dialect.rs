@@ -267,6 +267,29 @@ pub(super) fn damaged_row(line: &[u8]) -> Error {
     .into()
 }
 
+/// Refuses a row, which begins at byte `first`, with a cell that is too long or too many cells by
+/// any separator.
+fn check_row(line: &[u8], first: u64, limits: &Limits) -> Result<(), Error> {
+    let separates = |byte| matches!(byte, b',' | b';' | b'\t' | b' ');
+    text::check_fields(line, first, separates, limits)?;
+    if line.len() as u64 > limits.columns {
+        for separator in [b',', b';', b'\t'] {
+            check_columns(line, separator, limits)?;
+        }
+    }
+    Ok(())
+}
+
+/// Returns the separator that a spreadsheet's first line names, if it is such a line. A tab may be
+/// named as it stands, so that only line ends are cut off at first.
+fn separator_line(line: &[u8]) -> Option<Result<Separator, ErrorKind>> {
+    let end = line
+        .iter()
+        .rposition(|byte| !matches!(byte, b'\r' | b'\n'))
+        .map_or(0, |last| last + 1);
+    named_separator(&line[..end]).or_else(|| named_separator(line.trim_ascii_end()))
+}
+
 /// Measures every line and marks what is no row: comments (`#`, `%`, `//`), empty lines and a
 /// spreadsheet's `sep=;` get a `#` as their first byte. Returns what the lines are.
 ///
@@ -355,13 +378,7 @@ pub(super) fn scan_lines(text: &mut [u8], limits: &Limits) -> Result<LineScan, E
         }
         if !seen_row {
             seen_row = true;
-            let end = start
-                .iter()
-                .rposition(|byte| !matches!(byte, b'\r' | b'\n'))
-                .map_or(0, |last| last + 1);
-            if let Some(separator) =
-                named_separator(&start[..end]).or_else(|| named_separator(start.trim_ascii_end()))
-            {
+            if let Some(separator) = separator_line(start) {
                 marked.separator = Some(separator.map_err(|kind| Error::from(kind).at(place(0)))?);
                 line[0] = b'#';
                 continue;
@@ -369,18 +386,7 @@ pub(super) fn scan_lines(text: &mut [u8], limits: &Limits) -> Result<LineScan, E
         }
         rows += 1;
         marked.close(&mut open);
-        text::check_fields(
-            line,
-            first as u64,
-            |byte| matches!(byte, b',' | b';' | b'\t' | b' '),
-            limits,
-        )
-        .map_err(|error| error.at(place(0)))?;
-        if line.len() as u64 > limits.columns {
-            for separator in [b',', b';', b'\t'] {
-                check_columns(line, separator, limits).map_err(|error| error.at(place(0)))?;
-            }
-        }
+        check_row(line, first as u64, limits).map_err(|error| error.at(place(0)))?;
     }
     Ok(marked)
 }

@@ -417,6 +417,51 @@ fn listed(known: &[String]) -> Vec<String> {
     known.iter().take(LISTED).cloned().collect()
 }
 
+/// Returns which of a message's numbers are wanted.
+fn json_fields(numbers: &[String], wanted: &Wanted) -> Result<Vec<String>, Unfit> {
+    let has = |path: &str| numbers.iter().any(|known| known == path);
+    let lateral = || LATERAL.iter().map(|(_, path)| *path);
+    match wanted {
+        Wanted::Path(path) if has(path) => Ok(vec![path.clone()]),
+        Wanted::Path(path) => Err(Unfit::NoField(path.clone(), listed(numbers))),
+        Wanted::Lateral => {
+            let mut found: Vec<String> = lateral()
+                .filter(|path| has(path))
+                .map(str::to_string)
+                .collect();
+            let of_type = |path: &str| found.iter().any(|known| known == path);
+            let named: Vec<String> = numbers
+                .iter()
+                .filter(|path| says_lateral(path) && !of_type(path))
+                .cloned()
+                .collect();
+            found.extend(primary(named));
+            if found.len() > 1 {
+                return Err(Unfit::Ambiguous(found));
+            }
+            Ok(found)
+        }
+        Wanted::Every => {
+            let bases = lateral()
+                .filter(|path| has(path))
+                .map(|path| path.trim_end_matches('y'));
+            let triples: Vec<String> = bases
+                .flat_map(|base| ["x", "y", "z"].map(|axis| format!("{base}{axis}")))
+                .filter(|path| has(path))
+                .collect();
+            let named = |path: &&String| names_lateral(path) && !triples.contains(path);
+            if numbers.iter().any(|path| named(&path)) {
+                let data = |path: &&String| {
+                    !JSON_STAMPS.as_flattened().contains(&path.as_str()) && *path != ESTIMATE
+                };
+                Ok(numbers.iter().filter(data).cloned().collect())
+            } else {
+                Ok(triples)
+            }
+        }
+    }
+}
+
 /// Learns the fields of a JSON topic from its first message.
 ///
 /// Returns with it the paths whose names were looked at.
@@ -456,47 +501,7 @@ pub(super) fn json_layout(
         return Err(too_many_fields().into());
     }
     let has = |path: &str| numbers.iter().any(|known| known == path);
-    let chosen: Vec<String> = match wanted {
-        Wanted::Path(path) if has(path) => vec![path.clone()],
-        Wanted::Path(path) => return Err(Unfit::NoField(path.clone(), listed(&numbers))),
-        Wanted::Lateral => {
-            let mut found: Vec<String> = lateral
-                .iter()
-                .filter(|path| has(path))
-                .map(|path| (*path).to_string())
-                .collect();
-            let of_type = |path: &str| found.iter().any(|known| known == path);
-            let named: Vec<String> = numbers
-                .iter()
-                .filter(|path| says_lateral(path) && !of_type(path))
-                .cloned()
-                .collect();
-            found.extend(primary(named));
-            if found.len() > 1 {
-                return Err(Unfit::Ambiguous(found));
-            }
-            found
-        }
-        Wanted::Every => {
-            let bases = lateral
-                .iter()
-                .filter(|path| has(path))
-                .map(|path| path.trim_end_matches('y'));
-            let triples: Vec<String> = bases
-                .flat_map(|base| ["x", "y", "z"].map(|axis| format!("{base}{axis}")))
-                .filter(|path| has(path))
-                .collect();
-            let named = |path: &&String| names_lateral(path) && !triples.contains(path);
-            if numbers.iter().any(|path| named(&path)) {
-                let data = |path: &&String| {
-                    !JSON_STAMPS.as_flattened().contains(&path.as_str()) && *path != ESTIMATE
-                };
-                numbers.iter().filter(data).cloned().collect()
-            } else {
-                triples
-            }
-        }
-    };
+    let chosen = json_fields(&numbers, wanted)?;
     if chosen.is_empty() {
         return Err(Unfit::NoField(String::new(), listed(&numbers)));
     }

@@ -167,33 +167,8 @@ impl Series {
         let Some(layout) = self.layout.clone() else {
             return Ok(());
         };
-        let longest = limits.mcap_string_bytes;
-        let odd = |fault: cdr::Fault| match fault.too_long {
-            Some(length) => records::too_long(longest, length, "message"),
-            None => damaged_message(&fault.expected, &fault.found),
-        };
-        let slots = &mut self.slots;
-        match &layout.extractor {
-            Extractor::Cdr(plan) => cdr::read(plan, data, slots, longest).map_err(odd),
-            Extractor::Ros1(plan) => cdr::read_ros1(plan, data, slots, longest).map_err(odd),
-            Extractor::Protobuf(targets) => protobuf::read(targets, data, slots)
-                .map_err(|(expected, found)| damaged_message(&expected, &found)),
-            Extractor::Json(paths) => {
-                let looked_at = (self.wanted == Wanted::Lateral).then_some(&mut self.looked_at);
-                read_json(paths, data, slots, looked_at, kept).and_then(|other| match other {
-                    None => Ok(()),
-                    Some(path) => Err(ErrorKind::Malformed {
-                        expected: "the fields of the first message".into(),
-                        found: format!("a further lateral acceleration, {path}"),
-                        hint: "choose one with the setting `channel` = TOPIC:FIELD, or write each sensor to a \
-                               topic of its own"
-                            .into(),
-                    }
-                    .into()),
-                })
-            }
-        }
-        .map_err(|error| error.at(place("")))?;
+        self.extract(&layout, data, kept, limits)
+            .map_err(|error| error.at(place("")))?;
         let mut rest = self.slots.iter().skip(self.columns.len()).copied();
         if layout.estimate && rest.next() == Some(-1.0) {
             return Err(damaged_message(
@@ -246,6 +221,42 @@ impl Series {
             self.logged.push(log_time);
         }
         Ok(())
+    }
+
+    /// Takes the numbers that are wanted from a message into the slots.
+    fn extract(
+        &mut self,
+        layout: &Layout,
+        data: &[u8],
+        kept: &mut u64,
+        limits: &Limits,
+    ) -> Result<(), Error> {
+        let longest = limits.mcap_string_bytes;
+        let odd = |fault: cdr::Fault| match fault.too_long {
+            Some(length) => records::too_long(longest, length, "message"),
+            None => damaged_message(&fault.expected, &fault.found),
+        };
+        let slots = &mut self.slots;
+        match &layout.extractor {
+            Extractor::Cdr(plan) => cdr::read(plan, data, slots, longest).map_err(odd),
+            Extractor::Ros1(plan) => cdr::read_ros1(plan, data, slots, longest).map_err(odd),
+            Extractor::Protobuf(targets) => protobuf::read(targets, data, slots)
+                .map_err(|(expected, found)| damaged_message(&expected, &found)),
+            Extractor::Json(paths) => {
+                let looked_at = (self.wanted == Wanted::Lateral).then_some(&mut self.looked_at);
+                read_json(paths, data, slots, looked_at, kept).and_then(|other| match other {
+                    None => Ok(()),
+                    Some(path) => Err(ErrorKind::Malformed {
+                        expected: "the fields of the first message".into(),
+                        found: format!("a further lateral acceleration, {path}"),
+                        hint: "choose one with the setting `channel` = TOPIC:FIELD, or write each sensor to a \
+                               topic of its own"
+                            .into(),
+                    }
+                    .into()),
+                })
+            }
+        }
     }
 
     /// Tells whether the topic has a field that was wanted: for JSON, only its first message
