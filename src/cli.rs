@@ -1,4 +1,24 @@
 //! The command line: arguments in, data to stdout, talk to stderr, an exit code out.
+//!
+//! - `args`: the command line as a whole: options of every command, and the commands;
+//! - `command_line`: words of a shell's command line, written and read;
+//! - `design`: the design that the command line asks for: a file, or the paper's, with overrides;
+//! - `failure`: why a command ended without an answer of its own;
+//! - `inspect`: `latchgate inspect`: what a recording holds;
+//! - `limits`: `latchgate limits`: every limit on input, with its value and how to change it;
+//! - `log`: tracing output: stderr, as text or JSON lines, silent unless asked for;
+//! - `manual`: shell completions and manual pages;
+//! - `margin`: `latchgate margin`: how far a verdict is from changing, and what design would
+//!   change it;
+//! - `options`: options that commands share, and what they ask as data;
+//! - `output`: the only place that prints;
+//! - `progress`: what a command is doing and how far it has come, on a terminal, and Ctrl-C,
+//!   which ends it;
+//! - `replay`: `latchgate replay`: one recording, one design, one verdict;
+//! - `study`: `latchgate study`: one file per study, one line each in [`Study`] and in its
+//!   `analysis`;
+//! - `values`: values of options that only the command line knows, and how they are read;
+//! - `verify`: `latchgate verify`: the run inside a verdict made again, and compared.
 
 pub mod args;
 mod command_line;

@@ -1,5 +1,15 @@
 //! Conditioning: units, bias, resampling and channel frequency class, in the order of
 //! good practice: units → faults → bias → resample → filter. Polarity enters last, in the model.
+//!
+//! - `bias`: bias: the mean of the samples before the event, with its standard error;
+//! - `cfc`: channel frequency classes: the two-pass Butterworth low-pass of SAE J211-1 and ISO
+//!   6487;
+//! - `neighbours`: channels beside one another: lateral sensors of one body move alike, and two
+//!   at one place measure the same;
+//! - `quality`: faults of a raw channel: clipping, dead and frozen sensors, records cut inside
+//!   the event;
+//! - `resample`: band-limited resampling with a Kaiser-windowed sinc;
+//! - `spectrum`: amplitude spectra and spectrograms, for reports.
 
 pub mod bias;
 pub mod cfc;

@@ -3,6 +3,18 @@
 //! Each quantity (scale of the recording, preload, unbalance, counterweight, restitution) is
 //! varied alone over a stated range; every value at which the answer changes is listed, and the
 //! one nearest to the present is the margin.
+//!
+//! - `change`: where the verdict by the whole rule changes, which is dear to ask for;
+//! - `limit`: the design's limit under half-sine pulses: amplitude against change of velocity;
+//! - `map`: a map of the peak angle over two design keys, with the boundary of the pass;
+//! - `margin_search`: the search for the margin of one quantity: first where the nominal runs
+//!   change their answer, then, from there, where the verdict by the whole rule does;
+//! - `preload`: the preload that a recording asks for, as a report quotes it;
+//! - `quantity`: the quantities that a margin varies: what each does to the lever, over which
+//!   range, on which grid;
+//! - `runs`: the nominal runs that a search rests on: of one trial, or of many side by side;
+//! - `search`: every value of one quantity at which the answer changes, found on a grid and then
+//!   narrowed.
 
 mod change;
 pub mod limit;

@@ -37,6 +37,9 @@
 //! );
 //! assert_eq!(outcome.document.verdict.name(), "fail");
 //! ```
+//!
+//! - `compare`: a verdict against the same run made again: the first difference, and how many
+//!   there are.
 
 mod answer;
 mod candidates;

@@ -4,6 +4,30 @@
 //! One table, [`FORMATS`], lists the readers; a new format is one file in `recording/`
 //! and one line there. Readers never guess in silence: what they assume or mend they
 //! return as a [`Finding`] beside the channel.
+//!
+//! - `card`: cards: a recording's full name plus `.toml`, saying what the file itself does not;
+//! - `csv`: text tables: CSV and its relatives;
+//! - `draft`: a channel as a reader found it, made into one that is delivered: the last mile of
+//!   all readers;
+//! - `ev5`: NHTSA EV5 ASCII X-Y: a test's `.EV5` with its curve files, or one curve file;
+//! - `finding`: findings: something odd in usable data, with what it means for a verdict;
+//! - `laboratory`: the laboratory's own words: validity limits and faults that stand in comment
+//!   text;
+//! - `lateral`: which of several named columns is the lateral acceleration;
+//! - `limits`: limits on input: what a reader refuses to take in, so that memory stays bounded;
+//! - `lvm`: LabVIEW measurement files (.lvm): text in two headers and a table;
+//! - `mcap`: MCAP logs: messages of ROS 2 (CDR) and ROS 1, protobuf by its own descriptor, and
+//!   JSON;
+//! - `mme`: ISO/TS 13499 (ISO-MME): a test as folder, .zip, .tar.gz or .tar, or one channel of
+//!   it;
+//! - `source`: where the bytes come from: a file, standard input or memory, hashed while they are
+//!   read;
+//! - `text`: what readers of text share: lines within limits, decimal numbers as the file writes
+//!   them;
+//! - `time_base`: time bases: from printed stamps to a uniform rate, or to a resampled one with a
+//!   finding;
+//! - `words`: lists of words that readers know, each in a file of its own in `words/`, where
+//!   words are added without a look at the program.
 
 pub mod card;
 pub mod csv;

@@ -4,6 +4,19 @@
 //! [`Evidence`] first. Units are converted for display and long signals thinned for drawing,
 //! no more. The time that a run took is shown nowhere but in `verdict.json`, so that the same
 //! input gives the same bytes.
+//!
+//! - `document`: the documents that a replay answers with, block by block;
+//! - `escape`: makes text from files safe to show: in markup and on a terminal;
+//! - `html`: `report.html`: one file that opens offline, in light and dark, and prints on A4;
+//! - `json`: `verdict.json`: the document, key by key, with all digits of its numbers;
+//! - `margin`: what `latchgate margin` hands over: its text, and the files of its report;
+//! - `margin_document`: the document that a margin answers with;
+//! - `number`: numbers for people: significant digits, true minus signs, powers of ten;
+//! - `plot`: plots in SVG: the same drawing stands inline in the report and alone in a file;
+//! - `sparkline`: a signal in one line of a terminal;
+//! - `study`: files of a study: rows as CSV, headline figures as JSON, a chart as SVG;
+//! - `text`: the verdict for a terminal;
+//! - `words`: words that the terminal and the page share.
 
 pub mod document;
 pub mod escape;

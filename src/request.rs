@@ -5,6 +5,9 @@
 //! decided here and nowhere else: what the request states comes before the card beside the
 //! recording, the card before what the file itself says. How many threads work, who watches and
 //! which report is drawn are no part of it: they change no number.
+//!
+//! - `map`: a request as keys and values, both ways;
+//! - `value`: the values of settings as words, for options, files and documents alike.
 
 mod map;
 mod value;

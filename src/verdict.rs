@@ -7,6 +7,9 @@
 //! it came to (`variant`); the ensembles (`looks`, or `early` where only a pass matters); the
 //! reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the sentences (`replay_findings`,
 //! `reasons`, `ladder`).
+//!
+//! - `assess`: from a conditioned channel to an answer: which runs are made, and what they say
+//!   together.
 
 pub(crate) mod assess;
 mod budget;

@@ -1,4 +1,18 @@
 //! `latchgate study`: one file per study, one line each in [`Study`] and in its `analysis`.
+//!
+//! - `attractor`: `latchgate study attractor`;
+//! - `basins`: `latchgate study basins`;
+//! - `bifurcation`: `latchgate study bifurcation`;
+//! - `excitation_map`: `latchgate study excitation-map`;
+//! - `free_vibration`: `latchgate study free-vibration`;
+//! - `histories`: `latchgate study histories`;
+//! - `restitution`: `latchgate study restitution`;
+//! - `shock`: `latchgate study shock`;
+//! - `spectrogram`: `latchgate study spectrogram`;
+//! - `stability`: `latchgate study stability`;
+//! - `step_size`: `latchgate study step-size`;
+//! - `sweep`: options that studies share: sine, initial state, ranges, grids, lengths;
+//! - `work_precision`: `latchgate study work-precision`.
 
 mod analysis;
 mod attractor;

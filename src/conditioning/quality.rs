@@ -7,6 +7,8 @@
 //! flat tops by which an overload shows. Each detector is one function; thresholds are
 //! constants with their reason. What clipping took away cannot be had back, so its finding
 //! blocks, and a detector in doubt leans towards blocking.
+//!
+//! - `lost`: stretches in which sensor, cable, recorder or converter lost the motion.
 
 mod lost;
 

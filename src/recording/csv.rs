@@ -6,6 +6,21 @@
 //!
 //! What the file does not say is asked for, not guessed: a missing unit or time is an error,
 //! and so is a header that does not fit its rows. Units never come from a comment.
+//!
+//! - `cell`: what is said of a cell that cannot be used, and what to do about it;
+//! - `counter`: columns that count the rows: where no stamp tells the time, they alone show a
+//!   missing row;
+//! - `date`: stamps that are dates: `2024-05-01T10:00:00.0001`, as ISO 8601 writes them, with a
+//!   `T` or a blank between date and time, and with a zone or without;
+//! - `layout`: layouts: which rows are header, which column is time, which one is the lateral
+//!   acceleration;
+//! - `number`: numbers in cells: decimal point or comma, and the digits they were printed with;
+//! - `records`: rows as cells: split at the separator where no quote stands in the text, by the
+//!   table reader of the `csv` crate where one does;
+//! - `rows`: rows: the stamps and the samples of the wanted columns, in one pass for all
+//!   selections;
+//! - `status`: what a table says of its samples in words: comment lines, and columns that hold
+//!   the state of a channel or notes row by row.
 
 mod cell;
 mod counter;

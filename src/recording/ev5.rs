@@ -9,6 +9,9 @@
 //! # Source
 //!
 //! NHTSA Test Reference Guide, volume I (instrumentation fields).
+//!
+//! - `curve`: curve files: two columns of numbers, no header;
+//! - `header`: the `.EV5`: one line for each curve, fields divided by `|`.
 
 mod curve;
 mod header;

@@ -4,6 +4,9 @@
 //! AFTER 64.6 MILLISECONDS". The comment counts. What it says of a time is taken as the instant
 //! on the file's clock from which the samples are no evidence. A comment that names an instant
 //! and is not understood asks for a look: it may say the same in words that are not known here.
+//!
+//! - `tokens`: words, numbers and instants of a comment;
+//! - `words`: the words that laboratories use, in capitals.
 
 mod tokens;
 mod words;

@@ -8,6 +8,8 @@
 //! # Source
 //!
 //! NI, "Specification for the LabVIEW Measurement File (.lvm)".
+//!
+//! - `header`: the two headers of a LabVIEW measurement file.
 
 mod header;
 

@@ -15,6 +15,18 @@
 //! # Source
 //!
 //! The MCAP specification, <https://mcap.dev/spec>; REP 103 for units and axes.
+//!
+//! - `cdr`: CDR, the encoding of ROS 2 messages: numbers aligned to their size, in either byte
+//!   order;
+//! - `decompress`: chunks: decompression within limits, checked against the chunk's own size and
+//!   checksum;
+//! - `json`: JSON messages: one walk through the text that hands out every scalar with its path;
+//! - `layout`: where in the messages of a type stands what is wanted of them, and in which unit;
+//! - `protobuf`: Protobuf messages, read by the descriptor that the file itself carries;
+//! - `records`: the records of an MCAP file, read with checked lengths;
+//! - `schema`: ROS message definitions (`ros2msg`, `ros1msg`): from the text in the file to a
+//!   plan that finds numbers in a message;
+//! - `series`: one topic's messages turned into numbers, each at its stamp.
 
 mod cdr;
 mod decompress;

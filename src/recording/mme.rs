@@ -8,6 +8,13 @@
 //! # Source
 //!
 //! ISO/TS 13499 and its related electronic document B (codes), as far as they show in the files.
+//!
+//! - `archive`: archives: .zip, .tar.gz and .tar, read within limits;
+//! - `channel`: channel files: header and samples;
+//! - `code`: channel codes: 16 characters that say what was measured where;
+//! - `names`: names of a test's files: which are its header, its list and its channels;
+//! - `package`: the files of a test, wherever they are: in a folder, in an archive, or beside the
+//!   one given.
 
 mod archive;
 mod channel;

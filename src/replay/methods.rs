@@ -12,6 +12,16 @@
 //!
 //! An error stated from a second run of the same kind is an estimate: it does not see rounding
 //! that impacts amplify, nor what both runs get wrong alike.
+//!
+//! - `lever`: equations (2.1) and (2.2) divided by the moment of inertia, for methods that see a
+//!   motion;
+//! - `located`: located events around any one-step method: flight, contact, impact, rest;
+//! - `moreau_jean`: time-stepping after Moreau and Jean: the θ-method on the smooth forces,
+//!   Newton's impact law as a complementarity between velocity and percussion, no event looked
+//!   for;
+//! - `record`: what is kept of a motion that a method gives step by step;
+//! - `rk4_located`: Runge-Kutta of fourth order with a fixed step on the smooth branches, events
+//!   located.
 
 mod dopri5;
 mod lever;

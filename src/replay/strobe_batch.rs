@@ -10,6 +10,8 @@
 //! its neighbours, however many threads share the work and however wide the machine's vectors.
 //! [`super::Strobe`] follows one such lever by the scalar kernel alone and agrees to rounding and
 //! to what impacts make of it.
+//!
+//! - `cut`: a sine's period cut into equal pieces: what is known of each before any lever flies.
 
 mod cut;
 

@@ -4,6 +4,13 @@
 //! Right answers come from the event-driven kernel on the same samples, with the bound it states;
 //! those of the contact and of free chatter are checked against closed forms and quad precision
 //! by the tests.
+//!
+//! - `bounces`: the free bounces of the paper's Fig. 3: exit over entry speed, bounce after
+//!   bounce;
+//! - `chatter`: chatter: bounces without number that end at a finite time, on a rigid stop;
+//! - `contact`: one contact with the soft stop: what speed a fixed step gives back;
+//! - `graze`: grazing: a lever that all but touches the rigid stop;
+//! - `situations`: situations in which what matters happens inside a sample or a step.
 
 mod bounces;
 mod chatter;

@@ -4,6 +4,10 @@
 //! recording, restitution and every key that the design gives a tolerance. Member 0 is the
 //! nominal lever, and counts as a member. How many members cross the threshold is looked at a
 //! few times, each time with bounds that allow for the other looks, until the rule decides.
+//!
+//! - `bounds`: bounds of a share from a count, and the looks that share their error;
+//! - `draw`: draws: a counter-based generator and the truncated normal distribution;
+//! - `drivers`: what drives the peak, and how it is spread.
 
 pub mod bounds;
 pub mod draw;

@@ -5,6 +5,11 @@
 //! does. They speak of the motion itself, not of a computed one: no numerical error enters, and
 //! what the joining of the samples may hide is not covered. A bound that cannot decide says
 //! nothing.
+//!
+//! - `arc`: the linear motion that a lever is compared with: y'' + γ y' + κ y = F(t), F linear
+//!   over a sample, solved exactly;
+//! - `rigid`: the bounds on a rigid stop;
+//! - `soft`: the bounds on a soft stop.
 
 mod arc;
 mod rigid;

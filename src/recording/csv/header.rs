@@ -1,4 +1,9 @@
 //! Headers: names, units, and what a column's name says about its content.
+//!
+//! - `derived`: names of what was computed from an acceleration, or is none: rectified, held,
+//!   averaged, modelled;
+//! - `filtered`: words that say that a channel was filtered before it was stored;
+//! - `place`: names of places: what is not the structure of the struck vehicle.
 
 mod derived;
 pub(in crate::recording) mod filtered;
