@@ -23,7 +23,7 @@
 //! use latchgate::pipeline::{self, Control, Design, Extras, Limits, Request, Source};
 //!
 //! let table: String = (-200..600)
-//!     .map(|k| format!("{},{}\n", f64::from(k) / 1e4, if (0..200).contains(&k) { -3.0 } else { 0.0 }))
+//!     .map(|k| format!("{},{}\n", f64::from(k) / 1e4, if (0..200).contains(&k) { -30.0 } else { 0.0 }))
 //!     .collect();
 //! let source = Source::bytes("push.csv", format!("t_s,acc_y_g\n{table}").into_bytes())
 //!     .with_card(*b"synthetic = true\nopens_when = \"negative\"\n");

@@ -11,14 +11,17 @@ use std::time::{Duration, Instant};
 /// Set by Ctrl-C.
 static STOPPED: AtomicBool = AtomicBool::new(false);
 
-/// Set by a command that has ended its work on Ctrl-C and writes down what was done.
+/// Set by a command that writes down what was done when Ctrl-C ends it.
 static KEEPING: AtomicBool = AtomicBool::new(false);
 
 /// Whether a line of progress stands on the terminal.
 static LINE_STANDS: AtomicBool = AtomicBool::new(false);
 
-/// Time that a command has to end by itself, keeping what is done, before it is ended.
+/// Time that a command has to end by itself before it is ended.
 const GRACE: Duration = Duration::from_millis(900);
+
+/// The same of one that writes down what was done; a second Ctrl-C ends it at once.
+const GRACE_TO_KEEP: Duration = Duration::from_secs(30);
 
 /// Time that a command takes before its progress is shown.
 const QUIET: Duration = Duration::from_secs(1);
@@ -36,11 +39,12 @@ pub(super) fn listen() {
     let _ = ctrlc::set_handler(|| {
         if !STOPPED.swap(true, Ordering::Relaxed) {
             std::thread::spawn(|| {
-                std::thread::sleep(GRACE);
-                // What is being written down is no work that could go on for long.
-                if !KEEPING.load(Ordering::Relaxed) {
-                    end();
-                }
+                std::thread::sleep(if KEEPING.load(Ordering::Relaxed) {
+                    GRACE_TO_KEEP
+                } else {
+                    GRACE
+                });
+                end();
             });
         } else {
             end();
@@ -48,7 +52,7 @@ pub(super) fn listen() {
     });
 }
 
-/// Lets a command that Ctrl-C ended write down what was done.
+/// Lets the command write down what was done when Ctrl-C ends it.
 pub(super) fn keep() {
     KEEPING.store(true, Ordering::Relaxed);
 }

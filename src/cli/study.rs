@@ -98,10 +98,8 @@ pub(super) fn command(own: &Study, common: &Common) -> Result<u8, Failure> {
         set,
         &common.limits().map_err(Failure::Usage)?,
     )?;
+    progress::keep();
     let answer = analysis.run(&design, &session)?;
-    if !answer.complete {
-        progress::keep();
-    }
     let complete = answer.complete;
     let summary = Summary {
         schema: "latchgate.study/1",

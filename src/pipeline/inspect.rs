@@ -97,7 +97,7 @@ pub struct ListedChannel {
 /// let source = Source::File("signals/burst.csv".into());
 /// let listing = inspect(&source, &Request::default(), &Limits::default(), &Control::default())?;
 /// assert_eq!(listing.replay.channel.as_deref(), Some("acceleration y (g)"));
-/// assert_eq!(listing.channels[0].samples, 5000);
+/// assert_eq!(listing.channels[0].samples, 6001);
 /// # Ok::<(), latchgate::error::Error>(())
 /// ```
 ///

@@ -195,7 +195,7 @@ fn val_bad_time() {
         "time_1,a_g,time_2\n0,1,0\n1,2,1\n",
         &none(),
         "",
-        "expected one time column, found time_1, time_2; choose one with --time-column NAME",
+        "expected one time column, found time_1, time_2; choose one with the setting `time_column` = NAME",
     );
     check_refused(
         GOOD,

@@ -41,7 +41,7 @@ fn cli_every_answer_has_its_exit_code() {
     check_verdict(&["replay", &held, "--opens-when", "positive"], 1, "fail");
     check_verdict(&["replay", &held, "--opens-when", "both"], 1, "fail");
     let document = check_verdict(&["replay", &held], 3, "undecided");
-    assert_eq!(document["request"]["opens_when_source"], "undeclared");
+    assert_eq!(document["recording"]["opens_when_source"], "undeclared");
     assert!(document["error_budget_rad"]["polarity"].as_f64().unwrap() > 0.1);
     let missing = folder.path().join("missing.csv");
     check_verdict(&["replay", missing.to_str().unwrap()], 4, "unusable");
@@ -209,8 +209,8 @@ fn cli_every_option_reaches_the_verdict() {
         (
             &plain,
             &["--window", "-0.01..0.2"],
-            "/request/window_s",
-            vec![-0.01, 0.2].into(),
+            "/request/window",
+            "-0.01..0.2".into(),
         ),
         (
             &plain,
@@ -288,13 +288,13 @@ fn cli_every_option_reaches_the_verdict() {
         (
             &plain,
             &["--phi0", "-0.001", "--model", "soft"],
-            "/request/phi0_rad",
+            "/request/phi0",
             (-0.001).into(),
         ),
         (
             &plain,
             &["--omega0", "-2.5"],
-            "/request/omega0_rad_s",
+            "/request/omega0",
             (-2.5).into(),
         ),
         (
@@ -312,7 +312,7 @@ fn cli_every_option_reaches_the_verdict() {
         (
             &plain,
             &["--opens-when", "negative"][..0],
-            "/request/opens_when_source",
+            "/recording/opens_when_source",
             "option".into(),
         ),
         (

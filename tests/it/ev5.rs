@@ -331,7 +331,7 @@ fn val_a_bare_curve_needs_its_unit_and_says_what_is_missing() {
         &path,
         &ReadOptions::default(),
         |kind| matches!(kind, ErrorKind::MissingUnit),
-        &["--unit"],
+        &["the setting `unit`"],
     );
     let options = ReadOptions {
         unit: Some(AccelerationUnit::StandardGravity),

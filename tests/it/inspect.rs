@@ -45,7 +45,7 @@ fn cli_inspect_says_what_replay_takes_and_why() {
     assert_eq!(plain["replay"]["reason"], "it is the only channel");
     let named = inspected("named", &three(1.0), &["--channel", "sill_y (g)"]);
     assert_eq!(named["replay"]["channel"], "sill_y (g)");
-    assert_eq!(named["replay"]["reason"], "--channel names it");
+    assert_eq!(named["replay"]["reason"], "the setting `channel` names it");
     let several = inspected("several", &three(1.0), &[]);
     assert_eq!(several["replay"]["channel"], Value::Null);
     let candidates = several["replay"]["candidates"].as_array().unwrap();
@@ -78,7 +78,10 @@ fn cli_inspect_doubts_another_axis() {
     let asked = inspected("axis-asked", &text, &["--channel", "acc_x_g"]);
     assert_eq!(asked["replay"]["channel"], "acc_x_g");
     let reason = asked["replay"]["reason"].as_str().unwrap();
-    assert!(reason.starts_with("--channel names it, but: "), "{reason}");
+    assert!(
+        reason.starts_with("the setting `channel` names it, but: "),
+        "{reason}"
+    );
     assert!(reason.contains("another axis"), "{reason}");
 }
 

@@ -494,20 +494,19 @@ fn verif_a_stored_verdict_is_made_again() {
     };
     let same = verified(&text).unwrap();
     assert!(same.same, "{same:?}");
-    for (from, to) in [
-        (
-            "\"members\": 128,\n    \"method\"",
-            "\"members\": 129,\n    \"method\"",
-        ),
-        (
-            "\"filter\": \"none\",\n    \"filter_standard\"",
-            "\"filter\": \"cfc60\",\n    \"filter_standard\"",
-        ),
-        ("\"mass_kg\": 0.1475", "\"mass_kg\": 0.2"),
+    for (key, value) in [
+        ("request/members", json!(129)),
+        ("request/filter", json!("cfc60")),
+        ("request/channel", json!("acc_y")),
+        ("design/lever/mass_kg", json!(0.2)),
+        ("design/name", json!("other")),
+        ("recording/sha256", json!("ab".repeat(32))),
     ] {
-        assert!(text.contains(from), "{from}");
-        let error = verified(&text.replacen(from, to, 1)).unwrap_err();
-        assert!(error.to_string().contains("report_id"), "{error}");
+        let mut changed: Value = serde_json::from_str(&text).unwrap();
+        let (block, last) = key.rsplit_once('/').unwrap();
+        changed.pointer_mut(&format!("/{block}")).unwrap()[last] = value;
+        let error = verified(&changed.to_string()).unwrap_err();
+        assert!(error.to_string().contains("report_id"), "{key}: {error}");
     }
     // A number that was changed is a difference, not a doubt.
     let peak = format!(
@@ -515,7 +514,7 @@ fn verif_a_stored_verdict_is_made_again() {
         document.nominal.unwrap().peak_angle_rad
     );
     let verification = verified(&text.replacen(&peak, "\"peak_angle_rad\": 0.01", 1)).unwrap();
-    assert!(!verification.same && verification.differences == 1);
+    assert!(!verification.same && verification.differences > 0);
 }
 
 /// The example program judges bytes with a card and two designs, in at most forty lines.

@@ -240,7 +240,10 @@ fn verif_the_page_says_what_the_verdict_says() {
         }
         check_holds(
             &page,
-            &["members = 0", &escape::markup(&case.document.decision_rule)],
+            &[
+                &format!("members = {}", case.document.request.members),
+                &escape::markup(&case.document.decision_rule),
+            ],
         );
     }
 }

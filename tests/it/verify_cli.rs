@@ -1,8 +1,7 @@
 //! Guards `latchgate verify`: the run inside a verdict made again, at the process boundary.
 
-use crate::support::{Folder, latchgate, signal_file};
+use crate::support::{Folder, data, latchgate, signal_file};
 use serde_json::Value;
-use std::path::Path;
 
 /// Writes the verdict of a replay into `folder` and returns its path.
 fn verdict(folder: &Folder, arguments: &[&str]) -> String {
@@ -263,10 +262,71 @@ fn cli_verify_refuses_what_it_cannot_repeat() {
     check_refused("no-such-verdict.json", "no-such-verdict.json");
     std::fs::copy(&recording, folder.path().join("surviving.csv")).unwrap();
     let text = text_of(&stored);
+    for (from, to, word) in [
+        (
+            "latchgate.verdict/1",
+            "latchgate.margin/1",
+            "latchgate.margin/1",
+        ),
+        ("\"mass_kg\": 0.1475", "\"mass_kg\": -1.0", "mass_kg"),
+        ("\"mass_kg\": 0.1475", "\"mess_kg\": 1.0", "mess_kg"),
+        ("\"mass_kg\": 0.1475", "\"mass_kg\": null", "mass_kg"),
+        // Question and design belong together, whichever of them was changed.
+        ("\"mass_kg\": 0.1475", "\"mass_kg\": 0.2", "report_id"),
+        ("\"name\": \"paper\"", "\"name\": \"other\"", "report_id"),
+        ("\"members\": 0,", "\"members\": 128,", "report_id"),
+        (
+            "\"members\": 0,",
+            "\"mambers\": 0,",
+            "did you mean `members`?",
+        ),
+        ("\"members\": 0,", "\"members\": \"many\",", "`members`"),
+        ("\"version\": ", "\"edition\": ", "run.version"),
+        ("{\n", "{{\n", "JSON"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let file = folder.write("spoiled.json", text.replacen(from, to, 1));
+        check_refused(&file, word);
+    }
+    // A path inside the verdict is not followed.
+    let elsewhere = folder.write(
+        "elsewhere.json",
+        text.replacen(
+            "\"file\": \"surviving.csv\"",
+            "\"file\": \"../../secret.csv\"",
+            1,
+        ),
+    );
+    check_refused(&elsewhere, "secret.csv");
+    assert_eq!(latchgate(&["verify"]).code, 2);
+}
+
+/// A verdict of a version that stated its question as a command line, as
+/// `latchgate replay signals/surviving.csv --members 0 --format json` wrote it.
+fn older_verdict() -> String {
+    text_of(data("verdict-with-command.json").to_str().unwrap())
+}
+
+/// Older verdicts are repeated from their command line.
+#[test]
+fn cli_verify_reads_verdicts_that_state_a_command_line() {
+    let folder = Folder::new("verify-older");
+    let file = folder.write("verdict.json", older_verdict());
+    let recording = signal_file("surviving.csv");
+    let card = std::fs::read(format!("{recording}.toml")).unwrap();
+    std::fs::copy(&recording, folder.path().join("surviving.csv")).unwrap();
+    folder.write("surviving.csv.toml", card);
+    let done = latchgate(&["verify", &file]);
+    assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
+    assert!(done.out.starts_with("SAME"), "{}", done.out);
+    // A number that was changed in it is found.
+    let changed = older_verdict().replacen("\"peak_angle_rad\": 0.0", "\"peak_angle_rad\": 0.1", 1);
+    let file = folder.write("verdict.json", changed);
+    let done = latchgate(&["verify", &file]);
+    assert_eq!(done.code, 1, "{}{}", done.out, done.err);
+
     let command = "latchgate replay surviving.csv --members 0";
-    assert!(text.contains(command), "{text}");
-    let last = text.rfind("surviving.csv").unwrap();
-    assert!(Path::new(&stored).is_file() && last > 0);
+    assert!(older_verdict().contains(command));
     for (from, to, word) in [
         (
             command,
@@ -286,15 +346,6 @@ fn cli_verify_refuses_what_it_cannot_repeat() {
             "request.command",
         ),
         (
-            "latchgate.verdict/1",
-            "latchgate.margin/1",
-            "latchgate.margin/1",
-        ),
-        ("\"mass_kg\": 0.1475", "\"mass_kg\": -1.0", "mass_kg"),
-        ("\"mass_kg\": 0.1475", "\"mess_kg\": 1.0", "mess_kg"),
-        ("\"mass_kg\": 0.1475", "\"mass_kg\": null", "mass_kg"),
-        // Command and design belong together, whichever of them was changed.
-        (
             command,
             "latchgate replay surviving.csv --set lever.mass_kg=0.2 --members 0",
             "request.command",
@@ -310,22 +361,8 @@ fn cli_verify_refuses_what_it_cannot_repeat() {
             "\"name\": \"other\"",
             "request.command",
         ),
-        ("\"version\": ", "\"edition\": ", "run.version"),
-        ("{\n", "{{\n", "JSON"),
     ] {
-        assert!(text.contains(from), "{from}");
-        let file = folder.write("spoiled.json", text.replacen(from, to, 1));
+        let file = folder.write("verdict.json", older_verdict().replacen(from, to, 1));
         check_refused(&file, word);
     }
-    // A path inside the verdict is not followed.
-    let elsewhere = folder.write(
-        "elsewhere.json",
-        text.replacen(
-            "\"file\": \"surviving.csv\"",
-            "\"file\": \"../../secret.csv\"",
-            1,
-        ),
-    );
-    check_refused(&elsewhere, "secret.csv");
-    assert_eq!(latchgate(&["verify"]).code, 2);
 }

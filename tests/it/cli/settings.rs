@@ -155,13 +155,13 @@ fn cli_options_go_before_cards_and_cards_before_files() {
     card("unit = \"m/s2\"\nopens_when = \"positive\"\n");
     let document = run(&[]);
     assert_eq!(unit(&document), ["m/s2", "card"]);
-    assert_eq!(document["request"]["opens_when_source"], "card");
+    assert_eq!(document["recording"]["opens_when_source"], "card");
     assert_eq!(document["nominal"]["opens_when"], "positive");
     assert_eq!(document["error_budget_rad"]["polarity"], Value::Null);
     assert!(document["findings"].to_string().contains("unit-overridden"));
     let document = run(&["--unit", "ft/s2", "--opens-when", "negative"]);
     assert_eq!(unit(&document), ["ft/s2", "option"]);
-    assert_eq!(document["request"]["opens_when_source"], "option");
+    assert_eq!(document["recording"]["opens_when_source"], "option");
     assert_eq!(document["nominal"]["opens_when"], "negative");
 
     for (text, fragment) in [

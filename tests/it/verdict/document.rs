@@ -213,6 +213,7 @@ fn verif_keys_stand_in_their_order() {
         .collect();
     let expected = [
         "schema",
+        "report_id",
         "verdict",
         "why",
         "threshold_rad",
