@@ -280,7 +280,11 @@ fn cli_verify_refuses_what_it_cannot_repeat() {
             "\"mambers\": 0,",
             "did you mean `members`?",
         ),
-        ("\"members\": 0,", "\"members\": \"many\",", "`members`"),
+        (
+            "\"members\": 0,",
+            "\"members\": \"many\",",
+            "--members must be",
+        ),
         ("\"version\": ", "\"edition\": ", "run.version"),
         ("{\n", "{{\n", "JSON"),
     ] {
