@@ -57,7 +57,7 @@ fn val_files_that_are_no_recordings_are_named() {
 #[test]
 fn val_a_real_robot_log_is_read_and_unusable() {
     let name = "cougars_SO_bag_0.ros2.mcap";
-    let options = Request::default().read_options(&pipeline::Card::default(), true);
+    let options = Request::default().read_options(&pipeline::Card::default());
     let limits = Limits::default();
     let found = read(&source(name), &options, Selection::Lateral, &limits).unwrap();
     let channel = &found.channels[0];

@@ -126,16 +126,16 @@ fn selected(
 }
 
 /// A test whose channels are read for one selection.
-struct Test<'a> {
+struct Test<'a, 'r> {
     package: &'a mut Package,
-    source: &'a mut Reader,
+    source: &'a mut Reader<'r>,
     channels: &'a [Entry],
     options: &'a ReadOptions,
     selection: Selection,
     limits: &'a Limits,
 }
 
-impl Test<'_> {
+impl Test<'_, '_> {
     /// Reads the channels into `outcome`.
     fn read(&mut self, wanted: &[usize], outcome: &mut ReadOutcome) -> Result<(), Error> {
         let limits = self.limits;
@@ -373,7 +373,7 @@ fn preferred(channels: &[Entry], found: &mut Vec<usize>, side: Option<code::Side
     decides
 }
 
-impl Test<'_> {
+impl Test<'_, '_> {
     /// Reads one channel; `None` for a channel of times.
     fn channel(&mut self, index: usize) -> Result<Option<Channel>, Error> {
         let entry = &self.channels[index];
@@ -516,7 +516,7 @@ impl Clock {
     }
 }
 
-impl Test<'_> {
+impl Test<'_, '_> {
     /// Finds the clock of a channel: a channel of times, else what its header states.
     fn clock(
         &mut self,

@@ -295,7 +295,7 @@ fn cli_verify_refuses_what_it_cannot_repeat() {
     // A path inside the verdict is not followed.
     let elsewhere = folder.write(
         "elsewhere.json",
-        text.replacen(
+        older_verdict().replacen(
             "\"file\": \"surviving.csv\"",
             "\"file\": \"../../secret.csv\"",
             1,
