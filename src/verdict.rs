@@ -37,7 +37,7 @@ pub use decision::{DECISION_RULE, NOMINAL_DECISION_RULE};
 pub use ensemble::Ensemble;
 pub use filters::FilterRow;
 pub use ladder::Ladder;
-pub use policy::{Extras, ModelChoice, Polarity, Policy, Variant};
+pub use policy::{AssessExtras, ModelChoice, Polarity, Policy, Variant};
 pub use quantile_band::QuantileBand;
 pub use what_if::WhatIf;
 

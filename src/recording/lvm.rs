@@ -14,17 +14,17 @@
 mod header;
 
 use super::csv::header::Column;
-use super::csv::number::{Decimal, Marks, PrintedDigits};
 use super::draft::{self, Draft, Span, Unit};
+use super::number::{Decimal, Marks, PrintedDigits};
 use super::source::Reader;
 use super::time_base::{self, TimeBase};
 use super::{
-    Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, csv,
-    csv::encoding, laboratory, lateral, text,
+    Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, csv, encoding,
+    laboratory, lateral, text,
 };
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use crate::units::SampleRate;
-use header::{Header, TimeColumns, Words};
+use header::{Header, OperatorText, TimeColumns};
 
 /// What to do where option or card state another rate than the file.
 const RATE_HINT: &str = "leave out the rate, or mend the header if it is the one that is wrong";
@@ -69,7 +69,7 @@ pub fn read(
     let content = String::from_utf8_lossy(&bytes);
     let (header, first_row) = Header::read(&content, limits)?;
     let (mut table, shares) =
-        Table::read(&content, &header, first_row, (options, selections), limits);
+        ChannelTable::read(&content, &header, first_row, (options, selections), limits);
     findings.extend(header.decimal_finding(table.decimal));
     findings.extend(table.silent_finding(&header));
     findings.extend(header.words.iter().filter_map(judged));
@@ -91,7 +91,7 @@ pub fn read(
 /// Makes channels of a table; the `last` time its samples are not copied, for there may be many.
 fn deliver(
     header: &Header,
-    table: &mut Table,
+    table: &mut ChannelTable,
     findings: Vec<Finding>,
     (options, selection): (&ReadOptions, Selection),
     last: bool,
@@ -126,7 +126,7 @@ fn deliver(
 }
 
 /// Judges words of a header by the reading that leaves the samples the least worth.
-fn judged(words: &Words) -> Option<Finding> {
+fn judged(words: &OperatorText) -> Option<Finding> {
     let found = words
         .readings
         .iter()
@@ -175,7 +175,7 @@ fn hold_against_channels(outcome: &mut ReadOutcome) {
 }
 
 /// The table of a file.
-struct Table {
+struct ChannelTable {
     /// Samples of each channel; empty where they are not wanted.
     values: Vec<Vec<f64>>,
     /// Number of samples of each channel.
@@ -237,7 +237,7 @@ impl ChannelMarks {
 const WORDS_TOLD: usize = 3;
 
 /// What one selection takes of the table.
-struct Share {
+struct SelectionProgress {
     /// Whether each channel is wanted.
     wanted: Vec<bool>,
     /// Cells taken so far.
@@ -246,7 +246,7 @@ struct Share {
     error: Option<Error>,
 }
 
-impl Share {
+impl SelectionProgress {
     fn takes(&self, channel: usize) -> bool {
         self.error.is_none() && self.wanted[channel]
     }
@@ -260,8 +260,8 @@ impl Share {
 struct TableReader<'a> {
     header: &'a Header,
     limits: &'a Limits,
-    table: Table,
-    shares: Vec<Share>,
+    table: ChannelTable,
+    shares: Vec<SelectionProgress>,
     time_columns: Vec<usize>,
     digits: Vec<PrintedDigits>,
     unannounced_digits: PrintedDigits,
@@ -278,7 +278,7 @@ fn at(line: u64, column: usize) -> Place {
     Place::default().line(line).column(column as u64 + 1)
 }
 
-impl Table {
+impl ChannelTable {
     /// Reads the rows once for all selections; what is wrong with one selection's channels leaves
     /// the others alone.
     fn read(
@@ -334,7 +334,7 @@ impl<'a> TableReader<'a> {
         let count = header.channels.len();
         let time_columns = header.time_columns();
         let stamps = time_columns.len();
-        let share = |selection: &Selection| Share {
+        let share = |selection: &Selection| SelectionProgress {
             wanted: (0..count)
                 .map(|index| match (&options.channel, selection) {
                     (Some(wanted), Selection::Lateral) => {
@@ -349,7 +349,7 @@ impl<'a> TableReader<'a> {
         Self {
             header,
             limits,
-            table: Table {
+            table: ChannelTable {
                 values: vec![Vec::new(); count],
                 lengths: vec![0; count],
                 stamps: vec![(Vec::new(), 0.0); stamps],
@@ -501,7 +501,7 @@ impl<'a> TableReader<'a> {
         Ok(())
     }
 
-    fn finish(self) -> (Table, Vec<Result<(), Error>>) {
+    fn finish(self) -> (ChannelTable, Vec<Result<(), Error>>) {
         let Self {
             mut table,
             mut shares,
@@ -525,7 +525,7 @@ impl<'a> TableReader<'a> {
             *digit = digits.last_digit();
         }
         table.unannounced.1 = self.unannounced_digits.last_digit();
-        let outcome = |share: Share| share.error.map_or(Ok(()), Err);
+        let outcome = |share: SelectionProgress| share.error.map_or(Ok(()), Err);
         (table, shares.into_iter().map(outcome).collect())
     }
 }
@@ -533,7 +533,7 @@ impl<'a> TableReader<'a> {
 /// Part of the interval by which a stamp may lie beside the stated clock, as for a time column.
 const JITTER: f64 = 0.01;
 
-impl Table {
+impl ChannelTable {
     /// Holds what stands in the X_Value column, where the header says that nothing does, against
     /// the clock of the header. It may count the rows, or repeat that clock.
     fn clock_finding(&self, start_s: f64, rate: SampleRate, samples: usize) -> Option<Finding> {
@@ -585,7 +585,7 @@ fn missing_cell(name: &str, place: Place) -> Error {
 /// Chooses the channels to deliver.
 fn choose(
     header: &Header,
-    table: &Table,
+    table: &ChannelTable,
     options: &ReadOptions,
     selection: Selection,
 ) -> Result<(Vec<usize>, Option<Finding>), Error> {
@@ -656,7 +656,7 @@ fn choose(
 
 fn channel(
     header: &Header,
-    table: &Table,
+    table: &ChannelTable,
     index: usize,
     values: Vec<f64>,
     (options, selection): (&ReadOptions, Selection),

@@ -186,7 +186,7 @@ impl Source {
         // The hash that counts is made when the bytes are read again.
         reader.has_helper = false;
         let head = reader.head()?;
-        let bytes = if super::csv::encoding::looks_like_text(&head) {
+        let bytes = if super::encoding::looks_like_text(&head) {
             reader.read_text(limits)
         } else {
             reader.read_all("text_bytes", limits.text_bytes)

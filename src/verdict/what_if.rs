@@ -38,12 +38,12 @@ pub struct WhatIf {
     /// Largest angle then, of the stops and polarities that count [rad].
     pub peak_angle_rad: f64,
     /// Stops and polarities whose nominal peak lies on the other side of the limit.
-    pub changes_side: Vec<Side>,
+    pub changes_side: Vec<ChangedSide>,
 }
 
 /// A stop and polarity whose peak lies on the other side of the limit than before.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Side {
+pub struct ChangedSide {
     /// Stop model.
     pub model: StopModel,
     /// Sign of the recorded acceleration that opens.
@@ -52,7 +52,7 @@ pub struct Side {
     pub peak_angle_rad: f64,
 }
 
-impl Side {
+impl ChangedSide {
     pub(super) fn variant(&self) -> Variant {
         Variant {
             opens_when: self.opens_when,
@@ -141,7 +141,7 @@ fn compared(
                 && peak.is_finite()
                 && (**peak > threshold) != (before > threshold)
         })
-        .map(|(result, peak)| Side {
+        .map(|(result, peak)| ChangedSide {
             model: result.variant.model,
             opens_when: result.variant.opens_when,
             peak_angle_rad: *peak,

@@ -2,10 +2,10 @@
 
 use super::archive::{Archive, is_archive};
 use super::channel::{ChannelHeader, Samples, looks_like_channel};
-use super::code::{self, Code, Side};
+use super::code::{self, Code, VehicleSide};
 use super::names::{is_channel_file, kept, number_of, suffix_of, test_of};
 use crate::error::{Error, ErrorKind, Place};
-use crate::recording::csv::encoding;
+use crate::recording::encoding;
 use crate::recording::source::Reader;
 use crate::recording::text;
 use crate::recording::{Finding, Limits};
@@ -17,7 +17,7 @@ const HELD_TWICE: usize = 16 << 20;
 
 /// A channel of the test.
 #[derive(Debug)]
-pub(super) struct Entry {
+pub(super) struct ChannelEntry {
     /// File, as the package names it.
     pub(super) file: String,
     /// The file's number as its suffix has it: `003`.
@@ -27,7 +27,7 @@ pub(super) struct Entry {
     pub(super) header: ChannelHeader,
 }
 
-impl Entry {
+impl ChannelEntry {
     /// Tells whether a word is the channel's name, code or file number.
     pub(super) fn is_named(&self, wanted: &str) -> bool {
         let wanted = wanted.trim();
@@ -409,7 +409,7 @@ impl Package {
         source: &Reader,
         limits: &Limits,
         findings: &mut Vec<Finding>,
-    ) -> Result<Vec<Entry>, Error> {
+    ) -> Result<Vec<ChannelEntry>, Error> {
         let given = self.given.as_ref().map(|(name, _)| name.clone());
         let files: Vec<String> = self
             .names
@@ -424,7 +424,7 @@ impl Package {
             let label = header
                 .label()
                 .unwrap_or_else(|| file.rsplit('/').next().unwrap_or(&file).to_string());
-            entries.push(Entry {
+            entries.push(ChannelEntry {
                 label: text::shown(&label),
                 file,
                 suffix,
@@ -437,7 +437,7 @@ impl Package {
     /// Holds the test's list of channels, the `.chn`, against the channel files.
     pub(super) fn list_finding(
         &mut self,
-        channels: &[Entry],
+        channels: &[ChannelEntry],
         source: &Reader,
         limits: &Limits,
     ) -> Result<Option<Finding>, Error> {
@@ -450,7 +450,7 @@ impl Package {
             return Ok(None);
         };
         let content = self.test_file(&list, source, limits)?;
-        let files: BTreeMap<u32, &Entry> = channels
+        let files: BTreeMap<u32, &ChannelEntry> = channels
             .iter()
             .filter_map(|entry| Some((number_of(&entry.file)?, entry)))
             .collect();
@@ -527,7 +527,7 @@ impl Package {
         &mut self,
         source: &Reader,
         limits: &Limits,
-    ) -> Result<BTreeMap<u8, Side>, Error> {
+    ) -> Result<BTreeMap<u8, VehicleSide>, Error> {
         let header = self
             .names
             .iter()
@@ -568,8 +568,8 @@ impl Package {
             stated.insert(object, value);
         }
         let side = |value: &str| match value.split(|c: char| !c.is_alphabetic()).next() {
-            Some("left" | "le" | "links") => Some(Side::Left),
-            Some("right" | "ri" | "rechts") => Some(Side::Right),
+            Some("left" | "le" | "links") => Some(VehicleSide::Left),
+            Some("right" | "ri" | "rechts") => Some(VehicleSide::Right),
             _ => None,
         };
         Ok(stated
