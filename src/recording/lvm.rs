@@ -14,7 +14,7 @@
 mod header;
 
 use super::csv::header::Column;
-use super::draft::{self, Draft, Span, Unit};
+use super::draft::{self, Draft, Span, UniformSamples, Unit};
 use super::number::{Decimal, Marks, PrintedDigits};
 use super::source::Reader;
 use super::time_base::{self, TimeBase};
@@ -571,6 +571,21 @@ impl ChannelTable {
             ),
         ))
     }
+
+    /// Refuses a channel whose numbers have marks that may separate thousands or decimals.
+    fn check_marks(&self, index: usize) -> Result<(), Error> {
+        if let Some((place, cell)) = self.doubts.get(index).and_then(Option::as_ref) {
+            return Err(Error::from(ErrorKind::Malformed {
+                expected: "numbers whose mark is clear".into(),
+                found: format!(
+                    "`{cell}`, with no number in the column whose mark can only be a decimal one"
+                ),
+                hint: "the mark may separate thousands or decimals; declare it as Decimal_Separator if it is the decimal one, else export without marks between thousands".into(),
+            })
+            .at(place.clone()));
+        }
+        Ok(())
+    }
 }
 
 fn missing_cell(name: &str, place: Place) -> Error {
@@ -672,16 +687,7 @@ fn channel(
         }
         .into());
     }
-    if let Some((place, cell)) = table.doubts.get(index).and_then(Option::as_ref) {
-        return Err(Error::from(ErrorKind::Malformed {
-            expected: "numbers whose mark is clear".into(),
-            found: format!(
-                "`{cell}`, with no number in the column whose mark can only be a decimal one"
-            ),
-            hint: "the mark may separate thousands or decimals; declare it as Decimal_Separator if it is the decimal one, else export without marks between thousands".into(),
-        })
-        .at(place.clone()));
-    }
+    table.check_marks(index)?;
     let unit = unit_of(column, options, &mut findings);
     if unit.unit.is_none() && selection == Selection::Lateral {
         return Err(match &column.unit_text {
@@ -707,7 +713,43 @@ fn channel(
             ),
         ));
     }
-    let (start_s, rate, values) = match header.time_slot(index) {
+    let UniformSamples {
+        start_s,
+        rate,
+        values,
+    } = on_clock(
+        (header, table, index),
+        values,
+        options,
+        limits,
+        &mut findings,
+    )?;
+    let stated = column.stated();
+    findings.extend(stated.findings(rate));
+    findings.extend(column.name_findings());
+    let draft = Draft {
+        name: column.name.clone(),
+        unit,
+        start_s,
+        rate,
+        values,
+        stated,
+        findings,
+    };
+    Ok(draft.finish(options.time_zero_s))
+}
+
+/// Puts the samples of a channel on its uniform clock: by its column of stamps, else as the header
+/// or the rate that was asked for has it.
+fn on_clock(
+    (header, table, index): (&Header, &ChannelTable, usize),
+    values: Vec<f64>,
+    options: &ReadOptions,
+    limits: &Limits,
+    findings: &mut Vec<Finding>,
+) -> Result<UniformSamples, Error> {
+    let described = &header.channels[index];
+    match header.time_slot(index) {
         Some(slot) => {
             let (stamps, digit) = &table.stamps[slot];
             let stamps = stamps.get(..values.len()).unwrap_or(stamps);
@@ -716,7 +758,11 @@ fn channel(
             findings.extend(implausible_rate(base.rate, "the time column", options)?);
             findings.extend(base.findings.iter().cloned());
             findings.extend(interval_finding(described.interval(), base.rate));
-            (base.start_s, base.rate, base.apply(stamps, values)?)
+            Ok(UniformSamples {
+                start_s: base.start_s,
+                rate: base.rate,
+                values: base.apply(stamps, values)?,
+            })
         }
         None => {
             let rate = match (described.interval(), options.rate_hz) {
@@ -737,22 +783,13 @@ fn channel(
                 .into());
             }
             findings.extend(table.clock_finding(described.start_s, rate, values.len()));
-            (described.start_s, rate, values)
+            Ok(UniformSamples {
+                start_s: described.start_s,
+                rate,
+                values,
+            })
         }
-    };
-    let stated = column.stated();
-    findings.extend(stated.findings(rate));
-    findings.extend(column.name_findings());
-    let draft = Draft {
-        name: column.name.clone(),
-        unit,
-        start_s,
-        rate,
-        values,
-        stated,
-        findings,
-    };
-    Ok(draft.finish(options.time_zero_s))
+    }
 }
 
 /// Doubts a rate that crash recordings do not have: beyond all belief only the user's word counts.
