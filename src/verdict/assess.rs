@@ -325,7 +325,7 @@ impl Assessing<'_> {
         if !self.extras.evidence {
             return Ok(None);
         }
-        let ribbon = match &self.scatter {
+        let quantile_band = match &self.scatter {
             Some(scatter) => quantile_band::around(&self.setup, scatter, nominal.variant)?,
             None => None,
         };
@@ -334,7 +334,7 @@ impl Assessing<'_> {
             raw: raw.clone(),
             used: used.clone(),
             traces: traces(results, nominal.variant),
-            ribbon,
+            quantile_band,
             spectrum_raw: spectrum::amplitude_spectrum(raw),
             spectrum_used: spectrum::amplitude_spectrum(used),
             spectrogram: spectrum::spectrogram(used),

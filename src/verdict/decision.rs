@@ -12,7 +12,7 @@ use std::sync::LazyLock;
 pub static DECISION_RULE: LazyLock<String> = LazyLock::new(|| {
     let (pass, nearly_all) = (percent(PASS_SHARE_MAX), percent(FAIL_SHARE_MIN));
     let most = percent(FAIL_SHARE_WITH_NOMINAL);
-    let (looks, count) = (looks_in_words(), LOOKS.len());
+    let (looks, count) = (looks_in_words(u32::to_string), LOOKS.len());
     format!(
         "U = numerical + interpolation error; p = the share of levers, scattered as design and input are uncertain, whose peak exceeds the threshold. \
 {BEFORE_THE_RUNS}\
@@ -42,10 +42,10 @@ const BEFORE_THE_RUNS: &str = "(1) fail, if the runs say so by (3) on the sample
 /// Part 4 of the rule.
 const JOINED: &str = "(4) Two stops (model auto) or two undeclared polarities that answer differently: undecided; polarities declared as both: the worse counts.";
 
-/// Lists the looks: "128, 512, 2048 and 10000".
+/// Lists the looks: "128, 512, 2048 and 10000", each number as `written`.
 #[must_use]
-pub fn looks_in_words() -> String {
-    let words: Vec<String> = LOOKS.iter().map(u32::to_string).collect();
+pub fn looks_in_words(written: impl Fn(&u32) -> String) -> String {
+    let words: Vec<String> = LOOKS.iter().map(written).collect();
     match words.split_last() {
         Some((last, before)) => format!("{} and {last}", before.join(", ")),
         None => String::new(),

@@ -1,11 +1,10 @@
 //! What would change the answer: one input at a time, moved by one standard deviation.
 
 use super::ensemble::Scatter;
-use super::filters;
 use super::policy::Variant;
 use super::runs::{RunDetail, RunSetup};
 use super::variant::VariantResult;
-use crate::conditioning::Conditioned;
+use crate::conditioning::{self, Conditioned};
 use crate::error::Error;
 use crate::model::stop::StopModel;
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
@@ -106,7 +105,7 @@ fn with_bias_kept(
     conditioned: &Conditioned,
     variants: &[Variant],
 ) -> Result<Vec<f64>, Error> {
-    let biased = filters::filtered(
+    let biased = conditioning::filtered(
         &Conditioned {
             bias_m_s2: 0.0,
             ..conditioned.clone()

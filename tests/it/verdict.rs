@@ -664,7 +664,7 @@ fn verif_each_part_of_the_budget_is_the_difference_of_two_runs() {
         assert_eq!(
             budget.filter,
             part(
-                &conditioning::without_filter(&conditioned).unwrap(),
+                &conditioning::filtered(&conditioned, None).unwrap(),
                 stop,
                 sign
             )
