@@ -28,19 +28,6 @@ const CHOSEN_DIGITS: usize = 3;
 /// Significant digits beyond which rounding to a plain number gains nothing.
 const PLAIN_DIGITS: usize = 7;
 
-/// A channel brought to a uniform time base.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Regular {
-    /// Time of the first sample [s].
-    pub start_s: f64,
-    /// Sample rate.
-    pub rate: SampleRate,
-    /// The samples, in the unit they came in.
-    pub values: Vec<f64>,
-    /// What was found odd in the stamps.
-    pub findings: Vec<Finding>,
-}
-
 /// Returns the rate that an interval [s] printed with a last digit of `printed_digit_s` [s]
 /// means: the plainest one within half that digit, as for stamps.
 ///
@@ -57,28 +44,6 @@ pub fn rate_of_interval(interval_s: f64, printed_digit_s: f64) -> Result<SampleR
     let slack = 0.5 * digit * (1.0 + 1e-9) + 4.0 * f64::EPSILON * interval_s;
     let plain = plain_rates(interval_s, slack, 15).next();
     SampleRate::from_hertz(plain.unwrap_or(stated.rate().hertz()))
-}
-
-/// Brings samples at increasing stamps [s] to a uniform time base, within the usual limits.
-///
-/// `printed_digit_s` is the size of the last printed digit of a stamp [s], 0 if unknown.
-///
-/// # Errors
-///
-/// Those of [`TimeBase::fit`] and [`TimeBase::apply`].
-pub fn regularise(
-    stamps_s: &[f64],
-    values: Vec<f64>,
-    printed_digit_s: f64,
-) -> Result<Regular, Error> {
-    let base = TimeBase::fit(stamps_s, printed_digit_s, &Limits::default())?;
-    let values = base.apply(stamps_s, values)?;
-    Ok(Regular {
-        start_s: base.start_s,
-        rate: base.rate,
-        values,
-        findings: base.findings,
-    })
 }
 
 /// A uniform time base found in stamps; it serves every channel that shares them.
@@ -182,12 +147,6 @@ impl TimeBase {
                 interpolate(places, &values, self.samples)
             }
         })
-    }
-
-    /// Tells whether every sample stayed as it was recorded.
-    #[must_use]
-    pub fn is_uniform(&self) -> bool {
-        self.way == Way::Keep
     }
 }
 
