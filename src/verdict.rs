@@ -186,7 +186,7 @@ pub struct Evidence {
     /// Trajectories, the nominal run's first.
     pub traces: Vec<Trace>,
     /// The spread of members around the nominal run.
-    pub ribbon: Option<QuantileBand>,
+    pub quantile_band: Option<QuantileBand>,
     /// Amplitude spectrum before conditioning.
     pub spectrum_raw: AmplitudeSpectrum,
     /// Amplitude spectrum as used.

@@ -199,7 +199,7 @@ fn notes(margins: &Margins, context: &Context) -> Vec<String> {
     }
     notes.push(match margins.basis {
         Basis::NominalRun => "Each number is where the nominal peak angle, while the recording runs and in the coast after it, meets the threshold on one of the stops and polarities that count; no error and no tolerance is counted. Where the verdict changes, which counts them, stands beside it (verdict_at).".to_string(),
-        Basis::Verdict => "Each number is where the verdict changes, by the whole decision rule, nearest to the present as far as it was found: the rule is asked where the nominal runs come near the limit, not at every value, so that a nearer change is possible. Check a value that matters with replay the setting `set`. Beside it stands where the nominal peak angle meets the threshold (nominal_at).".to_string(),
+        Basis::Verdict => "Each number is where the verdict changes, by the whole decision rule, nearest to the present as far as it was found: the rule is asked where the nominal runs come near the limit, not at every value, so that a nearer change is possible. Check a value that matters by a replay with the setting `set`. Beside it stands where the nominal peak angle meets the threshold (nominal_at).".to_string(),
     });
     let passes = margins.state == NominalAnswer::Pass;
     if (context.verdict == Answer::Pass) != passes && !margins.spoiled {

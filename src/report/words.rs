@@ -1,6 +1,7 @@
 //! Words that the terminal and the page share.
 
 use crate::model::stop::StopModel;
+use crate::recording::Severity;
 use crate::report::Document;
 use crate::report::number::{exact, milliseconds, significant, trimmed};
 use crate::request::PolaritySource;
@@ -173,6 +174,14 @@ pub(super) fn identity(document: &Document) -> String {
 /// Returns a share [-] in percent, with the digits that matter near the bounds of the rule.
 pub(super) fn percent(share: f64) -> String {
     trimmed(100.0 * share, 4)
+}
+
+/// Returns the word of a page for the severity of a finding.
+pub(super) fn severity(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Info => "note",
+        other => other.name(),
+    }
 }
 
 /// Returns what a design key of an ensemble's parameter means.

@@ -4,7 +4,7 @@ use super::markup::Page;
 use super::sheet;
 use crate::margin::Quantity;
 use crate::report::MarginDocument;
-use crate::report::margin::{bracket, change, direction, with_unit};
+use crate::report::margin_words::{bracket, change, direction, with_unit};
 use crate::report::number::{ABSENT, significant};
 use crate::report::plot::{Figure, MARGIN_RULES};
 use crate::report::words;
@@ -203,13 +203,8 @@ fn findings(page: &mut Page, document: &MarginDocument) {
     } else {
         page.table("findings", &["Severity", "What was found"]);
         for finding in &document.findings {
-            let word = match finding.severity {
-                crate::recording::Severity::Blocking => "blocking",
-                crate::recording::Severity::Warning => "warning",
-                crate::recording::Severity::Info => "note",
-            };
             page.raw("<tr>");
-            page.element("td", "", word);
+            page.element("td", "", words::severity(finding.severity));
             page.raw("<td>");
             page.text(&words::sentence(&finding.text));
             page.element("code", "", &finding.code);

@@ -1,7 +1,7 @@
 //! What the runs say: comparison, impacts, error budget, bounds, findings.
 
 use super::markup::Page;
-use crate::recording::{Finding, Severity};
+use crate::recording::Finding;
 use crate::replay::Run;
 use crate::report::Document;
 use crate::report::number::{ABSENT, count, milliseconds, significant};
@@ -440,13 +440,9 @@ pub(super) fn findings(page: &mut Page, document: &Document) {
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     page.table("findings", &["Severity", "What was found", "#From"]);
     for finding in findings {
-        let (class, word) = match finding.severity {
-            Severity::Blocking => ("badge blocking", "blocking"),
-            Severity::Warning => ("badge warning", "warning"),
-            Severity::Info => ("badge info", "note"),
-        };
+        let class = format!("badge {}", finding.severity.name());
         page.raw("<tr><td>");
-        page.element("span", class, word);
+        page.element("span", &class, words::severity(finding.severity));
         page.raw("</td><td>");
         page.text(&words::sentence(&finding.text));
         page.element("code", "", &finding.code);

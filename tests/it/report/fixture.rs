@@ -144,7 +144,7 @@ fn with_ensemble(case: &mut Case) {
             .map(|point| factor * point.angle_rad)
             .collect()
     };
-    case.evidence.ribbon = Some(QuantileBand {
+    case.evidence.quantile_band = Some(QuantileBand {
         model: nominal.model,
         opens_when: nominal.opens_when,
         members: 128,
@@ -468,7 +468,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         raw,
         used,
         traces,
-        ribbon: None,
+        quantile_band: None,
     };
     Case { document, evidence }
 }
