@@ -298,24 +298,14 @@ impl TableText {
                 return Err(Error::from(ErrorKind::MissingUnit)
                     .at(Place::default().channel(column.name.clone())));
             }
-            let stated = column.stated();
-            own.extend(stated.findings(base.rate));
-            own.extend(column.name_findings());
-            own.extend(base.findings.iter().cloned());
-            let of_column = said.iter().filter(|said| said.is_of(*index));
-            own.extend(of_column.map(|said| said.finding.clone()));
-            let span = base.span(&values);
-            for mut finding in status::of_comments(&self.lines.words, &layout.columns, *index) {
-                span.hold(&mut finding);
-                own.push(finding);
-            }
+            self.tell(*index, &base, &values, &said, &mut own);
             let channel = Draft {
                 name: column.name.clone(),
                 unit,
                 start_s: base.start_s,
                 rate: base.rate,
                 values,
-                stated,
+                stated: column.stated(),
                 findings: own,
             };
             channels.push(channel.finish(options.time_zero_s));
@@ -325,6 +315,29 @@ impl TableText {
             findings,
             ..ReadOutcome::default()
         })
+    }
+
+    /// Says of a column what its name and header, its clock and the words of the table tell.
+    fn tell(
+        &self,
+        index: usize,
+        base: &Base,
+        values: &[f64],
+        said: &[status::StatusFinding],
+        findings: &mut Vec<Finding>,
+    ) {
+        let columns = &self.layout.columns;
+        let column = &columns[index];
+        findings.extend(column.stated().findings(base.rate));
+        findings.extend(column.name_findings());
+        findings.extend(base.findings.iter().cloned());
+        let of_column = said.iter().filter(|said| said.is_of(index));
+        findings.extend(of_column.map(|said| said.finding.clone()));
+        let span = base.span(values);
+        for mut finding in status::of_comments(&self.lines.words, columns, index) {
+            span.hold(&mut finding);
+            findings.push(finding);
+        }
     }
 
     /// Says what is odd about the rows as they were written.
@@ -505,6 +518,23 @@ fn find_base(
         &format!("the time column `{name}`"),
         "state the setting `time_unit`, or leave out the rate",
     )?;
+    findings.extend(implausible_rate(rate, name, unit_stated, options)?);
+    Ok(Base {
+        start_s: fitted.start_s,
+        rate: fitted.rate,
+        findings: fitted.findings.clone(),
+        fitted: Some(fitted),
+    })
+}
+
+/// Doubts a rate [Hz] that crash recordings do not have: beyond all belief only the user's word
+/// counts.
+fn implausible_rate(
+    rate: f64,
+    name: &str,
+    unit_stated: bool,
+    options: &ReadOptions,
+) -> Result<Option<Finding>, Error> {
     if rate > INCREDIBLE && options.time_unit.is_none() && options.rate_hz.is_none() {
         return Err(Error::from(ErrorKind::Malformed {
             expected: "a time column of a rate that crash recordings have".into(),
@@ -516,28 +546,21 @@ fn find_base(
                 "its unit is likely another than the header says; state it with the setting `time_unit` = s|ms|us"
                     .into(),
         })
-        .at(Place::default().channel(name.clone())));
+        .at(Place::default().channel(name.to_string())));
     }
     let (low, high) = if unit_stated {
         PLAUSIBLE_STATED
     } else {
         PLAUSIBLE_ASSUMED
     };
-    if !(low..=high).contains(&rate) {
-        findings.push(Finding::warning(
+    Ok((!(low..=high).contains(&rate)).then(|| {
+        Finding::warning(
             "time-unit-implausible",
             format!(
-                "the time column `{}` gives {rate} Hz, which no crash recording has; state its unit with the setting `time_unit` = s|ms|us",
-                layout.columns[column].name
+                "the time column `{name}` gives {rate} Hz, which no crash recording has; state its unit with the setting `time_unit` = s|ms|us"
             ),
-        ));
-    }
-    Ok(Base {
-        start_s: fitted.start_s,
-        rate: fitted.rate,
-        findings: fitted.findings.clone(),
-        fitted: Some(fitted),
-    })
+        )
+    }))
 }
 
 /// Finds the time base of stamps that repeat, since they have too few digits, at a stated rate:

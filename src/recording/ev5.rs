@@ -415,20 +415,29 @@ impl CurveFiles {
     }
 }
 
+/// Names curves for a message, not all where they are many.
+fn list(entries: &[&CurveEntry]) -> String {
+    const LISTED: usize = 40;
+    let mut names: Vec<String> = entries.iter().take(LISTED).map(|e| e.name()).collect();
+    if entries.len() > LISTED {
+        names.push(format!("{} more", entries.len() - LISTED));
+    }
+    names.join(", ")
+}
+
+fn ambiguous(several: &[&CurveEntry]) -> Error {
+    ErrorKind::AmbiguousChannel {
+        candidates: Candidates::named(several.iter().map(|entry| entry.name())),
+    }
+    .into()
+}
+
 /// Chooses the curve that is meant.
 fn choose<'a>(
     test: &'a TestInstruments,
     files: &CurveFiles,
     options: &ReadOptions,
 ) -> Result<(&'a CurveEntry, Option<Finding>), Error> {
-    let list = |entries: &[&CurveEntry]| {
-        const LISTED: usize = 40;
-        let mut names: Vec<String> = entries.iter().take(LISTED).map(|e| e.name()).collect();
-        if entries.len() > LISTED {
-            names.push(format!("{} more", entries.len() - LISTED));
-        }
-        names.join(", ")
-    };
     let accelerations: Vec<&CurveEntry> = test
         .entries
         .iter()
@@ -447,10 +456,7 @@ fn choose<'a>(
                 known: list(&accelerations),
             }
             .into()),
-            several => Err(ErrorKind::AmbiguousChannel {
-                candidates: Candidates::named(several.iter().map(|entry| entry.name())),
-            }
-            .into()),
+            several => Err(ambiguous(several)),
         };
     }
     let mut candidates: Vec<&CurveEntry> = accelerations
@@ -490,10 +496,7 @@ fn choose<'a>(
             known: list(&accelerations),
         }
         .into()),
-        several => Err(ErrorKind::AmbiguousChannel {
-            candidates: Candidates::named(several.iter().map(|entry| entry.name())),
-        }
-        .into()),
+        several => Err(ambiguous(several)),
     }
 }
 

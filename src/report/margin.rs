@@ -196,22 +196,19 @@ pub fn text(document: &MarginDocument, report: Option<&Path>) -> String {
             ),
         );
     }
-    let mut first = true;
-    for finding in &document.findings {
-        if finding.severity == Severity::Info {
-            continue;
-        }
-        let word = finding.severity.name();
+    let grave = document.findings.iter();
+    let grave = grave.filter(|finding| finding.severity > Severity::Info);
+    for (index, finding) in grave.enumerate() {
         line(
             &mut out,
-            if first { "findings" } else { "" },
+            if index == 0 { "findings" } else { "" },
             &format!(
-                "{word} {}: {}",
+                "{} {}: {}",
+                finding.severity.name(),
                 finding.code,
                 words::sentence(&finding.text)
             ),
         );
-        first = false;
     }
     if let Some(report) = report {
         line(

@@ -84,6 +84,22 @@ fn card(page: &mut Page, document: &MarginDocument) {
 
 fn answers(page: &mut Page, document: &MarginDocument) {
     page.section("margins", "What would change the answer");
+    flips(page, document);
+    searched(page, document);
+    if let Some(mass) = document.counterweight.mass_kg {
+        page.note(&format!(
+            "A counterweight of {} kg at {} m leaves an unbalance of {} kg m and a moment of inertia of {} kg m².",
+            significant(mass, 5),
+            document.counterweight.radius_m,
+            document.counterweight.unbalance_kg_m.map_or_else(|| ABSENT.into(), |v| significant(v, 5)),
+            document.counterweight.moment_of_inertia_kg_m2.map_or_else(|| ABSENT.into(), |v| significant(v, 5)),
+        ));
+    }
+    page.end_section();
+}
+
+/// Writes where the answer changes, a line for each quantity.
+fn flips(page: &mut Page, document: &MarginDocument) {
     page.table(
         "margins",
         &[
@@ -121,6 +137,10 @@ fn answers(page: &mut Page, document: &MarginDocument) {
             page.note(&format!("{}: {reason}.", answer.title));
         }
     }
+}
+
+/// Writes both bases of each number, its range and its convention.
+fn searched(page: &mut Page, document: &MarginDocument) {
     page.table(
         "margins",
         &[
@@ -151,16 +171,6 @@ fn answers(page: &mut Page, document: &MarginDocument) {
         page.raw("</tr>\n");
     }
     page.end_table();
-    if let Some(mass) = document.counterweight.mass_kg {
-        page.note(&format!(
-            "A counterweight of {} kg at {} m leaves an unbalance of {} kg m and a moment of inertia of {} kg m².",
-            significant(mass, 5),
-            document.counterweight.radius_m,
-            document.counterweight.unbalance_kg_m.map_or_else(|| ABSENT.into(), |v| significant(v, 5)),
-            document.counterweight.moment_of_inertia_kg_m2.map_or_else(|| ABSENT.into(), |v| significant(v, 5)),
-        ));
-    }
-    page.end_section();
 }
 
 fn boundaries(page: &mut Page, document: &MarginDocument) {
