@@ -28,7 +28,7 @@ use latchgate::recording::{self, Limits, ReadOptions, Recording, Selection, Sour
 use latchgate::replay::{self, Method, RunOptions, Section, Strobe};
 use latchgate::replay::{batch, strobe_batch};
 use latchgate::units::{AccelerationUnit, OpensWhen};
-use latchgate::verdict::{Extras, ModelChoice, Polarity, Policy, assess};
+use latchgate::verdict::{AssessExtras, ModelChoice, Polarity, Policy, assess};
 use std::fmt::Write as _;
 
 fn main() {
@@ -297,7 +297,7 @@ fn whole_replay(bencher: Bencher<'_, '_>) {
             &findings,
             &Design::reference(),
             &policy,
-            Extras::default(),
+            AssessExtras::default(),
             &Control::default(),
         )
         .unwrap()

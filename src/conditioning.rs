@@ -309,19 +309,22 @@ fn conditioned(channel: &Channel, options: &ConditioningOptions) -> Result<Condi
     })
 }
 
-/// Returns the signal as it would be used without a filter: bias removed and resampled alike.
+/// Returns the signal as it would be used with `filter`: bias removed and resampled alike.
 ///
 /// # Errors
 ///
-/// As [`condition`] for the resampling.
-pub fn without_filter(conditioned: &Conditioned) -> Result<Signal, Error> {
+/// As [`condition`] for resampling and filter.
+pub fn filtered(conditioned: &Conditioned, filter: Option<Cfc>) -> Result<Signal, Error> {
     let mut signal = conditioned.raw.clone();
     for sample in &mut signal.samples {
         *sample -= conditioned.bias_m_s2;
     }
-    match conditioned.resample_hz {
-        Some(hertz) => resample::resample(&signal, SampleRate::from_hertz(hertz)?),
+    if let Some(hertz) = conditioned.resample_hz {
+        signal = resample::resample(&signal, SampleRate::from_hertz(hertz)?)?;
+    }
+    match filter {
         None => Ok(signal),
+        Some(class) => cfc::CfcFilter::new(class, conditioned.filter_standard).apply(&signal),
     }
 }
 

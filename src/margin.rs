@@ -47,7 +47,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// The answer of the nominal runs at one value of a quantity, no error counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum State {
+pub enum NominalAnswer {
     /// No run goes beyond the threshold.
     Pass,
     /// Every run does (polarities declared as both: every run of one of them).
@@ -56,7 +56,7 @@ pub enum State {
     Undecided,
 }
 
-impl State {
+impl NominalAnswer {
     /// Returns its word.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -116,9 +116,9 @@ pub struct Boundary {
     /// Values between which the answer changes.
     pub bracket: (f64, f64),
     /// The answer of the nominal runs below.
-    pub below: State,
+    pub below: NominalAnswer,
     /// Their answer above.
-    pub above: State,
+    pub above: NominalAnswer,
 }
 
 impl Boundary {
@@ -212,7 +212,7 @@ impl Scan {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Margins {
     /// The answer of the nominal runs at present, no error counted.
-    pub state: State,
+    pub state: NominalAnswer,
     /// The answer that the margins rest on.
     pub basis: Basis,
     /// One answer per quantity, in the order of [`Quantity::ALL`].

@@ -9,6 +9,7 @@
 //! - `csv`: text tables: CSV and its relatives;
 //! - `draft`: a channel as a reader found it, made into one that is delivered: the last mile of
 //!   all readers;
+//! - `encoding`: encodings: from a file's bytes to UTF-8 text whose lines end with a line feed;
 //! - `ev5`: NHTSA EV5 ASCII X-Y: a test's `.EV5` with its curve files, or one curve file;
 //! - `finding`: findings: something odd in usable data, with what it means for a verdict;
 //! - `laboratory`: the laboratory's own words: validity limits and faults that stand in comment
@@ -20,6 +21,7 @@
 //!   JSON;
 //! - `mme`: ISO/TS 13499 (ISO-MME): a test as folder, .zip, .tar.gz or .tar, or one channel of
 //!   it;
+//! - `number`: numbers in cells: decimal point or comma, and the digits they were printed with;
 //! - `source`: where the bytes come from: a file, standard input or memory, hashed while they are
 //!   read;
 //! - `text`: what readers of text share: lines within limits, decimal numbers as the file writes
@@ -32,6 +34,7 @@
 pub mod card;
 pub mod csv;
 mod draft;
+mod encoding;
 pub mod ev5;
 pub mod finding;
 mod laboratory;
@@ -40,6 +43,7 @@ pub mod limits;
 pub mod lvm;
 pub mod mcap;
 pub mod mme;
+mod number;
 pub mod source;
 mod text;
 pub mod time_base;
@@ -599,7 +603,7 @@ fn refused_by_content(head: &Head<'_>) -> Option<(&'static str, &'static str)> {
             "export the channel as CSV, for example with pyuff",
         ));
     }
-    let is_text = csv::encoding::looks_like_text(head.bytes);
+    let is_text = encoding::looks_like_text(head.bytes);
     if head.bytes.starts_with(b"PAR1") && !is_text {
         return Some((
             "Apache Parquet",

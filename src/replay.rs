@@ -189,7 +189,7 @@ impl RunOptions {
 
 /// A run with what is not part of its result.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Outcome {
+pub struct RunOutcome {
     /// What the lever did.
     pub run: Run,
     /// The trajectory, if it was asked for; else empty.
@@ -217,7 +217,7 @@ pub struct Outcome {
 /// [`ErrorKind::TooShort`] for a signal of fewer than two samples,
 /// [`ErrorKind::OutOfRange`] for an initial state that the stop does not admit, a sample that
 /// is not finite, or a fixed step that would need more than 10⁹ steps.
-pub fn run(signal: &Signal, design: &Design, options: &RunOptions) -> Result<Outcome, Error> {
+pub fn run(signal: &Signal, design: &Design, options: &RunOptions) -> Result<RunOutcome, Error> {
     let count = signal.samples.len();
     if count < 2 {
         return Err(ErrorKind::TooShort {
@@ -298,10 +298,10 @@ struct EventDriven<'a> {
 }
 
 impl pulp::WithSimd for EventDriven<'_> {
-    type Output = Outcome;
+    type Output = RunOutcome;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _simd: S) -> Outcome {
+    fn with_simd<S: pulp::Simd>(self, _simd: S) -> RunOutcome {
         event_driven(
             self.signal,
             self.design,
@@ -340,7 +340,7 @@ fn event_driven(
     options: &RunOptions,
     first: usize,
     last: usize,
-) -> Outcome {
+) -> RunOutcome {
     let mut kernel = begin(signal.start_s, design, options).for_samples(last);
     let (sign, interval) = (options.opens_when.sign(), signal.rate.interval().seconds());
     let lift_off = kernel.lift_off_acceleration();
@@ -399,7 +399,7 @@ fn event_driven(
 }
 
 /// Ends an event-driven run at `end` [s]: closes the window, coasts on, tells what there was.
-fn finish(mut kernel: Kernel, end: f64, design: &Design, options: &RunOptions) -> Outcome {
+fn finish(mut kernel: Kernel, end: f64, design: &Design, options: &RunOptions) -> RunOutcome {
     let (angle, velocity) = kernel.state();
     let error = kernel.angle_error();
     kernel.recorder.close_window(angle, end, error);
@@ -421,7 +421,7 @@ fn finish(mut kernel: Kernel, end: f64, design: &Design, options: &RunOptions) -
         || (moving && coast.is_none())
         || !peak.angle.is_finite()
         || !peak.bound().is_finite();
-    Outcome {
+    RunOutcome {
         run: Run {
             model: options.stop,
             method: options.method.name().into(),
@@ -510,7 +510,7 @@ fn compared(
     options: &RunOptions,
     first: usize,
     last: usize,
-) -> Result<Outcome, Error> {
+) -> Result<RunOutcome, Error> {
     let excitation = Sampled {
         start_s: signal.start_s,
         rate_hz: signal.rate.hertz(),
@@ -548,7 +548,7 @@ pub fn run_harmonic(
     end_s: f64,
     design: &Design,
     options: &RunOptions,
-) -> Result<Outcome, Error> {
+) -> Result<RunOutcome, Error> {
     check_initial(options)?;
     let refuse = |what: &str, expected: &str, found: String| {
         Err(ErrorKind::OutOfRange {

@@ -11,6 +11,7 @@
 //! - `json`: `verdict.json`: the document, key by key, with all digits of its numbers;
 //! - `margin`: what `latchgate margin` hands over: its text, and the files of its report;
 //! - `margin_document`: the document that a margin answers with;
+//! - `margin_words`: what the terminal and the page of a margin say of an answer in the same words;
 //! - `number`: numbers for people: significant digits, true minus signs, powers of ten;
 //! - `plot`: plots in SVG: the same drawing stands inline in the report and alone in a file;
 //! - `sparkline`: a signal in one line of a terminal;
@@ -24,6 +25,7 @@ pub mod html;
 pub mod json;
 pub mod margin;
 pub mod margin_document;
+mod margin_words;
 pub mod number;
 pub mod plot;
 pub mod sparkline;

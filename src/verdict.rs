@@ -37,7 +37,7 @@ pub use decision::{DECISION_RULE, NOMINAL_DECISION_RULE};
 pub use ensemble::Ensemble;
 pub use filters::FilterRow;
 pub use ladder::Ladder;
-pub use policy::{Extras, ModelChoice, Polarity, Policy, Variant};
+pub use policy::{AssessExtras, ModelChoice, Polarity, Policy, Variant};
 pub use quantile_band::QuantileBand;
 pub use what_if::WhatIf;
 
@@ -186,7 +186,7 @@ pub struct Evidence {
     /// Trajectories, the nominal run's first.
     pub traces: Vec<Trace>,
     /// The spread of members around the nominal run.
-    pub ribbon: Option<QuantileBand>,
+    pub quantile_band: Option<QuantileBand>,
     /// Amplitude spectrum before conditioning.
     pub spectrum_raw: AmplitudeSpectrum,
     /// Amplitude spectrum as used.

@@ -7,7 +7,7 @@ use super::progress::Progress;
 use super::replay::offers;
 use super::values::OutputFormat;
 use crate::error::ErrorKind;
-use crate::pipeline::{self, Listing};
+use crate::pipeline::{self, ListedChannel, Listing};
 use crate::recording::{Finding, Limits};
 use crate::report::{escape, number};
 use std::fmt::Write as _;
@@ -55,22 +55,29 @@ fn short(value: f64, digits: usize) -> String {
 }
 
 fn table(listing: &Listing, asked: &Path) -> String {
-    let mut text = String::new();
     let source = &listing.recording;
-    let _ = writeln!(
-        text,
-        "{}  ({}, sha256 {})",
+    let mut text = format!(
+        "{}  ({}, sha256 {})\n",
         escape::terminal(&source.file),
         source.format,
         source.sha256
     );
+    channels(&mut text, &listing.channels);
+    choice(&mut text, listing);
+    text += &offers(asked, &listing.replay.offers);
+    findings(&mut text, listing);
+    text
+}
+
+/// Writes a line for each channel, in columns.
+fn channels(text: &mut String, channels: &[ListedChannel]) {
     let mut rows = vec![
         [
             "channel", "unit", "samples", "rate Hz", "from s", "to s", "peak", "at s", "shape",
         ]
         .map(String::from),
     ];
-    for entry in &listing.channels {
+    for entry in channels {
         rows.push([
             escape::terminal(&entry.name).into_owned(),
             entry.unit.as_deref().unwrap_or("?").to_string(),
@@ -104,6 +111,10 @@ fn table(listing: &Listing, asked: &Path) -> String {
         text.truncate(text.trim_end_matches(' ').len());
         text.push('\n');
     }
+}
+
+/// Writes which channel a replay takes, and why.
+fn choice(text: &mut String, listing: &Listing) {
     match (&listing.replay.channel, &listing.replay.reason) {
         (Some(name), reason) => {
             let _ = writeln!(text, "replay takes: {}", escape::terminal(name));
@@ -120,14 +131,14 @@ fn table(listing: &Listing, asked: &Path) -> String {
         }
         (None, None) => {}
     }
-    text += &offers(asked, &listing.replay.offers);
+}
+
+/// Writes the findings, the gravest first; what several channels share, such as a clock, once.
+fn findings(text: &mut String, listing: &Listing) {
     let of_channels = listing.channels.iter().flat_map(|entry| {
-        entry
-            .findings
-            .iter()
-            .map(move |finding| (Some(&entry.name), finding))
+        let own = entry.findings.iter();
+        own.map(move |finding| (Some(&entry.name), finding))
     });
-    // What several channels share, such as a clock, is said once.
     let mut told: Vec<(Vec<&String>, &Finding)> = Vec::new();
     for (name, finding) in listing
         .findings
@@ -142,7 +153,7 @@ fn table(listing: &Listing, asked: &Path) -> String {
     }
     told.sort_by_key(|(_, finding)| std::cmp::Reverse(finding.severity));
     for (names, finding) in told {
-        let severity = format!("{:?}", finding.severity).to_lowercase();
+        let severity = finding.severity.name();
         let place = finding
             .at_s
             .map_or_else(String::new, |at| format!(" at {} s", short(at, 6)));
@@ -164,5 +175,4 @@ fn table(listing: &Listing, asked: &Path) -> String {
             escape::terminal(&finding.text)
         );
     }
-    text
 }

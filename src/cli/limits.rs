@@ -11,13 +11,13 @@ use std::fmt::Write as _;
 
 /// The document that `limits --format json` prints.
 #[derive(Debug, Serialize)]
-struct Listing {
+struct LimitList {
     schema: &'static str,
-    limits: Vec<Entry>,
+    limits: Vec<ListedLimit>,
 }
 
 #[derive(Debug, Serialize)]
-struct Entry {
+struct ListedLimit {
     #[serde(flatten)]
     limit: Limit,
     /// The option that sets it to the value it has.
@@ -26,14 +26,14 @@ struct Entry {
 
 /// Runs the command; returns the exit code.
 pub(super) fn command(common: &Common) -> Result<u8, Failure> {
-    let listing = Listing {
+    let listing = LimitList {
         schema: "latchgate.limits/1",
         limits: common
             .limits()
             .map_err(Failure::Usage)?
             .entries()
             .into_iter()
-            .map(|limit| Entry {
+            .map(|limit| ListedLimit {
                 change: format!("--limit {}={}", limit.name, limit.value),
                 limit,
             })
@@ -59,14 +59,14 @@ pub(super) fn command(common: &Common) -> Result<u8, Failure> {
     Ok(0)
 }
 
-fn table(listing: &Listing) -> String {
+fn table(listing: &LimitList) -> String {
     let entries = &listing.limits;
-    let width = |of: &dyn Fn(&Entry) -> usize| entries.iter().map(of).max().unwrap_or(0);
+    let width = |of: &dyn Fn(&ListedLimit) -> usize| entries.iter().map(of).max().unwrap_or(0);
     let names = width(&|entry| entry.limit.name.len());
     let values = width(&|entry| entry.limit.value.to_string().len());
     let units = width(&|entry| entry.limit.unit.len());
     let mut text = String::new();
-    for Entry { limit, .. } in entries {
+    for ListedLimit { limit, .. } in entries {
         let changed = if limit.value == limit.default {
             String::new()
         } else {

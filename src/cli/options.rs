@@ -1,8 +1,8 @@
 //! Options that commands share, and what they ask as data.
 
 use super::values::{
-    Grid, Log, MethodArgument, ModelArgument, OutputFormat, Resample, parse_grid, parse_limit,
-    parse_log, parse_resample,
+    Grid, LogSettings, MethodArgument, ModelArgument, OutputFormat, Resample, parse_grid,
+    parse_limit, parse_log, parse_resample,
 };
 use crate::conditioning::{BiasWindow, FilterChoice, FilterStandard};
 use crate::error::Error;
@@ -28,7 +28,7 @@ pub struct Common {
     pub verbose: u8,
     /// Log to stderr as [text|json][:LEVEL], LEVEL one of error, warn, info, debug, trace
     #[arg(long, global = true, value_name = "FORMAT[:LEVEL]", value_parser = parse_log)]
-    pub log: Option<Log>,
+    pub log: Option<LogSettings>,
     /// Threads to use; the numbers do not depend on it [default: all cores]
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
     pub threads: Option<u16>,

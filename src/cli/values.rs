@@ -28,7 +28,7 @@ pub enum LogFormat {
 
 /// What `--log` asks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Log {
+pub struct LogSettings {
     /// Form.
     pub format: LogFormat,
     /// Least severe level shown.
@@ -138,7 +138,7 @@ pub struct Grid {
     pub rows: usize,
 }
 
-pub(super) fn parse_log(text: &str) -> Result<Log, String> {
+pub(super) fn parse_log(text: &str) -> Result<LogSettings, String> {
     let (format, level) = text
         .split_once(':')
         .map_or((text, None), |(format, level)| (format, Some(level)));
@@ -160,7 +160,7 @@ pub(super) fn parse_log(text: &str) -> Result<Log, String> {
             ));
         }
     };
-    Ok(Log { format, level })
+    Ok(LogSettings { format, level })
 }
 
 pub(super) fn parse_limit(text: &str) -> Result<String, String> {

@@ -65,7 +65,7 @@ pub fn bias(signal: &Signal, window: BiasWindow) -> Result<(Bias, Vec<Finding>),
 #[must_use]
 pub fn pre_event_samples(signal: &Signal) -> Option<usize> {
     let count = samples_until(signal, PRE_EVENT_END_S);
-    let span = index_as_f64(count.saturating_sub(1));
+    let span = count.saturating_sub(1) as f64;
     let least = PRE_EVENT_LEAST_SPAN_S * signal.rate.hertz() - INDEX_TOLERANCE;
     (count >= 2 && span >= least).then_some(count)
 }
@@ -108,8 +108,8 @@ fn of_samples(signal: &Signal, first: usize, count: usize) -> Bias {
         mean_m_s2: mean,
         standard_error_m_s2: standard_error_of_mean(samples),
         standard_deviation_m_s2: (sum_of_squares(samples, mean)
-            / index_as_f64(count.saturating_sub(1).max(1)))
-        .sqrt(),
+            / count.saturating_sub(1).max(1) as f64)
+            .sqrt(),
         window: Some((first, count)),
     }
 }
@@ -148,7 +148,7 @@ pub fn standard_error_of_mean(samples: &[f64]) -> f64 {
     if count < 2 {
         return 0.0;
     }
-    let total = index_as_f64(count);
+    let total = count as f64;
     let independent = (sum_of_squares(samples, mean(samples)) / (total - 1.0) / total).sqrt();
     let block = count.div_ceil(CORRELATED_SAMPLES);
     let averaged: Vec<f64> = samples.chunks_exact(block).map(mean).collect();
@@ -157,7 +157,7 @@ pub fn standard_error_of_mean(samples: &[f64]) -> f64 {
 
 fn correlated_error(values: &[f64]) -> f64 {
     let count = values.len();
-    let total = index_as_f64(count);
+    let total = count as f64;
     let centre = mean(values);
     let deviations: Vec<f64> = values.iter().map(|value| value - centre).collect();
     let covariance = |lag: usize| -> f64 {
@@ -182,12 +182,12 @@ fn correlated_error(values: &[f64]) -> f64 {
         lags = even + 1;
     }
     let summed = (2.0 * pairs - variance).max(variance);
-    let taken = index_as_f64(2 * lags + 1);
+    let taken = (2 * lags + 1) as f64;
     (summed / (total - taken).max(total / 2.0)).sqrt()
 }
 
 fn mean(samples: &[f64]) -> f64 {
-    samples.iter().sum::<f64>() / index_as_f64(samples.len().max(1))
+    samples.iter().sum::<f64>() / samples.len().max(1) as f64
 }
 
 fn sum_of_squares(samples: &[f64], centre: f64) -> f64 {
@@ -195,8 +195,4 @@ fn sum_of_squares(samples: &[f64], centre: f64) -> f64 {
         .iter()
         .map(|value| (value - centre) * (value - centre))
         .sum()
-}
-
-fn index_as_f64(index: usize) -> f64 {
-    index as f64
 }

@@ -96,7 +96,7 @@ pub fn findings(raw: &Signal, options: &ConditioningOptions) -> Vec<Finding> {
     let Some((peak_value, _)) = peak(raw) else {
         return Vec::new();
     };
-    let facts = Facts::new(raw, peak_value.abs());
+    let facts = SignalFacts::new(raw, peak_value.abs());
     let mut found = Vec::new();
     found.extend(low_rate(raw));
     let dead = dead_sensor(&facts);
@@ -135,7 +135,7 @@ pub fn findings(raw: &Signal, options: &ConditioningOptions) -> Vec<Finding> {
 }
 
 /// What the detectors share.
-struct Facts<'a> {
+struct SignalFacts<'a> {
     raw: &'a Signal,
     samples: &'a [f64],
     /// Largest magnitude [m/s²].
@@ -152,7 +152,7 @@ struct Facts<'a> {
     pre_mean_error: f64,
 }
 
-impl<'a> Facts<'a> {
+impl<'a> SignalFacts<'a> {
     fn new(raw: &'a Signal, peak: f64) -> Self {
         let samples = raw.samples.as_slice();
         let mut levels = samples.to_vec();
@@ -228,7 +228,7 @@ impl<'a> Facts<'a> {
             turns += usize::from(bend * last < 0.0);
             last = bend;
         }
-        seen >= 20 && as_f64(turns) > TURNING_PART * as_f64(seen)
+        seen >= 20 && turns as f64 > TURNING_PART * seen as f64
     }
 
     /// Tells whether the samples up to the first loud one go up and down.
@@ -301,7 +301,7 @@ fn low_rate(raw: &Signal) -> Option<Finding> {
 }
 
 /// A record of one value, or one that flickers between two, carries no motion.
-fn dead_sensor(facts: &Facts<'_>) -> Option<Finding> {
+fn dead_sensor(facts: &SignalFacts<'_>) -> Option<Finding> {
     let text = match facts.levels.as_slice() {
         [] => return None,
         [only] => format!("every sample is {}", in_g(*only)),
@@ -328,7 +328,7 @@ fn dead_sensor(facts: &Facts<'_>) -> Option<Finding> {
     ))
 }
 
-fn clipping(facts: &Facts<'_>, range_g: Option<f64>) -> Vec<Finding> {
+fn clipping(facts: &SignalFacts<'_>, range_g: Option<f64>) -> Vec<Finding> {
     if let Some(first) = beyond_range(facts, range_g) {
         let range = range_g.unwrap_or_default();
         return vec![
@@ -358,7 +358,7 @@ fn clipping(facts: &Facts<'_>, range_g: Option<f64>) -> Vec<Finding> {
 }
 
 /// A top within one quantum, entered or left steeply: a limit of which the last bit flickers.
-fn flickering_top(facts: &Facts<'_>) -> Option<Finding> {
+fn flickering_top(facts: &SignalFacts<'_>) -> Option<Finding> {
     let bands = facts.bands(FLICKER_RUN);
     let extremes = [facts.levels.last(), facts.levels.first()];
     extremes.into_iter().flatten().find_map(|extreme| {
@@ -393,7 +393,7 @@ fn flickering_top(facts: &Facts<'_>) -> Option<Finding> {
     })
 }
 
-fn beyond_range(facts: &Facts<'_>, range_g: Option<f64>) -> Option<usize> {
+fn beyond_range(facts: &SignalFacts<'_>, range_g: Option<f64>) -> Option<usize> {
     let limit = range_g.filter(|range| range.is_finite() && *range > 0.0)?
         * SATURATED_PART
         * STANDARD_GRAVITY;
@@ -402,7 +402,7 @@ fn beyond_range(facts: &Facts<'_>, range_g: Option<f64>) -> Option<usize> {
 
 /// Equal samples at an extreme that the signal enters or leaves more steeply than any smooth
 /// top would.
-fn flat_top(facts: &Facts<'_>, extreme: f64, range_g: Option<f64>) -> Option<Finding> {
+fn flat_top(facts: &SignalFacts<'_>, extreme: f64, range_g: Option<f64>) -> Option<Finding> {
     if extreme.abs() <= QUIET_QUANTA * facts.quantum || extreme.abs() <= EXTREME_PART * facts.peak {
         return None;
     }
@@ -478,11 +478,11 @@ fn near_converter_limit(quanta: f64) -> bool {
 /// sample counts, or both at half and at the whole length of the run. Noise of a few quanta
 /// lets three or four samples of a sharper top share a value by chance; q grows for them. A run
 /// may take several `quanta`.
-fn is_cut(facts: &Facts<'_>, first: usize, length: usize, quanta: f64) -> bool {
+fn is_cut(facts: &SignalFacts<'_>, first: usize, length: usize, quanta: f64) -> bool {
     let end = first + length - 1;
     let level = facts.samples[first];
     let reaches = |steps: usize| {
-        let ratio = 2.0 * as_f64(steps) / as_f64(length - 1);
+        let ratio = 2.0 * steps as f64 / (length - 1) as f64;
         (1.0 + ratio) * (1.0 + ratio)
     };
     let chance = match length {
@@ -511,7 +511,7 @@ fn is_cut(facts: &Facts<'_>, first: usize, length: usize, quanta: f64) -> bool {
 
 /// The record's extreme is the last code of a 12- to 24-bit converter: on a grid of quanta
 /// through zero, ±2ⁿ or ±(2ⁿ − 1).
-fn converter_limit(facts: &Facts<'_>) -> Option<Finding> {
+fn converter_limit(facts: &SignalFacts<'_>) -> Option<Finding> {
     let mut sizes: Vec<f64> = facts.levels.iter().map(|level| level.abs()).collect();
     sizes.sort_unstable_by(f64::total_cmp);
     // Stamps of few digits blur the least difference; the grid is refined as it is climbed.
@@ -554,7 +554,7 @@ fn converter_limit(facts: &Facts<'_>) -> Option<Finding> {
 }
 
 /// Most of the power lies near half the sample rate, so that more lies beyond and is folded in.
-fn aliasing(facts: &Facts<'_>) -> Option<Finding> {
+fn aliasing(facts: &SignalFacts<'_>) -> Option<Finding> {
     let event = &facts.samples[facts.pre_event..];
     let power: f64 = event.iter().map(|value| value * value).sum();
     // The power of differences over four times that of the samples is sin²(πf/fs) on average.
@@ -576,7 +576,7 @@ fn aliasing(facts: &Facts<'_>) -> Option<Finding> {
 }
 
 /// The mean before the event is that of a sensor that stands upright.
-fn gravity(facts: &Facts<'_>) -> Option<Finding> {
+fn gravity(facts: &SignalFacts<'_>) -> Option<Finding> {
     let mean_g = facts.pre_mean / STANDARD_GRAVITY;
     let (least, most) = GRAVITY_G;
     (facts.pre_event > 0
@@ -595,7 +595,7 @@ fn gravity(facts: &Facts<'_>) -> Option<Finding> {
 }
 
 /// The first push and the velocity that the record adds up to have opposite signs.
-fn sign_suspicion(facts: &Facts<'_>) -> Option<Finding> {
+fn sign_suspicion(facts: &SignalFacts<'_>) -> Option<Finding> {
     let event: Vec<f64> = facts.samples[facts.pre_event..]
         .iter()
         .map(|value| value - facts.pre_mean)
@@ -650,13 +650,13 @@ pub fn before_event(raw: &Signal) -> Option<Finding> {
     ))
 }
 
-fn inside_event(facts: &Facts<'_>, index: usize, reach: usize) -> bool {
+fn inside_event(facts: &SignalFacts<'_>, index: usize, reach: usize) -> bool {
     facts.samples[index.saturating_sub(reach)..index]
         .iter()
         .any(|value| value.abs() > EVENT_PART * facts.peak)
 }
 
-fn starts_inside_event(facts: &Facts<'_>) -> Option<Finding> {
+fn starts_inside_event(facts: &SignalFacts<'_>) -> Option<Finding> {
     let head = &facts.samples[..facts.samples.len().min(3)];
     let level = median_magnitude(head);
     (level > EVENT_PART * facts.peak).then(|| {
@@ -672,7 +672,7 @@ fn starts_inside_event(facts: &Facts<'_>) -> Option<Finding> {
     })
 }
 
-fn ends_inside_event(facts: &Facts<'_>) -> Option<Finding> {
+fn ends_inside_event(facts: &SignalFacts<'_>) -> Option<Finding> {
     let tail = &facts.samples[facts.samples.len().saturating_sub(3)..];
     let level = median_magnitude(tail);
     (level > EVENT_PART * facts.peak).then(|| {
@@ -701,7 +701,7 @@ fn median_magnitude(samples: &[f64]) -> f64 {
     }
 }
 
-fn implausible_peak(facts: &Facts<'_>) -> Option<Finding> {
+fn implausible_peak(facts: &SignalFacts<'_>) -> Option<Finding> {
     let peak_g = facts.peak / STANDARD_GRAVITY;
     let (least, most) = PLAUSIBLE_PEAK_G;
     (!(least..=most).contains(&peak_g)).then(|| {
@@ -716,7 +716,7 @@ fn implausible_peak(facts: &Facts<'_>) -> Option<Finding> {
 }
 
 /// One sample that jumps by more than half the peak and comes back at once.
-fn spike(facts: &Facts<'_>) -> Option<Finding> {
+fn spike(facts: &SignalFacts<'_>) -> Option<Finding> {
     let jump = 0.5 * facts.peak;
     let index = facts.samples.windows(3).position(|three| {
         let (up, down) = (three[1] - three[0], three[1] - three[2]);
@@ -739,7 +739,7 @@ fn spike(facts: &Facts<'_>) -> Option<Finding> {
     )
 }
 
-fn pre_event_not_quiet(facts: &Facts<'_>) -> Option<Finding> {
+fn pre_event_not_quiet(facts: &SignalFacts<'_>) -> Option<Finding> {
     let largest = facts.samples[..facts.pre_event]
         .iter()
         .fold(0.0_f64, |most, value| {
@@ -759,15 +759,15 @@ fn pre_event_not_quiet(facts: &Facts<'_>) -> Option<Finding> {
 
 /// The bias moves while it is measured: a line through the pre-event samples rises by more than
 /// what is left beside the line can explain.
-fn drift(facts: &Facts<'_>) -> Option<Finding> {
+fn drift(facts: &SignalFacts<'_>) -> Option<Finding> {
     let samples = &facts.samples[..facts.pre_event];
     if samples.len() < 4 {
         return None;
     }
-    let middle = 0.5 * as_f64(samples.len() - 1);
+    let middle = 0.5 * (samples.len() - 1) as f64;
     let (mut rise, mut run) = (0.0, 0.0);
     for (index, value) in samples.iter().enumerate() {
-        let step = as_f64(index) - middle;
+        let step = index as f64 - middle;
         rise += step * (value - facts.pre_mean);
         run += step * step;
     }
@@ -775,7 +775,7 @@ fn drift(facts: &Facts<'_>) -> Option<Finding> {
     let beside: Vec<f64> = samples
         .iter()
         .enumerate()
-        .map(|(index, value)| value - slope * (as_f64(index) - middle))
+        .map(|(index, value)| value - slope * (index as f64 - middle))
         .collect();
     let change = slope * 2.0 * middle;
     // The rise of a fitted line over its length has √12 times the error of the mean.
@@ -793,7 +793,7 @@ fn drift(facts: &Facts<'_>) -> Option<Finding> {
 }
 
 /// The mean of the tail lies away from the mean before the event.
-fn zero_shift(facts: &Facts<'_>) -> Option<Finding> {
+fn zero_shift(facts: &SignalFacts<'_>) -> Option<Finding> {
     let ten_ms = (0.01 * facts.raw.rate.hertz()).round() as usize;
     let count = facts.samples.len();
     let length = ten_ms.max(count / 20);
@@ -817,11 +817,7 @@ fn zero_shift(facts: &Facts<'_>) -> Option<Finding> {
 }
 
 fn mean(samples: &[f64]) -> f64 {
-    samples.iter().sum::<f64>() / as_f64(samples.len().max(1))
-}
-
-fn as_f64(index: usize) -> f64 {
-    index as f64
+    samples.iter().sum::<f64>() / samples.len().max(1) as f64
 }
 
 /// Tells whether two samples are the same number; +0 and −0 are.

@@ -78,7 +78,7 @@ pub fn resample(signal: &Signal, to: SampleRate) -> Result<Signal, Error> {
         });
     }
     // A new instant that misses the last sample by rounding alone still counts.
-    let intervals = (as_f64(count - 1) * new_hz / old_hz + 1e-6).floor();
+    let intervals = ((count - 1) as f64 * new_hz / old_hz + 1e-6).floor();
     let most = Limits::default().samples;
     if intervals + 1.0 > most as f64 {
         return Err(out_of_range(
@@ -88,21 +88,21 @@ pub fn resample(signal: &Signal, to: SampleRate) -> Result<Signal, Error> {
         ));
     }
     let half = half_length_samples(signal.rate, to);
-    if half > as_f64(LONGEST_KERNEL * count) {
+    if half > (LONGEST_KERNEL * count) as f64 {
         return Err(ErrorKind::TooShort {
             what: "resampling to this rate",
-            needed: as_index(half / as_f64(LONGEST_KERNEL)) + 1,
+            needed: as_index(half / LONGEST_KERNEL as f64) + 1,
             found: count,
         }
         .into());
     }
     let padding = as_index(half) + 2;
     let extended = extend_and_hold(&signal.samples, padding);
-    let kernel = Kernel::new(if new_hz < old_hz { CUTOFF_DOWN } else { 1.0 });
+    let kernel = SincKernel::new(if new_hz < old_hz { CUTOFF_DOWN } else { 1.0 });
     let step = (new_hz / old_hz).min(1.0);
     let samples = (0..=as_index(intervals))
         .map(|index| {
-            let position = as_f64(index) * old_hz / new_hz + as_f64(padding);
+            let position = index as f64 * old_hz / new_hz + padding as f64;
             kernel.sum(&extended, position, step)
         })
         .collect();
@@ -126,7 +126,7 @@ pub fn end_padding_s(from: SampleRate, to: SampleRate) -> f64 {
 }
 
 fn half_length_samples(from: SampleRate, to: SampleRate) -> f64 {
-    as_f64(HALF_LENGTH) * (from.hertz() / to.hertz()).max(1.0)
+    HALF_LENGTH as f64 * (from.hertz() / to.hertz()).max(1.0)
 }
 
 /// Returns the signal at four times its rate; every fourth sample is the original, bit for bit.
@@ -162,10 +162,10 @@ pub fn upsample_fourfold(signal: &Signal) -> Signal {
 }
 
 fn fourfold_weights(fraction: f64) -> [f64; 2 * FOURFOLD_HALF_LENGTH] {
-    let half = as_f64(FOURFOLD_HALF_LENGTH);
+    let half = FOURFOLD_HALF_LENGTH as f64;
     let mut weights = [0.0; 2 * FOURFOLD_HALF_LENGTH];
     for (tap, weight) in weights.iter_mut().enumerate() {
-        let distance = as_f64(tap) - (half - 1.0) - fraction;
+        let distance = tap as f64 - (half - 1.0) - fraction;
         *weight = sinc(distance) * kaiser(distance / half);
     }
     let sum: f64 = weights.iter().sum();
@@ -188,19 +188,19 @@ fn extend_and_hold(samples: &[f64], padding: usize) -> Vec<f64> {
 }
 
 /// The windowed sinc, tabulated over its right half.
-struct Kernel {
+struct SincKernel {
     table: Vec<f64>,
 }
 
-impl Kernel {
+impl SincKernel {
     /// Builds a kernel whose cut-off is `cutoff` times the Nyquist frequency of the lower rate.
     fn new(cutoff: f64) -> Self {
         // One entry before zero and two after the end serve the four-point interpolation.
         let peak = kaiser(0.0);
         let table = (0..HALF_LENGTH * TABLE_DENSITY + 4)
             .map(|entry| {
-                let distance = (as_f64(entry) - 1.0) / as_f64(TABLE_DENSITY);
-                sinc(cutoff * distance) * (kaiser(distance / as_f64(HALF_LENGTH)) / peak)
+                let distance = (entry as f64 - 1.0) / TABLE_DENSITY as f64;
+                sinc(cutoff * distance) * (kaiser(distance / HALF_LENGTH as f64) / peak)
             })
             .collect();
         Self { table }
@@ -208,7 +208,7 @@ impl Kernel {
 
     /// Returns the kernel at a distance in intervals of the lower rate.
     fn at(&self, distance: f64) -> f64 {
-        let scaled = distance.abs() * as_f64(TABLE_DENSITY);
+        let scaled = distance.abs() * TABLE_DENSITY as f64;
         let entry = as_index(scaled.floor());
         let x = scaled - scaled.floor();
         match self.table.get(entry..entry + 4) {
@@ -225,12 +225,12 @@ impl Kernel {
     /// Returns the weighted mean of `samples` around `position`; `step` is the distance of two
     /// samples in intervals of the lower rate.
     fn sum(&self, samples: &[f64], position: f64, step: f64) -> f64 {
-        let reach = as_f64(HALF_LENGTH) / step;
+        let reach = HALF_LENGTH as f64 / step;
         let first = as_index((position - reach).ceil().max(0.0));
         let last = as_index((position + reach).floor()).min(samples.len().saturating_sub(1));
         let (mut sum, mut weights) = (0.0, 0.0);
         for (index, sample) in samples.iter().enumerate().take(last + 1).skip(first) {
-            let weight = self.at((as_f64(index) - position) * step);
+            let weight = self.at((index as f64 - position) * step);
             sum += weight * sample;
             weights += weight;
         }
@@ -278,10 +278,6 @@ fn out_of_range(what: &str, expected: String, found: String) -> Error {
         found,
     }
     .into()
-}
-
-fn as_f64(index: usize) -> f64 {
-    index as f64
 }
 
 fn as_index(value: f64) -> usize {

@@ -66,7 +66,7 @@ pub fn amplitude_spectrum(signal: &Signal) -> AmplitudeSpectrum {
         .process(&mut work);
     AmplitudeSpectrum {
         frequency_hz: frequencies(signal.rate, count),
-        amplitude_m_s2: amplitudes(&work, as_f64(count)),
+        amplitude_m_s2: amplitudes(&work, count as f64),
     }
 }
 
@@ -97,7 +97,7 @@ pub fn spectrogram(signal: &Signal) -> Spectrogram {
             .collect(),
         frequency_hz: frequencies(signal.rate, length),
         amplitude_m_s2: amplitudes,
-        window_s: as_f64(length) / signal.rate.hertz(),
+        window_s: length as f64 / signal.rate.hertz(),
     }
 }
 
@@ -137,11 +137,11 @@ pub fn short_time(
     ShortTime {
         time_s: firsts
             .into_iter()
-            .map(|first| start_s + (as_f64(first) + 0.5 * as_f64(length)) / rate.hertz())
+            .map(|first| start_s + (first as f64 + 0.5 * length as f64) / rate.hertz())
             .collect(),
         frequency_hz: frequencies(rate, padded),
         amplitudes,
-        window_s: as_f64(length) / rate.hertz(),
+        window_s: length as f64 / rate.hertz(),
     }
 }
 
@@ -154,7 +154,7 @@ fn hann_windows(
     hop: usize,
 ) -> (Vec<usize>, Vec<Vec<f64>>) {
     let window: Vec<f64> = (0..length)
-        .map(|index| 0.5 - 0.5 * libm::cos(2.0 * PI * as_f64(index) / as_f64(length)))
+        .map(|index| 0.5 - 0.5 * libm::cos(2.0 * PI * index as f64 / length as f64))
         .collect();
     let weight: f64 = window.iter().sum();
     let transform = FftPlannerScalar::new().plan_fft_forward(padded);
@@ -189,7 +189,7 @@ fn stretch_around_peak(signal: &Signal) -> &[f64] {
 
 fn frequencies(rate: SampleRate, length: usize) -> Vec<f64> {
     (0..=length / 2)
-        .map(|line| as_f64(line) * rate.hertz() / as_f64(length))
+        .map(|line| line as f64 * rate.hertz() / length as f64)
         .collect()
 }
 
@@ -207,8 +207,4 @@ fn amplitudes(transform: &[Complex<f64>], weight: f64) -> Vec<f64> {
             both_sides * libm::hypot(value.re, value.im) / weight
         })
         .collect()
-}
-
-fn as_f64(index: usize) -> f64 {
-    index as f64
 }

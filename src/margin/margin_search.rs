@@ -5,7 +5,7 @@ use super::change::{VerdictChange, VerdictSearch};
 use super::quantity::{SearchRange, applied};
 use super::runs::{LeverTrial, NominalRuns};
 use super::search::{self, Crossing, Edge, Probe, SearchResult};
-use super::{Basis, Margin, MarginOptions, POINTS_MAX, POINTS_MIN, Quantity, State};
+use super::{Basis, Margin, MarginOptions, NominalAnswer, POINTS_MAX, POINTS_MIN, Quantity};
 use crate::conditioning::Conditioned;
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
@@ -33,7 +33,7 @@ pub(super) struct MarginSearch<'a> {
     /// The torque with which the strongest opening sample lifts the lever [N m].
     lift_off_nm: f64,
     /// The answer of the nominal runs at present.
-    pub(super) state: State,
+    pub(super) state: NominalAnswer,
     /// Whether the verdict passes at present, once that was asked: it is the same of every
     /// quantity.
     passes: Cell<Option<bool>>,
@@ -174,7 +174,7 @@ impl<'a> MarginSearch<'a> {
             .map(|change| (change.passes, change.bracket()));
         let passes_at_present = match (self.basis, self.passes.get()) {
             (Basis::Verdict, Some(passes)) => passes,
-            _ => self.state == State::Pass,
+            _ => self.state == NominalAnswer::Pass,
         };
         let answer = match self.basis {
             Basis::NominalRun => nominal,
@@ -237,7 +237,7 @@ impl<'a> MarginSearch<'a> {
             None => (verdict.passes)(range.present, false)?,
         };
         self.passes.set(Some(passes));
-        verdict.nearest(changes, self.state == State::Pass, passes)
+        verdict.nearest(changes, self.state == NominalAnswer::Pass, passes)
     }
 
     /// Says why there is no value at which the answer changes.

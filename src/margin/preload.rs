@@ -3,7 +3,7 @@
 use super::margin_search::MarginSearch;
 use super::quantity::SearchRange;
 use super::search::{Crossing, Edge};
-use super::{Basis, MarginOptions, Quantity, State};
+use super::{Basis, MarginOptions, NominalAnswer, Quantity};
 use crate::conditioning::Conditioned;
 use crate::error::Error;
 use crate::model::Design;
@@ -89,7 +89,7 @@ fn answer(search: &MarginSearch<'_>, passes: bool) -> Result<PreloadAnswer, Erro
         .collect();
     let nominal_from_nm = match changes.last() {
         Some(last) => (last.high.1.pass <= 0.0).then_some(last.high.0),
-        None => (search.state == State::Pass).then_some(range.low),
+        None => (search.state == NominalAnswer::Pass).then_some(range.low),
     };
     let passes_from_nm = if passes {
         Some(range.present)

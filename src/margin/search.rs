@@ -5,7 +5,7 @@
 //! threshold could be crossed twice unseen are looked into, and each change of sign is narrowed
 //! down by the exact run.
 
-use super::State;
+use super::NominalAnswer;
 use crate::error::Error;
 
 /// The distance of the lever from a pass and from a fail at one value of the quantity [rad].
@@ -20,13 +20,13 @@ pub struct Excess {
 impl Excess {
     /// Returns the answer.
     #[must_use]
-    pub fn state(self) -> State {
+    pub fn state(self) -> NominalAnswer {
         if self.pass <= 0.0 {
-            State::Pass
+            NominalAnswer::Pass
         } else if self.fail > 0.0 {
-            State::Fail
+            NominalAnswer::Fail
         } else {
-            State::Undecided
+            NominalAnswer::Undecided
         }
     }
 

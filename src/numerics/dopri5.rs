@@ -70,7 +70,7 @@ const DENSE: [f64; 7] = [
 
 /// What a step gives.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Step {
+pub struct IntegrationStep {
     /// Angle at its end [rad].
     pub q: f64,
     /// Angular velocity there [rad/s].
@@ -87,7 +87,7 @@ pub struct Step {
 
 /// Advances (q, v) from `t` by `step` [s]; `a` is the acceleration at the start.
 #[inline]
-pub fn step<M: Motion>(motion: &M, t: f64, step: f64, q: f64, v: f64, a: f64) -> Step {
+pub fn step<M: Motion>(motion: &M, t: f64, step: f64, q: f64, v: f64, a: f64) -> IntegrationStep {
     let mut slopes_q = [v, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     let mut slopes_v = [a, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     let (mut q1, mut v1) = (q, v);
@@ -108,7 +108,7 @@ pub fn step<M: Motion>(motion: &M, t: f64, step: f64, q: f64, v: f64, a: f64) ->
     let bend = step * v - rise;
     let close = rise - step * v1 - bend;
     let last = sum(&DENSE, &slopes_q);
-    Step {
+    IntegrationStep {
         q: q1,
         v: v1,
         a: slopes_v[6],

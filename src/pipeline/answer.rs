@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 
 /// What is known of a recording, as far as reading it came.
 #[derive(Debug, Clone)]
-pub(super) struct Facts {
+pub(super) struct RecordingFacts {
     pub(super) request: Request,
     pub(super) card: Card,
     pub(super) recording: RecordingBlock,
@@ -25,7 +25,7 @@ pub(super) struct Facts {
     pub(super) polarity: Polarity,
 }
 
-impl Facts {
+impl RecordingFacts {
     pub(super) fn new(request: &Request, source: &Source) -> Self {
         let mut facts = Self {
             request: request.clone(),
@@ -114,7 +114,7 @@ pub(super) fn run_block() -> RunBlock {
 
 /// The document of an assessment.
 pub(super) fn answered(
-    facts: &Facts,
+    facts: &RecordingFacts,
     conditioned: &Conditioned,
     design: &Design,
     assessment: Assessment,
@@ -146,7 +146,7 @@ pub(super) fn answered(
 
 /// The document of a recording that could not be read, conditioned or replayed.
 pub(super) fn refused(
-    facts: &Facts,
+    facts: &RecordingFacts,
     conditioned: Option<&Conditioned>,
     design: &Design,
     error: &Error,
@@ -177,7 +177,7 @@ pub(super) fn refused(
 }
 
 /// The document with nothing in it but what is known before a lever is replayed.
-fn empty(facts: &Facts, conditioned: Option<&Conditioned>, design: &Design) -> Document {
+fn empty(facts: &RecordingFacts, conditioned: Option<&Conditioned>, design: &Design) -> Document {
     Document {
         schema: "latchgate.verdict/1".into(),
         report_id: facts.report_id(design),

@@ -1,6 +1,6 @@
 //! A recording that was read and conditioned once, to be judged with many designs.
 
-use super::answer::{self, Facts};
+use super::answer::{self, RecordingFacts};
 use super::candidates::{self, Offer};
 use crate::conditioning::{self, Conditioned};
 use crate::error::{Error, ErrorKind, Place};
@@ -71,7 +71,7 @@ pub struct Refused {
     pub error: Error,
     /// The channels to choose from, where several could be meant.
     pub offers: Vec<Offer>,
-    facts: Facts,
+    facts: RecordingFacts,
 }
 
 impl Refused {
@@ -90,7 +90,7 @@ impl Refused {
 /// A recording that was read and conditioned as a request asks.
 #[derive(Debug, Clone)]
 pub struct Prepared {
-    pub(super) facts: Facts,
+    pub(super) facts: RecordingFacts,
     pub(super) conditioned: Conditioned,
 }
 
@@ -121,7 +121,7 @@ impl Prepared {
         limits: &Limits,
         control: &Control<'_>,
     ) -> Result<Self, Box<Refused>> {
-        let mut facts = Facts::new(request, source);
+        let mut facts = RecordingFacts::new(request, source);
         let mut offers = Vec::new();
         match read(source, limits, control, &mut facts, &mut offers) {
             Ok(conditioned) => Ok(Self { facts, conditioned }),
@@ -197,7 +197,7 @@ impl Prepared {
         extras: Extras,
         control: &Control<'_>,
     ) -> Result<(Assessment, Option<PreloadAnswer>), Error> {
-        let Facts {
+        let RecordingFacts {
             request,
             findings,
             polarity,
@@ -206,7 +206,7 @@ impl Prepared {
         let place = |error: Error| error.at(self.place());
         request.check_design(design)?;
         let policy = request.policy(*polarity);
-        let own = verdict::Extras {
+        let own = verdict::AssessExtras {
             filter_table: extras.filter_table,
             evidence: extras.evidence,
             follow_all: false,
@@ -246,7 +246,7 @@ fn read(
     source: &Source,
     limits: &Limits,
     control: &Control<'_>,
-    facts: &mut Facts,
+    facts: &mut RecordingFacts,
     offers: &mut Vec<Offer>,
 ) -> Result<Conditioned, Error> {
     facts.request.check()?;

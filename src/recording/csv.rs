@@ -14,7 +14,6 @@
 //!   `T` or a blank between date and time, and with a zone or without;
 //! - `layout`: layouts: which rows are header, which column is time, which one is the lateral
 //!   acceleration;
-//! - `number`: numbers in cells: decimal point or comma, and the digits they were printed with;
 //! - `records`: rows as cells: split at the separator where no quote stands in the text, by the
 //!   table reader of the `csv` crate where one does;
 //! - `rows`: rows: the stamps and the samples of the wanted columns, in one pass for all
@@ -26,10 +25,8 @@ mod cell;
 mod counter;
 mod date;
 mod dialect;
-pub(super) mod encoding;
 pub(super) mod header;
 mod layout;
-pub(super) mod number;
 mod records;
 mod rows;
 mod status;
@@ -40,8 +37,8 @@ use super::time_base::TimeBase;
 use super::{Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::SampleRate;
-use layout::{Choice, Layout, TimeSource};
-use rows::{ColumnResult, Rows, Wanted};
+use layout::{ColumnChoice, TableLayout, TimeSource};
+use rows::{ColumnResult, Rows, WantedColumns};
 use status::StatusColumn;
 
 /// Rates outside of which a stated unit of time is doubted [Hz].
@@ -57,7 +54,7 @@ pub(super) const INCREDIBLE: f64 = 500e3;
 /// Tells whether the head looks like text.
 #[must_use]
 pub fn recognises(head: &Head<'_>) -> bool {
-    !head.is_folder && encoding::looks_like_text(head.bytes)
+    !head.is_folder && super::encoding::looks_like_text(head.bytes)
 }
 
 /// Reads a text table.
@@ -77,8 +74,8 @@ pub fn read(
     selections: &[Selection],
     limits: &Limits,
 ) -> Result<Outcomes, Error> {
-    let table = Table::open(source.read_text(limits)?, options, limits)?;
-    let plans: Vec<Result<Plan, Error>> = selections
+    let table = TableText::open(source.read_text(limits)?, options, limits)?;
+    let plans: Vec<Result<ReadPlan, Error>> = selections
         .iter()
         .map(|selection| table.plan(options, *selection))
         .collect();
@@ -96,28 +93,28 @@ pub fn read(
 }
 
 /// A table whose layout is known and whose rows are not read yet.
-struct Table {
+struct TableText {
     text: Vec<u8>,
     lines: dialect::LineScan,
-    layout: Layout,
+    layout: TableLayout,
     /// What was found odd up to here.
     findings: Vec<Finding>,
 }
 
 /// What is read of a table for one selection.
-struct Plan {
+struct ReadPlan {
     selection: Selection,
     /// `None` where nothing tells the time, so that no channel can be read.
     time: Option<TimeSource>,
-    choice: Choice,
+    choice: ColumnChoice,
     /// Columns that count the rows, each with whether its name says so.
     counters: Vec<(usize, bool)>,
     findings: Vec<Finding>,
 }
 
-impl Table {
+impl TableText {
     fn open(bytes: Vec<u8>, options: &ReadOptions, limits: &Limits) -> Result<Self, Error> {
-        let (mut text, mut findings) = encoding::decode(bytes, limits)?;
+        let (mut text, mut findings) = super::encoding::decode(bytes, limits)?;
         let lines = dialect::scan_lines(&mut text, limits)?;
         // The table reader takes a comment without a line end for an empty row.
         let last = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
@@ -132,7 +129,7 @@ impl Table {
         }
         let quoted = memchr::memchr(b'"', &text).is_some();
         dialect::check_lines(&text, separator, quoted, limits)?;
-        let layout = Layout::find(&text, separator, quoted, options, &mut findings)?;
+        let layout = TableLayout::find(&text, separator, quoted, options, &mut findings)?;
         Ok(Self {
             text,
             lines,
@@ -142,15 +139,15 @@ impl Table {
     }
 
     /// Finds the time and the columns of a selection.
-    fn plan(&self, options: &ReadOptions, selection: Selection) -> Result<Plan, Error> {
+    fn plan(&self, options: &ReadOptions, selection: Selection) -> Result<ReadPlan, Error> {
         let mut findings = self.findings.clone();
         let time = self
             .layout
             .time_or_left_out(options, selection, &mut findings)?;
-        let mut plan = Plan {
+        let mut plan = ReadPlan {
             selection,
             time,
-            choice: Choice::default(),
+            choice: ColumnChoice::default(),
             counters: Vec::new(),
             findings,
         };
@@ -215,20 +212,21 @@ impl Table {
     /// Reads the rows that the plans ask for in one pass; nothing for a plan without a time.
     fn rows(
         &self,
-        plans: &[Result<Plan, Error>],
+        plans: &[Result<ReadPlan, Error>],
         options: &ReadOptions,
         limits: &Limits,
     ) -> Vec<Option<Result<Rows, Error>>> {
-        let time_of = |plan: &Result<Plan, Error>| plan.as_ref().ok().and_then(|plan| plan.time);
+        let time_of =
+            |plan: &Result<ReadPlan, Error>| plan.as_ref().ok().and_then(|plan| plan.time);
         // Header and options tell the time, so that it is the same for all selections.
         let Some(time) = plans.iter().find_map(time_of) else {
             return plans.iter().map(|_| None).collect();
         };
-        let wanted: Vec<Wanted<'_>> = plans
+        let wanted: Vec<WantedColumns<'_>> = plans
             .iter()
             .flatten()
             .filter(|plan| plan.time.is_some())
-            .map(|plan| Wanted {
+            .map(|plan| WantedColumns {
                 selection: plan.selection,
                 columns: &plan.choice.columns,
                 counters: plan.counters.iter().map(|(column, _)| *column).collect(),
@@ -243,13 +241,13 @@ impl Table {
     /// Makes channels of the rows that were read for a plan.
     fn deliver(
         &self,
-        plan: Plan,
+        plan: ReadPlan,
         rows: Option<Result<Rows, Error>>,
         statuses: &[StatusColumn],
         options: &ReadOptions,
         limits: &Limits,
     ) -> Result<ReadOutcome, Error> {
-        let Plan {
+        let ReadPlan {
             selection,
             time,
             choice,
@@ -300,24 +298,14 @@ impl Table {
                 return Err(Error::from(ErrorKind::MissingUnit)
                     .at(Place::default().channel(column.name.clone())));
             }
-            let stated = column.stated();
-            own.extend(stated.findings(base.rate));
-            own.extend(column.name_findings());
-            own.extend(base.findings.iter().cloned());
-            let of_column = said.iter().filter(|said| said.is_of(*index));
-            own.extend(of_column.map(|said| said.finding.clone()));
-            let span = base.span(&values);
-            for mut finding in status::of_comments(&self.lines.words, &layout.columns, *index) {
-                span.hold(&mut finding);
-                own.push(finding);
-            }
+            self.tell(*index, &base, &values, &said, &mut own);
             let channel = Draft {
                 name: column.name.clone(),
                 unit,
                 start_s: base.start_s,
                 rate: base.rate,
                 values,
-                stated,
+                stated: column.stated(),
                 findings: own,
             };
             channels.push(channel.finish(options.time_zero_s));
@@ -327,6 +315,29 @@ impl Table {
             findings,
             ..ReadOutcome::default()
         })
+    }
+
+    /// Says of a column what its name and header, its clock and the words of the table tell.
+    fn tell(
+        &self,
+        index: usize,
+        base: &Base,
+        values: &[f64],
+        said: &[status::StatusFinding],
+        findings: &mut Vec<Finding>,
+    ) {
+        let columns = &self.layout.columns;
+        let column = &columns[index];
+        findings.extend(column.stated().findings(base.rate));
+        findings.extend(column.name_findings());
+        findings.extend(base.findings.iter().cloned());
+        let of_column = said.iter().filter(|said| said.is_of(index));
+        findings.extend(of_column.map(|said| said.finding.clone()));
+        let span = base.span(values);
+        for mut finding in status::of_comments(&self.lines.words, columns, index) {
+            span.hold(&mut finding);
+            findings.push(finding);
+        }
     }
 
     /// Says what is odd about the rows as they were written.
@@ -379,15 +390,11 @@ fn unit_of(column: &header::Column, options: &ReadOptions, findings: &mut Vec<Fi
     })
 }
 
-fn to_f64(count: usize) -> f64 {
-    count as f64
-}
-
 /// Returns the instant of a row on the file's clock [s]; of rows that repeat others none later
 /// than it.
 fn instant_of(row: usize, rows: &Rows, base: &Base) -> Option<f64> {
     if rows.stamps_s.is_empty() {
-        return Some(base.start_s + base.rate.interval().seconds() * to_f64(row));
+        return Some(base.start_s + base.rate.interval().seconds() * row as f64);
     }
     let repeated = rows.repeated.map_or(0, |(count, _)| count);
     rows.stamps_s.get(row.saturating_sub(repeated)).copied()
@@ -397,7 +404,7 @@ fn instant_of(row: usize, rows: &Rows, base: &Base) -> Option<f64> {
 fn faulty_counts(
     text: &[u8],
     rows: &Rows,
-    layout: &Layout,
+    layout: &TableLayout,
     counters: &[(usize, bool)],
     at_s: impl Fn(usize) -> Option<f64>,
 ) -> Vec<Finding> {
@@ -460,7 +467,7 @@ struct Base {
 impl Base {
     fn span(&self, values: &[f64]) -> Span {
         let interval_s = self.rate.interval().seconds();
-        let last = to_f64(values.len().saturating_sub(1));
+        let last = (values.len().saturating_sub(1)) as f64;
         Span {
             start_s: self.start_s,
             end_s: self.start_s + interval_s * last,
@@ -472,7 +479,7 @@ impl Base {
 fn find_base(
     text: &[u8],
     rows: &Rows,
-    layout: &Layout,
+    layout: &TableLayout,
     time: &TimeSource,
     options: &ReadOptions,
     limits: &Limits,
@@ -511,6 +518,23 @@ fn find_base(
         &format!("the time column `{name}`"),
         "state the setting `time_unit`, or leave out the rate",
     )?;
+    findings.extend(implausible_rate(rate, name, unit_stated, options)?);
+    Ok(Base {
+        start_s: fitted.start_s,
+        rate: fitted.rate,
+        findings: fitted.findings.clone(),
+        fitted: Some(fitted),
+    })
+}
+
+/// Doubts a rate [Hz] that crash recordings do not have: beyond all belief only the user's word
+/// counts.
+fn implausible_rate(
+    rate: f64,
+    name: &str,
+    unit_stated: bool,
+    options: &ReadOptions,
+) -> Result<Option<Finding>, Error> {
     if rate > INCREDIBLE && options.time_unit.is_none() && options.rate_hz.is_none() {
         return Err(Error::from(ErrorKind::Malformed {
             expected: "a time column of a rate that crash recordings have".into(),
@@ -522,28 +546,21 @@ fn find_base(
                 "its unit is likely another than the header says; state it with the setting `time_unit` = s|ms|us"
                     .into(),
         })
-        .at(Place::default().channel(name.clone())));
+        .at(Place::default().channel(name.to_string())));
     }
     let (low, high) = if unit_stated {
         PLAUSIBLE_STATED
     } else {
         PLAUSIBLE_ASSUMED
     };
-    if !(low..=high).contains(&rate) {
-        findings.push(Finding::warning(
+    Ok((!(low..=high).contains(&rate)).then(|| {
+        Finding::warning(
             "time-unit-implausible",
             format!(
-                "the time column `{}` gives {rate} Hz, which no crash recording has; state its unit with the setting `time_unit` = s|ms|us",
-                layout.columns[column].name
+                "the time column `{name}` gives {rate} Hz, which no crash recording has; state its unit with the setting `time_unit` = s|ms|us"
             ),
-        ));
-    }
-    Ok(Base {
-        start_s: fitted.start_s,
-        rate: fitted.rate,
-        findings: fitted.findings.clone(),
-        fitted: Some(fitted),
-    })
+        )
+    }))
 }
 
 /// Finds the time base of stamps that repeat, since they have too few digits, at a stated rate:
@@ -601,7 +618,7 @@ fn coarse_base(rows: &Rows, name: &str, rate: SampleRate) -> Result<Base, Error>
 }
 
 /// Says where the longest gap stands if filling the gaps takes more samples than allowed.
-fn at_longest_gap(error: Error, text: &[u8], rows: &Rows, layout: &Layout) -> Error {
+fn at_longest_gap(error: Error, text: &[u8], rows: &Rows, layout: &TableLayout) -> Error {
     let ErrorKind::LimitExceeded { limit, value, .. } = error.kind() else {
         return error;
     };

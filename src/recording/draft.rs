@@ -97,6 +97,24 @@ impl Span {
     }
 }
 
+/// Samples on a uniform clock, the file's.
+pub(super) struct UniformSamples {
+    pub(super) start_s: f64,
+    pub(super) rate: SampleRate,
+    pub(super) values: Vec<f64>,
+}
+
+impl UniformSamples {
+    pub(super) fn span(&self) -> Span {
+        let last = self.values.len().saturating_sub(1) as f64;
+        Span {
+            start_s: self.start_s,
+            end_s: self.start_s + last / self.rate.hertz(),
+            interval_s: 1.0 / self.rate.hertz(),
+        }
+    }
+}
+
 /// Says that a channel is not among those delivered.
 pub(super) fn left_out(name: &str, error: &impl std::fmt::Display) -> Finding {
     Finding::warning("channel-left-out", format!("{name} is left out: {error}"))

@@ -16,14 +16,14 @@
 mod curve;
 mod header;
 
-use super::draft::{self, Draft, Span, Unit};
+use super::draft::{self, Draft, UniformSamples, Unit};
 use super::source::Reader;
 use super::{Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
-use super::{csv::encoding, time_base};
+use super::{encoding, time_base};
 use crate::error::{Candidates, Error, ErrorKind, Place};
 use crate::units::SampleRate;
 use curve::Curve;
-use header::{Entry, Test};
+use header::{CurveEntry, TestInstruments};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
@@ -186,7 +186,7 @@ fn header_beside(
     source: &mut Reader,
     curve: &str,
     limits: &Limits,
-) -> Result<Option<(String, Test)>, Error> {
+) -> Result<Option<(String, TestInstruments)>, Error> {
     let Some((stem, _)) = curve.rsplit_once('.') else {
         return Ok(None);
     };
@@ -216,8 +216,8 @@ fn header_beside(
     }
     match found {
         Some((name, bytes)) => {
-            let test =
-                Test::read(bytes, limits).map_err(|error| error.at(Place::file(name.clone())))?;
+            let test = TestInstruments::read(bytes, limits)
+                .map_err(|error| error.at(Place::file(name.clone())))?;
             Ok(Some((name, test)))
         }
         None => Ok(None),
@@ -233,7 +233,7 @@ fn read_test(
     selections: &[Selection],
     limits: &Limits,
 ) -> Result<Outcomes, Error> {
-    let test = Test::read(bytes, limits)
+    let test = TestInstruments::read(bytes, limits)
         .map_err(|error| error.at(Place::file(header_name.to_string())))?;
     if test.entries.is_empty() {
         return Err(ErrorKind::Empty {
@@ -260,18 +260,18 @@ fn read_test(
 
 /// Returns the curves to read.
 fn selected<'a>(
-    test: &'a Test,
+    test: &'a TestInstruments,
     files: &CurveFiles,
     options: &ReadOptions,
     selection: Selection,
     findings: &mut Vec<Finding>,
-) -> Result<Vec<&'a Entry>, Error> {
+) -> Result<Vec<&'a CurveEntry>, Error> {
     if selection == Selection::Lateral {
         let (entry, finding) = choose(test, files, options)?;
         findings.extend(finding);
         return Ok(vec![entry]);
     }
-    let (there, absent): (Vec<&Entry>, Vec<&Entry>) = test
+    let (there, absent): (Vec<&CurveEntry>, Vec<&CurveEntry>) = test
         .entries
         .iter()
         .partition(|entry| files.name_of(entry.number).is_some());
@@ -291,7 +291,7 @@ fn selected<'a>(
 /// Reads the files of the curves into `outcome`.
 fn read_curves(
     source: &mut Reader,
-    entries: &[&Entry],
+    entries: &[&CurveEntry],
     files: &mut CurveFiles,
     outcome: &mut ReadOutcome,
     (options, selection): (&ReadOptions, Selection),
@@ -415,27 +415,36 @@ impl CurveFiles {
     }
 }
 
+/// Names curves for a message, not all where they are many.
+fn list(entries: &[&CurveEntry]) -> String {
+    const LISTED: usize = 40;
+    let mut names: Vec<String> = entries.iter().take(LISTED).map(|e| e.name()).collect();
+    if entries.len() > LISTED {
+        names.push(format!("{} more", entries.len() - LISTED));
+    }
+    names.join(", ")
+}
+
+fn ambiguous(several: &[&CurveEntry]) -> Error {
+    ErrorKind::AmbiguousChannel {
+        candidates: Candidates::named(several.iter().map(|entry| entry.name())),
+    }
+    .into()
+}
+
 /// Chooses the curve that is meant.
 fn choose<'a>(
-    test: &'a Test,
+    test: &'a TestInstruments,
     files: &CurveFiles,
     options: &ReadOptions,
-) -> Result<(&'a Entry, Option<Finding>), Error> {
-    let list = |entries: &[&Entry]| {
-        const LISTED: usize = 40;
-        let mut names: Vec<String> = entries.iter().take(LISTED).map(|e| e.name()).collect();
-        if entries.len() > LISTED {
-            names.push(format!("{} more", entries.len() - LISTED));
-        }
-        names.join(", ")
-    };
-    let accelerations: Vec<&Entry> = test
+) -> Result<(&'a CurveEntry, Option<Finding>), Error> {
+    let accelerations: Vec<&CurveEntry> = test
         .entries
         .iter()
         .filter(|entry| entry.sensor == "AC" && files.name_of(entry.number).is_some())
         .collect();
     if let Some(wanted) = &options.channel {
-        let found: Vec<&Entry> = test
+        let found: Vec<&CurveEntry> = test
             .entries
             .iter()
             .filter(|entry| entry.answers_to(wanted))
@@ -447,13 +456,10 @@ fn choose<'a>(
                 known: list(&accelerations),
             }
             .into()),
-            several => Err(ErrorKind::AmbiguousChannel {
-                candidates: Candidates::named(several.iter().map(|entry| entry.name())),
-            }
-            .into()),
+            several => Err(ambiguous(several)),
         };
     }
-    let mut candidates: Vec<&Entry> = accelerations
+    let mut candidates: Vec<&CurveEntry> = accelerations
         .iter()
         .copied()
         .filter(|entry| entry.is_lateral() && entry.is_structure())
@@ -490,17 +496,14 @@ fn choose<'a>(
             known: list(&accelerations),
         }
         .into()),
-        several => Err(ErrorKind::AmbiguousChannel {
-            candidates: Candidates::named(several.iter().map(|entry| entry.name())),
-        }
-        .into()),
+        several => Err(ambiguous(several)),
     }
 }
 
 /// Turns a curve file into a channel, with what its line of the `.EV5` says.
 fn channel(
     curve: &Curve,
-    entry: Option<&Entry>,
+    entry: Option<&CurveEntry>,
     label: &str,
     options: &ReadOptions,
     selection: Selection,
@@ -524,28 +527,22 @@ fn channel(
     {
         findings.extend(entry.not_lateral_finding());
     }
-    let clock = Clock::find(curve, entry, options, limits, &mut findings)?;
+    let clock = UniformSamples::find(curve, entry, options, limits, &mut findings)?;
     if let Some(entry) = entry {
         let confirmed = entry.clock().is_some()
             && !findings
                 .iter()
                 .any(|finding| finding.code == "time-contradicted");
         findings.extend(entry.time_unit_finding(confirmed));
-        let end_s =
-            clock.start_s + to_f64(clock.values.len().saturating_sub(1)) / clock.rate.hertz();
-        let span = Span {
-            start_s: clock.start_s,
-            end_s,
-            interval_s: 1.0 / clock.rate.hertz(),
-        };
+        let span = clock.span();
         for mut finding in entry.validity_findings() {
             span.hold(&mut finding);
             findings.push(finding);
         }
         findings.extend(entry.peak_finding(&clock.values));
-        findings.extend(entry.count_finding(curve.values.len(), end_s));
+        findings.extend(entry.count_finding(curve.values.len(), span.end_s));
     }
-    let stated = entry.map(Entry::stated).unwrap_or_default();
+    let stated = entry.map(CurveEntry::stated).unwrap_or_default();
     findings.extend(stated.findings(clock.rate));
     let draft = Draft {
         name: label.to_string(),
@@ -559,8 +556,8 @@ fn channel(
     Ok(draft.finish(options.time_zero_s))
 }
 
-fn unit_of(entry: Option<&Entry>, options: &ReadOptions, findings: &mut Vec<Finding>) -> Unit {
-    let own = entry.and_then(Entry::unit);
+fn unit_of(entry: Option<&CurveEntry>, options: &ReadOptions, findings: &mut Vec<Finding>) -> Unit {
+    let own = entry.and_then(CurveEntry::unit);
     let stated = own.map(|unit| (unit, "format"));
     Unit::find(stated, options, findings, |source, used| {
         let own = own?.name();
@@ -570,23 +567,16 @@ fn unit_of(entry: Option<&Entry>, options: &ReadOptions, findings: &mut Vec<Find
     })
 }
 
-/// The uniform clock of a curve.
-struct Clock {
-    start_s: f64,
-    rate: SampleRate,
-    values: Vec<f64>,
-}
-
-impl Clock {
+impl UniformSamples {
     /// Takes the clock that the `.EV5` states where the stamps agree with it, else theirs.
     fn find(
         curve: &Curve,
-        entry: Option<&Entry>,
+        entry: Option<&CurveEntry>,
         options: &ReadOptions,
         limits: &Limits,
         findings: &mut Vec<Finding>,
     ) -> Result<Self, Error> {
-        let stated = entry.and_then(Entry::clock);
+        let stated = entry.and_then(CurveEntry::clock);
         let Some((start_s, rate)) = stated else {
             return Self::of_stamps(curve, options, limits, findings);
         };
@@ -596,7 +586,7 @@ impl Clock {
             .stamps_s
             .iter()
             .enumerate()
-            .map(|(index, stamp)| (stamp - (start_s + to_f64(index) / stated)).abs())
+            .map(|(index, stamp)| (stamp - (start_s + index as f64 / stated)).abs())
             .fold(0.0, f64::max);
         if off <= half_digit + 0.01 / stated {
             return Ok(Self {
@@ -630,8 +620,4 @@ impl Clock {
             values: base.apply(&curve.stamps_s, curve.values.clone())?,
         })
     }
-}
-
-fn to_f64(count: usize) -> f64 {
-    count as f64
 }

@@ -15,6 +15,18 @@ pub enum Severity {
     Blocking,
 }
 
+impl Severity {
+    /// Name, as documents have it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Info => "info",
+            Self::Warning => "warning",
+            Self::Blocking => "blocking",
+        }
+    }
+}
+
 /// Something odd in a recording, its conditioning or its replay.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Finding {

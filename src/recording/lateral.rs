@@ -50,60 +50,21 @@ pub(super) fn choose(
             .filter(|i| wanted(columns[*i].1))
             .collect()
     };
-    let named = of(&|column| column.says_lateral_acceleration() && !other(column));
-    // Redundant sensors count only where no primary one does.
-    let primary: Vec<usize> = named
-        .iter()
-        .copied()
-        .filter(|i| !columns[*i].1.says_redundant())
-        .collect();
-    let mut named = if primary.is_empty() { named } else { primary };
-    // What was filtered does not stand in for what was not.
-    if let [only] = named.as_slice()
-        && columns[*only].1.says_filtered()
-    {
-        let taken = columns[*only].1;
-        let raw = of(&|column| {
-            !column.says_filtered()
-                && !other(column)
-                && !column.has_foreign_unit()
-                && (column.unit.is_some()
-                    || column.says_lateral_acceleration()
-                    || column.is_short_for(taken))
-        });
-        named.extend(raw);
-        named.sort_unstable();
-    }
+    let chosen = |index: usize, reason: &str| {
+        let (name, of) = (&columns[index].1.name, columns.len());
+        let text = format!("`{name}` was chosen among {of} channels, since {reason}");
+        (index, Some(Finding::info("channel-chosen", text)))
+    };
+    let named = named_lateral(columns);
     match named.as_slice() {
-        [only] => {
-            let column = columns[*only].1;
-            Ok((
-                *only,
-                Some(Finding::info(
-                    "channel-chosen",
-                    format!(
-                        "`{}` was chosen among {} channels, since its name alone says lateral acceleration",
-                        column.name,
-                        columns.len()
-                    ),
-                )),
-            ))
-        }
+        [only] => Ok(chosen(*only, "its name alone says lateral acceleration")),
         [] => {
             let accelerations = of(&|column| column.unit.is_some());
             let silent = of(&|column| column.unit.is_none() && !column.has_foreign_unit());
             match accelerations.as_slice() {
-                [only] if silent.is_empty() && !other(columns[*only].1) => Ok((
+                [only] if silent.is_empty() && !other(columns[*only].1) => Ok(chosen(
                     *only,
-                    Some(Finding::info(
-                        "channel-chosen",
-                        format!(
-                            "`{}` was chosen among {} channels, since it alone has a unit of \
-                             acceleration; its name does not say that it is lateral",
-                            columns[*only].1.name,
-                            columns.len()
-                        ),
-                    )),
+                    "it alone has a unit of acceleration; its name does not say that it is lateral",
                 )),
                 _ => Err(none()),
             }
@@ -123,4 +84,40 @@ pub(super) fn choose(
             })
         }
     }
+}
+
+/// Returns the columns whose names say lateral acceleration, and beside a filtered one those that
+/// may be the same without a filter.
+fn named_lateral(columns: &[(usize, &Column)]) -> Vec<usize> {
+    let named: Vec<usize> = (0..columns.len())
+        .filter(|i| {
+            let column = columns[*i].1;
+            column.says_lateral_acceleration() && column.not_lateral_finding().is_none()
+        })
+        .collect();
+    // Redundant sensors count only where no primary one does.
+    let primary: Vec<usize> = named
+        .iter()
+        .copied()
+        .filter(|i| !columns[*i].1.says_redundant())
+        .collect();
+    let mut named = if primary.is_empty() { named } else { primary };
+    // What was filtered does not stand in for what was not.
+    if let [only] = named.as_slice()
+        && columns[*only].1.says_filtered()
+    {
+        let taken = columns[*only].1;
+        let raw = (0..columns.len()).filter(|i| {
+            let column = columns[*i].1;
+            !column.says_filtered()
+                && column.not_lateral_finding().is_none()
+                && !column.has_foreign_unit()
+                && (column.unit.is_some()
+                    || column.says_lateral_acceleration()
+                    || column.is_short_for(taken))
+        });
+        named.extend(raw);
+        named.sort_unstable();
+    }
+    named
 }

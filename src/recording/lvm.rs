@@ -14,17 +14,17 @@
 mod header;
 
 use super::csv::header::Column;
-use super::csv::number::{Decimal, Marks, PrintedDigits};
-use super::draft::{self, Draft, Span, Unit};
+use super::draft::{self, Draft, Span, UniformSamples, Unit};
+use super::number::{Decimal, Marks, PrintedDigits};
 use super::source::Reader;
 use super::time_base::{self, TimeBase};
 use super::{
-    Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, csv,
-    csv::encoding, laboratory, lateral, text,
+    Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, csv, encoding,
+    laboratory, lateral, text,
 };
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use crate::units::SampleRate;
-use header::{Header, TimeColumns, Words};
+use header::{Header, OperatorText, TimeColumns};
 
 /// What to do where option or card state another rate than the file.
 const RATE_HINT: &str = "leave out the rate, or mend the header if it is the one that is wrong";
@@ -69,7 +69,7 @@ pub fn read(
     let content = String::from_utf8_lossy(&bytes);
     let (header, first_row) = Header::read(&content, limits)?;
     let (mut table, shares) =
-        Table::read(&content, &header, first_row, (options, selections), limits);
+        ChannelTable::read(&content, &header, first_row, (options, selections), limits);
     findings.extend(header.decimal_finding(table.decimal));
     findings.extend(table.silent_finding(&header));
     findings.extend(header.words.iter().filter_map(judged));
@@ -91,7 +91,7 @@ pub fn read(
 /// Makes channels of a table; the `last` time its samples are not copied, for there may be many.
 fn deliver(
     header: &Header,
-    table: &mut Table,
+    table: &mut ChannelTable,
     findings: Vec<Finding>,
     (options, selection): (&ReadOptions, Selection),
     last: bool,
@@ -126,7 +126,7 @@ fn deliver(
 }
 
 /// Judges words of a header by the reading that leaves the samples the least worth.
-fn judged(words: &Words) -> Option<Finding> {
+fn judged(words: &OperatorText) -> Option<Finding> {
     let found = words
         .readings
         .iter()
@@ -175,7 +175,7 @@ fn hold_against_channels(outcome: &mut ReadOutcome) {
 }
 
 /// The table of a file.
-struct Table {
+struct ChannelTable {
     /// Samples of each channel; empty where they are not wanted.
     values: Vec<Vec<f64>>,
     /// Number of samples of each channel.
@@ -237,7 +237,7 @@ impl ChannelMarks {
 const WORDS_TOLD: usize = 3;
 
 /// What one selection takes of the table.
-struct Share {
+struct SelectionProgress {
     /// Whether each channel is wanted.
     wanted: Vec<bool>,
     /// Cells taken so far.
@@ -246,7 +246,7 @@ struct Share {
     error: Option<Error>,
 }
 
-impl Share {
+impl SelectionProgress {
     fn takes(&self, channel: usize) -> bool {
         self.error.is_none() && self.wanted[channel]
     }
@@ -260,8 +260,8 @@ impl Share {
 struct TableReader<'a> {
     header: &'a Header,
     limits: &'a Limits,
-    table: Table,
-    shares: Vec<Share>,
+    table: ChannelTable,
+    shares: Vec<SelectionProgress>,
     time_columns: Vec<usize>,
     digits: Vec<PrintedDigits>,
     unannounced_digits: PrintedDigits,
@@ -278,7 +278,7 @@ fn at(line: u64, column: usize) -> Place {
     Place::default().line(line).column(column as u64 + 1)
 }
 
-impl Table {
+impl ChannelTable {
     /// Reads the rows once for all selections; what is wrong with one selection's channels leaves
     /// the others alone.
     fn read(
@@ -334,7 +334,7 @@ impl<'a> TableReader<'a> {
         let count = header.channels.len();
         let time_columns = header.time_columns();
         let stamps = time_columns.len();
-        let share = |selection: &Selection| Share {
+        let share = |selection: &Selection| SelectionProgress {
             wanted: (0..count)
                 .map(|index| match (&options.channel, selection) {
                     (Some(wanted), Selection::Lateral) => {
@@ -349,7 +349,7 @@ impl<'a> TableReader<'a> {
         Self {
             header,
             limits,
-            table: Table {
+            table: ChannelTable {
                 values: vec![Vec::new(); count],
                 lengths: vec![0; count],
                 stamps: vec![(Vec::new(), 0.0); stamps],
@@ -501,7 +501,7 @@ impl<'a> TableReader<'a> {
         Ok(())
     }
 
-    fn finish(self) -> (Table, Vec<Result<(), Error>>) {
+    fn finish(self) -> (ChannelTable, Vec<Result<(), Error>>) {
         let Self {
             mut table,
             mut shares,
@@ -525,7 +525,7 @@ impl<'a> TableReader<'a> {
             *digit = digits.last_digit();
         }
         table.unannounced.1 = self.unannounced_digits.last_digit();
-        let outcome = |share: Share| share.error.map_or(Ok(()), Err);
+        let outcome = |share: SelectionProgress| share.error.map_or(Ok(()), Err);
         (table, shares.into_iter().map(outcome).collect())
     }
 }
@@ -533,7 +533,7 @@ impl<'a> TableReader<'a> {
 /// Part of the interval by which a stamp may lie beside the stated clock, as for a time column.
 const JITTER: f64 = 0.01;
 
-impl Table {
+impl ChannelTable {
     /// Holds what stands in the X_Value column, where the header says that nothing does, against
     /// the clock of the header. It may count the rows, or repeat that clock.
     fn clock_finding(&self, start_s: f64, rate: SampleRate, samples: usize) -> Option<Finding> {
@@ -571,6 +571,21 @@ impl Table {
             ),
         ))
     }
+
+    /// Refuses a channel whose numbers have marks that may separate thousands or decimals.
+    fn check_marks(&self, index: usize) -> Result<(), Error> {
+        if let Some((place, cell)) = self.doubts.get(index).and_then(Option::as_ref) {
+            return Err(Error::from(ErrorKind::Malformed {
+                expected: "numbers whose mark is clear".into(),
+                found: format!(
+                    "`{cell}`, with no number in the column whose mark can only be a decimal one"
+                ),
+                hint: "the mark may separate thousands or decimals; declare it as Decimal_Separator if it is the decimal one, else export without marks between thousands".into(),
+            })
+            .at(place.clone()));
+        }
+        Ok(())
+    }
 }
 
 fn missing_cell(name: &str, place: Place) -> Error {
@@ -585,7 +600,7 @@ fn missing_cell(name: &str, place: Place) -> Error {
 /// Chooses the channels to deliver.
 fn choose(
     header: &Header,
-    table: &Table,
+    table: &ChannelTable,
     options: &ReadOptions,
     selection: Selection,
 ) -> Result<(Vec<usize>, Option<Finding>), Error> {
@@ -656,7 +671,7 @@ fn choose(
 
 fn channel(
     header: &Header,
-    table: &Table,
+    table: &ChannelTable,
     index: usize,
     values: Vec<f64>,
     (options, selection): (&ReadOptions, Selection),
@@ -672,16 +687,7 @@ fn channel(
         }
         .into());
     }
-    if let Some((place, cell)) = table.doubts.get(index).and_then(Option::as_ref) {
-        return Err(Error::from(ErrorKind::Malformed {
-            expected: "numbers whose mark is clear".into(),
-            found: format!(
-                "`{cell}`, with no number in the column whose mark can only be a decimal one"
-            ),
-            hint: "the mark may separate thousands or decimals; declare it as Decimal_Separator if it is the decimal one, else export without marks between thousands".into(),
-        })
-        .at(place.clone()));
-    }
+    table.check_marks(index)?;
     let unit = unit_of(column, options, &mut findings);
     if unit.unit.is_none() && selection == Selection::Lateral {
         return Err(match &column.unit_text {
@@ -707,7 +713,43 @@ fn channel(
             ),
         ));
     }
-    let (start_s, rate, values) = match header.time_slot(index) {
+    let UniformSamples {
+        start_s,
+        rate,
+        values,
+    } = on_clock(
+        (header, table, index),
+        values,
+        options,
+        limits,
+        &mut findings,
+    )?;
+    let stated = column.stated();
+    findings.extend(stated.findings(rate));
+    findings.extend(column.name_findings());
+    let draft = Draft {
+        name: column.name.clone(),
+        unit,
+        start_s,
+        rate,
+        values,
+        stated,
+        findings,
+    };
+    Ok(draft.finish(options.time_zero_s))
+}
+
+/// Puts the samples of a channel on its uniform clock: by its column of stamps, else as the header
+/// or the rate that was asked for has it.
+fn on_clock(
+    (header, table, index): (&Header, &ChannelTable, usize),
+    values: Vec<f64>,
+    options: &ReadOptions,
+    limits: &Limits,
+    findings: &mut Vec<Finding>,
+) -> Result<UniformSamples, Error> {
+    let described = &header.channels[index];
+    match header.time_slot(index) {
         Some(slot) => {
             let (stamps, digit) = &table.stamps[slot];
             let stamps = stamps.get(..values.len()).unwrap_or(stamps);
@@ -716,7 +758,11 @@ fn channel(
             findings.extend(implausible_rate(base.rate, "the time column", options)?);
             findings.extend(base.findings.iter().cloned());
             findings.extend(interval_finding(described.interval(), base.rate));
-            (base.start_s, base.rate, base.apply(stamps, values)?)
+            Ok(UniformSamples {
+                start_s: base.start_s,
+                rate: base.rate,
+                values: base.apply(stamps, values)?,
+            })
         }
         None => {
             let rate = match (described.interval(), options.rate_hz) {
@@ -737,22 +783,13 @@ fn channel(
                 .into());
             }
             findings.extend(table.clock_finding(described.start_s, rate, values.len()));
-            (described.start_s, rate, values)
+            Ok(UniformSamples {
+                start_s: described.start_s,
+                rate,
+                values,
+            })
         }
-    };
-    let stated = column.stated();
-    findings.extend(stated.findings(rate));
-    findings.extend(column.name_findings());
-    let draft = Draft {
-        name: column.name.clone(),
-        unit,
-        start_s,
-        rate,
-        values,
-        stated,
-        findings,
-    };
-    Ok(draft.finish(options.time_zero_s))
+    }
 }
 
 /// Doubts a rate that crash recordings do not have: beyond all belief only the user's word counts.

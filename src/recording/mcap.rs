@@ -44,13 +44,13 @@ use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use ::mcap::McapError;
 use ::mcap::records::op;
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use layout::{Laid, Schema, Wanted};
+use layout::{Laid, Schema, WantedFields};
 use records::{
-    ChannelRecord, ChunkRecord, Inside, MessageRecord, PREFIX_BYTES, SchemaRecord,
+    ChannelRecord, ChunkRecord, ChunkRecords, MessageRecord, PREFIX_BYTES, SchemaRecord,
     StatisticsRecord, damaged,
 };
 use schema::Budget;
-use series::{Series, Standing};
+use series::{Standing, TopicSeries};
 use std::collections::BTreeMap;
 use std::io::Read;
 
@@ -86,18 +86,18 @@ pub fn read(
     limits: &Limits,
 ) -> Result<Outcomes, Error> {
     options.refuse_other_clock("an MCAP log", "")?;
-    let log = |selection: &Selection| Log::new(options, *selection, limits);
+    let log = |selection: &Selection| LogReader::new(options, *selection, limits);
     let mut logs = Logs(selections.iter().map(|one| Ok(log(one))).collect());
     stream(source, &mut logs, limits)?;
     Ok(logs.0.into_iter().map(|log| log?.finish()).collect())
 }
 
 /// The logs of all selections, which take the same records in; one that failed takes no more.
-struct Logs<'a>(Vec<Result<Log<'a>, Error>>);
+struct Logs<'a>(Vec<Result<LogReader<'a>, Error>>);
 
 impl<'a> Logs<'a> {
     /// Hands something to each log that has not failed.
-    fn each(&mut self, mut take: impl FnMut(&mut Log<'a>) -> Result<(), Error>) {
+    fn each(&mut self, mut take: impl FnMut(&mut LogReader<'a>) -> Result<(), Error>) {
         for log in &mut self.0 {
             if let Ok(open) = log
                 && let Err(error) = take(open)
@@ -125,7 +125,7 @@ impl<'a> Logs<'a> {
     fn chunk(&mut self, data: &[u8], byte: u64, limits: &Limits) -> Result<(), Error> {
         let chunk = ChunkRecord::read(data, limits)?;
         let records = decompress::records(&chunk, limits)?;
-        let mut inside = Inside::new(&records);
+        let mut inside = ChunkRecords::new(&records);
         let place = Place::default().byte(byte);
         while let Some((opcode, data)) = inside.next()? {
             self.each(|log| {
@@ -194,7 +194,7 @@ fn read_some(source: &mut Reader, buffer: &mut [u8]) -> Result<usize, Error> {
 }
 
 /// Says in our words what the framing of the file has wrong.
-fn framing(error: &McapError, log: &Log<'_>) -> Error {
+fn framing(error: &McapError, log: &LogReader<'_>) -> Error {
     let account = &log.account;
     let after = format!("after {} messages", log.messages);
     match error {
@@ -239,7 +239,7 @@ fn framing(error: &McapError, log: &Log<'_>) -> Error {
     }
 }
 
-fn too_large(found: &str, log: &Log<'_>) -> Error {
+fn too_large(found: &str, log: &LogReader<'_>) -> Error {
     ErrorKind::LimitExceeded {
         limit: "mcap_record_bytes",
         value: log.limits.mcap_record_bytes,
@@ -282,14 +282,14 @@ struct Topic {
     schema_id: u16,
     messages: u64,
     /// What is wanted of it, if anything.
-    wanted: Option<Wanted>,
+    wanted: Option<WantedFields>,
     /// What was read of it, from its first message on.
-    series: Option<Series>,
+    series: Option<TopicSeries>,
 }
 
 /// The state of reading one file.
 #[derive(Debug)]
-struct Log<'a> {
+struct LogReader<'a> {
     options: &'a ReadOptions,
     selection: Selection,
     limits: &'a Limits,
@@ -297,7 +297,7 @@ struct Log<'a> {
     schema_bytes: u64,
     topics: BTreeMap<u16, Topic>,
     /// Where in the messages of a type stands what is wanted of it.
-    layouts: BTreeMap<(u16, String, Wanted), Laid>,
+    layouts: BTreeMap<(u16, String, WantedFields), Laid>,
     /// What the message types may still cost.
     budget: Budget,
     /// Values kept in all.
@@ -306,7 +306,7 @@ struct Log<'a> {
     account: Account,
 }
 
-impl<'a> Log<'a> {
+impl<'a> LogReader<'a> {
     fn new(options: &'a ReadOptions, selection: Selection, limits: &'a Limits) -> Self {
         Self {
             options,
@@ -484,7 +484,7 @@ impl<'a> Log<'a> {
     }
 
     /// Tells what is wanted of a topic, if anything.
-    fn wanted(&mut self, record: &ChannelRecord<'_>) -> Result<Option<Wanted>, Error> {
+    fn wanted(&mut self, record: &ChannelRecord<'_>) -> Result<Option<WantedFields>, Error> {
         if self.selection == Selection::Lateral
             && let Some(name) = &self.options.channel
         {
@@ -492,10 +492,10 @@ impl<'a> Log<'a> {
                 return Ok(None);
             };
             return Ok(if path.is_empty() {
-                Some(Wanted::Lateral)
+                Some(WantedFields::Lateral)
             } else {
                 path.strip_prefix(':')
-                    .map(|path| Wanted::Path(path.to_string()))
+                    .map(|path| WantedFields::Path(path.to_string()))
             });
         }
         let likely = match self.schemas.get_mut(&record.schema_id) {
@@ -513,10 +513,10 @@ impl<'a> Log<'a> {
         };
         Ok(match self.selection {
             _ if !likely => None,
-            Selection::Every => Some(Wanted::Every),
+            Selection::Every => Some(WantedFields::Every),
             // A dummy's acceleration is not taken unless it is asked for.
             Selection::Lateral if layout::is_elsewhere(record.topic) => None,
-            Selection::Lateral => Some(Wanted::Lateral),
+            Selection::Lateral => Some(WantedFields::Lateral),
         })
     }
 
@@ -544,7 +544,7 @@ impl<'a> Log<'a> {
             };
             Some(laid)
         };
-        topic.series = Some(Series::new(
+        topic.series = Some(TopicSeries::new(
             &topic.name,
             wanted,
             laid.as_ref(),
@@ -656,10 +656,10 @@ impl<'a> Log<'a> {
     }
 
     /// Returns the series that can be meant, and the topics without a message.
-    fn sift(&mut self, findings: &mut Vec<Finding>) -> (Vec<(u16, Series)>, Vec<String>) {
-        let mut series: Vec<(u16, Series)> = Vec::new();
+    fn sift(&mut self, findings: &mut Vec<Finding>) -> (Vec<(u16, TopicSeries)>, Vec<String>) {
+        let mut series: Vec<(u16, TopicSeries)> = Vec::new();
         let mut silent: Vec<String> = Vec::new();
-        let mut doubtful: Vec<(u16, Series)> = Vec::new();
+        let mut doubtful: Vec<(u16, TopicSeries)> = Vec::new();
         let named = self.options.channel.is_some() && self.selection == Selection::Lateral;
         for (id, topic) in &mut self.topics {
             if topic.wanted.is_none() {
@@ -707,7 +707,7 @@ impl<'a> Log<'a> {
     }
 
     /// Makes the channel of the series that was chosen.
-    fn finish_chosen(&self, one: Series) -> Result<Channel, Error> {
+    fn finish_chosen(&self, one: TopicSeries) -> Result<Channel, Error> {
         let mut channels = one.finish(self.options, self.limits)?;
         let Some((name, channel)) = channels.pop() else {
             return Err(ErrorKind::NoChannel { known: self.list() }.into());
@@ -734,14 +734,14 @@ impl<'a> Log<'a> {
     /// Returns the one series that can be meant.
     fn choose(
         &self,
-        mut series: Vec<(u16, Series)>,
+        mut series: Vec<(u16, TopicSeries)>,
         silent: &[String],
         topics: String,
-    ) -> Result<Series, Error> {
+    ) -> Result<TopicSeries, Error> {
         if series.len() > 1 {
             // Names tell topics apart, except where one name was asked for and several fit.
             let named = self.options.channel.is_some();
-            let one = |(id, series): &(u16, Series)| match named {
+            let one = |(id, series): &(u16, TopicSeries)| match named {
                 true => Candidate {
                     name: series.name(),
                     twin: Some(format!("channel id {id}")),
@@ -773,7 +773,7 @@ impl<'a> Log<'a> {
 
     fn finish_every(
         &self,
-        series: Vec<(u16, Series)>,
+        series: Vec<(u16, TopicSeries)>,
         outcome: &mut ReadOutcome,
     ) -> Result<(), Error> {
         let taken: Vec<u16> = series.iter().map(|(id, _)| *id).collect();

@@ -22,17 +22,16 @@ pub(super) mod code;
 mod names;
 mod package;
 
-use super::draft::{self, Draft, Span, Unit};
+use super::draft::{self, Draft, UniformSamples, Unit};
 use super::source::Reader;
 use super::time_base::TimeBase;
 use super::{
-    Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, csv::encoding,
-    text,
+    Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, encoding, text,
 };
 use crate::error::{Candidates, Error, ErrorKind, Place};
 use crate::units::{SampleRate, TimeUnit};
 use channel::{ChannelHeader, Samples};
-use package::{Entry, Package};
+use package::{ChannelEntry, Package};
 use std::collections::BTreeMap;
 
 /// Recognises archives, folders with an .mme or .chn file, and single files of a test.
@@ -86,7 +85,7 @@ pub fn read(
         let choice = selected(&package, &channels, &sides, options, *selection);
         let read = choice.and_then(|(wanted, finding)| {
             outcome.findings.extend(finding);
-            let mut test = Test {
+            let mut test = TestReader {
                 package: &mut package,
                 source: &mut *source,
                 channels: &channels,
@@ -105,8 +104,8 @@ pub fn read(
 /// Returns the channels to read, and what is to be said about the choice.
 fn selected(
     package: &Package,
-    channels: &[Entry],
-    sides: &BTreeMap<u8, code::Side>,
+    channels: &[ChannelEntry],
+    sides: &BTreeMap<u8, code::VehicleSide>,
     options: &ReadOptions,
     selection: Selection,
 ) -> Result<(Vec<usize>, Option<Finding>), Error> {
@@ -126,16 +125,16 @@ fn selected(
 }
 
 /// A test whose channels are read for one selection.
-struct Test<'a, 'r> {
+struct TestReader<'a, 'r> {
     package: &'a mut Package,
     source: &'a mut Reader<'r>,
-    channels: &'a [Entry],
+    channels: &'a [ChannelEntry],
     options: &'a ReadOptions,
     selection: Selection,
     limits: &'a Limits,
 }
 
-impl Test<'_, '_> {
+impl TestReader<'_, '_> {
     /// Reads the channels into `outcome`.
     fn read(&mut self, wanted: &[usize], outcome: &mut ReadOutcome) -> Result<(), Error> {
         let limits = self.limits;
@@ -183,7 +182,7 @@ impl Test<'_, '_> {
 }
 
 /// Refuses a name that the one channel file given does not bear.
-fn check_named(entry: &Entry, options: &ReadOptions) -> Result<(), Error> {
+fn check_named(entry: &ChannelEntry, options: &ReadOptions) -> Result<(), Error> {
     match &options.channel {
         Some(wanted) if !entry.answers_to(wanted) => Err(ErrorKind::NoSuchChannel {
             wanted: wanted.clone(),
@@ -195,7 +194,7 @@ fn check_named(entry: &Entry, options: &ReadOptions) -> Result<(), Error> {
 }
 
 /// Gives channels that share a code the number of their file.
-fn name_twins(channels: &mut [Entry]) {
+fn name_twins(channels: &mut [ChannelEntry]) {
     let labels: Vec<String> = channels.iter().map(|entry| entry.label.clone()).collect();
     for (index, entry) in channels.iter_mut().enumerate() {
         let twins = labels
@@ -209,7 +208,7 @@ fn name_twins(channels: &mut [Entry]) {
 }
 
 /// Lists channels for a message.
-fn list<'a>(entries: impl Iterator<Item = &'a Entry>) -> String {
+fn list<'a>(entries: impl Iterator<Item = &'a ChannelEntry>) -> String {
     const LISTED: usize = 40;
     let mut names: Vec<String> = entries.map(|entry| entry.label.clone()).collect();
     let more = names.len().saturating_sub(LISTED);
@@ -222,14 +221,14 @@ fn list<'a>(entries: impl Iterator<Item = &'a Entry>) -> String {
 
 /// Chooses the channel that is meant.
 fn choose(
-    channels: &[Entry],
-    sides: &BTreeMap<u8, code::Side>,
+    channels: &[ChannelEntry],
+    sides: &BTreeMap<u8, code::VehicleSide>,
     options: &ReadOptions,
 ) -> Result<(usize, Option<Finding>), Error> {
     if let Some(wanted) = &options.channel {
         return named(channels, wanted);
     }
-    let of = |wanted: &dyn Fn(&Entry) -> bool| -> Vec<usize> {
+    let of = |wanted: &dyn Fn(&ChannelEntry) -> bool| -> Vec<usize> {
         (0..channels.len())
             .filter(|index| wanted(&channels[*index]))
             .collect()
@@ -290,8 +289,8 @@ fn choose(
 /// Says what was weighed in the choice: among how many channels of acceleration, if it was not the
 /// only one, and whether it lies `by_side` of the impact or on the other.
 fn choice_finding(
-    chosen: &Entry,
-    sides: &BTreeMap<u8, code::Side>,
+    chosen: &ChannelEntry,
+    sides: &BTreeMap<u8, code::VehicleSide>,
     count: Option<usize>,
     by_side: &str,
 ) -> Option<Finding> {
@@ -322,8 +321,8 @@ fn choice_finding(
 }
 
 /// Finds the channel of a name or pattern.
-fn named(channels: &[Entry], wanted: &str) -> Result<(usize, Option<Finding>), Error> {
-    let of = |fits: &dyn Fn(&Entry) -> bool| -> Vec<usize> {
+fn named(channels: &[ChannelEntry], wanted: &str) -> Result<(usize, Option<Finding>), Error> {
+    let of = |fits: &dyn Fn(&ChannelEntry) -> bool| -> Vec<usize> {
         (0..channels.len())
             .filter(|index| fits(&channels[*index]))
             .collect()
@@ -344,7 +343,7 @@ fn named(channels: &[Entry], wanted: &str) -> Result<(usize, Option<Finding>), E
     }
 }
 
-fn ambiguous(channels: &[Entry], several: &[usize]) -> Error {
+fn ambiguous(channels: &[ChannelEntry], several: &[usize]) -> Error {
     ErrorKind::AmbiguousChannel {
         candidates: Candidates::named(several.iter().map(|i| channels[*i].label.as_str())),
     }
@@ -354,7 +353,11 @@ fn ambiguous(channels: &[Entry], several: &[usize]) -> Error {
 /// Keeps, of the lateral channels of one test object, those near a latch before others, primary
 /// sensors before redundant ones and those on the struck side before the rest; returns whether
 /// the side decided.
-fn preferred(channels: &[Entry], found: &mut Vec<usize>, side: Option<code::Side>) -> bool {
+fn preferred(
+    channels: &[ChannelEntry],
+    found: &mut Vec<usize>,
+    side: Option<code::VehicleSide>,
+) -> bool {
     let coded = |index: &usize| channels[*index].header.code();
     let near = |index: &usize| coded(index).is_some_and(code::Code::is_near_a_latch);
     if found.iter().any(near) {
@@ -373,7 +376,7 @@ fn preferred(channels: &[Entry], found: &mut Vec<usize>, side: Option<code::Side
     decides
 }
 
-impl Test<'_, '_> {
+impl TestReader<'_, '_> {
     /// Reads one channel; `None` for a channel of times.
     fn channel(&mut self, index: usize) -> Result<Option<Channel>, Error> {
         let entry = &self.channels[index];
@@ -456,11 +459,11 @@ fn unit_of(header: &ChannelHeader, options: &ReadOptions, findings: &mut Vec<Fin
 
 /// Returns the channel of times that a header names; `None` if there is none of that name.
 fn channel_of_times<'a>(
-    channels: &'a [Entry],
+    channels: &'a [ChannelEntry],
     own: usize,
     name: &str,
-) -> Result<Option<&'a Entry>, Error> {
-    let mut named: Vec<&Entry> = channels
+) -> Result<Option<&'a ChannelEntry>, Error> {
+    let mut named: Vec<&ChannelEntry> = channels
         .iter()
         .enumerate()
         .filter(|(index, entry)| *index != own && entry.is_named(name))
@@ -483,23 +486,7 @@ fn channel_of_times<'a>(
     }
 }
 
-/// The uniform clock of a channel.
-struct Clock {
-    start_s: f64,
-    rate: SampleRate,
-    values: Vec<f64>,
-}
-
-impl Clock {
-    fn span(&self) -> Span {
-        let last = to_f64(self.values.len().saturating_sub(1));
-        Span {
-            start_s: self.start_s,
-            end_s: self.start_s + last / self.rate.hertz(),
-            interval_s: 1.0 / self.rate.hertz(),
-        }
-    }
-
+impl UniformSamples {
     /// Says that samples are missing between two that are there.
     fn hole(&self, samples: &Samples, (from, to): (usize, usize)) -> Finding {
         // The last sample that is there before the hole.
@@ -512,18 +499,18 @@ impl Clock {
                 samples.count
             ),
         )
-        .at(self.start_s + to_f64(last) / self.rate.hertz())
+        .at(self.start_s + last as f64 / self.rate.hertz())
     }
 }
 
-impl Test<'_, '_> {
+impl TestReader<'_, '_> {
     /// Finds the clock of a channel: a channel of times, else what its header states.
     fn clock(
         &mut self,
         own: usize,
         samples: &Samples,
         findings: &mut Vec<Finding>,
-    ) -> Result<Clock, Error> {
+    ) -> Result<UniformSamples, Error> {
         let header = &self.channels[own].header;
         if let Some(name) = header.reference_channel()? {
             if let Some(times) = channel_of_times(self.channels, own, name)? {
@@ -575,9 +562,9 @@ impl Test<'_, '_> {
         let start_s = if samples.skipped == 0 {
             first
         } else {
-            first + to_f64(samples.skipped) / rate.hertz()
+            first + samples.skipped as f64 / rate.hertz()
         };
-        Ok(Clock {
+        Ok(UniformSamples {
             start_s,
             rate,
             values: samples.values.clone(),
@@ -587,11 +574,11 @@ impl Test<'_, '_> {
     /// Takes the clock that a channel of times gives.
     fn explicit_clock(
         &mut self,
-        times: &Entry,
+        times: &ChannelEntry,
         header: &ChannelHeader,
         samples: &Samples,
         findings: &mut Vec<Finding>,
-    ) -> Result<Clock, Error> {
+    ) -> Result<UniformSamples, Error> {
         let file = self.package.place_of(&times.file);
         let place = || file.clone().channel(times.label.clone());
         times
@@ -631,7 +618,7 @@ impl Test<'_, '_> {
         let base =
             TimeBase::fit(&stamps_s, digit, self.limits).map_err(|error| error.at(place()))?;
         findings.extend(base.findings.iter().cloned());
-        Ok(Clock {
+        Ok(UniformSamples {
             start_s: base.start_s,
             rate: base.rate,
             values: base.apply(&stamps_s, samples.values.clone())?,
@@ -641,8 +628,4 @@ impl Test<'_, '_> {
 
 fn to_float(limit: u64) -> f64 {
     limit as f64
-}
-
-fn to_f64(count: usize) -> f64 {
-    count as f64
 }

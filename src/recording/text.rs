@@ -1,7 +1,7 @@
 //! What readers of text share: lines within limits, decimal numbers as the file writes them.
 
 use super::Limits;
-use super::csv::number::{self, Decimal, Fault, PrintedDigits};
+use super::number::{self, Decimal, NumberFault, PrintedDigits};
 use crate::error::{Error, ErrorKind, Place};
 
 /// Refuses a text with a line that is too long.
@@ -93,18 +93,18 @@ pub(super) fn sample(cell: &str, decimal: &mut Decimal) -> Result<f64, Error> {
     number::parse(cell.as_bytes(), decimal).map_err(|fault| {
         let found = shown(cell);
         match fault {
-            Fault::NonFinite => ErrorKind::NonFinite { found },
-            Fault::Empty => ErrorKind::Malformed {
+            NumberFault::NonFinite => ErrorKind::NonFinite { found },
+            NumberFault::Empty => ErrorKind::Malformed {
                 expected: "a number".into(),
                 found: "nothing".into(),
                 hint: "a missing sample is not taken for zero; mend the export".into(),
             },
-            Fault::Text => ErrorKind::Malformed {
+            NumberFault::Text => ErrorKind::Malformed {
                 expected: "a number".into(),
                 found: format!("`{found}`"),
                 hint: "mend the export".into(),
             },
-            Fault::OtherMark => ErrorKind::Malformed {
+            NumberFault::OtherMark => ErrorKind::Malformed {
                 expected: "the same decimal mark in all numbers".into(),
                 found: format!("`{found}`"),
                 hint: "export again with decimal points".into(),

@@ -28,19 +28,6 @@ const CHOSEN_DIGITS: usize = 3;
 /// Significant digits beyond which rounding to a plain number gains nothing.
 const PLAIN_DIGITS: usize = 7;
 
-/// A channel brought to a uniform time base.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Regular {
-    /// Time of the first sample [s].
-    pub start_s: f64,
-    /// Sample rate.
-    pub rate: SampleRate,
-    /// The samples, in the unit they came in.
-    pub values: Vec<f64>,
-    /// What was found odd in the stamps.
-    pub findings: Vec<Finding>,
-}
-
 /// Returns the rate that an interval [s] printed with a last digit of `printed_digit_s` [s]
 /// means: the plainest one within half that digit, as for stamps.
 ///
@@ -57,28 +44,6 @@ pub fn rate_of_interval(interval_s: f64, printed_digit_s: f64) -> Result<SampleR
     let slack = 0.5 * digit * (1.0 + 1e-9) + 4.0 * f64::EPSILON * interval_s;
     let plain = plain_rates(interval_s, slack, 15).next();
     SampleRate::from_hertz(plain.unwrap_or(stated.rate().hertz()))
-}
-
-/// Brings samples at increasing stamps [s] to a uniform time base, within the usual limits.
-///
-/// `printed_digit_s` is the size of the last printed digit of a stamp [s], 0 if unknown.
-///
-/// # Errors
-///
-/// Those of [`TimeBase::fit`] and [`TimeBase::apply`].
-pub fn regularise(
-    stamps_s: &[f64],
-    values: Vec<f64>,
-    printed_digit_s: f64,
-) -> Result<Regular, Error> {
-    let base = TimeBase::fit(stamps_s, printed_digit_s, &Limits::default())?;
-    let values = base.apply(stamps_s, values)?;
-    Ok(Regular {
-        start_s: base.start_s,
-        rate: base.rate,
-        values,
-        findings: base.findings,
-    })
 }
 
 /// A uniform time base found in stamps; it serves every channel that shares them.
@@ -119,19 +84,19 @@ impl TimeBase {
     /// - [`ErrorKind::LimitExceeded`] if filling gaps would take more samples than allowed.
     pub fn fit(stamps_s: &[f64], printed_digit_s: f64, limits: &Limits) -> Result<Self, Error> {
         check_stamps(stamps_s)?;
-        if let Some(clock) = Clock::without_gaps(stamps_s, printed_digit_s) {
-            let indices = (0..stamps_s.len()).map(to_f64);
+        if let Some(clock) = ClockEstimate::without_gaps(stamps_s, printed_digit_s) {
+            let indices = (0..stamps_s.len()).map(|count| count as f64);
             if let Some(line) = clock.fit_line(stamps_s, indices) {
                 return line.into_base(stamps_s.len(), Way::Keep, Vec::new(), limits);
             }
         }
-        let clock = Clock::measure(stamps_s, printed_digit_s);
+        let clock = ClockEstimate::measure(stamps_s, printed_digit_s);
         // One or two long steps fit many a line if a stamp has few digits: a row missing from
         // a 10 kHz record printed to 0.1 ms looks like a clock of 9997 Hz. The missing row is
         // the likelier story, and the safer one. Three or more that still fit a line cannot
         // be chance, for their distances must then agree to one row.
         if clock.long_steps == 0 || clock.long_steps >= 3 {
-            let indices = (0..stamps_s.len()).map(to_f64);
+            let indices = (0..stamps_s.len()).map(|count| count as f64);
             if let Some(line) = clock.fit_line(stamps_s, indices) {
                 return line.into_base(stamps_s.len(), Way::Keep, Vec::new(), limits);
             }
@@ -145,7 +110,7 @@ impl TimeBase {
             }
         }
         findings.push(clock.irregular_finding());
-        let line = Line {
+        let line = ClockLine {
             start: stamps_s[0],
             rate: clock.rate_to_resample(),
         };
@@ -182,12 +147,6 @@ impl TimeBase {
                 interpolate(places, &values, self.samples)
             }
         })
-    }
-
-    /// Tells whether every sample stayed as it was recorded.
-    #[must_use]
-    pub fn is_uniform(&self) -> bool {
-        self.way == Way::Keep
     }
 }
 
@@ -233,7 +192,7 @@ fn half_digit(digit: f64, first: f64, last: f64) -> f64 {
 }
 
 /// What the stamps say about their clock before a line is fitted.
-struct Clock {
+struct ClockEstimate {
     /// Last stamp less the first [s].
     span: f64,
     /// Median step [s]; no number where it was not needed.
@@ -250,7 +209,7 @@ struct Clock {
     digit: f64,
 }
 
-impl Clock {
+impl ClockEstimate {
     /// Measures a clock whose steps are so alike that none can be a gap, whatever their median;
     /// most are, and need no median then. `None` for any other.
     fn without_gaps(stamps_s: &[f64], printed_digit_s: f64) -> Option<Self> {
@@ -266,7 +225,7 @@ impl Clock {
         alike.then(|| Self {
             span,
             median: f64::NAN,
-            mean: span / to_f64(stamps_s.len() - 1),
+            mean: span / (stamps_s.len() - 1) as f64,
             step_range: (shortest, longest),
             long_steps: 0,
             half_digit: half_digit(printed_digit_s.max(0.0), first, last),
@@ -301,7 +260,7 @@ impl Clock {
         Self {
             span,
             median,
-            mean: sum / to_f64(count.max(1)),
+            mean: sum / count.max(1) as f64,
             step_range: range,
             long_steps: steps.len() - count,
             half_digit: half_digit(digit, first, last),
@@ -315,7 +274,7 @@ impl Clock {
         &self,
         stamps_s: &[f64],
         indices: impl Iterator<Item = f64> + Clone,
-    ) -> Option<Line> {
+    ) -> Option<ClockLine> {
         let steps = indices.clone().last().unwrap_or(0.0);
         let interval = least_squares_interval(stamps_s, indices.clone());
         if !(interval.is_finite() && interval > 0.0 && steps > 0.0) {
@@ -323,7 +282,7 @@ impl Clock {
         }
         let try_rate = |rate: f64, tolerance: f64| {
             let range = residual_range(stamps_s, indices.clone(), 1.0 / rate, 2.0 * tolerance)?;
-            Some(Line {
+            Some(ClockLine {
                 start: start_within(range, stamps_s[0], rate, tolerance),
                 rate,
             })
@@ -433,12 +392,12 @@ impl Clock {
 }
 
 /// A uniform clock: start [s] and rate [Hz].
-struct Line {
+struct ClockLine {
     start: f64,
     rate: f64,
 }
 
-impl Line {
+impl ClockLine {
     fn into_base(
         self,
         samples: usize,
@@ -479,7 +438,7 @@ fn count_samples(steps: f64) -> Result<usize, Error> {
 
 /// Returns the slope of the least-squares line through the stamps over their indices [s].
 fn least_squares_interval(stamps_s: &[f64], indices: impl Iterator<Item = f64> + Clone) -> f64 {
-    let count = to_f64(stamps_s.len());
+    let count = stamps_s.len() as f64;
     let first = stamps_s[0];
     let index_mean = indices.clone().sum::<f64>() / count;
     let stamp_mean = stamps_s.iter().map(|stamp| stamp - first).sum::<f64>() / count;
@@ -586,8 +545,8 @@ fn interpolate(places: impl Iterator<Item = f64>, values: &[f64], samples: usize
     let mut result = Vec::with_capacity(samples);
     let mut before: Option<(f64, f64)> = None;
     for (place, value) in places.zip(values.iter().copied()) {
-        while result.len() < samples && to_f64(result.len()) <= place {
-            let wanted = to_f64(result.len());
+        while result.len() < samples && (result.len() as f64) <= place {
+            let wanted = result.len() as f64;
             result.push(match before {
                 Some((from, start)) if wanted < place && place > from => {
                     start + (value - start) * ((wanted - from) / (place - from))
@@ -600,8 +559,4 @@ fn interpolate(places: impl Iterator<Item = f64>, values: &[f64], samples: usize
     let last = values.last().copied().unwrap_or(0.0);
     result.resize(samples, last);
     result
-}
-
-fn to_f64(count: usize) -> f64 {
-    count as f64
 }

@@ -4,7 +4,7 @@ use super::forcing::Sine;
 use super::kernel::Kernel;
 use super::recorder::Recorder;
 use super::tangent::Tangent;
-use super::{Outcome, RunOptions};
+use super::{RunOptions, RunOutcome};
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::model::excitation::Harmonic;
@@ -66,7 +66,7 @@ pub(super) fn run(
     end: f64,
     design: &Design,
     options: &RunOptions,
-) -> Outcome {
+) -> RunOutcome {
     pulp::Arch::new().dispatch(HarmonicRun {
         excitation,
         end,
@@ -84,10 +84,10 @@ struct HarmonicRun<'a> {
 }
 
 impl pulp::WithSimd for HarmonicRun<'_> {
-    type Output = Outcome;
+    type Output = RunOutcome;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _simd: S) -> Outcome {
+    fn with_simd<S: pulp::Simd>(self, _simd: S) -> RunOutcome {
         let mut kernel = super::begin(0.0, self.design, self.options);
         let quarters = Quarters::new(self.excitation, &kernel);
         if self.options.trace {

@@ -11,7 +11,7 @@ use super::forcing::{Forcing, LinearForcing, SINE_ORDER, Sine};
 use super::recorder::{COUNTED_SPEED, Peak, Recorder};
 use super::sensitivity::{Sensitivity, Smooth, Smooths, StateMap};
 use super::tangent::{Tangent, TangentStep};
-use super::taylor::{Branch, Series, Start, Tolerance, Turned};
+use super::taylor::{Branch, Start, TaylorSeries, Tolerance, Turned};
 use crate::model::design::Design;
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
@@ -407,7 +407,7 @@ impl Kernel {
         if start.lifting {
             excitation.as_mut()[0] = -self.free.pressing;
         }
-        let series = Series::<N>::new(
+        let series = TaylorSeries::<N>::new(
             &self.free,
             &start,
             step,
@@ -462,7 +462,7 @@ impl Kernel {
     #[inline]
     fn take_in<F: Forcing, const N: usize>(
         &mut self,
-        series: &Series<N>,
+        series: &TaylorSeries<N>,
         stretch: &F,
         local: f64,
         part: f64,
@@ -706,7 +706,7 @@ impl Kernel {
             velocity: self.velocity,
             lifting: false,
         };
-        let series = Series::<CONTACT_ORDER>::new(
+        let series = TaylorSeries::<CONTACT_ORDER>::new(
             &self.contact,
             &start,
             step,
@@ -742,7 +742,13 @@ impl Kernel {
 
     /// Widens the error after a pass so close to the stop that an impact could have been
     /// missed, or made, within the error of the angle.
-    fn near_graze<const N: usize>(&mut self, series: &Series<N>, part: f64, step: f64, hit: bool) {
+    fn near_graze<const N: usize>(
+        &mut self,
+        series: &TaylorSeries<N>,
+        part: f64,
+        step: f64,
+        hit: bool,
+    ) {
         if hit || self.stop != StopModel::Rigid || series.slope() >= 0.0 {
             return;
         }
@@ -818,7 +824,7 @@ impl Kernel {
 /// Returns the part of the step at which the angle reaches zero; `side` is +1 in flight
 /// and −1 in contact.
 #[inline]
-fn hit<const N: usize>(series: &Series<N>, reach: f64, side: f64) -> Option<f64> {
+fn hit<const N: usize>(series: &TaylorSeries<N>, reach: f64, side: f64) -> Option<f64> {
     if side * series.start() + (side * series.slope()).min(0.0) - series.curved.angle > 0.0 {
         return None;
     }

@@ -34,7 +34,7 @@ mod rk4_located;
 use super::kernel::Kernel;
 use super::recorder::Recorder;
 use super::{
-    MOVING_ENERGY_J, Method, Outcome, Run, RunOptions, TracePoint, Work, energy_j, finite,
+    MOVING_ENERGY_J, Method, Run, RunOptions, RunOutcome, TracePoint, Work, energy_j, finite,
 };
 use crate::error::{Error, ErrorKind};
 use crate::model::design::Design;
@@ -153,7 +153,7 @@ pub(super) struct Raw {
 pub(super) fn run<E: Excitation>(
     problem: &Problem<'_, E>,
     options: &RunOptions,
-) -> Result<Outcome, Error> {
+) -> Result<RunOutcome, Error> {
     check(problem, options)?;
     let tolerance = options.tolerance_rad.unwrap_or(ADAPTIVE_TOLERANCE);
     let coarse = integrate(problem, options.method, tolerance);
@@ -262,7 +262,7 @@ fn check<E>(problem: &Problem<'_, E>, options: &RunOptions) -> Result<(), Error>
     Ok(())
 }
 
-fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f64) -> Outcome {
+fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f64) -> RunOutcome {
     let (angle, velocity) = raw.state;
     let record = raw.record;
     let sound = angle.is_finite() && velocity.is_finite() && record.peak.0.is_finite();
@@ -279,7 +279,7 @@ fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f
     } else {
         None
     };
-    Outcome {
+    RunOutcome {
         run: Run {
             model: problem.stop,
             method: options.method.name().into(),

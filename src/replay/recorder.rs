@@ -1,7 +1,7 @@
 //! What is kept of a trajectory: peak, crossings of the threshold, impacts, trace.
 
 use super::TracePoint;
-use super::taylor::Series;
+use super::taylor::TaylorSeries;
 use crate::numerics::polynomial;
 
 /// Impacts slower than this are not counted [rad/s].
@@ -142,7 +142,7 @@ impl Recorder {
     #[inline]
     pub(super) fn stretch<const N: usize>(
         &mut self,
-        series: &Series<N>,
+        series: &TaylorSeries<N>,
         part: f64,
         time: f64,
         step: f64,
@@ -175,7 +175,7 @@ impl Recorder {
     #[inline(never)]
     fn cross_threshold<const N: usize>(
         &mut self,
-        series: &Series<N>,
+        series: &TaylorSeries<N>,
         part: f64,
         time: f64,
         step: f64,
@@ -217,7 +217,7 @@ impl Recorder {
     #[inline(never)]
     fn offer_maxima<const N: usize>(
         &mut self,
-        series: &Series<N>,
+        series: &TaylorSeries<N>,
         part: f64,
         time: f64,
         step: f64,
@@ -240,7 +240,7 @@ impl Recorder {
     #[inline(never)]
     fn points_within<const N: usize>(
         &mut self,
-        series: &Series<N>,
+        series: &TaylorSeries<N>,
         part: f64,
         time: f64,
         step: f64,

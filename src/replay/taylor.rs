@@ -97,7 +97,7 @@ pub(super) struct Start {
 
 /// Coefficients of the angle over a step, in powers of σ, as many as the step needs.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Series<const N: usize> {
+pub(super) struct TaylorSeries<const N: usize> {
     coefficients: [f64; N],
     count: usize,
     /// Angle and its derivative by σ at the end of the step [rad].
@@ -146,7 +146,7 @@ impl Tolerance {
     }
 }
 
-impl<const N: usize> Series<N> {
+impl<const N: usize> TaylorSeries<N> {
     /// Computes the coefficients for a step of `step` [s]: until two in a row fall below the
     /// tolerance together, or N of them. `excitation` is b = m L a/I0 [rad/s²] over the step in
     /// powers of σ.

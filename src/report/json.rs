@@ -11,7 +11,7 @@ use std::io;
 #[must_use]
 pub fn render<T: Serialize>(document: &T) -> String {
     let mut bytes = Vec::with_capacity(16 * 1024);
-    let mut serializer = Serializer::with_formatter(&mut bytes, Layout::default());
+    let mut serializer = Serializer::with_formatter(&mut bytes, Indenter::default());
     document
         .serialize(&mut serializer)
         .expect("results have text keys only and a Vec takes every byte");
@@ -21,12 +21,12 @@ pub fn render<T: Serialize>(document: &T) -> String {
 
 /// Indents objects and lists of objects or lists, and keeps lists of plain values on one line.
 #[derive(Debug, Default)]
-struct Layout {
+struct Indenter {
     /// Per open container: whether it is a list, and whether it holds a container.
     open: Vec<(bool, bool)>,
 }
 
-impl Layout {
+impl Indenter {
     fn new_line<W: ?Sized + io::Write>(&self, writer: &mut W) -> io::Result<()> {
         writer.write_all(b"\n")?;
         for _ in 0..self.open.len() {
@@ -54,7 +54,7 @@ impl Layout {
     }
 }
 
-impl Formatter for Layout {
+impl Formatter for Indenter {
     fn begin_array<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
         self.begin(writer, true)?;
         writer.write_all(b"[")

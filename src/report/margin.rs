@@ -1,5 +1,6 @@
 //! What `latchgate margin` hands over: its text, and the files of its report.
 
+use super::margin_words::{bracket, change, direction, with_unit};
 use super::number::plain;
 use super::words;
 use super::{escape, html, json, plot};
@@ -143,46 +144,6 @@ fn map_boundary_table(map: &Map) -> String {
     out
 }
 
-/// Returns a bracket with as many digits as tell its ends apart, 17 at most.
-pub(super) fn bracket((low, high): (f64, f64)) -> String {
-    let digits = (4..=17)
-        .find(|digits| plain(low, *digits) != plain(high, *digits))
-        .unwrap_or(17);
-    format!("[{}, {}]", plain(low, digits), plain(high, digits))
-}
-
-/// Returns an answer's value with its unit.
-pub(super) fn with_unit(value: f64, unit: &str) -> String {
-    let number = plain(value, 6);
-    if unit.is_empty() {
-        number
-    } else {
-        format!("{number} {unit}")
-    }
-}
-
-/// Returns the change in percent with its sign.
-pub(super) fn change(answer: &Margin) -> String {
-    answer.change_percent.map_or_else(
-        || "-".to_string(),
-        |percent| {
-            let sign = if percent >= 0.0 { "+" } else { "" };
-            format!("{sign}{} %", plain(percent, 4))
-        },
-    )
-}
-
-/// Returns what happens where the answer changes.
-pub(super) fn direction(answer: &Margin) -> &'static str {
-    let above = answer.at.is_some_and(|at| at > answer.present);
-    match (answer.passes_at_present, above) {
-        (true, true) => "no pass just above",
-        (true, false) => "no pass just below",
-        (false, true) => "passes just above",
-        (false, false) => "passes just below",
-    }
-}
-
 /// Returns what the last column of the table holds, and an answer's value there: the change by
 /// the other basis.
 pub(super) fn other(document: &MarginDocument) -> (&'static str, fn(&Margin) -> Option<f64>) {
@@ -235,26 +196,19 @@ pub fn text(document: &MarginDocument, report: Option<&Path>) -> String {
             ),
         );
     }
-    let mut first = true;
-    for finding in &document.findings {
-        if finding.severity == Severity::Info {
-            continue;
-        }
-        let word = if finding.severity == Severity::Blocking {
-            "blocking"
-        } else {
-            "warning"
-        };
+    let grave = document.findings.iter();
+    let grave = grave.filter(|finding| finding.severity > Severity::Info);
+    for (index, finding) in grave.enumerate() {
         line(
             &mut out,
-            if first { "findings" } else { "" },
+            if index == 0 { "findings" } else { "" },
             &format!(
-                "{word} {}: {}",
+                "{} {}: {}",
+                finding.severity.name(),
                 finding.code,
                 words::sentence(&finding.text)
             ),
         );
-        first = false;
     }
     if let Some(report) = report {
         line(

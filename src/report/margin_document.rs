@@ -2,7 +2,7 @@
 
 use super::document::{ConditioningBlock, RecordingBlock, RunBlock};
 use crate::margin::quantity::applied;
-use crate::margin::{Basis, Boundary, LimitCurve, Map, Margin, Margins, Quantity, State};
+use crate::margin::{Basis, Boundary, LimitCurve, Map, Margin, Margins, NominalAnswer, Quantity};
 use crate::model::Design;
 use crate::recording::Finding;
 use crate::request::MarginRequest;
@@ -22,7 +22,7 @@ pub struct MarginDocument {
     /// What the margins rest on.
     pub basis: Basis,
     /// What the nominal runs say at present, no error counted.
-    pub nominal_state: State,
+    pub nominal_state: NominalAnswer,
     /// Factor on the recording at which the answer changes.
     pub scale_to_flip: Option<f64>,
     /// Its bracket.
@@ -187,7 +187,7 @@ fn first_passes(margins: &Margins, answer: &Margin) -> bool {
         .boundaries
         .iter()
         .find(|boundary| boundary.quantity == answer.quantity.name())
-        .is_some_and(|boundary| boundary.below == State::Pass)
+        .is_some_and(|boundary| boundary.below == NominalAnswer::Pass)
 }
 
 fn notes(margins: &Margins, context: &Context) -> Vec<String> {
@@ -199,9 +199,9 @@ fn notes(margins: &Margins, context: &Context) -> Vec<String> {
     }
     notes.push(match margins.basis {
         Basis::NominalRun => "Each number is where the nominal peak angle, while the recording runs and in the coast after it, meets the threshold on one of the stops and polarities that count; no error and no tolerance is counted. Where the verdict changes, which counts them, stands beside it (verdict_at).".to_string(),
-        Basis::Verdict => "Each number is where the verdict changes, by the whole decision rule, nearest to the present as far as it was found: the rule is asked where the nominal runs come near the limit, not at every value, so that a nearer change is possible. Check a value that matters with replay the setting `set`. Beside it stands where the nominal peak angle meets the threshold (nominal_at).".to_string(),
+        Basis::Verdict => "Each number is where the verdict changes, by the whole decision rule, nearest to the present as far as it was found: the rule is asked where the nominal runs come near the limit, not at every value, so that a nearer change is possible. Check a value that matters by a replay with the setting `set`. Beside it stands where the nominal peak angle meets the threshold (nominal_at).".to_string(),
     });
-    let passes = margins.state == State::Pass;
+    let passes = margins.state == NominalAnswer::Pass;
     if (context.verdict == Answer::Pass) != passes && !margins.spoiled {
         notes.push(format!(
             "The verdict is {}, while the nominal peak alone is {} the threshold: the doubt counted by the rule lies between them.",

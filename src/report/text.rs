@@ -4,7 +4,6 @@ use super::number::plain;
 use super::words::margin;
 use super::words::{self, DIGITS};
 use super::{REPORT_FILE, escape};
-use crate::recording::Severity;
 use crate::replay::Run;
 use crate::report::Document;
 use crate::verdict::Answer;
@@ -213,11 +212,7 @@ fn findings(out: &mut String, document: &Document) {
     let mut findings: Vec<_> = document.findings.iter().collect();
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     for (index, finding) in findings.into_iter().enumerate() {
-        let word = match finding.severity {
-            Severity::Blocking => "blocking",
-            Severity::Warning => "warning",
-            Severity::Info => "info",
-        };
+        let word = finding.severity.name();
         let at = finding
             .at_s
             .map(|at| format!(" at {}", time(at)))

@@ -1,6 +1,7 @@
 //! Words that the terminal and the page share.
 
 use crate::model::stop::StopModel;
+use crate::recording::Severity;
 use crate::report::Document;
 use crate::report::number::{exact, milliseconds, significant, trimmed};
 use crate::request::PolaritySource;
@@ -175,6 +176,14 @@ pub(super) fn percent(share: f64) -> String {
     trimmed(100.0 * share, 4)
 }
 
+/// Returns the word of a page for the severity of a finding.
+pub(super) fn severity(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Info => "note",
+        other => other.name(),
+    }
+}
+
 /// Returns what a design key of an ensemble's parameter means.
 pub(super) fn parameter(key: &str) -> &str {
     match key {
@@ -255,7 +264,7 @@ pub(super) fn sentence(text: &str) -> String {
 }
 
 /// One part of the error budget.
-pub(super) struct BudgetPart {
+pub(super) struct BudgetRow {
     /// Its name in the verdict.
     pub(super) name: &'static str,
     /// What was varied.
@@ -267,7 +276,7 @@ pub(super) struct BudgetPart {
 }
 
 /// Returns the parts of the error budget with their words.
-pub(super) fn budget(document: &Document) -> [BudgetPart; 6] {
+pub(super) fn budget(document: &Document) -> [BudgetRow; 6] {
     let ErrorBudget {
         numerical,
         interpolation,
@@ -283,37 +292,37 @@ pub(super) fn budget(document: &Document) -> [BudgetPart; 6] {
     let declared = document.recording.opens_when_source != PolaritySource::Undeclared;
     let unless = |applies: bool, reason| if applies { reason } else { unmeasured };
     [
-        BudgetPart {
+        BudgetRow {
             name: "numerical",
             meaning: "integration and rounding, as the integrator bounds them",
             value: numerical,
             absent: unmeasured,
         },
-        BudgetPart {
+        BudgetRow {
             name: "interpolation",
             meaning: "straight lines between samples against a band-limited fourfold of them",
             value: interpolation,
             absent: unmeasured,
         },
-        BudgetPart {
+        BudgetRow {
             name: "model",
             meaning: "rigid stop against soft stop",
             value: model,
             absent: unless(document.models.len() < 2, "only one stop was run"),
         },
-        BudgetPart {
+        BudgetRow {
             name: "filter",
             meaning: "the filter chosen against none",
             value: filter,
             absent: unless(unfiltered, "no filter was applied"),
         },
-        BudgetPart {
+        BudgetRow {
             name: "bias",
             meaning: "one standard error more and less bias, the larger change of the two",
             value: bias,
             absent: unless(unbiased, "no bias was removed"),
         },
-        BudgetPart {
+        BudgetRow {
             name: "polarity",
             meaning: "the sign as declared against reversed",
             value: polarity,

@@ -279,6 +279,38 @@ fn unlike_neighbours<'a>(
     wanted
 }
 
+/// Returns what to take away of a branch, each with its value.
+fn branch_headlines(branch: &Cascade) -> Vec<(String, f64)> {
+    let period = branch
+        .found()
+        .map(|found| found.orbit.period)
+        .min()
+        .unwrap_or(1);
+    let mut lines = Vec::new();
+    let mut say = |what: &str, value: f64| lines.push((format!("period {period}: {what}"), value));
+    if let Some(birth) = &branch.birth {
+        let how = match birth.kind {
+            BifurcationKind::SaddleNode => "born in a saddle-node at A [g]",
+            BifurcationKind::PeriodDoubling => "doubles at A [g]",
+        };
+        say(how, birth.orbit.amplitude_g);
+    }
+    for doubling in &branch.doublings {
+        let twice = 2 * doubling.orbit.period;
+        say(
+            &format!("doubles to {twice} at A [g]"),
+            doubling.orbit.amplitude_g,
+        );
+    }
+    if let Some(ratio) = branch.ratios().last() {
+        say("last ratio of distances, Feigenbaum's is 4.669 [-]", *ratio);
+    }
+    if let (Some(at), true) = (branch.accumulation_g(), branch.doublings.len() >= 4) {
+        say("the doublings tend to [g]", at);
+    }
+    lines
+}
+
 /// Follows orbits through their doublings and down to where they are born, at every amplitude at
 /// which the motion is another than at the one before and that lies on none of the branches
 /// followed before. Tells whether nobody stopped that.
@@ -457,41 +489,18 @@ impl Diagram {
             seen.then(|| share(irregular)),
         ));
         for branch in self.branches.iter().take(BRANCHES_SHOWN) {
-            let period = branch
-                .found()
-                .map(|found| found.orbit.period)
-                .min()
-                .unwrap_or(1);
-            let mut say = |what: &str, value: f64| {
-                lines.push(Headline {
-                    digits: if what.ends_with("A [g]") {
-                        Headline::EXACT
-                    } else {
-                        Headline::DIGITS
-                    },
-                    ..line(format!("period {period}: {what}"), Some(value))
-                });
-            };
-            if let Some(birth) = &branch.birth {
-                let how = match birth.kind {
-                    BifurcationKind::SaddleNode => "born in a saddle-node at A [g]",
-                    BifurcationKind::PeriodDoubling => "doubles at A [g]",
-                };
-                say(how, birth.orbit.amplitude_g);
-            }
-            for doubling in &branch.doublings {
-                let twice = 2 * doubling.orbit.period;
-                say(
-                    &format!("doubles to {twice} at A [g]"),
-                    doubling.orbit.amplitude_g,
-                );
-            }
-            if let Some(ratio) = branch.ratios().last() {
-                say("last ratio of distances, Feigenbaum's is 4.669 [-]", *ratio);
-            }
-            if let (Some(at), true) = (branch.accumulation_g(), branch.doublings.len() >= 4) {
-                say("the doublings tend to [g]", at);
-            }
+            lines.extend(
+                branch_headlines(branch)
+                    .into_iter()
+                    .map(|(what, value)| Headline {
+                        digits: if what.ends_with("A [g]") {
+                            Headline::EXACT
+                        } else {
+                            Headline::DIGITS
+                        },
+                        ..line(what, Some(value))
+                    }),
+            );
         }
         let more = self.branches.len().saturating_sub(BRANCHES_SHOWN) as f64;
         if more > 0.0 {

@@ -7,7 +7,7 @@ use crate::conditioning::Signal;
 use crate::error::Error;
 use crate::model::Design;
 use crate::model::excitation::Harmonic;
-use crate::replay::{self, Outcome, RunOptions};
+use crate::replay::{self, RunOptions, RunOutcome};
 use crate::units::SampleRate;
 use std::f64::consts::{PI, TAU};
 
@@ -44,7 +44,7 @@ impl StudyCase {
     /// # Errors
     ///
     /// As [`replay::run`] and [`replay::run_harmonic`].
-    pub fn replay(&self, design: &Design, options: &RunOptions) -> Result<Outcome, Error> {
+    pub fn replay(&self, design: &Design, options: &RunOptions) -> Result<RunOutcome, Error> {
         match &self.drive {
             Drive::Samples(signal) => replay::run(signal, design, options),
             Drive::Sine { excitation, end_s } => {
@@ -63,7 +63,7 @@ impl StudyCase {
         time_s: f64,
         design: &Design,
         options: &RunOptions,
-    ) -> Result<Outcome, Error> {
+    ) -> Result<RunOutcome, Error> {
         match &self.drive {
             Drive::Samples(signal) => {
                 let index = ((time_s - signal.start_s) * signal.rate.hertz()) as usize;

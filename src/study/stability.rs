@@ -23,7 +23,7 @@ use crate::conditioning::Signal;
 use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
-use crate::replay::{self, Method, Outcome, RunOptions};
+use crate::replay::{self, Method, RunOptions, RunOutcome};
 use crate::units::{OpensWhen, SampleRate};
 use serde::Serialize;
 
@@ -257,7 +257,7 @@ struct StabilityCase<'a> {
 }
 
 impl StabilityCase<'_> {
-    fn ask(&self, setting: &MethodSetting, trace: bool) -> Result<Outcome, Error> {
+    fn ask(&self, setting: &MethodSetting, trace: bool) -> Result<RunOutcome, Error> {
         replay::run(
             &self.signal,
             self.design,

@@ -12,7 +12,7 @@ use crate::conditioning::Signal;
 use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
-use crate::replay::{self, Method, Outcome, RunOptions};
+use crate::replay::{self, Method, RunOptions, RunOutcome};
 use crate::units::OpensWhen;
 use serde::Serialize;
 
@@ -268,7 +268,7 @@ impl<'a> TimedCase<'a> {
         };
         let nominal = case.replay(&options.design, &base)?;
         let run = &nominal.run;
-        let stated = |outcome: &Outcome| outcome.final_error_rad.unwrap_or(f64::INFINITY);
+        let stated = |outcome: &RunOutcome| outcome.final_error_rad.unwrap_or(f64::INFINITY);
         let first_crossing_bound_s = match run.first_crossing_s {
             None => None,
             Some(crossing) => {
@@ -324,14 +324,14 @@ impl<'a> TimedCase<'a> {
     }
 
     /// Runs once; returns the time it took [s] and what it gave.
-    fn once(&self, run: &RunOptions) -> Result<(f64, Outcome), Error> {
+    fn once(&self, run: &RunOptions) -> Result<(f64, RunOutcome), Error> {
         let started = (self.clock)();
         let got = self.case.replay(&self.options.design, run)?;
         Ok(((self.clock)() - started, got))
     }
 
     /// Returns the least time of a run [s] and what it gave; times the kernel in turns with it.
-    fn time(&mut self, run: &RunOptions) -> Result<(f64, Outcome), Error> {
+    fn time(&mut self, run: &RunOptions) -> Result<(f64, RunOutcome), Error> {
         /// A run this long [s] is not repeated: nothing short disturbs it.
         const LONG_S: f64 = 0.2;
         let kernel = self.options_of(Method::EventDriven, None);
@@ -436,7 +436,7 @@ impl<'a> TimedCase<'a> {
         })
     }
 
-    fn status(&self, outcome: &Outcome) -> Status {
+    fn status(&self, outcome: &RunOutcome) -> Status {
         let run = &outcome.run;
         if outcome.broke_down || run.peak_angle_rad.abs() > 3.0 * self.truth.peak_angle_rad.abs() {
             Status::Unstable

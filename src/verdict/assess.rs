@@ -6,7 +6,7 @@ use super::ensemble::{Ensemble, Scatter};
 use super::faults::Faults;
 use super::filters::{self, FilterRow};
 use super::ladder::{self, Ladder, LadderInput};
-use super::policy::{Extras, Policy, Variant};
+use super::policy::{AssessExtras, Policy, Variant};
 use super::proof::{self, Proof};
 use super::replay_findings::{crossing_outside_window, replay_findings};
 use super::runs::{RunDetail, RunSetup, index_of_largest};
@@ -23,7 +23,7 @@ use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::parallel::Control;
 use crate::recording::Finding;
-use crate::replay::{Outcome, Run};
+use crate::replay::{Run, RunOutcome};
 use crate::units::OpensWhen;
 use std::collections::BTreeMap;
 
@@ -70,7 +70,7 @@ struct Assessing<'a> {
     conditioned: &'a Conditioned,
     /// Of reading and conditioning.
     findings: &'a [Finding],
-    extras: Extras,
+    extras: AssessExtras,
     faults: Faults,
     span: UsableSpan,
     scatter: Option<Scatter>,
@@ -88,7 +88,7 @@ pub fn assess(
     findings: &[Finding],
     design: &Design,
     policy: &Policy,
-    extras: Extras,
+    extras: AssessExtras,
     control: &Control<'_>,
 ) -> Result<Assessment, Error> {
     let signal = &conditioned.used;
@@ -171,7 +171,7 @@ impl Assessing<'_> {
         &self,
         screened: &[ScreenedRun],
         variants: &[Variant],
-        outcomes: &[Outcome],
+        outcomes: &[RunOutcome],
     ) -> Result<Vec<Option<Proof>>, Error> {
         let setup = &self.setup;
         if proof::may_leave_out(setup.policy, setup.follow_all, self.span).is_err() {
@@ -188,7 +188,11 @@ impl Assessing<'_> {
 
     /// Returns what stands in for further runs, where a proof makes them needless. The variant
     /// with the largest peak is followed in any case, for the figures.
-    fn stand_ins(&self, proofs: &[Option<Proof>], outcomes: &[Outcome]) -> Vec<Option<VariantRun>> {
+    fn stand_ins(
+        &self,
+        proofs: &[Option<Proof>],
+        outcomes: &[RunOutcome],
+    ) -> Vec<Option<VariantRun>> {
         let largest = index_of_largest(outcomes.iter().map(|outcome| &outcome.run));
         let (threshold, members) = (self.setup.threshold_rad(), self.setup.policy.members);
         let of_each = proofs.iter().zip(outcomes).enumerate();
@@ -321,7 +325,7 @@ impl Assessing<'_> {
         if !self.extras.evidence {
             return Ok(None);
         }
-        let ribbon = match &self.scatter {
+        let quantile_band = match &self.scatter {
             Some(scatter) => quantile_band::around(&self.setup, scatter, nominal.variant)?,
             None => None,
         };
@@ -330,7 +334,7 @@ impl Assessing<'_> {
             raw: raw.clone(),
             used: used.clone(),
             traces: traces(results, nominal.variant),
-            ribbon,
+            quantile_band,
             spectrum_raw: spectrum::amplitude_spectrum(raw),
             spectrum_used: spectrum::amplitude_spectrum(used),
             spectrogram: spectrum::spectrogram(used),

@@ -1,11 +1,10 @@
 //! The error budget: by how much the nominal peak changes when one part of the way to it does.
 
 use super::ErrorBudget;
-use super::filters;
 use super::policy::{Polarity, Variant};
 use super::runs::{RunDetail, RunSetup};
 use super::variant::VariantResult;
-use crate::conditioning::{Conditioned, Signal};
+use crate::conditioning::{self, Conditioned, Signal};
 use crate::error::Error;
 use crate::model::stop::StopModel;
 use std::borrow::Cow;
@@ -102,7 +101,7 @@ fn own_reruns<'a>(
     if unfiltered_wanted && conditioned.filter.is_some() {
         reruns.push(Rerun {
             part: BudgetPart::Filter,
-            signal: Cow::Owned(filters::filtered(conditioned, None)?),
+            signal: Cow::Owned(conditioning::filtered(conditioned, None)?),
             variant,
         });
     }

@@ -4,7 +4,7 @@ use super::ensemble::bounds::{LOOKS, RULE_ERROR};
 use super::policy::{Polarity, Variant};
 use super::wording::percent;
 use super::{Answer, ErrorBudget, RunAnswer};
-use crate::replay::{Outcome, Run};
+use crate::replay::{Run, RunOutcome};
 use crate::units::OpensWhen;
 use std::sync::LazyLock;
 
@@ -12,7 +12,7 @@ use std::sync::LazyLock;
 pub static DECISION_RULE: LazyLock<String> = LazyLock::new(|| {
     let (pass, nearly_all) = (percent(PASS_SHARE_MAX), percent(FAIL_SHARE_MIN));
     let most = percent(FAIL_SHARE_WITH_NOMINAL);
-    let (looks, count) = (looks_in_words(), LOOKS.len());
+    let (looks, count) = (looks_in_words(u32::to_string), LOOKS.len());
     format!(
         "U = numerical + interpolation error; p = the share of levers, scattered as design and input are uncertain, whose peak exceeds the threshold. \
 {BEFORE_THE_RUNS}\
@@ -42,10 +42,10 @@ const BEFORE_THE_RUNS: &str = "(1) fail, if the runs say so by (3) on the sample
 /// Part 4 of the rule.
 const JOINED: &str = "(4) Two stops (model auto) or two undeclared polarities that answer differently: undecided; polarities declared as both: the worse counts.";
 
-/// Lists the looks: "128, 512, 2048 and 10000".
+/// Lists the looks: "128, 512, 2048 and 10000", each number as `written`.
 #[must_use]
-pub fn looks_in_words() -> String {
-    let words: Vec<String> = LOOKS.iter().map(u32::to_string).collect();
+pub fn looks_in_words(written: impl Fn(&u32) -> String) -> String {
+    let words: Vec<String> = LOOKS.iter().map(written).collect();
     match words.split_last() {
         Some((last, before)) => format!("{} and {last}", before.join(", ")),
         None => String::new(),
@@ -63,7 +63,7 @@ pub const FAIL_SHARE_WITH_NOMINAL: f64 = 0.5;
 
 /// Bounds of the share of an ensemble that exceeds the threshold.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Share {
+pub struct ShareBounds {
     /// Lower bound [-].
     pub lower: f64,
     /// Upper bound [-].
@@ -103,7 +103,7 @@ impl PeakEstimate {
 /// Returns what one stop and polarity says by part 3 of the rule; without `share` by the nominal
 /// run alone. At a look that is not the last, undecided means that the next one follows.
 #[must_use]
-pub fn decide(estimate: &PeakEstimate, threshold_rad: f64, share: Option<Share>) -> Answer {
+pub fn decide(estimate: &PeakEstimate, threshold_rad: f64, share: Option<ShareBounds>) -> Answer {
     let few_exceed = share.is_none_or(|share| share.upper_with_coast <= PASS_SHARE_MAX);
     let most_exceed = share.is_none_or(|share| share.lower > FAIL_SHARE_WITH_NOMINAL);
     let nearly_all_exceed = share.is_some_and(|share| share.lower >= FAIL_SHARE_MIN);
@@ -123,11 +123,11 @@ pub fn decide(estimate: &PeakEstimate, threshold_rad: f64, share: Option<Share>)
 #[derive(Debug, Clone, PartialEq)]
 pub struct VariantRun {
     /// The nominal run.
-    pub outcome: Outcome,
+    pub outcome: RunOutcome,
     /// Change of the larger of peak and coast peak when the samples are refined fourfold [rad].
     pub interpolation_error_rad: f64,
     /// What an ensemble adds; `None` where the nominal run alone is judged.
-    pub share: Option<Share>,
+    pub share: Option<ShareBounds>,
     /// Error and share are bounds in closed form, since nothing but the nominal run was made.
     pub left_out: bool,
 }
@@ -238,7 +238,7 @@ pub(super) fn settled<'a>(
     variants: impl IntoIterator<Item = (&'a VariantRun, Option<Answer>)>,
     threshold_rad: f64,
 ) -> bool {
-    let none_exceeds = Share {
+    let none_exceeds = ShareBounds {
         lower: 0.0,
         upper: 0.0,
         upper_with_coast: 0.0,

@@ -13,7 +13,7 @@ pub mod bounds;
 pub mod draw;
 pub(super) mod drivers;
 
-use super::decision::Share;
+use super::decision::ShareBounds;
 use super::policy::Variant;
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
@@ -148,8 +148,8 @@ impl Ensemble {
 
     /// Returns the bounds of the share that exceeds the threshold.
     #[must_use]
-    pub fn share(&self) -> Share {
-        Share {
+    pub fn share(&self) -> ShareBounds {
+        ShareBounds {
             lower: self.p_lower,
             upper: self.p_upper,
             upper_with_coast: self.p_upper_with_coast,
@@ -202,12 +202,12 @@ impl Count {
     /// Returns bounds of the share that exceeds the threshold, each at the confidence of a look;
     /// members that were not followed count against either answer.
     #[must_use]
-    pub fn share(&self) -> Share {
+    pub fn share(&self) -> ShareBounds {
         let confidence = bounds::LOOK_CONFIDENCE;
         let (members, exceeded) = (u64::from(self.members), u64::from(self.exceeded));
         let at_most = exceeded + u64::from(self.failed_to_run);
         let with_coast = at_most + u64::from(self.exceeded_in_coast);
-        Share {
+        ShareBounds {
             lower: bounds::lower(exceeded, members, confidence),
             upper: bounds::upper(at_most, members, confidence),
             upper_with_coast: bounds::upper(with_coast, members, confidence),

@@ -9,7 +9,7 @@ use super::runs::{RunDetail, RunSetup};
 use super::usable_span::UsableSpan;
 use super::variant::VariantResult;
 use super::wording::filter_name;
-use crate::conditioning::{self, Cfc, Conditioned, Signal, cfc, resample};
+use crate::conditioning::{self, Cfc, Conditioned, Signal, resample};
 use crate::error::Error;
 use crate::recording::Finding;
 use serde::{Deserialize, Serialize};
@@ -68,7 +68,7 @@ pub(super) fn table(
             filtered.row.chosen = true;
             return Ok(filtered);
         }
-        match filtered(conditioned, filter) {
+        match conditioning::filtered(conditioned, filter) {
             Ok(signal) => after(setup, filter, span, &signal, results),
             Err(error) => Ok(FilteredRow {
                 row: FilterRow {
@@ -146,16 +146,6 @@ fn judged(
         },
         peaks,
     })
-}
-
-/// Returns the recording as it would be used with another filter: bias removed and resampled
-/// alike.
-pub(super) fn filtered(conditioned: &Conditioned, filter: Option<Cfc>) -> Result<Signal, Error> {
-    let signal = conditioning::without_filter(conditioned)?;
-    match filter {
-        None => Ok(signal),
-        Some(class) => cfc::CfcFilter::new(class, conditioned.filter_standard).apply(&signal),
-    }
 }
 
 /// Returns the peak that a variant reaches without a filter [rad].

@@ -43,7 +43,7 @@ impl Rung {
 
 /// The way to the answer of one stop and polarity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Step {
+pub struct LadderStep {
     /// Stop model.
     pub model: StopModel,
     /// Sign of the recorded acceleration that opens.
@@ -76,7 +76,7 @@ pub struct Ladder {
     /// the ensembles together.
     pub samples_replayed: u64,
     /// Each stop and polarity.
-    pub stops: Vec<Step>,
+    pub stops: Vec<LadderStep>,
 }
 
 /// The finished assessment that a ladder describes.
@@ -93,7 +93,7 @@ pub(super) struct LadderInput<'a> {
 /// Puts into words how far the decision went.
 pub(super) fn ladder(of: &LadderInput<'_>) -> Ladder {
     let members = of.policy.members;
-    let stops: Vec<Step> = if of.span == UsableSpan::Nothing {
+    let stops: Vec<LadderStep> = if of.span == UsableSpan::Nothing {
         Vec::new()
     } else {
         of.results.iter().map(|result| step(of, result)).collect()
@@ -127,7 +127,7 @@ pub(super) fn ladder(of: &LadderInput<'_>) -> Ladder {
     }
 }
 
-fn step(of: &LadderInput<'_>, result: &VariantResult) -> Step {
+fn step(of: &LadderInput<'_>, result: &VariantResult) -> LadderStep {
     let Variant { opens_when, model } = result.variant;
     let run = result.counted();
     let answer = run.answer(of.threshold_rad);
@@ -156,7 +156,7 @@ fn step(of: &LadderInput<'_>, result: &VariantResult) -> Step {
         },
         _ => "No bound proves the rule's answer; its nominal run and its fourfold do.".into(),
     };
-    Step {
+    LadderStep {
         model,
         opens_when,
         answer,
@@ -223,7 +223,7 @@ fn looked(of: &LadderInput<'_>) -> String {
 }
 
 /// Says which stops were left out.
-fn left_out(of: &LadderInput<'_>, stops: &[Step]) -> String {
+fn left_out(of: &LadderInput<'_>, stops: &[LadderStep]) -> String {
     if let Err(why) = may_leave_out(of.policy, of.follow_all, of.span) {
         return format!("no stop was left out: {why}");
     }

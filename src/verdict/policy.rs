@@ -151,7 +151,7 @@ pub struct Variant {
 
 /// Results worked out beside the answer; none of them changes the answer or its numbers.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Extras {
+pub struct AssessExtras {
     /// Judge the recording after each filter as well.
     pub filter_table: bool,
     /// Keep trajectories and spectra for a report.

@@ -3,7 +3,7 @@
 //! A variant is left out, its nominal run apart, only where bounds prove what the whole rule
 //! would say of it; `docs/decision.md` has the argument.
 
-use super::decision::{FAIL_SHARE_MIN, PASS_SHARE_MAX, Share, VariantRun};
+use super::decision::{FAIL_SHARE_MIN, PASS_SHARE_MAX, ShareBounds, VariantRun};
 use super::ensemble::{self, Scatter, bounds};
 use super::policy::{ModelChoice, Policy, Variant};
 use super::runs::RunSetup;
@@ -12,7 +12,7 @@ use super::usable_span::{SampleSpan, UsableSpan};
 use super::{Answer, ScreenedRun};
 use crate::error::Error;
 use crate::model::stop::StopModel;
-use crate::replay::{Method, Outcome};
+use crate::replay::{Method, RunOutcome};
 
 /// Scattered levers of which bounds prove an answer.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,11 +27,11 @@ pub(super) struct ProvenMembers {
 
 impl ProvenMembers {
     /// Bounds of the share that crosses, as those of the first look, which are no wider.
-    fn share(self) -> Share {
+    fn share(self) -> ShareBounds {
         let (confidence, of) = (bounds::LOOK_CONFIDENCE, u64::from(self.of));
         let not_below = u64::from(self.of.saturating_sub(self.below));
         let upper = bounds::upper(not_below, of, confidence);
-        Share {
+        ShareBounds {
             lower: bounds::lower(u64::from(self.crossing), of, confidence),
             upper,
             // What stays below by the bounds does so in the coast as well.
@@ -59,7 +59,7 @@ impl Proof {
         setup: &RunSetup<'_>,
         scatter: Option<&Scatter>,
         variant: Variant,
-        outcome: &Outcome,
+        outcome: &RunOutcome,
         screened: Option<Decided>,
     ) -> Result<Self, Error> {
         setup.control.check()?;
@@ -84,7 +84,7 @@ impl Proof {
     /// Every condition of the rule for a pass or a fail gets easier with a smaller error and with
     /// bounds of the share that lie closer together: what the rule says of this it also says of
     /// the run that was followed to the first look.
-    fn stand_in(&self, outcome: &Outcome) -> VariantRun {
+    fn stand_in(&self, outcome: &RunOutcome) -> VariantRun {
         VariantRun {
             outcome: outcome.clone(),
             interpolation_error_rad: self.interpolation_at_most_rad.unwrap_or(f64::MAX),
@@ -97,7 +97,7 @@ impl Proof {
     /// `None` if it is not.
     pub(super) fn proven(
         &self,
-        outcome: &Outcome,
+        outcome: &RunOutcome,
         threshold_rad: f64,
         members: u32,
     ) -> Option<VariantRun> {
@@ -136,7 +136,7 @@ pub(super) fn nominal_stand_ins(
     setup: &RunSetup<'_>,
     span: UsableSpan,
     variants: &[Variant],
-    outcomes: &[Outcome],
+    outcomes: &[RunOutcome],
 ) -> Result<Vec<Option<VariantRun>>, Error> {
     if may_leave_out(setup.policy, setup.follow_all, span).is_err() {
         return Ok(vec![None; outcomes.len()]);
@@ -177,7 +177,7 @@ pub(super) fn screened(setup: &RunSetup<'_>, variant: Variant) -> ScreenedRun {
 fn interpolation_at_most(
     setup: &RunSetup<'_>,
     Variant { opens_when, model }: Variant,
-    outcome: &Outcome,
+    outcome: &RunOutcome,
 ) -> Option<f64> {
     let rest = match model {
         StopModel::Rigid => 0.0,

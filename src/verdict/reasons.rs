@@ -5,7 +5,7 @@ use super::ensemble::Ensemble;
 use super::faults::Faults;
 use super::policy::{ModelChoice, Polarity, Policy};
 use super::variant::VariantResult;
-use super::what_if::{Change, Side, WhatIf};
+use super::what_if::{Change, ChangedSide, WhatIf};
 use super::wording::{briefly, describe, instant, percent, sentence, signed};
 use super::{Answer, ErrorBudget, Reason};
 use crate::model::Design;
@@ -252,7 +252,7 @@ fn deciding_inputs(case: &Explained<'_>) -> Vec<Reason> {
 
 /// Returns the stop and polarity that changes sides, that of the nominal run if it is among
 /// them, and its nominal peak [rad].
-fn side(case: &Explained<'_>, what_if: &WhatIf) -> Option<(Side, f64)> {
+fn side(case: &Explained<'_>, what_if: &WhatIf) -> Option<(ChangedSide, f64)> {
     let side = what_if
         .changes_side
         .iter()

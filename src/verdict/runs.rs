@@ -12,7 +12,7 @@ use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::parallel::Control;
 use crate::replay::batch::{self, BatchOptions, Member, MemberPeak};
-use crate::replay::{self, Outcome, Run, RunOptions};
+use crate::replay::{self, Run, RunOptions, RunOutcome};
 use crate::units::OpensWhen;
 
 /// The detail that a run carries along.
@@ -96,7 +96,7 @@ impl RunSetup<'_> {
         variant: Variant,
         window: Option<SampleSpan>,
         detail: RunDetail,
-    ) -> Result<Outcome, Error> {
+    ) -> Result<RunOutcome, Error> {
         let (method, tolerance_rad) = self.policy.method_on(variant.model);
         replay::run(
             signal,
@@ -120,7 +120,7 @@ impl RunSetup<'_> {
         &self,
         variants: &[Variant],
         detail: RunDetail,
-    ) -> Result<Vec<Outcome>, Error> {
+    ) -> Result<Vec<RunOutcome>, Error> {
         self.share(1, variants, |variant| {
             self.run(self.signal, *variant, self.window, detail)
         })
@@ -130,10 +130,11 @@ impl RunSetup<'_> {
     /// states its error without a further run, becomes that.
     pub(super) fn refined(
         &self,
-        runs: Vec<Outcome>,
+        runs: Vec<RunOutcome>,
         stand_ins: Vec<Option<VariantRun>>,
     ) -> Result<Vec<VariantRun>, Error> {
-        let tasks: Vec<(Outcome, Option<VariantRun>)> = runs.into_iter().zip(stand_ins).collect();
+        let tasks: Vec<(RunOutcome, Option<VariantRun>)> =
+            runs.into_iter().zip(stand_ins).collect();
         let fine = self.share(4, &tasks, |(run, stand_in)| {
             let variant = Variant {
                 opens_when: run.run.opens_when,
@@ -159,7 +160,7 @@ impl RunSetup<'_> {
         self.refined(runs, none)
     }
 
-    fn run_fine(&self, variant: Variant) -> Result<Outcome, Error> {
+    fn run_fine(&self, variant: Variant) -> Result<RunOutcome, Error> {
         self.run(self.fine, variant, self.fine_window(), RunDetail::PeakOnly)
     }
 
@@ -228,7 +229,7 @@ impl RunSetup<'_> {
 }
 
 /// Sets a run beside the same on the fourfold of its samples.
-fn compared(outcome: Outcome, fine: &Outcome) -> VariantRun {
+fn compared(outcome: RunOutcome, fine: &RunOutcome) -> VariantRun {
     let highest = |run: &Run| {
         run.coast_peak_angle_rad
             .map_or(run.peak_angle_rad, |coast| coast.max(run.peak_angle_rad))

@@ -1,11 +1,10 @@
 //! What would change the answer: one input at a time, moved by one standard deviation.
 
 use super::ensemble::Scatter;
-use super::filters;
 use super::policy::Variant;
 use super::runs::{RunDetail, RunSetup};
 use super::variant::VariantResult;
-use crate::conditioning::Conditioned;
+use crate::conditioning::{self, Conditioned};
 use crate::error::Error;
 use crate::model::stop::StopModel;
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
@@ -38,12 +37,12 @@ pub struct WhatIf {
     /// Largest angle then, of the stops and polarities that count [rad].
     pub peak_angle_rad: f64,
     /// Stops and polarities whose nominal peak lies on the other side of the limit.
-    pub changes_side: Vec<Side>,
+    pub changes_side: Vec<ChangedSide>,
 }
 
 /// A stop and polarity whose peak lies on the other side of the limit than before.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Side {
+pub struct ChangedSide {
     /// Stop model.
     pub model: StopModel,
     /// Sign of the recorded acceleration that opens.
@@ -52,7 +51,7 @@ pub struct Side {
     pub peak_angle_rad: f64,
 }
 
-impl Side {
+impl ChangedSide {
     pub(super) fn variant(&self) -> Variant {
         Variant {
             opens_when: self.opens_when,
@@ -106,7 +105,7 @@ fn with_bias_kept(
     conditioned: &Conditioned,
     variants: &[Variant],
 ) -> Result<Vec<f64>, Error> {
-    let biased = filters::filtered(
+    let biased = conditioning::filtered(
         &Conditioned {
             bias_m_s2: 0.0,
             ..conditioned.clone()
@@ -141,7 +140,7 @@ fn compared(
                 && peak.is_finite()
                 && (**peak > threshold) != (before > threshold)
         })
-        .map(|(result, peak)| Side {
+        .map(|(result, peak)| ChangedSide {
             model: result.variant.model,
             opens_when: result.variant.opens_when,
             peak_angle_rad: *peak,

@@ -58,7 +58,7 @@ fn options(stop: StopModel, threads: usize) -> BatchOptions {
 }
 
 /// Runs one member by the scalar kernel.
-fn scalar(signal: &Signal, index: usize, options: &BatchOptions) -> replay::Outcome {
+fn scalar(signal: &Signal, index: usize, options: &BatchOptions) -> replay::RunOutcome {
     let member = member(index);
     let mut seen = signal.clone();
     for a in &mut seen.samples {

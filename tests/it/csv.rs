@@ -2,12 +2,12 @@
 
 use crate::support::{Random, data};
 use latchgate::error::ErrorKind;
-use latchgate::recording::time_base::{Regular, regularise};
+use latchgate::recording::time_base::TimeBase;
 use latchgate::recording::{
     self, Card, Channel, Limits, ReadOptions, Recording, Selection, Severity, Source, card,
 };
 use latchgate::request::Request;
-use latchgate::units::{AccelerationUnit, TimeUnit};
+use latchgate::units::{AccelerationUnit, SampleRate, TimeUnit};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -486,6 +486,30 @@ fn val_spellings_of_numbers() {
 }
 
 // --- time bases ---
+
+/// Samples brought to a uniform time base.
+#[derive(Debug)]
+struct Regular {
+    start_s: f64,
+    rate: SampleRate,
+    values: Vec<f64>,
+    findings: Vec<latchgate::recording::Finding>,
+}
+
+fn regularise(
+    stamps_s: &[f64],
+    values: Vec<f64>,
+    printed_digit_s: f64,
+) -> Result<Regular, latchgate::error::Error> {
+    let base = TimeBase::fit(stamps_s, printed_digit_s, &Limits::default())?;
+    let values = base.apply(stamps_s, values)?;
+    Ok(Regular {
+        start_s: base.start_s,
+        rate: base.rate,
+        values,
+        findings: base.findings,
+    })
+}
 
 #[track_caller]
 fn check_uniform(stamps: &[f64], digit: f64, rate: f64, start: f64) {

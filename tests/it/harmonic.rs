@@ -4,7 +4,7 @@ use crate::support::{json, number};
 use latchgate::model::Design;
 use latchgate::model::excitation::Harmonic;
 use latchgate::model::stop::StopModel;
-use latchgate::replay::{self, Method, Outcome, Run, RunOptions, Section, Strobe};
+use latchgate::replay::{self, Method, Run, RunOptions, RunOutcome, Section, Strobe};
 use latchgate::units::OpensWhen;
 use std::f64::consts::TAU;
 
@@ -28,7 +28,7 @@ fn from(stop: StopModel, angle: f64, velocity: f64) -> RunOptions {
 }
 
 #[track_caller]
-fn drive(excitation: &Harmonic, end_s: f64, options: &RunOptions) -> Outcome {
+fn drive(excitation: &Harmonic, end_s: f64, options: &RunOptions) -> RunOutcome {
     let outcome = replay::run_harmonic(excitation, end_s, &Design::reference(), options).unwrap();
     assert!(!outcome.broke_down);
     outcome

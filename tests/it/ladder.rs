@@ -11,7 +11,7 @@ use latchgate::replay::Method;
 use latchgate::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
 use latchgate::verdict::ladder::Rung;
 use latchgate::verdict::screen::{self, Decided, Seen, Subject};
-use latchgate::verdict::{Answer, Assessment, Extras, ModelChoice, Polarity, Policy, assess};
+use latchgate::verdict::{Answer, AssessExtras, Assessment, ModelChoice, Polarity, Policy, assess};
 use std::collections::BTreeMap;
 
 const NEGATIVE: Polarity = Polarity::Declared(OpensWhen::Negative);
@@ -32,19 +32,24 @@ fn as_recorded(signal: &Signal) -> Conditioned {
 }
 
 fn judge(signal: &Signal, design: &Design, options: &Policy) -> Assessment {
-    judge_with(signal, design, options, Extras::default())
+    judge_with(signal, design, options, AssessExtras::default())
 }
 
 /// Judges with every stop followed in full.
 fn judge_in_full(signal: &Signal, design: &Design, options: &Policy) -> Assessment {
-    let extras = Extras {
+    let extras = AssessExtras {
         follow_all: true,
-        ..Extras::default()
+        ..AssessExtras::default()
     };
     judge_with(signal, design, options, extras)
 }
 
-fn judge_with(signal: &Signal, design: &Design, options: &Policy, extras: Extras) -> Assessment {
+fn judge_with(
+    signal: &Signal,
+    design: &Design,
+    options: &Policy,
+    extras: AssessExtras,
+) -> Assessment {
     let control = Control::unwatched(1);
     assess(&as_recorded(signal), &[], design, options, extras, &control).unwrap()
 }

@@ -7,7 +7,7 @@ use latchgate::error::Error;
 use latchgate::margin::quantity::{SearchRange, applied};
 use latchgate::margin::search::{Edge, Excess, Probe, changes};
 use latchgate::margin::{
-    self, Basis, MapAxis, MapRequest, Margin, MarginOptions, Margins, Quantity, State,
+    self, Basis, MapAxis, MapRequest, Margin, MarginOptions, Margins, NominalAnswer, Quantity,
     critical_pulse,
 };
 use latchgate::model::Design;
@@ -16,7 +16,7 @@ use latchgate::parallel::Control;
 use latchgate::recording::Finding;
 use latchgate::replay::{self, RunOptions};
 use latchgate::units::{OpensWhen, Restitution, STANDARD_GRAVITY};
-use latchgate::verdict::{self, Answer, Assessment, Extras, ModelChoice, Polarity, Policy};
+use latchgate::verdict::{self, Answer, AssessExtras, Assessment, ModelChoice, Polarity, Policy};
 use std::path::Path;
 
 const RADIUS_M: f64 = 0.03;
@@ -62,7 +62,7 @@ fn assess(
     design: &Design,
     policy: &Policy,
 ) -> Result<Assessment, Error> {
-    let (extras, control) = (Extras::default(), Control::default());
+    let (extras, control) = (AssessExtras::default(), Control::default());
     verdict::assess(conditioned, findings, design, policy, extras, &control)
 }
 
@@ -105,7 +105,7 @@ fn check_critical_scale(file: &str, stop: StopModel, want: f64, digits_after: f6
     check_near(file, scale.at.unwrap(), want, digits_after);
     let (low, high) = scale.bracket.unwrap();
     assert!(low <= high && high - low <= 1e-9 * high, "{low}..{high}");
-    assert_eq!(found.state, State::Fail);
+    assert_eq!(found.state, NominalAnswer::Fail);
 }
 
 /// Quad-precision critical scales of three reference pulses.
@@ -321,7 +321,9 @@ fn check_against_brute_force(seed: u64, model: ModelChoice, stops: &[StopModel])
             .boundaries
             .iter()
             .filter(|boundary| boundary.quantity == answer.quantity.name())
-            .filter(|boundary| (boundary.below == State::Pass) != (boundary.above == State::Pass))
+            .filter(|boundary| {
+                (boundary.below == NominalAnswer::Pass) != (boundary.above == NominalAnswer::Pass)
+            })
             .collect();
         let (low, high) = answer.searched;
         let at = |index: usize| {
@@ -434,7 +436,7 @@ fn verif_the_answer_differs_at_the_ends_of_every_bracket() {
             let (design, scale) = altered(quantity, &design, value);
             assert_eq!(
                 passes(&design, &signal, scale, &[StopModel::Rigid]),
-                state == State::Pass,
+                state == NominalAnswer::Pass,
                 "{boundary:?} at {value}"
             );
         }
@@ -624,7 +626,7 @@ fn verif_a_recording_of_rest_has_no_margin() {
         &options(ModelChoice::Auto),
     )
     .unwrap();
-    assert_eq!(found.state, State::Pass);
+    assert_eq!(found.state, NominalAnswer::Pass);
     assert!(found.boundaries.is_empty());
     for answer in &found.answers {
         assert!(answer.at.is_none() && answer.bracket.is_none());
@@ -660,7 +662,7 @@ fn first_no_pass(margins: &Margins) -> f64 {
     margins
         .boundaries
         .iter()
-        .find(|b| b.quantity == "scale" && b.below == State::Pass)
+        .find(|b| b.quantity == "scale" && b.below == NominalAnswer::Pass)
         .unwrap()
         .at
 }

@@ -6,7 +6,7 @@ use latchgate::model::Design;
 use latchgate::model::excitation::{Excitation, Harmonic, Sampled};
 use latchgate::model::stop::StopModel;
 use latchgate::numerics::{Motion, dopri5, event, rk4};
-use latchgate::replay::{self, Method, Outcome, REST_SPEED_RAD_S, RunOptions, TracePoint};
+use latchgate::replay::{self, Method, REST_SPEED_RAD_S, RunOptions, RunOutcome, TracePoint};
 use latchgate::study::cases;
 use latchgate::units::{OpensWhen, SampleRate};
 
@@ -42,7 +42,7 @@ fn silence(length_s: f64, intervals: u32) -> Signal {
 }
 
 #[track_caller]
-fn ask(signal: &Signal, options: &RunOptions) -> Outcome {
+fn ask(signal: &Signal, options: &RunOptions) -> RunOutcome {
     replay::run(signal, &Design::reference(), options).unwrap()
 }
 

@@ -4,7 +4,7 @@ use crate::support::{Random, options, random_design, random_signal, replay, sign
 use latchgate::conditioning::Signal;
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
-use latchgate::replay::{Method, Outcome, RunOptions, TracePoint, energy_j};
+use latchgate::replay::{Method, RunOptions, RunOutcome, TracePoint, energy_j};
 use latchgate::units::{OpensWhen, STANDARD_GRAVITY};
 
 const RIGID: StopModel = StopModel::Rigid;
@@ -424,7 +424,7 @@ fn split(record: &Signal, parts: usize) -> Signal {
 }
 
 #[track_caller]
-fn check_same(label: &str, got: &Outcome, want: &Outcome, factor: f64) {
+fn check_same(label: &str, got: &RunOutcome, want: &RunOutcome, factor: f64) {
     let (a, b) = (&got.run, &want.run);
     let slack = 1e-11_f64.max(a.numerical_error_rad + b.numerical_error_rad);
     check_close(

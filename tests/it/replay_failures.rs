@@ -7,7 +7,7 @@ use crate::support::{Random, data, json, number, options, replay, signal};
 use latchgate::conditioning::Signal;
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
-use latchgate::replay::{Outcome, RunOptions, TracePoint};
+use latchgate::replay::{RunOptions, RunOutcome, TracePoint};
 use latchgate::units::{OpensWhen, STANDARD_GRAVITY};
 use serde_json::Value;
 
@@ -48,7 +48,7 @@ fn exits(trace: &[TracePoint]) -> Vec<(f64, f64)> {
 /// Every event listed for a case of `failure_cases.json`: kind 0 impact, 1 rest, 2 release,
 /// 3 contact entry, 4 contact exit.
 #[track_caller]
-fn check_case(label: &str, case: &Value, outcome: &Outcome, stop: StopModel) {
+fn check_case(label: &str, case: &Value, outcome: &RunOutcome, stop: StopModel) {
     let run = &outcome.run;
     let close = |what: &str, got: f64, key: &Value, absolute: f64| {
         let want = number(key);

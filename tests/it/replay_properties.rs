@@ -6,14 +6,14 @@ use crate::support::{Random, options, random_design, random_signal, replay};
 use latchgate::conditioning::Signal;
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
-use latchgate::replay::{Outcome, RunOptions};
+use latchgate::replay::{RunOptions, RunOutcome};
 use latchgate::units::OpensWhen;
 
 /// Cases more in release mode, where they cost less.
 const MORE: u64 = if cfg!(debug_assertions) { 1 } else { 10 };
 
 #[track_caller]
-fn check_consistent(label: &str, outcome: &Outcome, design: &Design, options: &RunOptions) {
+fn check_consistent(label: &str, outcome: &RunOutcome, design: &Design, options: &RunOptions) {
     let run = &outcome.run;
     assert!(!outcome.broke_down, "{label}: broke down");
     for (name, number) in [

@@ -317,7 +317,7 @@ fn verif_an_ensemble_is_shown_with_all_that_it_rests_on() {
     let ensemble = case.document.ensemble.as_mut().unwrap();
     ensemble.drivers.clear();
     case.document.what_if.clear();
-    case.evidence.ribbon = None;
+    case.evidence.quantile_band = None;
     let page = render(&case);
     check_holds(&page, &["No parameter drives the peak"]);
     assert!(!page.contains("id=\"drivers\"") && !page.contains("id=\"spread\""));

@@ -16,10 +16,10 @@ use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
 use latchgate::parallel::Control;
 use latchgate::recording::{Channel, Finding};
-use latchgate::replay::{self, Method, Outcome, RunOptions};
+use latchgate::replay::{self, Method, RunOptions, RunOutcome};
 use latchgate::units::{AccelerationUnit, OpensWhen, SampleRate};
 use latchgate::verdict::decision::{VariantRun, unanimous, worse};
-use latchgate::verdict::{self, Answer, Assessment, Extras, ModelChoice, Polarity, Policy};
+use latchgate::verdict::{self, Answer, AssessExtras, Assessment, ModelChoice, Polarity, Policy};
 
 use crate::support::{half_sine, weak};
 
@@ -70,9 +70,9 @@ fn assess(
     design: &Design,
     policy: &Policy,
 ) -> Result<Assessment, Error> {
-    let extras = Extras {
+    let extras = AssessExtras {
         filter_table: true,
-        ..Extras::default()
+        ..AssessExtras::default()
     };
     let control = Control::unwatched(2);
     verdict::assess(conditioned, findings, design, policy, extras, &control)
@@ -109,7 +109,7 @@ fn judge(signal: &Signal, findings: &[Finding], design: &Design, options: &Polic
 }
 
 /// A run made without the verdict's help.
-fn explicit(signal: &Signal, stop: StopModel, sign: OpensWhen) -> Outcome {
+fn explicit(signal: &Signal, stop: StopModel, sign: OpensWhen) -> RunOutcome {
     replay::run(signal, &Design::reference(), &RunOptions::new(stop, sign)).unwrap()
 }
 
@@ -664,7 +664,7 @@ fn verif_each_part_of_the_budget_is_the_difference_of_two_runs() {
         assert_eq!(
             budget.filter,
             part(
-                &conditioning::without_filter(&conditioned).unwrap(),
+                &conditioning::filtered(&conditioned, None).unwrap(),
                 stop,
                 sign
             )
@@ -726,10 +726,10 @@ fn verif_threads_and_evidence_change_no_number() {
         &options(ModelChoice::Auto, Polarity::Undeclared),
     );
     for threads in [2, 3, 16] {
-        let extras = Extras {
+        let extras = AssessExtras {
             filter_table: true,
             evidence: true,
-            ..Extras::default()
+            ..AssessExtras::default()
         };
         let mut other = verdict::assess(
             &as_recorded(signal.clone()),

@@ -1,7 +1,8 @@
 //! Stretches in which sensor, cable, recorder or converter lost the motion.
 
 use super::{
-    EVENT_PART, FROZEN_RUN, Facts, LOUD_PART, QUIET_QUANTA, in_g, inside_event, is_cut, mean, same,
+    EVENT_PART, FROZEN_RUN, LOUD_PART, QUIET_QUANTA, SignalFacts, in_g, inside_event, is_cut, mean,
+    same,
 };
 use crate::recording::Finding;
 
@@ -27,7 +28,7 @@ const LEAN: f64 = 0.6;
 /// Equal samples for longer than a moving body can stand still, away from zero; or at any level,
 /// if they begin inside the event and the channel's own noise vanishes with them. A slow
 /// signal on a coarse grid may stand still at its top; it comes and goes gently.
-pub(super) fn frozen(facts: &Facts<'_>) -> Option<Finding> {
+pub(super) fn frozen(facts: &SignalFacts<'_>) -> Option<Finding> {
     let least = ((FROZEN_S * facts.raw.rate.hertz()).floor() as usize + 2).max(FROZEN_RUN);
     let noisy = facts.pre_deviation >= 0.5 * facts.quantum && facts.pre_deviation > 0.0;
     // A coarse converter holds its noise still now and then, so that chance counts.
@@ -77,7 +78,7 @@ pub(super) fn frozen(facts: &Facts<'_>) -> Option<Finding> {
 
 /// A stretch that one quantum holds, begun inside the event, on a channel whose noise takes
 /// several: the last bit flickers where sensor or cable failed.
-pub(super) fn stilled(facts: &Facts<'_>) -> Option<Finding> {
+pub(super) fn stilled(facts: &SignalFacts<'_>) -> Option<Finding> {
     if facts.quantum <= 0.0 || facts.pre_deviation < LIVELY_QUANTA * facts.quantum {
         return None;
     }
@@ -111,7 +112,7 @@ pub(super) fn stilled(facts: &Facts<'_>) -> Option<Finding> {
 
 /// Single samples of zero amid loud ones of one sign, again and again. Ringing dips as well,
 /// but not always to zero.
-pub(super) fn lost_one_by_one(facts: &Facts<'_>) -> Option<Finding> {
+pub(super) fn lost_one_by_one(facts: &SignalFacts<'_>) -> Option<Finding> {
     let loud = LOUD_PART * facts.peak;
     let (mut first, mut lost, mut dips) = (None, 0_usize, 0_usize);
     for (index, three) in facts.samples.windows(3).enumerate() {
@@ -144,7 +145,7 @@ pub(super) fn lost_one_by_one(facts: &Facts<'_>) -> Option<Finding> {
 
 /// Steps from one end of the converter to the other, with a smooth signal beyond that end once
 /// they are undone: the code ran over. A record that does not come back is only doubted.
-pub(super) fn wrap_around(facts: &Facts<'_>) -> Option<Finding> {
+pub(super) fn wrap_around(facts: &SignalFacts<'_>) -> Option<Finding> {
     let (low, high) = (*facts.levels.first()?, *facts.levels.last()?);
     let span = high - low + facts.quantum;
     if low >= 0.0 || high <= 0.0 {
@@ -193,7 +194,7 @@ pub(super) fn wrap_around(facts: &Facts<'_>) -> Option<Finding> {
 }
 
 /// Samples of zero amid loud ones of one sign: the value was lost, not the motion.
-pub(super) fn drop_out(facts: &Facts<'_>) -> Option<Finding> {
+pub(super) fn drop_out(facts: &SignalFacts<'_>) -> Option<Finding> {
     let loud = LOUD_PART * facts.peak;
     let (first, length) = facts.runs(2).into_iter().find(|(first, length)| {
         let before = first.checked_sub(1).map(|index| facts.samples[index]);
@@ -227,7 +228,7 @@ pub(super) fn drop_out(facts: &Facts<'_>) -> Option<Finding> {
 ///
 /// Noise of a sensor that is off by a little has no lean: its skewness (third standardised
 /// moment) is zero, that of rectified normal noise 0.995.
-pub(super) fn one_signed(facts: &Facts<'_>) -> Option<Finding> {
+pub(super) fn one_signed(facts: &SignalFacts<'_>) -> Option<Finding> {
     let (low, high) = (*facts.levels.first()?, *facts.levels.last()?);
     let sign = if low >= 0.0 {
         1.0

@@ -1,7 +1,7 @@
 //! What is said of a cell that cannot be used, and what to do about it.
 
-use super::number::Fault;
 use crate::error::{Error, ErrorKind};
+use crate::recording::number::NumberFault;
 
 /// Says that the table reader failed, which it cannot on bytes in memory.
 pub(super) fn unreadable(error: &::csv::Error) -> Error {
@@ -13,7 +13,7 @@ pub(super) fn unreadable(error: &::csv::Error) -> Error {
 }
 
 /// Says what is wrong with a cell that should hold a number.
-pub(super) fn bad_cell(cell: &[u8], fault: Fault) -> Error {
+pub(super) fn bad_cell(cell: &[u8], fault: NumberFault) -> Error {
     let found = shown(cell);
     let malformed = |expected: &str, found: String, hint: &str| ErrorKind::Malformed {
         expected: expected.into(),
@@ -21,18 +21,18 @@ pub(super) fn bad_cell(cell: &[u8], fault: Fault) -> Error {
         hint: hint.into(),
     };
     match fault {
-        Fault::NonFinite => ErrorKind::NonFinite { found },
-        Fault::Empty => malformed(
+        NumberFault::NonFinite => ErrorKind::NonFinite { found },
+        NumberFault::Empty => malformed(
             "a number",
             "an empty cell".into(),
             "remove the row or fill the cell; a missing sample is not taken for zero",
         ),
-        Fault::Text => malformed(
+        NumberFault::Text => malformed(
             "a number",
             format!("`{found}`{}", hidden(&found)),
             hint_for(&found),
         ),
-        Fault::OtherMark => malformed(
+        NumberFault::OtherMark => malformed(
             "the same decimal mark in all numbers",
             format!("`{found}`"),
             "a comma may be a decimal or a thousands mark; export with decimal points, or with ; between cells",

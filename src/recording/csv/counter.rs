@@ -13,7 +13,7 @@ const OFF: f64 = 0.5;
 
 /// What is wrong with a count.
 #[derive(Debug, PartialEq)]
-pub(super) struct Fault {
+pub(super) struct CounterFault {
     /// The row before the first fault, counted from 0, and the two counts there.
     pub(super) row: usize,
     pub(super) counts: (f64, f64),
@@ -24,7 +24,7 @@ pub(super) struct Fault {
 
 /// Returns the usual step of a column that counts and the first place at which it does not;
 /// `None` if it counts nothing. `named` is whether its name says that it is a running number.
-pub(super) fn judge(counts: &[f64], named: bool) -> Option<(f64, Option<Fault>)> {
+pub(super) fn judge(counts: &[f64], named: bool) -> Option<(f64, Option<CounterFault>)> {
     if counts.len() < 3
         || counts
             .iter()
@@ -60,7 +60,7 @@ pub(super) fn judge(counts: &[f64], named: bool) -> Option<(f64, Option<Fault>)>
     if !counting {
         return None;
     }
-    let fault = counts.windows(2).position(off).map(|row| Fault {
+    let fault = counts.windows(2).position(off).map(|row| CounterFault {
         row,
         counts: (counts[row], counts[row + 1]),
         faults,
@@ -81,7 +81,7 @@ fn wraps(before: f64, after: f64) -> bool {
 /// `stamped` is whether stamps tell the time.
 pub(super) fn finding(
     name: &str,
-    fault: &Fault,
+    fault: &CounterFault,
     line: Option<u64>,
     at_s: Option<f64>,
     stamped: bool,

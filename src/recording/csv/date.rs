@@ -15,12 +15,12 @@ pub(super) fn is_date(cell: &[u8]) -> bool {
 /// Counts time from the first stamp, in whole nanoseconds, so that no digit is lost to the
 /// years before it.
 #[derive(Debug, Default)]
-pub(super) struct Clock {
+pub(super) struct DateClock {
     first: Option<i128>,
     decimals: usize,
 }
 
-impl Clock {
+impl DateClock {
     /// Returns the seconds since the first stamp; `None` for what is no date.
     pub(super) fn seconds(&mut self, cell: &[u8]) -> Option<f64> {
         let (stamp, decimals) = parse(cell)?;
@@ -134,7 +134,7 @@ fn days_in(year: i64, month: i64) -> i64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Clock, NANO, is_date, parse};
+    use super::{DateClock, NANO, is_date, parse};
 
     #[track_caller]
     fn check(text: &str, seconds: i64, nanoseconds: i64) {
@@ -177,7 +177,7 @@ mod tests {
         ] {
             assert!(!is_date(text.as_bytes()), "{text}");
         }
-        let mut clock = Clock::default();
+        let mut clock = DateClock::default();
         assert_eq!(clock.seconds(b"2024-12-31T23:59:59.9999"), Some(0.0));
         assert_eq!(clock.seconds(b"2025-01-01T00:00:00.0001"), Some(0.0002));
     }

@@ -4,9 +4,9 @@
 //! Every line is measured here first, because a table reader stores one number per cell: 256 MiB
 //! of commas on one line would cost gigabytes there.
 
-use super::number;
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::Limits;
+use crate::recording::number;
 use crate::recording::text::{self, line_at};
 
 /// Rows from which the separator is found.

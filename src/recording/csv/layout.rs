@@ -4,9 +4,9 @@ use super::cell::{ONE_CELL, shown, unreadable};
 use super::date;
 use super::dialect::{self, FEW_ROWS, SAMPLE_BYTES, Separator};
 use super::header::{Column, is_known_unit};
-use super::number::{self, Decimal};
 use super::records::Row;
 use crate::error::{Error, ErrorKind, Place};
+use crate::recording::number::{self, Decimal};
 use crate::recording::{Finding, ReadOptions, Selection, lateral};
 use crate::units::{SampleRate, TimeUnit};
 use ::csv::ByteRecord;
@@ -34,7 +34,7 @@ pub(super) enum TimeSource {
 
 /// The columns to read, and what is to be said about the choice.
 #[derive(Debug, Default)]
-pub(super) struct Choice {
+pub(super) struct ColumnChoice {
     /// Indices, counted from 0.
     pub(super) columns: Vec<usize>,
     pub(super) findings: Vec<Finding>,
@@ -42,7 +42,7 @@ pub(super) struct Choice {
 
 /// How a table is laid out.
 #[derive(Debug)]
-pub(super) struct Layout {
+pub(super) struct TableLayout {
     pub(super) separator: Separator,
     /// Whether there are quotes in the text.
     pub(super) quoted: bool,
@@ -63,7 +63,7 @@ pub(super) struct Layout {
     steady: Vec<bool>,
 }
 
-impl Layout {
+impl TableLayout {
     /// Finds the layout from the first rows.
     ///
     /// # Errors
@@ -374,7 +374,7 @@ impl Layout {
         options: &ReadOptions,
         selection: Selection,
         time: &TimeSource,
-    ) -> Result<Choice, Error> {
+    ) -> Result<ColumnChoice, Error> {
         let time = match time {
             TimeSource::Column { index, .. } => Some(*index),
             TimeSource::Rate(_) => None,
@@ -383,7 +383,7 @@ impl Layout {
             .filter(|i| Some(*i) != time && self.numeric[*i] && !self.is_index(*i))
             .collect();
         if selection == Selection::Every {
-            return Ok(Choice {
+            return Ok(ColumnChoice {
                 columns: candidates,
                 findings: Vec::new(),
             });
@@ -399,7 +399,7 @@ impl Layout {
                 }
                 .into());
             }
-            return Ok(Choice {
+            return Ok(ColumnChoice {
                 columns: vec![index],
                 findings: self.columns[index]
                     .not_lateral_finding()
@@ -424,14 +424,14 @@ impl Layout {
         self.lateral(&candidates)
     }
 
-    fn lateral(&self, candidates: &[usize]) -> Result<Choice, Error> {
+    fn lateral(&self, candidates: &[usize]) -> Result<ColumnChoice, Error> {
         let columns: Vec<(usize, &Column)> = candidates
             .iter()
             .map(|index| (index + 1, &self.columns[*index]))
             .collect();
         let known = self.list(0..self.columns.len());
         let (index, finding) = lateral::choose(&columns, "column", &known)?;
-        Ok(Choice {
+        Ok(ColumnChoice {
             columns: vec![candidates[index]],
             // What an unnamed column is called says nothing.
             findings: finding.into_iter().filter(|_| self.named).collect(),

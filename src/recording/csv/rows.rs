@@ -3,10 +3,10 @@
 use super::cell::{bad_cell, no_date, shown};
 use super::date;
 use super::dialect::{self, Separator};
-use super::layout::{Layout, TimeSource};
-use super::number::{self, Decimal, Marks, PrintedDigits};
+use super::layout::{TableLayout, TimeSource};
 use super::records::{Records, Row};
 use crate::error::{Error, ErrorKind, Place};
+use crate::recording::number::{self, Decimal, Marks, PrintedDigits};
 use crate::recording::{Limits, ReadOptions, Selection};
 
 /// What became of a wanted column.
@@ -20,7 +20,7 @@ pub(super) enum ColumnResult {
 
 /// Columns to read for one selection.
 #[derive(Debug, PartialEq)]
-pub(super) struct Wanted<'a> {
+pub(super) struct WantedColumns<'a> {
     pub(super) selection: Selection,
     /// Columns of samples.
     pub(super) columns: &'a [usize],
@@ -54,9 +54,9 @@ pub(super) struct Rows {
 /// and column, for each. Where every channel is read, a column with a bad cell is left out instead.
 pub(super) fn read(
     text: &[u8],
-    layout: &Layout,
+    layout: &TableLayout,
     time: &TimeSource,
-    wanted: &[Wanted<'_>],
+    wanted: &[WantedColumns<'_>],
     options: &ReadOptions,
     limits: &Limits,
 ) -> Vec<Result<Rows, Error>> {
@@ -82,7 +82,7 @@ pub(super) fn read(
         }
         return rows;
     }
-    let table = Table { text, layout, time };
+    let table = RowTable { text, layout, time };
     let mut rows = table.pass(wanted, false, limits);
     let stamps_are_numbers = !matches!(time, TimeSource::Column { dated: true, .. });
     if let (true, Some(rate)) = (stamps_are_numbers, options.rate_hz) {
@@ -102,17 +102,17 @@ pub(super) fn read(
 
 /// A table whose rows are read.
 #[derive(Clone, Copy)]
-struct Table<'a> {
+struct RowTable<'a> {
     text: &'a [u8],
-    layout: &'a Layout,
+    layout: &'a TableLayout,
     time: &'a TimeSource,
 }
 
-impl Table<'_> {
+impl RowTable<'_> {
     /// Goes over the rows; with `repeating` a stamp may be that of the row before.
     fn pass(
         self,
-        wanted: &[Wanted<'_>],
+        wanted: &[WantedColumns<'_>],
         repeating: bool,
         limits: &Limits,
     ) -> Vec<Result<Rows, Error>> {
@@ -131,7 +131,7 @@ impl Table<'_> {
     }
 }
 
-impl Table<'_> {
+impl RowTable<'_> {
     /// Hands each row to all that gather and have not failed.
     fn hand_out(self, gathered: &mut [Result<Gathering<'_>, Error>]) -> Result<(), Error> {
         let layout = self.layout;
@@ -158,13 +158,13 @@ impl Table<'_> {
 
 /// Rows as they are gathered for one selection.
 struct Gathering<'a> {
-    table: Table<'a>,
-    wanted: &'a Wanted<'a>,
+    table: RowTable<'a>,
+    wanted: &'a WantedColumns<'a>,
     rows: Rows,
     /// The column of stamps, with their number per second.
     stamped: Option<(usize, f64)>,
     /// The clock of stamps that are dates.
-    dates: Option<date::Clock>,
+    dates: Option<date::DateClock>,
     /// Mark of stamps and samples.
     decimal: Decimal,
     /// Mark of each counter, which are no samples.
@@ -177,7 +177,7 @@ struct Gathering<'a> {
 }
 
 impl<'a> Gathering<'a> {
-    fn new(table: Table<'a>, wanted: &'a Wanted<'a>, repeating: bool) -> Self {
+    fn new(table: RowTable<'a>, wanted: &'a WantedColumns<'a>, repeating: bool) -> Self {
         let (stamped, dated) = match table.time {
             TimeSource::Column {
                 index, unit, dated, ..
@@ -205,7 +205,7 @@ impl<'a> Gathering<'a> {
                 counts: none_yet(&wanted.counters),
             },
             stamped,
-            dates: dated.then(date::Clock::default),
+            dates: dated.then(date::DateClock::default),
             decimal,
             count_decimals: vec![decimal; wanted.counters.len()],
             digits: PrintedDigits::new(),
@@ -345,7 +345,7 @@ impl<'a> Gathering<'a> {
     }
 }
 
-impl Table<'_> {
+impl RowTable<'_> {
     fn between_commas(self) -> bool {
         self.layout.separator == Separator::Comma
     }
@@ -356,7 +356,7 @@ impl Table<'_> {
             .column(column as u64 + 1)
     }
 
-    fn bad_cell(self, row: Row<'_>, column: usize, fault: number::Fault) -> Error {
+    fn bad_cell(self, row: Row<'_>, column: usize, fault: number::NumberFault) -> Error {
         bad_cell(&row[column], fault).at(self.place(row, column))
     }
 }
@@ -409,8 +409,8 @@ fn is_repeated(error: &Error) -> bool {
 /// [`ErrorKind::LimitExceeded`] at the first row beyond `samples` or `table_cells`.
 fn check_counts(
     text: &[u8],
-    layout: &Layout,
-    wanted: &Wanted<'_>,
+    layout: &TableLayout,
+    wanted: &WantedColumns<'_>,
     limits: &Limits,
 ) -> Result<(), Error> {
     let columns = wanted.columns.len() + wanted.counters.len();

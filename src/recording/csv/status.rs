@@ -3,7 +3,7 @@
 
 use super::cell::shown;
 use super::header::Column;
-use super::layout::Layout;
+use super::layout::TableLayout;
 use super::records::Records;
 use crate::error::Error;
 use crate::recording::laboratory::{self, Remark};
@@ -189,7 +189,7 @@ pub(super) struct StatusColumn {
 
 impl StatusColumn {
     /// Returns the one column of which it speaks: `acc_y_status` speaks of `acc_y`.
-    fn is_about(&self, layout: &Layout) -> Option<usize> {
+    fn is_about(&self, layout: &TableLayout) -> Option<usize> {
         let label = layout.columns[self.index].label.to_lowercase();
         (0..layout.columns.len())
             .filter(|other| {
@@ -257,7 +257,7 @@ impl StatusFinding {
 /// # Errors
 ///
 /// Those of the table reader.
-pub(super) fn read(text: &[u8], layout: &Layout) -> Result<Vec<StatusColumn>, Error> {
+pub(super) fn read(text: &[u8], layout: &TableLayout) -> Result<Vec<StatusColumn>, Error> {
     let mut columns: Vec<StatusColumn> = layout
         .columns
         .iter()
@@ -293,7 +293,7 @@ pub(super) fn read(text: &[u8], layout: &Layout) -> Result<Vec<StatusColumn>, Er
 /// `at_s` tells the instant of a row [s].
 pub(super) fn of_columns(
     columns: &[StatusColumn],
-    layout: &Layout,
+    layout: &TableLayout,
     passed: &[usize],
     at_s: impl Fn(usize) -> Option<f64>,
 ) -> Vec<StatusFinding> {

@@ -1,8 +1,8 @@
 //! Curve files: two columns of numbers, no header.
 
 use crate::error::{Error, ErrorKind, Place};
-use crate::recording::csv::encoding;
-use crate::recording::csv::number::{Decimal, PrintedDigits};
+use crate::recording::encoding;
+use crate::recording::number::{Decimal, PrintedDigits};
 use crate::recording::{Limits, text};
 
 /// The numbers of a curve file.

@@ -3,7 +3,7 @@
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::filtered::{Filtered, filter_in};
 use crate::recording::words::{Words, word_list};
-use crate::recording::{Finding, Limits, Stated, csv::encoding, laboratory, text, time_base};
+use crate::recording::{Finding, Limits, Stated, encoding, laboratory, text, time_base};
 use crate::units::{AccelerationUnit, SampleRate};
 
 /// Fields of a line of instrumentation.
@@ -17,13 +17,13 @@ static NEAR_A_LATCH: Words = word_list!("nhtsa-near-a-latch");
 
 /// The instrumentation of a test.
 #[derive(Debug)]
-pub(super) struct Test {
-    pub(super) entries: Vec<Entry>,
+pub(super) struct TestInstruments {
+    pub(super) entries: Vec<CurveEntry>,
 }
 
 /// A curve as its line describes it.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Entry {
+pub(super) struct CurveEntry {
     vehicle: u32,
     pub(super) number: u32,
     /// Type of sensor: `AC` for acceleration.
@@ -46,12 +46,12 @@ pub(super) struct Entry {
     comment: String,
 }
 
-impl Test {
+impl TestInstruments {
     pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Error> {
         let (bytes, _) = encoding::decode(bytes, limits)?;
         text::check_line_lengths(&bytes, limits)?;
         let content = String::from_utf8_lossy(&bytes);
-        let mut entries: Vec<Entry> = Vec::new();
+        let mut entries: Vec<CurveEntry> = Vec::new();
         let mut inside = false;
         for (number, line) in text::lines(&content) {
             let line = line.trim();
@@ -66,7 +66,7 @@ impl Test {
                 continue;
             }
             let place = Place::default().line(number);
-            let entry = Entry::read(line).map_err(|error| error.at(place.clone()))?;
+            let entry = CurveEntry::read(line).map_err(|error| error.at(place.clone()))?;
             if entries.iter().any(|known| known.number == entry.number) {
                 return Err(Error::from(ErrorKind::Malformed {
                     expected: "one line for each curve".into(),
@@ -88,12 +88,12 @@ impl Test {
         Ok(Self { entries })
     }
 
-    pub(super) fn find(&self, number: u32) -> Option<&Entry> {
+    pub(super) fn find(&self, number: u32) -> Option<&CurveEntry> {
         self.entries.iter().find(|entry| entry.number == number)
     }
 }
 
-impl Entry {
+impl CurveEntry {
     fn read(line: &str) -> Result<Self, Error> {
         let mut fields: Vec<&str> = line.split('|').map(str::trim).collect();
         // The comment stands last and may hold a `|` of its own; other sections' lines end

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column;
-use crate::recording::csv::number::Decimal;
+use crate::recording::number::Decimal;
 use crate::recording::{Finding, Limits, text};
 
 /// What closes each header.
@@ -38,7 +38,7 @@ const NOTES: &[&str] = &["Description", "Notes", "Comment", "Comments", "Remarks
 
 /// Words of the operator's in a header.
 #[derive(Debug)]
-pub(super) struct Words {
+pub(super) struct OperatorText {
     /// The text in each way in which it can be read: whole, and where it has cells, cell by cell.
     pub(super) readings: Vec<String>,
     /// Whether it is told even if nothing in it speaks of the samples.
@@ -92,7 +92,7 @@ pub(super) struct Header {
     /// Column of the Comment, counted from 0; beyond the last one if there is none.
     pub(super) comment_column: usize,
     /// What was written in words: each remark in the ways in which it can be read.
-    pub(super) words: Vec<Words>,
+    pub(super) words: Vec<OperatorText>,
     /// The decimal mark that the header declares.
     pub(super) decimal: Option<char>,
 }
@@ -226,7 +226,7 @@ impl Header {
         if filled.len() > 1 || !is_note {
             readings.extend(filled);
         }
-        self.words.push(Words { readings, is_note });
+        self.words.push(OperatorText { readings, is_note });
     }
 
     fn describe(&mut self, names: &[String], rows: &[(u64, Vec<String>)]) -> Result<(), Error> {

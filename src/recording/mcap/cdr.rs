@@ -3,7 +3,7 @@
 //!
 //! Read is plain CDR (XCDR version 1), which every ROS 2 middleware writes into logs.
 
-use super::schema::{Number, Plan, Step};
+use super::schema::{DecodePlan, DecodeStep, Number};
 
 /// Bytes of the header that tells the byte order.
 const HEADER: usize = 4;
@@ -18,11 +18,11 @@ const PADDING: usize = 3;
 ///
 /// What is wrong with the message, in words: expected, then found.
 pub(super) fn read(
-    plan: &Plan,
+    plan: &DecodePlan,
     message: &[u8],
     slots: &mut [f64],
     longest: u64,
-) -> Result<(), Fault> {
+) -> Result<(), MessageFault> {
     let Some((header, body)) = message.split_at_checked(HEADER) else {
         return Err(fault(
             "a message with a CDR header of 4 bytes",
@@ -40,7 +40,7 @@ pub(super) fn read(
         }
     };
     finish(
-        Walk {
+        CdrCursor {
             body,
             at: 0,
             little,
@@ -59,12 +59,12 @@ pub(super) fn read(
 ///
 /// As [`read`].
 pub(super) fn read_ros1(
-    plan: &Plan,
+    plan: &DecodePlan,
     message: &[u8],
     slots: &mut [f64],
     longest: u64,
-) -> Result<(), Fault> {
-    let walk = Walk {
+) -> Result<(), MessageFault> {
+    let walk = CdrCursor {
         body: message,
         at: 0,
         little: true,
@@ -74,7 +74,12 @@ pub(super) fn read_ros1(
     finish(walk, plan, slots, 0)
 }
 
-fn finish(mut walk: Walk<'_>, plan: &Plan, slots: &mut [f64], padding: usize) -> Result<(), Fault> {
+fn finish(
+    mut walk: CdrCursor<'_>,
+    plan: &DecodePlan,
+    slots: &mut [f64],
+    padding: usize,
+) -> Result<(), MessageFault> {
     walk.run(&plan.steps, slots)?;
     let left = walk.body.len() - walk.at;
     if left > padding {
@@ -88,15 +93,15 @@ fn finish(mut walk: Walk<'_>, plan: &Plan, slots: &mut [f64], padding: usize) ->
 
 /// What is wrong with a message.
 #[derive(Debug)]
-pub(super) struct Fault {
+pub(super) struct MessageFault {
     pub(super) expected: String,
     pub(super) found: String,
     /// Length of a text that is longer than allowed [byte].
     pub(super) too_long: Option<u64>,
 }
 
-fn fault(expected: &str, found: &str) -> Fault {
-    Fault {
+fn fault(expected: &str, found: &str) -> MessageFault {
+    MessageFault {
         expected: expected.to_string(),
         found: found.to_string(),
         too_long: None,
@@ -112,7 +117,7 @@ pub(super) fn fingerprint(text: &[u8]) -> f64 {
     (hash >> 11) as f64
 }
 
-struct Walk<'a> {
+struct CdrCursor<'a> {
     body: &'a [u8],
     at: usize,
     little: bool,
@@ -121,28 +126,28 @@ struct Walk<'a> {
     longest: u64,
 }
 
-impl<'a> Walk<'a> {
+impl<'a> CdrCursor<'a> {
     // Every element of a repeat or a sequence takes at least one byte, so that a count which
     // promises more than the message holds ends at the end of the message.
-    fn run(&mut self, steps: &[Step], slots: &mut [f64]) -> Result<(), Fault> {
+    fn run(&mut self, steps: &[DecodeStep], slots: &mut [f64]) -> Result<(), MessageFault> {
         for step in steps {
             match step {
-                Step::Skip { size, count } => {
+                DecodeStep::Skip { size, count } => {
                     let bytes = usize::try_from(*count)
                         .ok()
                         .and_then(|count| count.checked_mul(*size));
                     self.aligned(*size, bytes.unwrap_or(usize::MAX))?;
                 }
-                Step::Take { number, slot } => {
+                DecodeStep::Take { number, slot } => {
                     let value = self.number(*number)?;
                     if let Some(place) = slots.get_mut(*slot) {
                         *place = value;
                     }
                 }
-                Step::Text { slot } => {
+                DecodeStep::Text { slot } => {
                     let length = self.length()?;
                     if length > self.longest {
-                        return Err(Fault {
+                        return Err(MessageFault {
                             too_long: Some(length),
                             ..fault("a shorter string", "a longer one")
                         });
@@ -153,12 +158,12 @@ impl<'a> Walk<'a> {
                         *place = fingerprint(text.strip_suffix(&[0]).unwrap_or(text));
                     }
                 }
-                Step::Repeat { count, element } => {
+                DecodeStep::Repeat { count, element } => {
                     for _ in 0..*count {
                         self.run(element, slots)?;
                     }
                 }
-                Step::Sequence { element, picks } => self.sequence(element, picks, slots)?,
+                DecodeStep::Sequence { element, picks } => self.sequence(element, picks, slots)?,
             }
         }
         Ok(())
@@ -166,10 +171,10 @@ impl<'a> Walk<'a> {
 
     fn sequence(
         &mut self,
-        element: &[Step],
-        picks: &[(u64, Vec<Step>)],
+        element: &[DecodeStep],
+        picks: &[(u64, Vec<DecodeStep>)],
         slots: &mut [f64],
-    ) -> Result<(), Fault> {
+    ) -> Result<(), MessageFault> {
         let length = self.length()?;
         if let Some((index, _)) = picks.last()
             && *index >= length
@@ -179,7 +184,7 @@ impl<'a> Walk<'a> {
                 &format!("{length} elements"),
             ));
         }
-        if let ([Step::Skip { size, count: 1 }], [], 1..) = (element, picks, length) {
+        if let ([DecodeStep::Skip { size, count: 1 }], [], 1..) = (element, picks, length) {
             let bytes = usize::try_from(length)
                 .ok()
                 .and_then(|length| length.checked_mul(*size));
@@ -199,7 +204,7 @@ impl<'a> Walk<'a> {
         Ok(())
     }
 
-    fn length(&mut self) -> Result<u64, Fault> {
+    fn length(&mut self) -> Result<u64, MessageFault> {
         let bytes = self.aligned(4, 4)?;
         let mut array = [0; 4];
         array.copy_from_slice(bytes);
@@ -210,7 +215,7 @@ impl<'a> Walk<'a> {
         }))
     }
 
-    fn number(&mut self, number: Number) -> Result<f64, Fault> {
+    fn number(&mut self, number: Number) -> Result<f64, MessageFault> {
         let size = number.size();
         let mut array = [0; 8];
         array[..size].copy_from_slice(self.aligned(size, size)?);
@@ -233,7 +238,7 @@ impl<'a> Walk<'a> {
     }
 
     /// Steps to a multiple of `size` [byte] and takes `count` bytes.
-    fn aligned(&mut self, size: usize, count: usize) -> Result<&'a [u8], Fault> {
+    fn aligned(&mut self, size: usize, count: usize) -> Result<&'a [u8], MessageFault> {
         let start = if self.aligned {
             self.at.next_multiple_of(size)
         } else {

@@ -26,7 +26,7 @@ pub(super) enum Leaf {
 pub(super) fn walk(message: &[u8], sink: &mut dyn FnMut(&str, Leaf)) -> Result<(), String> {
     let mut deserializer = serde_json::Deserializer::from_slice(message);
     let mut path = String::new();
-    Walk {
+    JsonWalk {
         path: &mut path,
         sink,
     }
@@ -35,19 +35,19 @@ pub(super) fn walk(message: &[u8], sink: &mut dyn FnMut(&str, Leaf)) -> Result<(
     .map_err(|error| error.to_string())
 }
 
-struct Walk<'a> {
+struct JsonWalk<'a> {
     path: &'a mut String,
     sink: &'a mut dyn FnMut(&str, Leaf),
 }
 
-impl Walk<'_> {
+impl JsonWalk<'_> {
     fn leaf<E>(self, leaf: Leaf) -> Result<(), E> {
         (self.sink)(self.path, leaf);
         Ok(())
     }
 }
 
-impl<'de> DeserializeSeed<'de> for Walk<'_> {
+impl<'de> DeserializeSeed<'de> for JsonWalk<'_> {
     type Value = ();
 
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
@@ -55,7 +55,7 @@ impl<'de> DeserializeSeed<'de> for Walk<'_> {
     }
 }
 
-impl<'de> Visitor<'de> for Walk<'_> {
+impl<'de> Visitor<'de> for JsonWalk<'_> {
     type Value = ();
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -90,7 +90,7 @@ impl<'de> Visitor<'de> for Walk<'_> {
         let length = self.path.len();
         for index in 0_u64.. {
             self.path.push_str(&format!("[{index}]"));
-            let element = elements.next_element_seed(Walk {
+            let element = elements.next_element_seed(JsonWalk {
                 path: &mut *self.path,
                 sink: &mut *self.sink,
             })?;
@@ -109,7 +109,7 @@ impl<'de> Visitor<'de> for Walk<'_> {
                 self.path.push('.');
             }
             self.path.push_str(&key);
-            entries.next_value_seed(Walk {
+            entries.next_value_seed(JsonWalk {
                 path: &mut *self.path,
                 sink: &mut *self.sink,
             })?;

@@ -3,7 +3,7 @@
 use super::json::{self, Leaf};
 use super::protobuf;
 use super::schema::{
-    Budget, Definitions, Dialect, FIELDS, Number, Plan, plain_name, too_many_fields,
+    Budget, DecodePlan, Definitions, Dialect, FIELDS, Number, plain_name, too_many_fields,
 };
 use crate::error::{Candidates, Error, ErrorKind};
 use crate::recording::csv::header::Column as Named;
@@ -20,7 +20,7 @@ const LATERAL: [(&str, &str); 2] = [
 
 /// Fields that a message type is asked for.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Wanted {
+pub(super) enum WantedFields {
     /// The lateral acceleration.
     Lateral,
     /// This one.
@@ -142,15 +142,15 @@ const JSON_STAMPS: [[&str; 2]; 4] = [
 /// How the numbers of a message are found.
 #[derive(Debug)]
 pub(super) enum Extractor {
-    Cdr(Plan),
-    Ros1(Plan),
-    Protobuf(Vec<protobuf::Target>),
+    Cdr(DecodePlan),
+    Ros1(DecodePlan),
+    Protobuf(Vec<protobuf::ProtoTarget>),
     Json(Vec<String>),
 }
 
 /// Where in a message of a type stands what is wanted of it; topics of one type share it.
 #[derive(Debug)]
-pub(super) struct Layout {
+pub(super) struct MessageLayout {
     pub(super) extractor: Extractor,
     /// The fields, with their units.
     pub(super) columns: Vec<(String, Option<AccelerationUnit>)>,
@@ -162,7 +162,7 @@ pub(super) struct Layout {
     pub(super) stamped: bool,
 }
 
-impl Layout {
+impl MessageLayout {
     /// Returns how many numbers are taken from a message.
     pub(super) fn slots(&self) -> usize {
         self.columns.len()
@@ -204,7 +204,7 @@ impl Unfit {
 }
 
 /// The layout of a type's messages, or why there is none.
-pub(super) type Laid = Result<Rc<Layout>, Rc<Unfit>>;
+pub(super) type Laid = Result<Rc<MessageLayout>, Rc<Unfit>>;
 
 /// Finds what is wanted of the messages of a type that has a schema.
 ///
@@ -214,7 +214,7 @@ pub(super) type Laid = Result<Rc<Layout>, Rc<Unfit>>;
 pub(super) fn layout(
     encoding: &str,
     schema: Option<&Schema>,
-    wanted: &Wanted,
+    wanted: &WantedFields,
     budget: &mut Budget,
 ) -> Result<Laid, Error> {
     let layout = match encoding {
@@ -232,9 +232,9 @@ pub(super) fn layout(
 fn ros_layout(
     encoding: &str,
     schema: Option<&Schema>,
-    wanted: &Wanted,
+    wanted: &WantedFields,
     budget: &mut Budget,
-) -> Result<Layout, Unfit> {
+) -> Result<MessageLayout, Unfit> {
     refuse_encoding(encoding)?;
     let Some(schema) = schema else {
         return Err(refused(
@@ -290,7 +290,7 @@ fn ros_layout(
         all.extend(stamp);
     }
     let plan = definitions.plan(&all, budget)?;
-    Ok(Layout {
+    Ok(MessageLayout {
         extractor: match dialect {
             Dialect::Ros2 => Extractor::Cdr(plan),
             Dialect::Ros1 => Extractor::Ros1(plan),
@@ -304,9 +304,9 @@ fn ros_layout(
 
 fn protobuf_layout(
     schema: Option<&Schema>,
-    wanted: &Wanted,
+    wanted: &WantedFields,
     budget: &mut Budget,
-) -> Result<Layout, Unfit> {
+) -> Result<MessageLayout, Unfit> {
     let Some(schema) = schema else {
         return Err(refused(
             "a schema for the topic's messages",
@@ -347,11 +347,11 @@ fn protobuf_layout(
         .target(ESTIMATE)
         .filter(|_| asks_for_estimate(&paths));
     let estimated = estimate.is_some();
-    targets.extend(estimate.map(protobuf::Target::or_zero));
+    targets.extend(estimate.map(protobuf::ProtoTarget::or_zero));
     let stamp = descriptor.stamp();
     let stamped = stamp.is_some();
     targets.extend(stamp.into_iter().flatten());
-    Ok(Layout {
+    Ok(MessageLayout {
         extractor: Extractor::Protobuf(targets),
         columns,
         estimate: estimated,
@@ -370,13 +370,13 @@ fn asks_for_estimate(paths: &[String]) -> bool {
 /// Returns the paths of the fields that are wanted of a message type.
 fn wanted_paths(
     schema_name: &str,
-    wanted: &Wanted,
+    wanted: &WantedFields,
     mut floats: Vec<String>,
     known: &[String],
 ) -> Result<Vec<String>, Unfit> {
     let paths = match wanted {
-        Wanted::Path(path) => vec![path.clone()],
-        Wanted::Every => {
+        WantedFields::Path(path) => vec![path.clone()],
+        WantedFields::Every => {
             // Those that could be meant are shown however many come before them.
             let mut place = 0;
             floats.retain(|path| {
@@ -385,7 +385,7 @@ fn wanted_paths(
             });
             floats
         }
-        Wanted::Lateral => match lateral_path(schema_name) {
+        WantedFields::Lateral => match lateral_path(schema_name) {
             Some(path) => vec![path.to_string()],
             None => primary(
                 floats
@@ -397,7 +397,7 @@ fn wanted_paths(
     };
     match (wanted, paths.as_slice()) {
         (_, []) => Err(Unfit::NoField(String::new(), listed(known))),
-        (Wanted::Lateral, [_, _, ..]) => Err(Unfit::Ambiguous(paths)),
+        (WantedFields::Lateral, [_, _, ..]) => Err(Unfit::Ambiguous(paths)),
         _ => Ok(paths),
     }
 }
@@ -418,13 +418,13 @@ fn listed(known: &[String]) -> Vec<String> {
 }
 
 /// Returns which of a message's numbers are wanted.
-fn json_fields(numbers: &[String], wanted: &Wanted) -> Result<Vec<String>, Unfit> {
+fn json_fields(numbers: &[String], wanted: &WantedFields) -> Result<Vec<String>, Unfit> {
     let has = |path: &str| numbers.iter().any(|known| known == path);
     let lateral = || LATERAL.iter().map(|(_, path)| *path);
     match wanted {
-        Wanted::Path(path) if has(path) => Ok(vec![path.clone()]),
-        Wanted::Path(path) => Err(Unfit::NoField(path.clone(), listed(numbers))),
-        Wanted::Lateral => {
+        WantedFields::Path(path) if has(path) => Ok(vec![path.clone()]),
+        WantedFields::Path(path) => Err(Unfit::NoField(path.clone(), listed(numbers))),
+        WantedFields::Lateral => {
             let mut found: Vec<String> = lateral()
                 .filter(|path| has(path))
                 .map(str::to_string)
@@ -441,7 +441,7 @@ fn json_fields(numbers: &[String], wanted: &Wanted) -> Result<Vec<String>, Unfit
             }
             Ok(found)
         }
-        Wanted::Every => {
+        WantedFields::Every => {
             let bases = lateral()
                 .filter(|path| has(path))
                 .map(|path| path.trim_end_matches('y'));
@@ -467,8 +467,8 @@ fn json_fields(numbers: &[String], wanted: &Wanted) -> Result<Vec<String>, Unfit
 /// Returns with it the paths whose names were looked at.
 pub(super) fn json_layout(
     data: &[u8],
-    wanted: &Wanted,
-) -> Result<(Layout, BTreeSet<String>), Unfit> {
+    wanted: &WantedFields,
+) -> Result<(MessageLayout, BTreeSet<String>), Unfit> {
     let mut numbers: Vec<String> = Vec::new();
     let mut known = 0_usize;
     let mut frame = false;
@@ -480,7 +480,7 @@ pub(super) fn json_layout(
         let base = path.strip_suffix(['x', 'y', 'z']);
         let needed = JSON_STAMPS.as_flattened().contains(&path)
             || path == ESTIMATE
-            || matches!(wanted, Wanted::Path(wanted) if wanted == path)
+            || matches!(wanted, WantedFields::Path(wanted) if wanted == path)
             || lateral
                 .iter()
                 .any(|lateral| lateral.strip_suffix('y') == base);
@@ -517,7 +517,7 @@ pub(super) fn json_layout(
     paths.extend(estimate.then(|| ESTIMATE.to_string()));
     paths.extend(frame.then_some(frame_path));
     paths.extend(stamp.into_iter().flatten().map(String::from));
-    let layout = Layout {
+    let layout = MessageLayout {
         extractor: Extractor::Json(paths),
         columns,
         estimate,

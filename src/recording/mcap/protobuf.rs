@@ -81,17 +81,17 @@ impl Scalar {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Kind {
+enum ProtoKind {
     Number(Scalar),
     Message(String),
     Other,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-struct Field {
+struct ProtoField {
     name: String,
     number: u64,
-    kind: Kind,
+    kind: ProtoKind,
     repeated: bool,
     /// Whether a field that is not there means zero, as in proto3.
     zero_if_absent: bool,
@@ -101,22 +101,22 @@ struct Field {
 #[derive(Debug, Clone)]
 pub(super) struct Descriptor {
     root: String,
-    types: BTreeMap<String, Vec<Field>>,
+    types: BTreeMap<String, Vec<ProtoField>>,
     /// The types of entries of maps, which stand in a message in any order.
     maps: BTreeSet<String>,
 }
 
 /// A step on the way to a number: field number, and index if it is repeated.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Step {
+struct FieldStep {
     number: u64,
     index: Option<u64>,
 }
 
 /// The way to one number.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Target {
-    steps: Vec<Step>,
+pub(super) struct ProtoTarget {
+    steps: Vec<FieldStep>,
     scalar: Scalar,
     zero_if_absent: bool,
     /// Whether a message that lacks the way to it still has a value, zero.
@@ -195,7 +195,7 @@ impl Descriptor {
                         }
                     }
                 }
-                (2, Wire::Bytes(field)) => list.push(Field::read(field, proto3)?),
+                (2, Wire::Bytes(field)) => list.push(ProtoField::read(field, proto3)?),
                 (3, Wire::Bytes(nested)) => self.message(&name, nested, proto3, depth - 1)?,
                 _ => {}
             }
@@ -210,7 +210,7 @@ impl Descriptor {
     }
 
     /// Returns the way to the number at `path`.
-    pub(super) fn target(&self, path: &str) -> Option<Target> {
+    pub(super) fn target(&self, path: &str) -> Option<ProtoTarget> {
         let mut type_name = self.root.as_str();
         let mut steps = Vec::new();
         let parts: Vec<&str> = path.split('.').collect();
@@ -227,16 +227,16 @@ impl Descriptor {
             if field.repeated != index.is_some() {
                 return None;
             }
-            steps.push(Step {
+            steps.push(FieldStep {
                 number: field.number,
                 index,
             });
             match &field.kind {
                 // An entry of a map has no number of its own.
-                Kind::Message(inner) if self.maps.contains(inner) => return None,
-                Kind::Message(inner) if position + 1 < parts.len() => type_name = inner,
-                Kind::Number(scalar) if position + 1 == parts.len() => {
-                    return Some(Target {
+                ProtoKind::Message(inner) if self.maps.contains(inner) => return None,
+                ProtoKind::Message(inner) if position + 1 < parts.len() => type_name = inner,
+                ProtoKind::Number(scalar) if position + 1 == parts.len() => {
+                    return Some(ProtoTarget {
                         steps,
                         scalar: *scalar,
                         zero_if_absent: field.zero_if_absent && !field.repeated,
@@ -251,10 +251,10 @@ impl Descriptor {
     }
 
     /// Returns the ways to seconds and nanoseconds of the messages' stamp.
-    pub(super) fn stamp(&self) -> Option<[Target; 2]> {
+    pub(super) fn stamp(&self) -> Option<[ProtoTarget; 2]> {
         let own = self.types.get(&self.root)?;
-        let is_stamp = |field: &&Field| {
-            !field.repeated && field.kind == Kind::Message("google.protobuf.Timestamp".into())
+        let is_stamp = |field: &&ProtoField| {
+            !field.repeated && field.kind == ProtoKind::Message("google.protobuf.Timestamp".into())
         };
         let named = ["stamp", "timestamp", "time"].iter().find_map(|name| {
             own.iter()
@@ -272,7 +272,10 @@ impl Descriptor {
         bases.push("header.timestamp".into());
         for base in bases {
             for [seconds, nanos] in [["seconds", "nanos"], ["sec", "nanosec"], ["sec", "nsec"]] {
-                let way = |name: &str| self.target(&format!("{base}.{name}")).map(Target::or_zero);
+                let way = |name: &str| {
+                    self.target(&format!("{base}.{name}"))
+                        .map(ProtoTarget::or_zero)
+                };
                 if let (Some(seconds), Some(nanos)) = (way(seconds), way(nanos)) {
                     return Some([seconds, nanos]);
                 }
@@ -309,19 +312,19 @@ impl Descriptor {
             let array = if field.repeated { "[0..]" } else { "" };
             let path = format!("{prefix}{}{array}", field.name);
             match &field.kind {
-                Kind::Number(_) if found.len() >= FIELDS => return Err(too_many_fields()),
-                Kind::Number(scalar) => found.push((path, scalar.is_float())),
-                Kind::Message(inner) if !self.maps.contains(inner) => {
+                ProtoKind::Number(_) if found.len() >= FIELDS => return Err(too_many_fields()),
+                ProtoKind::Number(scalar) => found.push((path, scalar.is_float())),
+                ProtoKind::Message(inner) if !self.maps.contains(inner) => {
                     self.list(inner, &format!("{path}."), depth - 1, budget, found)?;
                 }
-                Kind::Message(_) | Kind::Other => {}
+                ProtoKind::Message(_) | ProtoKind::Other => {}
             }
         }
         Ok(())
     }
 }
 
-impl Target {
+impl ProtoTarget {
     /// Returns the same way, on which a message that lacks it means zero.
     pub(super) fn or_zero(self) -> Self {
         Self {
@@ -331,7 +334,7 @@ impl Target {
     }
 }
 
-impl Field {
+impl ProtoField {
     fn read(data: &[u8], proto3: bool) -> Result<Self, Error> {
         let (mut name, mut type_name) = (String::new(), String::new());
         let (mut number, mut kind, mut repeated, mut explicit) = (0, 0, false, false);
@@ -348,9 +351,9 @@ impl Field {
             }
         }
         let kind = match (Scalar::from_type(kind), kind) {
-            (Some(scalar), _) => Kind::Number(scalar),
-            (None, 11) => Kind::Message(type_name.trim_start_matches('.').to_string()),
-            _ => Kind::Other,
+            (Some(scalar), _) => ProtoKind::Number(scalar),
+            (None, 11) => ProtoKind::Message(type_name.trim_start_matches('.').to_string()),
+            _ => ProtoKind::Other,
         };
         Ok(Self {
             name,
@@ -368,12 +371,12 @@ impl Field {
 ///
 /// What is wrong with the message, in words: expected, then found.
 pub(super) fn read(
-    targets: &[Target],
+    targets: &[ProtoTarget],
     message: &[u8],
     slots: &mut [f64],
 ) -> Result<(), (String, String)> {
     let mut values: Vec<Option<f64>> = vec![None; targets.len()];
-    let wanted: Vec<(usize, &Target, &[Step])> = targets
+    let wanted: Vec<(usize, &ProtoTarget, &[FieldStep])> = targets
         .iter()
         .enumerate()
         .map(|(slot, target)| (slot, target, target.steps.as_slice()))
@@ -396,7 +399,7 @@ pub(super) fn read(
 
 fn walk(
     message: &[u8],
-    wanted: &[(usize, &Target, &[Step])],
+    wanted: &[(usize, &ProtoTarget, &[FieldStep])],
     values: &mut [Option<f64>],
 ) -> Result<(), (String, String)> {
     for (slot, target, steps) in wanted {
@@ -409,7 +412,7 @@ fn walk(
     for part in fields(message) {
         let (number, wire) =
             part.map_err(|error| ("a whole protobuf message".to_string(), error.to_string()))?;
-        let here: Vec<&(usize, &Target, &[Step])> = wanted
+        let here: Vec<&(usize, &ProtoTarget, &[FieldStep])> = wanted
             .iter()
             .filter(|(_, _, steps)| steps[0].number == number)
             .collect();
@@ -437,7 +440,7 @@ fn walk(
                 }
             };
         }
-        let deeper: Vec<(usize, &Target, &[Step])> = here
+        let deeper: Vec<(usize, &ProtoTarget, &[FieldStep])> = here
             .iter()
             .filter(|(_, _, steps)| steps.len() > 1 && steps[0].index.is_none_or(|at| at == index))
             .map(|(slot, target, steps)| (*slot, *target, &steps[1..]))
@@ -453,7 +456,7 @@ fn walk(
     Ok(())
 }
 
-fn mismatch(target: &Target) -> (String, String) {
+fn mismatch(target: &ProtoTarget) -> (String, String) {
     (
         format!("{} as the schema describes it", target.path),
         "another wire type".into(),

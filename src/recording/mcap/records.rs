@@ -249,11 +249,11 @@ pub(super) fn summary_start(data: &[u8]) -> Result<u64, Error> {
 }
 
 /// Walks the records inside a chunk.
-pub(super) struct Inside<'a> {
+pub(super) struct ChunkRecords<'a> {
     fields: Fields<'a>,
 }
 
-impl<'a> Inside<'a> {
+impl<'a> ChunkRecords<'a> {
     pub(super) fn new(chunk: &'a [u8]) -> Self {
         Self {
             fields: Fields::new("chunk", chunk),

@@ -2,7 +2,7 @@
 //! numbers in a message.
 //!
 //! The text holds the definition of one type, then those of the types it uses, divided by
-//! lines of 80 `=`, each opened by `MSG: package/Type`. A [`Plan`] is the definition laid
+//! lines of 80 `=`, each opened by `MSG: package/Type`. A [`DecodePlan`] is the definition laid
 //! flat: what to step over and what to take.
 
 use crate::error::{Error, ErrorKind};
@@ -90,7 +90,7 @@ impl Number {
 
 /// One step through a message.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Step {
+pub(super) enum DecodeStep {
     /// Steps over `count` values of `size` bytes, each aligned to its size.
     Skip { size: usize, count: u64 },
     /// Takes a number into a slot.
@@ -98,19 +98,22 @@ pub(super) enum Step {
     /// Steps over a string; its fingerprint goes into the slot, if there is one.
     Text { slot: Option<usize> },
     /// Steps over `count` elements.
-    Repeat { count: u64, element: Vec<Step> },
+    Repeat {
+        count: u64,
+        element: Vec<DecodeStep>,
+    },
     /// Goes through a sequence whose length stands before it; `picks` are taken at their
     /// index, in rising order, all others stepped over.
     Sequence {
-        element: Vec<Step>,
-        picks: Vec<(u64, Vec<Step>)>,
+        element: Vec<DecodeStep>,
+        picks: Vec<(u64, Vec<DecodeStep>)>,
     },
 }
 
 /// How to find the wanted numbers in a message.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Plan {
-    pub(super) steps: Vec<Step>,
+pub(super) struct DecodePlan {
+    pub(super) steps: Vec<DecodeStep>,
 }
 
 /// Whose definitions and encoding.
@@ -134,7 +137,7 @@ impl Dialect {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Kind {
+enum FieldKind {
     Number(Number),
     Bool,
     Text,
@@ -143,17 +146,17 @@ enum Kind {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Count {
+enum Multiplicity {
     One,
     Fixed(u64),
     Sequence,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-struct Field {
+struct MessageField {
     name: String,
-    kind: Kind,
-    count: Count,
+    kind: FieldKind,
+    count: Multiplicity,
 }
 
 /// A part of a field path: a name, with an index if it is an array.
@@ -165,7 +168,7 @@ struct Segment {
 
 /// A number field, as a path leads to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Target {
+pub(super) struct NumberField {
     pub(super) number: Number,
     /// The unit that the message type prescribes, if the field is an acceleration.
     pub(super) unit: Option<AccelerationUnit>,
@@ -176,7 +179,7 @@ pub(super) struct Target {
 pub(super) struct Definitions {
     dialect: Dialect,
     root: String,
-    types: BTreeMap<String, Vec<Field>>,
+    types: BTreeMap<String, Vec<MessageField>>,
 }
 
 impl Definitions {
@@ -185,7 +188,7 @@ impl Definitions {
         let root = plain_name(root);
         let mut types = BTreeMap::new();
         let mut name = root.clone();
-        let mut fields: Vec<Field> = Vec::new();
+        let mut fields: Vec<MessageField> = Vec::new();
         let mut opening = false;
         for line in text.lines().map(str::trim) {
             if line.len() >= DIVIDER && line.bytes().all(|byte| byte == b'=') {
@@ -221,10 +224,10 @@ impl Definitions {
         }
         // Every reader knows these two, so that some recorders leave them out.
         for name in ["Time", "Duration"] {
-            let part = |name: &str, number| Field {
+            let part = |name: &str, number| MessageField {
                 name: name.to_string(),
-                kind: Kind::Number(number),
-                count: Count::One,
+                kind: FieldKind::Number(number),
+                count: Multiplicity::One,
             };
             types
                 .entry(format!("builtin_interfaces/{name}"))
@@ -252,7 +255,7 @@ impl Definitions {
     }
 
     /// Returns the number field that `path` leads to.
-    pub(super) fn target(&self, path: &str) -> Option<Target> {
+    pub(super) fn target(&self, path: &str) -> Option<NumberField> {
         let mut type_name = self.root.as_str();
         let mut unit = None;
         let segments = segments(path)?;
@@ -265,11 +268,12 @@ impl Definitions {
                 .find(|field| field.name == segment.name)?;
             if !matches!(
                 (field.count, segment.index),
-                (Count::One, None) | (Count::Fixed(_) | Count::Sequence, Some(_))
+                (Multiplicity::One, None)
+                    | (Multiplicity::Fixed(_) | Multiplicity::Sequence, Some(_))
             ) {
                 return None;
             }
-            if let (Count::Fixed(count), Some(index)) = (field.count, segment.index)
+            if let (Multiplicity::Fixed(count), Some(index)) = (field.count, segment.index)
                 && index >= count
             {
                 return None;
@@ -282,9 +286,9 @@ impl Definitions {
                 unit = Some(AccelerationUnit::MetrePerSecondSquared);
             }
             match &field.kind {
-                Kind::Message(name) => type_name = name,
-                Kind::Number(number) if std::ptr::eq(segment, last) => {
-                    return Some(Target {
+                FieldKind::Message(name) => type_name = name,
+                FieldKind::Number(number) if std::ptr::eq(segment, last) => {
+                    return Some(NumberField {
                         number: *number,
                         unit,
                     });
@@ -322,17 +326,17 @@ impl Definitions {
             budget.spend()?;
             let name = &field.name;
             let path = match field.count {
-                Count::One => format!("{prefix}{name}"),
-                Count::Fixed(count) => format!("{prefix}{name}[0..{}]", count - 1),
-                Count::Sequence => format!("{prefix}{name}[0..]"),
+                Multiplicity::One => format!("{prefix}{name}"),
+                Multiplicity::Fixed(count) => format!("{prefix}{name}[0..{}]", count - 1),
+                Multiplicity::Sequence => format!("{prefix}{name}[0..]"),
             };
             match &field.kind {
-                Kind::Number(_) if found.len() >= FIELDS => return Err(too_many_fields()),
-                Kind::Number(number) => found.push((path, *number)),
-                Kind::Message(inner) => {
+                FieldKind::Number(_) if found.len() >= FIELDS => return Err(too_many_fields()),
+                FieldKind::Number(number) => found.push((path, *number)),
+                FieldKind::Message(inner) => {
                     self.list(inner, &format!("{path}."), depth - 1, budget, found)?;
                 }
-                Kind::Bool | Kind::Text | Kind::WideText => {}
+                FieldKind::Bool | FieldKind::Text | FieldKind::WideText => {}
             }
         }
         Ok(())
@@ -344,10 +348,12 @@ impl Definitions {
             let fields = self.types.get(type_name)?;
             fields
                 .iter()
-                .find(|field| field.name == name && field.count == Count::One)
+                .find(|field| field.name == name && field.count == Multiplicity::One)
         };
         match of(&self.root, field).map(|field| &field.kind) {
-            Some(Kind::Message(inner)) => of(inner, name).is_some_and(|f| f.kind == Kind::Text),
+            Some(FieldKind::Message(inner)) => {
+                of(inner, name).is_some_and(|f| f.kind == FieldKind::Text)
+            }
             _ => false,
         }
     }
@@ -358,7 +364,7 @@ impl Definitions {
     ///
     /// [`ErrorKind::Malformed`] if a type is missing or nested too deep, or if the message
     /// holds wide strings, whose layout differs between writers.
-    pub(super) fn plan(&self, paths: &[&str], budget: &mut Budget) -> Result<Plan, Error> {
+    pub(super) fn plan(&self, paths: &[&str], budget: &mut Budget) -> Result<DecodePlan, Error> {
         let wanted: Vec<(Vec<Segment>, usize)> = paths
             .iter()
             .enumerate()
@@ -369,7 +375,7 @@ impl Definitions {
             .map(|(segments, slot)| (segments.as_slice(), *slot))
             .collect();
         let steps = self.lay_type(&self.root, &wanted, DEPTH, budget)?;
-        Ok(Plan { steps })
+        Ok(DecodePlan { steps })
     }
 
     fn lay_type(
@@ -378,7 +384,7 @@ impl Definitions {
         wanted: &[(&[Segment], usize)],
         depth: usize,
         budget: &mut Budget,
-    ) -> Result<Vec<Step>, Error> {
+    ) -> Result<Vec<DecodeStep>, Error> {
         let Some(fields) = self.types.get(type_name) else {
             return Err(unreadable(
                 &format!("a definition of {type_name}"),
@@ -393,7 +399,7 @@ impl Definitions {
         }
         if fields.is_empty() && self.dialect == Dialect::Ros2 {
             // An empty type travels as one byte that stands for nothing.
-            return Ok(vec![Step::Skip { size: 1, count: 1 }]);
+            return Ok(vec![DecodeStep::Skip { size: 1, count: 1 }]);
         }
         let mut steps = Vec::new();
         for field in fields {
@@ -411,11 +417,11 @@ impl Definitions {
 
     fn lay_field(
         &self,
-        field: &Field,
+        field: &MessageField,
         wanted: &[(Option<u64>, &[Segment], usize)],
         depth: usize,
         budget: &mut Budget,
-        steps: &mut Vec<Step>,
+        steps: &mut Vec<DecodeStep>,
     ) -> Result<(), Error> {
         budget.spend()?;
         let mut lay =
@@ -431,8 +437,8 @@ impl Definitions {
         indices.sort_unstable();
         indices.dedup();
         match field.count {
-            Count::One => steps.extend(lay(&at(None))?),
-            Count::Fixed(count) => {
+            Multiplicity::One => steps.extend(lay(&at(None))?),
+            Multiplicity::Fixed(count) => {
                 let element = lay(&[])?;
                 let mut next = 0;
                 for index in indices.into_iter().filter(|index| *index < count) {
@@ -442,13 +448,13 @@ impl Definitions {
                 }
                 repeat(count - next, &element, steps);
             }
-            Count::Sequence => {
+            Multiplicity::Sequence => {
                 let element = lay(&[])?;
                 let mut picks = Vec::new();
                 for index in indices {
                     picks.push((index, lay(&at(Some(index)))?));
                 }
-                steps.push(Step::Sequence { element, picks });
+                steps.push(DecodeStep::Sequence { element, picks });
             }
         }
         Ok(())
@@ -456,42 +462,42 @@ impl Definitions {
 
     fn lay_element(
         &self,
-        kind: &Kind,
+        kind: &FieldKind,
         wanted: &[(&[Segment], usize)],
         depth: usize,
         budget: &mut Budget,
-    ) -> Result<Vec<Step>, Error> {
+    ) -> Result<Vec<DecodeStep>, Error> {
         Ok(match kind {
-            Kind::Number(number) => vec![match wanted.first() {
-                Some((_, slot)) => Step::Take {
+            FieldKind::Number(number) => vec![match wanted.first() {
+                Some((_, slot)) => DecodeStep::Take {
                     number: *number,
                     slot: *slot,
                 },
-                None => Step::Skip {
+                None => DecodeStep::Skip {
                     size: number.size(),
                     count: 1,
                 },
             }],
-            Kind::Bool => vec![Step::Skip { size: 1, count: 1 }],
-            Kind::Text => vec![Step::Text {
+            FieldKind::Bool => vec![DecodeStep::Skip { size: 1, count: 1 }],
+            FieldKind::Text => vec![DecodeStep::Text {
                 slot: wanted.first().map(|(_, slot)| *slot),
             }],
-            Kind::WideText => {
+            FieldKind::WideText => {
                 return Err(unreadable(
                     "numbers, booleans, strings and messages",
                     "a wide string, whose layout differs between writers",
                 ));
             }
-            Kind::Message(name) => self.lay_type(name, wanted, depth - 1, budget)?,
+            FieldKind::Message(name) => self.lay_type(name, wanted, depth - 1, budget)?,
         })
     }
 }
 
 /// Adds a type; a second definition must equal the first.
 fn define(
-    types: &mut BTreeMap<String, Vec<Field>>,
+    types: &mut BTreeMap<String, Vec<MessageField>>,
     name: &str,
-    fields: Vec<Field>,
+    fields: Vec<MessageField>,
 ) -> Result<(), Error> {
     match types.get(name) {
         Some(known) if *known != fields => Err(unreadable(
@@ -507,13 +513,15 @@ fn define(
 }
 
 /// Appends `count` times `element`.
-fn repeat(count: u64, element: &[Step], steps: &mut Vec<Step>) {
+fn repeat(count: u64, element: &[DecodeStep], steps: &mut Vec<DecodeStep>) {
     match (count, element) {
         // An empty ROS 1 type takes no byte, however many of it there are.
         (0, _) | (_, []) => {}
         (1, _) => steps.extend_from_slice(element),
-        (_, [Step::Skip { size, count: 1 }]) => steps.push(Step::Skip { size: *size, count }),
-        _ => steps.push(Step::Repeat {
+        (_, [DecodeStep::Skip { size, count: 1 }]) => {
+            steps.push(DecodeStep::Skip { size: *size, count })
+        }
+        _ => steps.push(DecodeStep::Repeat {
             count,
             element: element.to_vec(),
         }),
@@ -521,7 +529,7 @@ fn repeat(count: u64, element: &[Step], steps: &mut Vec<Step>) {
 }
 
 /// Reads one line of a definition; `None` for comments, constants and empty lines.
-fn field(line: &str, package: &str, dialect: Dialect) -> Result<Option<Field>, Error> {
+fn field(line: &str, package: &str, dialect: Dialect) -> Result<Option<MessageField>, Error> {
     let line = line.split('#').next().unwrap_or_default().trim();
     if line.is_empty() {
         return Ok(None);
@@ -548,17 +556,17 @@ fn field(line: &str, package: &str, dialect: Dialect) -> Result<Option<Field>, E
         return Err(bad());
     }
     let (element, count) = match type_text.split_once('[') {
-        None => (type_text, Count::One),
+        None => (type_text, Multiplicity::One),
         Some((element, size)) => {
             let size = size.strip_suffix(']').ok_or_else(bad)?;
             let count = if size.is_empty() || size.starts_with("<=") {
-                Count::Sequence
+                Multiplicity::Sequence
             } else {
                 let count = size.parse().map_err(|_| bad())?;
                 if count == 0 {
                     return Err(bad());
                 }
-                Count::Fixed(count)
+                Multiplicity::Fixed(count)
             };
             (element, count)
         }
@@ -566,28 +574,28 @@ fn field(line: &str, package: &str, dialect: Dialect) -> Result<Option<Field>, E
     // A bounded string reads as a string: the bound changes nothing in the message.
     let element = element.split("<=").next().unwrap_or_default();
     let kind = match element {
-        "time" if dialect == Dialect::Ros1 => Kind::Message("ros1/time".into()),
-        "duration" if dialect == Dialect::Ros1 => Kind::Message("ros1/duration".into()),
-        "Header" if dialect == Dialect::Ros1 => Kind::Message("std_msgs/Header".into()),
-        "byte" if dialect == Dialect::Ros1 => Kind::Number(Number::I8),
-        "bool" => Kind::Bool,
-        "byte" | "char" | "uint8" => Kind::Number(Number::U8),
-        "int8" => Kind::Number(Number::I8),
-        "int16" => Kind::Number(Number::I16),
-        "uint16" => Kind::Number(Number::U16),
-        "int32" => Kind::Number(Number::I32),
-        "uint32" => Kind::Number(Number::U32),
-        "int64" => Kind::Number(Number::I64),
-        "uint64" => Kind::Number(Number::U64),
-        "float32" => Kind::Number(Number::F32),
-        "float64" => Kind::Number(Number::F64),
-        "string" => Kind::Text,
-        "wstring" => Kind::WideText,
+        "time" if dialect == Dialect::Ros1 => FieldKind::Message("ros1/time".into()),
+        "duration" if dialect == Dialect::Ros1 => FieldKind::Message("ros1/duration".into()),
+        "Header" if dialect == Dialect::Ros1 => FieldKind::Message("std_msgs/Header".into()),
+        "byte" if dialect == Dialect::Ros1 => FieldKind::Number(Number::I8),
+        "bool" => FieldKind::Bool,
+        "byte" | "char" | "uint8" => FieldKind::Number(Number::U8),
+        "int8" => FieldKind::Number(Number::I8),
+        "int16" => FieldKind::Number(Number::I16),
+        "uint16" => FieldKind::Number(Number::U16),
+        "int32" => FieldKind::Number(Number::I32),
+        "uint32" => FieldKind::Number(Number::U32),
+        "int64" => FieldKind::Number(Number::I64),
+        "uint64" => FieldKind::Number(Number::U64),
+        "float32" => FieldKind::Number(Number::F32),
+        "float64" => FieldKind::Number(Number::F64),
+        "string" => FieldKind::Text,
+        "wstring" => FieldKind::WideText,
         "" => return Err(bad()),
-        other if other.contains('/') => Kind::Message(plain_name(other)),
-        other => Kind::Message(format!("{package}/{other}")),
+        other if other.contains('/') => FieldKind::Message(plain_name(other)),
+        other => FieldKind::Message(format!("{package}/{other}")),
     };
-    Ok(Some(Field {
+    Ok(Some(MessageField {
         name: name.to_string(),
         kind,
         count,

@@ -2,8 +2,8 @@
 
 use super::json::{self, Leaf};
 use super::layout::{
-    self, ESTIMATE, Extractor, FRAME, Laid, Layout, Unfit, Wanted, damaged_message, name_of,
-    says_lateral,
+    self, ESTIMATE, Extractor, FRAME, Laid, MessageLayout, Unfit, WantedFields, damaged_message,
+    name_of, says_lateral,
 };
 use super::schema::{FIELDS, too_many_fields};
 use super::{cdr, protobuf, records};
@@ -45,13 +45,13 @@ pub(super) type Finished = Vec<(String, Result<Channel, Error>)>;
 
 /// The messages of one topic, as far as they were read.
 #[derive(Debug)]
-pub(super) struct Series {
+pub(super) struct TopicSeries {
     topic: String,
     /// What was wanted of it.
-    wanted: Wanted,
+    wanted: WantedFields,
     /// `None` for JSON before its first message, which alone tells its fields, and where an
     /// error says why there is none.
-    layout: Option<Rc<Layout>>,
+    layout: Option<Rc<MessageLayout>>,
     columns: Vec<Column>,
     /// Numbers of the message at hand, as the layout says.
     slots: Vec<f64>,
@@ -72,9 +72,14 @@ pub(super) struct Series {
 /// What one path or column costs beside its values, in values.
 const OVERHEAD: u64 = 16;
 
-impl Series {
+impl TopicSeries {
     /// Prepares to read the messages of a topic; those of a JSON topic have no layout yet.
-    pub(super) fn new(topic: &str, wanted: &Wanted, laid: Option<&Laid>, kept: &mut u64) -> Self {
+    pub(super) fn new(
+        topic: &str,
+        wanted: &WantedFields,
+        laid: Option<&Laid>,
+        kept: &mut u64,
+    ) -> Self {
         let mut series = Self {
             topic: topic.to_string(),
             wanted: wanted.clone(),
@@ -96,7 +101,7 @@ impl Series {
         series
     }
 
-    fn take_layout(&mut self, layout: Rc<Layout>, kept: &mut u64) {
+    fn take_layout(&mut self, layout: Rc<MessageLayout>, kept: &mut u64) {
         let column = |(path, unit): &(String, Option<AccelerationUnit>)| Column {
             path: path.clone(),
             unit: *unit,
@@ -226,13 +231,13 @@ impl Series {
     /// Takes the numbers that are wanted from a message into the slots.
     fn extract(
         &mut self,
-        layout: &Layout,
+        layout: &MessageLayout,
         data: &[u8],
         kept: &mut u64,
         limits: &Limits,
     ) -> Result<(), Error> {
         let longest = limits.mcap_string_bytes;
-        let odd = |fault: cdr::Fault| match fault.too_long {
+        let odd = |fault: cdr::MessageFault| match fault.too_long {
             Some(length) => records::too_long(longest, length, "message"),
             None => damaged_message(&fault.expected, &fault.found),
         };
@@ -243,7 +248,8 @@ impl Series {
             Extractor::Protobuf(targets) => protobuf::read(targets, data, slots)
                 .map_err(|(expected, found)| damaged_message(&expected, &found)),
             Extractor::Json(paths) => {
-                let looked_at = (self.wanted == Wanted::Lateral).then_some(&mut self.looked_at);
+                let looked_at =
+                    (self.wanted == WantedFields::Lateral).then_some(&mut self.looked_at);
                 read_json(paths, data, slots, looked_at, kept).and_then(|other| match other {
                     None => Ok(()),
                     Some(path) => Err(ErrorKind::Malformed {

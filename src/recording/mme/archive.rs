@@ -496,14 +496,7 @@ fn tar<R: Read + Position>(
                 let keep = is_test_file(&name) || is_channel_file(&name);
                 if keep {
                     held = held.saturating_add(size);
-                    if held > limits.unpacked_bytes {
-                        return Err(over(
-                            "unpacked_bytes",
-                            limits.unpacked_bytes,
-                            "more bytes in the channel files together",
-                        )
-                        .at(Place::default().byte(stream.inner.position())));
-                    }
+                    check_held(held, stream, limits)?;
                 }
                 let bytes = stream.take(size, keep)?;
                 if keep && files.insert(name.clone(), bytes).is_some() {
@@ -512,16 +505,7 @@ fn tar<R: Read + Position>(
             }
             kind => {
                 let name = long_name.clone().unwrap_or_else(|| name_of(&header));
-                let is_wanted = is_test_file(&name) || is_channel_file(&name);
-                if is_wanted && !matches!(kind, b'5' | b'g' | b'x' | b'L' | b'K') {
-                    return Err(Error::from(ErrorKind::Malformed {
-                        expected: "the files of the test themselves in the archive".into(),
-                        found: format!("{} as a link or another kind of entry", text::shown(&name)),
-                        hint: "unpack the archive and name the folder, or pack it without links"
-                            .into(),
-                    })
-                    .at(Place::default().byte(stream.inner.position())));
-                }
+                refuse_link(kind, &name, stream)?;
                 // What a link points to may stand between a long name and its entry.
                 if kind != b'K' {
                     long_name = None;
@@ -530,6 +514,41 @@ fn tar<R: Read + Position>(
             }
         }
     }
+}
+
+/// Refuses a file of the test that is a link or another kind of entry.
+fn refuse_link<R: Read + Position>(
+    kind: u8,
+    name: &str,
+    stream: &Stream<'_, R>,
+) -> Result<(), Error> {
+    let is_wanted = is_test_file(name) || is_channel_file(name);
+    if is_wanted && !matches!(kind, b'5' | b'g' | b'x' | b'L' | b'K') {
+        return Err(Error::from(ErrorKind::Malformed {
+            expected: "the files of the test themselves in the archive".into(),
+            found: format!("{} as a link or another kind of entry", text::shown(name)),
+            hint: "unpack the archive and name the folder, or pack it without links".into(),
+        })
+        .at(Place::default().byte(stream.inner.position())));
+    }
+    Ok(())
+}
+
+/// Refuses channel files that are larger together than allowed.
+fn check_held<R: Read + Position>(
+    held: u64,
+    stream: &Stream<'_, R>,
+    limits: &Limits,
+) -> Result<(), Error> {
+    if held > limits.unpacked_bytes {
+        return Err(over(
+            "unpacked_bytes",
+            limits.unpacked_bytes,
+            "more bytes in the channel files together",
+        )
+        .at(Place::default().byte(stream.inner.position())));
+    }
+    Ok(())
 }
 
 fn name_of(header: &[u8; BLOCK as usize]) -> String {

@@ -3,11 +3,9 @@
 use super::code::{self, Code};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column;
-use crate::recording::csv::number::{Decimal, PrintedDigits};
+use crate::recording::number::{Decimal, PrintedDigits};
 use crate::recording::words::{Words, word_list};
-use crate::recording::{
-    Finding, Limits, Severity, Stated, csv::encoding, laboratory, text, time_base,
-};
+use crate::recording::{Finding, Limits, Severity, Stated, encoding, laboratory, text, time_base};
 use crate::units::{AccelerationUnit, SampleRate, TimeUnit};
 
 /// What stands for "nothing" as a value.
@@ -67,7 +65,7 @@ fn looks_like_sample(cell: &str) -> bool {
 
 /// What a line of a channel file is, up to its first sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Line<'a> {
+enum HeaderLine<'a> {
     Empty,
     Key(&'a str, &'a str),
     /// Text that was cut at a fixed width and goes on.
@@ -85,17 +83,17 @@ struct HeaderLines<'a> {
 }
 
 impl<'a> HeaderLines<'a> {
-    fn next(&mut self, line: &'a str) -> Line<'a> {
+    fn next(&mut self, line: &'a str) -> HeaderLine<'a> {
         let cell = line.trim();
         if cell.is_empty() {
-            return Line::Empty;
+            return HeaderLine::Empty;
         }
         if let Some((key, value)) = cell.split_once(':')
             && key.chars().any(char::is_alphabetic)
         {
             let (key, value) = (key.trim(), value.trim());
             (self.key, self.last) = (Some(key), value);
-            return Line::Key(key, value);
+            return HeaderLine::Key(key, value);
         }
         // Only a text goes on; a word alone is its rest where it was cut, not where it ended.
         let is_text = self
@@ -104,9 +102,9 @@ impl<'a> HeaderLines<'a> {
         let may_go_on = cell.contains(char::is_whitespace) || self.last.chars().count() >= CUT_AT;
         if is_text && may_go_on && cell != self.last && !looks_like_sample(cell) {
             self.last = cell;
-            return Line::Continued(cell);
+            return HeaderLine::Continued(cell);
         }
-        Line::Sample
+        HeaderLine::Sample
     }
 }
 
@@ -150,10 +148,10 @@ impl ChannelHeader {
         let mut lines = HeaderLines::default();
         for (_, line) in text::lines(content) {
             match lines.next(line) {
-                Line::Empty => {}
-                Line::Key(key, value) => header.push(key, value),
+                HeaderLine::Empty => {}
+                HeaderLine::Key(key, value) => header.push(key, value),
                 // Where a comment was cut counts, for a word may have been.
-                Line::Continued(text) => match header.lines.last_mut() {
+                HeaderLine::Continued(text) => match header.lines.last_mut() {
                     Some((key, _)) if is_comment(key) => {
                         let key = key.clone();
                         header.push(&key, text);
@@ -164,7 +162,7 @@ impl ChannelHeader {
                     }
                     None => {}
                 },
-                Line::Sample => {
+                HeaderLine::Sample => {
                     header.is_whole = true;
                     // What is no number ends no header: the reading of samples refuses it, and
                     // what stands behind it may say which channel this is.
@@ -712,7 +710,7 @@ impl Samples {
                 })
                 .at(Place::default().line(number)));
             }
-            inside = inside || header.next(cell) == Line::Sample;
+            inside = inside || header.next(cell) == HeaderLine::Sample;
             if !inside {
                 continue;
             }

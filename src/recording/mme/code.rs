@@ -10,7 +10,7 @@ static STRUCTURE: Words = word_list!("iso-mme-structure");
 
 /// A side of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Side {
+pub(super) enum VehicleSide {
     Left,
     Right,
 }
@@ -72,15 +72,15 @@ impl Code {
     }
 
     /// Returns the side that position or fine location name.
-    pub(super) fn side(&self) -> Option<Side> {
+    pub(super) fn side(&self) -> Option<VehicleSide> {
         match self.0[1] {
-            b'1' | b'4' | b'7' => return Some(Side::Left),
-            b'3' | b'6' | b'9' => return Some(Side::Right),
+            b'1' | b'4' | b'7' => return Some(VehicleSide::Left),
+            b'3' | b'6' | b'9' => return Some(VehicleSide::Right),
             _ => {}
         }
         self.0[6..12].chunks(2).find_map(|fine| match fine {
-            b"LE" => Some(Side::Left),
-            b"RI" => Some(Side::Right),
+            b"LE" => Some(VehicleSide::Left),
+            b"RI" => Some(VehicleSide::Right),
             _ => None,
         })
     }

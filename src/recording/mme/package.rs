@@ -2,10 +2,10 @@
 
 use super::archive::{Archive, is_archive};
 use super::channel::{ChannelHeader, Samples, looks_like_channel};
-use super::code::{self, Code, Side};
+use super::code::{self, Code, VehicleSide};
 use super::names::{is_channel_file, kept, number_of, suffix_of, test_of};
 use crate::error::{Error, ErrorKind, Place};
-use crate::recording::csv::encoding;
+use crate::recording::encoding;
 use crate::recording::source::Reader;
 use crate::recording::text;
 use crate::recording::{Finding, Limits};
@@ -17,7 +17,7 @@ const HELD_TWICE: usize = 16 << 20;
 
 /// A channel of the test.
 #[derive(Debug)]
-pub(super) struct Entry {
+pub(super) struct ChannelEntry {
     /// File, as the package names it.
     pub(super) file: String,
     /// The file's number as its suffix has it: `003`.
@@ -27,7 +27,7 @@ pub(super) struct Entry {
     pub(super) header: ChannelHeader,
 }
 
-impl Entry {
+impl ChannelEntry {
     /// Tells whether a word is the channel's name, code or file number.
     pub(super) fn is_named(&self, wanted: &str) -> bool {
         let wanted = wanted.trim();
@@ -128,16 +128,7 @@ impl Package {
         if source.is_folder() {
             let names = kept(source.list(true, limits)?);
             check_one_test(&names, false)?;
-            return Ok(Self {
-                names,
-                archive: None,
-                place: Where::Beside,
-                given: None,
-                header_bytes: 0,
-                kept: BTreeMap::new(),
-                keeps: false,
-                parts: BTreeSet::new(),
-            });
+            return Ok(Self::beside(names));
         }
         let head = source.head()?;
         if is_archive(&head) {
@@ -151,14 +142,9 @@ impl Package {
             }
             check_one_test(&names, true)?;
             return Ok(Self {
-                names,
                 archive: Some(source.name().to_string()),
                 place: Where::Archive(Box::new(archive)),
-                given: None,
-                header_bytes: 0,
-                kept: BTreeMap::new(),
-                keeps: false,
-                parts: BTreeSet::new(),
+                ..Self::beside(names)
             });
         }
         if looks_like_channel(&head) {
@@ -171,14 +157,8 @@ impl Package {
                 names.push(name.clone());
             }
             return Ok(Self {
-                names,
-                archive: None,
-                place: Where::Beside,
                 given: Some((name, bytes)),
-                header_bytes: 0,
-                kept: BTreeMap::new(),
-                keeps: false,
-                parts: BTreeSet::new(),
+                ..Self::beside(names)
             });
         }
         let name = source.name().to_string();
@@ -202,7 +182,12 @@ impl Package {
             names.push(name);
         }
         check_one_test(&names, false)?;
-        Ok(Self {
+        Ok(Self::beside(names))
+    }
+
+    /// A test of which nothing is read yet, its files beside one another in a folder.
+    fn beside(names: Vec<String>) -> Self {
+        Self {
             names,
             archive: None,
             place: Where::Beside,
@@ -211,7 +196,7 @@ impl Package {
             kept: BTreeMap::new(),
             keeps: false,
             parts: BTreeSet::new(),
-        })
+        }
     }
 
     /// Names a file for a message, with the archive that holds it.
@@ -409,7 +394,7 @@ impl Package {
         source: &Reader,
         limits: &Limits,
         findings: &mut Vec<Finding>,
-    ) -> Result<Vec<Entry>, Error> {
+    ) -> Result<Vec<ChannelEntry>, Error> {
         let given = self.given.as_ref().map(|(name, _)| name.clone());
         let files: Vec<String> = self
             .names
@@ -424,7 +409,7 @@ impl Package {
             let label = header
                 .label()
                 .unwrap_or_else(|| file.rsplit('/').next().unwrap_or(&file).to_string());
-            entries.push(Entry {
+            entries.push(ChannelEntry {
                 label: text::shown(&label),
                 file,
                 suffix,
@@ -437,7 +422,7 @@ impl Package {
     /// Holds the test's list of channels, the `.chn`, against the channel files.
     pub(super) fn list_finding(
         &mut self,
-        channels: &[Entry],
+        channels: &[ChannelEntry],
         source: &Reader,
         limits: &Limits,
     ) -> Result<Option<Finding>, Error> {
@@ -450,54 +435,7 @@ impl Package {
             return Ok(None);
         };
         let content = self.test_file(&list, source, limits)?;
-        let files: BTreeMap<u32, &Entry> = channels
-            .iter()
-            .filter_map(|entry| Some((number_of(&entry.file)?, entry)))
-            .collect();
-        let mut differences = Vec::new();
-        let mut listed = BTreeSet::new();
-        for (key, value) in text::lines(&content).filter_map(|(_, line)| line.split_once(':')) {
-            let key = key.trim().to_ascii_lowercase();
-            let value = value.trim();
-            if key == "number of channels" {
-                if value
-                    .parse::<usize>()
-                    .is_ok_and(|number| number != files.len())
-                {
-                    differences.push(format!("{value} channels for {} files", files.len()));
-                }
-                continue;
-            }
-            let number = key.strip_prefix("name of channel").map(str::trim);
-            let Some(number) = number.and_then(|number| number.parse::<u32>().ok()) else {
-                continue;
-            };
-            listed.insert(number);
-            let code = value.split('/').next().and_then(Code::new);
-            match (files.get(&number), code) {
-                (None, _) => differences.push(format!("{number:03}, which has no file")),
-                (Some(entry), Some(code)) => {
-                    if let Some(own) = entry.header.code()
-                        && !own.agrees_with(&code)
-                    {
-                        differences.push(format!(
-                            "{} as {number:03}, whose file says {}",
-                            code.text(),
-                            own.text()
-                        ));
-                    }
-                }
-                (Some(_), None) => {}
-            }
-        }
-        if !listed.is_empty() {
-            differences.extend(
-                files
-                    .keys()
-                    .filter(|number| !listed.contains(number))
-                    .map(|number| format!("nothing as {number:03}, which has a file")),
-            );
-        }
+        let mut differences = list_differences(&content, channels);
         if differences.is_empty() {
             return Ok(None);
         }
@@ -527,7 +465,7 @@ impl Package {
         &mut self,
         source: &Reader,
         limits: &Limits,
-    ) -> Result<BTreeMap<u8, Side>, Error> {
+    ) -> Result<BTreeMap<u8, VehicleSide>, Error> {
         let header = self
             .names
             .iter()
@@ -568,8 +506,8 @@ impl Package {
             stated.insert(object, value);
         }
         let side = |value: &str| match value.split(|c: char| !c.is_alphabetic()).next() {
-            Some("left" | "le" | "links") => Some(Side::Left),
-            Some("right" | "ri" | "rechts") => Some(Side::Right),
+            Some("left" | "le" | "links") => Some(VehicleSide::Left),
+            Some("right" | "ri" | "rechts") => Some(VehicleSide::Right),
             _ => None,
         };
         Ok(stated
@@ -606,4 +544,57 @@ fn whole_lines(bytes: &[u8]) -> usize {
             .rposition(|byte| matches!(byte, b'\n' | b'\r'))
             .map_or(0, |at| at + 1),
     }
+}
+
+/// Lists what a test's list of channels says otherwise than its channel files.
+fn list_differences(content: &str, channels: &[ChannelEntry]) -> Vec<String> {
+    let files: BTreeMap<u32, &ChannelEntry> = channels
+        .iter()
+        .filter_map(|entry| Some((number_of(&entry.file)?, entry)))
+        .collect();
+    let mut differences = Vec::new();
+    let mut listed = BTreeSet::new();
+    for (key, value) in text::lines(content).filter_map(|(_, line)| line.split_once(':')) {
+        let key = key.trim().to_ascii_lowercase();
+        let value = value.trim();
+        if key == "number of channels" {
+            if value
+                .parse::<usize>()
+                .is_ok_and(|number| number != files.len())
+            {
+                differences.push(format!("{value} channels for {} files", files.len()));
+            }
+            continue;
+        }
+        let number = key.strip_prefix("name of channel").map(str::trim);
+        let Some(number) = number.and_then(|number| number.parse::<u32>().ok()) else {
+            continue;
+        };
+        listed.insert(number);
+        let code = value.split('/').next().and_then(Code::new);
+        match (files.get(&number), code) {
+            (None, _) => differences.push(format!("{number:03}, which has no file")),
+            (Some(entry), Some(code)) => {
+                if let Some(own) = entry.header.code()
+                    && !own.agrees_with(&code)
+                {
+                    differences.push(format!(
+                        "{} as {number:03}, whose file says {}",
+                        code.text(),
+                        own.text()
+                    ));
+                }
+            }
+            (Some(_), None) => {}
+        }
+    }
+    if !listed.is_empty() {
+        differences.extend(
+            files
+                .keys()
+                .filter(|number| !listed.contains(number))
+                .map(|number| format!("nothing as {number:03}, which has a file")),
+        );
+    }
+    differences
 }

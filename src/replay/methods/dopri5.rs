@@ -47,7 +47,7 @@ pub(super) fn run<E: Excitation>(
 }
 
 impl Adaptive {
-    fn scaled_error(&self, from: (f64, f64), step: &dopri5::Step) -> f64 {
+    fn scaled_error(&self, from: (f64, f64), step: &dopri5::IntegrationStep) -> f64 {
         let scale = |a: f64, b: f64| self.tolerance * (1.0 + a.abs().max(b.abs()));
         let q = step.error_q / scale(from.0, step.q);
         let v = step.error_v / scale(from.1, step.v);

@@ -6,7 +6,9 @@ use crate::report::number::{ABSENT, count, exact, significant, trimmed};
 use crate::report::plot::Figure;
 use crate::report::words::{self, DIGITS};
 use crate::verdict::Answer;
-use crate::verdict::decision::{FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, PASS_SHARE_MAX};
+use crate::verdict::decision::{
+    FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, PASS_SHARE_MAX, looks_in_words,
+};
 use crate::verdict::ensemble::{End, Ensemble};
 use crate::verdict::what_if::Change;
 use std::fmt::Write as _;
@@ -56,15 +58,16 @@ pub(super) fn gauge(page: &mut Page, document: &Document) {
         y += 17.0;
     }
     for (share, anchor, dx, text) in [
-        (PASS_SHARE_MAX, "start", 7.0, "a pass allows 5 %"),
-        (FAIL_SHARE_WITH_NOMINAL, "start", 7.0, "50 %"),
-        (FAIL_SHARE_MIN, "end", -7.0, "95 %"),
+        (PASS_SHARE_MAX, "start", 7.0, "a pass allows "),
+        (FAIL_SHARE_WITH_NOMINAL, "start", 7.0, ""),
+        (FAIL_SHARE_MIN, "end", -7.0, ""),
     ] {
         let at = x(share);
+        let percent = words::percent(share);
         let _ = write!(
             svg,
             "<line class=\"mark\" x1=\"{at:.2}\" y1=\"5\" x2=\"{at:.2}\" y2=\"{}\"/>\
-             <text x=\"{:.2}\" y=\"13\" text-anchor=\"{anchor}\">{text}</text>",
+             <text x=\"{:.2}\" y=\"13\" text-anchor=\"{anchor}\">{text}{percent} %</text>",
             bottom - 3.0,
             at + dx,
         );
@@ -124,11 +127,15 @@ pub(super) fn ensemble(page: &mut Page, document: &Document, drivers: Option<&Fi
         "ensemble",
         "Ensemble: levers scattered as design and input are uncertain",
     );
-    page.paragraph(
+    let looks = looks_in_words(|look| match (look / 1000, look % 1000) {
+        (0..10, _) => look.to_string(),
+        (thousands, rest) => format!("{thousands} {rest:03}"),
+    });
+    page.paragraph(&format!(
         "Each member is the design and the recording with independent normal draws, truncated at \
          three standard deviations; the first is the nominal lever. The rule looks at them after \
-         128, 512, 2048 and 10 000 and stops where it can decide.",
-    );
+         {looks} and stops where it can decide."
+    ));
     page.table(
         "ensembles",
         &[

@@ -4,7 +4,7 @@ use super::markup::Page;
 use super::sheet;
 use crate::margin::Quantity;
 use crate::report::MarginDocument;
-use crate::report::margin::{bracket, change, direction, with_unit};
+use crate::report::margin_words::{bracket, change, direction, with_unit};
 use crate::report::number::{ABSENT, significant};
 use crate::report::plot::{Figure, MARGIN_RULES};
 use crate::report::words;
@@ -84,6 +84,22 @@ fn card(page: &mut Page, document: &MarginDocument) {
 
 fn answers(page: &mut Page, document: &MarginDocument) {
     page.section("margins", "What would change the answer");
+    flips(page, document);
+    searched(page, document);
+    if let Some(mass) = document.counterweight.mass_kg {
+        page.note(&format!(
+            "A counterweight of {} kg at {} m leaves an unbalance of {} kg m and a moment of inertia of {} kg m².",
+            significant(mass, 5),
+            document.counterweight.radius_m,
+            document.counterweight.unbalance_kg_m.map_or_else(|| ABSENT.into(), |v| significant(v, 5)),
+            document.counterweight.moment_of_inertia_kg_m2.map_or_else(|| ABSENT.into(), |v| significant(v, 5)),
+        ));
+    }
+    page.end_section();
+}
+
+/// Writes where the answer changes, a line for each quantity.
+fn flips(page: &mut Page, document: &MarginDocument) {
     page.table(
         "margins",
         &[
@@ -121,6 +137,10 @@ fn answers(page: &mut Page, document: &MarginDocument) {
             page.note(&format!("{}: {reason}.", answer.title));
         }
     }
+}
+
+/// Writes both bases of each number, its range and its convention.
+fn searched(page: &mut Page, document: &MarginDocument) {
     page.table(
         "margins",
         &[
@@ -151,16 +171,6 @@ fn answers(page: &mut Page, document: &MarginDocument) {
         page.raw("</tr>\n");
     }
     page.end_table();
-    if let Some(mass) = document.counterweight.mass_kg {
-        page.note(&format!(
-            "A counterweight of {} kg at {} m leaves an unbalance of {} kg m and a moment of inertia of {} kg m².",
-            significant(mass, 5),
-            document.counterweight.radius_m,
-            document.counterweight.unbalance_kg_m.map_or_else(|| ABSENT.into(), |v| significant(v, 5)),
-            document.counterweight.moment_of_inertia_kg_m2.map_or_else(|| ABSENT.into(), |v| significant(v, 5)),
-        ));
-    }
-    page.end_section();
 }
 
 fn boundaries(page: &mut Page, document: &MarginDocument) {
@@ -203,13 +213,8 @@ fn findings(page: &mut Page, document: &MarginDocument) {
     } else {
         page.table("findings", &["Severity", "What was found"]);
         for finding in &document.findings {
-            let word = match finding.severity {
-                crate::recording::Severity::Blocking => "blocking",
-                crate::recording::Severity::Warning => "warning",
-                crate::recording::Severity::Info => "note",
-            };
             page.raw("<tr>");
-            page.element("td", "", word);
+            page.element("td", "", words::severity(finding.severity));
             page.raw("<td>");
             page.text(&words::sentence(&finding.text));
             page.element("code", "", &finding.code);

@@ -1,7 +1,7 @@
 //! What the runs say: comparison, impacts, error budget, bounds, findings.
 
 use super::markup::Page;
-use crate::recording::{Finding, Severity};
+use crate::recording::Finding;
 use crate::replay::Run;
 use crate::report::Document;
 use crate::report::number::{ABSENT, count, milliseconds, significant};
@@ -272,76 +272,66 @@ pub(super) fn budget(page: &mut Page, document: &Document) {
     page.end_section();
 }
 
+/// Writes a row of the bounds: its name, its value and what the recording has of it.
+fn bound(page: &mut Page, name: &str, value: &str, here: &str) {
+    page.raw("<tr>");
+    page.element("th", "", name);
+    page.element("td", "number", value);
+    page.element("td", "", here);
+    page.raw("</tr>\n");
+}
+
 /// Writes the closed-form bounds.
 pub(super) fn screens(page: &mut Page, document: &Document) {
     let screens = &document.screens;
     page.section("bounds", "Bounds that need no integration");
     page.table("bounds", &["Bound", "#Value", "Here"]);
-    page.raw("<tr>");
-    page.element(
-        "th",
-        "",
-        "Static: below this, in the opening direction, a lever at rest never leaves a rigid stop",
+    let peak = document
+        .conditioning
+        .as_ref()
+        .and_then(|block| block.peak_g);
+    let here = peak.map_or_else(
+        || "nothing was conditioned to compare with".into(),
+        |peak| {
+            format!(
+                "largest magnitude as used, either sign: {}\u{00A0}g",
+                significant(peak, DIGITS)
+            )
+        },
     );
-    page.element(
-        "td",
-        "number",
+    bound(
+        page,
+        "Static: below this, in the opening direction, a lever at rest never leaves a rigid stop",
         &format!(
             "{}\u{00A0}g ({}\u{00A0}m/s²)",
             significant(screens.static_threshold_g, DIGITS),
             significant(screens.static_threshold_m_s2, DIGITS)
         ),
+        &here,
     );
-    page.element(
-        "td",
-        "",
-        &document
-            .conditioning
-            .as_ref()
-            .and_then(|block| block.peak_g)
-            .map_or_else(
-                || "nothing was conditioned to compare with".into(),
-                |peak| {
-                    format!(
-                        "largest magnitude as used, either sign: {}\u{00A0}g",
-                        significant(peak, DIGITS)
-                    )
-                },
-            ),
+    let measured = screens.impulse_m_s.map_or_else(
+        || "not measured".into(),
+        |impulse| {
+            let against = if impulse < screens.impulse_threshold_m_s {
+                "below the bound"
+            } else {
+                "not below the bound, which then proves nothing"
+            };
+            format!(
+                "measured {}\u{00A0}m/s: {against}",
+                significant(impulse, DIGITS)
+            )
+        },
     );
-    page.raw("</tr>\n<tr>");
-    page.element(
-        "th",
-        "",
+    bound(
+        page,
         "Impulse: the least ∫|a| dt that can bring the lever to the limit",
-    );
-    page.element(
-        "td",
-        "number",
         &format!(
             "{}\u{00A0}m/s",
             significant(screens.impulse_threshold_m_s, DIGITS)
         ),
+        &measured,
     );
-    page.element(
-        "td",
-        "",
-        &screens.impulse_m_s.map_or_else(
-            || "not measured".into(),
-            |impulse| {
-                let against = if impulse < screens.impulse_threshold_m_s {
-                    "below the bound"
-                } else {
-                    "not below the bound, which then proves nothing"
-                };
-                format!(
-                    "measured {}\u{00A0}m/s: {against}",
-                    significant(impulse, DIGITS)
-                )
-            },
-        ),
-    );
-    page.raw("</tr>\n");
     for run in &screens.runs {
         screened(page, run);
     }
@@ -440,13 +430,9 @@ pub(super) fn findings(page: &mut Page, document: &Document) {
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     page.table("findings", &["Severity", "What was found", "#From"]);
     for finding in findings {
-        let (class, word) = match finding.severity {
-            Severity::Blocking => ("badge blocking", "blocking"),
-            Severity::Warning => ("badge warning", "warning"),
-            Severity::Info => ("badge info", "note"),
-        };
+        let class = format!("badge {}", finding.severity.name());
         page.raw("<tr><td>");
-        page.element("span", class, word);
+        page.element("span", &class, words::severity(finding.severity));
         page.raw("</td><td>");
         page.text(&words::sentence(&finding.text));
         page.element("code", "", &finding.code);

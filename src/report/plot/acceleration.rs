@@ -30,20 +30,7 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     let conditioning = context.document.conditioning.as_ref();
     let bias_window = conditioning.and_then(|block| block.bias_window_s);
     let faults = faults(context);
-    let mut entries = vec![
-        LegendEntry::line("raw", "as recorded"),
-        LegendEntry::line("used", used_text(context)),
-    ];
-    if bias_window.is_some() {
-        entries.push(LegendEntry::new(Sample::Patch("band"), "bias window"));
-    }
-    if !faults.is_empty() {
-        entries.push(LegendEntry::line("fault", "blocking finding"));
-    }
-    if context.document.request.window_s.is_some() {
-        entries.push(LegendEntry::line("edge", "judged window"));
-    }
-
+    let entries = legend(context, bias_window.is_some(), !faults.is_empty());
     let mut canvas = Canvas::with_capacity(96 * 1024);
     let title = "Lateral acceleration";
     let top = frame::header(&mut canvas, LEFT, title, &[], &entries);
@@ -78,15 +65,7 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     panel.frame(&mut canvas);
     frame::footer(&mut canvas, context, height);
 
-    let recording = &context.document.recording;
-    let peak = match (recording.peak_g, recording.peak_time_s) {
-        (Some(peak), Some(at)) => format!(
-            " The largest recorded magnitude is {} g at {}.",
-            significant(peak, DIGITS),
-            instant(at)
-        ),
-        _ => String::new(),
-    };
+    let peak = peak_sentence(context);
     Some(Figure {
         name: NAME,
         title: title.into(),
@@ -102,6 +81,35 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
         height,
         body: canvas.into_string(),
     })
+}
+
+fn legend(context: &PlotContext, has_bias: bool, has_faults: bool) -> Vec<LegendEntry> {
+    let mut entries = vec![
+        LegendEntry::line("raw", "as recorded"),
+        LegendEntry::line("used", used_text(context)),
+    ];
+    if has_bias {
+        entries.push(LegendEntry::new(Sample::Patch("band"), "bias window"));
+    }
+    if has_faults {
+        entries.push(LegendEntry::line("fault", "blocking finding"));
+    }
+    if context.document.request.window_s.is_some() {
+        entries.push(LegendEntry::line("edge", "judged window"));
+    }
+    entries
+}
+
+fn peak_sentence(context: &PlotContext) -> String {
+    let recording = &context.document.recording;
+    match (recording.peak_g, recording.peak_time_s) {
+        (Some(peak), Some(at)) => format!(
+            " The largest recorded magnitude is {} g at {}.",
+            significant(peak, DIGITS),
+            instant(at)
+        ),
+        _ => String::new(),
+    }
 }
 
 /// Returns where blocking findings begin [s], with their codes.

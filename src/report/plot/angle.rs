@@ -22,31 +22,8 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     let traces = drawn_traces(context);
     traces.first()?;
     let document = context.document;
-    let threshold = document.threshold_rad;
     let nominal = document.nominal.as_ref();
-    let angles = || {
-        traces
-            .iter()
-            .flat_map(|trace| trace.points.iter().map(|point| point.angle_rad))
-            .chain(nominal.map(|run| run.peak_angle_rad))
-            .filter(|angle| angle.is_finite())
-    };
-    let largest = angles().fold(f64::NEG_INFINITY, f64::max);
-    let least = angles().fold(0.0, f64::min);
-    let high = largest.max(threshold);
-    let main_range = (least - (high - least) * 0.03, high + (high - least) * 0.14);
-    let zoom_range = if largest > FAR * threshold {
-        Some((least.max(-threshold) - 0.06 * threshold, 1.5 * threshold))
-    } else if largest > 0.0 && largest < threshold / FAR {
-        let least = least.max(-largest);
-        Some((
-            least - (largest - least) * 0.08,
-            largest + (largest - least) * 0.25,
-        ))
-    } else {
-        None
-    };
-
+    let (main_range, zoom_range, above) = ranges(context, &traces);
     let mut entries = legend(&traces, nominal.is_some());
     entries.push(LegendEntry::line("limit", "limit"));
     if nominal.is_some_and(|run| !run.impact_list.is_empty()) {
@@ -79,7 +56,7 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
             "muted halo",
             (RIGHT - 8.0, zoom.top + 18.0),
             Anchor::End,
-            if largest > threshold {
+            if above {
                 "around the limit"
             } else {
                 "below the limit"
@@ -104,6 +81,36 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
         height,
         body: canvas.into_string(),
     })
+}
+
+/// Returns the range of the angle, that of a second panel where one needs it to be seen against
+/// the limit, and whether a run exceeds the limit.
+fn ranges(context: &PlotContext, traces: &[&Trace]) -> ((f64, f64), Option<(f64, f64)>, bool) {
+    let document = context.document;
+    let threshold = document.threshold_rad;
+    let angles = || {
+        traces
+            .iter()
+            .flat_map(|trace| trace.points.iter().map(|point| point.angle_rad))
+            .chain(document.nominal.iter().map(|run| run.peak_angle_rad))
+            .filter(|angle| angle.is_finite())
+    };
+    let largest = angles().fold(f64::NEG_INFINITY, f64::max);
+    let least = angles().fold(0.0, f64::min);
+    let high = largest.max(threshold);
+    let main_range = (least - (high - least) * 0.03, high + (high - least) * 0.14);
+    let zoom_range = if largest > FAR * threshold {
+        Some((least.max(-threshold) - 0.06 * threshold, 1.5 * threshold))
+    } else if largest > 0.0 && largest < threshold / FAR {
+        let least = least.max(-largest);
+        Some((
+            least - (largest - least) * 0.08,
+            largest + (largest - least) * 0.25,
+        ))
+    } else {
+        None
+    };
+    (main_range, zoom_range, largest > threshold)
 }
 
 /// Returns the traces that hold points, four at most, the nominal run's first.

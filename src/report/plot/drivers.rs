@@ -50,33 +50,7 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
         canvas.text("muted", (x, bottom + 20.0), Anchor::Middle, &tick.label);
     }
     let zero = axis.place(0.0);
-    let mut y = top + 6.0;
-    for (driver, correlation) in &rows {
-        let end = axis.place(*correlation);
-        let class = if *correlation > 0.0 {
-            "raises"
-        } else {
-            "lowers"
-        };
-        canvas.rectangle(
-            class,
-            (zero.min(end), y + 5.0),
-            ((end - zero).abs().max(1.0), ROW - 10.0),
-        );
-        canvas.text(
-            "",
-            (FROM - 12.0, y + ROW / 2.0 + 5.0),
-            Anchor::End,
-            words::parameter(&driver.parameter),
-        );
-        canvas.text(
-            "muted",
-            (TO + 10.0, y + ROW / 2.0 + 5.0),
-            Anchor::Start,
-            &share(driver),
-        );
-        y += ROW;
-    }
+    bars(&mut canvas, &axis, &rows, top + 6.0);
     canvas.line("zero", (zero, top), (zero, bottom));
     canvas.rectangle("frame", (FROM, top), (TO - FROM, bottom - top));
     canvas.text(
@@ -108,6 +82,37 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
         height,
         body: canvas.into_string(),
     })
+}
+
+/// Draws a bar for each parameter, with its name and its share, from `y` down.
+fn bars(canvas: &mut Canvas, axis: &Axis, rows: &[(&Driver, f64)], mut y: f64) {
+    let zero = axis.place(0.0);
+    for (driver, correlation) in rows {
+        let end = axis.place(*correlation);
+        let class = if *correlation > 0.0 {
+            "raises"
+        } else {
+            "lowers"
+        };
+        canvas.rectangle(
+            class,
+            (zero.min(end), y + 5.0),
+            ((end - zero).abs().max(1.0), ROW - 10.0),
+        );
+        canvas.text(
+            "",
+            (FROM - 12.0, y + ROW / 2.0 + 5.0),
+            Anchor::End,
+            words::parameter(&driver.parameter),
+        );
+        canvas.text(
+            "muted",
+            (TO + 10.0, y + ROW / 2.0 + 5.0),
+            Anchor::Start,
+            &share(driver),
+        );
+        y += ROW;
+    }
 }
 
 fn share(driver: &Driver) -> String {

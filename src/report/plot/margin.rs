@@ -267,7 +267,7 @@ fn scan_panel(
     panel.level(canvas, "limit", limit);
     for boundary in &document.boundaries {
         let of_pass = boundary.below != boundary.above
-            && [boundary.below, boundary.above].contains(&crate::margin::State::Pass);
+            && [boundary.below, boundary.above].contains(&crate::margin::NominalAnswer::Pass);
         if boundary.quantity == scan.quantity.name() && of_pass {
             canvas.circle("mark", panel.place(boundary.at, limit), 4.2);
         }

@@ -11,19 +11,18 @@ use crate::verdict::Trace;
 pub(super) const NAME: &str = "spread";
 
 pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
-    let ribbon = context.evidence.ribbon.as_ref()?;
+    let band = context.evidence.quantile_band.as_ref()?;
     let document = context.document;
     let threshold = document.threshold_rad;
     let nominal = context
         .evidence
         .traces
         .iter()
-        .find(|trace| trace.model == ribbon.model && trace.opens_when == ribbon.opens_when);
+        .find(|trace| trace.model == band.model && trace.opens_when == band.opens_when);
     let angles = || {
-        ribbon
-            .p05
+        band.p05
             .iter()
-            .chain(&ribbon.p95)
+            .chain(&band.p95)
             .copied()
             .chain(
                 nominal
@@ -61,11 +60,11 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     );
     panel.frame(&mut canvas);
     frame::footer(&mut canvas, context, height);
-    let members = count(u64::try_from(ribbon.members).unwrap_or(u64::MAX));
+    let members = count(u64::try_from(band.members).unwrap_or(u64::MAX));
     let which = format!(
         "{}, {}",
-        words::stop(ribbon.model),
-        words::opens(ribbon.opens_when)
+        words::stop(band.model),
+        words::opens(band.opens_when)
     );
     Some(Figure {
         name: NAME,
@@ -88,21 +87,20 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
 
 /// Draws the band, the nominal run and the median.
 fn curves(canvas: &mut Canvas, context: &PlotContext, panel: &Frame, nominal: Option<&Trace>) {
-    let Some(ribbon) = &context.evidence.ribbon else {
+    let Some(band) = &context.evidence.quantile_band else {
         return;
     };
     let scale = context.time_scale;
     let along = |values: &[f64]| -> Vec<(f64, f64)> {
-        ribbon
-            .time_s
+        band.time_s
             .iter()
             .zip(values)
             .map(|(time, angle)| panel.place(time * scale, *angle))
             .collect()
     };
-    let outline = along(&ribbon.p95)
+    let outline = along(&band.p95)
         .into_iter()
-        .chain(along(&ribbon.p05).into_iter().rev());
+        .chain(along(&band.p05).into_iter().rev());
     canvas.polyline("ribbon", outline);
     if let Some(trace) = nominal {
         let points = thin::columns(
@@ -114,5 +112,5 @@ fn curves(canvas: &mut Canvas, context: &PlotContext, panel: &Frame, nominal: Op
         );
         canvas.polyline("trace-0", points.into_iter());
     }
-    canvas.polyline("median", along(&ribbon.p50).into_iter());
+    canvas.polyline("median", along(&band.p50).into_iter());
 }

@@ -71,6 +71,12 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
             }
         }
     }
+    headlines(answer);
+    Ok(())
+}
+
+/// Adds the least and the largest ratio of a bounce with the finest grid.
+fn headlines(answer: &mut Stability) {
     for (what, quantity) in [
         (
             "both at φ = 0",
@@ -104,5 +110,4 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
             });
         }
     }
-    Ok(())
 }

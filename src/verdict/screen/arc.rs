@@ -15,6 +15,16 @@ pub(super) struct Arc {
     velocity: (f64, f64),
 }
 
+/// The solution that the angle cannot be below.
+pub(super) struct LowerSolution {
+    pub(super) state: (f64, f64),
+    pub(super) elapsed: f64,
+    pub(super) size: f64,
+    pub(super) start_angle: f64,
+    /// Sample before which it started.
+    pub(super) since: usize,
+}
+
 /// Terms of the series; with γh + κh²/2 < 1 the last are below 1e-20.
 const TERMS: u32 = 24;
 

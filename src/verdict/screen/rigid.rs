@@ -5,7 +5,7 @@
 //! angle: continuous over impacts, and growing at most by mL/I0 times the opening acceleration
 //! plus R times the holding one. Numbers in comments are those of `docs/screens.md`.
 
-use super::arc::{self, Arc};
+use super::arc::{self, Arc, LowerSolution};
 use super::{Measured, Seen, Subject, Terms, areas, together};
 
 /// Runs over the samples once.
@@ -20,7 +20,7 @@ pub(super) fn measure(
         return Measured::default();
     }
     let (first, last) = seen.window(subject);
-    let mut pass = Pass::new(terms, subject, seen, first);
+    let mut pass = RigidPass::new(terms, subject, seen, first);
     if angle > 0.0 || velocity.abs() > 0.0 {
         pass.start(angle, velocity);
     }
@@ -58,7 +58,7 @@ pub(super) fn measure(
 }
 
 /// What is known at the sample that has been reached.
-struct Pass<'a> {
+struct RigidPass<'a> {
     terms: &'a Terms,
     /// Weight of a holding acceleration in W.
     holding: f64,
@@ -87,7 +87,7 @@ struct Moving {
     /// Largest of W − gain over the instants at which the first rise may have ended.
     turned: f64,
     rise: Option<Rise>,
-    lower: Option<Lower>,
+    lower: Option<LowerSolution>,
     quiet: Option<Quiet>,
 }
 
@@ -102,16 +102,6 @@ struct Rise {
     /// What the terms of the velocity add up to, for the rounding.
     size: f64,
     start_angle: f64,
-}
-
-/// The solution that the angle cannot be below.
-struct Lower {
-    state: (f64, f64),
-    elapsed: f64,
-    size: f64,
-    start_angle: f64,
-    /// Sample before which it started.
-    since: usize,
 }
 
 /// A time of weak excitation, after which the lever rests.
@@ -150,7 +140,7 @@ impl QuietRule {
     }
 }
 
-impl<'a> Pass<'a> {
+impl<'a> RigidPass<'a> {
     fn new(terms: &'a Terms, subject: &Subject, seen: &Seen, first: usize) -> Self {
         let lift_off = subject.lever.lift_off_acceleration_m_s2();
         Self {
@@ -202,7 +192,7 @@ impl<'a> Pass<'a> {
                 size: velocity,
                 start_angle: angle,
             }),
-            lower: Some(Lower {
+            lower: Some(LowerSolution {
                 state: (angle, velocity),
                 elapsed: 0.0,
                 size: velocity.abs(),
@@ -342,7 +332,7 @@ impl<'a> Pass<'a> {
                     start_angle: 0.0,
                 });
             }
-            moving.lower = Some(Lower {
+            moving.lower = Some(LowerSolution {
                 state: arc.advance(
                     (0.0, 0.0),
                     terms.torque_at_least(from, terms.cosine),

@@ -4,7 +4,7 @@
 //! first instant on at which it may have left, only its energy is followed, counted from that
 //! of rest in the stop. Numbers in comments are those of `docs/screens.md`.
 
-use super::arc::{self, Arc};
+use super::arc::{self, Arc, LowerSolution};
 use super::{Measured, Seen, Subject, Terms, areas, together};
 
 /// Runs over the samples once.
@@ -17,7 +17,7 @@ pub(super) fn measure(
     let (first, last) = seen.window(subject);
     let stop = Contact::of(terms, subject);
     let (angle, velocity) = subject.initial.unwrap_or((-stop.rest, 0.0));
-    let mut pass = Pass {
+    let mut pass = SoftPass {
         terms,
         arc: Arc::new(seen.interval_s, terms.damping, terms.stiffness),
         first,
@@ -152,9 +152,9 @@ impl Contact {
 
     /// A lever that starts in the stop at `angle` with `velocity`; nothing where its motion
     /// there is not followed.
-    fn enter(&self, angle: f64, velocity: f64) -> Option<Inside> {
+    fn enter(&self, angle: f64, velocity: f64) -> Option<InContact> {
         (angle < 0.0 && self.ratio < 0.999 && self.whole.matrix[0][0].is_finite()).then_some(
-            Inside {
+            InContact {
                 angle,
                 velocity,
                 doubt: 0.0,
@@ -182,14 +182,14 @@ impl Contact {
 
 /// A lever that is certainly in contact.
 #[derive(Clone, Copy)]
-struct Inside {
+struct InContact {
     angle: f64,
     velocity: f64,
     /// Bound on what cosine and rounding have added, in the measure of (S2) [rad/s].
     doubt: f64,
 }
 
-impl Inside {
+impl InContact {
     /// Advances over an interval if the lever certainly stays in contact all through it;
     /// else it stays where it is.
     fn stays(&mut self, stop: &Contact, from: f64, to: f64) -> bool {
@@ -269,29 +269,20 @@ impl Inside {
 }
 
 /// What is known of a lever that may have left.
-struct Pass<'a> {
+struct SoftPass<'a> {
     terms: &'a Terms,
     arc: Option<Arc>,
     first: usize,
     /// Bound on √(2Ê/I0).
     speed: f64,
-    lower: Option<Lower>,
+    lower: Option<LowerSolution>,
     lowest: f64,
     holds: bool,
     clean_before: bool,
     fails: bool,
 }
 
-/// The solution that the angle cannot be below.
-struct Lower {
-    state: (f64, f64),
-    elapsed: f64,
-    size: f64,
-    start_angle: f64,
-    since: usize,
-}
-
-impl Pass<'_> {
+impl SoftPass<'_> {
     /// The lever may leave from sample `index` on.
     fn leave(&mut self, stop: &Contact, index: usize, angle: f64, velocity: f64, doubt: f64) {
         self.speed = stop.speed(self.terms, angle, velocity) + 2.0 * doubt;
@@ -299,7 +290,7 @@ impl Pass<'_> {
         // (S6) The damper may pull while the stop relaxes, by no more than its way.
         let below = angle - doubt / stop.frequency;
         let pulled = stop.drag * (-below).max(0.0);
-        self.lower = Some(Lower {
+        self.lower = Some(LowerSolution {
             state: (below, velocity - doubt - pulled),
             elapsed: 0.0,
             size: velocity.abs() + pulled + doubt,

@@ -13,7 +13,7 @@ use latchgate::report::document::{ConditioningBlock, Document, RecordingBlock, R
 use latchgate::request::{PolaritySource, Request};
 use latchgate::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate::verdict::ensemble::{Driver, End, PeakQuantiles};
-use latchgate::verdict::what_if::{Change, Side};
+use latchgate::verdict::what_if::{Change, ChangedSide};
 use latchgate::verdict::{
     Answer, Ensemble, ErrorBudget, Evidence, FilterRow, QuantileBand, Reason, RunAnswer, Screens,
     Trace, WhatIf,
@@ -114,7 +114,7 @@ fn with_ensemble(case: &mut Case) {
             how,
             change: if how == Change::Less { -0.1 } else { 0.1 },
             peak_angle_rad: 0.0987,
-            changes_side: vec![Side {
+            changes_side: vec![ChangedSide {
                 model: StopModel::Rigid,
                 opens_when: OpensWhen::Negative,
                 peak_angle_rad: 0.0987,
@@ -144,7 +144,7 @@ fn with_ensemble(case: &mut Case) {
             .map(|point| factor * point.angle_rad)
             .collect()
     };
-    case.evidence.ribbon = Some(QuantileBand {
+    case.evidence.quantile_band = Some(QuantileBand {
         model: nominal.model,
         opens_when: nominal.opens_when,
         members: 128,
@@ -468,7 +468,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         raw,
         used,
         traces,
-        ribbon: None,
+        quantile_band: None,
     };
     Case { document, evidence }
 }

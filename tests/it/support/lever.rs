@@ -4,7 +4,7 @@ use super::Random;
 use latchgate::conditioning::Signal;
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
-use latchgate::replay::{self, Outcome, RunOptions};
+use latchgate::replay::{self, RunOptions, RunOutcome};
 use latchgate::units::{OpensWhen, SampleRate};
 
 /// A signal that starts at `start_s`.
@@ -30,7 +30,7 @@ pub(crate) fn options(stop: StopModel) -> RunOptions {
 }
 
 #[track_caller]
-pub(crate) fn replay(signal: &Signal, design: &Design, options: &RunOptions) -> Outcome {
+pub(crate) fn replay(signal: &Signal, design: &Design, options: &RunOptions) -> RunOutcome {
     replay::run(signal, design, options).unwrap()
 }
 

@@ -7,7 +7,7 @@ use crate::support::{Folder, latchgate, table};
 use latchgate::model::stop::damping_ratio;
 use latchgate::replay::batch::Member;
 use latchgate::units::Restitution;
-use latchgate::verdict::decision::Share;
+use latchgate::verdict::decision::ShareBounds;
 use latchgate::verdict::ensemble::bounds::{LOOK_CONFIDENCE, incomplete_beta, lower, upper};
 use latchgate::verdict::ensemble::draw::{inverse_normal, philox, truncated_normal, uniform};
 use latchgate::verdict::ensemble::{self, Count, LOOKS, Scatter, looks};
@@ -212,7 +212,7 @@ fn verif_members_that_were_not_followed_count_against_either_answer() {
         (count.members, count.exceeded, count.failed_to_run),
         (128, 20, 8)
     );
-    let Share {
+    let ShareBounds {
         lower: low,
         upper: high,
         upper_with_coast,

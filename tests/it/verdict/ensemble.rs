@@ -292,9 +292,9 @@ fn verif_polarities_with_ensembles() {
     assert_eq!(undeclared.ladder.stops.len(), 4);
     // Bounds prove both answers, so that one ensemble is enough to show them.
     assert_eq!(undeclared.ensembles.len(), 0);
-    let in_full = Extras {
+    let in_full = AssessExtras {
         follow_all: true,
-        ..Extras::default()
+        ..AssessExtras::default()
     };
     let full = verdict::assess(
         &as_recorded(one_sided.clone()),
@@ -494,9 +494,9 @@ fn verif_the_filter_table_changes_no_other_number() {
         };
         let conditioned = conditioning::condition(&channel, &own).unwrap();
         let of = |filter_table| {
-            let extras = Extras {
+            let extras = AssessExtras {
                 filter_table,
-                ..Extras::default()
+                ..AssessExtras::default()
             };
             let own = options(ModelChoice::Auto, NEGATIVE);
             let control = Control::unwatched(2);

@@ -16,7 +16,7 @@
 //! and the same without an ensemble. Parts 1, 2 and 4 are guarded end to end beside this file.
 
 use latchgate::verdict::Answer::{self, Fail, Pass, Undecided};
-use latchgate::verdict::decision::{PeakEstimate, Share, decide};
+use latchgate::verdict::decision::{PeakEstimate, ShareBounds, decide};
 
 const LIMIT: f64 = 0.1;
 
@@ -31,7 +31,7 @@ fn standing(peak: f64, uncertainty: f64) -> PeakEstimate {
 
 #[track_caller]
 fn check(standing: PeakEstimate, share: Option<(f64, f64)>, expected: Answer) {
-    let share = share.map(|(lower, upper)| Share {
+    let share = share.map(|(lower, upper)| ShareBounds {
         lower,
         upper,
         upper_with_coast: upper,
@@ -56,7 +56,7 @@ fn verif_every_branch_with_an_ensemble() {
     check(low, Some((0.95, 1.0)), Fail);
 
     // Levers that exceed the threshold in the coast alone hold back a pass, and make no fail.
-    let coasts = |upper_with_coast| Share {
+    let coasts = |upper_with_coast| ShareBounds {
         lower: 0.0,
         upper: 0.03,
         upper_with_coast,

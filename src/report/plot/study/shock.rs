@@ -181,6 +181,11 @@ fn response(
         Anchor::Start,
         "end of the shock",
     );
+    peaks(canvas, &panel, responses, threshold);
+}
+
+/// Writes the peak of each response, and when it passes the threshold.
+fn peaks(canvas: &mut Canvas, panel: &Frame, responses: &[Response], threshold: f64) {
     for (line, response) in responses.iter().enumerate() {
         let y = panel.top + 18.0 + 17.0 * line as f64;
         let run = &response.run;

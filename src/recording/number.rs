@@ -5,7 +5,7 @@ use std::ops::Range;
 
 /// The decimal mark of a table, as far as it is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::recording) enum Decimal {
+pub(super) enum Decimal {
     /// No number had one yet.
     Unknown,
     /// A point.
@@ -18,7 +18,7 @@ pub(in crate::recording) enum Decimal {
 
 /// Why a cell holds no usable number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::recording) enum Fault {
+pub(super) enum NumberFault {
     /// Nothing in it.
     Empty,
     /// No number.
@@ -34,7 +34,7 @@ pub(in crate::recording) enum Fault {
 const LONGEST: usize = 64;
 
 /// Reads a cell, and learns the decimal mark from the first number that has one.
-pub(in crate::recording) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<f64, Fault> {
+pub(super) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<f64, NumberFault> {
     if let Some((value, has_point)) = exact(cell)
         && !(has_point && *decimal == Decimal::Comma)
     {
@@ -45,14 +45,14 @@ pub(in crate::recording) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<
     }
     let cell = &*bare(cell);
     if cell.is_empty() {
-        return Err(Fault::Empty);
+        return Err(NumberFault::Empty);
     }
     let mut comma = None;
     let mut point = false;
     for (index, byte) in cell.iter().enumerate() {
         match byte {
             b',' if comma.is_none() => comma = Some(index),
-            b',' => return Err(Fault::Text),
+            b',' => return Err(NumberFault::Text),
             b'.' => point = true,
             _ => {}
         }
@@ -63,7 +63,7 @@ pub(in crate::recording) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<
             // "1,234.5" has a thousands separator, "1," is a cell and a half.
             let followed = cell.get(index + 1).is_some_and(u8::is_ascii_digit);
             if point || !followed || cell.len() > LONGEST {
-                return Err(Fault::Text);
+                return Err(NumberFault::Text);
             }
             let mut buffer = [0_u8; LONGEST];
             let copy = &mut buffer[..cell.len()];
@@ -76,7 +76,7 @@ pub(in crate::recording) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<
         (Decimal::Unknown, true, _) => *decimal = Decimal::Comma,
         (Decimal::Unknown, _, true) => *decimal = Decimal::Point,
         (Decimal::Point | Decimal::PointOnly, true, _) | (Decimal::Comma, _, true) => {
-            return Err(Fault::OtherMark);
+            return Err(NumberFault::OtherMark);
         }
         _ => {}
     }
@@ -138,41 +138,41 @@ fn bare(cell: &[u8]) -> Cow<'_, [u8]> {
     }
 }
 
-fn plain(cell: &[u8]) -> Result<f64, Fault> {
+fn plain(cell: &[u8]) -> Result<f64, NumberFault> {
     let value: f64 = std::str::from_utf8(cell)
         .ok()
         .and_then(|text| text.parse().ok())
-        .ok_or(Fault::Text)?;
+        .ok_or(NumberFault::Text)?;
     if value.is_finite() {
         Ok(value)
     } else {
-        Err(Fault::NonFinite)
+        Err(NumberFault::NonFinite)
     }
 }
 
 /// Tells whether somebody meant a number here, be it a bad one.
-pub(in crate::recording) fn is_numeric(cell: &[u8]) -> bool {
+pub(super) fn is_numeric(cell: &[u8]) -> bool {
     matches!(
         parse(cell, &mut Decimal::Unknown),
-        Ok(_) | Err(Fault::NonFinite | Fault::OtherMark)
+        Ok(_) | Err(NumberFault::NonFinite | NumberFault::OtherMark)
     )
 }
 
 /// What the marks in the numbers of a column may be: `6,158` is a little more than six, or six
 /// thousand, and only its neighbours tell.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(in crate::recording) struct Marks {
+pub(super) struct Marks {
     /// Whether a number was there whose mark separates no thousands, such as `0,5` or `12.25`.
-    pub(in crate::recording) decimal: bool,
+    pub(super) decimal: bool,
     /// Whether one was there whose mark may separate thousands.
-    pub(in crate::recording) doubtful: bool,
+    pub(super) doubtful: bool,
     /// Whether one was there that is whole and has no mark.
-    pub(in crate::recording) whole: bool,
+    pub(super) whole: bool,
 }
 
 impl Marks {
     /// Takes in a cell that [`parse`] accepted; returns whether its mark is the first doubtful one.
-    pub(in crate::recording) fn look(&mut self, cell: &[u8]) -> bool {
+    pub(super) fn look(&mut self, cell: &[u8]) -> bool {
         if self.decimal {
             return false;
         }
@@ -202,7 +202,7 @@ impl Marks {
 
     /// Tells whether the marks may separate thousands: all of them could, and whole numbers
     /// without a mark stand beside them.
-    pub(in crate::recording) fn may_be_thousands(self) -> bool {
+    pub(super) fn may_be_thousands(self) -> bool {
         !self.decimal && self.doubtful && self.whole
     }
 }
@@ -216,7 +216,7 @@ const DECADES: Range<i32> = -24..24;
 /// digits is printed, the last one depends on the size of the number, and trailing zeros may
 /// be left out; so each decade keeps its finest digit, and the coarsest decade that holds
 /// enough stamps to trust counts.
-pub(in crate::recording) struct PrintedDigits {
+pub(super) struct PrintedDigits {
     decades: [(i32, u32); 48],
 }
 
@@ -224,14 +224,14 @@ impl PrintedDigits {
     /// Stamps below which a decade is not trusted.
     const ENOUGH: u32 = 10;
 
-    pub(in crate::recording) fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self {
             decades: [(i32::MAX, 0); 48],
         }
     }
 
     /// Takes in a cell that [`parse`] accepted.
-    pub(in crate::recording) fn count(&mut self, cell: &[u8]) {
+    pub(super) fn count(&mut self, cell: &[u8]) {
         let mut decimals = 0;
         let mut whole_digits = 0;
         let mut seen_mark = false;
@@ -266,7 +266,7 @@ impl PrintedDigits {
 
     /// Takes in a number of so many digits before and after the mark; `first` is the first of
     /// them that is no zero, counted from 1, and 0 if there is none.
-    pub(in crate::recording) fn count_parts(
+    pub(super) fn count_parts(
         &mut self,
         whole_digits: i32,
         decimals: i32,
@@ -284,7 +284,7 @@ impl PrintedDigits {
     }
 
     /// Returns the size of the last printed digit, in the column's unit; 0 if unknown.
-    pub(in crate::recording) fn last_digit(&self) -> f64 {
+    pub(super) fn last_digit(&self) -> f64 {
         let trusted = self
             .decades
             .iter()

@@ -1,8 +1,8 @@
 //! Encodings: from a file's bytes to UTF-8 text whose lines end with a line feed.
 
+use super::text::line_at;
+use super::{Finding, Limits};
 use crate::error::{Error, ErrorKind, Place};
-use crate::recording::text::line_at;
-use crate::recording::{Finding, Limits};
 
 /// Characters of Windows-1252 from 0x80 to 0x9F. The five bytes that it leaves undefined keep
 /// their Latin-1 control characters, as WHATWG's Encoding Standard has it.
@@ -13,7 +13,7 @@ const WINDOWS_1252: [char; 32] = [
 
 /// Tells whether the head looks like text: marked UTF-16, or free of control characters
 /// other than tab, line ends and form feed.
-pub(in crate::recording) fn looks_like_text(head: &[u8]) -> bool {
+pub(super) fn looks_like_text(head: &[u8]) -> bool {
     if is_utf_16(head) {
         return true;
     }
@@ -30,10 +30,7 @@ pub(in crate::recording) fn looks_like_text(head: &[u8]) -> bool {
 /// [`ErrorKind::LimitExceeded`] if the decoded text, together with the file's own bytes if these
 /// are UTF-16, takes more than `text_bytes`; [`ErrorKind::Malformed`] at the line where the bytes are not in the encoding that the file
 /// is marked with, or hold a NUL character.
-pub(in crate::recording) fn decode(
-    bytes: Vec<u8>,
-    limits: &Limits,
-) -> Result<(Vec<u8>, Vec<Finding>), Error> {
+pub(super) fn decode(bytes: Vec<u8>, limits: &Limits) -> Result<(Vec<u8>, Vec<Finding>), Error> {
     let mut findings = Vec::new();
     let mut text = if is_utf_16(&bytes) {
         decode_utf_16(&bytes, limits)?
