@@ -55,3 +55,29 @@ pub(super) fn talk(text: &str) {
     let mut err = io::stderr().lock();
     let _ = writeln!(err, "{}", with_options(text));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::with_options;
+
+    #[test]
+    fn verif_settings_become_options_and_sentences_keep_their_full_stops() {
+        for (text, expected) in [
+            (
+                "by a replay with the setting `set`.",
+                "by a replay with --set.",
+            ),
+            (
+                "state the setting `time_unit` = s|ms|us.",
+                "state --time-unit s|ms|us.",
+            ),
+            (
+                "state the setting `unit`, or the setting `rate_hz`.",
+                "state --unit, or --rate-hz.",
+            ),
+            ("no setting at all.", "no setting at all."),
+        ] {
+            assert_eq!(with_options(text), expected);
+        }
+    }
+}

@@ -257,7 +257,7 @@ pub(super) fn sentence(text: &str) -> String {
     } else {
         out.push_str(text);
     }
-    if out.ends_with(|c: char| c.is_alphanumeric() || c == ')') {
+    if out.ends_with(|c: char| c.is_alphanumeric() || matches!(c, ')' | '`')) {
         out.push('.');
     }
     out
@@ -342,4 +342,23 @@ pub(super) fn settings(request: &impl Serialize) -> String {
         .map(|(key, value)| format!("{key} = {value}"))
         .collect();
     lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::sentence;
+
+    #[test]
+    fn verif_a_sentence_that_ends_in_a_setting_has_its_full_stop() {
+        for (text, expected) in [
+            (
+                "confirm it with the setting `unit`",
+                "Confirm it with the setting `unit`.",
+            ),
+            ("a peak (filtered)", "A peak (filtered)."),
+            ("done.", "Done."),
+        ] {
+            assert_eq!(sentence(text), expected);
+        }
+    }
 }

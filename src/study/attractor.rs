@@ -6,7 +6,7 @@ use super::{Figures, Headline};
 use crate::error::Error;
 use crate::model::excitation::Harmonic;
 use crate::parallel::Control;
-use crate::replay::strobe_batch::{self, Ending, HarmonicStart};
+use crate::replay::strobe_batch::Ending;
 use crate::replay::{self, Method, RunOptions, Section};
 use crate::units::OpensWhen;
 use serde::Serialize;
@@ -213,23 +213,11 @@ fn together(
     amplitude: &(impl Fn(usize) -> f64 + Sync),
     control: &Control<'_>,
 ) -> Result<Vec<Vec<Section>>, Error> {
-    let start = |index: usize| HarmonicStart {
-        initial: options.initial,
-        amplitude_m_s2: options.forced.sine(amplitude(index)).amplitude_m_s2,
-    };
-    let watch = |done: usize| (control.proceed)(Some(done as f64 / count as f64));
-    let followed = strobe_batch::follow(
-        &options.forced.design,
+    let followed = options.forced.follow(
         count,
-        &start,
-        &options.forced.batch(
-            options.transient + options.periods,
-            options.periods,
-            false,
-            control.threads,
-        ),
-        &|_, _, _| false,
-        Some(&watch),
+        |index| (options.initial, amplitude(index)),
+        (options.transient + options.periods, options.periods, false),
+        control,
     )?;
     // Where the work was stopped, the first gap ends what is kept.
     Ok(followed
@@ -337,20 +325,11 @@ fn more(
     }
     let each = missing.div_ceil(TRAJECTORIES);
     let count = missing.div_ceil(each) as usize;
-    let start = |index: usize| HarmonicStart {
-        initial: Some(beside(options, last, index)),
-        amplitude_m_s2: options.forced.sine(seen.amplitude_g).amplitude_m_s2,
-    };
-    let watch = |done: usize| (control.proceed)(Some(done as f64 / count as f64));
-    let followed = strobe_batch::follow(
-        &options.forced.design,
+    let followed = options.forced.follow(
         count,
-        &start,
-        &options
-            .forced
-            .batch(APART_AFTER + each, each, false, control.threads),
-        &|_, _, _| false,
-        Some(&watch),
+        |index| (Some(beside(options, last, index)), seen.amplitude_g),
+        (APART_AFTER + each, each, false),
+        control,
     )?;
     let whole = followed.len() == count;
     seen.sections.extend(

@@ -498,6 +498,14 @@ const REFINED_MAX: usize = 450;
 /// The quarters of a cell, from its midpoint.
 const QUARTERS: [(f64, f64); 4] = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
 
+/// Counts the cells at a boundary.
+fn boundary_count(cells: &[Option<u32>], size: (usize, usize)) -> f64 {
+    let indices = 0..cells.len();
+    indices
+        .filter(|index| at_boundary(cells, size, *index))
+        .count() as f64
+}
+
 /// Tells whether one of the four neighbours of a cell goes elsewhere.
 fn at_boundary(cells: &[Option<u32>], (columns, rows): (usize, usize), index: usize) -> bool {
     let (column, row) = (index % columns, index / columns);
@@ -539,10 +547,9 @@ impl Basins {
         }
     }
 
-    /// Counts the shares, and cuts the cells at a boundary into four.
-    fn measure(&mut self, control: &Control<'_>) -> Result<(), Error> {
-        let total = self.cells.len() as f64;
-        let (columns, rows) = (self.options.grid.0 as usize, self.options.grid.1 as usize);
+    /// Counts the share of each attractor.
+    fn measure_shares(&mut self) {
+        let (total, columns) = (self.cells.len() as f64, self.options.grid.0 as usize);
         for attractor in &mut self.attractors {
             let here = |cell: &Option<u32>| *cell == Some(attractor.index);
             attractor.share =
@@ -555,6 +562,13 @@ impl Basins {
                 .count() as f64;
             attractor.standard_error = Some(differing.sqrt() / total);
         }
+    }
+
+    /// Counts the shares, and cuts the cells at a boundary into four.
+    fn measure(&mut self, control: &Control<'_>) -> Result<(), Error> {
+        let total = self.cells.len() as f64;
+        let (columns, rows) = (self.options.grid.0 as usize, self.options.grid.1 as usize);
+        self.measure_shares();
         let boundary: Vec<usize> = (0..self.cells.len())
             .filter(|index| at_boundary(&self.cells, (columns, rows), *index))
             .collect();
@@ -565,10 +579,8 @@ impl Basins {
                 .flat_map(|row| (0..columns / 2).map(move |column| 2 * (row * columns + column)))
                 .map(|index| self.cells[index])
                 .collect();
-            let share = (0..coarse.len())
-                .filter(|index| at_boundary(&coarse, (columns / 2, rows / 2), *index))
-                .count() as f64
-                / coarse.len().max(1) as f64;
+            let share =
+                boundary_count(&coarse, (columns / 2, rows / 2)) / coarse.len().max(1) as f64;
             self.uncertainty_exponent =
                 (boundary_share > 0.0).then(|| libm::log2(share / boundary_share));
             return Ok(());
@@ -606,10 +618,7 @@ impl Basins {
                 fine[row * 2 * columns + column] = part.filter(|part| (*part as usize) < known);
             }
         }
-        let finer = (0..fine.len())
-            .filter(|index| at_boundary(&fine, (2 * columns, 2 * rows), *index))
-            .count() as f64
-            / (4.0 * total);
+        let finer = boundary_count(&fine, (2 * columns, 2 * rows)) / (4.0 * total);
         self.uncertainty_exponent = (finer > 0.0).then(|| libm::log2(boundary_share / finer));
         self.fine = fine;
         Ok(())

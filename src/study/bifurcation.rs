@@ -6,7 +6,7 @@ use super::orbit::{self, Bifurcation, BifurcationKind, ForcedLever, PhasePoint};
 use crate::error::Error;
 use crate::parallel::Control;
 use crate::replay::Section;
-use crate::replay::strobe_batch::{self, Ending, HarmonicStart};
+use crate::replay::strobe_batch::Ending;
 use serde::Serialize;
 
 /// Whether the state at the end of one amplitude starts the next.
@@ -178,23 +178,11 @@ fn side_by_side(
     amplitude: &(impl Fn(usize) -> f64 + Sync),
     control: &Control<'_>,
 ) -> Result<Vec<AmplitudeColumn>, Error> {
-    let start = |index: usize| HarmonicStart {
-        initial: options.initial,
-        amplitude_m_s2: options.forced.sine(amplitude(index)).amplitude_m_s2,
-    };
-    let watch = |done: usize| (control.proceed)(Some(done as f64 / count as f64));
-    let followed = strobe_batch::follow(
-        &options.forced.design,
+    let followed = options.forced.follow(
         count,
-        &start,
-        &options.forced.batch(
-            options.transient + options.periods,
-            options.periods,
-            true,
-            control.threads,
-        ),
-        &|_, _, _| false,
-        Some(&watch),
+        |index| (options.initial, amplitude(index)),
+        (options.transient + options.periods, options.periods, true),
+        control,
     )?;
     Ok(followed
         .into_iter()

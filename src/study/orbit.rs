@@ -12,7 +12,8 @@ use crate::error::Error;
 use crate::model::Design;
 use crate::model::excitation::Harmonic;
 use crate::model::stop::StopModel;
-use crate::replay::strobe_batch::StrobeBatchOptions;
+use crate::parallel::Control;
+use crate::replay::strobe_batch::{self, Followed, HarmonicStart, StrobeBatchOptions};
 use crate::replay::{Section, Strobe};
 use serde::Serialize;
 
@@ -72,6 +73,32 @@ impl ForcedLever {
             peaks,
             threads,
         }
+    }
+
+    /// Follows `count` such levers side by side, each from its start at its amplitude [g], over
+    /// `periods`, of which the last `keep` are kept.
+    pub(super) fn follow(
+        &self,
+        count: usize,
+        start: impl Fn(usize) -> (Option<PhasePoint>, f64) + Sync,
+        (periods, keep, peaks): (u32, u32, bool),
+        control: &Control<'_>,
+    ) -> Result<Vec<Followed>, Error> {
+        let start = |index: usize| {
+            let (initial, amplitude_g) = start(index);
+            HarmonicStart {
+                initial,
+                amplitude_m_s2: self.sine(amplitude_g).amplitude_m_s2,
+            }
+        };
+        strobe_batch::follow(
+            &self.design,
+            count,
+            &start,
+            &self.batch(periods, keep, peaks, control.threads),
+            &|_, _, _| false,
+            Some(&|done| (control.proceed)(Some(done as f64 / count as f64))),
+        )
     }
 
     /// Returns the amplitude at which a lever at rest leaves the rigid stop [g].

@@ -214,19 +214,7 @@ pub fn run(options: &Options) -> Result<Equivalence, Error> {
     let radius = stop.radius_m * stop.radius_m;
     let inertia = lever.moment_of_inertia_kg_m2;
     let damping = |ratio: f64| 2.0 * inertia * frequency * ratio / radius;
-    let mut rows = Vec::new();
-    // Towards R = 0 the curve turns upright, so its foot is laid out by decades.
-    let last = f64::from(options.points);
-    let foot = (1..=FOOT).map(|index| libm::pow(10.0, -0.5 * f64::from(FOOT + 1 - index)) / last);
-    let body = (1..=options.points).map(|index| f64::from(index) / last);
-    for restitution in foot.chain(body) {
-        let ratio = damping_ratio(Restitution::from_ratio(restitution)?);
-        rows.push(Row {
-            restitution,
-            damping_ratio: ratio,
-            damping_n_s_per_m: damping(ratio),
-        });
-    }
+    let rows = equivalence(options.points, damping)?;
     let free = FreeContact::new(design, 0.0);
     let loaded = FreeContact::new(design, lever.preload_torque_nm);
     let rebound = |speed_rad_s: f64| {
@@ -253,18 +241,7 @@ pub fn run(options: &Options) -> Result<Equivalence, Error> {
     let released_ratio = free
         .zip(tension_from_s)
         .map(|(contact, time)| contact.state(time, SPEED).1 / SPEED);
-    let pushes = free.map_or_else(Vec::new, |contact| {
-        let end = contact.half_period_s();
-        (0..=300)
-            .map(|index| {
-                let time_s = end * f64::from(index) / 300.0;
-                Push {
-                    time_s,
-                    torque_nm: contact.torque_nm(contact.state(time_s, SPEED)),
-                }
-            })
-            .collect()
-    });
+    let pushes = free.map_or_else(Vec::new, |contact| pushes(&contact));
     let own = stop.damping_n_s_per_m * radius / (2.0 * inertia * frequency);
     let mut answer = Equivalence {
         rows,
@@ -283,6 +260,38 @@ pub fn run(options: &Options) -> Result<Equivalence, Error> {
     };
     answer.headlines = headlines(design, &answer, free, &rebound)?;
     Ok(answer)
+}
+
+/// Returns the torque of the stop over one contact without preload.
+fn pushes(contact: &FreeContact) -> Vec<Push> {
+    let end = contact.half_period_s();
+    (0..=300)
+        .map(|index| {
+            let time_s = end * f64::from(index) / 300.0;
+            Push {
+                time_s,
+                torque_nm: contact.torque_nm(contact.state(time_s, SPEED)),
+            }
+        })
+        .collect()
+}
+
+/// Returns the damping ratio of each restitution.
+fn equivalence(points: u32, damping: impl Fn(f64) -> f64) -> Result<Vec<Row>, Error> {
+    let mut rows = Vec::new();
+    // Towards R = 0 the curve turns upright, so its foot is laid out by decades.
+    let last = f64::from(points);
+    let foot = (1..=FOOT).map(|index| libm::pow(10.0, -0.5 * f64::from(FOOT + 1 - index)) / last);
+    let body = (1..=points).map(|index| f64::from(index) / last);
+    for restitution in foot.chain(body) {
+        let ratio = damping_ratio(Restitution::from_ratio(restitution)?);
+        rows.push(Row {
+            restitution,
+            damping_ratio: ratio,
+            damping_n_s_per_m: damping(ratio),
+        });
+    }
+    Ok(rows)
 }
 
 fn headlines(

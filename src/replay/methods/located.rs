@@ -109,13 +109,7 @@ pub(super) fn run<E: Excitation, S: Stepper>(
         t: problem.start_s,
         q,
         v,
-        record: Record::new(
-            problem.design.criterion.threshold_rad,
-            problem.start_s,
-            problem.judged_from_s,
-            (q, v),
-            problem.trace,
-        ),
+        record: Record::new(problem, (q, v)),
         work: Work::default(),
         breakdown: None,
     };

@@ -31,13 +31,7 @@ pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32
     let (start, end) = (problem.start_s, problem.end_s);
     let step = problem.fixed_step(steps_per_period);
     let (mut q, mut v) = problem.start_state();
-    let mut record = Record::new(
-        problem.design.criterion.threshold_rad,
-        start,
-        problem.judged_from_s,
-        (q, v),
-        problem.trace,
-    );
+    let mut record = Record::new(problem, (q, v));
     let mut work = Work::default();
     let mut breakdown = None;
     let steps = ((end - start) / step).ceil() as u64;

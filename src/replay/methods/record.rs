@@ -2,7 +2,7 @@
 
 use super::super::TracePoint;
 use super::super::recorder::{COUNTED_SPEED, LISTED_IMPACTS};
-use super::point;
+use super::{Problem, point};
 use crate::numerics::polynomial;
 
 /// Peak, crossings, impacts and trace.
@@ -24,14 +24,10 @@ pub(in super::super) struct Record {
 }
 
 impl Record {
-    /// Starts with the lever at `angle`, at `start` [s].
-    pub(super) fn new(
-        threshold: f64,
-        start: f64,
-        judged_from: f64,
-        (angle, velocity): (f64, f64),
-        keep_trace: bool,
-    ) -> Self {
+    /// Starts with the lever at `angle`, when the run starts.
+    pub(super) fn new<E>(problem: &Problem<'_, E>, (angle, velocity): (f64, f64)) -> Self {
+        let (start, threshold) = (problem.start_s, problem.design.criterion.threshold_rad);
+        let judged_from = problem.judged_from_s;
         let mut record = Self {
             threshold,
             judged_from,
@@ -43,7 +39,7 @@ impl Record {
             first_release: None,
             impacts: 0,
             impact_list: Vec::new(),
-            trace: keep_trace.then(Vec::new),
+            trace: problem.trace.then(Vec::new),
         };
         if angle > 0.0 || (angle >= 0.0 && velocity > 0.0) {
             record.first_release = Some(start);

@@ -72,34 +72,8 @@ pub(super) fn conditioning(page: &mut Page, document: &Document) {
         page.end_section();
         return;
     };
-    let acceleration = |value: f64| {
-        format!(
-            "{}\u{00A0}m/s² ({}\u{00A0}g)",
-            significant(value, DIGITS),
-            significant(value / STANDARD_GRAVITY, 4)
-        )
-    };
     page.facts();
-    match block.bias_window_s {
-        Some((from, to)) => {
-            page.fact("Bias removed", &acceleration(block.bias_m_s2));
-            page.fact(
-                "Its standard error",
-                &acceleration(block.bias_standard_error_m_s2),
-            );
-            page.fact("Method of that error", &block.bias_standard_error_method);
-            page.fact(
-                "Bias window",
-                &format!(
-                    "{} to {}, {} samples",
-                    instant(from),
-                    instant(to),
-                    count(block.bias_samples as u64)
-                ),
-            );
-        }
-        None => page.fact("Bias removed", "none"),
-    }
+    bias(page, block);
     page.fact(
         "Rate fed to the model",
         &block.resample_hz.map_or_else(
@@ -140,6 +114,37 @@ pub(super) fn conditioning(page: &mut Page, document: &Document) {
     );
     page.end_table();
     page.end_section();
+}
+
+/// Writes the bias that was removed, with its error.
+fn bias(page: &mut Page, block: &ConditioningBlock) {
+    let acceleration = |value: f64| {
+        format!(
+            "{}\u{00A0}m/s² ({}\u{00A0}g)",
+            significant(value, DIGITS),
+            significant(value / STANDARD_GRAVITY, 4)
+        )
+    };
+    match block.bias_window_s {
+        Some((from, to)) => {
+            page.fact("Bias removed", &acceleration(block.bias_m_s2));
+            page.fact(
+                "Its standard error",
+                &acceleration(block.bias_standard_error_m_s2),
+            );
+            page.fact("Method of that error", &block.bias_standard_error_method);
+            page.fact(
+                "Bias window",
+                &format!(
+                    "{} to {}, {} samples",
+                    instant(from),
+                    instant(to),
+                    count(block.bias_samples as u64)
+                ),
+            );
+        }
+        None => page.fact("Bias removed", "none"),
+    }
 }
 
 /// Writes the filter, with its standard.

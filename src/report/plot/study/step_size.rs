@@ -125,29 +125,35 @@ fn phase(
     panel.curve(canvas, "line nothing", points, MOST_POINTS);
     canvas.end_group();
     panel.frame(canvas);
-    if !run.exit_over_entry.is_empty() {
-        let ratios: Vec<String> = run
-            .exit_over_entry
-            .iter()
-            .take(4)
-            .map(|ratio| significant(*ratio, 3))
-            .collect();
-        let right = result
-            .right_ratio
-            .map_or_else(|| "none".into(), |right| significant(right, 3));
-        canvas.text(
-            "small halo",
-            (panel.right - 8.0, panel.bottom - 26.0),
-            Anchor::End,
-            "exit/entry speed, contact by contact:",
-        );
-        canvas.text(
-            "small halo",
-            (panel.right - 8.0, panel.bottom - 10.0),
-            Anchor::End,
-            &format!("{} (right: {right})", ratios.join(", ")),
-        );
+    speed_ratios(canvas, &panel, result, run);
+}
+
+/// Writes the first ratios of exit to entry speed, against the right one.
+fn speed_ratios(canvas: &mut Canvas, panel: &Frame, result: &StepSize, run: &FixedStepRun) {
+    if run.exit_over_entry.is_empty() {
+        return;
     }
+    let ratios: Vec<String> = run
+        .exit_over_entry
+        .iter()
+        .take(4)
+        .map(|ratio| significant(*ratio, 3))
+        .collect();
+    let right = result
+        .right_ratio
+        .map_or_else(|| "none".into(), |right| significant(right, 3));
+    canvas.text(
+        "small halo",
+        (panel.right - 8.0, panel.bottom - 26.0),
+        Anchor::End,
+        "exit/entry speed, contact by contact:",
+    );
+    canvas.text(
+        "small halo",
+        (panel.right - 8.0, panel.bottom - 10.0),
+        Anchor::End,
+        &format!("{} (right: {right})", ratios.join(", ")),
+    );
 }
 
 /// Speed ratios that the panel of the limit shows.
