@@ -1,5 +1,6 @@
 //! One error for the library: what was expected, what was found, where, and what to try.
 
+use crate::setting::Setting;
 use std::fmt;
 
 /// A channel that could be meant.
@@ -170,6 +171,16 @@ pub enum ErrorKind {
         what: String,
         /// The permitted range in words.
         expected: String,
+        /// The value found.
+        found: String,
+    },
+    /// A setting with a value that it does not take.
+    #[error("{setting}: {wrong}, found {found}")]
+    BadSetting {
+        /// The setting.
+        setting: Setting,
+        /// What is wrong with the value: `must be a number`.
+        wrong: String,
         /// The value found.
         found: String,
     },

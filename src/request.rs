@@ -52,7 +52,7 @@ use std::collections::BTreeMap;
 /// # Ok::<(), serde_json::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "BTreeMap<String, Value>", into = "BTreeMap<String, Value>")]
+#[serde(try_from = "map::Stated", into = "BTreeMap<String, Value>")]
 pub struct Request {
     /// Format name of [`FORMATS`]; recognised if absent.
     pub input_format: Option<String>,
@@ -160,6 +160,7 @@ impl Request {
     /// an initial angle inside a rigid stop, a method that does not know the soft stop, or a
     /// tolerance finer than the method's rounding.
     pub fn check(&self) -> Result<(), Error> {
+        self.check_values()?;
         self.check_format()?;
         if let Some(angle) = self.phi0_rad.filter(|angle| *angle < 0.0)
             && self.model != ModelChoice::Only(StopModel::Soft)
@@ -174,6 +175,31 @@ impl Request {
             .into());
         }
         self.check_method()
+    }
+
+    /// Refuses values that no document could state: what is written must be read back.
+    fn check_values(&self) -> Result<(), Error> {
+        if self.time_column.is_some() && self.rate_hz.is_some() {
+            return Err(ErrorKind::OutOfRange {
+                what: Setting::RateHz.to_string(),
+                expected: format!(
+                    "absent where {} says where the time is",
+                    Setting::TimeColumn
+                ),
+                found: "both".into(),
+            }
+            .into());
+        }
+        let stated = BTreeMap::<String, Value>::from(self.clone());
+        if Self::try_from(stated)? == *self {
+            return Ok(());
+        }
+        Err(ErrorKind::OutOfRange {
+            what: "every number of a request".into(),
+            expected: "finite".into(),
+            found: format!("{self:?}"),
+        }
+        .into())
     }
 
     fn check_format(&self) -> Result<(), Error> {
@@ -219,13 +245,14 @@ impl Request {
         Ok(())
     }
 
-    /// Refuses a design whose tolerances leave what is physical, where levers are to be scattered
-    /// by them.
+    /// Refuses a design that no lever can have, or whose tolerances leave what is physical, where
+    /// levers are to be scattered by them.
     ///
     /// # Errors
     ///
-    /// As [`ensemble::check`].
+    /// As [`Design::validate`] and [`ensemble::check`].
     pub fn check_design(&self, design: &Design) -> Result<(), Error> {
+        design.validate()?;
         if self.members == 0 {
             return Ok(());
         }

@@ -47,13 +47,7 @@ impl Common {
     ///
     /// As [`Limits::set`].
     pub fn changed_limits(&self) -> Result<BTreeMap<String, u64>, Error> {
-        let limits = self.limits()?;
-        Ok(limits
-            .entries()
-            .into_iter()
-            .filter(|limit| limit.value != limit.default)
-            .map(|limit| (limit.name.to_string(), limit.value))
-            .collect())
+        self.limits().map(|limits| limits.changed())
     }
 
     /// Returns the limits on input, with those that `--limit` changes.

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 /// Set by Ctrl-C.
 static STOPPED: AtomicBool = AtomicBool::new(false);
 
-/// Set by a command that writes down what was done when Ctrl-C ends it.
+/// Set once a command that writes down what was done has heard the wish to stop.
 static KEEPING: AtomicBool = AtomicBool::new(false);
 
 /// Whether a line of progress stands on the terminal.
@@ -20,8 +20,8 @@ static LINE_STANDS: AtomicBool = AtomicBool::new(false);
 /// Time that a command has to end by itself before it is ended.
 const GRACE: Duration = Duration::from_millis(900);
 
-/// The same of one that writes down what was done; a second Ctrl-C ends it at once.
-const GRACE_TO_KEEP: Duration = Duration::from_secs(30);
+/// Time beyond it for writing down what was done; a second Ctrl-C ends that at once.
+const GRACE_TO_KEEP: Duration = Duration::from_secs(10);
 
 /// Time that a command takes before its progress is shown.
 const QUIET: Duration = Duration::from_secs(1);
@@ -39,22 +39,16 @@ pub(super) fn listen() {
     let _ = ctrlc::set_handler(|| {
         if !STOPPED.swap(true, Ordering::Relaxed) {
             std::thread::spawn(|| {
-                std::thread::sleep(if KEEPING.load(Ordering::Relaxed) {
-                    GRACE_TO_KEEP
-                } else {
-                    GRACE
-                });
+                std::thread::sleep(GRACE);
+                if KEEPING.load(Ordering::Relaxed) {
+                    std::thread::sleep(GRACE_TO_KEEP);
+                }
                 end();
             });
         } else {
             end();
         }
     });
-}
-
-/// Lets the command write down what was done when Ctrl-C ends it.
-pub(super) fn keep() {
-    KEEPING.store(true, Ordering::Relaxed);
 }
 
 fn end() -> ! {
@@ -80,6 +74,8 @@ fn wipe() {
 /// A line on a terminal's stderr that is written over: what is done, how far, how long yet.
 pub(super) struct Progress {
     on_terminal: bool,
+    /// Whether the command writes down what was done when it is stopped.
+    keeps: bool,
     state: Mutex<State>,
 }
 
@@ -95,12 +91,19 @@ impl Progress {
         let now = Instant::now();
         Self {
             on_terminal: std::io::stderr().is_terminal(),
+            keeps: false,
             state: Mutex::new(State {
                 step: step.into(),
                 began: now,
                 shown: now,
             }),
         }
+    }
+
+    /// Says that the command writes down what was done when it is stopped.
+    pub(super) fn that_keeps(mut self) -> Self {
+        self.keeps = true;
+        self
     }
 
     /// Does a step of the work on so many threads, watched.
@@ -139,6 +142,9 @@ impl Progress {
                 left(state.began.elapsed(), part)
             );
             let _ = err.flush();
+        }
+        if stopped() && self.keeps {
+            KEEPING.store(true, Ordering::Relaxed);
         }
         !stopped()
     }

@@ -36,9 +36,7 @@ pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Fail
         pipeline::judge(&source, &request, &design, extras, &limits, control)
     });
     drop(progress);
-    if let Some(error) = &outcome.refusal
-        && *error.kind() == ErrorKind::Stopped
-    {
+    if outcome.was_stopped() {
         return Err(Failure::Interrupted);
     }
     outcome.document.run.elapsed_s = started.elapsed().as_secs_f64();

@@ -98,7 +98,6 @@ pub(super) fn command(own: &Study, common: &Common) -> Result<u8, Failure> {
         set,
         &common.limits().map_err(Failure::Usage)?,
     )?;
-    progress::keep();
     let answer = analysis.run(&design, &session)?;
     let complete = answer.complete;
     let summary = Summary {

@@ -9,7 +9,7 @@ use super::values::OutputFormat;
 use crate::error::{Error, ErrorKind, Place};
 use crate::model::Design;
 use crate::pipeline::{self, Difference, Stored, Verification};
-use crate::recording::{Limits, Source};
+use crate::recording::Source;
 use crate::report::{self, escape};
 use crate::request::Request;
 use clap::Parser;
@@ -32,8 +32,10 @@ pub(super) fn command(own: &VerifyArguments, common: &Common) -> Result<u8, Fail
         Some(request) => request.clone(),
         None => asked_by_command(&stored).map_err(in_verdict)?,
     };
-    let changed = common.changed_limits().map_err(Failure::Usage)?;
-    request.limits.extend(changed);
+    // Limits of this command line come before those of the verdict.
+    let limits = common.limits().map_err(Failure::Usage)?;
+    let changed = limits.changed();
+    request.limits.retain(|name, _| !changed.contains_key(name));
     let source = Source::File(recording(own, &stored).map_err(Failure::Data)?);
     let progress = Progress::new("verify");
     let verification = progress.watch("verify", common.thread_count(), |control| {
@@ -43,7 +45,7 @@ pub(super) fn command(own: &VerifyArguments, common: &Common) -> Result<u8, Fail
             &request,
             own.recording.is_some(),
             &output::with_options,
-            &Limits::default(),
+            &limits,
             control,
         )
     });
@@ -197,12 +199,12 @@ fn recording(own: &VerifyArguments, stored: &Stored) -> Result<PathBuf, Error> {
     let here = PathBuf::from(name);
     let found = [&beside, &here]
         .into_iter()
-        .find(|path| !name.is_empty() && path.is_file());
+        .find(|path| !name.is_empty() && path.exists());
     found.cloned().ok_or_else(|| {
         Error::from(ErrorKind::Io {
             action: "find the recording",
             reason: format!(
-                "no file {name:?} beside the verdict or in the current folder; name it with --recording"
+                "no file or folder {name:?} beside the verdict or in the current folder; name it with --recording"
             ),
         })
         .at(place(&own.verdict))
@@ -210,12 +212,12 @@ fn recording(own: &VerifyArguments, stored: &Stored) -> Result<PathBuf, Error> {
 }
 
 fn existing(path: &Path) -> Result<PathBuf, Error> {
-    if path.is_file() {
+    if path.exists() {
         return Ok(path.to_path_buf());
     }
     Err(Error::from(ErrorKind::Io {
         action: "read the recording",
-        reason: "no such file".into(),
+        reason: "no such file or folder".into(),
     })
     .at(place(path)))
 }

@@ -40,9 +40,9 @@ impl Default for InputUncertainty {
     }
 }
 
-/// A latch design.
+/// A latch design. One that is read, from TOML or JSON, is one that a lever can have.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(try_from = "DesignAsWritten")]
 pub struct Design {
     /// Name, used in folders and reports.
     pub name: String,
@@ -56,6 +56,56 @@ pub struct Design {
     pub tolerance: BTreeMap<String, f64>,
     /// Uncertainty of the input.
     pub input: InputUncertainty,
+}
+
+/// A design as a document states it, before it is checked.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct DesignAsWritten {
+    name: String,
+    lever: Lever,
+    stop: Stop,
+    criterion: Criterion,
+    tolerance: BTreeMap<String, f64>,
+    input: InputUncertainty,
+}
+
+impl Default for DesignAsWritten {
+    fn default() -> Self {
+        let Design {
+            name,
+            lever,
+            stop,
+            criterion,
+            tolerance,
+            input,
+        } = Design::reference();
+        Self {
+            name,
+            lever,
+            stop,
+            criterion,
+            tolerance,
+            input,
+        }
+    }
+}
+
+impl TryFrom<DesignAsWritten> for Design {
+    type Error = Error;
+
+    fn try_from(written: DesignAsWritten) -> Result<Self, Error> {
+        let design = Self {
+            name: written.name,
+            lever: written.lever,
+            stop: written.stop,
+            criterion: written.criterion,
+            tolerance: written.tolerance,
+            input: written.input,
+        };
+        design.validate()?;
+        Ok(design)
+    }
 }
 
 impl Default for Design {
@@ -159,15 +209,8 @@ impl Design {
 
     fn set_number(&mut self, name: &str, value: f64) -> Result<(), Error> {
         if let Some(key) = name.strip_prefix("tolerance.") {
-            let known = || PARAMETERS.iter().filter(|known| known.has_tolerance());
-            if !known().any(|known| known.key() == key) {
-                let names: Vec<_> = known()
-                    .map(|known| format!("tolerance.{}", known.key()))
-                    .collect();
-                return Err(unknown(name, &names));
-            }
-            Range::NotNegative.check(name, value)?;
-            self.tolerance.insert(key.to_string(), value);
+            check_tolerance(key, value)?;
+            self.tolerance.insert(key.to_string(), value + 0.0);
             return Ok(());
         }
         let Some(parameter) = DesignParameter::named(name) else {
@@ -199,7 +242,8 @@ impl Design {
             Slot::Threshold => &mut self.criterion.threshold_rad,
             Slot::InputScale => &mut self.input.scale,
             Slot::InputBias => &mut self.input.bias_g,
-        } = value;
+            // A negative zero says nothing else than a plain one.
+        } = value + 0.0;
     }
 
     /// Returns one standard deviation of `parameter`, in its unit, where the design states one.
@@ -221,13 +265,22 @@ impl Design {
                 * self.stop.contact_angular_frequency_rad_s(&self.lever))
     }
 
-    /// Checks what single ranges cannot see.
+    /// Checks every number against its range, and what single ranges cannot see.
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::OutOfRange`] if neither spring nor preload presses the lever onto the
-    /// stop, or the inertia is less than that of the mass at its own centre.
+    /// [`ErrorKind::OutOfRange`] for a number that no lever can have, or if neither spring nor
+    /// preload presses the lever onto the stop, or the inertia is less than that of the mass at
+    /// its own centre; [`ErrorKind::UnknownName`] for a tolerance of what has none.
     pub fn validate(&self) -> Result<(), Error> {
+        for parameter in PARAMETERS {
+            parameter
+                .range
+                .check(parameter.name, self.value(parameter))?;
+        }
+        for (key, deviation) in &self.tolerance {
+            check_tolerance(key, *deviation)?;
+        }
         let lever = &self.lever;
         if lever.preload_torque_nm + lever.spring_stiffness_nm_per_rad <= 0.0 {
             return Err(ErrorKind::OutOfRange {
@@ -248,6 +301,19 @@ impl Design {
         }
         Ok(())
     }
+}
+
+/// Refuses a tolerance of a number that has none, or one that is no standard deviation.
+fn check_tolerance(key: &str, deviation: f64) -> Result<(), Error> {
+    let name = format!("tolerance.{key}");
+    let known = || PARAMETERS.iter().filter(|known| known.has_tolerance());
+    if !known().any(|known| known.key() == key) {
+        let names: Vec<_> = known()
+            .map(|known| format!("tolerance.{}", known.key()))
+            .collect();
+        return Err(unknown(&name, &names));
+    }
+    Range::NotNegative.check(&name, deviation)
 }
 
 /// Says what is wrong with an entry of a design file that is neither its name nor a section.

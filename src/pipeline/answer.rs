@@ -2,7 +2,7 @@
 
 use super::identity;
 use crate::conditioning::{self, Conditioned, cfc};
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 use crate::margin::PreloadAnswer;
 use crate::model::Design;
 use crate::recording::{Card, Channel, Finding, Severity, Source};
@@ -169,11 +169,16 @@ pub(super) fn refused(
                 text: finding.text.clone(),
             }),
     );
-    Document {
+    let mut document = Document {
         why,
         findings,
         ..empty(facts, conditioned, design)
+    };
+    if *error.kind() == ErrorKind::Stopped {
+        // No answer to the question: it must not be found under the question's name.
+        document.report_id = String::new();
     }
+    document
 }
 
 /// The document with nothing in it but what is known before a lever is replayed.

@@ -18,9 +18,19 @@ pub const NUMBERS_REVISION: u32 = 1;
 /// Of a recording that was not read to its end the bytes are not known; its hash is that of the
 /// question alone.
 pub(super) fn report_id(recording: &RecordingBlock, request: &Request, design: &Design) -> String {
+    report_id_of(NUMBERS_REVISION, recording, request, design)
+}
+
+/// As [`report_id`], as another revision of the numbers has it.
+pub(super) fn report_id_of(
+    numbers_revision: u32,
+    recording: &RecordingBlock,
+    request: &Request,
+    design: &Design,
+) -> String {
     let question = json!({
         "schema": "latchgate.question/1",
-        "numbers_revision": NUMBERS_REVISION,
+        "numbers_revision": numbers_revision,
         "file": recording.file,
         "sha256": recording.sha256,
         "parts": recording.parts,

@@ -7,6 +7,7 @@ use crate::error::{Error, ErrorKind, Place};
 use crate::margin::{self, PreloadAnswer};
 use crate::model::Design;
 use crate::parallel::Control;
+use crate::recording::card::CardFile;
 use crate::recording::{self, Channel, Finding, Limits, Reading, Source};
 use crate::report::{self, Document};
 use crate::request::Request;
@@ -31,8 +32,7 @@ pub struct Outcome {
     pub document: Document,
     /// What a report draws, if that was asked for.
     pub evidence: Option<Evidence>,
-    /// The error that left nothing to judge. One of kind [`ErrorKind::Stopped`] says nothing of
-    /// the recording: its document is not to be kept.
+    /// The error that left nothing to judge; see [`Self::was_stopped`].
     pub refusal: Option<Error>,
     /// The channels to choose from, where several could be meant.
     pub offers: Vec<Offer>,
@@ -40,7 +40,7 @@ pub struct Outcome {
 
 impl Outcome {
     /// Returns the files of the report, names with bytes: page, document and plots, the page
-    /// first.
+    /// first; none where the work was stopped, which says nothing of the recording.
     ///
     /// # Examples
     ///
@@ -60,7 +60,18 @@ impl Outcome {
     /// ```
     #[must_use]
     pub fn files(&self) -> Vec<(String, Vec<u8>)> {
+        if self.was_stopped() {
+            return Vec::new();
+        }
         report::files(&self.document, self.evidence.as_ref())
+    }
+
+    /// Tells whether the work was stopped before its end: there is no answer, and the document,
+    /// which has no identity, is not to be kept.
+    #[must_use]
+    pub fn was_stopped(&self) -> bool {
+        let stopped = |error: &Error| *error.kind() == ErrorKind::Stopped;
+        self.refusal.as_ref().is_some_and(stopped)
     }
 }
 
@@ -251,9 +262,11 @@ fn read(
 ) -> Result<Conditioned, Error> {
     facts.request.check()?;
     let limits = &facts.request.limits(limits)?;
-    if let Some((card, sha256)) = recording::card::read_beside(source, limits)? {
-        facts.recording.card_sha256 = Some(sha256);
-        facts.declare(card);
+    // Every limit that holds is part of the question, whoever changed it.
+    facts.request.limits = limits.changed();
+    if let Some(file) = CardFile::beside(source, limits)? {
+        facts.recording.card_sha256 = Some(file.sha256());
+        facts.declare(file.read()?);
     }
     control.check()?;
     let options = facts.request.read_options(&facts.card);

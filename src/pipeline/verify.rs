@@ -1,14 +1,17 @@
 //! The run inside a stored verdict made again, and compared key by key.
 
 use super::compare::{self, Difference};
-use super::identity::{self, NUMBERS_REVISION};
+use super::identity;
 use super::prepared::Extras;
 use super::{Control, Design, Limits, Request, Source, judge};
 use crate::error::{Error, ErrorKind};
 use crate::report::document::RecordingBlock;
 use crate::report::json;
+use serde::de::{DeserializeSeed, Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use std::fmt;
 
 /// A verdict as it was stored.
 #[derive(Debug, Clone)]
@@ -86,6 +89,10 @@ impl Stored {
     pub fn from_json(bytes: &[u8]) -> Result<Self, Error> {
         let document: Value = serde_json::from_slice(bytes)
             .map_err(|error| malformed("a JSON document", error.to_string()))?;
+        // Of two keys of one name a reader takes the first, another the last.
+        if let Some(key) = duplicate_key(bytes) {
+            return Err(malformed("each key once", format!("`{key}` twice")));
+        }
         match document["schema"].as_str() {
             Some("latchgate.verdict/1") if document["run"]["version"].is_string() => {}
             Some("latchgate.verdict/1") => return Err(malformed("run.version", "none")),
@@ -142,16 +149,19 @@ impl Stored {
 
     /// Refuses a verdict whose question, design or hashes were changed by hand.
     fn check_identity(&self) -> Result<(), Error> {
-        let revision = self.document["run"]["numbers_revision"].as_u64();
-        let (Some(id), Some(request)) = (self.document["report_id"].as_str(), &self.request) else {
+        let Some(request) = &self.request else {
             return Ok(());
         };
-        if revision != Some(u64::from(NUMBERS_REVISION)) {
-            return Ok(());
-        }
+        let id = self.document["report_id"]
+            .as_str()
+            .ok_or_else(|| malformed("report_id", "none"))?;
+        let revision = self.document["run"]["numbers_revision"]
+            .as_u64()
+            .and_then(|revision| u32::try_from(revision).ok())
+            .ok_or_else(|| malformed("run.numbers_revision", "none"))?;
         let recording: RecordingBlock = serde_json::from_value(self.document["recording"].clone())
             .map_err(|error| malformed("a recording block", error.to_string()))?;
-        if identity::report_id(&recording, request, &self.design) == id {
+        if identity::report_id_of(revision, &recording, request, &self.design) == id {
             return Ok(());
         }
         Err(Error::from(ErrorKind::Malformed {
@@ -227,24 +237,28 @@ pub fn verify(
         limits,
         control,
     );
-    if let Some(error) = &outcome.refusal
-        && *error.kind() == ErrorKind::Stopped
-    {
-        return Err(error.clone());
+    if outcome.was_stopped() {
+        return Err(ErrorKind::Stopped.into());
     }
     let now: Value = serde_json::from_str(&json::render(&outcome.document))
         .map_err(|error| malformed("a document", error.to_string()))?;
     let mut before = stored.document.clone();
     let mut after = now;
     if stored.request.is_none() {
-        forget_newer_keys(&before, &mut after);
-        before["request"] = Value::Null;
-        after["request"] = Value::Null;
-    }
-    if renamed || before["run"]["numbers_revision"] != after["run"]["numbers_revision"] {
-        // The name and the revision are part of the identity.
-        before["report_id"] = Value::Null;
-        after["report_id"] = Value::Null;
+        as_older_versions_wrote(&mut after, &before, request);
+    } else {
+        let revised = before["run"]["numbers_revision"] != after["run"]["numbers_revision"];
+        let within = *limits != Limits::default();
+        if within {
+            // Whoever verifies may do it within limits of his own.
+            after["request"]["limit"] = before["request"]["limit"].clone();
+            before["request"]["limit"] = after["request"]["limit"].clone();
+        }
+        if renamed || revised || within {
+            // Name, revision and limits are part of the identity, which was checked by itself.
+            before["report_id"] = Value::Null;
+            after["report_id"] = Value::Null;
+        }
     }
     reword(&mut before, worded);
     reword(&mut after, worded);
@@ -267,15 +281,27 @@ pub fn verify(
     })
 }
 
-/// Leaves out of `after` what a verdict of an older version has no key for.
-fn forget_newer_keys(before: &Value, after: &mut Value) {
-    if let (Some(before), Some(after)) = (before.as_object(), after.as_object_mut()) {
-        after.retain(|key, _| before.contains_key(key));
+/// Writes a document as versions did that stated the question as a command line.
+fn as_older_versions_wrote(after: &mut Value, before: &Value, request: &Request) {
+    let source = after["recording"]["opens_when_source"].clone();
+    if let Some(document) = after.as_object_mut() {
+        document.remove("report_id");
     }
-    let known = before["recording"].as_object();
-    if let (Some(known), Some(recording)) = (known, after["recording"].as_object_mut()) {
-        recording.retain(|key, _| known.contains_key(key));
+    if let Some(recording) = after["recording"].as_object_mut() {
+        recording.remove("opens_when");
+        recording.remove("opens_when_source");
     }
+    after["request"] = json!({
+        // The question was taken from it.
+        "command": before["request"]["command"],
+        "opens_when_source": source,
+        "model": request.model.name(),
+        "window_s": request.window_s,
+        "phi0_rad": request.phi0_rad,
+        "omega0_rad_s": request.omega0_rad_s,
+        "members": request.members,
+        "seed": request.seed,
+    });
 }
 
 fn reword(value: &mut Value, worded: &dyn Fn(&str) -> String) {
@@ -285,4 +311,75 @@ fn reword(value: &mut Value, worded: &dyn Fn(&str) -> String) {
         Value::Object(table) => table.values_mut().for_each(|item| reword(item, worded)),
         _ => {}
     }
+}
+
+/// Returns a key that an object of a JSON document has twice.
+fn duplicate_key(bytes: &[u8]) -> Option<String> {
+    struct Unique;
+
+    impl<'de> DeserializeSeed<'de> for Unique {
+        type Value = ();
+
+        fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+            deserializer.deserialize_any(self)
+        }
+    }
+
+    impl<'de> Visitor<'de> for Unique {
+        type Value = ();
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("JSON")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
+            let mut seen = BTreeSet::new();
+            while let Some(key) = map.next_key::<String>()? {
+                if seen.contains(&key) {
+                    return Err(A::Error::custom(key));
+                }
+                seen.insert(key);
+                map.next_value_seed(Unique)?;
+            }
+            Ok(())
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<(), A::Error> {
+            while list.next_element_seed(Unique)?.is_some() {}
+            Ok(())
+        }
+
+        fn visit_bool<E>(self, _: bool) -> Result<(), E> {
+            Ok(())
+        }
+
+        fn visit_i64<E>(self, _: i64) -> Result<(), E> {
+            Ok(())
+        }
+
+        fn visit_u64<E>(self, _: u64) -> Result<(), E> {
+            Ok(())
+        }
+
+        fn visit_f64<E>(self, _: f64) -> Result<(), E> {
+            Ok(())
+        }
+
+        fn visit_str<E>(self, _: &str) -> Result<(), E> {
+            Ok(())
+        }
+
+        fn visit_unit<E>(self) -> Result<(), E> {
+            Ok(())
+        }
+    }
+
+    let mut deserializer = serde_json::Deserializer::from_slice(bytes);
+    let error = Unique.deserialize(&mut deserializer).err()?;
+    // The message is the key, with the place behind it.
+    let text = error.to_string();
+    Some(match text.rsplit_once(" at line ") {
+        Some((key, _)) => key.to_string(),
+        None => text,
+    })
 }

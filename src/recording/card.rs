@@ -136,40 +136,74 @@ impl Card {
     }
 }
 
+/// A card as it lies beside a recording: bytes that are not yet read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CardFile {
+    place: Place,
+    bytes: Vec<u8>,
+}
+
+impl CardFile {
+    /// Finds the card beside a recording, if there is one. Standard input has none.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Io`] if the card is there but cannot be read, [`ErrorKind::LimitExceeded`] if
+    /// it is larger than settings may be, each at the card's name.
+    pub fn beside(source: &Source, limits: &Limits) -> Result<Option<Self>, Error> {
+        let place = Place::file(format!("{}.toml", source.name()));
+        let read = source.read_card(limits.settings_bytes.saturating_add(1));
+        let Some(bytes) = read.map_err(|error| error.at(place.clone()))? else {
+            return Ok(None);
+        };
+        if bytes.len() as u64 > limits.settings_bytes {
+            return Err(Error::from(ErrorKind::LimitExceeded {
+                limit: "settings_bytes",
+                value: limits.settings_bytes,
+                found: "a larger card".into(),
+            })
+            .at(place));
+        }
+        Ok(Some(Self { place, bytes }))
+    }
+
+    /// Returns the SHA-256 of its bytes.
+    #[must_use]
+    pub fn sha256(&self) -> String {
+        sha256(&self.bytes)
+    }
+
+    /// Reads it.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Malformed`] if it is no UTF-8, and the errors of [`Card::from_toml`], each at
+    /// the card's name.
+    pub fn read(&self) -> Result<Card, Error> {
+        let text = std::str::from_utf8(&self.bytes).map_err(|error| {
+            let line = line_at(&self.bytes, error.valid_up_to());
+            Error::from(ErrorKind::Malformed {
+                expected: "a card in UTF-8".into(),
+                found: "other bytes".into(),
+                hint: "save the card as UTF-8".into(),
+            })
+            .at(self.place.clone().line(line))
+        })?;
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        Card::from_toml(text).map_err(|error| error.at(self.place.clone()))
+    }
+}
+
 /// Reads the card beside a recording, if there is one, with the SHA-256 of its bytes.
-///
-/// Standard input has no card.
 ///
 /// # Errors
 ///
-/// [`ErrorKind::Io`] if the card is there but cannot be read, [`ErrorKind::LimitExceeded`] if it
-/// is larger than settings may be, and the errors of [`Card::from_toml`], each at the card's name.
+/// Those of [`CardFile::beside`] and [`CardFile::read`].
 pub fn read_beside(source: &Source, limits: &Limits) -> Result<Option<(Card, String)>, Error> {
-    let place = Place::file(format!("{}.toml", source.name()));
-    let read = source.read_card(limits.settings_bytes.saturating_add(1));
-    let Some(bytes) = read.map_err(|error| error.at(place.clone()))? else {
+    let Some(file) = CardFile::beside(source, limits)? else {
         return Ok(None);
     };
-    if bytes.len() as u64 > limits.settings_bytes {
-        return Err(Error::from(ErrorKind::LimitExceeded {
-            limit: "settings_bytes",
-            value: limits.settings_bytes,
-            found: "a larger card".into(),
-        })
-        .at(place));
-    }
-    let hash = sha256(&bytes);
-    let text = std::str::from_utf8(&bytes).map_err(|error| {
-        Error::from(ErrorKind::Malformed {
-            expected: "a card in UTF-8".into(),
-            found: "other bytes".into(),
-            hint: "save the card as UTF-8".into(),
-        })
-        .at(place.clone().line(line_at(&bytes, error.valid_up_to())))
-    })?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let card = Card::from_toml(text).map_err(|error| error.at(place))?;
-    Ok(Some((card, hash)))
+    Ok(Some((file.read()?, file.sha256())))
 }
 
 /// A polarity as a card or option states it.

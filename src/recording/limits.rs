@@ -5,6 +5,7 @@
 
 use crate::error::{Error, ErrorKind, nearest_name};
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// A limit as it stands.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -49,6 +50,16 @@ macro_rules! limits {
                     unit: $unit,
                     meaning: $meaning,
                 }),*]
+            }
+
+            /// Returns the limits that differ from their defaults, by name.
+            #[must_use]
+            pub fn changed(&self) -> BTreeMap<String, u64> {
+                self.entries()
+                    .into_iter()
+                    .filter(|limit| limit.value != limit.default)
+                    .map(|limit| (limit.name.to_string(), limit.value))
+                    .collect()
             }
 
             fn slot(&mut self, name: &str) -> Option<&mut u64> {

@@ -65,7 +65,8 @@ impl Source {
     }
 
     /// Takes a set of files from memory. `name` is the one to read, the others lying beside it,
-    /// or, where no file bears it, the name of the folder that they form.
+    /// or, where no file bears it, the name of the folder that they form. A file `name.toml` among
+    /// them is the card.
     ///
     /// # Examples
     ///
@@ -130,7 +131,8 @@ impl Source {
             Self::Memory(memory) => {
                 let most = usize::try_from(most).unwrap_or(usize::MAX);
                 let cut = |card: &Arc<[u8]>| card[..card.len().min(most)].to_vec();
-                return Ok(memory.card.as_ref().map(cut));
+                let beside = || memory.files.get(&format!("{}.toml", memory.name));
+                return Ok(memory.card.as_ref().or_else(beside).map(cut));
             }
             Self::File(path) => path,
         };

@@ -8,9 +8,11 @@ use crate::margin::{MapAxis, MapRequest, map::GRID_MAX};
 use crate::recording::Limits;
 use crate::setting::Setting;
 use crate::verdict::ensemble::MEMBERS_MAX;
+use serde::de::{Deserializer, Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::fmt;
 
 /// Settings by key, as JSON, TOML or a form states them.
 type Entries = BTreeMap<String, Value>;
@@ -41,6 +43,51 @@ impl TryFrom<Entries> for Request {
         let request = from_entries(&mut entries)?;
         refuse_unknown(&entries, OF_REPLAY)?;
         Ok(request)
+    }
+}
+
+/// Settings as a document states them: each key once, since of two some readers take the first.
+pub(super) struct Stated(Entries);
+
+impl<'de> Deserialize<'de> for Stated {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct EachKeyOnce;
+
+        impl<'de> Visitor<'de> for EachKeyOnce {
+            type Value = Stated;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a table of settings")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Stated, A::Error> {
+                let mut entries = Entries::new();
+                while let Some((key, value)) = map.next_entry::<String, Value>()? {
+                    if entries.insert(key.clone(), value).is_some() {
+                        return Err(A::Error::custom(format!("the key `{key}` stands twice")));
+                    }
+                }
+                Ok(Stated(entries))
+            }
+        }
+
+        deserializer.deserialize_map(EachKeyOnce)
+    }
+}
+
+impl TryFrom<Stated> for Request {
+    type Error = Error;
+
+    fn try_from(stated: Stated) -> Result<Self, Error> {
+        Self::try_from(stated.0)
+    }
+}
+
+impl TryFrom<Stated> for MarginRequest {
+    type Error = Error;
+
+    fn try_from(stated: Stated) -> Result<Self, Error> {
+        Self::try_from(stated.0)
     }
 }
 
@@ -161,18 +208,23 @@ fn from_entries(entries: &mut Entries) -> Result<Request, Error> {
             .remove(setting.key())
             .filter(|value| !value.is_null())
         {
-            set(&mut request, &mut steps_per_period, setting, &value).map_err(|expected| {
-                Error::from(ErrorKind::OutOfRange {
-                    what: setting.to_string(),
-                    expected,
-                    found: value.to_string(),
-                })
-            })?;
+            set(&mut request, &mut steps_per_period, setting, &value)
+                .map_err(|wrong| refused(setting, &value, wrong))?;
         }
     }
     request.method =
         parse_method(request.method.name(), steps_per_period).unwrap_or(request.method);
     Ok(request)
+}
+
+/// Says what is wrong with the value of a setting.
+fn refused(setting: Setting, value: &Value, wrong: String) -> Error {
+    ErrorKind::BadSetting {
+        setting,
+        wrong,
+        found: value.to_string(),
+    }
+    .into()
 }
 
 fn refuse_unknown(entries: &Entries, known: &[Setting]) -> Result<(), Error> {
@@ -223,31 +275,33 @@ fn set(
         Setting::Seed => {
             request.seed = value
                 .as_u64()
-                .ok_or("a whole number, not negative".to_string())?;
+                .ok_or("must be a whole number, not negative".to_string())?;
         }
         Setting::Phi0 => request.phi0_rad = Some(value::phi0(number(value)?)?),
         Setting::Omega0 => request.omega0_rad_s = Some(value::velocity(number(value)?)?),
         Setting::Limit => request.limits = limits(value)?,
-        _ => return Err("a setting of a replay".into()),
+        _ => return Err("must be a setting of a replay".into()),
     }
     Ok(())
 }
 
 fn text(value: &Value) -> Result<&str, String> {
-    value.as_str().ok_or_else(|| "a text".into())
+    value.as_str().ok_or_else(|| "must be a text".into())
 }
 
 /// A name, or a number that counts from 1.
 fn name(value: &Value) -> Result<String, String> {
     match value {
         Value::String(text) => Ok(text.clone()),
-        Value::Number(number) if number.is_u64() => Ok(number.to_string()),
-        _ => Err("a name, or a number from 1".into()),
+        Value::Number(number) if number.as_u64().is_some_and(|number| number > 0) => {
+            Ok(number.to_string())
+        }
+        _ => Err("must be a name, or a number from 1".into()),
     }
 }
 
 fn number(value: &Value) -> Result<f64, String> {
-    value.as_f64().ok_or_else(|| "a number".into())
+    value.as_f64().ok_or_else(|| "must be a number".into())
 }
 
 fn count(value: &Value, least: u32, most: u32) -> Result<u32, String> {
@@ -255,25 +309,31 @@ fn count(value: &Value, least: u32, most: u32) -> Result<u32, String> {
         .as_u64()
         .and_then(|count| u32::try_from(count).ok())
         .filter(|count| (least..=most).contains(count))
-        .ok_or_else(|| format!("a whole number from {least} to {most}"))
+        .ok_or_else(|| format!("must be a whole number from {least} to {most}"))
 }
 
 fn limits(value: &Value) -> Result<BTreeMap<String, u64>, String> {
-    let table = value.as_object().ok_or("a table of limits")?;
+    let table = value.as_object().ok_or("must be a table of limits")?;
     let mut changed = BTreeMap::new();
     for (name, value) in table {
-        let value = value.as_u64().ok_or("whole numbers")?;
+        let value = value.as_u64().ok_or("must hold whole numbers")?;
         Limits::default()
             .set(&format!("{name}={value}"))
-            .map_err(|error| format!("limits that there are ({error})"))?;
+            .map_err(|error| error.to_string())?;
         changed.insert(name.clone(), value);
+    }
+    // A limit that is stated as it stands is none that was changed.
+    for limit in Limits::default().entries() {
+        if changed.get(limit.name) == Some(&limit.value) {
+            changed.remove(limit.name);
+        }
     }
     Ok(changed)
 }
 
 /// The question of a margin: that of a replay, and what is searched.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "BTreeMap<String, Value>", into = "BTreeMap<String, Value>")]
+#[serde(try_from = "Stated", into = "BTreeMap<String, Value>")]
 pub struct MarginRequest {
     /// What is replayed.
     pub replay: Request,
@@ -338,13 +398,6 @@ impl TryFrom<Entries> for MarginRequest {
             let value = entries.remove(setting.key());
             value.filter(|value| !value.is_null())
         };
-        let refused = |setting: Setting, value: &Value, expected: String| {
-            Error::from(ErrorKind::OutOfRange {
-                what: setting.to_string(),
-                expected,
-                found: value.to_string(),
-            })
-        };
         if let Some(value) = take(Setting::CounterweightRadius) {
             request.counterweight_radius_m = number(&value)
                 .and_then(value::positive)
@@ -355,7 +408,16 @@ impl TryFrom<Entries> for MarginRequest {
                 .map_err(|expected| refused(Setting::Points, &value, expected))?;
             request.points = Some(points);
         }
-        let (columns, rows) = match take(Setting::MapGrid) {
+        let grid = take(Setting::MapGrid);
+        if let (Some(grid), false) = (&grid, entries.contains_key(Setting::Map.key())) {
+            let wrong = format!("needs {}", Setting::Map);
+            return Err(refused(Setting::MapGrid, grid, wrong));
+        }
+        let mut take = |setting: Setting| {
+            let value = entries.remove(setting.key());
+            value.filter(|value| !value.is_null())
+        };
+        let (columns, rows) = match grid {
             None => (GRID, GRID),
             Some(value) => text(&value)
                 .and_then(parse_grid)
@@ -377,7 +439,7 @@ impl TryFrom<Entries> for MarginRequest {
 }
 
 fn axes(value: &Value) -> Result<[MapAxis; 2], String> {
-    let expected = "two of KEY=LO..HI";
+    let expected = "must be two of KEY=LO..HI";
     let [x, y] = value.as_array().map(Vec::as_slice).ok_or(expected)? else {
         return Err(expected.into());
     };

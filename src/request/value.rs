@@ -286,5 +286,6 @@ pub fn parse_map_axis(text: &str) -> Result<MapAxis, String> {
 
 /// Writes an interval so that [`parse_window`] reads it back.
 pub(super) fn interval((start, end): (f64, f64)) -> String {
-    format!("{start}..{end}")
+    // A negative zero asks nothing else than a plain one.
+    format!("{}..{}", start + 0.0, end + 0.0)
 }

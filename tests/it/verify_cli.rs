@@ -283,7 +283,7 @@ fn cli_verify_refuses_what_it_cannot_repeat() {
         (
             "\"members\": 0,",
             "\"members\": \"many\",",
-            "--members must be",
+            "--members: must be",
         ),
         ("\"version\": ", "\"edition\": ", "run.version"),
         ("{\n", "{{\n", "JSON"),

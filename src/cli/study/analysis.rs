@@ -37,7 +37,7 @@ impl Session {
     pub(super) fn new(name: &str, threads: usize) -> Self {
         Self {
             started: Instant::now(),
-            progress: Progress::new(name),
+            progress: Progress::new(name).that_keeps(),
             threads,
         }
     }
