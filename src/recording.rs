@@ -56,6 +56,7 @@ pub use limits::Limits;
 pub use source::{Part, Source};
 
 use crate::error::{Error, ErrorKind, Place};
+use crate::parallel::Control;
 use crate::units::{AccelerationUnit, STANDARD_GRAVITY, SampleRate, TimeUnit};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -80,9 +81,6 @@ pub struct ReadOptions {
     pub unit_from_card: bool,
     /// Format name of [`FORMATS`]; detected if absent.
     pub input_format: Option<String>,
-    /// Whether the calling thread does all the work; a large file has helpers otherwise. The
-    /// samples are the same.
-    pub one_thread: bool,
 }
 
 /// Largest relative difference between a stated rate and that of the file [-].
@@ -386,7 +384,8 @@ pub fn read(
     selection: Selection,
     limits: &Limits,
 ) -> Result<Recording, Error> {
-    let [recording] = read_each(source, options, [selection], limits);
+    let control = Control::default();
+    let [recording] = read_each(source, options, [selection], limits, control);
     recording
 }
 
@@ -400,11 +399,17 @@ pub struct Reading {
 }
 
 /// Reads the channel that is meant and its neighbours in one pass over the bytes. Whatever is
-/// wrong with one of the two does not touch the other.
+/// wrong with one of the two does not touch the other. Where `control` stops the reading, both are
+/// errors.
 #[must_use]
-pub fn read_both(source: &Source, options: &ReadOptions, limits: &Limits) -> Reading {
+pub fn read_both(
+    source: &Source,
+    options: &ReadOptions,
+    limits: &Limits,
+    control: &Control<'_>,
+) -> Reading {
     let both = [Selection::Lateral, Selection::Every];
-    let [chosen, every] = read_each(source, options, both, limits);
+    let [chosen, every] = read_each(source, options, both, limits, *control);
     Reading { chosen, every }
 }
 
@@ -414,8 +419,9 @@ fn read_each<const N: usize>(
     options: &ReadOptions,
     selections: [Selection; N],
     limits: &Limits,
+    control: Control<'_>,
 ) -> [Result<Recording, Error>; N] {
-    let mut outcomes = match outcomes(source, options, &selections, limits) {
+    let mut outcomes = match outcomes(source, options, &selections, limits, control) {
         Ok(outcomes) => outcomes.into_iter(),
         // What is wrong with the whole is wrong with each.
         Err(error) => {
@@ -436,9 +442,9 @@ fn outcomes(
     options: &ReadOptions,
     selections: &[Selection],
     limits: &Limits,
+    control: Control<'_>,
 ) -> Result<Vec<Result<Recording, Error>>, Error> {
-    let mut reader = source.open()?;
-    reader.has_helper = !options.one_thread;
+    let mut reader = source.open_watched(control)?;
     let bytes = reader.head()?;
     let entries = if reader.is_folder() {
         reader.list(true, limits)?

@@ -247,7 +247,7 @@ impl Request {
 
     /// Returns how the recording is read: as asked, else as its card says.
     #[must_use]
-    pub fn read_options(&self, card: &Card, one_thread: bool) -> ReadOptions {
+    pub fn read_options(&self, card: &Card) -> ReadOptions {
         ReadOptions {
             channel: self.channel.clone().or_else(|| card.channel.clone()),
             time_column: self.time_column.clone(),
@@ -257,7 +257,6 @@ impl Request {
             unit: self.unit.or(card.unit),
             unit_from_card: self.unit.is_none() && card.unit.is_some(),
             input_format: self.input_format.clone(),
-            one_thread,
         }
     }
 

@@ -115,9 +115,9 @@ pub fn inspect(
     let limits = &request.limits(limits)?;
     let card =
         recording::card::read_beside(source, limits)?.map_or_else(Card::default, |(card, _)| card);
-    let options = request.read_options(&card, control.threads == 1);
+    let options = request.read_options(&card);
     control.check()?;
-    let Reading { chosen, every } = recording::read_both(source, &options, limits);
+    let Reading { chosen, every } = recording::read_both(source, &options, limits, control);
     control.check()?;
     let every = every?;
     if every.channels.is_empty() {

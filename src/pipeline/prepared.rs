@@ -256,10 +256,8 @@ fn read(
         facts.declare(card);
     }
     control.check()?;
-    let options = facts
-        .request
-        .read_options(&facts.card, control.threads == 1);
-    let Reading { chosen, every } = recording::read_both(source, &options, limits);
+    let options = facts.request.read_options(&facts.card);
+    let Reading { chosen, every } = recording::read_both(source, &options, limits, control);
     control.check()?;
     let recording = chosen.inspect_err(|error| {
         let channels = every.as_ref().map_or(&[][..], |every| &every.channels);

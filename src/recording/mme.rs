@@ -125,16 +125,16 @@ fn selected(
 }
 
 /// A test whose channels are read for one selection.
-struct TestReader<'a> {
+struct TestReader<'a, 'r> {
     package: &'a mut Package,
-    source: &'a mut Reader,
+    source: &'a mut Reader<'r>,
     channels: &'a [ChannelEntry],
     options: &'a ReadOptions,
     selection: Selection,
     limits: &'a Limits,
 }
 
-impl TestReader<'_> {
+impl TestReader<'_, '_> {
     /// Reads the channels into `outcome`.
     fn read(&mut self, wanted: &[usize], outcome: &mut ReadOutcome) -> Result<(), Error> {
         let limits = self.limits;
@@ -376,7 +376,7 @@ fn preferred(
     decides
 }
 
-impl TestReader<'_> {
+impl TestReader<'_, '_> {
     /// Reads one channel; `None` for a channel of times.
     fn channel(&mut self, index: usize) -> Result<Option<Channel>, Error> {
         let entry = &self.channels[index];
@@ -503,7 +503,7 @@ impl UniformSamples {
     }
 }
 
-impl TestReader<'_> {
+impl TestReader<'_, '_> {
     /// Finds the clock of a channel: a channel of times, else what its header states.
     fn clock(
         &mut self,

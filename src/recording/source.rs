@@ -2,13 +2,14 @@
 
 use super::Limits;
 use crate::error::{Error, ErrorKind, Place};
+use crate::parallel::Control;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, mpsc};
+use std::sync::Arc;
 
 /// Bytes of the head from which a format is recognised.
 const HEAD_BYTES: u64 = 4096;
@@ -172,36 +173,22 @@ impl Source {
         short.then(|| self.open().ok()?.finish().ok()).flatten()
     }
 
-    /// Returns a source that can be opened twice: standard input is read into memory, up to
-    /// the limit of a text recording.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorKind::LimitExceeded`] beyond the limit, [`ErrorKind::Io`] if reading fails.
-    pub fn held_in_memory(self, limits: &Limits) -> Result<Self, Error> {
-        if self != Self::Stdin {
-            return Ok(self);
-        }
-        let mut reader = self.open()?;
-        // The hash that counts is made when the bytes are read again.
-        reader.has_helper = false;
-        let head = reader.head()?;
-        let bytes = if super::encoding::looks_like_text(&head) {
-            reader.read_text(limits)
-        } else {
-            reader.read_all("text_bytes", limits.text_bytes)
-        };
-        let bytes = bytes.map_err(|error| error.at(Place::file(self.name())))?;
-        Ok(Self::bytes(self.name(), bytes))
-    }
-
     /// Opens the source. A folder opens as a reader without bytes of its own, whose files are
     /// reached with [`Reader::read_beside`].
     ///
     /// # Errors
     ///
     /// [`ErrorKind::Io`] if there is no such file, or it may not be read.
-    pub fn open(&self) -> Result<Reader, Error> {
+    pub fn open(&self) -> Result<Reader<'static>, Error> {
+        self.open_watched(Control::default())
+    }
+
+    /// As [`Self::open`], for a reading that `control` can stop.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::open`].
+    pub fn open_watched<'a>(&self, control: Control<'a>) -> Result<Reader<'a>, Error> {
         let mut beside = Beside::Nothing;
         let mut is_folder = false;
         let mut size = None;
@@ -253,7 +240,7 @@ impl Source {
             hasher: Sha256::new(),
             head: Vec::new(),
             consumed: 0,
-            has_helper: true,
+            control,
         })
     }
 }
@@ -326,7 +313,7 @@ pub struct Part {
 }
 
 /// A stream of a recording's bytes that hashes what passes.
-pub struct Reader {
+pub struct Reader<'a> {
     inner: Box<dyn Read>,
     name: String,
     beside: Beside,
@@ -338,11 +325,11 @@ pub struct Reader {
     hasher: Sha256,
     head: Vec<u8>,
     consumed: usize,
-    /// Whether another thread may hash what is read.
-    pub(super) has_helper: bool,
+    /// Says whether to read on.
+    control: Control<'a>,
 }
 
-impl std::fmt::Debug for Reader {
+impl std::fmt::Debug for Reader<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Reader")
             .field("consumed", &self.consumed)
@@ -350,7 +337,7 @@ impl std::fmt::Debug for Reader {
     }
 }
 
-impl Reader {
+impl Reader<'_> {
     /// Returns up to 4096 bytes from the start without consuming them.
     ///
     /// # Errors
@@ -438,11 +425,7 @@ impl Reader {
         limit: u64,
         mut check: impl FnMut(u64, &[u8]) -> Result<(), Error>,
     ) -> Result<Vec<u8>, Error> {
-        const BLOCK: usize = 1 << 20;
-        /// Bytes that are read and hashed by one thread.
-        const ALONE: usize = 4 << 20;
-        /// Blocks that wait for the hash at most.
-        const BLOCKS_AHEAD: usize = 4;
+        const BLOCK: u64 = 1 << 20;
         let crossed = || {
             Error::from(ErrorKind::LimitExceeded {
                 limit: limit_name,
@@ -458,74 +441,22 @@ impl Reader {
         if let Some(size) = self.size {
             bytes.reserve_exact(usize::try_from(size).unwrap_or(0) + 1);
         }
-        let alone = if self.has_helper { ALONE } else { usize::MAX };
-        let mut passed = |bytes: &[u8], old: usize| {
-            if bytes.len() as u64 > limit {
-                return Err(crossed());
-            }
-            check(old as u64, &bytes[old..])
-        };
-        // The hash of a large file is made beside the reading, once a good part has come.
-        while bytes.len() < alone {
+        loop {
             let old = bytes.len();
             let count = self
                 .by_ref()
-                .take(BLOCK as u64)
+                .take(BLOCK)
                 .read_to_end(&mut bytes)
                 .map_err(|error| io_error("read the file", &error))?;
-            passed(&bytes, old)?;
+            self.control.check()?;
+            if bytes.len() as u64 > limit {
+                return Err(crossed());
+            }
+            check(old as u64, &bytes[old..])?;
             if count == 0 {
                 return Ok(bytes);
             }
         }
-        let Self { inner, hasher, .. } = self;
-        std::thread::scope(|scope| {
-            let (send, blocks) = mpsc::sync_channel::<Vec<u8>>(BLOCKS_AHEAD);
-            let (give_back, used) = mpsc::channel::<Vec<u8>>();
-            let mut own = hasher.clone();
-            let helper = std::thread::Builder::new()
-                .name("hash".into())
-                .spawn_scoped(scope, move || {
-                    for block in blocks {
-                        own.update(&block);
-                        // Nobody takes it back once the file has ended.
-                        let _ = give_back.send(block);
-                    }
-                    own
-                })
-                .ok();
-            let mut read_on = || {
-                loop {
-                    let old = bytes.len();
-                    let mut block = used.try_recv().unwrap_or_default();
-                    block.clear();
-                    let read = inner.by_ref().take(BLOCK as u64).read_to_end(&mut block);
-                    bytes.extend_from_slice(&block);
-                    let ended = block.is_empty();
-                    // What was read is hashed, whatever comes of it.
-                    if helper.is_none() {
-                        // A system that gives no thread.
-                        hasher.update(&block);
-                    } else if send.send(block).is_err() {
-                        // The helper has ended before its time; joining it says why.
-                        return Ok(());
-                    }
-                    read.map_err(|error| io_error("read the file", &error))?;
-                    passed(&bytes, old)?;
-                    if ended {
-                        return Ok(());
-                    }
-                }
-            };
-            let outcome = read_on();
-            drop(send);
-            if let Some(helper) = helper {
-                *hasher = helper
-                    .join()
-                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            }
-            outcome.map(|()| bytes)
-        })
     }
 
     /// Returns the recording's file name without folders.
@@ -640,7 +571,7 @@ impl Hashes {
     }
 }
 
-impl Read for Reader {
+impl Read for Reader<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         if self.consumed < self.head.len() {
             let left = &self.head[self.consumed..];
@@ -650,6 +581,9 @@ impl Read for Reader {
             return Ok(count);
         }
         let count = self.inner.read(buffer)?;
+        if self.control.check().is_err() {
+            return Err(io::Error::other("the reading was stopped"));
+        }
         self.hasher.update(&buffer[..count]);
         Ok(count)
     }

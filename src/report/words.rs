@@ -331,18 +331,14 @@ pub(super) fn budget(document: &Document) -> [BudgetRow; 6] {
     ]
 }
 
-/// Returns the settings that a request states, a line each; those with their defaults are left
+/// Returns the settings of a request, a line each; those that it leaves to card and file are left
 /// out.
 pub(super) fn settings(request: &impl Serialize) -> String {
-    let stated = match serde_json::to_value(request) {
-        Ok(serde_json::Value::Object(stated)) => stated,
-        _ => serde_json::Map::new(),
-    };
-    if stated.is_empty() {
-        return "every setting at its default".into();
-    }
-    let lines: Vec<String> = stated
-        .iter()
+    let settings = serde_json::to_value(request).unwrap_or_default();
+    let lines: Vec<String> = settings
+        .as_object()
+        .into_iter()
+        .flatten()
         .map(|(key, value)| format!("{key} = {value}"))
         .collect();
     lines.join("\n")

@@ -7,8 +7,8 @@ mod reports;
 mod settings;
 
 use crate::support::{
-    Done, Folder, data, fed, finish, half_sine, latchgate, not_copied, program, signal_file, table,
-    weak, without_run,
+    Done, Folder, data, fed, finish, half_sine, latchgate, program, signal_file, table, weak,
+    without_run,
 };
 use serde_json::Value;
 use std::fs;

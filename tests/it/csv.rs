@@ -891,7 +891,7 @@ fn val_cards() {
 #[test]
 fn val_options_go_before_cards() {
     let card = Card::from_toml("channel = \"ay\"\nunit = \"g\"\nrate = 5000").unwrap();
-    let open = Request::default().read_options(&card, true);
+    let open = Request::default().read_options(&card);
     assert_eq!(
         (open.channel.as_deref(), open.rate_hz),
         (Some("ay"), Some(5000.0))
@@ -907,7 +907,7 @@ fn val_options_go_before_cards() {
         unit: Some(AccelerationUnit::MetrePerSecondSquared),
         ..Request::default()
     }
-    .read_options(&card, true);
+    .read_options(&card);
     let channel = check_channel("ax,ay\n1,2\n3,4\n", &stated);
     assert_eq!((channel.unit_source, channel.rate.hertz()), ("option", 1e4));
 }
@@ -946,27 +946,4 @@ fn val_card_beside_a_file() {
     std::fs::remove_dir_all(&folder).unwrap();
     let bytes = Source::bytes("x", []);
     assert_eq!(card::read_beside(&bytes, &Limits::default()).unwrap(), None);
-}
-
-/// Helpers of a large file change neither samples nor hash.
-#[test]
-fn verif_a_large_table_reads_the_same_on_one_thread() {
-    let mut text = String::from("time_s,acc_y_g\n");
-    let mut random = Random(5);
-    for row in 0..300_000 {
-        let value = 200.0 * (random.unit() - 0.5);
-        writeln!(text, "{:.5},{value:.6}", f64::from(row) * 1e-5).unwrap();
-    }
-    assert!(text.len() > 4 << 20, "only large files have helpers");
-    let read = |one_thread| {
-        let options = ReadOptions {
-            one_thread,
-            ..ReadOptions::default()
-        };
-        read_table(text.as_str(), &options, Selection::Lateral).unwrap()
-    };
-    let (alone, helped) = (read(true), read(false));
-    assert_eq!(alone.sha256, helped.sha256);
-    assert_eq!(alone.channels[0].values.len(), 300_000);
-    assert!(alone.channels == helped.channels);
 }

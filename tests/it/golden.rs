@@ -18,8 +18,11 @@ mod tables;
 mod topics;
 
 use crate::support::{Done, Folder, latchgate};
+use latchgate::pipeline::{Control, Document, Listing};
 use latchgate::recording::{self, Channel, Limits, ReadOptions, Selection, Source, Stated, card};
 use latchgate::units::{AccelerationUnit, SampleRate};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
@@ -412,7 +415,7 @@ fn one_reading_differs(path: &Path) -> Option<String> {
     });
     let ways: Vec<ReadOptions> = named.chain([stated.clone(), rated]).collect();
     ways.iter().find_map(|options| {
-        let both = recording::read_both(&source, options, &limits);
+        let both = recording::read_both(&source, options, &limits, &Control::default());
         let alone = |selection| recording::read(&source, options, selection, &limits);
         let (chosen, every) = (alone(Selection::Lateral), alone(Selection::Every));
         (both.chosen != chosen || both.every != every).then(|| {
@@ -422,6 +425,16 @@ fn one_reading_differs(path: &Path) -> Option<String> {
 }
 
 /// Judges every case of a table, and tells all that went wrong with its file.
+fn check_read_back<T: Serialize + DeserializeOwned>(name: &str, text: &str) {
+    let written: Value = serde_json::from_str(text).unwrap();
+    let document: T = serde_json::from_str(text).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let again = serde_json::to_value(&document).unwrap();
+    assert_eq!(
+        again, written,
+        "{name}: a document is read back as it was written"
+    );
+}
+
 #[track_caller]
 fn check(table: &str, cases: &[Case]) {
     if let Some(to) = std::env::var_os("LATCHGATE_GOLDEN_CASES") {
@@ -458,6 +471,10 @@ fn check(table: &str, cases: &[Case]) {
                     wrong.push(format!("{} ({index}): {offered}: {said}", case.name));
                 }
             }
+        }
+        check_read_back::<Document>(&case.name, &replayed.out);
+        if inspected.code == 0 {
+            check_read_back::<Listing>(&case.name, &inspected.out);
         }
         for text in differences(case, &replayed, &inspected) {
             wrong.push(format!("{} ({index}): {text}", case.name));

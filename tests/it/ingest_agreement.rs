@@ -2,7 +2,7 @@
 //! is no format of ours is refused by its name, with a way out.
 
 use crate::mcap::{channel, file, imu, message, schema};
-use crate::support::{Folder, check_codes, check_refused, data, not_copied, one};
+use crate::support::{Folder, check_codes, check_refused, data, one};
 use latchgate::error::ErrorKind;
 use latchgate::recording::{Channel, ReadOptions, Severity};
 use latchgate::units::STANDARD_GRAVITY;
@@ -293,9 +293,6 @@ fn val_other_formats_are_refused_by_name_with_a_way_out() {
         ("canedge_vehicle_imu_unfinalized.MF4", "MDF4"),
     ] {
         refused(&data(&format!("recordings/{name}")), &[word, "CSV"]);
-    }
-    if let Some(path) = not_copied("nhtsa_frontal_head_honda_crv.xls") {
-        refused(&path, &[".xls", "CSV"]);
     }
 }
 

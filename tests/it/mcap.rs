@@ -2,7 +2,7 @@
 //! what the format allows is read. Files are built here, byte by byte, so that the reader is
 //! not held against its own idea of the format.
 
-use crate::support::{data, not_copied};
+use crate::support::data;
 use latchgate::error::{Candidates, Error, ErrorKind};
 use latchgate::recording::{Channel, Limits, ReadOptions, Recording, Selection, Source, read};
 use latchgate::units::AccelerationUnit;
@@ -724,23 +724,6 @@ fn val_a_gap_between_messages_blocks() {
 }
 
 // ---------------------------------------------------------------- real logs
-
-/// The first value is that of an independent reader.
-#[test]
-fn val_a_real_robot_log_is_read() {
-    let Some(path) = not_copied("cougars_SO_bag_0.ros2.mcap") else {
-        return;
-    };
-    let source = Source::File(path);
-    let limits = Limits::default();
-    let found = read(&source, &options(None), Selection::Lateral, &limits).unwrap();
-    let channel = &found.channels[0];
-    assert_eq!(channel.name, "/coug2/modem_imu:linear_acceleration.y");
-    assert_eq!(channel.values[0], -0.732_854_643_151_761_6);
-    assert!((9.8..10.1).contains(&channel.rate.hertz()));
-    check_finding(channel, "stamp-zero");
-    assert_eq!(found.findings, []);
-}
 
 #[test]
 fn val_real_logs_without_acceleration_or_cut_are_refused() {

@@ -236,12 +236,7 @@ fn val_memory_is_as_good_as_a_folder() {
         both[0].why
     );
     assert!(both[0].nominal.is_some(), "{:?}", both[0].why);
-    assert_eq!(
-        both[0].recording.parts.len(),
-        3,
-        "{:?}",
-        both[0].recording.parts
-    );
+    assert_eq!(both[0].recording.parts[0].file, "Channel/t.001");
     let listings = [&memory, &disk].map(|source| {
         pipeline::inspect(source, &nominal(), &Limits::default(), &Control::default()).unwrap()
     });
@@ -383,7 +378,8 @@ fn verif_a_wish_to_stop_ends_the_work() {
     assert!(whole.refusal.is_none());
     let questions = count.load(Ordering::Relaxed);
     assert!(questions > 20, "asked only {questions} times");
-    for after in (0..questions).step_by(questions / 8) {
+    // Nothing is left to stop once the last question was asked.
+    for after in (0..questions - 1).step_by(questions / 8) {
         let left = AtomicUsize::new(after);
         let stopping = Control {
             threads: 1,
@@ -395,7 +391,9 @@ fn verif_a_wish_to_stop_ends_the_work() {
             },
         };
         let outcome = pipeline::judge(&source, &asked, &design, extras, &limits, &stopping);
-        let error = outcome.refusal.expect("a stopped run has no answer");
+        let error = outcome
+            .refusal
+            .unwrap_or_else(|| panic!("stopped after {after} of {questions}, and went on"));
         assert_eq!(*error.kind(), ErrorKind::Stopped, "after {after}");
         assert_ne!(outcome.document.verdict, Answer::Pass);
     }

@@ -1,7 +1,7 @@
 //! Recordings of others (`tests/data/README.md`): each gives the right answer at the process
 //! boundary.
 
-use crate::support::{data, latchgate, not_copied};
+use crate::support::{data, latchgate};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
@@ -127,24 +127,6 @@ const ALL: &[Real] = &[
     ),
 ];
 
-const NOT_COPIED: &[Real] = &[
-    refused("nhtsa_frontal_head_honda_crv.xls", &["legacy Excel", "CSV"]),
-    Real {
-        name: "cougars_SO_bag_0.ros2.mcap",
-        read: Some(("/coug2/modem_imu:linear_acceleration.y", "m/s2", 158, 9.91)),
-        finds: &[
-            ("low-rate", None),
-            ("gap", Some(0.272_027_638)),
-            ("stamp-zero", None),
-        ],
-        says: &["unusable"],
-    },
-    refused(
-        "cougars_SO_bag_metadata.yaml",
-        &["cougars_SO_bag_metadata.yaml"],
-    ),
-];
-
 #[track_caller]
 fn check(path: &Path, real: &Real) {
     let arguments = [
@@ -215,16 +197,6 @@ fn val_every_real_recording_gives_the_right_answer() {
     for entry in fs::read_dir(data("recordings")).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
         assert!(known.contains(name.as_str()), "{name} is not looked at");
-    }
-}
-
-/// Recordings of which nobody states that they may be copied.
-#[test]
-fn val_recordings_that_are_not_copied_give_the_right_answer() {
-    for real in NOT_COPIED {
-        if let Some(path) = not_copied(real.name) {
-            check(&path, real);
-        }
     }
 }
 

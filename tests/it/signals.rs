@@ -270,7 +270,7 @@ fn check_reads(name: &str, with_card: bool, expected: (&str, f64, f64, usize), f
     } else {
         Card::default()
     };
-    let options = Request::default().read_options(&card, true);
+    let options = Request::default().read_options(&card);
     let recording = read(&source, &options, Selection::Lateral, &limits).unwrap();
     let channel = &recording.channels[0];
     let unit = channel.unit.unwrap();

@@ -11,7 +11,7 @@ mod reading;
 mod table;
 
 pub(crate) use archive::{gzip_of, tar_of, zip_of};
-pub(crate) use data::{columns, data, json, not_copied, number};
+pub(crate) use data::{columns, data, json, number};
 pub(crate) use folder::Folder;
 pub(crate) use lever::{options, random_design, random_signal, replay, signal, signal_from};
 pub(crate) use program::{Done, fed, finish, latchgate, program, without_run};

@@ -5,7 +5,7 @@ use crate::model::parameters::{PARAMETERS, Slot};
 use crate::report::Document;
 use crate::report::document::ConditioningBlock;
 use crate::report::number::{ABSENT, count, exact, significant, trimmed};
-use crate::report::words::{DIGITS, instant};
+use crate::report::words::{self, DIGITS, instant};
 use crate::units::STANDARD_GRAVITY;
 
 /// Writes what was read.
@@ -234,7 +234,10 @@ pub(super) fn provenance(page: &mut Page, document: &Document) {
     page.text(&document.decision_rule);
     page.raw("</p>\n");
     page.raw("<pre>");
-    page.text(&crate::report::words::settings(request));
+    for (index, line) in words::settings(request).lines().enumerate() {
+        page.raw(if index > 0 { "\n" } else { "" });
+        page.text(line);
+    }
     page.raw("</pre>\n");
     page.facts();
     page.fact("Stop model asked for", request.model.name());

@@ -141,20 +141,3 @@ fn val_cli_faulty_channels_never_pass() {
         }
     }
 }
-
-/// A robot's log at 10 Hz is refused, and the reason is its rate.
-#[test]
-fn val_cli_a_slow_log_is_no_crash_recording() {
-    let Some(path) = not_copied("cougars_SO_bag_0.ros2.mcap") else {
-        return;
-    };
-    let file = path.to_str().unwrap();
-    let listed = latchgate(&["inspect", file, "--format", "json"]);
-    assert_eq!((listed.code, listed.err.as_str()), (0, ""));
-    let document = check_unusable(&["replay", file], "");
-    let text = document["why"].to_string();
-    assert!(
-        text.contains("250 Hz") || text.contains("several channels"),
-        "{text}"
-    );
-}

@@ -1,4 +1,4 @@
-//! Outside truths in `tests/data/`, and recordings that may not be copied there.
+//! Outside truths in `tests/data/`.
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -13,24 +13,6 @@ pub(crate) fn data(name: &str) -> PathBuf {
     let path = root().join("tests/data").join(name);
     assert!(path.exists(), "{} is missing", path.display());
     path
-}
-
-/// A recording beside the project whose licence does not let it be copied; `None` where it is
-/// missing and `LATCHGATE_WITHOUT_SHARED=1` says that this is known.
-#[track_caller]
-pub(crate) fn not_copied(name: &str) -> Option<PathBuf> {
-    let path = root().join("../shared/recordings").join(name);
-    if path.exists() {
-        return Some(path);
-    }
-    assert!(
-        std::env::var_os("LATCHGATE_WITHOUT_SHARED").is_some_and(|value| value == "1"),
-        "{} is missing and may not be copied into the project (tests/data/README.md); \
-         LATCHGATE_WITHOUT_SHARED=1 leaves its tests out",
-        path.display()
-    );
-    println!("left out: there is no {}", path.display());
-    None
 }
 
 /// A document of `tests/data/`.

@@ -1,0 +1,82 @@
+//! Recordings of which nobody states that they may be copied (`tests/data/README.md`). They lie in
+//! `../shared/recordings`, beside the project, or they do not; so this is no part of `cargo test`:
+//!
+//! ```text
+//! cargo test --test beside
+//! ```
+
+#![allow(missing_docs, reason = "tests are read, not linked")]
+#![allow(clippy::unwrap_used, clippy::float_cmp, reason = "tests may")]
+
+use latchgate::pipeline::{
+    self, Answer, Control, Design, Extras, Limits, Outcome, Request, Source,
+};
+use latchgate::recording::{Selection, read};
+use std::path::Path;
+
+fn source(name: &str) -> Source {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/recordings");
+    Source::File(folder.join(name))
+}
+
+fn judged(name: &str) -> Outcome {
+    let request = Request {
+        members: 0,
+        ..Request::default()
+    };
+    let (design, limits) = (Design::reference(), Limits::default());
+    let control = Control::default();
+    pipeline::judge(
+        &source(name),
+        &request,
+        &design,
+        Extras::default(),
+        &limits,
+        &control,
+    )
+}
+
+#[track_caller]
+fn check_refused(name: &str, words: &[&str]) {
+    let outcome = judged(name);
+    assert_eq!(outcome.document.verdict, Answer::Unusable, "{name}");
+    let said = outcome.refusal.expect("nothing was read").to_string();
+    for word in words {
+        assert!(said.contains(word), "{name}: `{word}` in {said}");
+    }
+}
+
+#[test]
+fn val_files_that_are_no_recordings_are_named() {
+    check_refused("nhtsa_frontal_head_honda_crv.xls", &["legacy Excel", "CSV"]);
+    check_refused("cougars_SO_bag_metadata.yaml", &["metadata.yaml"]);
+}
+
+/// A robot's log at 10 Hz is read, the first value being that of an independent reader, and is no
+/// crash recording.
+#[test]
+fn val_a_real_robot_log_is_read_and_unusable() {
+    let name = "cougars_SO_bag_0.ros2.mcap";
+    let options = Request::default().read_options(&pipeline::Card::default());
+    let limits = Limits::default();
+    let found = read(&source(name), &options, Selection::Lateral, &limits).unwrap();
+    let channel = &found.channels[0];
+    assert_eq!(channel.name, "/coug2/modem_imu:linear_acceleration.y");
+    assert_eq!(channel.values[0], -0.732_854_643_151_761_6);
+    assert_eq!(channel.values.len(), 158);
+    assert!((9.8..10.1).contains(&channel.rate.hertz()));
+    assert_eq!(found.findings, []);
+
+    let outcome = judged(name);
+    assert!(outcome.refusal.is_none());
+    assert_eq!(outcome.document.verdict, Answer::Unusable);
+    let found = |code: &str| {
+        outcome
+            .document
+            .findings
+            .iter()
+            .find(|one| one.code == code)
+    };
+    assert!(found("low-rate").is_some() && found("stamp-zero").is_some());
+    assert_eq!(found("gap").and_then(|gap| gap.at_s), Some(0.272_027_638));
+}
