@@ -7,7 +7,7 @@ mod code;
 use crate::tidy::{
     check_none, files_below, line_of, module_of, quoted, sources, text_of, without_comments,
 };
-use allowance::{CIRCLES, LONG_FUNCTIONS, SHARE_ABOVE_60, SHARED_NAMES, TWICE};
+use allowance::SHARED_NAMES;
 use code::{Uses, blank, circles, functions, types};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -167,13 +167,6 @@ fn tidy_no_circle_of_files() {
     let arrows = Uses::of(modules()).arrows();
     let mut found = Vec::new();
     for circle in circles(&arrows) {
-        if CIRCLES
-            .iter()
-            .any(|known| circle.iter().all(|module| known.contains(&module.as_str())))
-        {
-            println!("allowed for now: {circle:?}");
-            continue;
-        }
         for module in &circle {
             let used: Vec<&str> = arrows[module]
                 .intersection(&circle)
@@ -281,16 +274,13 @@ fn tidy_functions_fit_on_a_screen() {
     };
     let found: Vec<String> = all
         .iter()
-        .filter(|(path, function)| {
-            let name = format!("{path} {}", function.name);
-            function.lines >= 100 && !LONG_FUNCTIONS.contains(&name.as_str())
-        })
+        .filter(|(_, function)| function.lines >= 100)
         .map(told)
         .collect();
     check_none("functions of 100 lines and more", &found);
     let share = long as f64 / all.len() as f64;
     assert!(
-        share < SHARE_ABOVE_60,
+        share < 1.0 / 30.0,
         "{long} of {} functions have more than 60 lines:\n{}",
         all.len(),
         all[..long].iter().map(told).collect::<Vec<_>>().join("\n")
@@ -341,7 +331,6 @@ fn tidy_no_type_name_is_defined_twice() {
     let found: Vec<String> = places
         .into_iter()
         .filter(|(name, _)| !SHARED_NAMES.iter().any(|(known, _)| known == name))
-        .filter(|(name, _)| !TWICE.contains(&name.as_str()))
         .map(|(name, places)| format!("{name}: {}", places.join(", ")))
         .collect();
     check_none("names of types that are defined more than once", &found);

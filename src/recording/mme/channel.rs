@@ -693,7 +693,7 @@ impl Samples {
         let mut inside = false;
         let mut header = HeaderLines::default();
         let mut empty = None;
-        let mut marks = Marks::default();
+        let mut marks = HeaderMarks::default();
         for (number, line) in text::lines(&content) {
             let cell = line.trim();
             if cell.is_empty() {
@@ -759,7 +759,7 @@ impl Samples {
 
 /// Tells decimal marks from thousands marks, which look alike in `588,273`.
 #[derive(Debug, Default)]
-struct Marks {
+struct HeaderMarks {
     /// A number with three digits after its mark, and its line.
     marked: Option<(u64, String)>,
     /// A whole number without a mark.
@@ -768,7 +768,7 @@ struct Marks {
     decimal: bool,
 }
 
-impl Marks {
+impl HeaderMarks {
     fn count(&mut self, line: u64, cell: &str) {
         if self.decimal {
             return;

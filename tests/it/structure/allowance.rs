@@ -1,5 +1,4 @@
-//! What the tests of structure still let pass. Everything but `SHARED_NAMES` is to shrink to nothing,
-//! and may only shrink: a line goes when the code no longer needs it.
+//! What the tests of structure let pass.
 
 /// Names that several types may have, each with the reason.
 pub(super) const SHARED_NAMES: &[(&str, &str)] = &[
@@ -13,15 +12,3 @@ pub(super) const SHARED_NAMES: &[(&str, &str)] = &[
     ),
     ("Row", "a line of the CSV file of each study"),
 ];
-
-/// TO SHRINK: files that still use one another in a circle.
-pub(super) const CIRCLES: &[&[&str]] = &[];
-
-/// TO SHRINK: functions of 100 lines and more, `path name`.
-pub(super) const LONG_FUNCTIONS: &[&str] = &[];
-
-/// TO SHRINK to 1/30: functions above 60 lines, as a share of all.
-pub(super) const SHARE_ABOVE_60: f64 = 1.0 / 30.0;
-
-/// TO SHRINK: names of types that are still defined more than once.
-pub(super) const TWICE: &[&str] = &[];
