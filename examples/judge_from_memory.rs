@@ -32,5 +32,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let verdict = document.verdict.name();
         println!("{id} {}: {verdict} at {peak:.4} rad", design.name);
     }
+    stop.store(true, Ordering::Relaxed);
+    let stopped = prepared.judge(&Design::reference(), Extras::default(), &control);
+    println!("stopped: {}", stopped.was_stopped());
     Ok(())
 }

@@ -15,7 +15,7 @@
 //! - `answer`: what was known and found, put together as a document;
 //! - `identity`: the hash that names a report;
 //! - `candidates`: the channels to choose from where several could be meant;
-//! - `design_file`, `inspect`, `margin`, `verify`: the other answers.
+//! - `design_file`, `inspect`, `margin`, `verify` with `compare`: the other answers.
 //!
 //! # Examples
 //!
@@ -37,9 +37,6 @@
 //! );
 //! assert_eq!(outcome.document.verdict.name(), "fail");
 //! ```
-//!
-//! - `compare`: a verdict against the same run made again: the first difference, and how many
-//!   there are.
 
 mod answer;
 mod candidates;

@@ -52,7 +52,7 @@ use std::collections::BTreeMap;
 /// # Ok::<(), serde_json::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "map::Stated", into = "BTreeMap<String, Value>")]
+#[serde(try_from = "map::SettingsAsStated", into = "BTreeMap<String, Value>")]
 pub struct Request {
     /// Format name of [`FORMATS`]; recognised if absent.
     pub input_format: Option<String>,

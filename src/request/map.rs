@@ -47,27 +47,30 @@ impl TryFrom<Entries> for Request {
 }
 
 /// Settings as a document states them: each key once, since of two some readers take the first.
-pub(super) struct Stated(Entries);
+pub(super) struct SettingsAsStated(Entries);
 
-impl<'de> Deserialize<'de> for Stated {
+impl<'de> Deserialize<'de> for SettingsAsStated {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct EachKeyOnce;
 
         impl<'de> Visitor<'de> for EachKeyOnce {
-            type Value = Stated;
+            type Value = SettingsAsStated;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("a table of settings")
             }
 
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Stated, A::Error> {
+            fn visit_map<A: MapAccess<'de>>(
+                self,
+                mut map: A,
+            ) -> Result<SettingsAsStated, A::Error> {
                 let mut entries = Entries::new();
                 while let Some((key, value)) = map.next_entry::<String, Value>()? {
                     if entries.insert(key.clone(), value).is_some() {
                         return Err(A::Error::custom(format!("the key `{key}` stands twice")));
                     }
                 }
-                Ok(Stated(entries))
+                Ok(SettingsAsStated(entries))
             }
         }
 
@@ -75,18 +78,18 @@ impl<'de> Deserialize<'de> for Stated {
     }
 }
 
-impl TryFrom<Stated> for Request {
+impl TryFrom<SettingsAsStated> for Request {
     type Error = Error;
 
-    fn try_from(stated: Stated) -> Result<Self, Error> {
+    fn try_from(stated: SettingsAsStated) -> Result<Self, Error> {
         Self::try_from(stated.0)
     }
 }
 
-impl TryFrom<Stated> for MarginRequest {
+impl TryFrom<SettingsAsStated> for MarginRequest {
     type Error = Error;
 
-    fn try_from(stated: Stated) -> Result<Self, Error> {
+    fn try_from(stated: SettingsAsStated) -> Result<Self, Error> {
         Self::try_from(stated.0)
     }
 }
@@ -333,7 +336,7 @@ fn limits(value: &Value) -> Result<BTreeMap<String, u64>, String> {
 
 /// The question of a margin: that of a replay, and what is searched.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Stated", into = "BTreeMap<String, Value>")]
+#[serde(try_from = "SettingsAsStated", into = "BTreeMap<String, Value>")]
 pub struct MarginRequest {
     /// What is replayed.
     pub replay: Request,

@@ -3,6 +3,7 @@
 
 use crate::support::{Folder, data};
 use latchgate::error::ErrorKind;
+use latchgate::model::parameters::PARAMETERS;
 use latchgate::pipeline::{
     self, Control, Design, Document, Extras, Limits, Listing, MarginRequest, NUMBERS_REVISION,
     Outcome, Prepared, Request, Source, Stored,
@@ -393,9 +394,13 @@ fn verif_a_wish_to_stop_ends_the_work() {
         let outcome = pipeline::judge(&source, &asked, &design, extras, &limits, &stopping);
         let error = outcome
             .refusal
+            .clone()
             .unwrap_or_else(|| panic!("stopped after {after} of {questions}, and went on"));
         assert_eq!(*error.kind(), ErrorKind::Stopped, "after {after}");
-        assert_ne!(outcome.document.verdict, Answer::Pass);
+        // Nothing of it can be kept for an answer.
+        assert_eq!(outcome.document.verdict, Answer::Unusable);
+        assert_eq!(outcome.document.report_id, "");
+        assert!(outcome.files().is_empty());
     }
     let margin = MarginRequest {
         replay: asked,
@@ -542,12 +547,13 @@ fn val_the_example_of_the_library_runs() {
         String::from_utf8_lossy(&done.stderr)
     );
     let lines: Vec<&str> = said.lines().collect();
-    assert_eq!(lines.len(), 2, "{said}");
+    assert_eq!(lines.len(), 3, "{said}");
     assert!(
         lines[0].contains("paper: fail") && lines[1].contains("stiffer: "),
         "{said}"
     );
     assert_ne!(lines[0].split(' ').next(), lines[1].split(' ').next());
+    assert_eq!(lines[2], "stopped: true");
 }
 
 /// The files of the outside world in `tests/data` give documents that can be read back, too.
@@ -563,4 +569,162 @@ fn verif_documents_of_real_recordings_are_read_back() {
         seen += 1;
     }
     assert!(seen > 5);
+}
+
+/// A number that no lever can have is refused wherever the design comes from: none may turn a
+/// fail into a pass.
+#[test]
+fn regress_impossible_designs_are_not_judged() {
+    let source = signals("half_sine_30g_11ms.csv");
+    let written = serde_json::to_value(Design::reference()).unwrap();
+    for parameter in PARAMETERS {
+        let (section, key) = parameter.name.split_once('.').unwrap();
+        for bad in [f64::NAN, f64::INFINITY, -1.0] {
+            let mut design = Design::reference();
+            match parameter.name {
+                "lever.moment_of_inertia_kg_m2" => design.lever.moment_of_inertia_kg_m2 = bad,
+                "lever.pivot_damping_nm_s_per_rad" => design.lever.pivot_damping_nm_s_per_rad = bad,
+                "lever.spring_stiffness_nm_per_rad" => {
+                    design.lever.spring_stiffness_nm_per_rad = bad;
+                }
+                "lever.preload_torque_nm" => design.lever.preload_torque_nm = bad,
+                "lever.mass_kg" => design.lever.mass_kg = bad,
+                "lever.center_of_mass_m" => design.lever.center_of_mass_m = bad,
+                "stop.restitution" => design.stop.restitution = bad,
+                "stop.stiffness_n_per_m" => design.stop.stiffness_n_per_m = bad,
+                "stop.damping_n_s_per_m" => design.stop.damping_n_s_per_m = bad,
+                "stop.radius_m" => design.stop.radius_m = bad,
+                "criterion.threshold_rad" => design.criterion.threshold_rad = bad,
+                "input.scale" => design.input.scale = bad,
+                "input.bias_g" => design.input.bias_g = bad,
+                other => panic!("a new number: {other}"),
+            }
+            for members in [0, 128] {
+                let asked = Request {
+                    members,
+                    ..Request::default()
+                };
+                let outcome = judged(&source, &asked, &design);
+                let name = parameter.name;
+                let refusal = outcome.refusal.unwrap_or_else(|| panic!("{name} = {bad}"));
+                assert!(refusal.to_string().contains(name), "{name}: {refusal}");
+                assert_eq!(outcome.document.verdict, Answer::Unusable);
+            }
+        }
+        let mut stated = written.clone();
+        stated[section][key] = json!(-1.0);
+        let error = serde_json::from_value::<Design>(stated).unwrap_err();
+        assert!(error.to_string().contains(parameter.name), "{error}");
+    }
+    assert_eq!(
+        serde_json::from_value::<Design>(written).unwrap(),
+        Design::reference()
+    );
+}
+
+/// What a request holds can be written and read back, or it is refused.
+#[test]
+fn regress_requests_that_no_document_could_state_are_refused() {
+    let bad: [fn(&mut Request); 7] = [
+        |request| request.window_s = Some((f64::NAN, f64::NAN)),
+        |request| request.window_s = Some((f64::NEG_INFINITY, f64::INFINITY)),
+        |request| request.tolerance_rad = Some(-1.0),
+        |request| request.rate_hz = Some(f64::NAN),
+        |request| request.phi0_rad = Some(f64::NAN),
+        |request| request.members = u32::MAX,
+        |request| {
+            request.rate_hz = Some(1e4);
+            request.time_column = Some("t".into());
+        },
+    ];
+    for (index, change) in bad.into_iter().enumerate() {
+        let mut asked = nominal();
+        change(&mut asked);
+        assert!(asked.check().is_err(), "{index}: {asked:?}");
+        let outcome = judged(&signals("burst.csv"), &asked, &Design::reference());
+        assert!(outcome.refusal.is_some(), "{index}");
+    }
+    check_refused(json!({"channel": 0}), &["`channel`: must be a name"]);
+    check_refused(
+        json!({"filter": "cfc61"}),
+        &["the setting `filter`: expected none, cfc60"],
+    );
+    let twice = serde_json::from_str::<Request>(r#"{"members": 0, "members": 10000}"#);
+    assert!(
+        twice
+            .unwrap_err()
+            .to_string()
+            .contains("`members` stands twice")
+    );
+    let grid = serde_json::from_value::<MarginRequest>(json!({"map_grid": "5x4"}));
+    assert!(grid.unwrap_err().to_string().contains("`map`"));
+}
+
+/// Spellings of one question, and questions that only look alike.
+#[test]
+fn regress_one_question_has_one_identity() {
+    let source = signals("surviving.csv");
+    let id = |value: Value| document_of(&source, &request(value)).report_id;
+    assert_eq!(
+        id(json!({"members": 0, "window": "-0..0.05"})),
+        id(json!({"members": 0, "window": "0..0.05"}))
+    );
+    let limit = Limits::default().text_bytes;
+    assert_eq!(
+        id(json!({"members": 0, "limit": {"text_bytes": limit}})),
+        id(json!({"members": 0}))
+    );
+    // Limits of the caller are part of it, and stand in the document.
+    let few = Limits {
+        samples: 100,
+        ..Limits::default()
+    };
+    let control = Control::default();
+    let design = Design::reference();
+    let within = |limits| {
+        pipeline::judge(
+            &source,
+            &nominal(),
+            &design,
+            Extras::default(),
+            limits,
+            &control,
+        )
+    };
+    let (narrow, wide) = (within(&few).document, within(&Limits::default()).document);
+    assert_ne!(narrow.report_id, wide.report_id);
+    assert_eq!(narrow.request.limits["samples"], 100);
+    // A card that cannot be read is another card than the next.
+    let table = std::fs::read("signals/surviving.csv").unwrap();
+    let with_card = |unit: &str| {
+        let card = format!("unit = \"{unit}\"\n").into_bytes();
+        let source = Source::bytes("surviving.csv", table.clone()).with_card(card);
+        document_of(&source, &nominal())
+    };
+    let (furlong, mile) = (with_card("furlong"), with_card("mile"));
+    assert_eq!(furlong.verdict, Answer::Unusable);
+    assert_ne!(furlong.report_id, mile.report_id);
+    let mut plain = Design::reference();
+    let mut negative = Design::reference();
+    plain.set("input.bias_g=0").unwrap();
+    negative.set("input.bias_g=-0").unwrap();
+    let [plain, negative] = [plain, negative].map(|design| {
+        let document = judged(&source, &nominal(), &design).document;
+        json::render(&document.design)
+    });
+    assert_eq!(plain, negative);
+}
+
+/// The card among named bytes is the card, as it is in a folder.
+#[test]
+fn regress_a_card_among_named_bytes_is_read() {
+    let files = ["burst.csv", "burst.csv.toml"].map(|name| {
+        let bytes = std::fs::read(format!("signals/{name}")).unwrap();
+        (name.to_string(), bytes.into())
+    });
+    let memory = Source::files("burst.csv", files);
+    assert_eq!(
+        document_of(&memory, &nominal()),
+        document_of(&signals("burst.csv"), &nominal())
+    );
 }

@@ -370,3 +370,88 @@ fn cli_verify_reads_verdicts_that_state_a_command_line() {
         check_refused(&file, word);
     }
 }
+
+/// Nothing can be left out of a verdict, or put into it, without verify saying so: not of an
+/// older one, not of one that is made to look like it, not in its identity.
+#[test]
+fn regress_stripped_and_forged_verdicts_do_not_verify() {
+    let folder = Folder::new("verify-stripped");
+    let recording = signal_file("surviving.csv");
+    let card = std::fs::read(format!("{recording}.toml")).unwrap();
+    std::fs::copy(&recording, folder.path().join("surviving.csv")).unwrap();
+    folder.write("surviving.csv.toml", card);
+    let verified = |document: &Value| {
+        let file = folder.write("verdict.json", document.to_string());
+        latchgate(&["verify", &file]).code
+    };
+    let older: Value = serde_json::from_str(&older_verdict()).unwrap();
+    assert_eq!(verified(&older), 0);
+    for pointer in ["", "/recording", "/request"] {
+        let block = older.pointer(pointer).unwrap().as_object().unwrap();
+        for key in block.keys() {
+            // What is not an answer: time, and what a whole table rests on.
+            if [
+                "run",
+                "schema",
+                "design",
+                "command",
+                "file",
+                "recording",
+                "request",
+            ]
+            .contains(&key.as_str())
+                || (pointer.is_empty() && ["filters", "preload_answer"].contains(&key.as_str()))
+            {
+                continue;
+            }
+            let mut stripped = older.clone();
+            let block = stripped
+                .pointer_mut(pointer)
+                .unwrap()
+                .as_object_mut()
+                .unwrap();
+            block.remove(key);
+            assert_ne!(verified(&stripped), 0, "{pointer}/{key} was left out");
+        }
+    }
+    let newer = verdict(&folder, &[&recording, "--members", "0"]);
+    let newer: Value = serde_json::from_str(&text_of(&newer)).unwrap();
+    assert_eq!(verified(&newer), 0);
+    let forged = |change: &dyn Fn(&mut Value)| {
+        let mut document = newer.clone();
+        change(&mut document);
+        verified(&document)
+    };
+    assert_ne!(forged(&|d| d["report_id"] = "0".repeat(64).into()), 0);
+    assert_ne!(
+        forged(&|d| {
+            d["report_id"] = "0".repeat(64).into();
+            d["run"]["numbers_revision"] = 0.into();
+        }),
+        0
+    );
+    let without =
+        |key: &'static str| forged(&move |d| drop(d.as_object_mut().unwrap().remove(key)));
+    for key in ["report_id", "verdict", "findings", "request", "recording"] {
+        assert_ne!(without(key), 0, "{key} was left out");
+    }
+    assert_ne!(
+        forged(&|d| {
+            d.as_object_mut().unwrap().remove("report_id");
+            d["request"] =
+                serde_json::json!({"command": "latchgate replay surviving.csv --members 0"});
+        }),
+        0
+    );
+    let twice = text_of(&folder.write("a.json", newer.to_string())).replacen(
+        "{",
+        "{\"verdict\":\"fail\",",
+        1,
+    );
+    let file = folder.write("verdict.json", twice);
+    check_refused(&file, "`verdict` twice");
+    // Other limits than those of the verdict, as long as the answer is the same.
+    let file = folder.write("verdict.json", newer.to_string());
+    let within = ["verify", &file, "--limit", "text_bytes=1GiB"];
+    assert_eq!(latchgate(&within).code, 0, "{}", latchgate(&within).out);
+}
