@@ -356,7 +356,7 @@ mod tests {
                 "Confirm it with the setting `unit`.",
             ),
             ("a peak (filtered)", "A peak (filtered)."),
-            ("done.", "Done."),
+            ("it is done.", "It is done."),
         ] {
             assert_eq!(sentence(text), expected);
         }
