@@ -20,7 +20,7 @@ pub(in crate::report::plot) fn draw(maps: &[ExcitationMap]) -> Figure {
     let title = "What excitation opens the latch".to_string();
     let lines = [
         format!(
-            "Rgb: largest angle from rest within {} periods. White dashes: lift-off at A = {} g.",
+            "Colour: largest angle from rest within {} periods. White dashes: lift-off at A = {} g.",
             first.options.periods,
             significant(first.lift_off_g, 5)
         ),

@@ -23,7 +23,7 @@ pub(in crate::report::plot) fn draw(result: &MotionSpectrogram) -> Figure {
         72.0,
         title,
         &[format!(
-            "T0 = {} N·m, {} stop. Rgb: angular velocity in windows of {} s; line: 1/time between impacts.",
+            "T0 = {} N·m, {} stop. Colour: angular velocity in windows of {} s; line: 1/time between impacts.",
             exact(motion.preload_torque_nm),
             motion.against.name(),
             significant(result.amplitudes.window_s, 3)
