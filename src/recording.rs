@@ -12,6 +12,7 @@
 //! - `encoding`: encodings: from a file's bytes to UTF-8 text whose lines end with a line feed;
 //! - `ev5`: NHTSA EV5 ASCII X-Y: a test's `.EV5` with its curve files, or one curve file;
 //! - `finding`: findings: something odd in usable data, with what it means for a verdict;
+//! - `held`: what a file states of its own samples, held against them: one rule for every format;
 //! - `laboratory`: the laboratory's own words: validity limits and faults that stand in comment
 //!   text;
 //! - `lateral`: which of several named columns is the lateral acceleration;
@@ -37,6 +38,7 @@ mod draft;
 mod encoding;
 pub mod ev5;
 pub mod finding;
+mod held;
 mod laboratory;
 mod lateral;
 pub mod limits;

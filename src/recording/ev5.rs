@@ -539,9 +539,12 @@ fn channel(
             span.hold(&mut finding);
             findings.push(finding);
         }
+        findings.extend(entry.unread_findings());
         findings.extend(entry.peak_finding(&clock.values));
         findings.extend(entry.count_finding(curve.values.len(), span.end_s));
     }
+    let end_s = clock.span().end_s;
+    findings.extend(curve.cut.clone().map(|cut| cut.at(end_s)));
     let stated = entry.map(CurveEntry::stated).unwrap_or_default();
     findings.extend(stated.findings(clock.rate));
     let draft = Draft {

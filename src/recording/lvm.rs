@@ -15,12 +15,13 @@ mod header;
 
 use super::csv::header::Column;
 use super::draft::{self, Draft, Span, UniformSamples, Unit};
+use super::held::Statement;
 use super::number::{Decimal, Marks, PrintedDigits};
 use super::source::Reader;
 use super::time_base::{self, TimeBase};
 use super::{
     Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, csv, encoding,
-    laboratory, lateral, text,
+    held, laboratory, lateral, text,
 };
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use crate::units::SampleRate;
@@ -70,6 +71,8 @@ pub fn read(
     let (header, first_row) = Header::read(&content, limits)?;
     let (mut table, shares) =
         ChannelTable::read(&content, &header, first_row, (options, selections), limits);
+    table.cut = held::cut_line(&content);
+    findings.extend(header.findings.iter().cloned());
     findings.extend(header.decimal_finding(table.decimal));
     findings.extend(table.silent_finding(&header));
     findings.extend(header.words.iter().filter_map(judged));
@@ -188,6 +191,8 @@ struct ChannelTable {
     decimal: Decimal,
     /// What the Comment column says.
     words: Vec<Finding>,
+    /// That the file ends in the middle of a row, if it does.
+    cut: Option<Finding>,
     /// Of each channel the place and text of a number that may have a mark between thousands.
     doubts: Vec<Option<(Place, String)>>,
 }
@@ -356,6 +361,7 @@ impl<'a> TableReader<'a> {
                 unannounced: (Vec::new(), 0.0),
                 decimal: Decimal::Unknown,
                 words: Vec::new(),
+                cut: None,
                 doubts: Vec::new(),
             },
             shares: selections.iter().map(share).collect(),
@@ -700,30 +706,25 @@ fn channel(
             None => ErrorKind::MissingUnit.into(),
         });
     }
-    if let Some(stated) = described.samples
-        && stated != values.len() as u64
-    {
-        // LabVIEW counts the samples of one write, so that either direction is common.
-        findings.push(Finding::warning(
-            "count-contradicted",
-            format!(
-                "the header says {stated} samples of {}, the table holds {}",
-                column.name,
-                values.len()
-            ),
-        ));
-    }
-    let UniformSamples {
-        start_s,
-        rate,
-        values,
-    } = on_clock(
+    let count = values.len();
+    let clock = on_clock(
         (header, table, index),
         values,
         options,
         limits,
         &mut findings,
     )?;
+    let end_s = clock.span().end_s;
+    let stamped = header.time != TimeColumns::No;
+    if let Some(stated) = described.stated("Samples", &described.samples) {
+        stated.count(count, stamped, end_s, &mut findings);
+    }
+    findings.extend(table.cut.clone().map(|cut| cut.at(end_s)));
+    let UniformSamples {
+        start_s,
+        rate,
+        values,
+    } = clock;
     let stated = column.stated();
     findings.extend(stated.findings(rate));
     findings.extend(column.name_findings());
@@ -757,7 +758,12 @@ fn on_clock(
             options.check_rate(base.rate.hertz(), "the file's time column", RATE_HINT)?;
             findings.extend(implausible_rate(base.rate, "the time column", options)?);
             findings.extend(base.findings.iter().cloned());
-            findings.extend(interval_finding(described.interval(), base.rate));
+            let stated = described.stated("Delta_X", &described.interval);
+            if let Some(stated) = stated
+                && stated.number(|interval| interval > 0.0, findings).is_some()
+            {
+                findings.extend(interval_finding(described.interval(), base.rate));
+            }
             Ok(UniformSamples {
                 start_s: base.start_s,
                 rate: base.rate,
@@ -862,6 +868,12 @@ impl Header {
 }
 
 impl header::Described {
+    /// Returns a statement of the header on this channel, if there is one.
+    fn stated<'a>(&self, key: &'a str, text: &'a Option<String>) -> Option<Statement<'a>> {
+        let text = text.as_deref()?;
+        Some(Statement { key, text })
+    }
+
     fn interval(&self) -> Option<SampleRate> {
         let cell = self.interval.as_deref()?;
         let interval = text::header_number(cell)?;

@@ -396,21 +396,19 @@ impl TestReader<'_, '_> {
         let samples = self
             .package
             .samples(&entry.file, self.source, self.limits)?
-            .map_err(|error| error.at(place.clone()))?;
+            .map_err(|error| error.at(place))?;
         let clock = self.clock(index, &samples, &mut findings)?;
         let span = clock.span();
-        let counted = header
-            .count_finding(samples.count, span.end_s)
-            .map_err(|error| error.at(place))?;
-        findings.extend(counted);
-        findings.extend(header.extreme_findings(&clock.values, clock.start_s, clock.rate));
+        let stamped = header.reference_channel()?.is_some();
+        findings.extend(header.held_findings(&clock, samples.count, stamped));
+        findings.extend(samples.cut.clone().map(|cut| cut.at(span.end_s)));
         findings.extend(samples.holes.iter().map(|hole| clock.hole(&samples, *hole)));
         findings.extend(header.validity_findings());
         for finding in &mut findings {
             span.hold(finding);
         }
         let stated = header.stated();
-        findings.extend(header.class_finding());
+        findings.extend(header.contradictions());
         findings.extend(stated.findings(clock.rate));
         findings.extend(header.sign_finding());
         let draft = Draft {

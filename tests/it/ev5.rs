@@ -189,7 +189,7 @@ fn val_the_laboratory_says_from_when_on_a_curve_is_no_evidence() {
     let word = "invalid-by-laboratory";
     check_blocking(
         with("QD", "NO VALID DATA AFTER 6.4 MILLISECONDS"),
-        &[(word, Some(0.0064))],
+        &[(word, Some(0.0064)), (word, Some(0.0064))],
     );
     check_blocking(
         with("AM", "EXCEEDED FULL SCALE AT 3 MS"),
@@ -209,6 +209,7 @@ fn val_the_laboratory_says_from_when_on_a_curve_is_no_evidence() {
     check_blocking(with("QD", "NO COMMENTS"), &[(word, None)]);
     check_blocking(with("CF", ""), &[(word, None)]);
     check_blocking(with("MN", "NO COMMENTS"), &[(word, None)]);
+    check_blocking(with("XX", ""), &[(word, None)]);
     check_blocking(with("CM", "CALCULATED"), &[]);
     check_blocking(with("AM", "DRIVER SIDE | SECOND PART"), &[]);
 }
@@ -234,7 +235,14 @@ fn val_a_header_that_the_samples_contradict_is_not_believed() {
         comment: "INVALID AFTER 17.9 MS",
         ..PLAIN
     };
-    check_blocking(cut, &[("invalid-by-laboratory", Some(0.0179))]);
+    check_blocking(
+        cut,
+        &[
+            ("invalid-by-laboratory", Some(0.0179)),
+            ("invalid-by-laboratory", Some(0.0179)),
+            ("samples-missing", Some(359.0 / 20_000.0)),
+        ],
+    );
 
     let (folder, _) = test_of(
         "ev5-peak",
@@ -245,11 +253,8 @@ fn val_a_header_that_the_samples_contradict_is_not_believed() {
         }],
     );
     let (_, findings) = one(&folder.path().join("v00001.007"), &ReadOptions::default());
-    check_codes(
-        &findings,
-        Severity::Warning,
-        &["count-contradicted", "peak-contradicted"],
-    );
+    check_codes(&findings, Severity::Warning, &["count-contradicted"]);
+    check_codes(&findings, Severity::Blocking, &["peak-contradicted"]);
 }
 
 #[test]
@@ -412,7 +417,7 @@ fn val_curves_of_a_real_test() {
             .fold(0.0_f64, |peak, a| peak.max(a.abs()));
         assert!((found - peak).abs() < 1.0, "{found}");
         let expected: &[&str] = if blocking.is_some() {
-            &["invalid-by-laboratory"]
+            &["invalid-by-laboratory"; 2]
         } else {
             &[]
         };

@@ -138,12 +138,29 @@ fn val_every_dialect_gives_the_same_samples() {
         },
         &["count-contradicted"],
     );
+    // Fewer than stated, and any other number without stamps, are not all that was measured.
+    for (time, samples, code) in [
+        ("One", "999", "samples-missing"),
+        ("Multi", "301", "samples-missing"),
+        ("No", "301", "samples-missing"),
+        ("No", "299", "count-contradicted"),
+        ("No", "many", "statement-unread"),
+    ] {
+        let text = Dialect {
+            time,
+            samples,
+            ..PLAIN
+        };
+        let folder = Folder::new("lvm-count");
+        let (_, findings) = one(&folder.file("a.lvm", text.write()), &ReadOptions::default());
+        check_codes(&findings, Severity::Blocking, &[code]);
+    }
     check_dialect(
         Dialect {
-            samples: "999",
+            samples: "many",
             ..PLAIN
         },
-        &["count-contradicted"],
+        &["statement-unread"],
     );
     check_dialect(
         Dialect {

@@ -3,7 +3,7 @@
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::encoding;
 use crate::recording::number::{Decimal, PrintedDigits};
-use crate::recording::{Limits, text};
+use crate::recording::{Finding, Limits, held, text};
 
 /// The numbers of a curve file.
 #[derive(Debug)]
@@ -12,6 +12,8 @@ pub(super) struct Curve {
     pub(super) values: Vec<f64>,
     /// Size of the last printed digit of a stamp [s].
     pub(super) printed_digit_s: f64,
+    /// That the file ends in the middle of a line, if it does.
+    pub(super) cut: Option<Finding>,
 }
 
 /// Returns the curve number in a file's extension: three digits or more.
@@ -44,6 +46,7 @@ impl Curve {
             stamps_s: Vec::new(),
             values: Vec::new(),
             printed_digit_s: 0.0,
+            cut: held::cut_line(&text_of_file),
         };
         let mut digits = PrintedDigits::new();
         for (number, line) in text::lines(&text_of_file) {

@@ -2,8 +2,9 @@
 
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::filtered::{Filtered, filter_in};
+use crate::recording::held::{self, Statement};
 use crate::recording::words::{Words, word_list};
-use crate::recording::{Finding, Limits, Stated, encoding, laboratory, text, time_base};
+use crate::recording::{Finding, Limits, Severity, Stated, encoding, laboratory, text, time_base};
 use crate::units::{AccelerationUnit, SampleRate};
 
 /// Fields of a line of instrumentation.
@@ -33,12 +34,13 @@ pub(super) struct CurveEntry {
     axis: String,
     x_unit: String,
     pub(super) y_unit: String,
-    prefilter_hz: Option<f64>,
-    rating: Option<f64>,
+    prefilter: String,
+    rating: String,
     /// Largest magnitude, in percent of the rating.
-    peak_percent: Option<f64>,
-    first_index: Option<i64>,
-    last_index: Option<i64>,
+    peak_percent: String,
+    /// Indices of the first and the last sample; the one at first contact is 0.
+    first: String,
+    last: String,
     /// Interval as printed [µs].
     interval_us: String,
     status: String,
@@ -121,8 +123,6 @@ impl CurveEntry {
                 .into()
             })
         };
-        let positive =
-            |index: usize| text::header_number(fields[index]).filter(|value| *value > 0.0);
         Ok(Self {
             vehicle: whole(0, "the vehicle's number")?,
             number: whole(1, "the curve's number")?,
@@ -132,11 +132,11 @@ impl CurveEntry {
             axis: fields[5].to_ascii_uppercase(),
             x_unit: fields[6].to_ascii_uppercase(),
             y_unit: fields[7].to_string(),
-            prefilter_hz: positive(8),
-            rating: positive(11),
-            peak_percent: text::header_number(fields[12]),
-            first_index: fields[14].parse().ok(),
-            last_index: fields[15].parse().ok(),
+            prefilter: fields[8].to_string(),
+            rating: fields[11].to_string(),
+            peak_percent: fields[12].to_string(),
+            first: fields[14].to_string(),
+            last: fields[15].to_string(),
             interval_us: fields[16].to_string(),
             status: fields[17].to_ascii_uppercase(),
             rank: fields[18].to_ascii_uppercase(),
@@ -214,7 +214,8 @@ impl CurveEntry {
         let interval_us = text::header_number(&self.interval_us).filter(|us| *us > 0.0)?;
         let digit = text::last_digit(&self.interval_us);
         let rate = time_base::rate_of_interval(interval_us / 1e6, digit / 1e6).ok()?;
-        let first = self.first_index? as f64;
+        let whole = |number: &f64| number.fract().total_cmp(&0.0).is_eq();
+        let first = text::header_number(&self.first).filter(whole)?;
         // The product of whole microseconds is exact, and so is the nearest double to its
         // quotient; index over rate may be off by a last bit.
         let product = first * interval_us;
@@ -262,8 +263,8 @@ impl CurveEntry {
         let some = |text: &String| (!text.is_empty()).then(|| text.clone());
         Stated {
             location: Some(format!("{} {}", self.attachment, self.axis)),
-            full_scale: self.rating,
-            prefilter_hz: self.prefilter_hz,
+            full_scale: self.rating(),
+            prefilter_hz: text::header_number(&self.prefilter).filter(|corner| *corner > 0.0),
             filter_class: match filter_in(&self.comment) {
                 Some(Filtered::Class(class)) => Some(class),
                 _ => None,
@@ -294,9 +295,8 @@ impl CurveEntry {
     /// Returns what status and comment say of the samples.
     pub(super) fn validity_findings(&self) -> Vec<Finding> {
         let mut found: Vec<Finding> = laboratory::told(&self.comment, None).into_iter().collect();
-        let said = found
-            .iter()
-            .any(|finding| finding.severity == crate::recording::Severity::Blocking);
+        let blocks = |finding: &&Finding| finding.severity == Severity::Blocking;
+        let at_s = found.iter().find(blocks).and_then(|finding| finding.at_s);
         if filter_in(&self.comment) == Some(Filtered::Unclassed) {
             found.push(Finding::warning(
                 "already-filtered",
@@ -312,50 +312,72 @@ impl CurveEntry {
             comment => format!("\"{comment}\""),
         };
         let word = match self.status.as_str() {
+            "" | "AM" => return found,
+            "CM" => {
+                found.push(Finding::info(
+                    "channel-computed",
+                    "the laboratory computed this channel from others",
+                ));
+                return found;
+            }
             "QD" => "questionable data",
             "CF" => "data that become invalid part-way",
             "MN" => "meaningless data",
             "NO" => "no data",
-            _ => "",
+            _ => "something else than data as measured",
         };
-        match self.status.as_str() {
-            "" | "AM" => {}
-            "CM" => found.push(Finding::info(
-                "channel-computed",
-                "the laboratory computed this channel from others",
-            )),
-            // The comment has said from when on.
-            "QD" | "CF" if said => {}
-            "QD" | "CF" | "MN" | "NO" => found.push(Finding::blocking(
+        // The comment has said from when on.
+        found.push(Finding {
+            at_s,
+            ..Finding::blocking(
                 "invalid-by-laboratory",
                 format!(
-                    "the laboratory states {word} (status {}, {comment}) without an instant",
+                    "the laboratory states {word} (status {}, {comment})",
                     self.status
                 ),
-            )),
-            other => found.push(Finding::warning(
-                "laboratory-remark",
-                format!("the laboratory's status `{other}` is not known here ({comment})"),
-            )),
+            )
+        });
+        found
+    }
+
+    /// Says which of the fields that are held against the samples cannot be read.
+    pub(super) fn unread_findings(&self) -> Vec<Finding> {
+        let mut found = Vec::new();
+        let whole = |number: f64| number.fract().total_cmp(&0.0).is_eq();
+        let positive = |number: f64| number > 0.0;
+        for (key, text) in [("NFP", &self.first), ("NLP", &self.last)] {
+            Statement { key, text }.number(whole, &mut found);
+        }
+        let (key, text) = ("DELT", &self.interval_us);
+        Statement { key, text }.number(positive, &mut found);
+        // A rating or a filter of 0 is none.
+        for (key, text) in [
+            ("INSRAT", &self.rating),
+            ("CHLMAX", &self.peak_percent),
+            ("PREFIL", &self.prefilter),
+        ] {
+            if !text.is_empty() {
+                Statement { key, text }.number(|number| number >= 0.0, &mut found);
+            }
         }
         found
     }
 
     /// Holds the stated peak, in percent of the rating, against the samples.
     pub(super) fn peak_finding(&self, values: &[f64]) -> Option<Finding> {
-        let (rating, stated) = (self.rating?, self.peak_percent?);
+        let (rating, stated) = (self.rating()?, text::header_number(&self.peak_percent)?);
         let peak = values
             .iter()
             .fold(0.0_f64, |peak, value| peak.max(value.abs()));
         let found = 100.0 * peak / rating;
         // The percentage is printed whole; a shortened or filtered copy is further off.
         ((found - stated).abs() > 1.0 + 0.02 * stated.abs()).then(|| {
-            Finding::warning(
+            Finding::blocking(
                 "peak-contradicted",
                 format!(
                     "the header says that the channel reached {stated} % of its range of \
-                     {rating}, the samples reach {found:.1} %: unit, range or samples are \
-                     not what the header says"
+                     {rating} (CHLMAX), the samples reach {found:.1} %: unit, range or samples \
+                     are not what the header says, or the samples were cut off"
                 ),
             )
         })
@@ -363,21 +385,12 @@ impl CurveEntry {
 
     /// Holds the stated number of samples against the file.
     pub(super) fn count_finding(&self, found: usize, end_s: f64) -> Option<Finding> {
-        let (first, last) = (self.first_index?, self.last_index?);
-        let stated = last.checked_sub(first)?.checked_add(1)?;
-        let found = i64::try_from(found).ok()?;
-        if found == stated {
-            return None;
-        }
-        let text = format!("the header announces {stated} samples, the file holds {found}");
-        Some(if found > stated || self.status == "CF" {
-            Finding::warning("count-contradicted", text)
-        } else {
-            Finding::blocking(
-                "samples-missing",
-                format!("{text}; what came after is not known"),
-            )
-            .at(end_s)
-        })
+        let stated = text::header_number(&self.last)? - text::header_number(&self.first)? + 1.0;
+        held::count("the header (NFP, NLP)", stated, found, true, end_s)
+    }
+
+    /// Returns the full scale, if one is stated.
+    fn rating(&self) -> Option<f64> {
+        text::header_number(&self.rating).filter(|rating| *rating > 0.0)
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column;
+use crate::recording::held::Statement;
 use crate::recording::number::Decimal;
 use crate::recording::{Finding, Limits, text};
 
@@ -62,8 +63,8 @@ pub(super) struct Described {
     /// Column of the table, counted from 0.
     pub(super) index: usize,
     pub(super) column: Column,
-    /// Number of samples that the header says.
-    pub(super) samples: Option<u64>,
+    /// Number of samples as printed.
+    pub(super) samples: Option<String>,
     /// Time of the first sample [s], where there is no time column.
     pub(super) start_s: f64,
     /// Interval as printed [s].
@@ -95,6 +96,8 @@ pub(super) struct Header {
     pub(super) words: Vec<OperatorText>,
     /// The decimal mark that the header declares.
     pub(super) decimal: Option<char>,
+    /// What in it cannot be read.
+    pub(super) findings: Vec<Finding>,
 }
 
 impl Header {
@@ -107,6 +110,7 @@ impl Header {
             comment_column: 0,
             words: Vec::new(),
             decimal: None,
+            findings: Vec::new(),
         };
         let mut lines = text::lines(content);
         let first = lines
@@ -121,9 +125,12 @@ impl Header {
                 .map_err(|error| error.at(Place::default().line(number)))?;
         }
         let mut rows: Vec<(u64, Vec<String>)> = Vec::new();
-        let mut names = None;
+        let (mut names, mut last, mut ended) = (None, closed, false);
         for (number, line) in lines {
+            last = number;
             if line.starts_with(END) {
+                // An empty line may stand between the two headers.
+                ended |= rows.iter().any(|(_, cells)| !cells[0].is_empty());
                 continue;
             }
             let cells: Vec<String> = line
@@ -138,7 +145,7 @@ impl Header {
                 })
                 .at(Place::default().line(number)));
             }
-            if cells[0] == "X_Value" {
+            if cells[0] == "X_Value" || (ended && !line.trim().is_empty()) {
                 names = Some((number, cells));
                 break;
             }
@@ -147,14 +154,23 @@ impl Header {
             }
             rows.push((number, cells));
         }
-        let Some((line, names)) = names else {
+        let is_number = |cell: &String| text::header_number(cell).is_some();
+        let (line, found) = match &names {
+            Some((line, cells)) if cells.iter().any(is_number) => (*line, "a row of numbers"),
+            Some((line, _)) => (*line, ""),
+            None if ended => (last, "the end of the file"),
+            None => (closed + 1, "no second header that is closed"),
+        };
+        let Some((_, names)) = names.filter(|_| found.is_empty()) else {
             return Err(Error::from(ErrorKind::Malformed {
-                expected: "a second header that ends with a line X_Value and the channels' names"
+                expected: "a second header, and after it a line X_Value with the channels' names"
                     .into(),
-                found: "none".into(),
-                hint: "the file is cut or was written without headers; export it as CSV".into(),
+                found: found.into(),
+                hint: "which column is what is not written in the file; write it again with \
+                       headings, or read its rows as a table with the setting `input_format` = csv"
+                    .into(),
             })
-            .at(Place::default().line(closed + 1)));
+            .at(Place::default().line(line)));
         };
         header
             .describe(&names, &rows)
@@ -267,7 +283,7 @@ impl Header {
             self.channels.push(Described {
                 index,
                 column,
-                samples: cell("Samples", index).and_then(|cell| cell.parse().ok()),
+                samples: cell("Samples", index),
                 start_s,
                 interval: cell("Delta_X", index),
             });
@@ -283,13 +299,19 @@ impl Header {
             }
             .into());
         }
-        if let Some(stated) =
-            row("Channels").and_then(|(_, cells)| cells.get(1)?.parse::<usize>().ok())
-            && stated != self.channels.len()
-        {
+        let (key, text) = ("Channels", cell("Channels", 1));
+        let stated = text.and_then(|text| {
+            let text = &*text;
+            Statement { key, text }.number(|_| true, &mut self.findings)
+        });
+        let found = self.channels.len();
+        if stated.is_some_and(|stated| stated.total_cmp(&(found as f64)).is_ne()) {
             return Err(ErrorKind::Malformed {
-                expected: format!("{stated} channel names, as the header says"),
-                found: format!("{}", self.channels.len()),
+                expected: format!(
+                    "{} channel names, as the header says",
+                    stated.unwrap_or(0.0)
+                ),
+                found: format!("{found}"),
                 hint: "which column is which is not known; mend the header".into(),
             }
             .into());

@@ -3,6 +3,8 @@
 use super::code::{self, Code};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column;
+use crate::recording::draft::UniformSamples;
+use crate::recording::held::{self, Statement};
 use crate::recording::number::{Decimal, PrintedDigits};
 use crate::recording::words::{Words, word_list};
 use crate::recording::{Finding, Limits, Severity, Stated, encoding, laboratory, text, time_base};
@@ -469,38 +471,9 @@ impl ChannelHeader {
         Some(letter.unwrap_or(class).to_string()).filter(|class| !class.is_empty())
     }
 
-    /// Returns the two filter classes that header and code state, where they differ.
-    fn classes_at_odds(&self) -> Option<(String, &'static str)> {
-        let own = self.stated_class()?;
-        let of_code = self.code?.filter_class()?;
-        (own != of_code).then_some((own, of_code))
-    }
-
-    /// Warns of a header whose filter class is not that of the channel's code.
-    pub(super) fn class_finding(&self) -> Option<Finding> {
-        let (own, of_code) = self.classes_at_odds()?;
-        Some(Finding::warning(
-            "class-contradicted",
-            format!(
-                "the header states the channel frequency class {own}, the last letter of the \
-                 code {of_code}; the lower one was taken to have been applied"
-            ),
-        ))
-    }
-
     pub(super) fn stated(&self) -> Stated {
-        let class = match self.classes_at_odds() {
-            Some((own, of_code)) => {
-                let least = match (own.parse::<u32>(), of_code.parse::<u32>()) {
-                    (Ok(own), Ok(of_code)) => own.min(of_code).to_string(),
-                    _ => of_code.to_string(),
-                };
-                Some(least)
-            }
-            None => self
-                .stated_class()
-                .or_else(|| self.code?.filter_class().map(ToString::to_string)),
-        };
+        let class = self.stated_class();
+        let class = class.or_else(|| self.code?.filter_class().map(ToString::to_string));
         Stated {
             location: self.value("Name of the channel").map(ToString::to_string),
             full_scale: self
@@ -525,11 +498,10 @@ impl ChannelHeader {
         let mut found: Vec<Finding> = laboratory::told_in_pieces(&comments, None)
             .into_iter()
             .collect();
-        let said = found
-            .iter()
-            .any(|finding| finding.severity == Severity::Blocking);
+        let blocks = |finding: &&Finding| finding.severity == Severity::Blocking;
+        let at_s = found.iter().find(blocks).and_then(|finding| finding.at_s);
         for status in self.values("Data status") {
-            found.extend(status_finding(status, said));
+            found.extend(status_finding(status, at_s));
         }
         found
     }
@@ -539,129 +511,157 @@ impl ChannelHeader {
         self.number("Number of samples").unwrap_or(0.0).max(0.0)
     }
 
-    /// Holds the stated number of samples against the file.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorKind::Malformed`] if it is no number: what is missing would not show.
-    pub(super) fn count_finding(&self, found: usize, end_s: f64) -> Result<Option<Finding>, Error> {
-        let Some(printed) = self.value("Number of samples") else {
-            return Ok(None);
-        };
-        let stated = text::header_number(printed)
-            .filter(|stated| *stated >= 0.0 && stated.fract().total_cmp(&0.0).is_eq());
-        let Some(stated) = stated else {
-            return Err(ErrorKind::Malformed {
-                expected: "a whole number as `Number of samples`".into(),
-                found: format!("`{}`", text::shown(printed)),
-                hint: "whether samples are missing cannot be told; mend the header".into(),
-            }
-            .into());
-        };
-        let found = found as f64;
-        let text = format!("the header announces {stated} samples, the file holds {found}");
-        Ok(if found < stated {
-            Some(
-                Finding::blocking(
-                    "samples-missing",
-                    format!("{text}; what came after is not known"),
-                )
-                .at(end_s),
-            )
-        } else {
-            (found > stated).then(|| Finding::warning("count-contradicted", text))
-        })
+    /// Returns a statement of the header, if it says something.
+    fn statement<'a>(&'a self, key: &'a str) -> Option<Statement<'a>> {
+        self.value(key).map(|text| Statement { key, text })
     }
 
-    /// Holds the stated extremes and their times against the samples.
-    pub(super) fn extreme_findings(
+    /// Holds what the header states of the samples against them; `stamped` if a channel of times
+    /// has a stamp for each.
+    pub(super) fn held_findings(
         &self,
-        values: &[f64],
-        start_s: f64,
-        rate: SampleRate,
+        clock: &UniformSamples,
+        count: usize,
+        stamped: bool,
     ) -> Vec<Finding> {
+        let mut found = Vec::new();
+        if let Some(stated) = self.statement("Number of samples") {
+            stated.count(count, stamped, clock.span().end_s, &mut found);
+        }
+        let values = &clock.values;
         let largest = values
             .iter()
             .fold(0.0_f64, |most, value| most.max(value.abs()));
-        let mut found = Vec::new();
-        for (word, greatest) in [("maximum", true), ("minimum", false)] {
+        let slack = EXTREME_AGREEMENT * largest;
+        if let Some(stated) = self.statement("Maximum absolute value") {
+            stated.extreme(largest, slack, &mut found);
+        }
+        for (word, sign) in [("maximum", 1.0), ("minimum", -1.0)] {
+            let extreme = sign
+                * values
+                    .iter()
+                    .fold(f64::MIN, |most, value| most.max(sign * value));
             let key = format!("First global {word} value");
-            let (Some(stated), Some(printed)) = (self.number(&key), self.value(&key)) else {
+            let Some(stated) = self.statement(&key) else {
                 continue;
             };
-            let extreme = values.iter().copied().fold(
-                if greatest {
-                    f64::NEG_INFINITY
-                } else {
-                    f64::INFINITY
-                },
-                |extreme, value| {
-                    if greatest {
-                        extreme.max(value)
-                    } else {
-                        extreme.min(value)
-                    }
-                },
-            );
-            let tolerance = text::last_digit(printed) + EXTREME_AGREEMENT * largest;
-            if (extreme - stated).abs() > tolerance {
-                found.push(Finding::warning(
-                    "peak-contradicted",
-                    format!(
-                        "the header says that the {word} is {stated}, the samples have \
-                         {extreme}: unit, scale or samples are not what the header says"
-                    ),
-                ));
-                continue;
-            }
+            let before = found.len();
+            stated.extreme(extreme, slack, &mut found);
             let key = format!("Time of {word} value");
-            let (Some(time), Some(printed)) = (self.number(&key), self.value(&key)) else {
+            let Some(time) = self.statement(&key).filter(|_| found.len() == before) else {
                 continue;
             };
-            let slack = 1.5 / rate.hertz() + text::last_digit(printed);
-            let there = values.iter().enumerate().any(|(index, value)| {
-                (value - extreme).abs() <= tolerance
-                    && (start_s + index as f64 / rate.hertz() - time).abs() <= slack
-            });
-            if !there {
-                found.push(Finding::warning(
-                    "peak-contradicted",
-                    format!(
-                        "the header says that the {word} is at {time} s, the samples do not \
-                         have it there: the time base is not what the header says"
-                    ),
-                ));
-            }
+            let tolerance = slack + text::last_digit(stated.text);
+            found.extend(instant_finding(time, clock, extreme, tolerance));
         }
         found
     }
+
+    /// Holds what the header says of the channel against its code, and refuses what is computed.
+    pub(super) fn contradictions(&self) -> Vec<Finding> {
+        let mut found = Vec::new();
+        let starts = |statement: &Statement, words: &[&str]| {
+            let text = statement.text.to_ascii_uppercase();
+            words.iter().any(|word| text.starts_with(word))
+        };
+        if let Some(source) = self.statement("Data source") {
+            let text = source.text.to_ascii_lowercase();
+            if COMPUTED.iter().any(|word| text.contains(word)) {
+                found.push(source.contradicts("replay needs samples that were measured"));
+            } else if !MEASURED.iter().any(|word| text.contains(word)) {
+                found.push(source.unread());
+            }
+        }
+        let Some(code) = self.code else { return found };
+        let says = |part: &str| format!("the code {} says {part}", code.text());
+        if let Some(stated) = self.statement("Dimension")
+            && code.is_acceleration()
+            && !starts(&stated, &["AC", "BESCHL"])
+        {
+            found.push(stated.contradicts(&says("AC, acceleration")));
+        }
+        if let Some(stated) = self.statement("Direction")
+            && let Some(axis) = code.axis()
+            && !starts(&stated, &[axis, &format!("+{axis}"), &format!("-{axis}")])
+        {
+            found.push(stated.contradicts(&says(axis)));
+        }
+        found.extend(self.filter_contradiction(code));
+        found
+    }
+
+    /// Holds class and cut-off of the filter against the last letter of the code.
+    fn filter_contradiction(&self, code: Code) -> Option<Finding> {
+        let of_code = code.filter_class()?;
+        let says = || format!("the code {} says CFC {of_code}", code.text());
+        if let Some(stated) = self.statement("Channel frequency class")
+            && self.stated_class().is_some_and(|own| own != of_code)
+        {
+            return Some(stated.contradicts(&says()));
+        }
+        // A class or its corner frequency: both are written there, and far from other classes'.
+        let stated = self.statement("Cut off frequency")?;
+        let class: f64 = of_code.parse().ok()?;
+        let Some(hertz) = text::header_number(stated.text) else {
+            return Some(stated.unread());
+        };
+        (!(0.9 * class..=2.0 * class).contains(&hertz)).then(|| stated.contradicts(&says()))
+    }
 }
 
-/// Returns what a status says of the samples; `said` if a comment has said from when on they
+/// Holds the instant at which the header places an extreme against the samples.
+fn instant_finding(
+    stated: Statement<'_>,
+    clock: &UniformSamples,
+    extreme: f64,
+    tolerance: f64,
+) -> Option<Finding> {
+    let Some(time_s) = text::header_number(stated.text) else {
+        return Some(stated.unread());
+    };
+    let interval_s = 1.0 / clock.rate.hertz();
+    let slack = 1.5 * interval_s + text::last_digit(stated.text);
+    let there = clock.values.iter().enumerate().any(|(index, value)| {
+        (value - extreme).abs() <= tolerance
+            && (clock.start_s + index as f64 * interval_s - time_s).abs() <= slack
+    });
+    (!there).then(|| {
+        Finding::blocking(
+            "peak-contradicted",
+            format!(
+                "{} in the header is {time_s} s, and the samples do not have it there: the time \
+                 base is not what the header says, or samples are missing",
+                stated.key
+            ),
+        )
+    })
+}
+
+/// What header lines of measured samples name as their source, in small letters.
+const MEASURED: &[&str] = &[
+    "transducer",
+    "sensor",
+    "hardware",
+    "measure",
+    "mess",
+    "accelerometer",
+];
+
+/// Parts of words for what no sensor measured, in small letters.
+const COMPUTED: &[&str] = &["simul", "calcul", "comput", "berechn", "model", "analy"];
+
+/// Returns what a status says of the samples; `at_s` if a comment has said from when on they
 /// are no evidence.
-fn status_finding(status: &str, said: bool) -> Option<Finding> {
+fn status_finding(status: &str, at_s: Option<f64>) -> Option<Finding> {
+    let text = format!("the laboratory's word on the data: {}", text::shown(status));
     match status.to_ascii_lowercase().as_str() {
         "ok" | "o.k." | "as measured" => None,
-        "linearised data" | "linearized data" | "scaling factor applied" => Some(Finding::info(
-            "channel-computed",
-            format!("the laboratory's word on the data: {status}"),
-        )),
-        // The comment has said from when on.
-        "questionable data" | "channel failed" if said => None,
-        "questionable data" | "channel failed" | "meaningless data" | "no data"
-        | "system failed" => Some(Finding::blocking(
-            "invalid-by-laboratory",
-            format!("the laboratory's word on the data: {status}"),
-        )),
-        // Free text, as a comment is.
-        _ => laboratory::finding(status, None).or_else(|| {
-            Some(Finding::warning(
-                "laboratory-remark",
-                format!(
-                    "the laboratory's word on the data is not known here: {}",
-                    text::shown(status)
-                ),
-            ))
+        "linearised data" | "linearized data" | "scaling factor applied" => {
+            Some(Finding::info("channel-computed", text))
+        }
+        _ => Some(Finding {
+            at_s,
+            ..Finding::blocking("invalid-by-laboratory", text)
         }),
     }
 }
@@ -677,6 +677,8 @@ pub(super) struct Samples {
     pub(super) count: usize,
     /// First and one past the last index of each run of missing samples.
     pub(super) holes: Vec<(usize, usize)>,
+    /// That the file ends in the middle of a line, if it does.
+    pub(super) cut: Option<Finding>,
     /// Size of the last printed digit; 0 if unknown.
     pub(super) last_digit: f64,
 }
@@ -752,6 +754,7 @@ impl Samples {
             skipped: first,
             count,
             holes,
+            cut: held::cut_line(&content),
             last_digit: digits.last_digit(),
         })
     }

@@ -49,6 +49,16 @@ impl Code {
         self.is_acceleration() && matches!(self.0[14], b'Y' | b'2')
     }
 
+    /// Returns the axis of the direction, whatever its sign.
+    pub(super) fn axis(&self) -> Option<&'static str> {
+        match self.0[14] {
+            b'X' | b'1' => Some("X"),
+            b'Y' | b'2' => Some("Y"),
+            b'Z' | b'3' => Some("Z"),
+            _ => None,
+        }
+    }
+
     /// Tells whether the sign diverges from SAE J211: directions 1, 2 and 3.
     pub(in crate::recording) fn diverges(&self) -> bool {
         matches!(self.0[14], b'1' | b'2' | b'3')

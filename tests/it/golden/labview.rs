@@ -191,7 +191,7 @@ pub(super) fn cases() -> Vec<Case> {
             },
         )
         .finds(&["warning count-contradicted"]),
-        // LabVIEW announces what a block was meant to hold; files differ from it both ways.
+        // Rows that were announced and are not there may hold the crash.
         read(
             "fewer-rows.lvm",
             &Lvm {
@@ -199,7 +199,13 @@ pub(super) fn cases() -> Vec<Case> {
                 ..PLAIN
             },
         )
-        .finds(&["warning count-contradicted"]),
+        .unusable(&["blocking samples-missing"], &["25600"]),
+        refused(
+            "names-missing.lvm",
+            plain.replace("X_Value\tForce\tacc y\tComment\n", ""),
+            &["channels' names", "a row of numbers", "--input-format"],
+        ),
+        good("first-name.lvm", plain.replace("X_Value", "Time")).channel("acc y"),
         // The time column counts where Delta_X says otherwise.
         read(
             "delta.lvm",

@@ -379,7 +379,7 @@ fn readings() -> Vec<Case> {
             "peak contradicted",
             &File::new().with("First global maximum value", "9.0E+2"),
         )
-        .finds(&["warning peak-contradicted"]),
+        .unusable(&["blocking peak-contradicted"], &["900"]),
         one(
             "samples missing",
             &File::new().with("Number of samples", "900"),
@@ -389,7 +389,7 @@ fn readings() -> Vec<Case> {
             "samples to spare",
             &File::new().with("Number of samples", "700"),
         )
-        .finds(&["warning count-contradicted"]),
+        .unusable(&["blocking count-contradicted"], &["700"]),
         one(
             "at full scale",
             &File::new().with("Channel amplitude class", "295"),

@@ -325,7 +325,7 @@ pub(super) fn cases() -> Vec<Case> {
             )
             .channel("146 V1 AC DSLF YG")
             .unit("g", value)
-            .finds(&["info header-beside"])
+            .finds(&["info header-beside", "warning statement-unread"])
             .unusable(&["blocking time-contradicted"], &["XUNITS"])
             .named("a unit of time that nothing confirms"),
         read(
@@ -351,7 +351,7 @@ pub(super) fn cases() -> Vec<Case> {
                 ..PLAIN
             },
         )
-        .finds(&["warning peak-contradicted"]),
+        .unusable(&["blocking peak-contradicted"], &["CHLMAX"]),
         // What header and samples say of one another.
         read(
             "samples missing",

@@ -103,11 +103,11 @@ fn beginnings() -> Vec<Case> {
     for count in ["8OO", "800 samples", "-800", "799.5"] {
         let mut file = File::new().with("Number of samples", count);
         file.rows.truncate(600);
-        cases.push(refused_one(
-            &format!("{count} as the count"),
-            &file,
-            &["whole number as `Number of samples`", count],
-        ));
+        cases.push(
+            one(&format!("{count} as the count"), &file)
+                .samples(600)
+                .unusable(&["blocking statement-unread"], &[count]),
+        );
     }
     let mut late = File::new();
     for number in 0..1700 {
@@ -242,7 +242,8 @@ fn statements() -> Vec<Case> {
             &coded("11DOORLE0000ACYD").with("Channel frequency class", "1000"),
         )
         .channel("11DOORLE0000ACYD")
-        .finds(&["warning class-contradicted", "warning already-filtered"]),
+        .finds(&["info already-filtered"])
+        .unusable(&["blocking header-contradicted"], &["CFC 60"]),
         one(
             "a filter class as the code has it",
             &coded("11DOORLE0000ACYA").with("Channel frequency class", "CFC 1000"),
