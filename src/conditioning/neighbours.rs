@@ -6,17 +6,14 @@
 use super::{BiasWindow, Signal, bias, velocity_change_m_s};
 use crate::recording::{Channel, Finding, Severity, is_lateral};
 
-/// Correlation below which two sensors at one place have opposite signs.
-const OPPOSED: f64 = -0.7;
+/// Correlation from which two channels see the same motion, or its mirror image.
+const ALIKE: f64 = 0.7;
 
 /// Difference of velocity change at one rigid place that is worth a look [m/s].
 const SAME_PLACE_VELOCITY: f64 = 0.45;
 
 /// Part of the velocity change that may differ at one place on top.
 const SAME_PLACE_PART: f64 = 0.1;
-
-/// Change of velocity from which the signs of neighbours count [m/s].
-const SIGNED_VELOCITY: f64 = 1.0;
 
 /// Most channels that are compared, each with each.
 const MOST: usize = 64;
@@ -31,7 +28,8 @@ struct Neighbour<'a> {
 }
 
 /// Compares the lateral channels of a recording; returns the index of a channel with each
-/// finding. A channel whose reader found it to be no evidence is left aside; of many only the first 64 are compared. Channels of different rates or starts are compared by velocity alone.
+/// finding. A channel whose reader found it to be no evidence is left aside; of many only the first 64 are compared, and
+/// none of different rates or starts.
 #[must_use]
 pub fn findings(channels: &[Channel]) -> Vec<(usize, Finding)> {
     let lateral: Vec<Neighbour<'_>> = channels
@@ -94,44 +92,31 @@ fn place(channel: &Channel) -> String {
 /// What is to be said of a channel, given the name of the other one.
 type Saying = Box<dyn Fn(&str) -> Finding>;
 
-/// Returns what is to be said of a pair, given the name of the other one.
+/// Returns what is to be said of a pair, given the name of the other one. Channels that do not move
+/// alike, sample by sample, measure two motions: a vehicle turns and bends, and no difference is odd.
 fn compare(one: &Neighbour<'_>, two: &Neighbour<'_>) -> Option<Saying> {
     let (v1, v2) = (one.velocity, two.velocity);
-    if one.place == two.place {
-        if let Some(correlation) = correlation(&one.signal, &two.signal)
-            && correlation < OPPOSED
-        {
-            return Some(Box::new(move |other| {
-                Finding::warning(
-                    "sign-suspected",
-                    format!(
-                        "the channel runs against {other} at the same place (correlation \
-                         {correlation:.2}): one of them has the wrong sign"
-                    ),
-                )
-            }));
-        }
-        let allowed = SAME_PLACE_VELOCITY + SAME_PLACE_PART * v1.abs().max(v2.abs());
-        return ((v1 - v2).abs() > allowed).then(|| -> Saying {
-            Box::new(move |other| {
-                Finding::warning(
-                    "neighbours-disagree",
-                    format!(
-                        "{other} at the same place ends at another velocity: {v1:.2} and {v2:.2} m/s; \
-                         one of them is wrong"
-                    ),
-                )
-            })
-        });
+    let correlation = correlation(&one.signal, &two.signal)?;
+    if correlation < -ALIKE {
+        return Some(Box::new(move |other| {
+            Finding::warning(
+                "sign-suspected",
+                format!(
+                    "the channel runs against {other}, sample by sample (correlation \
+                     {correlation:.2}): one of them has the wrong sign"
+                ),
+            )
+        }));
     }
-    let opposed = v1 * v2 < 0.0 && v1.abs().min(v2.abs()) > SIGNED_VELOCITY;
-    opposed.then(|| -> Saying {
+    let allowed = SAME_PLACE_VELOCITY + SAME_PLACE_PART * v1.abs().max(v2.abs());
+    let disagree = one.place == two.place && correlation > ALIKE && (v1 - v2).abs() > allowed;
+    disagree.then(|| -> Saying {
         Box::new(move |other| {
             Finding::warning(
                 "neighbours-disagree",
                 format!(
-                    "{other}, also lateral, ends at a velocity of the opposite sign ({v1:.2} and \
-                     {v2:.2} m/s): unless the vehicle rotates, one of them has the wrong sign"
+                    "{other} at the same place moves alike and ends at another velocity: {v1:.2} \
+                     and {v2:.2} m/s; one of them is wrong"
                 ),
             )
         })

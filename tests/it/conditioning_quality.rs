@@ -165,11 +165,7 @@ fn verif_a_single_sample_at_the_last_code_of_a_converter_is_clipped() {
 fn verif_a_dead_sensor_is_told_from_a_pulse() {
     let default = ConditioningOptions::default();
     check_faults(&pulse_signal(vec![0.0; 1000]), &default, &["dead-sensor"]);
-    let stuck = check_faults(
-        &pulse_signal(vec![3.0; 1000]),
-        &default,
-        &["dead-sensor", "starts-inside-event", "ends-inside-event"],
-    );
+    let stuck = check_faults(&pulse_signal(vec![3.0; 1000]), &default, &["dead-sensor"]);
     assert_eq!(stuck[0].at_s, None);
     let flicker = (0..1000).map(|n| f64::from(n % 2) * 0.6).collect();
     let found = findings(&pulse_signal(flicker), &default);
@@ -280,11 +276,22 @@ fn verif_warnings_are_given_where_they_belong() {
     let drifting = whole
         .iter()
         .enumerate()
-        .map(|(n, value)| value + 0.02 * n as f64)
+        .map(|(n, value)| value + 0.06 * n as f64)
         .collect();
     check_warns(&pulse_signal(drifting), "drift", true);
-    check_warns(&pulse_signal(pulse(12.0, 0.01)), "implausible-peak", true);
+    check_warns(&pulse_signal(pulse(3.0, 0.01)), "implausible-peak", true);
     check_warns(&pulse_signal(pulse(2500.0, 0.1)), "implausible-peak", true);
+    // Behind a high pass of 20 Hz the velocity comes back.
+    check_warns(&pulse_signal(whole.clone()), "velocity-returns", false);
+    let (mut low, keep) = (0.0, 1.0 - 2.0 * PI * 20.0 / 10_000.0);
+    let coupled = whole.iter().map(|value| {
+        low = keep * low + (1.0 - keep) * value;
+        value - low
+    });
+    check_warns(&pulse_signal(coupled.collect()), "velocity-returns", true);
+    // A record cut at a quiet moment soon after its peak.
+    check_warns(&pulse_signal(whole.clone()), "ends-early", false);
+    check_warns(&pulse_signal(whole[..520].to_vec()), "ends-early", true);
     let early = signal(10_000.0, -0.06, whole);
     check_warns(&early, "pre-event-not-quiet", true);
 }
@@ -404,16 +411,8 @@ fn verif_a_top_whose_last_bit_flickers_is_seen() {
     };
     check_faults(&printed(lively(300.0, 10)), &default, &[]);
     check_faults(&cut(lively(300.0, 10), 40.0), &default, &["flat-top"]);
-    check_faults(
-        &cut(lively(30.0, 100), 3.0),
-        &default,
-        &["flat-top", "frozen"],
-    );
-    check_faults(
-        &cut(lively(30.0, 600), 12.0),
-        &default,
-        &["flat-top", "frozen"],
-    );
+    check_faults(&cut(lively(30.0, 100), 3.0), &default, &["frozen"]);
+    check_faults(&cut(lively(30.0, 600), 12.0), &default, &["frozen"]);
 }
 
 #[test]
@@ -546,7 +545,7 @@ fn verif_neighbours_that_disagree_are_named() {
     check_neighbours(&[("acc_y_g", 1.0), ("acc_y2_g", -1.0)], &opposed);
     let disagree = [(0, "neighbours-disagree"), (1, "neighbours-disagree")];
     check_neighbours(&[("acc_y_g", 1.0), ("acc_y2_g", 0.7)], &disagree);
-    check_neighbours(&[("sill_acc_y_g", 1.0), ("door_acc_y_g", -0.5)], &disagree);
+    check_neighbours(&[("sill_acc_y_g", 1.0), ("door_acc_y_g", -0.5)], &opposed);
     check_neighbours(&[("sill_acc_y_g", 1.0), ("door_acc_y_g", 0.5)], &[]);
 }
 

@@ -111,15 +111,12 @@ fn cli_inspect_lists_what_replay_would_refuse() {
 fn cli_inspect_compares_neighbours() {
     let agree = inspected("agree", &three(1.0), &[]);
     for channel in agree["channels"].as_array().unwrap() {
-        assert!(
-            !codes(channel).contains(&"neighbours-disagree"),
-            "{channel}"
-        );
+        assert!(!codes(channel).contains(&"sign-suspected"), "{channel}");
         assert!(codes(channel).contains(&"pre-event"), "{channel}");
     }
     let disagree = inspected("disagree", &three(-0.4), &[]);
     assert!(
-        codes(&disagree["channels"][2]).contains(&"neighbours-disagree"),
+        codes(&disagree["channels"][2]).contains(&"sign-suspected"),
         "{disagree}"
     );
 }
@@ -170,7 +167,7 @@ fn cli_replay_compares_neighbours() {
             "json",
         ]);
         let document = done.document();
-        let found = codes(&document).contains(&"neighbours-disagree");
+        let found = codes(&document).contains(&"sign-suspected");
         assert_eq!(found, expected, "{document}");
     }
 }

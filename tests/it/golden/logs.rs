@@ -233,10 +233,7 @@ fn encodings() -> Vec<Case> {
             &[
                 "warning channel-not-lateral",
                 "blocking dead-sensor",
-                "blocking starts-inside-event",
-                "blocking ends-inside-event",
                 "warning channel-not-lateral",
-                "warning implausible-peak",
                 "warning implausible-velocity",
             ],
             &["no motion"],
@@ -365,7 +362,10 @@ fn clocks() -> Vec<Case> {
             .finds(&["warning stamp-zero"]),
         imu_log("gap.mcap", changed(&|all| drop(all.drain(at..at + 60))))
             .samples(800)
-            .unusable(&["blocking gap"], &["gap in time"]),
+            .unusable(
+                &["blocking gap", "blocking straight-line"],
+                &["gap in time"],
+            ),
         refused(
             "back.mcap",
             changed(&|all| all[at] = stamped(100, stamp(50))),

@@ -429,6 +429,7 @@ pub(super) fn cases() -> Vec<Case> {
             .unusable(
                 &[
                     "blocking gap",
+                    "blocking straight-line",
                     "blocking samples-missing",
                     "blocking time-contradicted",
                 ],

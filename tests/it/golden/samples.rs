@@ -65,7 +65,11 @@ fn saturation() -> Vec<Case> {
             180..200 => (200 - k) as f64,
             _ => 0.0,
         })
-        .finds(&["warning flat-top", "warning frozen"]),
+        .finds(&[
+            "warning flat-top",
+            "warning frozen",
+            "warning noise-unknown",
+        ]),
     ]
 }
 
@@ -73,13 +77,7 @@ fn stretches() -> Vec<Case> {
     vec![
         case("dead.csv", "", |_| 0.0).unusable(&["blocking dead-sensor"], &["no motion"]),
         case("flicker.csv", "", |k| if k % 3 == 0 { 0.01 } else { 0.0 }).unusable(
-            &[
-                "blocking dead-sensor",
-                "warning implausible-peak",
-                "warning implausible-velocity",
-                "warning pre-event-not-quiet",
-                "warning spike",
-            ],
+            &["blocking dead-sensor", "warning implausible-velocity"],
             &["flicker"],
         ),
         // The cable comes off in the push, and the channel stands at its end.
@@ -91,6 +89,7 @@ fn stretches() -> Vec<Case> {
                 "blocking clipping",
                 "blocking frozen",
                 "blocking ends-inside-event",
+                "warning ends-early",
                 "warning implausible-velocity",
                 "warning zero-shift",
             ],
@@ -103,7 +102,7 @@ fn stretches() -> Vec<Case> {
                 push(k)
             }
         })
-        .unusable(&["blocking frozen"], &["stand"]),
+        .unusable(&["blocking frozen"], &["by chance"]),
         case("drop-out.csv", "", |k| {
             if (90..110).contains(&k) { 0.0 } else { push(k) }
         })
@@ -112,13 +111,15 @@ fn stretches() -> Vec<Case> {
         case("starts-inside.csv", "", |k| push(k - FROM + 60)).unusable(
             &[
                 "blocking starts-inside-event",
+                "blocking ends-inside-event",
+                "warning ends-early",
                 "warning pre-event-not-quiet",
                 "warning drift",
             ],
             &["what came before is missing"],
         ),
         case("ends-inside.csv", "", |k| push(k - TO + 100)).unusable(
-            &["blocking ends-inside-event"],
+            &["blocking ends-inside-event", "warning ends-early"],
             &["what came after is missing"],
         ),
     ]
@@ -129,8 +130,7 @@ fn suspicions() -> Vec<Case> {
         // 6 g, and 0.75 m/s: less than a crash gives, and legitimate.
         case("weak.csv", "", |k| {
             (push(k) - noise(k)) / 5.0 + noise(k) / 20.0
-        })
-        .finds(&["warning implausible-peak"]),
+        }),
         case("gravity.csv", "", |k| push(k) + 1.0).finds(&["warning gravity-suspected"]),
         case("zero-shift.csv", "", |k| {
             if k > 100 { push(k) + 3.0 } else { push(k) }

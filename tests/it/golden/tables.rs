@@ -442,6 +442,7 @@ fn clocks() -> Vec<Case> {
                 "warning rate-below-default-filter",
                 "warning time-irregular",
                 "warning implausible-velocity",
+                "warning ends-early",
                 "blocking ends-inside-event",
             ],
             &["gap"],
