@@ -1,6 +1,7 @@
 //! A channel as a reader found it, made into one that is delivered: the last mile of all readers.
 
-use super::{Channel, Finding, ReadOptions, Stated, laboratory};
+use super::{Channel, Finding, Outcomes, ReadOptions, ReadOutcome, Selection, Stated, laboratory};
+use crate::error::{Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, SampleRate};
 
 /// A channel on the file's own clock.
@@ -113,6 +114,68 @@ impl UniformSamples {
             interval_s: 1.0 / self.rate.hertz(),
         }
     }
+}
+
+/// What one selection takes of a test: its channels by number, and what is known before they are
+/// read.
+pub(super) type TestChoice = Result<(Selection, Vec<usize>, ReadOutcome), Error>;
+
+/// Delivers the channels that each selection has chosen. `channel` reads one, whose number rises;
+/// its error comes with the channel's name. Together they hold at most as many samples as the
+/// limit `most` says.
+pub(super) fn deliver(
+    choices: Vec<TestChoice>,
+    most: (&'static str, u64),
+    mut channel: impl FnMut(
+        usize,
+        Selection,
+        &mut ReadOutcome,
+    ) -> Result<Option<Channel>, (String, Error)>,
+) -> Outcomes {
+    let last = choices
+        .iter()
+        .flatten()
+        .filter_map(|(_, wanted, _)| wanted.iter().max());
+    let count = last.max().map_or(0, |last| last + 1);
+    let mut shares: Vec<(TestChoice, u64)> =
+        choices.into_iter().map(|choice| (choice, 0)).collect();
+    for index in 0..count {
+        for (choice, samples) in &mut shares {
+            let Ok((selection, wanted, outcome)) = choice else {
+                continue;
+            };
+            if !wanted.contains(&index) {
+                continue;
+            }
+            let read = channel(index, *selection, outcome).and_then(|read| {
+                let Some(read) = read else { return Ok(()) };
+                *samples += read.values.len() as u64;
+                let name = read.name.clone();
+                outcome.channels.push(read);
+                let (limit, value) = most;
+                let found = "more samples in all channels".into();
+                let over = ErrorKind::LimitExceeded {
+                    limit,
+                    value,
+                    found,
+                };
+                if *samples > value {
+                    Err((name, over.into()))
+                } else {
+                    Ok(())
+                }
+            });
+            let Err((name, error)) = read else { continue };
+            let ends = matches!(error.kind(), ErrorKind::LimitExceeded { .. });
+            if *selection == Selection::Every && !ends {
+                outcome.findings.push(left_out(&name, &error));
+            } else {
+                *choice = Err(error.at(Place::default().channel(name)));
+            }
+        }
+    }
+    let outcome = |(choice, _): (TestChoice, u64)| choice.map(|(_, _, outcome)| outcome);
+    shares.into_iter().map(outcome).collect()
 }
 
 /// Says that a channel is not among those delivered.

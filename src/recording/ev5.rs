@@ -24,7 +24,7 @@ use crate::error::{Candidates, Error, ErrorKind, Place};
 use crate::units::SampleRate;
 use curve::Curve;
 use header::{CurveEntry, TestInstruments};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::rc::Rc;
 
 /// Recognises an `.EV5`, or a curve file by its numeric extension and its two columns.
@@ -243,141 +243,100 @@ fn read_test(
         .into());
     }
     let mut files = CurveFiles::find(source, header_name, limits)?;
-    Ok(selections
-        .iter()
-        .map(|selection| {
-            let mut outcome = ReadOutcome {
-                parts: parts.clone(),
-                ..ReadOutcome::default()
-            };
-            let entries = selected(&test, &files, options, *selection, &mut outcome.findings)?;
-            let choice = (options, *selection);
-            read_curves(source, &entries, &mut files, &mut outcome, choice, limits)?;
-            Ok(outcome)
-        })
-        .collect())
+    let choices = selections.iter().map(|selection| {
+        let mut outcome = ReadOutcome {
+            parts: parts.clone(),
+            ..ReadOutcome::default()
+        };
+        let wanted = selected(&test, &files, options, *selection, &mut outcome.findings)?;
+        Ok((*selection, wanted, outcome))
+    });
+    let choices = choices.collect();
+    let most = ("table_cells", limits.table_cells);
+    Ok(draft::deliver(
+        choices,
+        most,
+        |index, selection, outcome| {
+            let entry = &test.entries[index];
+            let read = files.only_name_of(entry.number).and_then(|file| {
+                let curve = files.read(&file, source, limits);
+                outcome.parts.insert(file);
+                channel(
+                    &*curve?,
+                    Some(entry),
+                    &entry.name(),
+                    options,
+                    selection,
+                    limits,
+                )
+            });
+            read.map(Some).map_err(|error| (entry.name(), error))
+        },
+    ))
 }
 
 /// Returns the curves to read.
-fn selected<'a>(
-    test: &'a TestInstruments,
+fn selected(
+    test: &TestInstruments,
     files: &CurveFiles,
     options: &ReadOptions,
     selection: Selection,
     findings: &mut Vec<Finding>,
-) -> Result<Vec<&'a CurveEntry>, Error> {
+) -> Result<Vec<usize>, Error> {
     if selection == Selection::Lateral {
-        let (entry, finding) = choose(test, files, options)?;
+        let (index, finding) = choose(test, files, options)?;
         findings.extend(finding);
-        return Ok(vec![entry]);
+        return Ok(vec![index]);
     }
-    let (there, absent): (Vec<&CurveEntry>, Vec<&CurveEntry>) = test
-        .entries
-        .iter()
-        .partition(|entry| files.name_of(entry.number).is_some());
-    if !absent.is_empty() {
-        findings.push(Finding::info(
-            "curves-without-file",
-            format!(
-                "{} of {} curves have no file beside the .EV5",
-                absent.len(),
-                test.entries.len()
-            ),
-        ));
+    let all = test.entries.len();
+    let is_there = |index: &usize| files.name_of(test.entries[*index].number).is_some();
+    let there: Vec<usize> = (0..all).filter(is_there).collect();
+    if there.len() < all {
+        let absent = all - there.len();
+        let text = format!("{absent} of {all} curves have no file beside the .EV5");
+        findings.push(Finding::info("curves-without-file", text));
     }
     Ok(there)
-}
-
-/// Reads the files of the curves into `outcome`.
-fn read_curves(
-    source: &mut Reader,
-    entries: &[&CurveEntry],
-    files: &mut CurveFiles,
-    outcome: &mut ReadOutcome,
-    (options, selection): (&ReadOptions, Selection),
-    limits: &Limits,
-) -> Result<(), Error> {
-    let mut cells = 0_u64;
-    for entry in entries {
-        let label = entry.name();
-        let place = || Place::default().channel(entry.name());
-        // The chosen curve is one of all, whose file is not read again for them.
-        let keep = selection == Selection::Lateral;
-        let read = files.only_name_of(entry.number).and_then(|file| {
-            let curve = files.read(&file, keep, source, limits);
-            outcome.parts.insert(file);
-            channel(&*curve?, Some(entry), &label, options, selection, limits)
-        });
-        match read {
-            Ok(channel) => {
-                cells += channel.values.len() as u64;
-                if cells > limits.table_cells {
-                    return Err(Error::from(ErrorKind::LimitExceeded {
-                        limit: "table_cells",
-                        value: limits.table_cells,
-                        found: "more samples in all curves".into(),
-                    })
-                    .at(place()));
-                }
-                outcome.channels.push(channel);
-            }
-            Err(error)
-                if selection == Selection::Every
-                    && !matches!(error.kind(), ErrorKind::LimitExceeded { .. }) =>
-            {
-                outcome.findings.push(draft::left_out(&label, &error));
-            }
-            Err(error) => return Err(error.at(place())),
-        }
-    }
-    Ok(())
 }
 
 /// The curve files beside an `.EV5`.
 struct CurveFiles {
     names: Vec<(u32, String)>,
-    /// Curves that were read and are needed again, by file.
-    kept: BTreeMap<String, Result<Rc<Curve>, Error>>,
+    /// The curve that was read last, by its file.
+    last: Option<(String, Result<Rc<Curve>, Error>)>,
 }
 
 impl CurveFiles {
     fn find(source: &Reader, header_name: &str, limits: &Limits) -> Result<Self, Error> {
         let stem = header_name.rsplit_once('.').map_or("", |(stem, _)| stem);
-        let names = source
-            .list(false, limits)?
-            .into_iter()
-            .filter(|name| {
-                name.rsplit_once('.')
-                    .is_some_and(|(other, _)| other.eq_ignore_ascii_case(stem))
-            })
-            .filter_map(|name| Some((curve::number_of(&name)?, name)))
-            .collect();
+        let of_test = |name: &String| {
+            let own = name.rsplit_once('.').map(|(stem, _)| stem);
+            own.is_some_and(|own| own.eq_ignore_ascii_case(stem))
+        };
+        let names = source.list(false, limits)?.into_iter().filter(of_test);
+        let names = names.filter_map(|name| Some((curve::number_of(&name)?, name)));
         Ok(Self {
-            names,
-            kept: BTreeMap::new(),
+            names: names.collect(),
+            last: None,
         })
     }
 
-    /// Reads a curve's file, once; with `keep` it is held for the next time.
+    /// Reads a curve's file, once for all selections.
     fn read(
         &mut self,
         file: &str,
-        keep: bool,
         source: &mut Reader,
         limits: &Limits,
     ) -> Result<Rc<Curve>, Error> {
-        if let Some(curve) = self.kept.remove(file) {
-            return curve;
+        if let Some((_, curve)) = self.last.as_ref().filter(|(last, _)| last == file) {
+            return curve.clone();
         }
-        let bytes = source
-            .read_beside(file, limits)
-            .and_then(|bytes| bytes.ok_or_else(|| missing(&format!("the {file}"))));
+        let bytes = source.read_beside(file, limits);
+        let bytes = bytes.and_then(|bytes| bytes.ok_or_else(|| missing(&format!("the {file}"))));
         let curve = bytes
             .and_then(|bytes| Curve::read(bytes, limits))
             .map(Rc::new);
-        if keep {
-            self.kept.insert(file.to_string(), curve.clone());
-        }
+        self.last = Some((file.to_string(), curve.clone()));
         curve
     }
 
@@ -416,87 +375,60 @@ impl CurveFiles {
 }
 
 /// Names curves for a message, not all where they are many.
-fn list(entries: &[&CurveEntry]) -> String {
-    const LISTED: usize = 40;
-    let mut names: Vec<String> = entries.iter().take(LISTED).map(|e| e.name()).collect();
-    if entries.len() > LISTED {
-        names.push(format!("{} more", entries.len() - LISTED));
-    }
-    names.join(", ")
+fn list(test: &TestInstruments, entries: &[usize]) -> Candidates {
+    Candidates::named(entries.iter().map(|index| test.entries[*index].name()))
 }
 
-fn ambiguous(several: &[&CurveEntry]) -> Error {
-    ErrorKind::AmbiguousChannel {
-        candidates: Candidates::named(several.iter().map(|entry| entry.name())),
-    }
-    .into()
-}
-
-/// Chooses the curve that is meant.
-fn choose<'a>(
-    test: &'a TestInstruments,
+/// Chooses the curve that is meant: the one that is plainly a lateral acceleration of the structure.
+fn choose(
+    test: &TestInstruments,
     files: &CurveFiles,
     options: &ReadOptions,
-) -> Result<(&'a CurveEntry, Option<Finding>), Error> {
-    let accelerations: Vec<&CurveEntry> = test
-        .entries
-        .iter()
-        .filter(|entry| entry.sensor == "AC" && files.name_of(entry.number).is_some())
-        .collect();
+) -> Result<(usize, Option<Finding>), Error> {
+    let of = |wanted: &dyn Fn(&CurveEntry) -> bool| -> Vec<usize> {
+        let fits = |index: &usize| wanted(&test.entries[*index]);
+        (0..test.entries.len()).filter(fits).collect()
+    };
+    let is_there = |entry: &CurveEntry| files.name_of(entry.number).is_some();
+    let accelerations = of(&|entry| entry.sensor == "AC" && is_there(entry));
+    let several = |several: &[usize]| {
+        let candidates = list(test, several);
+        Error::from(ErrorKind::AmbiguousChannel { candidates })
+    };
+    let known = list(test, &accelerations).to_string();
     if let Some(wanted) = &options.channel {
-        let found: Vec<&CurveEntry> = test
-            .entries
-            .iter()
-            .filter(|entry| entry.answers_to(wanted))
-            .collect();
-        return match found.as_slice() {
-            [only] => Ok((only, None)),
-            [] => Err(ErrorKind::NoSuchChannel {
-                wanted: wanted.clone(),
-                known: list(&accelerations),
-            }
-            .into()),
-            several => Err(ambiguous(several)),
+        let wanted = wanted.clone();
+        return match of(&|entry| entry.answers_to(&wanted)).as_slice() {
+            [only] => Ok((*only, None)),
+            [] => Err(ErrorKind::NoSuchChannel { wanted, known }.into()),
+            found => Err(several(found)),
         };
     }
-    let mut candidates: Vec<&CurveEntry> = accelerations
-        .iter()
-        .copied()
-        .filter(|entry| entry.is_lateral() && entry.is_structure())
-        .collect();
+    let plain = of(&|entry| is_there(entry) && entry.doubt().is_none());
     // A redundant channel counts only where its place has no primary one.
-    let primaries: Vec<(u32, String, String)> = candidates
-        .iter()
-        .filter(|entry| !entry.is_redundant())
-        .map(|entry| entry.place())
-        .collect();
-    candidates.retain(|entry| !entry.is_redundant() || !primaries.contains(&entry.place()));
-    // Of one vehicle, a sensor near a latch comes first. Which of several vehicles was struck
-    // the file does not say.
-    let near_a_latch: Vec<u32> = candidates
-        .iter()
-        .filter(|entry| entry.is_near_a_latch())
-        .map(|entry| entry.vehicle())
-        .collect();
-    candidates.retain(|entry| entry.is_near_a_latch() || !near_a_latch.contains(&entry.vehicle()));
+    let has_primary = |index: &usize| {
+        let entry = &test.entries[*index];
+        let primary = |other: &usize| {
+            let other = &test.entries[*other];
+            !other.is_redundant() && other.place() == entry.place()
+        };
+        plain.iter().any(primary)
+    };
+    let stands_alone =
+        |index: &&usize| !test.entries[**index].is_redundant() || !has_primary(index);
+    let candidates: Vec<usize> = plain.iter().filter(stands_alone).copied().collect();
     match candidates.as_slice() {
-        [only] => Ok((
-            only,
-            Some(Finding::info(
-                "channel-chosen",
-                format!(
-                    "{} was chosen among {} curves of acceleration as the one lateral \
-                     acceleration of the vehicle's structure",
-                    only.name(),
-                    accelerations.len()
-                ),
-            )),
-        )),
-        [] => Err(ErrorKind::NoChannel {
-            known: list(&accelerations),
+        [only] => {
+            let text = format!(
+                "{} was chosen among {} curves of acceleration as the one lateral acceleration of \
+                 the vehicle's structure",
+                test.entries[*only].name(),
+                accelerations.len()
+            );
+            Ok((*only, Some(Finding::info("channel-chosen", text))))
         }
-        .into()),
-        several => Err(ambiguous(several)),
+        [] => Err(ErrorKind::NoChannel { known }.into()),
+        found => Err(several(found)),
     }
 }
 

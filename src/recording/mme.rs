@@ -28,9 +28,10 @@ use super::time_base::TimeBase;
 use super::{
     Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, encoding, text,
 };
-use crate::error::{Candidates, Error, ErrorKind, Place};
+use crate::error::{Candidates, Error, ErrorKind};
 use crate::units::{SampleRate, TimeUnit};
 use channel::{ChannelHeader, Samples};
+use code::VehicleSide;
 use package::{ChannelEntry, Package};
 use std::collections::BTreeMap;
 
@@ -66,265 +67,117 @@ pub fn read(
     options.refuse_other_clock("an ISO-MME package", "")?;
     let mut package = Package::open(source, limits)?;
     let mut findings = Vec::new();
-    let sides = package.impact_sides(source, limits)?;
-    let mut channels = package.channels(source, limits, &mut findings)?;
-    name_twins(&mut channels);
-    let listed = package.list_finding(&channels, source, limits)?;
-    findings.extend(listed);
+    let channels = package.channels(source, limits, &mut findings)?;
     if channels.is_empty() {
         return Err(package.without_channels());
     }
-    let mut outcomes = Vec::with_capacity(selections.len());
-    for selection in selections {
-        let mut outcome = ReadOutcome {
-            findings: findings.clone(),
+    findings.extend(package.list_finding(&channels, source, limits)?);
+    let sides = package.struck_sides(source, limits, &mut findings)?;
+    let choices = selections.iter().map(|selection| {
+        let (wanted, found) = selected(&package, &channels, &sides, options, *selection)?;
+        let outcome = ReadOutcome {
+            findings: findings.iter().cloned().chain(found).collect(),
             ..ReadOutcome::default()
         };
-        // The chosen channel is one of all, whose file is not read again for them.
-        package.begin(*selection == Selection::Lateral);
-        let choice = selected(&package, &channels, &sides, options, *selection);
-        let read = choice.and_then(|(wanted, finding)| {
-            outcome.findings.extend(finding);
-            let mut test = TestReader {
-                package: &mut package,
-                source: &mut *source,
-                channels: &channels,
-                options,
-                selection: *selection,
-                limits,
-            };
-            test.read(&wanted, &mut outcome)
-        });
-        outcome.parts = package.parts();
-        outcomes.push(read.map(|()| outcome));
-    }
-    Ok(outcomes)
+        Ok((*selection, wanted, outcome))
+    });
+    let choices = choices.collect();
+    let mut test = TestReader {
+        package: &mut package,
+        source,
+        channels: &channels,
+        options,
+        limits,
+    };
+    let most = ("test_samples", limits.test_samples);
+    Ok(draft::deliver(
+        choices,
+        most,
+        |index, selection, outcome| {
+            test.channel(index, selection, outcome)
+                .map_err(|error| (channels[index].label.clone(), error))
+        },
+    ))
 }
 
 /// Returns the channels to read, and what is to be said about the choice.
 fn selected(
     package: &Package,
     channels: &[ChannelEntry],
-    sides: &BTreeMap<u8, code::VehicleSide>,
+    sides: &BTreeMap<u8, VehicleSide>,
     options: &ReadOptions,
     selection: Selection,
-) -> Result<(Vec<usize>, Option<Finding>), Error> {
-    if let Some(index) = package.only_channel() {
-        check_named(&channels[index], options)?;
-        let finding = channels[index].header.not_lateral_finding();
+) -> Result<(Vec<usize>, Vec<Finding>), Error> {
+    let given = channels
+        .iter()
+        .position(|entry| package.given() == Some(&entry.file));
+    if selection == Selection::Every {
         return Ok((
-            vec![index],
-            finding.filter(|_| selection == Selection::Lateral),
+            given.map_or((0..channels.len()).collect(), |index| vec![index]),
+            Vec::new(),
         ));
     }
-    if selection == Selection::Every {
-        return Ok(((0..channels.len()).collect(), None));
-    }
-    let (index, finding) = choose(channels, sides, options)?;
-    Ok((vec![index], finding))
-}
-
-/// A test whose channels are read for one selection.
-struct TestReader<'a, 'r> {
-    package: &'a mut Package,
-    source: &'a mut Reader<'r>,
-    channels: &'a [ChannelEntry],
-    options: &'a ReadOptions,
-    selection: Selection,
-    limits: &'a Limits,
-}
-
-impl TestReader<'_, '_> {
-    /// Reads the channels into `outcome`.
-    fn read(&mut self, wanted: &[usize], outcome: &mut ReadOutcome) -> Result<(), Error> {
-        let limits = self.limits;
-        let more = || {
-            Error::from(ErrorKind::LimitExceeded {
-                limit: "test_samples",
-                value: limits.test_samples,
-                found: "more samples in all channels".into(),
-            })
-        };
-        // What headers announce ends it before anything is unpacked; what they do not, after.
-        let mut announced = 0.0;
-        for index in wanted {
-            let entry = &self.channels[*index];
-            announced += entry.header.announced().min(to_float(limits.samples));
-            if announced > to_float(limits.test_samples) && self.selection == Selection::Every {
-                return Err(more().at(Place::default().channel(entry.label.clone())));
-            }
-        }
-        let mut cells = 0_u64;
-        for index in wanted {
-            let entry = &self.channels[*index];
-            let place = Place::default().channel(entry.label.clone());
-            match self.channel(*index) {
-                Ok(Some(channel)) => {
-                    cells += channel.values.len() as u64;
-                    if cells > limits.test_samples {
-                        return Err(more().at(place));
-                    }
-                    outcome.channels.push(channel);
-                }
-                // A time channel serves others.
-                Ok(None) => {}
-                Err(error)
-                    if self.selection == Selection::Every
-                        && !matches!(error.kind(), ErrorKind::LimitExceeded { .. }) =>
-                {
-                    outcome.findings.push(draft::left_out(&entry.label, &error));
-                }
-                Err(error) => return Err(error.at(place)),
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Refuses a name that the one channel file given does not bear.
-fn check_named(entry: &ChannelEntry, options: &ReadOptions) -> Result<(), Error> {
-    match &options.channel {
-        Some(wanted) if !entry.answers_to(wanted) => Err(ErrorKind::NoSuchChannel {
-            wanted: wanted.clone(),
-            known: entry.label.clone(),
-        }
-        .into()),
-        _ => Ok(()),
-    }
-}
-
-/// Gives channels that share a code the number of their file.
-fn name_twins(channels: &mut [ChannelEntry]) {
-    let labels: Vec<String> = channels.iter().map(|entry| entry.label.clone()).collect();
-    for (index, entry) in channels.iter_mut().enumerate() {
-        let twins = labels
-            .iter()
-            .enumerate()
-            .any(|(other, label)| other != index && *label == labels[index]);
-        if twins {
-            entry.label = format!("{} (file {})", entry.label, entry.suffix);
-        }
-    }
+    let (index, finding) = match (&options.channel, given) {
+        (Some(wanted), _) => (named(channels, given, wanted)?, None),
+        (None, Some(given)) => (given, None),
+        (None, None) => choose(channels)?,
+    };
+    let header = &channels[index].header;
+    let side = header
+        .code()
+        .and_then(|code| sides.get(&code.object()).zip(code.side()));
+    let far = side.filter(|(struck, own)| *struck != own).map(|_| {
+        let text = "the test's header says that the other side was struck, which moved more";
+        Finding::warning(
+            "side-not-struck",
+            format!("{}: {text}", channels[index].label),
+        )
+    });
+    let findings = header
+        .not_lateral_finding()
+        .into_iter()
+        .chain(finding)
+        .chain(far);
+    Ok((vec![index], findings.collect()))
 }
 
 /// Lists channels for a message.
 fn list<'a>(entries: impl Iterator<Item = &'a ChannelEntry>) -> String {
-    const LISTED: usize = 40;
-    let mut names: Vec<String> = entries.map(|entry| entry.label.clone()).collect();
-    let more = names.len().saturating_sub(LISTED);
-    names.truncate(LISTED);
-    if more > 0 {
-        names.push(format!("{more} more"));
-    }
-    names.join(", ")
+    Candidates::named(entries.map(|entry| entry.label.as_str())).to_string()
 }
 
-/// Chooses the channel that is meant.
-fn choose(
-    channels: &[ChannelEntry],
-    sides: &BTreeMap<u8, code::VehicleSide>,
-    options: &ReadOptions,
-) -> Result<(usize, Option<Finding>), Error> {
-    if let Some(wanted) = &options.channel {
-        return named(channels, wanted);
-    }
-    let of = |wanted: &dyn Fn(&ChannelEntry) -> bool| -> Vec<usize> {
-        (0..channels.len())
-            .filter(|index| wanted(&channels[*index]))
-            .collect()
+/// Chooses the one channel that is plainly meant; all other accelerations are offered.
+fn choose(channels: &[ChannelEntry]) -> Result<(usize, Option<Finding>), Error> {
+    let of = |wanted: &dyn Fn(&ChannelHeader) -> bool| -> Vec<usize> {
+        let fits = |index: &usize| wanted(&channels[*index].header);
+        (0..channels.len()).filter(fits).collect()
     };
-    let accelerations = of(&|entry| entry.header.is_acceleration());
-    let none = || {
-        Error::from(ErrorKind::NoChannel {
+    let accelerations = of(&ChannelHeader::is_acceleration);
+    let plain = of(&|header| header.is_acceleration() && header.doubt().is_none());
+    match plain.as_slice() {
+        [only] => {
+            let label = &channels[*only].label;
+            let text = format!(
+                "{label} was chosen among {} channels of acceleration as the one lateral \
+                 acceleration of the structure",
+                accelerations.len()
+            );
+            let finding = Finding::info("channel-chosen", text);
+            Ok((*only, (accelerations.len() > 1).then_some(finding)))
+        }
+        [] => Err(ErrorKind::NoChannel {
             known: list(channels.iter()),
-        })
-    };
-    // A code says what a channel is; only a name that is no code leaves it open.
-    let alone = accelerations.len() == 1;
-    if alone {
-        let header = &channels[accelerations[0]].header;
-        if header.code().is_none() {
-            return match header.said_elsewhere() {
-                Some(_) => Err(none()),
-                None => Ok((accelerations[0], header.not_lateral_finding())),
-            };
         }
+        .into()),
+        several => Err(ambiguous(channels, several)),
     }
-    let coded = |index: &usize| channels[*index].header.code();
-    let mut objects: BTreeMap<u8, Vec<usize>> = BTreeMap::new();
-    for index in 0..channels.len() {
-        if let Some(code) = coded(&index).filter(|code| code.is_lateral() && code.is_structure()) {
-            objects.entry(code.object()).or_default().push(index);
-        }
-    }
-    // Of several test objects, the one whose struck side is stated, if it alone is.
-    if objects
-        .keys()
-        .filter(|object| sides.contains_key(*object))
-        .count()
-        == 1
-    {
-        objects.retain(|object, _| sides.contains_key(object));
-    }
-    // Places are weighed within one object: those of two vehicles are no alternatives.
-    let mut by_side = "";
-    let mut candidates = Vec::new();
-    for (object, mut found) in objects {
-        let side = sides.get(&object);
-        if preferred(channels, &mut found, side.copied()) {
-            by_side = " on the struck side";
-        }
-        candidates.extend(found);
-    }
-    candidates.sort_unstable();
-    let only = match candidates.as_slice() {
-        [only] => *only,
-        [] => return Err(none()),
-        several => return Err(ambiguous(channels, several)),
-    };
-    let count = (!alone).then_some(accelerations.len());
-    Ok((only, choice_finding(&channels[only], sides, count, by_side)))
 }
 
-/// Says what was weighed in the choice: among how many channels of acceleration, if it was not the
-/// only one, and whether it lies `by_side` of the impact or on the other.
-fn choice_finding(
-    chosen: &ChannelEntry,
-    sides: &BTreeMap<u8, code::VehicleSide>,
-    count: Option<usize>,
-    by_side: &str,
-) -> Option<Finding> {
-    let label = &chosen.label;
-    let far = chosen.header.code().is_some_and(|code| {
-        let struck = sides.get(&code.object());
-        code.side()
-            .is_some_and(|side| struck.is_some_and(|struck| *struck != side))
-    });
-    if far {
-        return Some(Finding::warning(
-            "side-not-struck",
-            format!(
-                "{label} was chosen as the one lateral acceleration of the structure, but it lies \
-                 on the side that was not struck, as the test's header says: the struck side \
-                 moved more"
-            ),
-        ));
-    }
-    let count = count?;
-    Some(Finding::info(
-        "channel-chosen",
-        format!(
-            "{label} was chosen among {count} channels of acceleration as the one lateral \
-             acceleration of the structure{by_side}"
-        ),
-    ))
-}
-
-/// Finds the channel of a name or pattern.
-fn named(channels: &[ChannelEntry], wanted: &str) -> Result<(usize, Option<Finding>), Error> {
+/// Finds the channel of a name or pattern; `given` is the one file that was named itself.
+fn named(channels: &[ChannelEntry], given: Option<usize>, wanted: &str) -> Result<usize, Error> {
     let of = |fits: &dyn Fn(&ChannelEntry) -> bool| -> Vec<usize> {
         (0..channels.len())
-            .filter(|index| fits(&channels[*index]))
+            .filter(|index| given.is_none_or(|given| given == *index) && fits(&channels[*index]))
             .collect()
     };
     // A literal name comes before a pattern: codes may hold question marks.
@@ -333,10 +186,10 @@ fn named(channels: &[ChannelEntry], wanted: &str) -> Result<(usize, Option<Findi
         found = of(&|entry| entry.answers_to(wanted));
     }
     match found.as_slice() {
-        [only] => Ok((*only, channels[*only].header.not_lateral_finding())),
+        [only] => Ok(*only),
         [] => Err(ErrorKind::NoSuchChannel {
             wanted: wanted.to_string(),
-            known: list(channels.iter()),
+            known: given.map_or_else(|| list(channels.iter()), |one| channels[one].label.clone()),
         }
         .into()),
         several => Err(ambiguous(channels, several)),
@@ -350,64 +203,47 @@ fn ambiguous(channels: &[ChannelEntry], several: &[usize]) -> Error {
     .into()
 }
 
-/// Keeps, of the lateral channels of one test object, those near a latch before others, primary
-/// sensors before redundant ones and those on the struck side before the rest; returns whether
-/// the side decided.
-fn preferred(
-    channels: &[ChannelEntry],
-    found: &mut Vec<usize>,
-    side: Option<code::VehicleSide>,
-) -> bool {
-    let coded = |index: &usize| channels[*index].header.code();
-    let near = |index: &usize| coded(index).is_some_and(code::Code::is_near_a_latch);
-    if found.iter().any(near) {
-        found.retain(near);
-    }
-    let primary = |index: &usize| !channels[*index].header.is_redundant();
-    if found.iter().any(primary) {
-        found.retain(primary);
-    }
-    let struck =
-        |index: &usize| side.is_some() && coded(index).is_some_and(|code| code.side() == side);
-    let decides = found.len() > 1 && found.iter().any(struck);
-    if decides {
-        found.retain(struck);
-    }
-    decides
+/// A test whose channels are read.
+struct TestReader<'a, 'r> {
+    package: &'a mut Package,
+    source: &'a mut Reader<'r>,
+    channels: &'a [ChannelEntry],
+    options: &'a ReadOptions,
+    limits: &'a Limits,
 }
 
 impl TestReader<'_, '_> {
-    /// Reads one channel; `None` for a channel of times.
-    fn channel(&mut self, index: usize) -> Result<Option<Channel>, Error> {
+    /// Reads one channel; `None` for a channel of times, which serves others.
+    fn channel(
+        &mut self,
+        index: usize,
+        selection: Selection,
+        outcome: &mut ReadOutcome,
+    ) -> Result<Option<Channel>, Error> {
         let entry = &self.channels[index];
         let header = &entry.header;
-        if self.selection == Selection::Every && header.is_time() {
+        if selection == Selection::Every && header.is_time() {
             return Ok(None);
         }
         let place = self.package.place_of(&entry.file);
-        header
-            .check_repeated_keys()
-            .map_err(|error| error.at(place.clone()))?;
+        let placed = |error: Error| error.at(place.clone());
+        header.check_repeated_keys().map_err(placed)?;
         let mut findings = Vec::new();
         let unit = unit_of(header, self.options, &mut findings);
-        if unit.unit.is_none() && self.selection == Selection::Lateral {
+        if unit.unit.is_none() && selection == Selection::Lateral {
             return Err(without_unit(header));
         }
-        let samples = self
-            .package
-            .samples(&entry.file, self.source, self.limits)?
-            .map_err(|error| error.at(place))?;
-        let clock = self.clock(index, &samples, &mut findings)?;
+        let samples = self.samples(&entry.file, outcome)?.map_err(placed)?;
+        let (clock, stamped) = self.clock(index, &samples, outcome, &mut findings)?;
         let span = clock.span();
-        let stamped = header.reference_channel()?.is_some();
-        findings.extend(header.held_findings(&clock, samples.count, stamped));
+        findings.extend(header.held_findings(&clock, samples.values.len(), stamped));
         findings.extend(samples.cut.clone().map(|cut| cut.at(span.end_s)));
-        findings.extend(samples.holes.iter().map(|hole| clock.hole(&samples, *hole)));
+        findings.extend(samples.holes.iter().map(|hole| clock.hole(*hole)));
         findings.extend(header.validity_findings());
         for finding in &mut findings {
             span.hold(finding);
         }
-        let stated = header.stated();
+        let stated = header.stated(&mut findings);
         findings.extend(header.contradictions());
         findings.extend(stated.findings(clock.rate));
         findings.extend(header.sign_finding());
@@ -421,6 +257,18 @@ impl TestReader<'_, '_> {
             findings,
         };
         Ok(Some(draft.finish(self.options.time_zero_s)))
+    }
+
+    /// Reads the samples of a file and notes it as a part of the recording if it is one.
+    fn samples(
+        &mut self,
+        file: &str,
+        outcome: &mut ReadOutcome,
+    ) -> Result<Result<std::rc::Rc<Samples>, Error>, Error> {
+        if self.package.is_part(file) {
+            outcome.parts.insert(file.to_string());
+        }
+        self.package.samples(file, self.source, self.limits)
     }
 }
 
@@ -485,38 +333,36 @@ fn channel_of_times<'a>(
 }
 
 impl UniformSamples {
-    /// Says that samples are missing between two that are there.
-    fn hole(&self, samples: &Samples, (from, to): (usize, usize)) -> Finding {
-        // The last sample that is there before the hole.
-        let last = from.saturating_sub(samples.skipped + 1);
-        Finding::blocking(
-            "gap",
-            format!(
-                "samples {} to {to} of {} are NOVALUE; what happened there is not known",
-                from + 1,
-                samples.count
-            ),
-        )
-        .at(self.start_s + last as f64 / self.rate.hertz())
+    /// Says that samples are missing, from the last one that is there on.
+    fn hole(&self, (from, to): (usize, usize)) -> Finding {
+        let all = self.values.len();
+        let text = format!(
+            "samples {} to {to} of {all} are NOVALUE; what happened there is not known",
+            from + 1
+        );
+        let last = from.saturating_sub(1) as f64;
+        Finding::blocking("gap", text).at(self.start_s + last / self.rate.hertz())
     }
 }
 
 impl TestReader<'_, '_> {
-    /// Finds the clock of a channel: a channel of times, else what its header states.
+    /// Finds the clock of a channel: a channel of times, else what its header states; tells whether
+    /// each sample has a stamp.
     fn clock(
         &mut self,
         own: usize,
         samples: &Samples,
+        outcome: &mut ReadOutcome,
         findings: &mut Vec<Finding>,
-    ) -> Result<UniformSamples, Error> {
+    ) -> Result<(UniformSamples, bool), Error> {
         let header = &self.channels[own].header;
         if let Some(name) = header.reference_channel()? {
             if let Some(times) = channel_of_times(self.channels, own, name)? {
-                let clock = self.explicit_clock(times, header, samples, findings)?;
+                let clock = self.explicit_clock(times, header, samples, outcome, findings)?;
                 let hertz = clock.rate.hertz();
-                self.options
-                    .check_rate(hertz, "the channel of times", "leave out the rate")?;
-                return Ok(clock);
+                let by = "the channel of times";
+                self.options.check_rate(hertz, by, "leave out the rate")?;
+                return Ok((clock, true));
             }
             findings.push(Finding::warning(
                 "time-reference-missing",
@@ -537,17 +383,14 @@ impl TestReader<'_, '_> {
             (None, Some(stated)) => stated,
             (None, None) => return Err(ErrorKind::MissingTime.into()),
         };
-        let first = match header.first_time()? {
-            Some(first) => first,
-            None => {
-                findings.push(Finding::warning(
-                    "time-start-assumed",
-                    "the header does not state the time of the first sample; 0 was taken, so \
-                     that first contact may be elsewhere",
-                ));
-                0.0
-            }
-        };
+        let start_s = header.first_time()?;
+        if start_s.is_none() {
+            findings.push(Finding::warning(
+                "time-start-assumed",
+                "the header does not state the time of the first sample; 0 was taken, so that \
+                 first contact may be elsewhere",
+            ));
+        }
         if samples.values.len() < 2 {
             return Err(ErrorKind::TooShort {
                 what: "a recording",
@@ -556,17 +399,12 @@ impl TestReader<'_, '_> {
             }
             .into());
         }
-        // Samples left out at the start move it by whole intervals.
-        let start_s = if samples.skipped == 0 {
-            first
-        } else {
-            first + samples.skipped as f64 / rate.hertz()
-        };
-        Ok(UniformSamples {
-            start_s,
+        let clock = UniformSamples {
+            start_s: start_s.unwrap_or(0.0),
             rate,
             values: samples.values.clone(),
-        })
+        };
+        Ok((clock, false))
     }
 
     /// Takes the clock that a channel of times gives.
@@ -575,46 +413,33 @@ impl TestReader<'_, '_> {
         times: &ChannelEntry,
         header: &ChannelHeader,
         samples: &Samples,
+        outcome: &mut ReadOutcome,
         findings: &mut Vec<Finding>,
     ) -> Result<UniformSamples, Error> {
         let file = self.package.place_of(&times.file);
-        let place = || file.clone().channel(times.label.clone());
-        times
-            .header
-            .check_repeated_keys()
-            .map_err(|error| error.at(place()))?;
-        let unit = match times.header.value("Unit") {
-            None => TimeUnit::Second,
-            Some(text) => TimeUnit::from_spelling(text).ok_or_else(|| {
-                Error::from(ErrorKind::Malformed {
-                    expected: "a time in s, ms or us".into(),
-                    found: format!("`{}`", text::shown(text)),
-                    hint: "mend the header of the channel of times".into(),
-                })
-                .at(place())
-            })?,
+        let placed = |error: Error| error.at(file.clone().channel(times.label.clone()));
+        times.header.check_repeated_keys().map_err(placed)?;
+        let unit = times.header.value("Unit").unwrap_or("s");
+        let Some(unit) = TimeUnit::from_spelling(unit) else {
+            return Err(placed(Error::from(ErrorKind::Malformed {
+                expected: "a time in s, ms or us".into(),
+                found: format!("`{}`", text::shown(unit)),
+                hint: "mend the header of the channel of times".into(),
+            })));
         };
-        let stamps = self
-            .package
-            .samples(&times.file, self.source, self.limits)?
-            .map_err(|error| error.at(place()))?;
-        if stamps.count != samples.count || !stamps.holes.is_empty() || stamps.skipped > 0 {
-            return Err(Error::from(ErrorKind::Malformed {
-                expected: format!("{} times, one for each sample", samples.count),
-                found: format!("{}", stamps.values.len()),
+        let stamps = self.samples(&times.file, outcome)?.map_err(placed)?;
+        if stamps.values.len() != samples.values.len() || !stamps.holes.is_empty() {
+            return Err(placed(Error::from(ErrorKind::Malformed {
+                expected: format!("{} times, one for each sample", samples.values.len()),
+                found: format!("{}, {} gaps", stamps.values.len(), stamps.holes.len()),
                 hint: "fetch or export the test again".into(),
-            })
-            .at(place()));
+            })));
         }
-        let end = samples.skipped + samples.values.len();
-        let stamps_s: Vec<f64> = stamps.values[samples.skipped..end]
-            .iter()
-            .map(|stamp| stamp / unit.per_second())
-            .collect();
-        let digit = stamps.last_digit / unit.per_second();
-        findings.extend(header.clock_finding(&stamps.values, unit, digit));
-        let base =
-            TimeBase::fit(&stamps_s, digit, self.limits).map_err(|error| error.at(place()))?;
+        let seconds = |stamp: &f64| stamp / unit.per_second();
+        let stamps_s: Vec<f64> = stamps.values.iter().map(seconds).collect();
+        let digit_s = seconds(&stamps.last_digit);
+        findings.extend(header.clock_finding(&stamps_s, digit_s));
+        let base = TimeBase::fit(&stamps_s, digit_s, self.limits).map_err(placed)?;
         findings.extend(base.findings.iter().cloned());
         Ok(UniformSamples {
             start_s: base.start_s,
@@ -622,8 +447,4 @@ impl TestReader<'_, '_> {
             values: base.apply(&stamps_s, samples.values.clone())?,
         })
     }
-}
-
-fn to_float(limit: u64) -> f64 {
-    limit as f64
 }

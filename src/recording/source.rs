@@ -34,7 +34,7 @@ pub struct Memory {
 }
 
 /// Files by their name, with `/` between folder and file.
-type Files = BTreeMap<String, Arc<[u8]>>;
+pub(super) type Files = BTreeMap<String, Arc<[u8]>>;
 
 impl std::fmt::Debug for Memory {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -505,6 +505,15 @@ impl Reader<'_> {
         }
         self.parts.insert(name.to_string(), sha256(&bytes));
         Ok(Some(bytes))
+    }
+
+    /// Lays the files of an archive beside the recording that it is, in place of those that are
+    /// there; they are no further parts of it.
+    pub(super) fn lay_beside(&mut self, files: Files) {
+        self.beside = Beside::Memory {
+            files: Arc::new(files),
+            folder: String::new(),
+        };
     }
 
     /// Reads up to `most` bytes from the start of a file that [`Self::list`] names, only to see

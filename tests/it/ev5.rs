@@ -282,8 +282,9 @@ fn val_the_lateral_acceleration_of_the_structure_is_found() {
         },
         at(5, "VECG", "YG"),
     ];
-    // A door sill comes before the centre of gravity, a primary sensor before its redundant one.
-    let mut lines = others.to_vec();
+    // A primary sensor comes before its redundant one.
+    let mut lines = others[..4].to_vec();
+    lines.push(at(5, "WHLF", "YG"));
     lines.push(at(6, "DSLF", "YG"));
     let (_folder, path) = test_of("ev5-choice", &lines);
     let (channel, findings) = one(&path, &ReadOptions::default());

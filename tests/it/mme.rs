@@ -155,7 +155,7 @@ fn val_a_test_is_the_same_from_folder_archives_and_single_file() {
 }
 
 #[test]
-fn val_the_lateral_channel_of_the_struck_side_is_found() {
+fn val_the_one_plain_lateral_channel_is_taken_and_several_are_offered() {
     let twins = [File::new(PILLAR), File::new(PILLAR)];
     let far = File::new("16BPILLO0000ACYA");
     let tunnel = File::new("10TUNN000000ACYA");
@@ -165,20 +165,37 @@ fn val_the_lateral_channel_of_the_struck_side_is_found() {
         assert_eq!(channel.name, expected);
         check_at(&findings, "channel-chosen", None);
     };
-    check(&[far.clone(), twins[0].clone(), tunnel.clone()], PILLAR);
+    let barrier = File::new("M0MBARLEMIUPACYP");
+    let wheel = File::new("14WHEE000000ACYA");
+    check(&[twins[0].clone(), barrier, wheel.clone()], PILLAR);
     check(
         &[tunnel.clone(), File::new("10TUNN000000ACXA")],
         "10TUNN000000ACYA",
     );
-    // Twins: the redundant one stands back; without a word of it both are listed.
-    let redundant = twins[1].clone().with("Comments", "redundant sensor");
-    check(
-        &[twins[0].clone(), redundant],
-        "14BPILLO0000ACYA (file 001)",
-    );
-    let folder = folder_of("mme-twins", &test_of(&twins));
     let ambiguous: fn(&ErrorKind) -> bool =
         |kind| matches!(kind, ErrorKind::AmbiguousChannel { .. });
+    // Which of several is meant a person says; the side that was not struck is told.
+    let several = [far.clone(), twins[0].clone(), tunnel.clone()];
+    let folder = folder_of("mme-several", &test_of(&several));
+    let names = &["16BPILLO0000ACYA, 14BPILLO0000ACYA, 10TUNN000000ACYA"];
+    check_refused(folder.path(), &ReadOptions::default(), ambiguous, names);
+    let side = &["side-not-struck"];
+    for (options, expected) in [
+        (with_channel("16BPILLO0000ACYA"), &side[..]),
+        (with_channel(PILLAR), &[]),
+    ] {
+        let (_, findings) = one(folder.path(), &options);
+        check_codes(&findings, Severity::Warning, expected);
+    }
+    let head = twins[0].clone().with("Name of the channel", "Dummy head Y");
+    let folder = folder_of("mme-head", &test_of(&[head]));
+    check_refused(
+        folder.path(),
+        &ReadOptions::default(),
+        |kind| !matches!(kind, ErrorKind::NoSuchChannel { .. }),
+        &[PILLAR],
+    );
+    let folder = folder_of("mme-twins", &test_of(&twins));
     let both = "14BPILLO0000ACYA (file 001), 14BPILLO0000ACYA (file 002)";
     check_refused(folder.path(), &ReadOptions::default(), ambiguous, &[both]);
     check_refused(folder.path(), &with_channel(PILLAR), ambiguous, &[both]);
@@ -186,7 +203,7 @@ fn val_the_lateral_channel_of_the_struck_side_is_found() {
         let (channel, _) = one(folder.path(), &with_channel(name));
         assert_eq!(channel.name, "14BPILLO0000ACYA (file 002)");
     }
-    let folder = folder_of("mme-pattern", &test_of(&[twins[0].clone(), tunnel.clone()]));
+    let folder = folder_of("mme-pattern", &test_of(&[twins[0].clone(), wheel]));
     for name in ["1?BPIL??????AC[Y2]?", "14bpillo0000acya", "*BPIL*"] {
         assert_eq!(one(folder.path(), &with_channel(name)).0.name, PILLAR);
     }
@@ -311,19 +328,18 @@ fn val_missing_samples_block_and_are_not_zero() {
     let folder = folder_of("mme-novalue", &test_of(&[file]));
     let (channel, findings) = one(folder.path(), &ReadOptions::default());
     check_codes(&findings, Severity::Blocking, &["gap"; 3]);
-    // Each from the last sample that is there: the file's first two are not.
+    // Each from the last sample that is there on.
     let gaps: Vec<f64> = findings
         .iter()
         .filter(|finding| finding.code == "gap")
         .map(|finding| finding.at_s.unwrap())
         .collect();
-    for (found, index) in gaps.iter().zip([2.0, 149.0, 398.0]) {
+    for (found, index) in gaps.iter().zip([0.0, 149.0, 398.0]) {
         let expected = -0.01 + index * 1e-4;
         assert!((found - expected).abs() < 1e-12, "{found} for {expected}");
     }
-    assert_eq!(channel.values.len(), 397);
-    assert!((channel.start_s + 0.0098).abs() < 1e-12);
-    assert!((channel.values[148] - sample(150)).abs() < 1e-9);
+    assert_eq!((channel.values.len(), channel.start_s), (400, -0.01));
+    assert_eq!(channel.values[149..152], [sample(149); 3]);
     let mut file = File::new(PILLAR);
     file.samples.fill("NOVALUE".into());
     let folder = folder_of("mme-novalue", &test_of(&[file]));
@@ -424,7 +440,7 @@ fn val_archives_without_a_test_are_refused_by_name() {
                 ErrorKind::Malformed { .. } | ErrorKind::Truncated { .. }
             )
         },
-        &["byte"],
+        &["archive"],
     );
     check_refused(
         &data(

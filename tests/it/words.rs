@@ -24,9 +24,6 @@ const APART: &[(&str, &str)] = &[
     ("name-time", "name-other-times"),
     ("name-time-alone", "name-other-times"),
     ("name-filters", "name-negations"),
-    ("iso-mme-near-a-latch", "iso-mme-elsewhere"),
-    ("iso-mme-near-a-latch", "iso-mme-structure"),
-    ("iso-mme-structure", "iso-mme-elsewhere"),
 ];
 
 /// Every list, by the name of its file.

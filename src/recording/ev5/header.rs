@@ -13,8 +13,8 @@ const FIELDS: usize = 20;
 /// What stands in for a sensor without a seat: the vehicle itself.
 const NO_SEAT: &[&str] = &["", "NA", "N/A", "0", "00"];
 
-/// Attachments of a sensor close to a latch: door sills, pillars, doors, rockers.
-static NEAR_A_LATCH: Words = word_list!("nhtsa-near-a-latch");
+/// Attachments to a vehicle's structure that are plain, by what they begin with.
+static STRUCTURE: Words = word_list!("nhtsa-structure");
 
 /// The instrumentation of a test.
 #[derive(Debug)]
@@ -147,7 +147,7 @@ impl CurveEntry {
     /// Returns the channel's name: number, vehicle, sensor, attachment, axis and rank.
     pub(super) fn name(&self) -> String {
         let mut name = format!("{} V{} {}", self.number, self.vehicle, self.sensor);
-        if !self.is_structure() {
+        if !self.is_seatless() {
             name.push_str(&format!(" seat {}", self.seat));
         }
         name.push_str(&format!(" {} {}", self.attachment, self.axis));
@@ -168,13 +168,8 @@ impl CurveEntry {
             || wanted == format!("{} {}", self.attachment, self.axis)
     }
 
-    /// Tells whether the axis is the lateral one, local or global.
-    pub(super) fn is_lateral(&self) -> bool {
-        self.axis.starts_with('Y')
-    }
-
-    /// Tells whether the sensor sits on the vehicle, not in a dummy.
-    pub(super) fn is_structure(&self) -> bool {
+    /// Tells whether the sensor has no seat, as one in a dummy has.
+    fn is_seatless(&self) -> bool {
         NO_SEAT.contains(&self.seat.as_str())
     }
 
@@ -183,21 +178,9 @@ impl CurveEntry {
         self.rank == "R"
     }
 
-    /// Tells whether the attachment is close to a door latch.
-    pub(super) fn is_near_a_latch(&self) -> bool {
-        NEAR_A_LATCH
-            .iter()
-            .any(|start| self.attachment.starts_with(start))
-    }
-
-    /// Returns the number of the vehicle.
-    pub(super) fn vehicle(&self) -> u32 {
-        self.vehicle
-    }
-
     /// Returns what primary and redundant sensors share.
-    pub(super) fn place(&self) -> (u32, String, String) {
-        (self.vehicle, self.attachment.clone(), self.axis.clone())
+    pub(super) fn place(&self) -> (u32, &str, &str) {
+        (self.vehicle, &self.attachment, &self.axis)
     }
 
     pub(super) fn unit(&self) -> Option<AccelerationUnit> {
@@ -273,23 +256,28 @@ impl CurveEntry {
         }
     }
 
-    pub(super) fn not_lateral_finding(&self) -> Option<Finding> {
-        let reason = if self.sensor != "AC" {
+    /// Says what keeps the curve from being taken unasked as a lateral acceleration of the
+    /// vehicle's structure.
+    pub(super) fn doubt(&self) -> Option<String> {
+        let is_plain = |start: &&str| self.attachment.starts_with(*start);
+        Some(if self.sensor != "AC" {
             format!("its sensor type is {}, not AC (acceleration)", self.sensor)
-        } else if !self.is_lateral() {
+        } else if !self.axis.starts_with('Y') {
             format!("its axis is {}, not a lateral one", self.axis)
-        } else if !self.is_structure() {
+        } else if !self.is_seatless() {
             "it sits in a dummy, not on the vehicle's structure".into()
+        } else if !STRUCTURE.iter().any(|start| is_plain(&start)) {
+            let place = &self.attachment;
+            format!("its attachment {place} is none of the structure that is known here")
         } else {
             return None;
-        };
-        Some(Finding::warning(
-            "channel-not-lateral",
-            format!(
-                "{} is no lateral acceleration of the structure: {reason}",
-                self.name()
-            ),
-        ))
+        })
+    }
+
+    pub(super) fn not_lateral_finding(&self) -> Option<Finding> {
+        let (name, doubt) = (self.name(), self.doubt()?);
+        let text = format!("{name} may be no lateral acceleration of the structure: {doubt}");
+        Some(Finding::warning("channel-not-lateral", text))
     }
 
     /// Returns what status and comment say of the samples.

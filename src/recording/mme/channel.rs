@@ -5,10 +5,10 @@ use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column;
 use crate::recording::draft::UniformSamples;
 use crate::recording::held::{self, Statement};
-use crate::recording::number::{Decimal, PrintedDigits};
+use crate::recording::number::{Decimal, Marks, PrintedDigits};
 use crate::recording::words::{Words, word_list};
 use crate::recording::{Finding, Limits, Severity, Stated, encoding, laboratory, text, time_base};
-use crate::units::{AccelerationUnit, SampleRate, TimeUnit};
+use crate::units::{AccelerationUnit, SampleRate};
 
 /// What stands for "nothing" as a value.
 const NOTHING: &str = "NOVALUE";
@@ -31,44 +31,16 @@ const EXTREME_AGREEMENT: f64 = 1e-4;
 /// What keys of notes begin with, in small letters.
 static NOTES: Words = word_list!("iso-mme-notes");
 
-/// What other keys of free text begin with, in small letters.
-const FREE_TEXT: &[&str] = &["name of the channel", "title", "description"];
-
-/// What programs write for a sample that they do not have, in small letters and without marks.
-static NO_SAMPLE: Words = word_list!("iso-mme-no-sample");
-
-/// Length of a piece of text from which on a single word may be the rest of it.
-const CUT_AT: usize = 24;
+/// Words from which on a line is text that goes on, where it has no key.
+const WORDS_OF_TEXT: usize = 3;
 
 fn is_comment(key: &str) -> bool {
-    begins_with_one_of(key, &NOTES)
-}
-
-fn begins_with_one_of(key: &str, words: &[&str]) -> bool {
     let key = key.trim_start_matches('.').to_lowercase();
-    words.iter().any(|word| key.starts_with(word))
-}
-
-/// Tells whether a line is a sample, or stands for one that is missing, rather than text.
-fn looks_like_sample(cell: &str) -> bool {
-    if !cell.chars().any(char::is_alphabetic) {
-        return true;
-    }
-    let bare: String = cell.chars().filter(|c| c.is_alphanumeric()).collect();
-    if NO_SAMPLE.contains(&bare.to_lowercase().as_str()) {
-        return true;
-    }
-    let words = cell.split_whitespace().count();
-    let is_numeric = cell
-        .trim_start_matches(['-', '+', '.', ','])
-        .starts_with(|c: char| c.is_ascii_digit());
-    words <= 2 && (is_numeric || (words == 1 && cell.contains(|c: char| c.is_ascii_digit())))
+    NOTES.iter().any(|word| key.starts_with(word))
 }
 
 /// What a line of a channel file is, up to its first sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum HeaderLine<'a> {
-    Empty,
     Key(&'a str, &'a str),
     /// Text that was cut at a fixed width and goes on.
     Continued(&'a str),
@@ -76,36 +48,19 @@ enum HeaderLine<'a> {
     Sample,
 }
 
-/// Tells header from samples, line by line.
-#[derive(Debug, Default)]
-struct HeaderLines<'a> {
-    key: Option<&'a str>,
-    /// The text of the line before.
-    last: &'a str,
-}
-
-impl<'a> HeaderLines<'a> {
-    fn next(&mut self, line: &'a str) -> HeaderLine<'a> {
-        let cell = line.trim();
-        if cell.is_empty() {
-            return HeaderLine::Empty;
-        }
-        if let Some((key, value)) = cell.split_once(':')
-            && key.chars().any(char::is_alphabetic)
-        {
-            let (key, value) = (key.trim(), value.trim());
-            (self.key, self.last) = (Some(key), value);
-            return HeaderLine::Key(key, value);
-        }
-        // Only a text goes on; a word alone is its rest where it was cut, not where it ended.
-        let is_text = self
-            .key
-            .is_none_or(|key| is_comment(key) || begins_with_one_of(key, FREE_TEXT));
-        let may_go_on = cell.contains(char::is_whitespace) || self.last.chars().count() >= CUT_AT;
-        if is_text && may_go_on && cell != self.last && !looks_like_sample(cell) {
-            self.last = cell;
-            return HeaderLine::Continued(cell);
-        }
+/// Tells header from samples. Only text of several words goes on without a key: anything shorter
+/// may stand for a sample, and is refused as one.
+fn header_line(line: &str) -> HeaderLine<'_> {
+    if let Some((key, value)) = line.split_once(':')
+        && key.chars().any(char::is_alphabetic)
+    {
+        return HeaderLine::Key(key.trim(), value.trim());
+    }
+    let is_word = |word: &str| word.starts_with(char::is_alphabetic);
+    let words = line.split_whitespace().filter(|word| is_word(word)).count();
+    if words >= WORDS_OF_TEXT && is_word(line) {
+        HeaderLine::Continued(line)
+    } else {
         HeaderLine::Sample
     }
 }
@@ -147,28 +102,20 @@ impl ChannelHeader {
     /// Reads the header at the start of decoded text.
     pub(super) fn read(content: &str) -> Self {
         let mut header = Self::default();
-        let mut lines = HeaderLines::default();
         for (_, line) in text::lines(content) {
-            match lines.next(line) {
-                HeaderLine::Empty => {}
-                HeaderLine::Key(key, value) => header.push(key, value),
-                // Where a comment was cut counts, for a word may have been.
-                HeaderLine::Continued(text) => match header.lines.last_mut() {
-                    Some((key, _)) if is_comment(key) => {
-                        let key = key.clone();
-                        header.push(&key, text);
-                    }
-                    Some((_, value)) => {
-                        let longer = format!("{value} {text}");
-                        *value = longer.into();
-                    }
-                    None => {}
-                },
+            let line = line.trim();
+            match header_line(line) {
+                _ if line.is_empty() => {}
+                HeaderLine::Key(key, value) => header.lines.push((key.into(), value.into())),
+                HeaderLine::Continued(text) => {
+                    let key = header.lines.last().map(|(key, _)| key.clone());
+                    header.lines.extend(key.map(|key| (key, text.into())));
+                }
                 HeaderLine::Sample => {
                     header.is_whole = true;
                     // What is no number ends no header: the reading of samples refuses it, and
                     // what stands behind it may say which channel this is.
-                    if text::header_number(line.trim()).is_some() || line.trim() == NOTHING {
+                    if text::header_number(line).is_some() || line == NOTHING {
                         break;
                     }
                 }
@@ -177,10 +124,6 @@ impl ChannelHeader {
         header.lines.shrink_to_fit();
         header.code = header.value("Channel code").and_then(Code::new);
         header
-    }
-
-    fn push(&mut self, key: &str, value: &str) {
-        self.lines.push((key.into(), value.into()));
     }
 
     /// Returns the bytes of keys and values, and of what keeping each takes.
@@ -236,10 +179,6 @@ impl ChannelHeader {
         Ok(())
     }
 
-    fn number(&self, key: &str) -> Option<f64> {
-        self.value(key).and_then(text::header_number)
-    }
-
     pub(super) fn code(&self) -> Option<&Code> {
         self.code.as_ref()
     }
@@ -271,79 +210,41 @@ impl ChannelHeader {
         AccelerationUnit::from_spelling(inner.unwrap_or(text).trim())
     }
 
-    /// Tells whether name or comment say that another sensor is the primary one.
-    pub(super) fn is_redundant(&self) -> bool {
-        [
-            "Name of the channel",
-            "Comments",
-            "Laboratory channel code",
-            "Customer channel code",
-        ]
-        .iter()
-        .filter_map(|key| self.value(key))
-        .any(|value| value.to_ascii_uppercase().contains("REDUNDANT"))
-    }
-
-    pub(super) fn not_lateral_finding(&self) -> Option<Finding> {
+    /// Says what keeps the channel from being taken unasked as a lateral acceleration of a
+    /// vehicle's structure.
+    pub(super) fn doubt(&self) -> Option<String> {
+        let mut words = ["Channel code", "Name of the channel"]
+            .into_iter()
+            .filter_map(|key| self.value(key))
+            .map(|text| Column::from_header(text, 1));
         let Some(code) = self.code.as_ref() else {
-            let said = self.said_elsewhere();
-            if said.is_some() || self.words().any(|word| word.says_lateral_acceleration()) {
-                return said;
-            }
-            return Some(Finding::warning(
-                "channel-not-lateral",
-                format!(
-                    "neither a code nor the name of `{}` says that it is a lateral acceleration \
-                     of a vehicle's structure",
-                    text::shown(&self.label().unwrap_or_default())
-                ),
-            ));
+            let mut words: Vec<Column> = words.collect();
+            words.retain(|word| !word.label.is_empty());
+            let doubt = words.iter().find_map(Column::not_lateral_finding);
+            let says = words.iter().any(Column::says_lateral_acceleration);
+            let silent = || "neither a code nor a name says a lateral acceleration".to_string();
+            return doubt
+                .map(|doubt| doubt.text)
+                .or_else(|| (!says).then(silent));
         };
-        let reason = if !code.is_acceleration() {
+        let said = if !code.is_acceleration() {
             "its dimension is not AC (acceleration)"
         } else if !code.is_lateral() {
             "its direction is not Y"
         } else if !code.is_structure() {
-            "it sits in a dummy or on a barrier, or at a place not known here"
+            "its place is none of the vehicle's structure that is known here"
         } else {
-            return None;
+            let doubt = words.find_map(|word| word.not_lateral_finding());
+            return doubt.map(|doubt| doubt.text);
         };
-        Some(Finding::warning(
-            "channel-not-lateral",
-            format!(
-                "{} is no lateral acceleration of a vehicle's structure: {reason}",
-                code.text()
-            ),
-        ))
+        Some(said.into())
     }
 
-    /// Warns of a channel without a code whose words say another axis, a dummy or a barrier.
-    pub(super) fn said_elsewhere(&self) -> Option<Finding> {
-        if self.code.is_some() {
-            return None;
-        }
-        if let Some(found) = self.words().find_map(|word| word.not_lateral_finding()) {
-            return Some(found);
-        }
-        let broken = self
-            .value("Channel code")
-            .filter(|text| code::broken_code_says_elsewhere(text))?;
-        Some(Finding::warning(
-            "channel-not-lateral",
-            format!(
-                "`{}` is no code of 16 characters; as far as it reads as one it says another \
-                 axis, a dummy or a barrier",
-                text::shown(broken)
-            ),
-        ))
-    }
-
-    /// Returns what the channel is called, as columns of tables are read.
-    fn words(&self) -> impl Iterator<Item = Column> + use<'_> {
-        ["Channel code", "Name of the channel"]
-            .into_iter()
-            .filter_map(|key| self.value(key))
-            .map(|text| Column::from_header(text, 1))
+    pub(super) fn not_lateral_finding(&self) -> Option<Finding> {
+        let label = text::shown(&self.label().unwrap_or_default());
+        let doubt = self.doubt()?;
+        let text = format!("`{label}` may be no lateral acceleration of the structure: {doubt}");
+        Some(Finding::warning("channel-not-lateral", text))
     }
 
     pub(super) fn sign_finding(&self) -> Option<Finding> {
@@ -412,49 +313,39 @@ impl ChannelHeader {
     }
 
     /// Holds the clock that the header states of itself against the stamps of the channel of
-    /// times, in `unit` and with a last printed digit of `digit_s` [s].
-    pub(super) fn clock_finding(
-        &self,
-        stamps: &[f64],
-        unit: TimeUnit,
-        digit_s: f64,
-    ) -> Option<Finding> {
-        let stamp = |index: usize| stamps.get(index).map(|stamp| stamp / unit.per_second());
-        let first_stamp = stamp(0)?;
-        let last = stamps.len().saturating_sub(1);
-        let stated_first = self.number("Time of first sample");
+    /// times [s], printed to `digit_s`.
+    pub(super) fn clock_finding(&self, stamps_s: &[f64], digit_s: f64) -> Option<Finding> {
+        let (own_s, last_s) = (*stamps_s.first()?, *stamps_s.last()?);
+        let printed = self.statement("Time of first sample");
+        let stated_s = printed.and_then(|stated| text::header_number(stated.text));
+        let first_s = stated_s.unwrap_or(own_s);
         // What is no interval states none; 0 stands for none beside explicit times.
         let rate = self.interval().ok().flatten();
-        let first = stated_first.unwrap_or(first_stamp);
-        let interval_s = match rate {
-            Some(rate) => 1.0 / rate.hertz(),
-            None => (stamp(last)? - first_stamp) / (last.max(1)) as f64,
-        };
-        let first_digit = self
-            .value("Time of first sample")
-            .filter(|_| stated_first.is_some())
-            .map_or(0.0, text::last_digit);
+        let steps = stamps_s.len().saturating_sub(1).max(1) as f64;
+        let interval_s = rate.map_or((last_s - own_s) / steps, |rate| 1.0 / rate.hertz());
+        let first_digit = printed.map_or(0.0, |stated| text::last_digit(stated.text));
         let slack = 0.5 * (digit_s + first_digit) * (1.0 + 1e-6) + 1e-12 + STAMP_SLACK * interval_s;
-        let compared = if rate.is_some() { stamps.len() } else { 1 };
-        let off = (0..compared)
-            .filter_map(|index| Some((stamp(index)? - (first + index as f64 * interval_s)).abs()))
+        let compared = if rate.is_some() { stamps_s.len() } else { 1 };
+        let off = stamps_s.iter().take(compared).enumerate();
+        let off = off
+            .map(|(index, stamp)| (stamp - (first_s + index as f64 * interval_s)).abs())
             .fold(0.0, f64::max);
-        if off <= slack {
-            return None;
-        }
-        let stated = [
-            stated_first.map(|first| format!("the first sample at {first} s")),
-            rate.map(|rate| format!("{} Hz", rate.hertz())),
-        ];
-        Some(Finding::blocking(
-            "time-contradicted",
-            format!(
-                "the stamps of the channel of times differ by up to {off:.3e} s from the clock \
-                 that the channel's own header states ({}); one of the two is wrong, the stamps \
-                 were used",
-                stated.into_iter().flatten().collect::<Vec<_>>().join(", ")
-            ),
-        ))
+        (off > slack).then(|| {
+            let stated = [
+                stated_s.map(|first| format!("the first sample at {first} s")),
+                rate.map(|rate| format!("{} Hz", rate.hertz())),
+            ];
+            let stated: Vec<String> = stated.into_iter().flatten().collect();
+            Finding::blocking(
+                "time-contradicted",
+                format!(
+                    "the stamps of the channel of times differ by up to {off:.3e} s from the \
+                     clock that the channel's own header states ({}); one of the two is wrong, \
+                     the stamps were used",
+                    stated.join(", ")
+                ),
+            )
+        })
     }
 
     /// Returns the channel frequency class that the header states, `CFC` before it or not.
@@ -471,18 +362,30 @@ impl ChannelHeader {
         Some(letter.unwrap_or(class).to_string()).filter(|class| !class.is_empty())
     }
 
-    pub(super) fn stated(&self) -> Stated {
+    /// Returns what the header states beside the samples, and says what of it cannot be read.
+    pub(super) fn stated(&self, findings: &mut Vec<Finding>) -> Stated {
+        let mut positive = |key: &str| {
+            let number = self
+                .statement(key)?
+                .number(|number| number >= 0.0, findings);
+            number.filter(|number| *number > 0.0)
+        };
+        let full_scale = positive("Channel amplitude class");
+        let prefilter_hz = positive("Pre-filter type");
         let class = self.stated_class();
-        let class = class.or_else(|| self.code?.filter_class().map(ToString::to_string));
+        if let (Some(class), Some(stated)) = (&class, self.statement("Channel frequency class"))
+            && !CLASSES.contains(&class.as_str())
+        {
+            findings.push(stated.unread());
+        }
+        let of_code = || self.code?.filter_class().map(ToString::to_string);
         Stated {
             location: self.value("Name of the channel").map(ToString::to_string),
-            full_scale: self
-                .number("Channel amplitude class")
-                .filter(|range| *range > 0.0),
-            prefilter_hz: self
-                .number("Pre-filter type")
-                .filter(|corner| *corner > 0.0),
-            filter_class: class,
+            full_scale,
+            prefilter_hz,
+            filter_class: class
+                .filter(|class| !NO_CLASS.contains(&class.as_str()))
+                .or_else(of_code),
             status: self.value("Data status").map(ToString::to_string),
         }
     }
@@ -504,11 +407,6 @@ impl ChannelHeader {
             found.extend(status_finding(status, at_s));
         }
         found
-    }
-
-    /// Returns the number of samples that the header announces; 0 if it does not.
-    pub(super) fn announced(&self) -> f64 {
-        self.number("Number of samples").unwrap_or(0.0).max(0.0)
     }
 
     /// Returns a statement of the header, if it says something.
@@ -595,7 +493,9 @@ impl ChannelHeader {
         let of_code = code.filter_class()?;
         let says = || format!("the code {} says CFC {of_code}", code.text());
         if let Some(stated) = self.statement("Channel frequency class")
-            && self.stated_class().is_some_and(|own| own != of_code)
+            && self
+                .stated_class()
+                .is_some_and(|own| own != of_code && !NO_CLASS.contains(&&*own))
         {
             return Some(stated.contradicts(&says()));
         }
@@ -637,6 +537,10 @@ fn instant_finding(
     })
 }
 
+/// Channel frequency classes, and what says that there is none.
+const CLASSES: &[&str] = &["20", "60", "180", "600", "1000", "0", "NONE", "UNFILTERED"];
+const NO_CLASS: &[&str] = &["0", "NONE", "UNFILTERED"];
+
 /// What header lines of measured samples name as their source, in small letters.
 const MEASURED: &[&str] = &[
     "transducer",
@@ -669,12 +573,8 @@ fn status_finding(status: &str, at_s: Option<f64>) -> Option<Finding> {
 /// The samples of a channel file.
 #[derive(Debug)]
 pub(super) struct Samples {
-    /// Samples between the first and the last that is there; missing ones are interpolated.
+    /// Samples; each that is missing stands at the value before it.
     pub(super) values: Vec<f64>,
-    /// Missing samples before the first.
-    pub(super) skipped: usize,
-    /// Lines of samples, missing ones included.
-    pub(super) count: usize,
     /// First and one past the last index of each run of missing samples.
     pub(super) holes: Vec<(usize, usize)>,
     /// That the file ends in the middle of a line, if it does.
@@ -688,35 +588,24 @@ impl Samples {
         let (bytes, _) = encoding::decode(bytes, limits)?;
         text::check_line_lengths(&bytes, limits)?;
         let content = String::from_utf8_lossy(&bytes);
-        let mut values: Vec<f64> = Vec::new();
-        let mut holes: Vec<(usize, usize)> = Vec::new();
+        let (mut values, mut holes): (Vec<f64>, Vec<(usize, usize)>) = (Vec::new(), Vec::new());
         let mut decimal = Decimal::Unknown;
         let mut digits = PrintedDigits::new();
-        let mut inside = false;
-        let mut header = HeaderLines::default();
-        let mut empty = None;
-        let mut marks = HeaderMarks::default();
+        let (mut inside, mut empty, mut doubtful) = (false, None, None);
+        let mut marks = Marks::default();
         for (number, line) in text::lines(&content) {
-            let cell = line.trim();
+            let (cell, place) = (line.trim(), Place::default().line(number));
             if cell.is_empty() {
-                empty = empty.or(inside.then_some(number));
+                empty = empty.or(inside.then_some(place));
                 continue;
             }
-            if let Some(number) = empty {
-                return Err(Error::from(ErrorKind::Malformed {
-                    expected: "a value in each line up to the last sample".into(),
-                    found: "an empty line".into(),
-                    hint: "a missing sample is not left out, it would move those after it; \
-                           write NOVALUE there, or export again"
-                        .into(),
-                })
-                .at(Place::default().line(number)));
+            if let Some(place) = empty {
+                return Err(empty_line().at(place));
             }
-            inside = inside || header.next(cell) == HeaderLine::Sample;
+            inside = inside || matches!(header_line(cell), HeaderLine::Sample);
             if !inside {
                 continue;
             }
-            let place = Place::default().line(number);
             if values.len() as u64 >= limits.samples {
                 return Err(text::too_many_samples(limits).at(place));
             }
@@ -726,33 +615,30 @@ impl Samples {
                     Some((_, end)) if *end == index => *end = index + 1,
                     _ => holes.push((index, index + 1)),
                 }
-                values.push(f64::NAN);
+                values.push(values.last().copied().unwrap_or(0.0));
                 continue;
             }
-            values.push(text::sample(cell, &mut decimal).map_err(|error| error.at(place))?);
+            values.push(text::sample(cell, &mut decimal).map_err(|error| error.at(place.clone()))?);
             digits.count(cell.as_bytes());
-            marks.count(number, cell);
+            if marks.look(cell.as_bytes()) {
+                doubtful = Some((place, text::shown(cell)));
+            }
         }
-        marks.check()?;
-        let count = values.len();
-        let first = values.iter().position(|value| !value.is_nan());
-        let last = values.iter().rposition(|value| !value.is_nan());
-        let (Some(first), Some(last)) = (first, last) else {
+        if let Some((place, cell)) = doubtful.filter(|_| marks.may_be_thousands()) {
+            return Err(thousands(&cell).at(place));
+        }
+        if holes
+            .first()
+            .map_or(values.is_empty(), |hole| *hole == (0, values.len()))
+        {
             return Err(ErrorKind::Empty {
                 found: "the channel file holds no sample".into(),
                 expected: "one value a line after the header".into(),
             }
             .into());
-        };
-        for (start, end) in &holes {
-            if *start > first && *end <= last {
-                fill(&mut values, *start, *end);
-            }
         }
         Ok(Self {
-            values: values[first..=last].to_vec(),
-            skipped: first,
-            count,
+            values,
             holes,
             cut: held::cut_line(&content),
             last_digit: digits.last_digit(),
@@ -760,72 +646,23 @@ impl Samples {
     }
 }
 
-/// Tells decimal marks from thousands marks, which look alike in `588,273`.
-#[derive(Debug, Default)]
-struct HeaderMarks {
-    /// A number with three digits after its mark, and its line.
-    marked: Option<(u64, String)>,
-    /// A whole number without a mark.
-    whole: Option<String>,
-    /// Whether a number shows that marks are decimal ones.
-    decimal: bool,
+fn empty_line() -> Error {
+    ErrorKind::Malformed {
+        expected: "a value in each line up to the last sample".into(),
+        found: "an empty line".into(),
+        hint: "a missing sample is not left out, it would move those after it; write NOVALUE \
+               there, or export again"
+            .into(),
+    }
+    .into()
 }
 
-impl HeaderMarks {
-    fn count(&mut self, line: u64, cell: &str) {
-        if self.decimal {
-            return;
-        }
-        let digits = cell.trim_start_matches(['-', '+']);
-        let are_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
-        match digits.split_once([',', '.']) {
-            None if are_digits(digits) => {
-                // A group of thousands takes a mark from four digits on.
-                self.decimal |= digits.len() > 3;
-                if self.whole.is_none() {
-                    self.whole = Some(cell.to_string());
-                }
-            }
-            Some((before, after))
-                if after.len() == 3
-                    && are_digits(after)
-                    && (1..=3).contains(&before.len())
-                    && are_digits(before)
-                    && !before.starts_with('0') =>
-            {
-                if self.marked.is_none() {
-                    self.marked = Some((line, cell.to_string()));
-                }
-            }
-            _ => self.decimal = true,
-        }
+fn thousands(cell: &str) -> Error {
+    ErrorKind::Malformed {
+        expected: "numbers without thousands marks".into(),
+        found: format!("`{cell}` beside whole numbers: a factor of 1000 is not clear"),
+        hint: "export again without thousands marks, or with the same decimals in all numbers"
+            .into(),
     }
-
-    /// Refuses samples whose marks may part thousands.
-    fn check(self) -> Result<(), Error> {
-        let (Some((line, marked)), Some(whole), false) = (self.marked, self.whole, self.decimal)
-        else {
-            return Ok(());
-        };
-        Err(Error::from(ErrorKind::Malformed {
-            expected: "numbers without thousands marks".into(),
-            found: format!(
-                "`{}` beside whole numbers such as `{}`: a factor of 1000 is not clear",
-                text::shown(&marked),
-                text::shown(&whole)
-            ),
-            hint: "export again without thousands marks, or with the same decimals in all numbers"
-                .into(),
-        })
-        .at(Place::default().line(line)))
-    }
-}
-
-/// Puts a straight line where samples are missing between two that are there.
-fn fill(values: &mut [f64], start: usize, end: usize) {
-    let (before, after) = (values[start - 1], values[end]);
-    let steps = (end - start + 1) as f64;
-    for (index, value) in values[start..end].iter_mut().enumerate() {
-        *value = before + (after - before) * ((index + 1) as f64 / steps);
-    }
+    .into()
 }

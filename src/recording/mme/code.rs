@@ -2,10 +2,7 @@
 
 use crate::recording::words::{Words, word_list};
 
-/// Locations of a sensor close to a door latch: pillars, doors, locks, sills.
-static NEAR_A_LATCH: Words = word_list!("iso-mme-near-a-latch");
-
-/// Other locations of the vehicle's structure.
+/// Locations on the structure of a vehicle that are plain.
 static STRUCTURE: Words = word_list!("iso-mme-structure");
 
 /// A side of the vehicle.
@@ -66,19 +63,8 @@ impl Code {
 
     /// Tells whether the sensor sits on a vehicle's structure, not in a dummy or on a barrier.
     pub(in crate::recording) fn is_structure(&self) -> bool {
-        !matches!(self.0[0], b'M' | b'B')
-            && (self.is_near_a_latch()
-                || STRUCTURE
-                    .iter()
-                    .any(|known| known.as_bytes() == self.location()))
-    }
-
-    /// Tells whether the location is close to a door latch.
-    pub(super) fn is_near_a_latch(&self) -> bool {
-        !matches!(self.0[0], b'M' | b'B')
-            && NEAR_A_LATCH
-                .iter()
-                .any(|known| known.as_bytes() == self.location())
+        let is_here = |known: &&str| known.as_bytes() == self.location();
+        !matches!(self.0[0], b'M' | b'B') && STRUCTURE.iter().any(|known| is_here(&known))
     }
 
     /// Returns the side that position or fine location name.
@@ -128,26 +114,6 @@ pub(super) fn class_of(letter: u8) -> Option<&'static str> {
         b'A' | b'E' => Some("1000"),
         _ => None,
     }
-}
-
-/// Locations in a dummy or on a barrier.
-static ELSEWHERE: Words = word_list!("iso-mme-elsewhere");
-
-/// Tells whether a text that is nearly a code, but too short or too long, says another axis, a
-/// dummy or a barrier.
-pub(super) fn broken_code_says_elsewhere(text: &str) -> bool {
-    let capitals = text.trim().to_ascii_uppercase();
-    let is_nearly = (12..=20).contains(&capitals.len())
-        && capitals
-            .bytes()
-            .all(|byte| byte.is_ascii_alphanumeric() || byte == b'?');
-    let axis = capitals
-        .rsplit_once("AC")
-        .and_then(|(_, rest)| rest.bytes().next());
-    is_nearly
-        && (capitals.starts_with(['M', 'B'])
-            || ELSEWHERE.iter().any(|place| capitals.contains(place))
-            || axis.is_some_and(|axis| !matches!(axis, b'Y' | b'2' | b'?')))
 }
 
 /// Tells whether `text` fits a pattern: `?` for one character, `[Y2]` for one of several, `*`

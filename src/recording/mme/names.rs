@@ -2,9 +2,12 @@
 
 /// Tells whether a name is that of a test's header or channel list.
 pub(super) fn is_test_file(name: &str) -> bool {
-    suffix_of(name).is_some_and(|suffix| {
-        suffix.eq_ignore_ascii_case("mme") || suffix.eq_ignore_ascii_case("chn")
-    })
+    has_suffix(name, "mme") || has_suffix(name, "chn")
+}
+
+/// Tells whether a file's name has a suffix, in capitals or small letters.
+pub(super) fn has_suffix(name: &str, suffix: &str) -> bool {
+    suffix_of(name).is_some_and(|own| own.eq_ignore_ascii_case(suffix))
 }
 
 /// Returns what follows the last point of a file's name.
@@ -16,8 +19,13 @@ pub(super) fn suffix_of(name: &str) -> Option<&str> {
 
 /// Tells whether a name is that of a channel file: a suffix of three digits or more.
 pub(super) fn is_channel_file(name: &str) -> bool {
-    suffix_of(name)
-        .is_some_and(|suffix| suffix.len() >= 3 && suffix.bytes().all(|byte| byte.is_ascii_digit()))
+    number_of(name).is_some()
+}
+
+/// Returns the number that a channel file has as its suffix.
+pub(super) fn number_of(name: &str) -> Option<u32> {
+    let digits = |suffix: &&str| suffix.len() >= 3 && suffix.bytes().all(|b| b.is_ascii_digit());
+    suffix_of(name).filter(digits)?.parse().ok()
 }
 
 /// Returns what the files of one test share: their folder, without the `Channel` in it, and
@@ -25,30 +33,19 @@ pub(super) fn is_channel_file(name: &str) -> bool {
 pub(super) fn test_of(name: &str) -> (String, String) {
     let (folder, file) = name.rsplit_once('/').unwrap_or(("", name));
     let (above, last) = folder.rsplit_once('/').unwrap_or(("", folder));
-    let folder = if last.eq_ignore_ascii_case("channel") {
-        above
-    } else {
-        folder
-    };
+    let is_inner = last.eq_ignore_ascii_case("channel");
+    let folder = if is_inner { above } else { folder };
     let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
     (folder.to_string(), stem.to_lowercase())
-}
-
-/// Returns the number that a channel file has as its suffix.
-pub(super) fn number_of(name: &str) -> Option<u32> {
-    suffix_of(name)
-        .filter(|_| is_channel_file(name))?
-        .parse()
-        .ok()
 }
 
 /// Keeps the names of the test's header, list and channels; not those of the shadows that macOS
 /// packs beside each file.
 pub(super) fn kept(mut names: Vec<String>) -> Vec<String> {
-    names.retain(|name| is_test_file(name) || is_channel_file(name));
     names.retain(|name| {
         let file = name.rsplit('/').next().unwrap_or(name);
-        !file.starts_with("._") && !name.starts_with("__MACOSX/")
+        let is_shadow = file.starts_with("._") || name.starts_with("__MACOSX/");
+        (is_test_file(name) || is_channel_file(name)) && !is_shadow
     });
     names.sort();
     names

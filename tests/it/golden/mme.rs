@@ -246,10 +246,15 @@ fn readings() -> Vec<Case> {
         )
         .finds(&["info channel-chosen"]),
         folder(
-            "near the latch before the rest",
-            &[other("10VEHC000000ACYP"), File::new()],
+            "a plain place before the rest",
+            &[other("10WHEE000000ACYP"), File::new()],
         )
         .finds(&["info channel-chosen"]),
+        refused_folder(
+            "two plain places",
+            &[other("10VEHC000000ACYP"), File::new()],
+            &["several channels", "--channel 10VEHC000000ACYP", CODE],
+        ),
         folder(
             "acceleration before velocity",
             &[other("11DOORLE0000VEYP"), File::new()],
@@ -426,7 +431,7 @@ fn readings() -> Vec<Case> {
             let mut case = refused(
                 "channels of another test",
                 "",
-                &["A.001 or Channel/A.001", "B.001"],
+                &["no channel file of the test's stem"],
             )
             .open("A.mme");
             case.files = two_tests(["", ""]);
@@ -473,11 +478,7 @@ fn readings() -> Vec<Case> {
             ),
             "shadows of macOS",
         ),
-        refused(
-            "twice.zip",
-            doubled_zip(),
-            &["each file once", "Channel/T7.001 twice", "twice.zip"],
-        ),
+        refused("twice.zip", doubled_zip(), &["each file once", "twice.zip"]),
         {
             let mut bytes = gzip_of(&tar_of(&files(&[File::new()])));
             let at = bytes.len() - 6;

@@ -129,6 +129,10 @@ pub(super) fn cases() -> Vec<Case> {
         axis: "YL",
         ..PLAIN
     };
+    let wheel = Line {
+        place: "WHLF",
+        ..PLAIN
+    };
     let sill = Line {
         place: "SILR",
         ..PLAIN
@@ -460,6 +464,8 @@ pub(super) fn cases() -> Vec<Case> {
             .beside("v07292.0146", whole())
             .named("a curve twice by its number")
             .refused(&["one file of curve 146", "v07292.0146"]),
+        test("a wheel is none of the plain places", [&x, &PLAIN, &wheel])
+            .finds(&["info channel-chosen"]),
         // The sill of the one that strikes does not stand for the one that is struck.
         test("two vehicles", [&x, &sill, &z])
             .change_header(|text| {
