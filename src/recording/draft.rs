@@ -1,6 +1,8 @@
 //! A channel as a reader found it, made into one that is delivered: the last mile of all readers.
 
-use super::{Channel, Finding, Outcomes, ReadOptions, ReadOutcome, Selection, Stated, laboratory};
+use super::{
+    Channel, Finding, Outcomes, ReadOptions, ReadOutcome, Selection, Stated, laboratory, text,
+};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, SampleRate};
 
@@ -79,6 +81,37 @@ impl Unit {
             unit: Some(said),
             source,
         }
+    }
+
+    /// As [`Self::find`], for a header: `place` says where its `text` stands, in a message. The one
+    /// channel that is meant needs a unit.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::MissingUnit`], or [`ErrorKind::Malformed`] for a unit of something else.
+    pub(super) fn of_header(
+        own: Option<(AccelerationUnit, &'static str)>,
+        (place, text): (&str, Option<&str>),
+        options: &ReadOptions,
+        selection: Selection,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Self, Error> {
+        let text = text.map(text::shown).filter(|text| !text.is_empty());
+        let unit = Self::find(own, options, findings, |source, used| {
+            let text = text.as_ref()?;
+            Some(format!(
+                "{place} says `{text}`, the {source} says {used}, which was used"
+            ))
+        });
+        if unit.unit.is_some() || selection == Selection::Every {
+            return Ok(unit);
+        }
+        let kind = text.map_or(ErrorKind::MissingUnit, |text| ErrorKind::Malformed {
+            expected: "a unit of acceleration".into(),
+            found: format!("`{text}` in {place}"),
+            hint: "choose another channel, or state the unit with the setting `unit`".into(),
+        });
+        Err(kind.into())
     }
 }
 

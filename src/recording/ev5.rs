@@ -17,10 +17,11 @@ mod curve;
 mod header;
 
 use super::draft::{self, Draft, UniformSamples, Unit};
+use super::lateral::{self, CodedChannel};
 use super::source::Reader;
 use super::{Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
 use super::{encoding, time_base};
-use crate::error::{Candidates, Error, ErrorKind, Place};
+use crate::error::{Error, ErrorKind, Place};
 use crate::units::SampleRate;
 use curve::Curve;
 use header::{CurveEntry, TestInstruments};
@@ -374,62 +375,37 @@ impl CurveFiles {
     }
 }
 
-/// Names curves for a message, not all where they are many.
-fn list(test: &TestInstruments, entries: &[usize]) -> Candidates {
-    Candidates::named(entries.iter().map(|index| test.entries[*index].name()))
-}
-
-/// Chooses the curve that is meant: the one that is plainly a lateral acceleration of the structure.
+/// Chooses the curve that is meant.
 fn choose(
     test: &TestInstruments,
     files: &CurveFiles,
     options: &ReadOptions,
 ) -> Result<(usize, Option<Finding>), Error> {
-    let of = |wanted: &dyn Fn(&CurveEntry) -> bool| -> Vec<usize> {
-        let fits = |index: &usize| wanted(&test.entries[*index]);
-        (0..test.entries.len()).filter(fits).collect()
-    };
     let is_there = |entry: &CurveEntry| files.name_of(entry.number).is_some();
-    let accelerations = of(&|entry| entry.sensor == "AC" && is_there(entry));
-    let several = |several: &[usize]| {
-        let candidates = list(test, several);
-        Error::from(ErrorKind::AmbiguousChannel { candidates })
-    };
-    let known = list(test, &accelerations).to_string();
-    if let Some(wanted) = &options.channel {
-        let wanted = wanted.clone();
-        return match of(&|entry| entry.answers_to(&wanted)).as_slice() {
-            [only] => Ok((*only, None)),
-            [] => Err(ErrorKind::NoSuchChannel { wanted, known }.into()),
-            found => Err(several(found)),
-        };
-    }
-    let plain = of(&|entry| is_there(entry) && entry.doubt().is_none());
     // A redundant channel counts only where its place has no primary one.
-    let has_primary = |index: &usize| {
-        let entry = &test.entries[*index];
-        let primary = |other: &usize| {
-            let other = &test.entries[*other];
-            !other.is_redundant() && other.place() == entry.place()
-        };
-        plain.iter().any(primary)
+    let is_second = |entry: &CurveEntry| {
+        let primary = |other: &&CurveEntry| !other.is_redundant() && other.place() == entry.place();
+        entry.is_redundant()
+            && test
+                .entries
+                .iter()
+                .filter(|other| is_there(other))
+                .any(|other| primary(&other))
     };
-    let stands_alone =
-        |index: &&usize| !test.entries[**index].is_redundant() || !has_primary(index);
-    let candidates: Vec<usize> = plain.iter().filter(stands_alone).copied().collect();
-    match candidates.as_slice() {
-        [only] => {
-            let text = format!(
-                "{} was chosen among {} curves of acceleration as the one lateral acceleration of \
-                 the vehicle's structure",
-                test.entries[*only].name(),
-                accelerations.len()
-            );
-            Ok((*only, Some(Finding::info("channel-chosen", text))))
-        }
-        [] => Err(ErrorKind::NoChannel { known }.into()),
-        found => Err(several(found)),
+    let one = |entry: &CurveEntry| CodedChannel {
+        name: entry.name(),
+        is_acceleration: entry.sensor == "AC" && is_there(entry),
+        doubt: entry.doubt().or_else(|| {
+            is_second(entry).then(|| "it is redundant, its place has a primary one".into())
+        }),
+    };
+    let coded: Vec<CodedChannel> = test.entries.iter().map(one).collect();
+    if let Some(wanted) = &options.channel {
+        let fits = |index: &usize| test.entries[*index].answers_to(wanted);
+        let found: Vec<usize> = (0..coded.len()).filter(fits).collect();
+        return Ok((lateral::named(wanted, &found, &coded)?, None));
     }
+    Ok(lateral::take(&coded)?)
 }
 
 /// Turns a curve file into a channel, with what its line of the `.EV5` says.
@@ -442,18 +418,11 @@ fn channel(
     limits: &Limits,
 ) -> Result<Channel, Error> {
     let mut findings = Vec::new();
-    let unit = unit_of(entry, options, &mut findings);
-    if unit.unit.is_none() && selection == Selection::Lateral {
-        return Err(match entry {
-            Some(entry) if !entry.y_unit.is_empty() => ErrorKind::Malformed {
-                expected: "a unit of acceleration".into(),
-                found: format!("`{}` in the .EV5", entry.y_unit),
-                hint: "choose another curve, or state the unit with the setting `unit`".into(),
-            }
-            .into(),
-            _ => ErrorKind::MissingUnit.into(),
-        });
-    }
+    let own = entry
+        .and_then(CurveEntry::unit)
+        .map(|unit| (unit, "format"));
+    let text = ("the .EV5", entry.map(|entry| &*entry.y_unit));
+    let unit = Unit::of_header(own, text, options, selection, &mut findings)?;
     if let Some(entry) = entry
         && selection == Selection::Lateral
     {
@@ -489,17 +458,6 @@ fn channel(
         findings,
     };
     Ok(draft.finish(options.time_zero_s))
-}
-
-fn unit_of(entry: Option<&CurveEntry>, options: &ReadOptions, findings: &mut Vec<Finding>) -> Unit {
-    let own = entry.and_then(CurveEntry::unit);
-    let stated = own.map(|unit| (unit, "format"));
-    Unit::find(stated, options, findings, |source, used| {
-        let own = own?.name();
-        Some(format!(
-            "the .EV5 says {own}, the {source} says {used}, which was used"
-        ))
-    })
 }
 
 impl UniformSamples {

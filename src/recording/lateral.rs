@@ -2,7 +2,7 @@
 
 use super::csv::header::Column;
 use super::{Channel, Finding};
-use crate::error::{Candidate, Candidates, ErrorKind};
+use crate::error::{Candidate, Candidates, Error, ErrorKind};
 
 /// Tells whether a channel that was read measures lateral acceleration, by its name, its code or
 /// its sensor's axis.
@@ -120,4 +120,74 @@ fn named_lateral(columns: &[(usize, &Column)]) -> Vec<usize> {
         named.sort_unstable();
     }
     named
+}
+
+/// A channel whose codes say what it is.
+pub(super) struct CodedChannel {
+    pub(super) name: String,
+    pub(super) is_acceleration: bool,
+    /// What keeps it from being taken unasked.
+    pub(super) doubt: Option<String>,
+}
+
+/// Takes the one channel that is plainly a lateral acceleration of the structure. Of several a
+/// person chooses, and where there is none among all other accelerations.
+///
+/// # Errors
+///
+/// [`ErrorKind::AmbiguousChannel`] with those to choose from, [`ErrorKind::NoChannel`] where no
+/// channel is an acceleration.
+pub(super) fn take(coded: &[CodedChannel]) -> Result<(usize, Option<Finding>), ErrorKind> {
+    let of = |wanted: &dyn Fn(&CodedChannel) -> bool| -> Vec<usize> {
+        (0..coded.len())
+            .filter(|index| wanted(&coded[*index]))
+            .collect()
+    };
+    let all = of(&|one| one.is_acceleration);
+    let plain = of(&|one| one.is_acceleration && one.doubt.is_none());
+    match plain.as_slice() {
+        [only] => {
+            let text = format!(
+                "{} was chosen among {} channels of acceleration as the one lateral acceleration \
+                 of the structure",
+                coded[*only].name,
+                all.len()
+            );
+            let finding = Finding::info("channel-chosen", text);
+            Ok((*only, (all.len() > 1).then_some(finding)))
+        }
+        [] => Err(ErrorKind::NoChannel {
+            known: listed(coded),
+        }),
+        several => Err(ambiguous(coded, several)),
+    }
+}
+
+/// Returns the one channel among those `found` for the name that was `wanted`.
+///
+/// # Errors
+///
+/// [`ErrorKind::NoSuchChannel`] and [`ErrorKind::AmbiguousChannel`].
+pub(super) fn named(wanted: &str, found: &[usize], coded: &[CodedChannel]) -> Result<usize, Error> {
+    match found {
+        [only] => Ok(*only),
+        [] => Err(ErrorKind::NoSuchChannel {
+            wanted: wanted.to_string(),
+            known: listed(coded),
+        }
+        .into()),
+        several => Err(ambiguous(coded, several).into()),
+    }
+}
+
+fn listed(coded: &[CodedChannel]) -> String {
+    let any = coded.iter().any(|one| one.is_acceleration);
+    let shown = coded.iter().filter(|one| one.is_acceleration || !any);
+    Candidates::named(shown.map(|one| one.name.as_str())).to_string()
+}
+
+fn ambiguous(coded: &[CodedChannel], several: &[usize]) -> ErrorKind {
+    ErrorKind::AmbiguousChannel {
+        candidates: Candidates::named(several.iter().map(|index| coded[*index].name.as_str())),
+    }
 }

@@ -83,7 +83,7 @@ limits! {
     settings_bytes = 1 << 20, "bytes", "Bytes of a card, design or gate file.";
     archive_bytes = 64 << 20, "bytes", "Bytes of an archive (.zip, .tar.gz, .tar), which is held in memory.";
     archive_entries = 20_000, "entries", "Entries of an archive, files of a folder, or channels of a test header.";
-    unpacked_bytes = 64 << 20, "bytes", "Bytes of an archive's files after decompression, those held at a time.";
+    unpacked_bytes = 192 << 20, "bytes", "Bytes of the files of a test in an archive after decompression, all held together.";
     unpacked_stream_bytes = 1 << 30, "bytes", "Bytes of an archive's stream after decompression, those passed over included.";
     unpacked_ratio = 200, "bytes per byte", "Ratio of bytes after decompression to bytes before it, past the first 4 MiB.";
     header_bytes = 64 << 10, "bytes", "Bytes of the header of an ISO-MME channel file.";

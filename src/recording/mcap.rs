@@ -24,9 +24,10 @@
 //! - `layout`: where in the messages of a type stands what is wanted of them, and in which unit;
 //! - `protobuf`: Protobuf messages, read by the descriptor that the file itself carries;
 //! - `records`: the records of an MCAP file, read with checked lengths;
-//! - `schema`: ROS message definitions (`ros2msg`, `ros1msg`): from the text in the file to a
-//!   plan that finds numbers in a message;
-//! - `series`: one topic's messages turned into numbers, each at its stamp.
+//! - `ros`: ROS message definitions (`ros2msg`, `ros1msg`): from the text in the file to a plan
+//!   that finds numbers in a message;
+//! - `series`: one topic's messages turned into numbers, each at its stamp;
+//! - `types`: message types as a schema defines them, whatever its language.
 
 mod cdr;
 mod decompress;
@@ -34,8 +35,9 @@ mod json;
 mod layout;
 mod protobuf;
 mod records;
-mod schema;
+mod ros;
 mod series;
+mod types;
 
 use super::draft;
 use super::source::Reader;
@@ -45,14 +47,11 @@ use ::mcap::McapError;
 use ::mcap::records::op;
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use layout::{Laid, Schema, WantedFields};
-use records::{
-    ChannelRecord, ChunkRecord, ChunkRecords, MessageRecord, PREFIX_BYTES, SchemaRecord,
-    StatisticsRecord, damaged,
-};
-use schema::Budget;
+use records::{ChannelRecord, PREFIX_BYTES, SchemaRecord, damaged};
 use series::{Standing, TopicSeries};
 use std::collections::BTreeMap;
 use std::io::Read;
+use types::Budget;
 
 /// Bytes asked of the source at a time.
 const READ_BYTES: usize = 64 << 10;
@@ -123,11 +122,11 @@ impl<'a> Logs<'a> {
     }
 
     fn chunk(&mut self, data: &[u8], byte: u64, limits: &Limits) -> Result<(), Error> {
-        let chunk = ChunkRecord::read(data, limits)?;
-        let records = decompress::records(&chunk, limits)?;
-        let mut inside = ChunkRecords::new(&records);
+        let chunk = records::chunk(data, limits)?;
+        let unpacked = decompress::records(&chunk, limits)?;
+        let mut left = &*unpacked;
         let place = Place::default().byte(byte);
-        while let Some((opcode, data)) = inside.next()? {
+        while let Some((opcode, data)) = records::next_in_chunk(&mut left)? {
             self.each(|log| {
                 log.inside(opcode, data, byte)
                     .map_err(|error| error.at(place.clone()))
@@ -398,9 +397,9 @@ impl<'a> LogReader<'a> {
 
     fn definition(&mut self, opcode: u8, data: &[u8]) -> Result<(), Error> {
         if opcode == op::SCHEMA {
-            self.schema(&SchemaRecord::read(data, self.limits)?)
+            self.schema(&records::schema(data, self.limits)?)
         } else {
-            self.channel(&ChannelRecord::read(data, self.limits)?)
+            self.channel(&records::channel(data, self.limits)?)
         }
     }
 
@@ -554,25 +553,25 @@ impl<'a> LogReader<'a> {
     }
 
     fn message(&mut self, data: &[u8], byte: u64) -> Result<(), Error> {
-        let record = MessageRecord::read(data)?;
-        let Some(topic) = self.topics.get_mut(&record.channel_id) else {
+        let (channel_id, log_time, content) = records::message(data)?;
+        let Some(topic) = self.topics.get_mut(&channel_id) else {
             return Err(damaged(
-                format!("channel {} before its messages", record.channel_id),
+                format!("channel {channel_id} before its messages"),
                 "none",
             ));
         };
         self.messages += 1;
         topic.messages += 1;
         if topic.messages == 1 {
-            self.begin(record.channel_id)?;
+            self.begin(channel_id)?;
         }
-        if let Some(topic) = self.topics.get_mut(&record.channel_id)
+        if let Some(topic) = self.topics.get_mut(&channel_id)
             && let Some(series) = &mut topic.series
         {
             series.push(
                 topic.messages,
-                record.log_time,
-                record.data,
+                log_time,
+                content,
                 byte,
                 &mut self.kept,
                 self.limits,
@@ -582,30 +581,23 @@ impl<'a> LogReader<'a> {
     }
 
     fn statistics(&mut self, data: &[u8]) -> Result<(), Error> {
-        let mut record = StatisticsRecord::read(data)?;
-        if record.message_count != self.messages {
-            return Err(truncated(
-                &format!("{} messages, as the statistics say", record.message_count),
-                &format!("{}", self.messages),
-            ));
+        let (stated, by_channel) = records::statistics(data)?;
+        let holds = |expected: String, stated: u64, found: u64| match stated == found {
+            true => Ok(()),
+            false => Err(truncated(&expected, &format!("{found}"))),
+        };
+        let text = format!("{stated} messages, as the statistics say");
+        holds(text, stated, self.messages)?;
+        let mut sum = 0_u64;
+        for (id, count) in &by_channel {
+            sum = sum.saturating_add(*count);
+            let found = self.topics.get(id).map_or(0, |topic| topic.messages);
+            let text = format!("{count} messages of channel {id}, as the statistics say");
+            holds(text, *count, found)?;
         }
-        let (mut listed, mut sum) = (false, 0_u64);
-        while let Some((id, count)) = record.next_channel()? {
-            listed = true;
-            sum = sum.saturating_add(count);
-            let found = self.topics.get(&id).map_or(0, |topic| topic.messages);
-            if count != found {
-                return Err(truncated(
-                    &format!("{count} messages of channel {id}, as the statistics say"),
-                    &format!("{found}"),
-                ));
-            }
-        }
-        if listed && sum != self.messages {
-            return Err(truncated(
-                &format!("{sum} messages, as the statistics say by channel"),
-                &format!("{}", self.messages),
-            ));
+        if !by_channel.is_empty() {
+            let text = format!("{sum} messages, as the statistics say by channel");
+            holds(text, sum, self.messages)?;
         }
         self.account.vouched = true;
         Ok(())
@@ -689,18 +681,6 @@ impl<'a> LogReader<'a> {
                 if let Standing::Doubtful(error) = found.standing() {
                     findings.push(draft::left_out(&found.name(), error));
                 }
-            }
-        }
-        if !named && self.selection == Selection::Lateral {
-            // A type that is known to be an acceleration comes before a name that says so and
-            // states no unit.
-            let is_known = |id: u16| {
-                let schema = self.topics.get(&id).map(|topic| topic.schema_id);
-                let schema = schema.and_then(|id| self.schemas.get(&id));
-                schema.is_some_and(|schema| layout::is_acceleration(&schema.name))
-            };
-            if series.iter().any(|(id, _)| is_known(*id)) {
-                series.retain(|(id, one)| is_known(*id) || one.has_unit() || one.is_ambiguous());
             }
         }
         (series, silent)
@@ -819,24 +799,14 @@ impl<'a> LogReader<'a> {
     }
 
     fn describe(&self, ids: &[u16]) -> String {
-        const LISTED: usize = 40;
-        let mut names: Vec<String> = ids
-            .iter()
-            .take(LISTED)
-            .filter_map(|id| self.topics.get(id))
-            .map(|topic| {
-                let schema = self.schemas.get(&topic.schema_id);
-                let schema = schema.map_or("no schema", |schema| schema.name.as_str());
-                let messages = match topic.messages {
-                    1 => "1 message".to_string(),
-                    count => format!("{count} messages"),
-                };
-                format!("{} ({schema}, {}): {messages}", topic.name, topic.encoding)
-            })
-            .collect();
-        if ids.len() > LISTED {
-            names.push(format!("{} more", ids.len() - LISTED));
-        }
-        names.join(", ")
+        let topics = ids.iter().filter_map(|id| self.topics.get(id));
+        let names = topics.map(|topic| {
+            let schema = self.schemas.get(&topic.schema_id);
+            let schema = schema.map_or("no schema", |schema| schema.name.as_str());
+            let plural = if topic.messages == 1 { "" } else { "s" };
+            let (name, encoding, count) = (&topic.name, &topic.encoding, topic.messages);
+            format!("{name} ({schema}, {encoding}): {count} message{plural}")
+        });
+        Candidates::named(names).to_string()
     }
 }

@@ -23,10 +23,12 @@ mod names;
 mod package;
 
 use super::draft::{self, Draft, UniformSamples, Unit};
+use super::lateral::CodedChannel;
 use super::source::Reader;
 use super::time_base::TimeBase;
 use super::{
-    Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, encoding, text,
+    Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, encoding,
+    lateral, text,
 };
 use crate::error::{Candidates, Error, ErrorKind};
 use crate::units::{SampleRate, TimeUnit};
@@ -120,7 +122,7 @@ fn selected(
     let (index, finding) = match (&options.channel, given) {
         (Some(wanted), _) => (named(channels, given, wanted)?, None),
         (None, Some(given)) => (given, None),
-        (None, None) => choose(channels)?,
+        (None, None) => lateral::take(&coded(channels))?,
     };
     let header = &channels[index].header;
     let side = header
@@ -146,31 +148,14 @@ fn list<'a>(entries: impl Iterator<Item = &'a ChannelEntry>) -> String {
     Candidates::named(entries.map(|entry| entry.label.as_str())).to_string()
 }
 
-/// Chooses the one channel that is plainly meant; all other accelerations are offered.
-fn choose(channels: &[ChannelEntry]) -> Result<(usize, Option<Finding>), Error> {
-    let of = |wanted: &dyn Fn(&ChannelHeader) -> bool| -> Vec<usize> {
-        let fits = |index: &usize| wanted(&channels[*index].header);
-        (0..channels.len()).filter(fits).collect()
+/// Returns the channels as they are offered.
+fn coded(channels: &[ChannelEntry]) -> Vec<CodedChannel> {
+    let one = |entry: &ChannelEntry| CodedChannel {
+        name: entry.label.clone(),
+        is_acceleration: entry.header.is_acceleration(),
+        doubt: entry.header.doubt(),
     };
-    let accelerations = of(&ChannelHeader::is_acceleration);
-    let plain = of(&|header| header.is_acceleration() && header.doubt().is_none());
-    match plain.as_slice() {
-        [only] => {
-            let label = &channels[*only].label;
-            let text = format!(
-                "{label} was chosen among {} channels of acceleration as the one lateral \
-                 acceleration of the structure",
-                accelerations.len()
-            );
-            let finding = Finding::info("channel-chosen", text);
-            Ok((*only, (accelerations.len() > 1).then_some(finding)))
-        }
-        [] => Err(ErrorKind::NoChannel {
-            known: list(channels.iter()),
-        }
-        .into()),
-        several => Err(ambiguous(channels, several)),
-    }
+    channels.iter().map(one).collect()
 }
 
 /// Finds the channel of a name or pattern; `given` is the one file that was named itself.
@@ -185,22 +170,11 @@ fn named(channels: &[ChannelEntry], given: Option<usize>, wanted: &str) -> Resul
     if found.is_empty() {
         found = of(&|entry| entry.answers_to(wanted));
     }
-    match found.as_slice() {
-        [only] => Ok(*only),
-        [] => Err(ErrorKind::NoSuchChannel {
-            wanted: wanted.to_string(),
-            known: given.map_or_else(|| list(channels.iter()), |one| channels[one].label.clone()),
-        }
-        .into()),
-        several => Err(ambiguous(channels, several)),
+    let mut coded = coded(channels);
+    if let Some(given) = given {
+        coded = vec![coded.swap_remove(given)];
     }
-}
-
-fn ambiguous(channels: &[ChannelEntry], several: &[usize]) -> Error {
-    ErrorKind::AmbiguousChannel {
-        candidates: Candidates::named(several.iter().map(|i| channels[*i].label.as_str())),
-    }
-    .into()
+    lateral::named(wanted, &found, &coded)
 }
 
 /// A test whose channels are read.
@@ -229,10 +203,10 @@ impl TestReader<'_, '_> {
         let placed = |error: Error| error.at(place.clone());
         header.check_repeated_keys().map_err(placed)?;
         let mut findings = Vec::new();
-        let unit = unit_of(header, self.options, &mut findings);
-        if unit.unit.is_none() && selection == Selection::Lateral {
-            return Err(without_unit(header));
-        }
+        let own = header.unit_of_acceleration().map(|unit| (unit, "header"));
+        let text = ("the channel's header", header.value("Unit"));
+        let own = own.filter(|_| header.code().is_none() || header.is_acceleration());
+        let unit = Unit::of_header(own, text, self.options, selection, &mut findings)?;
         let samples = self.samples(&entry.file, outcome)?.map_err(placed)?;
         let (clock, stamped) = self.clock(index, &samples, outcome, &mut findings)?;
         let span = clock.span();
@@ -270,37 +244,6 @@ impl TestReader<'_, '_> {
         }
         self.package.samples(file, self.source, self.limits)
     }
-}
-
-/// Says that a channel has no unit of acceleration.
-fn without_unit(header: &ChannelHeader) -> Error {
-    match header.value("Unit") {
-        Some(text) => ErrorKind::Malformed {
-            expected: "a unit of acceleration".into(),
-            found: format!("`{}` in the channel's header", text::shown(text)),
-            hint: "choose another channel, or state the unit with the setting `unit`".into(),
-        }
-        .into(),
-        None => ErrorKind::MissingUnit.into(),
-    }
-}
-
-fn unit_of(header: &ChannelHeader, options: &ReadOptions, findings: &mut Vec<Finding>) -> Unit {
-    let own = header
-        .unit_of_acceleration()
-        .filter(|_| header.code().is_none() || header.is_acceleration());
-    Unit::find(
-        own.map(|unit| (unit, "header")),
-        options,
-        findings,
-        |source, used| {
-            let text = header.value("Unit")?;
-            Some(format!(
-                "the channel's header says `{}`, the {source} says {used}, which was used",
-                text::shown(text)
-            ))
-        },
-    )
 }
 
 /// Returns the channel of times that a header names; `None` if there is none of that name.

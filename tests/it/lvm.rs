@@ -257,6 +257,50 @@ fn val_words_in_the_comment_column_block_from_their_row_on() {
     }
 }
 
+/// A file that is cut anywhere, or from which rows were taken, is no whole record: its own number
+/// of samples says so, and a last row that is cut where nothing is counted.
+#[test]
+fn regress_rows_that_are_lost_are_missed() {
+    let folder = Folder::new("lvm-lost");
+    let blocks = |bytes: &[u8]| {
+        let path = folder.file("a.lvm", bytes);
+        let Ok(recording) = read_path(&path, &ReadOptions::default(), Selection::Lateral) else {
+            return true;
+        };
+        let findings = recording
+            .channels
+            .iter()
+            .flat_map(|channel| &channel.findings);
+        findings
+            .into_iter()
+            .any(|finding| finding.severity == Severity::Blocking)
+    };
+    for time in ["One", "No", "Multi"] {
+        let whole = Dialect { time, ..PLAIN }.write();
+        assert!(!blocks(&whole));
+        let rows: Vec<usize> = (0..whole.len()).filter(|at| whole[*at] == b'\n').collect();
+        let first = rows[rows.len() - 290];
+        for at in (first..whole.len() - 2).step_by(97) {
+            assert!(blocks(&whole[..at]), "{time}: cut at byte {at}");
+        }
+        let (from, to) = (rows[rows.len() - 200], rows[rows.len() - 150]);
+        let lost = [&whole[..from], &whole[to..]].concat();
+        assert!(blocks(&lost), "{time}: rows taken out");
+        // Nothing is counted, and the last number has lost its last digits.
+        let text = String::from_utf8(whole).unwrap();
+        let uncounted: String = text
+            .split_inclusive('\n')
+            .filter(|line| !line.starts_with("Samples"))
+            .collect();
+        let cut = uncounted.trim_end().len() - 2;
+        assert!(!blocks(uncounted.trim_end().as_bytes()));
+        assert!(
+            blocks(&uncounted.as_bytes()[..cut]),
+            "{time}: a last row that is cut"
+        );
+    }
+}
+
 /// Files of other people's instruments.
 #[test]
 fn val_real_files() {

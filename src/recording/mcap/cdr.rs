@@ -3,7 +3,8 @@
 //!
 //! Read is plain CDR (XCDR version 1), which every ROS 2 middleware writes into logs.
 
-use super::schema::{DecodePlan, DecodeStep, Number};
+use super::ros::{DecodePlan, DecodeStep};
+use super::types::Number;
 
 /// Bytes of the header that tells the byte order.
 const HEADER: usize = 4;
@@ -108,13 +109,16 @@ fn fault(expected: &str, found: &str) -> MessageFault {
     }
 }
 
-/// Returns a number that two texts share only by a chance of one in 2⁵³ (FNV-1a).
+/// Returns a number that two texts share only by a chance of one in 2⁵³.
 pub(super) fn fingerprint(text: &[u8]) -> f64 {
-    let hash = text.iter().fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| {
-        (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01B3)
-    });
+    (hash(text) >> 11) as f64
+}
 
-    (hash >> 11) as f64
+/// Returns the hash of a text (FNV-1a).
+pub(super) fn hash(text: &[u8]) -> u64 {
+    text.iter().fold(0xCBF2_9CE4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01B3)
+    })
 }
 
 struct CdrCursor<'a> {
@@ -222,19 +226,7 @@ impl<'a> CdrCursor<'a> {
         if !self.little {
             array[..size].reverse();
         }
-        let bits = u64::from_le_bytes(array);
-        Ok(match number {
-            Number::I8 => f64::from(bits as u8 as i8),
-            Number::U8 => f64::from(bits as u8),
-            Number::I16 => f64::from(bits as u16 as i16),
-            Number::U16 => f64::from(bits as u16),
-            Number::I32 => f64::from(bits as u32 as i32),
-            Number::U32 => f64::from(bits as u32),
-            Number::I64 => bits as i64 as f64,
-            Number::U64 => bits as f64,
-            Number::F32 => f64::from(f32::from_bits(bits as u32)),
-            Number::F64 => f64::from_bits(bits),
-        })
+        Ok(number.value(u64::from_le_bytes(array)))
     }
 
     /// Steps to a multiple of `size` [byte] and takes `count` bytes.

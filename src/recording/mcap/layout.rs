@@ -2,13 +2,11 @@
 
 use super::json::{self, Leaf};
 use super::protobuf;
-use super::schema::{
-    Budget, DecodePlan, Definitions, Dialect, FIELDS, Number, plain_name, too_many_fields,
-};
+use super::ros::{self, DecodePlan, Dialect, plain_name};
+use super::types::{Budget, FIELDS, FieldKind, MessageTypes, too_many_fields};
 use crate::error::{Candidates, Error, ErrorKind};
 use crate::recording::csv::header::Column as Named;
 use crate::units::AccelerationUnit;
-use std::collections::BTreeSet;
 use std::rc::Rc;
 
 /// Message types whose lateral acceleration is known, with the path to it. REP 103: x
@@ -41,35 +39,54 @@ pub(super) fn is_acceleration(schema_name: &str) -> bool {
 ///
 /// [`ErrorKind::LimitExceeded`] once `budget` is spent.
 pub(super) fn has_lateral_field(schema: &Schema, budget: &mut Budget) -> Result<bool, Error> {
-    match floats(schema, budget) {
-        Ok(floats) => Ok(floats.iter().any(|path| names_lateral(path))),
+    let known = schema.language().is_some();
+    let numbers = schema.types().and_then(|types| types.numbers(budget));
+    match numbers {
+        Ok(numbers) => Ok(floats(&numbers).iter().any(|path| names_lateral(path))),
         Err(error) => match error.kind() {
             ErrorKind::LimitExceeded { .. } => Err(error),
-            _ => Ok(error == too_many_fields()),
+            _ => Ok(known && error == too_many_fields()),
         },
     }
 }
 
-/// Returns the paths of a message type's floating-point fields, those in arrays left out.
-fn floats(schema: &Schema, budget: &mut Budget) -> Result<Vec<String>, Error> {
-    let single = |path: &String| !path.contains('[');
-    if schema.encoding == "protobuf" {
-        let numbers = protobuf::Descriptor::read(&schema.name, &schema.data)?.numbers(budget)?;
-        let floats = numbers.into_iter().filter(|(_, is_float)| *is_float);
-        return Ok(floats.map(|(path, _)| path).filter(single).collect());
-    }
-    let Some(dialect) = Dialect::of_schema(&schema.encoding) else {
-        return Ok(Vec::new());
-    };
-    let numbers = ros_definitions(schema, dialect)?.numbers(budget)?;
-    let floats = numbers.into_iter().filter(|(_, number)| number.is_float());
-    Ok(floats.map(|(path, _)| path).filter(single).collect())
+/// Returns the floating-point fields among a message type's numbers, those in arrays left out.
+fn floats(numbers: &[(String, bool)]) -> Vec<String> {
+    let single = numbers
+        .iter()
+        .filter(|(path, is_float)| *is_float && !path.contains('['));
+    single.map(|(path, _)| path.clone()).collect()
 }
 
-fn ros_definitions(schema: &Schema, dialect: Dialect) -> Result<Definitions, Error> {
-    let text = std::str::from_utf8(&schema.data)
-        .map_err(|_| refused("a schema in UTF-8", "other bytes"))?;
-    Definitions::read(&schema.name, text, dialect)
+/// The language of a schema.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Language {
+    Ros(Dialect),
+    Protobuf,
+}
+
+impl Schema {
+    fn language(&self) -> Option<Language> {
+        match self.encoding.as_str() {
+            "ros2msg" => Some(Language::Ros(Dialect::Ros2)),
+            "ros1msg" => Some(Language::Ros(Dialect::Ros1)),
+            "protobuf" => Some(Language::Protobuf),
+            _ => None,
+        }
+    }
+
+    /// Reads the definitions.
+    fn types(&self) -> Result<MessageTypes, Error> {
+        match self.language() {
+            Some(Language::Ros(dialect)) => {
+                let text = std::str::from_utf8(&self.data);
+                let text = text.map_err(|_| refused("a schema in UTF-8", "other bytes"))?;
+                ros::types(&self.name, text, dialect)
+            }
+            Some(Language::Protobuf) => protobuf::types(&self.name, &self.data),
+            None => Ok(MessageTypes::default()),
+        }
+    }
 }
 
 /// Tells whether a topic's own words say a dummy, a barrier or the like.
@@ -83,8 +100,13 @@ fn names_lateral(path: &str) -> bool {
 }
 
 /// Tells whether a path's own words say lateral acceleration of the vehicle.
-pub(super) fn says_lateral(path: &str) -> bool {
+fn says_lateral(path: &str) -> bool {
     names_lateral(path) && named(path).not_lateral_finding().is_none()
+}
+
+/// Tells whether a path's own words say a lateral acceleration that nobody has chosen yet.
+pub(super) fn says_further(path: &str) -> bool {
+    says_lateral(path) && !named(path).says_redundant()
 }
 
 /// Reads a path as a column's name, with the unit that its end may state (`ay_g`).
@@ -142,8 +164,7 @@ const JSON_STAMPS: [[&str; 2]; 4] = [
 /// How the numbers of a message are found.
 #[derive(Debug)]
 pub(super) enum Extractor {
-    Cdr(DecodePlan),
-    Ros1(DecodePlan),
+    Ros(DecodePlan, Dialect),
     Protobuf(Vec<protobuf::ProtoTarget>),
     Json(Vec<String>),
 }
@@ -217,11 +238,7 @@ pub(super) fn layout(
     wanted: &WantedFields,
     budget: &mut Budget,
 ) -> Result<Laid, Error> {
-    let layout = match encoding {
-        "protobuf" => protobuf_layout(schema, wanted, budget),
-        _ => ros_layout(encoding, schema, wanted, budget),
-    };
-    match layout {
+    match typed_layout(encoding, schema, wanted, budget) {
         Err(Unfit::Other(error)) if matches!(error.kind(), ErrorKind::LimitExceeded { .. }) => {
             Err(error)
         }
@@ -229,71 +246,77 @@ pub(super) fn layout(
     }
 }
 
-fn ros_layout(
+fn typed_layout(
     encoding: &str,
     schema: Option<&Schema>,
     wanted: &WantedFields,
     budget: &mut Budget,
 ) -> Result<MessageLayout, Unfit> {
-    refuse_encoding(encoding)?;
+    let (expected, language) = match encoding {
+        "cdr" => ("ros2msg", Language::Ros(Dialect::Ros2)),
+        "ros1" => ("ros1msg", Language::Ros(Dialect::Ros1)),
+        "protobuf" => ("protobuf", Language::Protobuf),
+        other => return Err(refused_encoding(other).into()),
+    };
     let Some(schema) = schema else {
-        return Err(refused(
-            "a schema for the topic's messages",
-            "none: the topic is without schema",
-        )
-        .into());
+        let found = "none: the topic is without schema";
+        return Err(refused("a schema for the topic's messages", found).into());
     };
-    let expected = if encoding == "ros1" {
-        "ros1msg"
-    } else {
-        "ros2msg"
-    };
-    let Some(dialect) =
-        Dialect::of_schema(&schema.encoding).filter(|_| schema.encoding == expected)
-    else {
+    if schema.language() != Some(language) {
         return Err(refused(
             &format!("a schema in the {expected} encoding"),
             &format!("`{}`", schema.encoding),
         )
         .into());
-    };
-    let definitions = ros_definitions(schema, dialect)?;
-    let numbers = definitions.numbers(budget)?;
-    let floats = numbers
-        .iter()
-        .filter(|(path, number)| number.is_float() && !path.contains('['))
-        .map(|(path, _)| path.clone())
-        .collect();
-    let known: Vec<String> = numbers.into_iter().map(|(path, _)| path).collect();
-    let paths = wanted_paths(&schema.name, wanted, floats, &known)?;
+    }
+    let types = schema.types()?;
+    let numbers = types.numbers(budget)?;
+    let mut paths = wanted_paths(&schema.name, wanted, &numbers)?;
     let mut columns = Vec::new();
     for path in &paths {
-        let Some(target) = definitions.target(path) else {
-            return Err(Unfit::NoField(path.clone(), listed(&known)));
-        };
-        columns.push((path.clone(), target.unit.or_else(|| unit_in_name(path))));
+        if types.way_to_number(path).is_none() {
+            return Err(Unfit::NoField(path.clone(), listed(&numbers)));
+        }
+        let unit = unit_of_type(&types, path).or_else(|| unit_in_name(path));
+        columns.push((path.clone(), unit));
     }
-    let (stamp, kinds) = match dialect {
-        Dialect::Ros2 => (STAMP, [Number::I32, Number::U32]),
-        Dialect::Ros1 => (ROS1_STAMP, [Number::U32, Number::U32]),
-    };
-    let found = stamp.map(|path| definitions.target(path).map(|target| target.number));
-    let stamped = found == kinds.map(Some);
-    let estimate = asks_for_estimate(&paths) && definitions.target(ESTIMATE).is_some();
-    let [header, frame_id] = FRAME;
-    let frame = definitions.has_text(header, frame_id);
+    let is_number = |path: &String| types.way_to_number(path).is_some();
+    let estimate = asks_for_estimate(&paths) && is_number(&ESTIMATE.to_string());
+    paths.extend(estimate.then(|| ESTIMATE.to_string()));
     let frame_path = FRAME.join(".");
-    let mut all: Vec<&str> = paths.iter().map(String::as_str).collect();
-    all.extend(estimate.then_some(ESTIMATE));
-    all.extend(frame.then_some(frame_path.as_str()));
-    if stamped {
-        all.extend(stamp);
-    }
-    let plan = definitions.plan(&all, budget)?;
+    let kind = types
+        .way(&frame_path)
+        .and_then(|way| Some(&way.last()?.1.kind));
+    let frame = language != Language::Protobuf && kind == Some(&FieldKind::Text);
+    paths.extend(frame.then_some(frame_path));
+    let stamps = match language {
+        Language::Ros(Dialect::Ros2) => vec![STAMP.map(str::to_string)],
+        Language::Ros(Dialect::Ros1) => vec![ROS1_STAMP.map(str::to_string)],
+        Language::Protobuf => {
+            let parts = [["seconds", "nanos"], ["sec", "nanosec"], ["sec", "nsec"]];
+            let pairs = |base: String| parts.map(|pair| pair.map(|part| format!("{base}.{part}")));
+            protobuf::stamps(&types)
+                .into_iter()
+                .flat_map(pairs)
+                .collect()
+        }
+    };
+    let stamp = stamps.into_iter().find(|pair| pair.iter().all(is_number));
+    let wanted = columns.len();
+    let stamped = stamp.is_some();
+    paths.extend(stamp.into_iter().flatten());
     Ok(MessageLayout {
-        extractor: match dialect {
-            Dialect::Ros2 => Extractor::Cdr(plan),
-            Dialect::Ros1 => Extractor::Ros1(plan),
+        extractor: match language {
+            Language::Protobuf => {
+                let all = paths.iter().enumerate();
+                let target =
+                    |(slot, path): (usize, &String)| protobuf::target(&types, path, slot >= wanted);
+                Extractor::Protobuf(all.filter_map(target).collect())
+            }
+            Language::Ros(dialect) => {
+                let plan = ros::plan(&types, dialect, &paths, budget)?;
+                Extractor::Ros(plan, dialect)
+            }
         },
         columns,
         estimate,
@@ -302,62 +325,18 @@ fn ros_layout(
     })
 }
 
-fn protobuf_layout(
-    schema: Option<&Schema>,
-    wanted: &WantedFields,
-    budget: &mut Budget,
-) -> Result<MessageLayout, Unfit> {
-    let Some(schema) = schema else {
-        return Err(refused(
-            "a schema for the topic's messages",
-            "none: the topic is without schema",
+/// Returns the unit that a message type of ROS prescribes, whatever language it travels in: REP 103
+/// states SI units.
+fn unit_of_type(types: &MessageTypes, path: &str) -> Option<AccelerationUnit> {
+    let way = types.way(path)?;
+    let prescribed = way.iter().any(|(own, field, _)| {
+        let own = plain_name(&own.replace('.', "/"));
+        matches!(
+            (own.as_str(), field.name.as_str()),
+            ("sensor_msgs/Imu", "linear_acceleration") | ("geometry_msgs/Accel", "linear")
         )
-        .into());
-    };
-    if schema.encoding != "protobuf" {
-        return Err(refused(
-            "a schema in the protobuf encoding",
-            &format!("`{}`", schema.encoding),
-        )
-        .into());
-    }
-    let descriptor = protobuf::Descriptor::read(&schema.name, &schema.data)?;
-    let numbers = descriptor.numbers(budget)?;
-    let floats = numbers
-        .iter()
-        .filter(|(path, is_float)| *is_float && !path.contains('['))
-        .map(|(path, _)| path.clone())
-        .collect();
-    let known: Vec<String> = numbers.into_iter().map(|(path, _)| path).collect();
-    let paths = wanted_paths(&schema.name, wanted, floats, &known)?;
-    let (mut columns, mut targets) = (Vec::new(), Vec::new());
-    for path in &paths {
-        let Some(target) = descriptor.target(path) else {
-            return Err(Unfit::NoField(path.clone(), listed(&known)));
-        };
-        // The types of ROS keep their units when they travel as protobuf.
-        let of_type = lateral_path(&schema.name).filter(|lateral| {
-            path.trim_end_matches(['x', 'y', 'z']) == lateral.trim_end_matches('y')
-        });
-        let unit = of_type.map(|_| AccelerationUnit::MetrePerSecondSquared);
-        columns.push((path.clone(), unit.or_else(|| unit_in_name(path))));
-        targets.push(target);
-    }
-    let estimate = descriptor
-        .target(ESTIMATE)
-        .filter(|_| asks_for_estimate(&paths));
-    let estimated = estimate.is_some();
-    targets.extend(estimate.map(protobuf::ProtoTarget::or_zero));
-    let stamp = descriptor.stamp();
-    let stamped = stamp.is_some();
-    targets.extend(stamp.into_iter().flatten());
-    Ok(MessageLayout {
-        extractor: Extractor::Protobuf(targets),
-        columns,
-        estimate: estimated,
-        frame: false,
-        stamped,
-    })
+    });
+    prescribed.then_some(AccelerationUnit::MetrePerSecondSquared)
 }
 
 /// Tells whether what is wanted is what an Imu's covariance may deny.
@@ -371,9 +350,9 @@ fn asks_for_estimate(paths: &[String]) -> bool {
 fn wanted_paths(
     schema_name: &str,
     wanted: &WantedFields,
-    mut floats: Vec<String>,
-    known: &[String],
+    numbers: &[(String, bool)],
 ) -> Result<Vec<String>, Unfit> {
+    let mut floats = floats(numbers);
     let paths = match wanted {
         WantedFields::Path(path) => vec![path.clone()],
         WantedFields::Every => {
@@ -396,7 +375,7 @@ fn wanted_paths(
         },
     };
     match (wanted, paths.as_slice()) {
-        (_, []) => Err(Unfit::NoField(String::new(), listed(known))),
+        (_, []) => Err(Unfit::NoField(String::new(), listed(numbers))),
         (WantedFields::Lateral, [_, _, ..]) => Err(Unfit::Ambiguous(paths)),
         _ => Ok(paths),
     }
@@ -413,94 +392,75 @@ fn primary(paths: Vec<String>) -> Vec<String> {
 }
 
 /// Returns the first names of a list for a message.
-fn listed(known: &[String]) -> Vec<String> {
-    known.iter().take(LISTED).cloned().collect()
+fn listed(numbers: &[(String, bool)]) -> Vec<String> {
+    let first = numbers.iter().take(LISTED);
+    first.map(|(path, _)| path.clone()).collect()
 }
 
 /// Returns which of a message's numbers are wanted.
-fn json_fields(numbers: &[String], wanted: &WantedFields) -> Result<Vec<String>, Unfit> {
-    let has = |path: &str| numbers.iter().any(|known| known == path);
-    let lateral = || LATERAL.iter().map(|(_, path)| *path);
+fn json_fields(numbers: &[(String, bool)], wanted: &WantedFields) -> Result<Vec<String>, Unfit> {
+    let has = |path: &str| numbers.iter().any(|(known, _)| known == path);
+    let of_types: Vec<String> = LATERAL
+        .iter()
+        .map(|(_, path)| path.to_string())
+        .filter(|path| has(path))
+        .collect();
+    let singles = numbers
+        .iter()
+        .map(|(path, _)| path)
+        .filter(|path| !path.contains('['));
     match wanted {
         WantedFields::Path(path) if has(path) => Ok(vec![path.clone()]),
         WantedFields::Path(path) => Err(Unfit::NoField(path.clone(), listed(numbers))),
         WantedFields::Lateral => {
-            let mut found: Vec<String> = lateral()
-                .filter(|path| has(path))
-                .map(str::to_string)
-                .collect();
-            let of_type = |path: &str| found.iter().any(|known| known == path);
-            let named: Vec<String> = numbers
-                .iter()
-                .filter(|path| says_lateral(path) && !of_type(path))
-                .cloned()
-                .collect();
-            found.extend(primary(named));
+            let named = singles.filter(|path| says_lateral(path) && !of_types.contains(path));
+            let named = primary(named.cloned().collect());
+            let found = [of_types.clone(), named].concat();
             if found.len() > 1 {
                 return Err(Unfit::Ambiguous(found));
             }
             Ok(found)
         }
         WantedFields::Every => {
-            let bases = lateral()
-                .filter(|path| has(path))
-                .map(|path| path.trim_end_matches('y'));
-            let triples: Vec<String> = bases
+            let triples: Vec<String> = of_types
+                .iter()
+                .map(|path| path.trim_end_matches('y'))
                 .flat_map(|base| ["x", "y", "z"].map(|axis| format!("{base}{axis}")))
                 .filter(|path| has(path))
                 .collect();
             let named = |path: &&String| names_lateral(path) && !triples.contains(path);
-            if numbers.iter().any(|path| named(&path)) {
-                let data = |path: &&String| {
-                    !JSON_STAMPS.as_flattened().contains(&path.as_str()) && *path != ESTIMATE
-                };
-                Ok(numbers.iter().filter(data).cloned().collect())
-            } else {
-                Ok(triples)
+            if !singles.clone().any(|path| named(&path)) {
+                return Ok(triples);
             }
+            let stamps = JSON_STAMPS.as_flattened();
+            let data = |path: &&String| !stamps.contains(&path.as_str()) && *path != ESTIMATE;
+            Ok(singles.filter(data).take(LISTED).cloned().collect())
         }
     }
 }
 
 /// Learns the fields of a JSON topic from its first message.
-///
-/// Returns with it the paths whose names were looked at.
-pub(super) fn json_layout(
-    data: &[u8],
-    wanted: &WantedFields,
-) -> Result<(MessageLayout, BTreeSet<String>), Unfit> {
-    let mut numbers: Vec<String> = Vec::new();
-    let mut known = 0_usize;
-    let mut frame = false;
+pub(super) fn json_layout(data: &[u8], wanted: &WantedFields) -> Result<MessageLayout, Unfit> {
+    let mut numbers: Vec<(String, bool)> = Vec::new();
+    let (mut frame, mut too_many) = (false, false);
     let frame_path = FRAME.join(".");
-    let mut looked_at: BTreeSet<String> = BTreeSet::new();
-    let lateral: Vec<&str> = LATERAL.iter().map(|(_, path)| *path).collect();
     let mut found = |path: &str, leaf: Leaf| {
         frame |= path == frame_path && matches!(leaf, Leaf::Text(_));
-        let base = path.strip_suffix(['x', 'y', 'z']);
-        let needed = JSON_STAMPS.as_flattened().contains(&path)
-            || path == ESTIMATE
-            || matches!(wanted, WantedFields::Path(wanted) if wanted == path)
-            || lateral
-                .iter()
-                .any(|lateral| lateral.strip_suffix('y') == base);
         // What is null now may be a number in the next message.
         let numeric = matches!(leaf, Leaf::Number(_) | Leaf::Null);
-        let single = numeric && !path.contains('[');
-        let told = single && looked_at.len() <= FIELDS && looked_at.insert(path.to_string());
-        let listed = matches!(leaf, Leaf::Number(_)) && known < LISTED;
-        known += usize::from(listed);
-        if (needed || listed || (told && names_lateral(path)))
-            && !numbers.iter().any(|known| known == path)
-        {
-            numbers.push(path.to_string());
+        let is_wanted = matches!(wanted, WantedFields::Path(wanted) if wanted == path);
+        if numeric && (is_wanted || path == ESTIMATE || !path.contains('[')) {
+            too_many |= numbers.len() > FIELDS;
+            if !too_many && !numbers.iter().any(|(known, _)| known == path) {
+                numbers.push((path.to_string(), true));
+            }
         }
     };
     json::walk(data, &mut found).map_err(|reason| damaged_message("a JSON message", &reason))?;
-    if looked_at.len() > FIELDS {
+    if too_many {
         return Err(too_many_fields().into());
     }
-    let has = |path: &str| numbers.iter().any(|known| known == path);
+    let has = |path: &str| numbers.iter().any(|(known, _)| known == path);
     let chosen = json_fields(&numbers, wanted)?;
     if chosen.is_empty() {
         return Err(Unfit::NoField(String::new(), listed(&numbers)));
@@ -509,22 +469,19 @@ pub(super) fn json_layout(
     let stamp = JSON_STAMPS
         .into_iter()
         .find(|stamp| stamp.iter().all(|path| has(path)));
-    let columns = chosen
-        .iter()
-        .map(|path| (path.clone(), unit_in_name(path)))
-        .collect();
+    let columns = chosen.iter().map(|path| (path.clone(), unit_in_name(path)));
+    let columns = columns.collect();
     let mut paths = chosen;
     paths.extend(estimate.then(|| ESTIMATE.to_string()));
     paths.extend(frame.then_some(frame_path));
     paths.extend(stamp.into_iter().flatten().map(String::from));
-    let layout = MessageLayout {
+    Ok(MessageLayout {
         extractor: Extractor::Json(paths),
         columns,
         estimate,
         frame,
         stamped: stamp.is_some(),
-    };
-    Ok((layout, looked_at))
+    })
 }
 
 /// A schema as the file holds it.
@@ -538,16 +495,13 @@ pub(super) struct Schema {
 }
 
 /// Refuses a message encoding that is not read, by its name.
-fn refuse_encoding(encoding: &str) -> Result<(), Error> {
-    Err(match encoding {
-        "cdr" | "ros1" => return Ok(()),
-        other => ErrorKind::Malformed {
-            expected: "messages encoded as cdr, ros1, protobuf or json".into(),
-            found: format!("`{other}`"),
-            hint: "export the topic as CSV, or write it as JSON or ROS 2 messages".into(),
-        },
+fn refused_encoding(encoding: &str) -> Error {
+    ErrorKind::Malformed {
+        expected: "messages encoded as cdr, ros1, protobuf or json".into(),
+        found: format!("`{encoding}`"),
+        hint: "export the topic as CSV, or write it as JSON or ROS 2 messages".into(),
     }
-    .into())
+    .into()
 }
 
 fn no_field(topic: &str, path: &str, known: &[String]) -> Error {

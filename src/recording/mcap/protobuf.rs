@@ -7,360 +7,210 @@
 //!
 //! Protocol Buffers, "Encoding"; `descriptor.proto` for the field numbers.
 
-use super::schema::{Budget, FIELDS, too_many_fields};
-use crate::error::{Error, ErrorKind};
-use std::collections::{BTreeMap, BTreeSet};
+use super::types::{Coding, Field, FieldKind, MessageTypes, Multiplicity, Number, unreadable};
+use crate::error::Error;
+use std::collections::BTreeMap;
 
-/// Deepest nesting that is listed.
+/// Deepest nesting of definitions.
 const DEPTH: usize = 16;
 
 /// Message types of a descriptor set in all.
 const TYPES: usize = 1 << 14;
 
-/// How a number stands in a message.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Scalar {
-    Double,
-    Float,
-    Int64,
-    UInt64,
-    Int32,
-    UInt32,
-    Fixed64,
-    Fixed32,
-    SFixed64,
-    SFixed32,
-    SInt32,
-    SInt64,
+/// Returns how a number of a descriptor's type is stored.
+fn number_of(kind: u64) -> Option<(Number, Coding)> {
+    use Coding::{Fixed, Varint, ZigZag};
+    Some(match kind {
+        1 => (Number::F64, Fixed),
+        2 => (Number::F32, Fixed),
+        3 => (Number::I64, Varint),
+        4 => (Number::U64, Varint),
+        5 => (Number::I32, Varint),
+        6 => (Number::U64, Fixed),
+        7 => (Number::U32, Fixed),
+        13 => (Number::U32, Varint),
+        15 => (Number::I32, Fixed),
+        16 => (Number::I64, Fixed),
+        17 => (Number::I32, ZigZag),
+        18 => (Number::I64, ZigZag),
+        _ => return None,
+    })
 }
 
-impl Scalar {
-    fn from_type(number: u64) -> Option<Self> {
-        Some(match number {
-            1 => Self::Double,
-            2 => Self::Float,
-            3 => Self::Int64,
-            4 => Self::UInt64,
-            5 => Self::Int32,
-            6 => Self::Fixed64,
-            7 => Self::Fixed32,
-            13 => Self::UInt32,
-            15 => Self::SFixed32,
-            16 => Self::SFixed64,
-            17 => Self::SInt32,
-            18 => Self::SInt64,
-            _ => return None,
-        })
-    }
-
-    fn is_float(self) -> bool {
-        matches!(self, Self::Double | Self::Float)
-    }
-
-    /// Returns the wire type of a single value.
-    fn wire(self) -> u64 {
-        match self {
-            Self::Double | Self::Fixed64 | Self::SFixed64 => 1,
-            Self::Float | Self::Fixed32 | Self::SFixed32 => 5,
-            _ => 0,
+/// Reads a descriptor set in which `root` is the message type of a topic.
+pub(super) fn types(root: &str, data: &[u8]) -> Result<MessageTypes, Error> {
+    let mut types = MessageTypes {
+        root: root.trim_start_matches('.').to_string(),
+        ..MessageTypes::default()
+    };
+    for part in fields(data) {
+        if let (1, Wire::Bytes(file)) = part? {
+            let (mut package, mut proto3) = (String::new(), false);
+            for part in fields(file) {
+                match part? {
+                    (2, Wire::Bytes(name)) => package = text(name)?,
+                    (12, Wire::Bytes(syntax)) => proto3 = syntax == b"proto3",
+                    _ => {}
+                }
+            }
+            for part in fields(file) {
+                if let (4, Wire::Bytes(own)) = part? {
+                    define(&mut types, &package, own, proto3, DEPTH)?;
+                }
+            }
         }
     }
+    if types.types.contains_key(&types.root) {
+        return Ok(types);
+    }
+    Err(unreadable(
+        &format!("a definition of {}", types.root),
+        "none in the schema",
+    ))
+}
 
-    fn value(self, bits: u64) -> f64 {
-        let zigzag = |bits: u64| (bits >> 1) as i64 ^ -((bits & 1) as i64);
-        match self {
-            Self::Double => f64::from_bits(bits),
-            Self::Float => f64::from(f32::from_bits(bits as u32)),
-            Self::Int64 | Self::SFixed64 => bits as i64 as f64,
-            Self::UInt64 | Self::Fixed64 => bits as f64,
-            Self::Int32 | Self::SFixed32 => f64::from(bits as u32 as i32),
-            Self::UInt32 | Self::Fixed32 => f64::from(bits as u32),
-            Self::SInt32 | Self::SInt64 => zigzag(bits) as f64,
+/// Reads a message type and those in it.
+fn define(
+    types: &mut MessageTypes,
+    scope: &str,
+    data: &[u8],
+    proto3: bool,
+    depth: usize,
+) -> Result<(), Error> {
+    if depth == 0 || types.types.len() >= TYPES {
+        return Err(unreadable("a descriptor of moderate size", "more types"));
+    }
+    let mut name = String::new();
+    for part in fields(data) {
+        if let (1, Wire::Bytes(bytes)) = part? {
+            name = text(bytes)?;
         }
     }
+    if !scope.is_empty() {
+        name = format!("{scope}.{name}");
+    }
+    let mut list = Vec::new();
+    for part in fields(data) {
+        match part? {
+            (2, Wire::Bytes(own)) => list.push(field(own, proto3)?),
+            (3, Wire::Bytes(nested)) => define(types, &name, nested, proto3, depth - 1)?,
+            (7, Wire::Bytes(options)) => {
+                for option in fields(options) {
+                    if let (7, Wire::Varint(1)) = option? {
+                        types.unordered.insert(name.clone());
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    types.define(&name, list)
 }
 
-#[derive(Debug, Clone, PartialEq)]
-enum ProtoKind {
-    Number(Scalar),
-    Message(String),
-    Other,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-struct ProtoField {
-    name: String,
-    number: u64,
-    kind: ProtoKind,
-    repeated: bool,
-    /// Whether a field that is not there means zero, as in proto3.
-    zero_if_absent: bool,
-}
-
-/// The message types of a schema.
-#[derive(Debug, Clone)]
-pub(super) struct Descriptor {
-    root: String,
-    types: BTreeMap<String, Vec<ProtoField>>,
-    /// The types of entries of maps, which stand in a message in any order.
-    maps: BTreeSet<String>,
+fn field(data: &[u8], proto3: bool) -> Result<Field, Error> {
+    let (mut name, mut type_name) = (String::new(), String::new());
+    let (mut tag, mut kind, mut repeated, mut explicit) = (0, 0, false, false);
+    for part in fields(data) {
+        match part? {
+            (1, Wire::Bytes(bytes)) => name = text(bytes)?,
+            (3, Wire::Varint(value)) => tag = value,
+            (4, Wire::Varint(label)) => repeated = label == 3,
+            (5, Wire::Varint(value)) => kind = value,
+            (6, Wire::Bytes(bytes)) => type_name = text(bytes)?,
+            // A member of a oneof, or marked optional: absence is no zero.
+            (9 | 17, Wire::Varint(_)) => explicit = true,
+            _ => {}
+        }
+    }
+    let (kind, coding) = match (number_of(kind), kind) {
+        (Some((number, coding)), _) => (FieldKind::Number(number), coding),
+        (None, 11) => {
+            let name = type_name.trim_start_matches('.').to_string();
+            (FieldKind::Message(name), Coding::Fixed)
+        }
+        _ => (FieldKind::Other, Coding::Fixed),
+    };
+    Ok(Field {
+        tag,
+        coding,
+        zero_if_absent: proto3 && !explicit && !repeated,
+        ..Field::new(
+            &name,
+            kind,
+            if repeated {
+                Multiplicity::Sequence
+            } else {
+                Multiplicity::One
+            },
+        )
+    })
 }
 
 /// A step on the way to a number: field number, and index if it is repeated.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct FieldStep {
-    number: u64,
-    index: Option<u64>,
-}
+type TagStep = (u64, Option<u64>);
 
 /// The way to one number.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ProtoTarget {
-    steps: Vec<FieldStep>,
-    scalar: Scalar,
+    steps: Vec<TagStep>,
+    number: Number,
+    coding: Coding,
     zero_if_absent: bool,
     /// Whether a message that lacks the way to it still has a value, zero.
     optional: bool,
     path: String,
 }
 
-impl Descriptor {
-    /// Reads a descriptor set in which `root` is the message type of a topic.
-    pub(super) fn read(root: &str, data: &[u8]) -> Result<Self, Error> {
-        let mut descriptor = Self {
-            root: root.trim_start_matches('.').to_string(),
-            types: BTreeMap::new(),
-            maps: BTreeSet::new(),
-        };
-        for part in fields(data) {
-            let (1, Wire::Bytes(file)) = part? else {
-                continue;
-            };
-            descriptor.file(file)?;
-        }
-        if !descriptor.types.contains_key(&descriptor.root) {
-            return Err(unreadable(
-                &format!("a definition of {}", descriptor.root),
-                "none in the schema",
-            ));
-        }
-        Ok(descriptor)
-    }
+/// Returns the way to the number at a path; `optional` if a message without it means zero.
+pub(super) fn target(types: &MessageTypes, path: &str, optional: bool) -> Option<ProtoTarget> {
+    let (way, number) = types.way_to_number(path)?;
+    let (_, last, _) = way.last()?;
+    Some(ProtoTarget {
+        steps: way
+            .iter()
+            .map(|(_, field, index)| (field.tag, *index))
+            .collect(),
+        number,
+        coding: last.coding,
+        zero_if_absent: last.zero_if_absent,
+        optional,
+        path: path.to_string(),
+    })
+}
 
-    fn file(&mut self, data: &[u8]) -> Result<(), Error> {
-        let (mut package, mut proto3) = (String::new(), false);
-        for part in fields(data) {
-            match part? {
-                (2, Wire::Bytes(name)) => package = text(name)?,
-                (12, Wire::Bytes(syntax)) => proto3 = syntax == b"proto3",
-                _ => {}
-            }
-        }
-        for part in fields(data) {
-            if let (4, Wire::Bytes(message)) = part? {
-                self.message(&package, message, proto3, DEPTH)?;
-            }
-        }
-        Ok(())
-    }
-
-    fn message(
-        &mut self,
-        scope: &str,
-        data: &[u8],
-        proto3: bool,
-        depth: usize,
-    ) -> Result<(), Error> {
-        if depth == 0 || self.types.len() >= TYPES {
-            return Err(unreadable("a descriptor of moderate size", "more types"));
-        }
-        let mut name = String::new();
-        for part in fields(data) {
-            if let (1, Wire::Bytes(bytes)) = part? {
-                name = text(bytes)?;
-            }
-        }
-        let name = if scope.is_empty() {
-            name
-        } else {
-            format!("{scope}.{name}")
-        };
-        let mut list = Vec::new();
-        for part in fields(data) {
-            match part? {
-                (7, Wire::Bytes(options)) => {
-                    for option in fields(options) {
-                        if let (7, Wire::Varint(1)) = option? {
-                            self.maps.insert(name.clone());
-                        }
-                    }
-                }
-                (2, Wire::Bytes(field)) => list.push(ProtoField::read(field, proto3)?),
-                (3, Wire::Bytes(nested)) => self.message(&name, nested, proto3, depth - 1)?,
-                _ => {}
-            }
-        }
-        match self.types.insert(name.clone(), list.clone()) {
-            Some(known) if known != list => Err(unreadable(
-                &format!("one definition of {name}"),
-                "two that differ",
-            )),
-            _ => Ok(()),
-        }
-    }
-
-    /// Returns the way to the number at `path`.
-    pub(super) fn target(&self, path: &str) -> Option<ProtoTarget> {
-        let mut type_name = self.root.as_str();
-        let mut steps = Vec::new();
-        let parts: Vec<&str> = path.split('.').collect();
-        for (position, part) in parts.iter().enumerate() {
-            let (name, index) = match part.split_once('[') {
-                None => (*part, None),
-                Some((name, index)) => (name, Some(index.strip_suffix(']')?.parse().ok()?)),
-            };
-            let field = self
-                .types
-                .get(type_name)?
-                .iter()
-                .find(|field| field.name == name)?;
-            if field.repeated != index.is_some() {
-                return None;
-            }
-            steps.push(FieldStep {
-                number: field.number,
-                index,
-            });
-            match &field.kind {
-                // An entry of a map has no number of its own.
-                ProtoKind::Message(inner) if self.maps.contains(inner) => return None,
-                ProtoKind::Message(inner) if position + 1 < parts.len() => type_name = inner,
-                ProtoKind::Number(scalar) if position + 1 == parts.len() => {
-                    return Some(ProtoTarget {
-                        steps,
-                        scalar: *scalar,
-                        zero_if_absent: field.zero_if_absent && !field.repeated,
-                        optional: false,
-                        path: path.to_string(),
-                    });
-                }
-                _ => return None,
-            }
-        }
-        None
-    }
-
-    /// Returns the ways to seconds and nanoseconds of the messages' stamp.
-    pub(super) fn stamp(&self) -> Option<[ProtoTarget; 2]> {
-        let own = self.types.get(&self.root)?;
-        let is_stamp = |field: &&ProtoField| {
-            !field.repeated && field.kind == ProtoKind::Message("google.protobuf.Timestamp".into())
-        };
-        let named = ["stamp", "timestamp", "time"].iter().find_map(|name| {
-            own.iter()
-                .filter(is_stamp)
-                .find(|field| field.name == *name)
-        });
-        let mut only = own.iter().filter(is_stamp);
-        let only = only.next().filter(|_| only.next().is_none());
-        let mut bases: Vec<String> = named
-            .or(only)
-            .map(|field| field.name.clone())
-            .into_iter()
-            .collect();
-        bases.push("header.stamp".into());
-        bases.push("header.timestamp".into());
-        for base in bases {
-            for [seconds, nanos] in [["seconds", "nanos"], ["sec", "nanosec"], ["sec", "nsec"]] {
-                let way = |name: &str| {
-                    self.target(&format!("{base}.{name}"))
-                        .map(ProtoTarget::or_zero)
-                };
-                if let (Some(seconds), Some(nanos)) = (way(seconds), way(nanos)) {
-                    return Some([seconds, nanos]);
-                }
-            }
-        }
-        None
-    }
-
-    /// Lists the paths of all number fields, and whether each is a floating-point one.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorKind::Malformed`] for a type with too many, [`ErrorKind::LimitExceeded`] once
-    /// `budget` is spent.
-    pub(super) fn numbers(&self, budget: &mut Budget) -> Result<Vec<(String, bool)>, Error> {
-        let mut found = Vec::new();
-        self.list(&self.root, "", DEPTH, budget, &mut found)?;
-        Ok(found)
-    }
-
-    fn list(
-        &self,
-        type_name: &str,
-        prefix: &str,
-        depth: usize,
-        budget: &mut Budget,
-        found: &mut Vec<(String, bool)>,
-    ) -> Result<(), Error> {
-        let Some(list) = self.types.get(type_name).filter(|_| depth > 0) else {
-            return Ok(());
-        };
-        for field in list {
-            budget.spend()?;
-            let array = if field.repeated { "[0..]" } else { "" };
-            let path = format!("{prefix}{}{array}", field.name);
-            match &field.kind {
-                ProtoKind::Number(_) if found.len() >= FIELDS => return Err(too_many_fields()),
-                ProtoKind::Number(scalar) => found.push((path, scalar.is_float())),
-                ProtoKind::Message(inner) if !self.maps.contains(inner) => {
-                    self.list(inner, &format!("{path}."), depth - 1, budget, found)?;
-                }
-                ProtoKind::Message(_) | ProtoKind::Other => {}
-            }
-        }
-        Ok(())
-    }
+/// Returns the names of the messages' own fields that hold a stamp, the likeliest first.
+pub(super) fn stamps(types: &MessageTypes) -> Vec<String> {
+    let kind = FieldKind::Message("google.protobuf.Timestamp".into());
+    let own = types.types.get(&types.root).into_iter().flatten();
+    let of_kind = own.filter(|field| field.count == Multiplicity::One && field.kind == kind);
+    let names: Vec<&str> = of_kind.map(|field| field.name.as_str()).collect();
+    let named = ["stamp", "timestamp", "time"]
+        .into_iter()
+        .find(|name| names.contains(name));
+    let only = || match names.as_slice() {
+        [only] => Some(*only),
+        _ => None,
+    };
+    let own = named.or_else(only).into_iter();
+    own.chain(["header.stamp", "header.timestamp"])
+        .map(str::to_string)
+        .collect()
 }
 
 impl ProtoTarget {
-    /// Returns the same way, on which a message that lacks it means zero.
-    pub(super) fn or_zero(self) -> Self {
-        Self {
-            optional: true,
-            ..self
+    /// Returns the wire type of a single value.
+    fn wire(&self) -> u64 {
+        match (self.coding, self.number.size()) {
+            (Coding::Fixed, 8) => 1,
+            (Coding::Fixed, _) => 5,
+            _ => 0,
         }
     }
-}
 
-impl ProtoField {
-    fn read(data: &[u8], proto3: bool) -> Result<Self, Error> {
-        let (mut name, mut type_name) = (String::new(), String::new());
-        let (mut number, mut kind, mut repeated, mut explicit) = (0, 0, false, false);
-        for part in fields(data) {
-            match part? {
-                (1, Wire::Bytes(bytes)) => name = text(bytes)?,
-                (3, Wire::Varint(value)) => number = value,
-                (4, Wire::Varint(label)) => repeated = label == 3,
-                (5, Wire::Varint(value)) => kind = value,
-                (6, Wire::Bytes(bytes)) => type_name = text(bytes)?,
-                // A member of a oneof, or marked optional: absence is no zero.
-                (9 | 17, Wire::Varint(_)) => explicit = true,
-                _ => {}
-            }
-        }
-        let kind = match (Scalar::from_type(kind), kind) {
-            (Some(scalar), _) => ProtoKind::Number(scalar),
-            (None, 11) => ProtoKind::Message(type_name.trim_start_matches('.').to_string()),
-            _ => ProtoKind::Other,
-        };
-        Ok(Self {
-            name,
-            number,
-            kind,
-            repeated,
-            zero_if_absent: proto3 && !explicit,
+    fn value(&self, bits: u64) -> f64 {
+        self.number.value(match self.coding {
+            Coding::ZigZag => (bits >> 1) ^ (bits & 1).wrapping_neg(),
+            _ => bits,
         })
     }
 }
@@ -376,7 +226,7 @@ pub(super) fn read(
     slots: &mut [f64],
 ) -> Result<(), (String, String)> {
     let mut values: Vec<Option<f64>> = vec![None; targets.len()];
-    let wanted: Vec<(usize, &ProtoTarget, &[FieldStep])> = targets
+    let wanted: Vec<(usize, &ProtoTarget, &[TagStep])> = targets
         .iter()
         .enumerate()
         .map(|(slot, target)| (slot, target, target.steps.as_slice()))
@@ -399,7 +249,7 @@ pub(super) fn read(
 
 fn walk(
     message: &[u8],
-    wanted: &[(usize, &ProtoTarget, &[FieldStep])],
+    wanted: &[(usize, &ProtoTarget, &[TagStep])],
     values: &mut [Option<f64>],
 ) -> Result<(), (String, String)> {
     for (slot, target, steps) in wanted {
@@ -412,9 +262,9 @@ fn walk(
     for part in fields(message) {
         let (number, wire) =
             part.map_err(|error| ("a whole protobuf message".to_string(), error.to_string()))?;
-        let here: Vec<&(usize, &ProtoTarget, &[FieldStep])> = wanted
+        let here: Vec<&(usize, &ProtoTarget, &[TagStep])> = wanted
             .iter()
-            .filter(|(_, _, steps)| steps[0].number == number)
+            .filter(|(_, _, steps)| steps[0].0 == number)
             .collect();
         if here.is_empty() {
             continue;
@@ -423,26 +273,26 @@ fn walk(
         let mut elements = 1;
         for scalar in here.iter().filter(|(_, _, steps)| steps.len() == 1) {
             let (slot, target, steps) = scalar;
-            elements = match (&wire, steps[0].index) {
+            elements = match (&wire, steps[0].1) {
                 // Numbers of a repeated field may stand packed in one block.
                 (Wire::Bytes(block), Some(wanted)) => {
-                    packed(block, target.scalar, index, wanted, &mut values[*slot])?
+                    packed(block, target, index, wanted, &mut values[*slot])?
                 }
                 (Wire::Bytes(_), None) => return Err(mismatch(target)),
                 (single, at) => {
-                    let Some(bits) = single.bits(target.scalar) else {
+                    let Some(bits) = single.bits(target.wire()) else {
                         return Err(mismatch(target));
                     };
                     if at.is_none_or(|at| at == index) {
-                        values[*slot] = Some(target.scalar.value(bits));
+                        values[*slot] = Some(target.value(bits));
                     }
                     1
                 }
             };
         }
-        let deeper: Vec<(usize, &ProtoTarget, &[FieldStep])> = here
+        let deeper: Vec<(usize, &ProtoTarget, &[TagStep])> = here
             .iter()
-            .filter(|(_, _, steps)| steps.len() > 1 && steps[0].index.is_none_or(|at| at == index))
+            .filter(|(_, _, steps)| steps.len() > 1 && steps[0].1.is_none_or(|at| at == index))
             .map(|(slot, target, steps)| (*slot, *target, &steps[1..]))
             .collect();
         if !deeper.is_empty() {
@@ -466,7 +316,7 @@ fn mismatch(target: &ProtoTarget) -> (String, String) {
 /// Reads a packed block; returns its number of elements.
 fn packed(
     block: &[u8],
-    scalar: Scalar,
+    target: &ProtoTarget,
     first: u64,
     wanted: u64,
     value: &mut Option<f64>,
@@ -474,14 +324,14 @@ fn packed(
     let mut left = block;
     let mut count = 0;
     while !left.is_empty() {
-        let Some(bits) = take_bits(&mut left, scalar.wire()) else {
+        let Some(bits) = take_bits(&mut left, target.wire()) else {
             return Err((
                 "whole numbers in a packed block".into(),
                 "the end of it".into(),
             ));
         };
         if first.saturating_add(count) == wanted {
-            *value = Some(scalar.value(bits));
+            *value = Some(target.value(bits));
         }
         count += 1;
     }
@@ -498,8 +348,8 @@ enum Wire<'a> {
 }
 
 impl Wire<'_> {
-    fn bits(&self, scalar: Scalar) -> Option<u64> {
-        match (self, scalar.wire()) {
+    fn bits(&self, wire: u64) -> Option<u64> {
+        match (self, wire) {
             (Self::Varint(bits), 0) | (Self::Eight(bits), 1) => Some(*bits),
             (Self::Four(bits), 5) => Some(u64::from(*bits)),
             _ => None,
@@ -579,13 +429,4 @@ fn varint(left: &mut &[u8]) -> Option<u64> {
 
 fn text(bytes: &[u8]) -> Result<String, Error> {
     String::from_utf8(bytes.to_vec()).map_err(|_| unreadable("names in UTF-8", "other bytes"))
-}
-
-fn unreadable(expected: &str, found: &str) -> Error {
-    ErrorKind::Malformed {
-        expected: expected.to_string(),
-        found: found.to_string(),
-        hint: "the schema or message cannot be read; export the channel as CSV".into(),
-    }
-    .into()
 }

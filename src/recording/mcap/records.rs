@@ -12,7 +12,7 @@ pub(super) const PREFIX_BYTES: usize = 9;
 
 /// A cursor over the fields of one record.
 #[derive(Clone)]
-pub(super) struct Fields<'a> {
+struct Fields<'a> {
     left: &'a [u8],
     what: &'static str,
     /// Longest text let in [byte].
@@ -20,7 +20,7 @@ pub(super) struct Fields<'a> {
 }
 
 impl<'a> Fields<'a> {
-    pub(super) fn new(what: &'static str, data: &'a [u8]) -> Self {
+    fn new(what: &'static str, data: &'a [u8]) -> Self {
         Self {
             left: data,
             what,
@@ -36,11 +36,11 @@ impl<'a> Fields<'a> {
         }
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    fn is_empty(&self) -> bool {
         self.left.is_empty()
     }
 
-    pub(super) fn bytes(&mut self, count: u64) -> Result<&'a [u8], Error> {
+    fn bytes(&mut self, count: u64) -> Result<&'a [u8], Error> {
         let split = usize::try_from(count)
             .ok()
             .and_then(|count| self.left.split_at_checked(count));
@@ -60,19 +60,19 @@ impl<'a> Fields<'a> {
         Ok(array)
     }
 
-    pub(super) fn u8(&mut self) -> Result<u8, Error> {
+    fn u8(&mut self) -> Result<u8, Error> {
         self.array().map(u8::from_le_bytes)
     }
 
-    pub(super) fn u16(&mut self) -> Result<u16, Error> {
+    fn u16(&mut self) -> Result<u16, Error> {
         self.array().map(u16::from_le_bytes)
     }
 
-    pub(super) fn u32(&mut self) -> Result<u32, Error> {
+    fn u32(&mut self) -> Result<u32, Error> {
         self.array().map(u32::from_le_bytes)
     }
 
-    pub(super) fn u64(&mut self) -> Result<u64, Error> {
+    fn u64(&mut self) -> Result<u64, Error> {
         self.array().map(u64::from_le_bytes)
     }
 
@@ -120,16 +120,15 @@ pub(super) struct SchemaRecord<'a> {
     pub(super) data: &'a [u8],
 }
 
-impl<'a> SchemaRecord<'a> {
-    pub(super) fn read(data: &'a [u8], limits: &Limits) -> Result<Self, Error> {
-        let mut fields = Fields::within("schema", data, limits);
-        Ok(Self {
-            id: fields.u16()?,
-            name: fields.text()?,
-            encoding: fields.text()?,
-            data: fields.block()?.left,
-        })
-    }
+/// Reads a schema.
+pub(super) fn schema<'a>(data: &'a [u8], limits: &Limits) -> Result<SchemaRecord<'a>, Error> {
+    let mut fields = Fields::within("schema", data, limits);
+    Ok(SchemaRecord {
+        id: fields.u16()?,
+        name: fields.text()?,
+        encoding: fields.text()?,
+        data: fields.block()?.left,
+    })
 }
 
 /// A channel: a topic with its message encoding and schema.
@@ -140,45 +139,30 @@ pub(super) struct ChannelRecord<'a> {
     pub(super) encoding: &'a str,
 }
 
-impl<'a> ChannelRecord<'a> {
-    pub(super) fn read(data: &'a [u8], limits: &Limits) -> Result<Self, Error> {
-        let mut fields = Fields::within("channel", data, limits);
-        let record = Self {
-            id: fields.u16()?,
-            schema_id: fields.u16()?,
-            topic: fields.text()?,
-            encoding: fields.text()?,
-        };
-        let mut metadata = fields.block()?;
-        while !metadata.is_empty() {
-            metadata.text()?;
-            metadata.text()?;
-        }
-        Ok(record)
+/// Reads a channel.
+pub(super) fn channel<'a>(data: &'a [u8], limits: &Limits) -> Result<ChannelRecord<'a>, Error> {
+    let mut fields = Fields::within("channel", data, limits);
+    let record = ChannelRecord {
+        id: fields.u16()?,
+        schema_id: fields.u16()?,
+        topic: fields.text()?,
+        encoding: fields.text()?,
+    };
+    let mut metadata = fields.block()?;
+    while !metadata.is_empty() {
+        metadata.text()?;
     }
+    Ok(record)
 }
 
-/// A message.
-pub(super) struct MessageRecord<'a> {
-    pub(super) channel_id: u16,
-    /// When it was recorded [ns].
-    pub(super) log_time: u64,
-    pub(super) data: &'a [u8],
-}
-
-impl<'a> MessageRecord<'a> {
-    pub(super) fn read(data: &'a [u8]) -> Result<Self, Error> {
-        let mut fields = Fields::new("message", data);
-        let channel_id = fields.u16()?;
-        let _sequence = fields.u32()?;
-        let log_time = fields.u64()?;
-        let _publish_time = fields.u64()?;
-        Ok(Self {
-            channel_id,
-            log_time,
-            data: fields.left,
-        })
-    }
+/// Reads a message: its channel, when it was recorded [ns], and its content.
+pub(super) fn message(data: &[u8]) -> Result<(u16, u64, &[u8]), Error> {
+    let mut fields = Fields::new("message", data);
+    let channel_id = fields.u16()?;
+    let _sequence = fields.u32()?;
+    let log_time = fields.u64()?;
+    let _publish_time = fields.u64()?;
+    Ok((channel_id, log_time, fields.left))
 }
 
 /// A chunk: records, compressed or not.
@@ -190,50 +174,34 @@ pub(super) struct ChunkRecord<'a> {
     pub(super) data: &'a [u8],
 }
 
-impl<'a> ChunkRecord<'a> {
-    pub(super) fn read(data: &'a [u8], limits: &Limits) -> Result<Self, Error> {
-        let mut fields = Fields::within("chunk", data, limits);
-        let _start_time = fields.u64()?;
-        let _end_time = fields.u64()?;
-        let uncompressed_size = fields.u64()?;
-        let crc = fields.u32()?;
-        let compression = fields.text()?;
-        let compressed_size = fields.u64()?;
-        Ok(Self {
-            uncompressed_size,
-            crc,
-            compression,
-            data: fields.bytes(compressed_size)?,
-        })
-    }
+/// Reads a chunk.
+pub(super) fn chunk<'a>(data: &'a [u8], limits: &Limits) -> Result<ChunkRecord<'a>, Error> {
+    let mut fields = Fields::within("chunk", data, limits);
+    let _times = fields.bytes(2 * 8)?;
+    let (uncompressed_size, crc) = (fields.u64()?, fields.u32()?);
+    let compression = fields.text()?;
+    let compressed_size = fields.u64()?;
+    Ok(ChunkRecord {
+        uncompressed_size,
+        crc,
+        compression,
+        data: fields.bytes(compressed_size)?,
+    })
 }
 
-/// What the file says of itself: how many messages it holds, in all and by channel.
-pub(super) struct StatisticsRecord<'a> {
-    pub(super) message_count: u64,
-    by_channel: Fields<'a>,
-}
-
-impl<'a> StatisticsRecord<'a> {
-    pub(super) fn read(data: &'a [u8]) -> Result<Self, Error> {
-        let mut fields = Fields::new("statistics", data);
-        let message_count = fields.u64()?;
-        // Counts of schemas (2 bytes), channels, attachments, metadata and chunks (4 bytes
-        // each), then the times of the first and the last message.
-        fields.bytes(2 + 4 * 4 + 2 * 8)?;
-        Ok(Self {
-            message_count,
-            by_channel: fields.block()?,
-        })
+/// Reads statistics: how many messages the file says that it holds, and how many by channel.
+pub(super) fn statistics(data: &[u8]) -> Result<(u64, Vec<(u16, u64)>), Error> {
+    let mut fields = Fields::new("statistics", data);
+    let messages = fields.u64()?;
+    // Counts of schemas (2 bytes), channels, attachments, metadata and chunks (4 bytes each), then
+    // the times of the first and the last message.
+    fields.bytes(2 + 4 * 4 + 2 * 8)?;
+    let mut block = fields.block()?;
+    let mut by_channel = Vec::new();
+    while !block.is_empty() {
+        by_channel.push((block.u16()?, block.u64()?));
     }
-
-    /// Returns the number of messages of the next channel that is listed.
-    pub(super) fn next_channel(&mut self) -> Result<Option<(u16, u64)>, Error> {
-        if self.by_channel.is_empty() {
-            return Ok(None);
-        }
-        Ok(Some((self.by_channel.u16()?, self.by_channel.u64()?)))
-    }
+    Ok((messages, by_channel))
 }
 
 /// Reads where the chunk starts that a chunk-index record tells of [byte].
@@ -248,27 +216,16 @@ pub(super) fn summary_start(data: &[u8]) -> Result<u64, Error> {
     Fields::new("footer", data).u64()
 }
 
-/// Walks the records inside a chunk.
-pub(super) struct ChunkRecords<'a> {
-    fields: Fields<'a>,
-}
-
-impl<'a> ChunkRecords<'a> {
-    pub(super) fn new(chunk: &'a [u8]) -> Self {
-        Self {
-            fields: Fields::new("chunk", chunk),
-        }
+/// Takes opcode and content of the next record inside a chunk from what is left of it.
+pub(super) fn next_in_chunk<'a>(left: &mut &'a [u8]) -> Result<Option<(u8, &'a [u8])>, Error> {
+    if left.is_empty() {
+        return Ok(None);
     }
-
-    /// Returns opcode and content of the next record.
-    pub(super) fn next(&mut self) -> Result<Option<(u8, &'a [u8])>, Error> {
-        if self.fields.is_empty() {
-            return Ok(None);
-        }
-        let opcode = self.fields.u8()?;
-        let length = self.fields.u64()?;
-        Ok(Some((opcode, self.fields.bytes(length)?)))
-    }
+    let mut fields = Fields::new("chunk", left);
+    let (opcode, length) = (fields.u8()?, fields.u64()?);
+    let data = fields.bytes(length)?;
+    *left = fields.left;
+    Ok(Some((opcode, data)))
 }
 
 /// Says what a damaged file should hold, and what it holds.

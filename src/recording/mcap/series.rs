@@ -3,9 +3,9 @@
 use super::json::{self, Leaf};
 use super::layout::{
     self, ESTIMATE, Extractor, FRAME, Laid, MessageLayout, Unfit, WantedFields, damaged_message,
-    name_of, says_lateral,
+    name_of, says_further,
 };
-use super::schema::{FIELDS, too_many_fields};
+use super::ros::Dialect;
 use super::{cdr, protobuf, records};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column as Named;
@@ -57,14 +57,12 @@ pub(super) struct TopicSeries {
     slots: Vec<f64>,
     /// Stamps in the messages [ns].
     stamps: Vec<i64>,
-    /// Times of recording [ns]; kept only while no stamp has shown to be of use.
+    /// Times of recording [ns].
     logged: Vec<u64>,
-    /// First and last time of recording [ns].
-    log_span: Option<(u64, u64)>,
     /// The frame that the first message names.
     frame: Option<f64>,
-    /// Paths of JSON whose names were looked at.
-    looked_at: BTreeSet<String>,
+    /// Fingerprints of the fields that messages in JSON had, each looked at once.
+    shapes: BTreeSet<u64>,
     /// The first thing wrong with the whole; nothing is read after it.
     error: Option<Error>,
 }
@@ -88,9 +86,8 @@ impl TopicSeries {
             slots: Vec::new(),
             stamps: Vec::new(),
             logged: Vec::new(),
-            log_span: None,
             frame: None,
-            looked_at: BTreeSet::new(),
+            shapes: BTreeSet::new(),
             error: None,
         };
         match laid {
@@ -134,8 +131,8 @@ impl TopicSeries {
             self.error = Some(error);
             return Ok(());
         }
-        // Each message costs one value per column and one for its time.
-        *kept += self.columns.len() as u64 + 1;
+        // Each message costs one value per column and one for each of its times.
+        *kept += self.columns.len() as u64 + 2;
         let most = limits.samples;
         if number > most || *kept > most.saturating_mul(KEPT_PER_SAMPLE) {
             return Err(Error::from(ErrorKind::LimitExceeded {
@@ -161,12 +158,10 @@ impl TopicSeries {
         let place = |path: &str| place(&topic, number, byte, path);
         if self.layout.is_none() {
             let laid = layout::json_layout(data, &self.wanted);
-            let (layout, looked_at) = laid.map_err(|unfit| match unfit {
+            let layout = laid.map_err(|unfit| match unfit {
                 Unfit::Other(error) => error.at(place("")),
                 other => other.of(&topic),
             })?;
-            *kept += OVERHEAD * looked_at.len() as u64;
-            self.looked_at = looked_at;
             self.take_layout(Rc::new(layout), kept);
         }
         let Some(layout) = self.layout.clone() else {
@@ -194,14 +189,12 @@ impl TopicSeries {
             }
             self.frame = frame;
         }
-        let stamp = if layout.stamped {
+        if layout.stamped {
             let pair = [rest.next(), rest.next()].map(Option::unwrap_or_default);
-            Some(stamp_ns(pair).map_err(|error| error.at(place("header.stamp")))?)
-        } else {
-            None
-        };
-        let first = self.log_span.map_or(log_time, |(first, _)| first);
-        self.log_span = Some((first, log_time));
+            let stamp = stamp_ns(pair).map_err(|error| error.at(place("header.stamp")))?;
+            self.stamps.push(stamp);
+        }
+        self.logged.push(log_time);
         for (column, value) in self.columns.iter_mut().zip(&self.slots) {
             if column.error.is_some() {
                 continue;
@@ -214,16 +207,6 @@ impl TopicSeries {
                 continue;
             }
             column.values.push(*value);
-        }
-        if let Some(stamp) = stamp {
-            if stamp != 0 {
-                self.logged = Vec::new();
-            } else if self.stamps.len() == self.logged.len() {
-                self.logged.push(log_time);
-            }
-            self.stamps.push(stamp);
-        } else {
-            self.logged.push(log_time);
         }
         Ok(())
     }
@@ -243,24 +226,31 @@ impl TopicSeries {
         };
         let slots = &mut self.slots;
         match &layout.extractor {
-            Extractor::Cdr(plan) => cdr::read(plan, data, slots, longest).map_err(odd),
-            Extractor::Ros1(plan) => cdr::read_ros1(plan, data, slots, longest).map_err(odd),
+            Extractor::Ros(plan, Dialect::Ros2) => {
+                cdr::read(plan, data, slots, longest).map_err(odd)
+            }
+            Extractor::Ros(plan, Dialect::Ros1) => {
+                cdr::read_ros1(plan, data, slots, longest).map_err(odd)
+            }
             Extractor::Protobuf(targets) => protobuf::read(targets, data, slots)
                 .map_err(|(expected, found)| damaged_message(&expected, &found)),
             Extractor::Json(paths) => {
-                let looked_at =
-                    (self.wanted == WantedFields::Lateral).then_some(&mut self.looked_at);
-                read_json(paths, data, slots, looked_at, kept).and_then(|other| match other {
+                let shape = read_json(paths, data, slots)?;
+                if self.wanted != WantedFields::Lateral || !self.shapes.insert(shape) {
+                    return Ok(());
+                }
+                *kept += OVERHEAD;
+                match further_lateral(paths, data)? {
                     None => Ok(()),
                     Some(path) => Err(ErrorKind::Malformed {
                         expected: "the fields of the first message".into(),
                         found: format!("a further lateral acceleration, {path}"),
-                        hint: "choose one with the setting `channel` = TOPIC:FIELD, or write each sensor to a \
-                               topic of its own"
+                        hint: "choose one with the setting `channel` = TOPIC:FIELD, or write each \
+                               sensor to a topic of its own"
                             .into(),
                     }
                     .into()),
-                })
+                }
             }
         }
     }
@@ -282,17 +272,6 @@ impl TopicSeries {
             },
             None => Standing::Other,
         }
-    }
-
-    /// Tells whether several of its fields could be meant.
-    pub(super) fn is_ambiguous(&self) -> bool {
-        let kind = self.error.as_ref().map(Error::kind);
-        matches!(kind, Some(ErrorKind::AmbiguousChannel { .. }))
-    }
-
-    /// Tells whether the unit of what was taken is known.
-    pub(super) fn has_unit(&self) -> bool {
-        self.columns.iter().any(|column| column.unit.is_some())
     }
 
     /// Returns the name of the first field.
@@ -358,12 +337,9 @@ impl TopicSeries {
     ) -> Result<Vec<f64>, Error> {
         let stamped = self.layout.as_ref().is_some_and(|layout| layout.stamped);
         let use_stamps = stamped && self.stamps.iter().any(|stamp| *stamp != 0);
-        let (count, clock): (usize, Box<dyn Fn(usize) -> i128 + '_>) = if use_stamps {
-            let stamps = &self.stamps;
-            (stamps.len(), Box::new(|index| i128::from(stamps[index])))
-        } else {
-            let logged = &self.logged;
-            (logged.len(), Box::new(|index| i128::from(logged[index])))
+        let time = |index: usize| match use_stamps {
+            true => i128::from(self.stamps[index]),
+            false => i128::from(self.logged[index]),
         };
         if stamped && !use_stamps {
             findings.push(Finding::warning(
@@ -378,12 +354,12 @@ impl TopicSeries {
                  the delays of transport",
             ));
         }
-        let Some(last) = count.checked_sub(1) else {
+        let Some(end) = self.logged.len().checked_sub(1) else {
             return Ok(Vec::new());
         };
-        let first = clock(0);
-        for index in 1..count {
-            let (previous, found) = (clock(index - 1), clock(index));
+        let (first, last) = (time(0), time(end));
+        for index in 1..=end {
+            let (previous, found) = (time(index - 1), time(index));
             if found <= previous {
                 let place = Place::default().channel(format!(
                     "{}, message {} (seconds after the first)",
@@ -397,9 +373,9 @@ impl TopicSeries {
                 .at(place));
             }
         }
-        if let (true, Some((began, ended))) = (use_stamps, self.log_span) {
-            let logged = i128::from(ended) - i128::from(began);
-            let stamped = clock(last) - first;
+        if use_stamps {
+            let logged = i128::from(self.logged[end]) - i128::from(self.logged[0]);
+            let stamped = last - first;
             // Transport comes late now and then; a clock that runs slow is late all the time.
             if logged > stamped + stamped / 2 + LATE_NS {
                 findings.push(Finding::warning(
@@ -418,20 +394,18 @@ impl TopicSeries {
             Some(instant_s) => nanoseconds(instant_s)?,
             None => first,
         };
-        if !(first..=clock(last)).contains(&zero) {
+        if !(first..=last).contains(&zero) {
             findings.push(Finding::warning(
                 "time-zero-outside",
                 format!(
                     "time zero is not between the first and the last message; on the file's \
                      clock these are at {} s and {} s",
                     seconds_text(first),
-                    seconds_text(clock(last))
+                    seconds_text(last)
                 ),
             ));
         }
-        Ok((0..count)
-            .map(|index| seconds(clock(index) - zero))
-            .collect())
+        Ok((0..=end).map(|index| seconds(time(index) - zero)).collect())
     }
 }
 
@@ -485,42 +459,34 @@ fn place(topic: &str, number: u64, byte: u64, path: &str) -> Place {
         .channel(format!("{}, message {number}", name_of(topic, path)))
 }
 
-/// Takes the numbers at `paths` from a JSON message. Returns the path of a further lateral
-/// acceleration, if the message has one that is not among those looked at before.
-fn read_json(
-    paths: &[String],
-    data: &[u8],
-    slots: &mut [f64],
-    mut looked_at: Option<&mut BTreeSet<String>>,
-    kept: &mut u64,
-) -> Result<Option<String>, Error> {
+/// Returns the path of a lateral acceleration in a JSON message that is not among `paths`.
+fn further_lateral(paths: &[String], data: &[u8]) -> Result<Option<String>, Error> {
+    let mut further = None;
+    let mut found = |path: &str, leaf: Leaf| {
+        let numeric = matches!(leaf, Leaf::Number(_) | Leaf::Null);
+        if numeric && !paths.iter().any(|known| known == path) && says_further(path) {
+            further = Some(path.to_string());
+        }
+    };
+    json::walk(data, &mut found).map_err(|reason| damaged_message("a JSON message", &reason))?;
+    Ok(further)
+}
+
+/// Takes the numbers at `paths` from a JSON message. Returns a fingerprint of its fields.
+fn read_json(paths: &[String], data: &[u8], slots: &mut [f64]) -> Result<u64, Error> {
     let mut leaves: Vec<Option<Leaf>> = vec![None; paths.len()];
-    let (mut twice, mut further, mut too_many) = (None, None, false);
+    let (mut twice, mut shape) = (None, 0_u64);
     let mut found = |path: &str, leaf: Leaf| {
         for (slot, wanted) in leaves.iter_mut().zip(paths) {
             if wanted == path && slot.replace(leaf).is_some() {
                 twice = Some(path.to_string());
             }
         }
-        if let Some(looked_at) = looked_at.as_deref_mut()
-            && matches!(leaf, Leaf::Number(_) | Leaf::Null)
-            && !path.contains('[')
-            && !looked_at.contains(path)
-        {
-            too_many |= looked_at.len() > FIELDS;
-            if !too_many {
-                looked_at.insert(path.to_string());
-                *kept += OVERHEAD;
-            }
-            if says_lateral(path) {
-                further = Some(path.to_string());
-            }
+        if matches!(leaf, Leaf::Number(_) | Leaf::Null) && !path.contains('[') {
+            shape = shape.wrapping_add(cdr::hash(path.as_bytes()));
         }
     };
     json::walk(data, &mut found).map_err(|reason| damaged_message("a JSON message", &reason))?;
-    if too_many {
-        return Err(too_many_fields());
-    }
     if let Some(path) = twice {
         return Err(damaged_message(
             &format!("the field {path} once"),
@@ -529,17 +495,18 @@ fn read_json(
     }
     let frame = FRAME.join(".");
     for ((leaf, path), slot) in leaves.into_iter().zip(paths).zip(slots) {
-        let no_number = |kind: &str| {
-            Error::from(ErrorKind::NonFinite {
-                found: format!("{kind} in {path}"),
-            })
-        };
-        *slot = match leaf {
-            Some(Leaf::Number(value)) => value,
-            Some(Leaf::Text(fingerprint)) if *path == frame => fingerprint,
-            Some(Leaf::Text(_)) => return Err(no_number("a text")),
-            Some(Leaf::Null) => return Err(no_number("null")),
-            Some(Leaf::Boolean) => return Err(no_number("a boolean")),
+        let kind = match leaf {
+            Some(Leaf::Number(value)) => {
+                *slot = value;
+                continue;
+            }
+            Some(Leaf::Text(fingerprint)) if *path == frame => {
+                *slot = fingerprint;
+                continue;
+            }
+            Some(Leaf::Text(_)) => "a text",
+            Some(Leaf::Null) => "null",
+            Some(Leaf::Boolean) => "a boolean",
             None => {
                 return Err(damaged_message(
                     &format!("the field {path}, as in the first message"),
@@ -547,8 +514,10 @@ fn read_json(
                 ));
             }
         };
+        let found = format!("{kind} in {path}");
+        return Err(ErrorKind::NonFinite { found }.into());
     }
-    Ok(further)
+    Ok(shape)
 }
 
 /// Returns a stamp in whole nanoseconds.
