@@ -20,7 +20,7 @@ use super::draft::{self, Draft, UniformSamples, Unit};
 use super::lateral::{self, CodedChannel};
 use super::source::Reader;
 use super::{Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
-use super::{encoding, time_base};
+use super::{encoding, held, time_base};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::SampleRate;
 use curve::Curve;
@@ -191,38 +191,22 @@ fn header_beside(
     let Some((stem, _)) = curve.rsplit_once('.') else {
         return Ok(None);
     };
-    let mut found = None;
-    for suffix in ["EV5", "ev5", "Ev5"] {
-        let name = format!("{stem}.{suffix}");
-        if let Some(bytes) = source.read_beside(&name, limits)? {
-            found = Some((name, bytes));
-            break;
-        }
-    }
-    if found.is_none() {
-        // A stem in other letters, as after a copy through a DOS disk. A folder too large to
-        // look through holds no test.
-        let names = source.list(false, limits).unwrap_or_default();
-        let alike = names.into_iter().find(|name| {
-            is_header_name(name)
-                && name
-                    .rsplit_once('.')
-                    .is_some_and(|(other, _)| other.eq_ignore_ascii_case(stem))
-        });
-        if let Some(name) = alike {
-            found = source
-                .read_beside(&name, limits)?
-                .map(|bytes| (name, bytes));
-        }
-    }
-    match found {
-        Some((name, bytes)) => {
+    let named = ["EV5", "ev5"].map(|suffix| format!("{stem}.{suffix}"));
+    // A stem in other letters, as after a copy through a DOS disk. A folder too large to look
+    // through holds no test.
+    let names = source.list(false, limits).unwrap_or_default();
+    let is_alike = |name: &&String| {
+        let other = name.rsplit_once('.').map(|(other, _)| other);
+        is_header_name(name) && other.is_some_and(|other| other.eq_ignore_ascii_case(stem))
+    };
+    for name in named.iter().chain(names.iter().filter(is_alike)) {
+        if let Some(bytes) = source.read_beside(name, limits)? {
             let test = TestInstruments::read(bytes, limits)
                 .map_err(|error| error.at(Place::file(name.clone())))?;
-            Ok(Some((name, test)))
+            return Ok(Some((name.clone(), test)));
         }
-        None => Ok(None),
     }
+    Ok(None)
 }
 
 /// Reads a test from its `.EV5`; `parts` names that file where it is a part of the recording.
@@ -474,28 +458,19 @@ impl UniformSamples {
             return Self::of_stamps(curve, options, limits, findings);
         };
         let stated = options.rate_hz.unwrap_or(rate.hertz());
-        let half_digit = 0.5 * curve.printed_digit_s * (1.0 + 1e-6) + 1e-12;
-        let off = curve
-            .stamps_s
-            .iter()
-            .enumerate()
-            .map(|(index, stamp)| (stamp - (start_s + index as f64 / stated)).abs())
-            .fold(0.0, f64::max);
-        if off <= half_digit + 0.01 / stated {
-            return Ok(Self {
+        let clock = (start_s, 1.0 / stated);
+        let (stamps_s, digit_s) = (&curve.stamps_s, curve.printed_digit_s);
+        match held::clock("the header", clock, stamps_s, digit_s) {
+            None => Ok(Self {
                 start_s,
                 rate: SampleRate::from_hertz(stated)?,
                 values: curve.values.clone(),
-            });
+            }),
+            Some(contradicted) => {
+                findings.push(contradicted);
+                Self::of_stamps(curve, options, limits, findings)
+            }
         }
-        findings.push(Finding::blocking(
-            "time-contradicted",
-            format!(
-                "the printed stamps differ by up to {off:.3e} s from the clock that the header \
-                 states ({start_s} s, {stated} Hz); one of the two is wrong, the stamps were used"
-            ),
-        ));
-        Self::of_stamps(curve, options, limits, findings)
     }
 
     fn of_stamps(

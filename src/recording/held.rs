@@ -125,6 +125,33 @@ pub(super) fn count(
     })
 }
 
+/// Holds a clock that `by` states, from `start_s` on [s], against stamps [s], as printed to
+/// `digit_s`.
+pub(super) fn clock(
+    by: &str,
+    (start_s, interval_s): (f64, f64),
+    stamps_s: &[f64],
+    digit_s: f64,
+) -> Option<Finding> {
+    let slack = 0.5 * digit_s * (1.0 + 1e-6) + 1e-12 + STAMP_SLACK * interval_s;
+    let off = |(index, stamp): (usize, &f64)| (stamp - (start_s + index as f64 * interval_s)).abs();
+    let off_s = stamps_s.iter().enumerate().map(off).fold(0.0, f64::max);
+    (off_s > slack).then(|| {
+        let hertz = crate::units::plain(1.0 / interval_s, 9);
+        Finding::blocking(
+            "time-contradicted",
+            format!(
+                "the stamps differ by up to {off_s:.3e} s from the clock that {by} states (the \
+                 first sample at {start_s} s, {hertz} Hz); one of the two is wrong, the stamps \
+                 were used"
+            ),
+        )
+    })
+}
+
+/// Share of the interval by which a stamp may be off the clock that is stated [-].
+const STAMP_SLACK: f64 = 0.01;
+
 /// Says that a text ends in the middle of its last line: without the line's end, and with fewer
 /// decimals, or cells, than every line before it has.
 pub(super) fn cut_line(content: &str) -> Option<Finding> {

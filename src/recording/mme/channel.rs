@@ -65,9 +65,6 @@ fn header_line(line: &str) -> HeaderLine<'_> {
     }
 }
 
-/// Share of the interval by which a stamp may be off the clock that a header states [-].
-const STAMP_SLACK: f64 = 0.01;
-
 /// Tells whether the head is that of a channel file.
 pub(super) fn looks_like_channel(head: &[u8]) -> bool {
     let is_code = |line: &str| {
@@ -281,35 +278,32 @@ impl ChannelHeader {
         }
     }
 
-    /// Returns the rate that the sampling interval states.
-    pub(super) fn interval(&self) -> Result<Option<SampleRate>, Error> {
-        let Some(printed) = self.value("Sampling interval") else {
+    /// Returns a number that the clock rests on; one that cannot be read is no number to guess.
+    fn clock_number(&self, key: &str, hint: &str) -> Result<Option<(f64, &str)>, Error> {
+        let Some(printed) = self.value(key) else {
             return Ok(None);
         };
-        let interval = text::header_number(printed).filter(|interval| *interval > 0.0);
-        let Some(interval) = interval else {
-            return Err(ErrorKind::Malformed {
-                expected: "a sampling interval in seconds".into(),
-                found: format!("`{}`", text::shown(printed)),
-                hint: "state the rate with the setting `rate_hz`".into(),
-            }
-            .into());
+        let malformed = || ErrorKind::Malformed {
+            expected: format!("`{key}` in seconds"),
+            found: format!("`{}`", text::shown(printed)),
+            hint: hint.into(),
         };
-        time_base::rate_of_interval(interval, text::last_digit(printed)).map(Some)
+        let number = text::header_number(printed).ok_or_else(malformed)?;
+        Ok(Some((number, printed)))
+    }
+
+    /// Returns the rate that the sampling interval states.
+    pub(super) fn interval(&self) -> Result<Option<SampleRate>, Error> {
+        let hint = "state the rate with the setting `rate_hz`";
+        let Some((interval_s, printed)) = self.clock_number("Sampling interval", hint)? else {
+            return Ok(None);
+        };
+        time_base::rate_of_interval(interval_s, text::last_digit(printed)).map(Some)
     }
 
     pub(super) fn first_time(&self) -> Result<Option<f64>, Error> {
-        let Some(printed) = self.value("Time of first sample") else {
-            return Ok(None);
-        };
-        text::header_number(printed).map(Some).ok_or_else(|| {
-            ErrorKind::Malformed {
-                expected: "the time of the first sample in seconds".into(),
-                found: format!("`{}`", text::shown(printed)),
-                hint: "mend the header".into(),
-            }
-            .into()
-        })
+        let stated = self.clock_number("Time of first sample", "mend the header")?;
+        Ok(stated.map(|(first_s, _)| first_s))
     }
 
     /// Holds the clock that the header states of itself against the stamps of the channel of
@@ -317,35 +311,24 @@ impl ChannelHeader {
     pub(super) fn clock_finding(&self, stamps_s: &[f64], digit_s: f64) -> Option<Finding> {
         let (own_s, last_s) = (*stamps_s.first()?, *stamps_s.last()?);
         let printed = self.statement("Time of first sample");
-        let stated_s = printed.and_then(|stated| text::header_number(stated.text));
-        let first_s = stated_s.unwrap_or(own_s);
+        let first_s = printed.and_then(|stated| text::header_number(stated.text));
+        let first_digit = printed.map_or(0.0, |stated| text::last_digit(stated.text));
         // What is no interval states none; 0 stands for none beside explicit times.
         let rate = self.interval().ok().flatten();
         let steps = stamps_s.len().saturating_sub(1).max(1) as f64;
         let interval_s = rate.map_or((last_s - own_s) / steps, |rate| 1.0 / rate.hertz());
-        let first_digit = printed.map_or(0.0, |stated| text::last_digit(stated.text));
-        let slack = 0.5 * (digit_s + first_digit) * (1.0 + 1e-6) + 1e-12 + STAMP_SLACK * interval_s;
-        let compared = if rate.is_some() { stamps_s.len() } else { 1 };
-        let off = stamps_s.iter().take(compared).enumerate();
-        let off = off
-            .map(|(index, stamp)| (stamp - (first_s + index as f64 * interval_s)).abs())
-            .fold(0.0, f64::max);
-        (off > slack).then(|| {
-            let stated = [
-                stated_s.map(|first| format!("the first sample at {first} s")),
-                rate.map(|rate| format!("{} Hz", rate.hertz())),
-            ];
-            let stated: Vec<String> = stated.into_iter().flatten().collect();
-            Finding::blocking(
-                "time-contradicted",
-                format!(
-                    "the stamps of the channel of times differ by up to {off:.3e} s from the \
-                     clock that the channel's own header states ({}); one of the two is wrong, \
-                     the stamps were used",
-                    stated.join(", ")
-                ),
-            )
-        })
+        let compared = if rate.is_some() {
+            stamps_s
+        } else {
+            &stamps_s[..1]
+        };
+        let stated = (first_s.unwrap_or(own_s), interval_s);
+        held::clock(
+            "the channel's header",
+            stated,
+            compared,
+            digit_s + first_digit,
+        )
     }
 
     /// Returns the channel frequency class that the header states, `CFC` before it or not.

@@ -340,15 +340,13 @@ impl Package {
                 Some("right" | "ri" | "rechts") => VehicleSide::Right,
                 _ => continue,
             };
-            if let Some(&[object]) = object.map(str::as_bytes) {
-                if sides
+            if let Some(&[object]) = object.map(str::as_bytes)
+                && sides
                     .insert(object, side)
                     .is_some_and(|known| known != side)
-                {
-                    let (key, text) = (&*key, &*value);
-                    findings
-                        .push(Statement { key, text }.contradicts("another line says the other"));
-                }
+            {
+                let (key, text) = (&*key, &*value);
+                findings.push(Statement { key, text }.contradicts("another line says the other"));
             }
         }
         Ok(sides)
