@@ -197,7 +197,6 @@ pub(super) fn cases() -> Vec<Case> {
             .beside("v07292.146", whole())
             .channel("146 V1 AC DSLF YG")
             .unit("g", value)
-            .finds(&["info channel-chosen"])
             .named("a curve without file"),
         test("none is lateral", [&x, &x, &z]).refused(&["--channel"]),
         good("v07292.EV5", header(&[PLAIN.text(146)]))
