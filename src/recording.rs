@@ -13,8 +13,6 @@
 //! - `ev5`: NHTSA EV5 ASCII X-Y: a test's `.EV5` with its curve files, or one curve file;
 //! - `finding`: findings: something odd in usable data, with what it means for a verdict;
 //! - `held`: what a file states of its own samples, held against them: one rule for every format;
-//! - `laboratory`: the laboratory's own words: validity limits and faults that stand in comment
-//!   text;
 //! - `lateral`: which of several named columns is the lateral acceleration;
 //! - `limits`: limits on input: what a reader refuses to take in, so that memory stays bounded;
 //! - `lvm`: LabVIEW measurement files (.lvm): text in two headers and a table;
@@ -23,6 +21,7 @@
 //! - `mme`: ISO/TS 13499 (ISO-MME): a test as folder, .zip, .tar.gz or .tar, or one channel of
 //!   it;
 //! - `number`: numbers in cells: decimal point or comma, and the digits they were printed with;
+//! - `remarks`: remarks: what laboratories and operators write in free words, for a person to read;
 //! - `source`: where the bytes come from: a file, standard input or memory, hashed while they are
 //!   read;
 //! - `text`: what readers of text share: lines within limits, decimal numbers as the file writes
@@ -39,13 +38,13 @@ mod encoding;
 pub mod ev5;
 pub mod finding;
 mod held;
-mod laboratory;
 mod lateral;
 pub mod limits;
 pub mod lvm;
 pub mod mcap;
 pub mod mme;
 mod number;
+mod remarks;
 pub mod source;
 mod text;
 pub mod time_base;
@@ -55,11 +54,13 @@ pub use card::Card;
 pub use finding::{Finding, Severity};
 pub use lateral::is_lateral;
 pub use limits::Limits;
+pub use remarks::AcceptedRemark;
 pub use source::{Part, Source};
 
 use crate::error::{Error, ErrorKind, Place};
 use crate::parallel::Control;
 use crate::units::{AccelerationUnit, STANDARD_GRAVITY, SampleRate, TimeUnit};
+use remarks::{Remark, Span};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
@@ -83,6 +84,8 @@ pub struct ReadOptions {
     pub unit_from_card: bool,
     /// Format name of [`FORMATS`]; detected if absent.
     pub input_format: Option<String>,
+    /// Remarks that a person has read and accepts.
+    pub accepted_remarks: Vec<AcceptedRemark>,
 }
 
 /// Largest relative difference between a stated rate and that of the file [-].
@@ -166,6 +169,9 @@ pub struct Stated {
     pub filter_class: Option<String>,
     /// The laboratory's word on the data, in the format's own codes.
     pub status: Option<String>,
+    /// What was written of the channel in free words, as it is shown.
+    #[serde(default)]
+    pub remarks: Vec<String>,
 }
 
 impl Channel {
@@ -209,21 +215,26 @@ const HEAVY_CLASSES: [&str; 4] = ["20", "60", "180", "600"];
 const LEAST_PREFILTER_HZ: f64 = 1000.0;
 
 impl Stated {
+    /// Says that a channel frequency class was applied before the samples were stored.
+    fn class_finding(class: &str) -> Finding {
+        let text = format!(
+            "the laboratory has already filtered the channel with CFC {class}; what that took \
+             away no choice of filter brings back"
+        );
+        if HEAVY_CLASSES.contains(&class) {
+            Finding::warning("already-filtered", text)
+        } else {
+            Finding::info("already-filtered", text)
+        }
+    }
+
     /// Returns what the statements mean at a sample rate: filters that were applied before
     /// the samples were stored cannot be taken back.
     #[must_use]
     pub fn findings(&self, rate: SampleRate) -> Vec<Finding> {
         let mut found = Vec::new();
         if let Some(class) = &self.filter_class {
-            let text = format!(
-                "the laboratory has already filtered the channel with CFC {class}; what that \
-                 took away no choice of filter brings back"
-            );
-            found.push(if HEAVY_CLASSES.contains(&class.as_str()) {
-                Finding::warning("already-filtered", text)
-            } else {
-                Finding::info("already-filtered", text)
-            });
+            found.push(Self::class_finding(class));
         }
         let Some(corner) = self.prefilter_hz else {
             return found;
@@ -309,6 +320,8 @@ pub struct ReadOutcome {
     pub findings: Vec<Finding>,
     /// Names of the further files that were read for them.
     pub parts: BTreeSet<String>,
+    /// What was written of the file as a whole in free words.
+    remarks: Vec<Remark>,
 }
 
 /// Times beyond which a clock is none [s]: near the largest number there is, so that no sum of
@@ -316,6 +329,29 @@ pub struct ReadOutcome {
 const LONGEST_S: f64 = 1e300;
 
 impl ReadOutcome {
+    /// Makes findings of the remarks on the file as a whole.
+    fn tell_remarks(&mut self, options: &ReadOptions, selection: Selection) {
+        let zero_s = options.time_zero_s.unwrap_or(0.0);
+        let spans = self
+            .channels
+            .iter()
+            .map(|channel| Span::new(channel.start_s + zero_s, channel.rate, channel.values.len()));
+        let accepted = &options.accepted_remarks;
+        if let Some(span) = spans.reduce(Span::with) {
+            let mut told = remarks::findings(&self.remarks, accepted, span);
+            draft::move_instants(&mut told, zero_s);
+            self.findings.extend(told);
+        }
+        if selection == Selection::Lateral {
+            let of_channels = self
+                .channels
+                .iter()
+                .flat_map(|channel| channel.stated.remarks.clone());
+            let all: Vec<String> = of_channels.chain(remarks::shown(&self.remarks)).collect();
+            self.findings.extend(remarks::not_found(accepted, &all));
+        }
+    }
+
     /// Leaves out channels whose last sample lies at no time that can be told, as an interval
     /// in a damaged header makes it; an error where the one channel is such.
     fn leave_out_the_endless(&mut self, selection: Selection) -> Result<(), Error> {
@@ -462,10 +498,11 @@ fn outcomes(
     let format = find_format(&head, options.input_format.as_deref())?;
     let mut outcomes = (format.read)(&mut reader, options, selections, limits)?;
     for (outcome, selection) in outcomes.iter_mut().zip(selections) {
-        if let Ok(read) = outcome
-            && let Err(error) = read.leave_out_the_endless(*selection)
-        {
-            *outcome = Err(error);
+        if let Ok(read) = outcome {
+            read.tell_remarks(options, *selection);
+            if let Err(error) = read.leave_out_the_endless(*selection) {
+                *outcome = Err(error);
+            }
         }
     }
     if outcomes.iter().all(Result::is_err) {

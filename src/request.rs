@@ -25,7 +25,7 @@ use crate::error::{Error, ErrorKind, nearest_name};
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::recording::card::CardPolarity;
-use crate::recording::{Card, FORMATS, Limits, ReadOptions};
+use crate::recording::{AcceptedRemark, Card, FORMATS, Limits, ReadOptions};
 use crate::replay::{ADAPTIVE_TOLERANCE_MIN, Method};
 use crate::setting::Setting;
 use crate::units::{AccelerationUnit, OpensWhen, TimeUnit};
@@ -68,6 +68,8 @@ pub struct Request {
     pub time_zero: Option<f64>,
     /// Unit of acceleration.
     pub unit: Option<AccelerationUnit>,
+    /// Remarks that a person has read and accepts, as they are shown; those of the card join them.
+    pub accepted_remarks: Vec<String>,
     /// Sign of the recorded acceleration that opens the lever.
     pub opens_when: Option<CardPolarity>,
     /// Samples whose mean is removed.
@@ -108,6 +110,7 @@ impl Default for Request {
             rate_hz: None,
             time_zero: None,
             unit: None,
+            accepted_remarks: Vec::new(),
             opens_when: None,
             bias: BiasWindow::PreEvent,
             filter: FilterChoice::Default,
@@ -284,7 +287,20 @@ impl Request {
             unit: self.unit.or(card.unit),
             unit_from_card: self.unit.is_none() && card.unit.is_some(),
             input_format: self.input_format.clone(),
+            accepted_remarks: self.accepted_remarks(card),
         }
+    }
+
+    fn accepted_remarks(&self, card: &Card) -> Vec<AcceptedRemark> {
+        let accept = |texts: &[String], by_card| -> Vec<AcceptedRemark> {
+            let accept = |text: &String| AcceptedRemark {
+                text: text.clone(),
+                by_card,
+            };
+            texts.iter().map(accept).collect()
+        };
+        let asked = accept(&self.accepted_remarks, false);
+        [asked, accept(&card.accepted_remarks, true)].concat()
     }
 
     /// Returns how the channel is conditioned.

@@ -45,6 +45,8 @@ settings! {
     TimeZero = "time_zero",
     /// Unit of acceleration.
     Unit = "unit",
+    /// Remarks that a person has read and accepts.
+    AcceptedRemarks = "accepted_remarks",
     /// Sign of the recorded acceleration that opens the lever.
     OpensWhen = "opens_when",
     /// Window whose mean is removed.

@@ -17,7 +17,7 @@ use crate::request::{
 use crate::units::{AccelerationUnit, TimeUnit};
 use crate::verdict::ensemble::MEMBERS_MAX;
 use clap::Args;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Options of every command.
@@ -100,6 +100,10 @@ pub struct ReadArguments {
     /// Unit of acceleration [default: as header, units row, card or format states]
     #[arg(long, value_name = "g|m/s2|mm/s2|mm/ms2|ft/s2", value_parser = parse_unit)]
     pub unit: Option<AccelerationUnit>,
+    /// Remark that a person has read and accepts, by its text as it is shown; it does not block any
+    /// more, and that is told. May be given several times
+    #[arg(long, value_name = "TEXT", allow_hyphen_values = true)]
+    pub accept_remark: Vec<String>,
 }
 
 impl ReadArguments {
@@ -127,6 +131,11 @@ impl ReadArguments {
             rate_hz: self.rate_hz,
             time_zero: self.time_zero,
             unit: self.unit,
+            accepted_remarks: {
+                // Their order asks nothing else.
+                let texts: BTreeSet<&String> = self.accept_remark.iter().collect();
+                texts.into_iter().cloned().collect()
+            },
             limits: common.changed_limits()?,
             ..Request::default()
         })

@@ -12,7 +12,11 @@ pub(super) fn with_options(text: &str) -> String {
     if text.contains("the setting `") {
         for setting in Setting::ALL {
             let named = setting.to_string();
-            let option = format!("--{}", setting.key().replace('_', "-"));
+            let option = match setting {
+                // One at a time.
+                Setting::AcceptedRemarks => "--accept-remark".into(),
+                _ => format!("--{}", setting.key().replace('_', "-")),
+            };
             text = text
                 .replace(&format!("{named} = "), &format!("{option} "))
                 .replace(&named, &option);

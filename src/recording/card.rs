@@ -8,13 +8,14 @@ use crate::units::{AccelerationUnit, OpensWhen, SampleRate};
 use serde::{Deserialize, Serialize};
 
 /// The keys a card may hold.
-const KEYS: [&str; 9] = [
+const KEYS: [&str; 10] = [
     "channel",
     "unit",
     "opens_when",
     "rate",
     "range_g",
     "synthetic",
+    "accepted_remarks",
     "source",
     "licence",
     "notes",
@@ -35,6 +36,8 @@ pub struct Card {
     pub range_g: Option<f64>,
     /// True for a signal made by a formula: no clipping or dead-sensor findings.
     pub synthetic: bool,
+    /// Remarks that a person has read and accepts, as they are shown.
+    pub accepted_remarks: Vec<String>,
     /// Where it comes from.
     pub source: Option<String>,
     /// Its licence.
@@ -126,6 +129,16 @@ impl Card {
                 self.synthetic = value
                     .as_bool()
                     .ok_or_else(|| wrong_type(key, value, "true or false"))?;
+            }
+            "accepted_remarks" => {
+                const EXPECTED: &str = "a list of texts in quotes";
+                let list = value
+                    .as_array()
+                    .ok_or_else(|| wrong_type(key, value, EXPECTED))?;
+                self.accepted_remarks = list
+                    .iter()
+                    .map(|one| text_of(key, one, EXPECTED))
+                    .collect::<Result<_, _>>()?;
             }
             "source" => self.source = Some(text_of(key, value, "a text in quotes")?),
             "licence" => self.licence = Some(text_of(key, value, "a text in quotes")?),

@@ -31,7 +31,7 @@ mod records;
 mod rows;
 mod status;
 
-use super::draft::{self, Draft, Span, Unit};
+use super::draft::{self, Draft, Unit};
 use super::source::Reader;
 use super::time_base::TimeBase;
 use super::{Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
@@ -270,11 +270,13 @@ impl TableText {
         if let TimeSource::Column { index, .. } = time {
             passed.push(index);
         }
-        let said = status::of_columns(statuses, layout, &passed, at_s);
+        let (mut remarks, flags) = status::of_columns(statuses, layout, &passed, at_s);
         base.findings.extend(counts);
+        let lines = self.lines.words.iter();
+        remarks.extend(lines.map(|(line, text)| status::of_comment(*line, text, &layout.columns)));
         if self.lines.more_words {
-            findings.push(Finding::info(
-                "notes",
+            findings.push(Finding::blocking(
+                "laboratory-remark",
                 "the file holds more comments than are read for what they say of the samples",
             ));
         }
@@ -298,7 +300,11 @@ impl TableText {
                 return Err(Error::from(ErrorKind::MissingUnit)
                     .at(Place::default().channel(column.name.clone())));
             }
-            self.tell(*index, &base, &values, &said, &mut own);
+            self.tell(*index, &base, &mut own);
+            let flags = flags
+                .iter()
+                .filter(|(of, _)| of.is_none_or(|of| of == *index));
+            own.extend(flags.map(|(_, finding)| finding.clone()));
             let channel = Draft {
                 name: column.name.clone(),
                 unit,
@@ -307,37 +313,29 @@ impl TableText {
                 values,
                 stated: column.stated(),
                 findings: own,
+                remarks: remarks
+                    .iter()
+                    .filter(|(of, _)| *of == Some(*index))
+                    .map(|(_, remark)| remark.clone())
+                    .collect(),
             };
-            channels.push(channel.finish(options.time_zero_s));
+            channels.push(channel.finish(options.time_zero_s, &options.accepted_remarks));
         }
+        let of_all = remarks.into_iter().filter(|(of, _)| of.is_none());
         Ok(ReadOutcome {
             channels,
             findings,
+            remarks: of_all.map(|(_, remark)| remark).collect(),
             ..ReadOutcome::default()
         })
     }
 
-    /// Says of a column what its name and header, its clock and the words of the table tell.
-    fn tell(
-        &self,
-        index: usize,
-        base: &Base,
-        values: &[f64],
-        said: &[status::StatusFinding],
-        findings: &mut Vec<Finding>,
-    ) {
-        let columns = &self.layout.columns;
-        let column = &columns[index];
+    /// Says of a column what its name and header, and its clock tell.
+    fn tell(&self, index: usize, base: &Base, findings: &mut Vec<Finding>) {
+        let column = &self.layout.columns[index];
         findings.extend(column.stated().findings(base.rate));
         findings.extend(column.name_findings());
         findings.extend(base.findings.iter().cloned());
-        let of_column = said.iter().filter(|said| said.is_of(index));
-        findings.extend(of_column.map(|said| said.finding.clone()));
-        let span = base.span(values);
-        for mut finding in status::of_comments(&self.lines.words, columns, index) {
-            span.hold(&mut finding);
-            findings.push(finding);
-        }
     }
 
     /// Says what is odd about the rows as they were written.
@@ -462,18 +460,6 @@ struct Base {
     rate: SampleRate,
     findings: Vec<Finding>,
     fitted: Option<TimeBase>,
-}
-
-impl Base {
-    fn span(&self, values: &[f64]) -> Span {
-        let interval_s = self.rate.interval().seconds();
-        let last = (values.len().saturating_sub(1)) as f64;
-        Span {
-            start_s: self.start_s,
-            end_s: self.start_s + interval_s * last,
-            interval_s,
-        }
-    }
 }
 
 fn find_base(

@@ -1,8 +1,7 @@
 //! A channel as a reader found it, made into one that is delivered: the last mile of all readers.
 
-use super::{
-    Channel, Finding, Outcomes, ReadOptions, ReadOutcome, Selection, Stated, laboratory, text,
-};
+use super::remarks::{self, AcceptedRemark, Remark, Span};
+use super::{Channel, Finding, Outcomes, ReadOptions, ReadOutcome, Selection, Stated, text};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, SampleRate};
 
@@ -18,13 +17,26 @@ pub(super) struct Draft {
     pub(super) stated: Stated,
     /// What was found odd, each instant on the file's clock.
     pub(super) findings: Vec<Finding>,
+    /// What was written of it in free words.
+    pub(super) remarks: Vec<Remark>,
 }
 
 impl Draft {
-    /// Moves the channel's clock so that `time_zero_s` becomes time 0.
-    pub(super) fn finish(mut self, time_zero_s: Option<f64>) -> Channel {
+    /// Makes findings of the remarks and moves the channel's clock so that `time_zero_s` becomes
+    /// time 0.
+    pub(super) fn finish(
+        mut self,
+        time_zero_s: Option<f64>,
+        accepted: &[AcceptedRemark],
+    ) -> Channel {
         let zero = time_zero_s.unwrap_or(0.0);
-        move_instants(&mut self.findings, zero);
+        let span = Span::new(self.start_s, self.rate, self.values.len());
+        self.stated.remarks = remarks::shown(&self.remarks);
+        remarks::tell_of_filters(&self.remarks, &mut self.stated, &mut self.findings);
+        // First what a person says.
+        let mut findings = remarks::findings(&self.remarks, accepted, span);
+        findings.append(&mut self.findings);
+        move_instants(&mut findings, zero);
         Channel {
             name: self.name,
             unit: self.unit.unit,
@@ -33,7 +45,7 @@ impl Draft {
             rate: self.rate,
             values: self.values,
             stated: self.stated,
-            findings: self.findings,
+            findings,
         }
     }
 }
@@ -115,22 +127,6 @@ impl Unit {
     }
 }
 
-/// The span of a record on the file's clock.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Span {
-    pub(super) start_s: f64,
-    /// Time of the last sample [s].
-    pub(super) end_s: f64,
-    pub(super) interval_s: f64,
-}
-
-impl Span {
-    /// Takes what the laboratory says of an instant outside of the span as said of all of it.
-    pub(super) fn hold(self, finding: &mut Finding) {
-        laboratory::hold_against_record(finding, self.start_s, self.end_s, self.interval_s);
-    }
-}
-
 /// Samples on a uniform clock, the file's.
 pub(super) struct UniformSamples {
     pub(super) start_s: f64,
@@ -140,12 +136,7 @@ pub(super) struct UniformSamples {
 
 impl UniformSamples {
     pub(super) fn span(&self) -> Span {
-        let last = self.values.len().saturating_sub(1) as f64;
-        Span {
-            start_s: self.start_s,
-            end_s: self.start_s + last / self.rate.hertz(),
-            interval_s: 1.0 / self.rate.hertz(),
-        }
+        Span::new(self.start_s, self.rate, self.values.len())
     }
 }
 

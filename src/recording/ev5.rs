@@ -420,10 +420,7 @@ fn channel(
                 .any(|finding| finding.code == "time-contradicted");
         findings.extend(entry.time_unit_finding(confirmed));
         let span = clock.span();
-        for mut finding in entry.validity_findings() {
-            span.hold(&mut finding);
-            findings.push(finding);
-        }
+        findings.extend(entry.status_finding(span));
         findings.extend(entry.unread_findings());
         findings.extend(entry.peak_finding(&clock.values));
         findings.extend(entry.count_finding(curve.values.len(), span.end_s));
@@ -440,8 +437,9 @@ fn channel(
         values: clock.values,
         stated,
         findings,
+        remarks: entry.map(CurveEntry::remark).into_iter().collect(),
     };
-    Ok(draft.finish(options.time_zero_s))
+    Ok(draft.finish(options.time_zero_s, &options.accepted_remarks))
 }
 
 impl UniformSamples {

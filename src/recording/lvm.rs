@@ -14,18 +14,19 @@
 mod header;
 
 use super::csv::header::Column;
-use super::draft::{self, Draft, Span, UniformSamples, Unit};
+use super::draft::{self, Draft, UniformSamples, Unit};
 use super::held::Statement;
 use super::number::{Decimal, Marks, PrintedDigits};
+use super::remarks::Cells;
 use super::source::Reader;
 use super::time_base::{self, TimeBase};
 use super::{
     Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, csv, encoding,
-    held, laboratory, lateral, text,
+    held, lateral, text,
 };
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use crate::units::SampleRate;
-use header::{Header, OperatorText, TimeColumns};
+use header::{Header, TimeColumns};
 
 /// What to do where option or card state another rate than the file.
 const RATE_HINT: &str = "leave out the rate, or mend the header if it is the one that is wrong";
@@ -75,16 +76,20 @@ pub fn read(
     findings.extend(header.findings.iter().cloned());
     findings.extend(header.decimal_finding(table.decimal));
     findings.extend(table.silent_finding(&header));
-    findings.extend(header.words.iter().filter_map(judged));
-    findings.extend(table.words.iter().cloned());
+    let mut remarks = header.remarks.clone();
+    remarks.extend(table.words.remarks("Comment", |at_s| (at_s, String::new())));
     let mut left = selections.len();
     let mut outcomes = Vec::with_capacity(left);
     for (selection, share) in selections.iter().zip(shares) {
         left -= 1;
         let choice = (options, *selection);
         let deliver = |()| {
-            let findings = findings.clone();
-            deliver(&header, &mut table, findings, choice, left == 0, limits)
+            let outcome = ReadOutcome {
+                findings: findings.clone(),
+                remarks: remarks.clone(),
+                ..ReadOutcome::default()
+            };
+            deliver(&header, &mut table, outcome, choice, left == 0, limits)
         };
         outcomes.push(share.and_then(deliver));
     }
@@ -95,16 +100,12 @@ pub fn read(
 fn deliver(
     header: &Header,
     table: &mut ChannelTable,
-    findings: Vec<Finding>,
+    mut outcome: ReadOutcome,
     (options, selection): (&ReadOptions, Selection),
     last: bool,
     limits: &Limits,
 ) -> Result<ReadOutcome, Error> {
     let (wanted, chosen) = choose(header, table, options, selection)?;
-    let mut outcome = ReadOutcome {
-        findings,
-        ..ReadOutcome::default()
-    };
     for index in wanted {
         let name = header.channels[index].column.name.clone();
         let values = if last {
@@ -124,57 +125,7 @@ fn deliver(
         }
     }
     draft::move_instants(&mut outcome.findings, options.time_zero_s.unwrap_or(0.0));
-    hold_against_channels(&mut outcome);
     Ok(outcome)
-}
-
-/// Judges words of a header by the reading that leaves the samples the least worth.
-fn judged(words: &OperatorText) -> Option<Finding> {
-    let found = words
-        .readings
-        .iter()
-        .filter_map(|reading| laboratory::finding(reading, None));
-    // Said throughout outweighs said from an instant on, and early an instant that is late.
-    let weight = |finding: &Finding| {
-        let at_s = finding.at_s.unwrap_or(f64::NEG_INFINITY);
-        (finding.severity, -at_s)
-    };
-    let worst = found.reduce(|worst, next| {
-        if weight(&next) > weight(&worst) {
-            next
-        } else {
-            worst
-        }
-    });
-    let text = words.readings.first().filter(|text| !text.is_empty());
-    worst.or_else(|| {
-        text.filter(|_| words.is_note).map(|text| {
-            Finding::info(
-                "notes",
-                format!("the file's notes say: \"{}\"", text::shown(text)),
-            )
-        })
-    })
-}
-
-/// Holds instants of which the file's own words speak against the clocks of its channels.
-fn hold_against_channels(outcome: &mut ReadOutcome) {
-    let clocks = outcome.channels.iter().map(|channel| Span {
-        start_s: channel.start_s,
-        end_s: channel.time_s(channel.values.len().saturating_sub(1)),
-        interval_s: 1.0 / channel.rate.hertz(),
-    });
-    let widest = clocks.reduce(|a, b| Span {
-        start_s: a.start_s.min(b.start_s),
-        end_s: a.end_s.max(b.end_s),
-        interval_s: a.interval_s.max(b.interval_s),
-    });
-    if let Some(span) = widest {
-        outcome
-            .findings
-            .iter_mut()
-            .for_each(|finding| span.hold(finding));
-    }
 }
 
 /// The table of a file.
@@ -189,8 +140,8 @@ struct ChannelTable {
     /// number, with the size of the last digit.
     unannounced: (Vec<(usize, f64)>, f64),
     decimal: Decimal,
-    /// What the Comment column says.
-    words: Vec<Finding>,
+    /// What the Comment column says, by the instant of each row.
+    words: Cells<Option<f64>>,
     /// That the file ends in the middle of a row, if it does.
     cut: Option<Finding>,
     /// Of each channel the place and text of a number that may have a mark between thousands.
@@ -238,9 +189,6 @@ impl ChannelMarks {
     }
 }
 
-/// Words of the Comment column that are told one by one, of each severity.
-const WORDS_TOLD: usize = 3;
-
 /// What one selection takes of the table.
 struct SelectionProgress {
     /// Whether each channel is wanted.
@@ -274,8 +222,6 @@ struct TableReader<'a> {
     stamp_marks: Vec<ChannelMarks>,
     /// Rows so far, those without a cell among them, for without stamps each takes its time.
     row: usize,
-    /// Words of the Comment column that are not told.
-    untold: usize,
 }
 
 /// Returns the place of a cell.
@@ -360,7 +306,7 @@ impl<'a> TableReader<'a> {
                 stamps: vec![(Vec::new(), 0.0); stamps],
                 unannounced: (Vec::new(), 0.0),
                 decimal: Decimal::Unknown,
-                words: Vec::new(),
+                words: Cells::new(false),
                 cut: None,
                 doubts: Vec::new(),
             },
@@ -371,7 +317,6 @@ impl<'a> TableReader<'a> {
             stamp_marks: vec![ChannelMarks::default(); stamps],
             time_columns,
             row: 0,
-            untold: 0,
         }
     }
 
@@ -404,16 +349,7 @@ impl<'a> TableReader<'a> {
         }
         self.row += 1;
         let words = cells.get(self.header.comment_column).copied();
-        if let Some(finding) = laboratory::told(words.unwrap_or_default(), instant) {
-            // Of each weight the first few; the first that blocks decides from when on
-            // nothing counts, however many came before it.
-            let alike = |known: &&Finding| known.severity == finding.severity;
-            if self.table.words.iter().filter(alike).count() < WORDS_TOLD {
-                self.table.words.push(finding);
-            } else {
-                self.untold += 1;
-            }
-        }
+        self.table.words.hear(instant, words.unwrap_or_default());
         Ok(())
     }
 
@@ -514,12 +450,6 @@ impl<'a> TableReader<'a> {
             ..
         } = self;
         table.doubts = ChannelMarks::among(self.header, &self.marks, &self.stamp_marks);
-        if self.untold > 0 {
-            table.words.push(Finding::info(
-                "notes",
-                format!("the Comment column holds {} more remarks", self.untold),
-            ));
-        }
         if table.lengths.iter().all(|length| *length == 0) {
             let error = Error::from(ErrorKind::Empty {
                 found: "the table holds no sample".into(),
@@ -736,8 +666,9 @@ fn channel(
         values,
         stated,
         findings,
+        remarks: Vec::new(),
     };
-    Ok(draft.finish(options.time_zero_s))
+    Ok(draft.finish(options.time_zero_s, &options.accepted_remarks))
 }
 
 /// Puts the samples of a channel on its uniform clock: by its column of stamps, else as the header

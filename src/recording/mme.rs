@@ -213,10 +213,7 @@ impl TestReader<'_, '_> {
         findings.extend(header.held_findings(&clock, samples.values.len(), stamped));
         findings.extend(samples.cut.clone().map(|cut| cut.at(span.end_s)));
         findings.extend(samples.holes.iter().map(|hole| clock.hole(*hole)));
-        findings.extend(header.validity_findings());
-        for finding in &mut findings {
-            span.hold(finding);
-        }
+        findings.extend(header.status_findings(span));
         let stated = header.stated(&mut findings);
         findings.extend(header.contradictions());
         findings.extend(stated.findings(clock.rate));
@@ -229,8 +226,10 @@ impl TestReader<'_, '_> {
             values: clock.values,
             stated,
             findings,
+            remarks: vec![header.remark()],
         };
-        Ok(Some(draft.finish(self.options.time_zero_s)))
+        let accepted = &self.options.accepted_remarks;
+        Ok(Some(draft.finish(self.options.time_zero_s, accepted)))
     }
 
     /// Reads the samples of a file and notes it as a part of the recording if it is one.

@@ -103,6 +103,7 @@ const OF_REPLAY: &[Setting] = &[
     Setting::RateHz,
     Setting::TimeZero,
     Setting::Unit,
+    Setting::AcceptedRemarks,
     Setting::OpensWhen,
     Setting::Bias,
     Setting::Filter,
@@ -148,6 +149,10 @@ fn all(request: &Request) -> BTreeMap<Setting, Value> {
     put(Setting::RateHz, number(request.rate_hz));
     put(Setting::TimeZero, number(request.time_zero));
     put(Setting::Unit, request.unit.map(|unit| json!(unit.name())));
+    put(
+        Setting::AcceptedRemarks,
+        (!request.accepted_remarks.is_empty()).then(|| json!(request.accepted_remarks)),
+    );
     put(
         Setting::OpensWhen,
         request.opens_when.map(|sign| json!(sign.name())),
@@ -259,6 +264,7 @@ fn set(
         Setting::RateHz => request.rate_hz = Some(value::positive(number(value)?)?),
         Setting::TimeZero => request.time_zero = Some(value::finite(number(value)?)?),
         Setting::Unit => request.unit = Some(value::parse_unit(text(value)?)?),
+        Setting::AcceptedRemarks => request.accepted_remarks = texts(value)?,
         Setting::OpensWhen => request.opens_when = Some(value::parse_polarity(text(value)?)?),
         Setting::Bias => request.bias = value::parse_bias(text(value)?)?,
         Setting::Filter => request.filter = value::parse_filter(text(value)?)?,
@@ -290,6 +296,13 @@ fn set(
 
 fn text(value: &Value) -> Result<&str, String> {
     value.as_str().ok_or_else(|| "must be a text".into())
+}
+
+fn texts(value: &Value) -> Result<Vec<String>, String> {
+    let list = value.as_array().ok_or("must be a list of texts")?;
+    list.iter()
+        .map(|one| text(one).map(str::to_string))
+        .collect()
 }
 
 /// A name, or a number that counts from 1.

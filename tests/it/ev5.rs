@@ -186,26 +186,35 @@ fn val_the_laboratory_says_from_when_on_a_curve_is_no_evidence() {
         comment,
         ..PLAIN
     };
-    let word = "invalid-by-laboratory";
+    let (word, remark) = ("invalid-by-laboratory", "laboratory-remark");
     check_blocking(
         with("QD", "NO VALID DATA AFTER 6.4 MILLISECONDS"),
-        &[(word, Some(0.0064)), (word, Some(0.0064))],
+        &[(word, Some(0.0064)), (remark, Some(0.0064))],
     );
     check_blocking(
         with("AM", "EXCEEDED FULL SCALE AT 3 MS"),
-        &[(word, Some(0.003))],
+        &[(remark, Some(0.003))],
     );
     check_blocking(
         with("AM", "NO VALID DATA AFTER .010 SECONDS"),
-        &[(word, Some(0.01))],
+        &[(remark, Some(0.01))],
     );
     check_blocking(
         with("AM", "NO VALID DATA AFTER 1.0E-2 S"),
-        &[(word, Some(0.01))],
+        &[(remark, Some(0.01))],
     );
     // Outside of the record, and in two ways: no sample is good.
-    check_blocking(with("AM", "NO VALID DATA AFTER 10 S"), &[(word, None)]);
-    check_blocking(with("AM", "NO VALID DATA AFTER 1,000 MS"), &[(word, None)]);
+    check_blocking(with("AM", "NO VALID DATA AFTER 10 S"), &[(remark, None)]);
+    check_blocking(
+        with("AM", "NO VALID DATA AFTER 1,000 MS"),
+        &[(remark, None)],
+    );
+    // A status that is not known, and one whose instant lies outside.
+    check_blocking(with("XX", "NO COMMENTS"), &[(word, None)]);
+    check_blocking(
+        with("CF", "NO VALID DATA AFTER 10 S"),
+        &[(word, None), (remark, None)],
+    );
     check_blocking(with("QD", "NO COMMENTS"), &[(word, None)]);
     check_blocking(with("CF", ""), &[(word, None)]);
     check_blocking(with("MN", "NO COMMENTS"), &[(word, None)]);
@@ -239,7 +248,7 @@ fn val_a_header_that_the_samples_contradict_is_not_believed() {
         cut,
         &[
             ("invalid-by-laboratory", Some(0.0179)),
-            ("invalid-by-laboratory", Some(0.0179)),
+            ("laboratory-remark", Some(0.0179)),
             ("samples-missing", Some(359.0 / 20_000.0)),
         ],
     );
@@ -418,7 +427,7 @@ fn val_curves_of_a_real_test() {
             .fold(0.0_f64, |peak, a| peak.max(a.abs()));
         assert!((found - peak).abs() < 1.0, "{found}");
         let expected: &[&str] = if blocking.is_some() {
-            &["invalid-by-laboratory"; 2]
+            &["invalid-by-laboratory", "laboratory-remark"]
         } else {
             &[]
         };

@@ -259,7 +259,7 @@ fn val_what_the_header_states_is_held_against_the_samples() {
     check_findings(
         file().with("Comments", "signal lost after 15 ms"),
         blocking,
-        &["invalid-by-laboratory"],
+        &["laboratory-remark"],
     );
     for status in ["fine", "nok", "n.i.O.", "partly ok", "5"] {
         let word = &["invalid-by-laboratory"];

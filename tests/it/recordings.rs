@@ -54,6 +54,7 @@ const ALL: &[Real] = &[
     },
     Real {
         finds: &[
+            ("laboratory-remark", Some(0.0646)),
             ("invalid-by-laboratory", Some(0.0646)),
             ("frozen", Some(0.064_56)),
             ("clipping", Some(0.064_56)),
@@ -63,6 +64,7 @@ const ALL: &[Real] = &[
     },
     Real {
         finds: &[
+            ("laboratory-remark", Some(0.0614)),
             ("invalid-by-laboratory", Some(0.0614)),
             ("clipping", Some(0.062)),
         ],

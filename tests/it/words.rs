@@ -6,14 +6,13 @@ use std::path::Path;
 
 /// Lists of which no word may stand in both, since they say the opposite.
 const APART: &[(&str, &str)] = &[
-    ("validity-faults", "validity-good"),
-    ("validity-faults", "validity-no-comments"),
-    ("validity-good", "validity-doubts"),
-    ("validity-denials", "validity-between"),
+    ("fault-words", "remark-empty"),
+    ("fault-words", "instant-after"),
+    ("fault-words", "instant-beside"),
+    ("instant-after", "instant-beside"),
     ("status-well", "status-fault"),
-    ("status-samples", "status-settings"),
     ("status-valid", "status-fault"),
-    ("status-state", "status-notes"),
+    ("status-state", "remark-keys"),
     ("name-lateral", "name-other-axes"),
     ("name-lateral-acceleration", "name-other-axes"),
     ("name-lateral-acceleration", "name-computed"),

@@ -1,10 +1,10 @@
 //! The `.EV5`: one line for each curve, fields divided by `|`.
 
 use crate::error::{Error, ErrorKind, Place};
-use crate::recording::csv::header::filtered::{Filtered, filter_in};
 use crate::recording::held::{self, Statement};
+use crate::recording::remarks::{self, Remark, Span};
 use crate::recording::words::{Words, word_list};
-use crate::recording::{Finding, Limits, Severity, Stated, encoding, laboratory, text, time_base};
+use crate::recording::{Finding, Limits, Stated, encoding, text, time_base};
 use crate::units::{AccelerationUnit, SampleRate};
 
 /// Fields of a line of instrumentation.
@@ -248,11 +248,9 @@ impl CurveEntry {
             location: Some(format!("{} {}", self.attachment, self.axis)),
             full_scale: self.rating(),
             prefilter_hz: text::header_number(&self.prefilter).filter(|corner| *corner > 0.0),
-            filter_class: match filter_in(&self.comment) {
-                Some(Filtered::Class(class)) => Some(class),
-                _ => None,
-            },
+            filter_class: None,
             status: some(&self.status),
+            remarks: Vec::new(),
         }
     }
 
@@ -280,52 +278,40 @@ impl CurveEntry {
         Some(Finding::warning("channel-not-lateral", text))
     }
 
-    /// Returns what status and comment say of the samples.
-    pub(super) fn validity_findings(&self) -> Vec<Finding> {
-        let mut found: Vec<Finding> = laboratory::told(&self.comment, None).into_iter().collect();
-        let blocks = |finding: &&Finding| finding.severity == Severity::Blocking;
-        let at_s = found.iter().find(blocks).and_then(|finding| finding.at_s);
-        if filter_in(&self.comment) == Some(Filtered::Unclassed) {
-            found.push(Finding::warning(
-                "already-filtered",
-                format!(
-                    "the laboratory says that the channel was filtered, not with which class \
-                     (\"{}\"); what that took away no choice of filter brings back",
-                    self.comment
-                ),
-            ));
-        }
-        let comment = match self.comment.as_str() {
-            "" => "no comment".to_string(),
-            comment => format!("\"{comment}\""),
-        };
+    /// Returns what the laboratory says of the curve in free words.
+    pub(super) fn remark(&self) -> Remark {
+        Remark::of_channel(&[&self.comment])
+    }
+
+    /// Returns what the status says of the samples; from when on, the comment may say.
+    pub(super) fn status_finding(&self, span: Span) -> Option<Finding> {
         let word = match self.status.as_str() {
-            "" | "AM" => return found,
+            "" | "AM" => return None,
             "CM" => {
-                found.push(Finding::info(
+                return Some(Finding::info(
                     "channel-computed",
                     "the laboratory computed this channel from others",
                 ));
-                return found;
             }
             "QD" => "questionable data",
             "CF" => "data that become invalid part-way",
             "MN" => "meaningless data",
             "NO" => "no data",
-            _ => "something else than data as measured",
+            _ => "what is not known here",
         };
-        // The comment has said from when on.
-        found.push(Finding {
-            at_s,
+        let from = match self.status.as_str() {
+            "QD" | "CF" => {
+                remarks::plainly_bad_from(&[self.remark()]).filter(|at_s| span.holds(*at_s))
+            }
+            _ => None,
+        };
+        Some(Finding {
+            at_s: from,
             ..Finding::blocking(
                 "invalid-by-laboratory",
-                format!(
-                    "the laboratory states {word} (status {}, {comment})",
-                    self.status
-                ),
+                format!("the laboratory states {word} (status {})", self.status),
             )
-        });
-        found
+        })
     }
 
     /// Says which of the fields that are held against the samples cannot be read.

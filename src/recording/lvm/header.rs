@@ -4,6 +4,7 @@ use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column;
 use crate::recording::held::Statement;
 use crate::recording::number::Decimal;
+use crate::recording::remarks::{self, Remark};
 use crate::recording::{Finding, Limits, text};
 
 /// What closes each header.
@@ -33,18 +34,6 @@ const KEYS: &[&str] = &[
     "X0",
     "Delta_X",
 ];
-
-/// Keys after which the operator speaks.
-const NOTES: &[&str] = &["Description", "Notes", "Comment", "Comments", "Remarks"];
-
-/// Words of the operator's in a header.
-#[derive(Debug)]
-pub(super) struct OperatorText {
-    /// The text in each way in which it can be read: whole, and where it has cells, cell by cell.
-    pub(super) readings: Vec<String>,
-    /// Whether it is told even if nothing in it speaks of the samples.
-    pub(super) is_note: bool,
-}
 
 /// Where the times of the samples stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -92,8 +81,8 @@ pub(super) struct Header {
     pub(super) channels: Vec<Described>,
     /// Column of the Comment, counted from 0; beyond the last one if there is none.
     pub(super) comment_column: usize,
-    /// What was written in words: each remark in the ways in which it can be read.
-    pub(super) words: Vec<OperatorText>,
+    /// What was written in words.
+    pub(super) remarks: Vec<Remark>,
     /// The decimal mark that the header declares.
     pub(super) decimal: Option<char>,
     /// What in it cannot be read.
@@ -108,7 +97,7 @@ impl Header {
             time: TimeColumns::One,
             channels: Vec::new(),
             comment_column: 0,
-            words: Vec::new(),
+            remarks: Vec::new(),
             decimal: None,
             findings: Vec::new(),
         };
@@ -216,33 +205,27 @@ impl Header {
                 };
             }
             "Decimal_Separator" => self.decimal = value.trim_start().chars().next(),
-            _ => self.listen(key, value.trim(), &value.split('\t').collect::<Vec<_>>()),
+            _ => self.listen(key, value),
         }
         Ok(())
     }
 
-    /// Keeps what is no entry of the format's own: lines of notes, and those of any other key,
-    /// for a note may go on on the next line.
-    fn listen(&mut self, key: &str, whole: &str, cells: &[&str]) {
-        let known = |keys: &[&str]| keys.iter().any(|known| known.eq_ignore_ascii_case(key));
-        if known(KEYS) {
+    /// Keeps what is no entry of the format's own: notes, and lines of any other key, for a note
+    /// may go on on the next line.
+    fn listen(&mut self, key: &str, value: &str) {
+        if KEYS.iter().any(|known| known.eq_ignore_ascii_case(key)) {
             return;
         }
-        let is_note = known(NOTES);
-        let mut readings = vec![if is_note {
-            whole.to_string()
+        let teller = "the file's header says";
+        self.remarks.push(if remarks::is_key(key) {
+            Remark::new(value, remarks::RemarkPlace::Channel, teller)
         } else {
-            format!("{key} {whole}")
-        }];
-        let cells = cells.iter().map(|cell| cell.trim());
-        let filled: Vec<String> = cells
-            .filter(|cell| !cell.is_empty())
-            .map(str::to_string)
-            .collect();
-        if filled.len() > 1 || !is_note {
-            readings.extend(filled);
-        }
-        self.words.push(OperatorText { readings, is_note });
+            Remark::new(
+                &format!("{key} {value}"),
+                remarks::RemarkPlace::Apart,
+                teller,
+            )
+        });
     }
 
     fn describe(&mut self, names: &[String], rows: &[(u64, Vec<String>)]) -> Result<(), Error> {
@@ -254,8 +237,7 @@ impl Header {
                 .cloned()
         };
         for (_, cells) in rows {
-            let words: Vec<&str> = cells[1..].iter().map(String::as_str).collect();
-            self.listen(&cells[0], words.join(" ").trim(), &words);
+            self.listen(&cells[0], &cells[1..].join(" "));
         }
         let comment = names.iter().rposition(|name| name == "Comment");
         let filled = names.iter().rposition(|name| !name.is_empty()).unwrap_or(0);

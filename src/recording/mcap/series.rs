@@ -446,9 +446,10 @@ impl Column {
             values: base.apply(stamps, self.values)?,
             stated,
             findings,
+            remarks: Vec::new(),
         };
         // The stamps count from time zero already, which in nanoseconds loses no digit.
-        Ok(draft.finish(None))
+        Ok(draft.finish(None, &options.accepted_remarks))
     }
 }
 

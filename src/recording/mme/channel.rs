@@ -6,8 +6,9 @@ use crate::recording::csv::header::Column;
 use crate::recording::draft::UniformSamples;
 use crate::recording::held::{self, Statement};
 use crate::recording::number::{Decimal, Marks, PrintedDigits};
+use crate::recording::remarks::{self, Remark, Span};
 use crate::recording::words::{Words, word_list};
-use crate::recording::{Finding, Limits, Severity, Stated, encoding, laboratory, text, time_base};
+use crate::recording::{Finding, Limits, Stated, encoding, text, time_base};
 use crate::units::{AccelerationUnit, SampleRate};
 
 /// What stands for "nothing" as a value.
@@ -370,26 +371,25 @@ impl ChannelHeader {
                 .filter(|class| !NO_CLASS.contains(&class.as_str()))
                 .or_else(of_code),
             status: self.value("Data status").map(ToString::to_string),
+            remarks: Vec::new(),
         }
     }
 
-    /// Returns what status and comments say of the samples.
-    pub(super) fn validity_findings(&self) -> Vec<Finding> {
-        let comments: Vec<&str> = self
-            .lines
-            .iter()
-            .filter(|(key, value)| is_comment(key) && &**value != NOTHING)
-            .map(|(_, value)| &**value)
-            .collect();
-        let mut found: Vec<Finding> = laboratory::told_in_pieces(&comments, None)
-            .into_iter()
-            .collect();
-        let blocks = |finding: &&Finding| finding.severity == Severity::Blocking;
-        let at_s = found.iter().find(blocks).and_then(|finding| finding.at_s);
-        for status in self.values("Data status") {
-            found.extend(status_finding(status, at_s));
-        }
-        found
+    /// Returns what the laboratory says of the channel in free words.
+    pub(super) fn remark(&self) -> Remark {
+        let comments = self.lines.iter();
+        let comments = comments.filter(|(key, value)| is_comment(key) && &**value != NOTHING);
+        let comments: Vec<&str> = comments.map(|(_, value)| &**value).collect();
+        Remark::of_channel(&comments)
+    }
+
+    /// Returns what the status says of the samples; from when on, a comment may say.
+    pub(super) fn status_findings(&self, span: Span) -> Vec<Finding> {
+        let from = remarks::plainly_bad_from(&[self.remark()]).filter(|at_s| span.holds(*at_s));
+        let statuses = self.values("Data status");
+        statuses
+            .filter_map(|status| status_finding(status, from))
+            .collect()
     }
 
     /// Returns a statement of the header, if it says something.
@@ -537,19 +537,20 @@ const MEASURED: &[&str] = &[
 /// Parts of words for what no sensor measured, in small letters.
 const COMPUTED: &[&str] = &["simul", "calcul", "comput", "berechn", "model", "analy"];
 
-/// Returns what a status says of the samples; `at_s` if a comment has said from when on they
-/// are no evidence.
-fn status_finding(status: &str, at_s: Option<f64>) -> Option<Finding> {
+/// Returns what a status says of the samples; `from` is the instant from which on a comment says
+/// that they are bad [s].
+fn status_finding(status: &str, from: Option<f64>) -> Option<Finding> {
     let text = format!("the laboratory's word on the data: {}", text::shown(status));
     match status.to_ascii_lowercase().as_str() {
         "ok" | "o.k." | "as measured" => None,
         "linearised data" | "linearized data" | "scaling factor applied" => {
             Some(Finding::info("channel-computed", text))
         }
-        _ => Some(Finding {
-            at_s,
+        "questionable data" | "channel failed" => Some(Finding {
+            at_s: from,
             ..Finding::blocking("invalid-by-laboratory", text)
         }),
+        _ => Some(Finding::blocking("invalid-by-laboratory", text)),
     }
 }
 

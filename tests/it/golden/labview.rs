@@ -173,7 +173,7 @@ pub(super) fn cases() -> Vec<Case> {
                 .collect::<Vec<u8>>(),
         )
         .channel("acc y")
-        .finds(&["info encoding-assumed", "info notes"]),
+        .finds(&["info encoding-assumed", "info laboratory-remark"]),
         // Rows beyond those announced are samples all the same; that something is amiss is said.
         read(
             "more-rows.lvm",
@@ -265,7 +265,7 @@ pub(super) fn cases() -> Vec<Case> {
                 ..PLAIN
             },
         )
-        .unusable(&["blocking invalid-by-laboratory"], &["signal lost"]),
+        .unusable(&["blocking laboratory-remark"], &["signal lost"]),
         // An instant that the record does not reach is no leave to use all of it.
         good(
             "notes-beyond-the-end.lvm",
@@ -273,7 +273,7 @@ pub(super) fn cases() -> Vec<Case> {
         )
         .channel("acc y")
         .unusable(
-            &["blocking invalid-by-laboratory"],
+            &["blocking laboratory-remark"],
             &["lies outside of the record"],
         ),
         // What is not understood is passed on.
@@ -284,7 +284,7 @@ pub(super) fn cases() -> Vec<Case> {
                 ..PLAIN
             },
         )
-        .finds(&["info notes"]),
+        .finds(&["info laboratory-remark"]),
         // However many remarks come before the one that counts.
         read(
             "many-remarks.lvm",
@@ -297,8 +297,7 @@ pub(super) fn cases() -> Vec<Case> {
                 ..PLAIN
             },
         )
-        .finds(&["warning laboratory-remark", "info notes"])
-        .unusable(&["blocking invalid-by-laboratory"], &["signal lost"]),
+        .unusable(&["blocking laboratory-remark"], &["noise"]),
         // Empty cells of a channel that holds nothing are none of the other channel's.
         good(
             "empty-channel.lvm",
@@ -435,31 +434,31 @@ pub(super) fn cases() -> Vec<Case> {
             spoken("Description\tSensor failed at 10 ms\nNotes\tfine test\n"),
         )
         .channel("acc y")
-        .finds(&["info notes"])
-        .unusable(&["blocking invalid-by-laboratory"], &["Sensor failed"]),
+        .finds(&["info laboratory-remark"])
+        .unusable(&["blocking laboratory-remark"], &["Sensor failed"]),
         good(
             "two-notes.lvm",
             spoken("Notes\tsignal lost\nNotes\tfine test\n"),
         )
         .channel("acc y")
-        .finds(&["info notes"])
-        .unusable(&["blocking invalid-by-laboratory"], &["signal lost"]),
+        .finds(&["info laboratory-remark"])
+        .unusable(&["blocking laboratory-remark"], &["signal lost"]),
         good(
             "note-goes-on.lvm",
             spoken("Notes\tfine test\nbut signal lost\n"),
         )
         .channel("acc y")
-        .finds(&["info notes"])
-        .unusable(&["blocking invalid-by-laboratory"], &["signal lost"]),
+        .finds(&["info laboratory-remark"])
+        .unusable(&["blocking laboratory-remark"], &["signal lost"]),
         good("operator-says.lvm", spoken("Operator\tmt, cable broken\n"))
             .channel("acc y")
-            .unusable(&["blocking invalid-by-laboratory"], &["cable broken"]),
+            .unusable(&["blocking laboratory-remark"], &["cable broken"]),
         good(
             "channel-notes.lvm",
             plain.replace("Samples", "Comment\tfine\tsignal lost\t\nSamples"),
         )
         .channel("acc y")
-        .unusable(&["blocking invalid-by-laboratory"], &["signal lost"]),
+        .unusable(&["blocking laboratory-remark"], &["signal lost"]),
         good(
             "semicolon.lvm",
             plain

@@ -200,6 +200,9 @@ fn readings() -> Vec<Case> {
     let said = |name: &str, file: &File, says: &str| {
         one(name, file).unusable(&["blocking invalid-by-laboratory"], &[says])
     };
+    let remarked = |name: &str, file: &File, says: &str| {
+        one(name, file).unusable(&["blocking laboratory-remark"], &[says, "--accept-remark"])
+    };
     let peak = (FROM..TO)
         .map(|k| value(k).parse::<f64>().unwrap())
         .fold(f64::MIN, f64::max);
@@ -217,8 +220,8 @@ fn readings() -> Vec<Case> {
         },
         {
             let text = File::new().with("Comments", "T\u{fc}r \u{b0}").text();
-            let mut case =
-                one("latin-1", &File::new()).finds(&["info encoding-assumed", "info notes"]);
+            let mut case = one("latin-1", &File::new())
+                .finds(&["info encoding-assumed", "info laboratory-remark"]);
             case.files[0].1 = text
                 .chars()
                 .map(|c| u8::try_from(u32::from(c)).unwrap())
@@ -374,7 +377,7 @@ fn readings() -> Vec<Case> {
             file.lines.push(("Comments", "th: and goes on".into()));
             file
         })
-        .finds(&["info notes"]),
+        .finds(&["info laboratory-remark"]),
         // Free checksums.
         one(
             "peak as stated",
@@ -573,12 +576,12 @@ fn readings() -> Vec<Case> {
             &["one `Time of first sample`"],
         ),
         // What the laboratory says, wherever and however cut.
-        said(
+        remarked(
             "a comment cut in a word",
             &cut_comment(&["channel seems to be good but no val", "id data after 10 ms"]),
             "id data after 10 ms",
         ),
-        said(
+        remarked(
             "a comment cut between words",
             &cut_comment(&["channel seems to be good but no", "valid data after 10 ms"]),
             "valid data after 10 ms",
@@ -598,15 +601,22 @@ fn readings() -> Vec<Case> {
             &twice("Data status", "channel failed"),
             "channel failed",
         ),
-        said(
+        remarked(
             "an instant outside of the record",
             &cut_comment(&["no valid data after 300 ms"]),
             "outside of the record",
         ),
-        one(
+        remarked(
             "an instant that is not understood",
             &cut_comment(&["look at 10 ms"]),
-        )
-        .finds(&["warning laboratory-remark"]),
+            "names an instant",
+        ),
+        one("filtered", &cut_comment(&["CFC60 filtered"]))
+            .finds(&["info laboratory-remark", "warning already-filtered"]),
+        remarked(
+            "an instant cut in two",
+            &cut_comment(&["hood touched mount at 1", "0 ms"]),
+            "names an instant",
+        ),
     ]
 }

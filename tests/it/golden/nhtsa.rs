@@ -140,6 +140,9 @@ pub(super) fn cases() -> Vec<Case> {
     let blocked = |name: &str, line: &Line, says: &str| {
         read(name, line).unusable(&["blocking invalid-by-laboratory"], &[says])
     };
+    let remarked = |name: &str, line: &Line, says: &str| {
+        read(name, line).unusable(&["blocking laboratory-remark"], &[says, "--accept-remark"])
+    };
     vec![
         read("curve", &PLAIN),
         good("v07292.047", whole())
@@ -244,7 +247,7 @@ pub(super) fn cases() -> Vec<Case> {
         )
         .finds(&["info channel-computed"]),
         // ... and by words, where the truth is.
-        blocked(
+        remarked(
             "valid until",
             &Line {
                 comment: "NO VALID DATA AFTER 34.6 MILLISECONDS",
@@ -252,7 +255,7 @@ pub(super) fn cases() -> Vec<Case> {
             },
             "34.6",
         ),
-        blocked(
+        remarked(
             "exceeded full scale",
             &Line {
                 status: "QD",
@@ -260,8 +263,9 @@ pub(super) fn cases() -> Vec<Case> {
                 ..PLAIN
             },
             "FULL SCALE",
-        ),
-        blocked(
+        )
+        .finds(&["blocking invalid-by-laboratory"]),
+        remarked(
             "a leading point",
             &Line {
                 comment: "NO VALID DATA AFTER .010 SECONDS",
@@ -269,7 +273,7 @@ pub(super) fn cases() -> Vec<Case> {
             },
             ".010",
         ),
-        blocked(
+        remarked(
             "no data",
             &Line {
                 comment: "NO DATA AFTER 10 MILLISECONDS",
@@ -277,7 +281,7 @@ pub(super) fn cases() -> Vec<Case> {
             },
             "NO DATA",
         ),
-        blocked(
+        remarked(
             "not useable",
             &Line {
                 comment: "NOT USEABLE",
@@ -285,7 +289,7 @@ pub(super) fn cases() -> Vec<Case> {
             },
             "USEABLE",
         ),
-        blocked(
+        remarked(
             "over range",
             &Line {
                 comment: "OVER RANGE AT 10 MS",
@@ -293,7 +297,7 @@ pub(super) fn cases() -> Vec<Case> {
             },
             "OVER RANGE",
         ),
-        blocked(
+        remarked(
             "an instant outside of the record",
             &Line {
                 comment: "NO VALID DATA AFTER 1 SECOND",
@@ -301,14 +305,14 @@ pub(super) fn cases() -> Vec<Case> {
             },
             "outside of the record",
         ),
-        read(
+        remarked(
             "an instant that is not understood",
             &Line {
                 comment: "HOOD TOUCHED MOUNT AT 10 MS",
                 ..PLAIN
             },
-        )
-        .finds(&["warning laboratory-remark"]),
+            "names an instant",
+        ),
         good("v07292.146", whole())
             .beside(
                 "v07292.EV5",
@@ -338,15 +342,15 @@ pub(super) fn cases() -> Vec<Case> {
                 ..PLAIN
             },
         )
-        .finds(&["info notes"]),
-        read(
+        .finds(&["info laboratory-remark"]),
+        remarked(
             "a doubt",
             &Line {
                 comment: "SPIKE AT 40 MS",
                 ..PLAIN
             },
-        )
-        .finds(&["warning laboratory-remark"]),
+            "SPIKE",
+        ),
         read(
             "reached another peak",
             &Line {
@@ -451,7 +455,7 @@ pub(super) fn cases() -> Vec<Case> {
                 ..PLAIN
             },
         )
-        .finds(&["info notes", "warning already-filtered"]),
+        .finds(&["info laboratory-remark", "warning already-filtered"]),
         // Two files of one curve: which holds is not known.
         good("v07292.EV5", header(&[PLAIN.text(146)]))
             .beside("v07292.146", whole())

@@ -98,7 +98,7 @@ fn beginnings() -> Vec<Case> {
         .text()
         .replace(":ok\n", ":ok\n12:30\n");
     cases.extend([
-        lateral(good("t7.001", text), "a comment that goes on").finds(&["info notes"]),
+        lateral(good("t7.001", text), "a comment that goes on").finds(&["info laboratory-remark"]),
         refused("t7.001", short, &["t7.001:15", "held"]).named("a word after a short comment"),
         refused("t7.001", unit, &["one `Unit`", "and so on"]).named("a unit that goes on"),
         refused("t7.001", clock, &["12:30"]).named("a time of day among the samples"),
@@ -182,8 +182,7 @@ fn objects() -> Vec<Case> {
 /// Names that are no codes, clocks that are not understood, classes at odds, notes by other keys.
 fn statements() -> Vec<Case> {
     let said = |key: &'static str, text: &str| {
-        one(key, &File::new().with(key, text))
-            .unusable(&["blocking invalid-by-laboratory"], &[text])
+        one(key, &File::new().with(key, text)).unusable(&["blocking laboratory-remark"], &[text])
     };
     let mut times = coded("11TIRS000000TI00")
         .with("Unit", "s")

@@ -251,57 +251,82 @@ pub(super) fn words_on_samples() -> Vec<Case> {
         });
         good(name, text)
     };
-    let blocks = ["blocking invalid-by-laboratory"];
+    let flagged = ["blocking invalid-by-laboratory"];
+    let remarked = ["blocking laboratory-remark"];
+    let shown = ["info laboratory-remark"];
+    let asks =
+        |name: &str, comment: &str| said(name, comment).unusable(&remarked, &["accepted_remarks"]);
     vec![
         said(
             "comment-limit.csv",
             "acc_y_g: NO VALID DATA AFTER 30 MS (cable cut)",
         )
-        .unusable(&blocks, &["AFTER 30 MS"]),
-        said("comment-no-data.csv", "NO VALID DATA").unusable(&blocks, &["NO VALID DATA"]),
+        .unusable(&remarked, &["AFTER 30 MS"]),
+        asks("comment-no-data.csv", "NO VALID DATA"),
         good(
             "comment-behind.csv",
             plain("time_s,acc_y_g") + "# sensor failed at 30 ms\n",
         )
-        .unusable(&blocks, &["sensor failed at 30 ms"]),
-        said("comment-polarity.csv", "polarity reversed").finds(&["warning laboratory-remark"]),
-        // What may be said of the vehicle or of a setting is doubted, not judged.
-        said("comment-door.csv", "Door lock failed").finds(&["warning laboratory-remark"]),
-        said("comment-rating.csv", "Sensor 7264C, overload 5000 g")
-            .finds(&["warning laboratory-remark"]),
-        said(
+        .unusable(&remarked, &["sensor failed at 30 ms"]),
+        asks("comment-polarity.csv", "polarity reversed"),
+        // The vehicle or a setting may be meant: a person says so.
+        asks("comment-door.csv", "Door lock failed"),
+        asks("comment-rating.csv", "Sensor 7264C, overload 5000 g"),
+        asks(
             "comment-setting.csv",
             "Clipping level of the channel: 200 g",
-        )
-        .finds(&["warning laboratory-remark"]),
-        said("comment-airbag.csv", "Airbag fired at 12 ms"),
-        said("comment-name.csv", "spike_1k fs=10000"),
-        said("comment-trigger.csv", "trigger at 20 ms"),
-        said("comment-denied.csv", "Overload: no"),
+        ),
+        asks("comment-denied.csv", "Overload: no"),
+        asks("comment-name.csv", "spike_1k fs=10000"),
+        said("comment-accepted.csv", "Overload: no")
+            .options(&["--accept-remark", "Overload:  no "])
+            .finds(&["warning remark-accepted"]),
+        said("comment-in-the-card.csv", "Overload: no")
+            .beside(
+                "comment-in-the-card.csv.toml",
+                "accepted_remarks = [\"Overload: no\"]\n",
+            )
+            .finds(&["warning remark-accepted"]),
+        said("comment-accepted-otherwise.csv", "Overload: no")
+            .options(&["--accept-remark", "Overload: none"])
+            .finds(&["warning accepted-remark-not-found"])
+            .unusable(&remarked, &["Overload: no"]),
+        said("comment-airbag.csv", "Airbag fired at 12 ms").finds(&shown),
+        said("comment-of-another.csv", "time_s: clipped"),
+        said("comment-trigger.csv", "trigger at 20 ms").finds(&shown),
         said("comment-plain.csv", "Test 12, 7.5 m/s, filtered at 1650 Hz"),
         column("status-ok.csv", "status", &|_| "OK"),
         column("status-overload.csv", "status", &|k| {
             if k < 100 { "OK" } else { "OVERLOAD" }
         })
-        .unusable(&blocks, &["OVERLOAD", "from row 301 on"]),
+        .unusable(&remarked, &["OVERLOAD", "in row 301"]),
         column("status-unknown.csv", "status", &|k| {
             if k < 100 { "OK" } else { "HOLD" }
         })
-        .finds(&["warning laboratory-remark"]),
+        .unusable(&remarked, &["status: HOLD", "in row 301"]),
+        column("status-accepted.csv", "status", &|k| {
+            if k < 100 { "OK" } else { "HOLD" }
+        })
+        .options(&["--accept-remark", "status: HOLD"])
+        .finds(&["warning remark-accepted"]),
         column("flag-set.csv", "overload", &|k| {
             if k < 100 { "0" } else { "1" }
         })
-        .unusable(&blocks, &["`overload` says"])
+        .unusable(&flagged, &["`overload` says"])
         .finds(&["info channel-chosen"]),
         column("valid-no-more.csv", "valid", &|k| {
             if k < 100 { "1" } else { "0" }
         })
-        .unusable(&blocks, &["`valid` says"])
+        .unusable(&flagged, &["`valid` says"])
         .finds(&["info channel-chosen"]),
         column("noted.csv", "comment", &|k| {
             if k == 0 { "contact" } else { "" }
         })
-        .finds(&["info notes"]),
+        .finds(&shown),
+        column("noted-fault.csv", "comment", &|k| {
+            if k == 0 { "cable out" } else { "" }
+        })
+        .unusable(&remarked, &["cable out", "in row 201"]),
     ]
 }
 

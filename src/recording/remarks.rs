@@ -1,0 +1,407 @@
+//! Remarks: what laboratories and operators write in free words, for a person to read.
+//!
+//! Readers collect what is written, and where; here it becomes findings, by one rule for all
+//! formats. A remark that holds a fault word or names an instant blocks the verdict, from that
+//! instant on where it is plain, until a person has read it and accepted it by its text. Nothing
+//! else is understood: "no clipping" blocks as "clipping" does. Every other remark on a channel is
+//! shown.
+//!
+//! - `reading`: fault words and instants of a text.
+
+mod reading;
+
+use super::csv::header::filtered::{Filtered, filter_in};
+use super::source::sha256;
+use super::words::{Words, word_list};
+use super::{Finding, Stated};
+use crate::error::nearest_name;
+use crate::setting::Setting;
+use crate::units::SampleRate;
+use reading::NamedInstant;
+
+/// A remark that a person has read and accepts: it does not block any more.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct AcceptedRemark {
+    /// The remark as it is shown; how many blanks stand in a row does not matter.
+    pub text: String,
+    /// Whether the card beside the recording, not a setting, accepts it.
+    pub by_card: bool,
+}
+
+/// Where a remark stands, and so what it is said of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum RemarkPlace {
+    /// In what belongs to a channel: all of its samples may be meant.
+    Channel,
+    /// On a line apart from the samples: an instant there is mostly a date or a duration.
+    Apart,
+    /// Beside a sample, at that instant [s] if it is known: it and all after it are meant.
+    Beside(Option<f64>),
+    /// Beside a sample, in a column of states, and not known to mean that all is well.
+    State(Option<f64>),
+}
+
+/// What was written, and where.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Remark {
+    /// Without breaks of lines and with single blanks.
+    text: String,
+    /// The same without blanks where a fixed width cut it.
+    uncut: Option<String>,
+    place: RemarkPlace,
+    /// Who says it, up to the text: "the laboratory says of this channel".
+    teller: String,
+}
+
+/// Characters of a remark that are shown.
+const SHOWN: usize = 2000;
+
+impl Remark {
+    /// Takes what `teller` says at `place`.
+    pub(super) fn new(text: &str, place: RemarkPlace, teller: impl Into<String>) -> Self {
+        Self {
+            text: in_a_line(text),
+            uncut: None,
+            place,
+            teller: teller.into(),
+        }
+    }
+
+    /// Takes what the laboratory says of a channel, perhaps cut into pieces at a fixed width.
+    pub(super) fn of_channel<T: AsRef<str>>(pieces: &[T]) -> Self {
+        let pieces: Vec<&str> = pieces.iter().map(AsRef::as_ref).collect();
+        Self {
+            uncut: (pieces.len() > 1).then(|| in_a_line(&pieces.concat())),
+            ..Self::new(
+                &pieces.join(" "),
+                RemarkPlace::Channel,
+                "the laboratory says of this channel",
+            )
+        }
+    }
+
+    /// Returns the text as it is shown and accepted.
+    pub(super) fn shown(&self) -> String {
+        let count = self.text.chars().count();
+        if count <= SHOWN {
+            return self.text.clone();
+        }
+        let start: String = self.text.chars().take(SHOWN).collect();
+        let hash = &sha256(self.text.as_bytes())[..16];
+        format!("{start}… [{count} characters, SHA-256 {hash}]")
+    }
+
+    /// Returns what says that the samples may be bad, and from when on [s]; `None` if nothing does.
+    fn doubt(&self) -> Option<(String, Option<f64>)> {
+        let read = reading::read(&self.text);
+        // Words that a cut took apart, or that lost their blank there.
+        let uncut = self.uncut.as_deref().map(reading::read);
+        let fault = read.fault.or_else(|| uncut.as_ref()?.fault.clone());
+        let instants = [Some(read.instant), uncut.map(|uncut| uncut.instant)];
+        let named: Vec<NamedInstant> = instants.into_iter().flatten().flatten().collect();
+        let from = match named.as_slice() {
+            [NamedInstant::BadFrom(at_s)] => Some(*at_s),
+            [NamedInstant::BadFrom(one), NamedInstant::BadFrom(other)] => Some(one.min(*other)),
+            _ => None,
+        };
+        let from = match self.place {
+            RemarkPlace::Channel | RemarkPlace::Apart => from,
+            RemarkPlace::Beside(at_s) | RemarkPlace::State(at_s) if named.is_empty() => at_s,
+            RemarkPlace::Beside(at_s) | RemarkPlace::State(at_s) => {
+                from.zip(at_s).map(|(a, b)| a.min(b))
+            }
+        };
+        let doubt = match (fault, self.place) {
+            (Some(fault), _) => format!("\"{fault}\" is a fault word"),
+            (None, RemarkPlace::State(_)) => "that is no word for a good sample".into(),
+            (None, RemarkPlace::Apart) => return None,
+            (None, _) if named.is_empty() => return None,
+            _ => "it names an instant".into(),
+        };
+        Some((doubt, from))
+    }
+
+    /// Returns what it comes to, on the file's clock.
+    fn finding(&self, accepted: &[AcceptedRemark], span: Span) -> Option<Finding> {
+        let read = reading::read(&self.text);
+        let shown = self.shown();
+        let says = format!("{}: \"{shown}\"", self.teller);
+        let Some((doubt, from)) = self.doubt() else {
+            let told =
+                !read.is_empty && (self.place != RemarkPlace::Apart || read.instant.is_some());
+            return told.then(|| Finding {
+                at_s: match self.place {
+                    RemarkPlace::Beside(at_s) => at_s,
+                    _ => None,
+                },
+                ..Finding::info("laboratory-remark", says)
+            });
+        };
+        let outside = from.filter(|at_s| !span.holds(*at_s));
+        let at_s = from.filter(|_| outside.is_none());
+        let accepted = accepted.iter().find(|one| in_a_line(&one.text) == shown);
+        let finding = match accepted {
+            Some(accepted) => Finding::warning(
+                "remark-accepted",
+                format!(
+                    "{says}; {doubt}, and a person has accepted the remark, by {}",
+                    if accepted.by_card {
+                        "the card".into()
+                    } else {
+                        Setting::AcceptedRemarks.to_string()
+                    }
+                ),
+            ),
+            None => {
+                let bad = match (at_s, outside) {
+                    (Some(_), _) => "no sample from there on is taken for good".into(),
+                    (None, Some(at_s)) => format!(
+                        "no sample is taken for good, since {at_s} s lies outside of the record"
+                    ),
+                    (None, None) => "no sample is taken for good".to_string(),
+                };
+                Finding::blocking(
+                    "laboratory-remark",
+                    format!(
+                        "{says}; {doubt}, so that {bad}. Where the samples are good all the same, accept the remark: {} = {}, or in the card {} = [{}]",
+                        Setting::AcceptedRemarks,
+                        quoted_for_a_shell(&shown),
+                        Setting::AcceptedRemarks.key(),
+                        serde_json::Value::from(shown.as_str()),
+                    ),
+                )
+            }
+        };
+        Some(Finding { at_s, ..finding })
+    }
+}
+
+/// The span of a record on the file's clock.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Span {
+    pub(super) start_s: f64,
+    /// Time of the last sample [s].
+    pub(super) end_s: f64,
+    pub(super) interval_s: f64,
+}
+
+impl Span {
+    pub(super) fn new(start_s: f64, rate: SampleRate, samples: usize) -> Self {
+        Self {
+            start_s,
+            end_s: start_s + samples.saturating_sub(1) as f64 / rate.hertz(),
+            interval_s: 1.0 / rate.hertz(),
+        }
+    }
+
+    /// Returns the span that holds both.
+    pub(super) fn with(self, other: Self) -> Self {
+        Self {
+            start_s: self.start_s.min(other.start_s),
+            end_s: self.end_s.max(other.end_s),
+            interval_s: self.interval_s.max(other.interval_s),
+        }
+    }
+
+    /// Tells whether an instant lies in the span; a curve may end with the last good sample.
+    pub(super) fn holds(self, at_s: f64) -> bool {
+        (self.start_s - self.interval_s..=self.end_s + self.interval_s).contains(&at_s)
+    }
+}
+
+/// Returns the texts of remarks that say something, as they are shown.
+pub(super) fn shown(remarks: &[Remark]) -> Vec<String> {
+    let speaking = remarks
+        .iter()
+        .filter(|remark| !reading::read(&remark.text).is_empty);
+    speaking.map(Remark::shown).collect()
+}
+
+/// Returns what remarks come to, each instant on the file's clock.
+pub(super) fn findings(
+    remarks: &[Remark],
+    accepted: &[AcceptedRemark],
+    span: Span,
+) -> Vec<Finding> {
+    remarks
+        .iter()
+        .filter_map(|remark| remark.finding(accepted, span))
+        .collect()
+}
+
+/// Returns the instant from which on remarks plainly say that the samples of a channel are bad [s].
+pub(super) fn plainly_bad_from(remarks: &[Remark]) -> Option<f64> {
+    let from = |remark: &Remark| remark.doubt().and_then(|(_, from)| from);
+    remarks.iter().filter_map(from).min_by(f64::total_cmp)
+}
+
+/// Takes in what remarks on a channel say of a filter that was applied before it was stored.
+pub(super) fn tell_of_filters(
+    remarks: &[Remark],
+    stated: &mut Stated,
+    findings: &mut Vec<Finding>,
+) {
+    for remark in remarks
+        .iter()
+        .filter(|remark| remark.place == RemarkPlace::Channel)
+    {
+        match filter_in(&remark.text) {
+            Some(Filtered::Class(class)) => {
+                if stated.filter_class.as_ref() != Some(&class) {
+                    findings.push(Stated::class_finding(&class));
+                }
+                stated.filter_class.get_or_insert(class);
+            }
+            Some(Filtered::Unclassed) => findings.push(Finding::warning(
+                "already-filtered",
+                format!(
+                    "the laboratory says that the channel was filtered, not with which class \
+                     (\"{}\"); what that took away no choice of filter brings back",
+                    remark.shown()
+                ),
+            )),
+            None => {}
+        }
+    }
+}
+
+/// Says which accepted remarks nobody makes: one that was mended or changed since.
+pub(super) fn not_found(accepted: &[AcceptedRemark], remarks: &[String]) -> Vec<Finding> {
+    // To compare takes time as the product of the lengths.
+    let known: Vec<&str> = remarks.iter().take(100).map(String::as_str).collect();
+    let absent = accepted
+        .iter()
+        .filter(|one| !remarks.contains(&in_a_line(&one.text)));
+    absent
+        .map(|one| {
+            let nearest = match nearest_name(&one.text, &known) {
+                Some(nearest) => format!("the nearest is \"{nearest}\""),
+                None if known.is_empty() => "no remark is there".into(),
+                None => "none is like it".into(),
+            };
+            Finding::warning(
+                "accepted-remark-not-found",
+                format!(
+                    "{} accepts the remark \"{}\", which is not there; {nearest}",
+                    if one.by_card {
+                        "the card".into()
+                    } else {
+                        Setting::AcceptedRemarks.to_string()
+                    },
+                    one.text
+                ),
+            )
+        })
+        .collect()
+}
+
+/// Names of what holds a person's words: keys of a header, columns of a table.
+static KEYS: Words = word_list!("remark-keys");
+
+/// Tells whether a key or the name of a column says that a person's words stand there.
+pub(super) fn is_key(name: &str) -> bool {
+    name.to_lowercase()
+        .split(|c: char| !c.is_alphanumeric())
+        .any(|word| KEYS.contains(&word))
+}
+
+/// Different texts beside samples that are told one by one, of those that block and of others.
+const TOLD: usize = 20;
+
+/// Words beside samples, as they are collected: each text with the first row that has it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Cells<Row> {
+    texts: Vec<(Row, String)>,
+    /// Whether the texts are states, of which only some say that all is well.
+    states: bool,
+    last: String,
+    told: [usize; 2],
+    /// The first row with a text beyond those told, and how many follow, of either kind.
+    more: [Option<(Row, usize)>; 2],
+}
+
+impl<Row: Copy> Cells<Row> {
+    pub(super) fn new(states: bool) -> Self {
+        Self {
+            texts: Vec::new(),
+            states,
+            last: String::new(),
+            told: [0; 2],
+            more: [None; 2],
+        }
+    }
+
+    /// Takes in what stands beside a sample.
+    pub(super) fn hear(&mut self, row: Row, text: &str) {
+        if text == self.last {
+            return;
+        }
+        self.last = text.into();
+        let text = in_a_line(text);
+        if text.is_empty() || self.texts.iter().any(|(_, known)| *known == text) {
+            return;
+        }
+        let remark = Remark::new(&text, RemarkPlace::Beside(None), "");
+        let kind = usize::from(!self.states && remark.doubt().is_none());
+        if self.told[kind] < TOLD {
+            self.told[kind] += 1;
+            self.texts.push((row, text));
+        } else {
+            let (first, count) = self.more[kind].unwrap_or((row, 0));
+            self.more[kind] = Some((first, count + 1));
+        }
+    }
+
+    /// Returns the remarks; `at` tells the instant of a row [s] and where it stands, `name` is that
+    /// of the column.
+    pub(super) fn remarks(
+        &self,
+        name: &str,
+        at: impl Fn(Row) -> (Option<f64>, String),
+    ) -> Vec<Remark> {
+        let prefix = if self.states {
+            format!("{name}: ")
+        } else {
+            String::new()
+        };
+        let remark = |row: Row, states: bool, text: &str| {
+            let (at_s, place) = at(row);
+            let teller = format!("the column `{name}` says{place}");
+            let place = if states {
+                RemarkPlace::State(at_s)
+            } else {
+                RemarkPlace::Beside(at_s)
+            };
+            Remark::new(&format!("{prefix}{text}"), place, teller)
+        };
+        let told = self.texts.iter();
+        let told = told.map(|(row, text)| remark(*row, self.states, text));
+        let more = |kind: usize| {
+            let (row, count) = self.more[kind]?;
+            // Those that block need a person, however many.
+            Some(remark(row, kind == 0, &format!("{count} more texts")))
+        };
+        told.chain([0, 1].into_iter().filter_map(more)).collect()
+    }
+}
+
+/// Writes a text in one line: single blanks in place of breaks, of runs of blanks and of
+/// characters that control a terminal.
+fn in_a_line(text: &str) -> String {
+    let controls = |c: char| {
+        c.is_control()
+            || matches!(c, '\u{200B}'..='\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2060}'..='\u{2069}' | '\u{FEFF}')
+    };
+    let words = text.split(|c: char| c.is_whitespace() || controls(c));
+    let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
+    words.join(" ")
+}
+
+/// Writes a text so that a shell takes it as one word.
+fn quoted_for_a_shell(text: &str) -> String {
+    if text.contains(['"', '$', '`', '\\', '!']) {
+        format!("'{}'", text.replace('\'', "'\\''"))
+    } else {
+        format!("\"{text}\"")
+    }
+}

@@ -1,0 +1,652 @@
+//! What stands in a remark: fault words, and instants.
+//!
+//! A text becomes words and numbers; case, accents and what lies between the words are dropped.
+//! A fault word may stand for several words of the text: `DROPOUT` is found in `drop-out`, and `NG`
+//! in `N.G.`, but not in `BEARING`, since it begins and ends where a word of the text does.
+
+use crate::recording::words::{Words, list, word_list};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::LazyLock;
+
+/// What a text comes to.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Gist {
+    /// The first fault word, as the text has it.
+    pub(super) fault: Option<String>,
+    /// Whether an instant is named, and from when on the samples are bad if that is plain.
+    pub(super) instant: Option<NamedInstant>,
+    /// Whether the text says nothing, such as "no comments".
+    pub(super) is_empty: bool,
+}
+
+/// An instant in a text.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum NamedInstant {
+    /// The samples are bad from there on [s].
+    BadFrom(f64),
+    /// What it means is left to a person.
+    Unclear,
+}
+
+/// Reads a text.
+pub(super) fn read(text: &str) -> Gist {
+    let told = Told::of(text);
+    let faults = told.faults();
+    let fault = faults.iter().min().and_then(|(from, to)| {
+        let of_it = &told.tokens[told.within(*from, *to)];
+        Some(text[of_it.first()?.at.0..of_it.last()?.at.1].to_string())
+    });
+    let mut faulty = vec![false; told.tokens.len()];
+    for (from, to) in faults {
+        faulty[told.within(from, to)].fill(true);
+    }
+    Gist {
+        fault,
+        instant: told.instant(&faulty),
+        is_empty: told.letters.is_empty() || EMPTY.contains(&told.letters),
+    }
+}
+
+/// A fault word, as it is compared.
+struct FaultWord {
+    letters: String,
+    /// Whether letters may follow it in its word.
+    goes_on: bool,
+}
+
+/// The fault words that begin where a word does, by their first letter, and those that need not.
+struct FaultWords {
+    by_first: BTreeMap<char, Vec<FaultWord>>,
+    anywhere: Vec<FaultWord>,
+}
+
+static FAULT_WORDS: LazyLock<FaultWords> = LazyLock::new(|| {
+    let mut words = FaultWords {
+        by_first: BTreeMap::new(),
+        anywhere: Vec::new(),
+    };
+    for entry in list(word_list!(@text "fault-words")) {
+        let goes_on = entry.ends_with('*');
+        let plain = entry.trim_matches('*');
+        // An umlaut written out, and an E that begins the next word.
+        for letters in [folded(plain), plain.to_string()] {
+            let word = FaultWord { letters, goes_on };
+            let first = word
+                .letters
+                .chars()
+                .next()
+                .filter(|_| !entry.starts_with('*'));
+            match first {
+                Some(first) => words.by_first.entry(first).or_default().push(word),
+                None => words.anywhere.push(word),
+            }
+        }
+    }
+    words
+});
+
+/// A list whose entries are compared as texts are.
+type Folded = LazyLock<Vec<String>>;
+
+/// Texts that say nothing.
+static EMPTY: Folded = LazyLock::new(|| fold_all(&EMPTY_WORDS));
+static EMPTY_WORDS: Words = word_list!("remark-empty");
+
+/// Words between a fault and the instant from which on it holds.
+static AFTER: Folded = LazyLock::new(|| fold_all(&AFTER_WORDS));
+static AFTER_WORDS: Words = word_list!("instant-after");
+
+/// Words beside a fault and its instant that change nothing.
+static BESIDE: Folded = LazyLock::new(|| fold_all(&BESIDE_WORDS));
+static BESIDE_WORDS: Words = word_list!("instant-beside");
+
+/// All that may stand before the instant up to which samples are good.
+static UNTIL: Folded = LazyLock::new(|| fold_all(&UNTIL_WORDS));
+static UNTIL_WORDS: Words = word_list!("instant-until");
+
+fn fold_all(words: &Words) -> Vec<String> {
+    words.iter().map(|word| folded(word)).collect()
+}
+
+/// Takes the E of umlauts that are written out, so that `UNGUELTIG`, `UNGÜLTIG` and `UNGULTIG` are
+/// one word.
+fn folded(word: &str) -> String {
+    word.replace("AE", "A")
+        .replace("OE", "O")
+        .replace("UE", "U")
+}
+
+/// Writes a character as it is compared: a capital without its accent.
+fn plain(character: char, into: &mut String) {
+    for capital in character.to_uppercase() {
+        into.push_str(match capital {
+            'À'..='Å' | 'Ā' | 'Ă' | 'Ą' => "A",
+            'Æ' => "AE",
+            'Ç' | 'Ć' | 'Č' => "C",
+            'È'..='Ë' | 'Ē' | 'Ę' | 'Ě' => "E",
+            'Ì'..='Ï' | 'Ī' => "I",
+            'Ñ' | 'Ń' => "N",
+            'Ò'..='Ö' | 'Ø' | 'Ō' | 'Ő' => "O",
+            'Œ' => "OE",
+            'Ù'..='Ü' | 'Ū' | 'Ů' | 'Ű' => "U",
+            'Ý' | 'Ÿ' => "Y",
+            'Š' | 'Ś' => "S",
+            'Ž' | 'Ź' | 'Ż' => "Z",
+            // Accents that stand for themselves.
+            '\u{300}'..='\u{36F}' => "",
+            other => {
+                into.push(other);
+                continue;
+            }
+        });
+    }
+}
+
+/// A word or number of a text.
+struct Token {
+    /// Where it begins and ends among the letters.
+    from: usize,
+    to: usize,
+    /// Where it stands in the text.
+    at: (usize, usize),
+    /// Of a number its digits with a decimal point, and power of ten; `Some(None)` if it can be
+    /// read in two ways, such as 1,000.
+    number: Option<Option<(String, i32)>>,
+    /// Whether a letter or digit stands right before it.
+    glued: bool,
+    /// Whether more than blanks stands between it and the one before.
+    parted: bool,
+    /// Whether a part of a sentence ends before it.
+    breaks: bool,
+}
+
+/// The words and numbers of a text, and their letters without anything between.
+#[derive(Default)]
+struct Told {
+    letters: String,
+    tokens: Vec<Token>,
+}
+
+impl Told {
+    fn of(text: &str) -> Self {
+        let characters: Vec<(usize, char)> = text.char_indices().collect();
+        let mut told = Self::default();
+        let (mut at, mut parted, mut breaks) = (0, false, false);
+        while at < characters.len() {
+            let start = at;
+            let mut word = String::new();
+            let mut number = None;
+            if begins_number(&characters, at) {
+                let (value, end) = read_number(&characters, at);
+                number = Some(value);
+                at = end;
+                let digits = characters[start..at].iter().map(|(_, c)| *c);
+                word.extend(digits.filter(char::is_ascii_digit));
+            } else if is_letter(characters[at].1) {
+                while at < characters.len()
+                    && (is_letter(characters[at].1) || joins(characters[at].1))
+                {
+                    if !joins(characters[at].1) {
+                        plain(characters[at].1, &mut word);
+                    }
+                    at += 1;
+                }
+                word = folded(&word);
+            } else {
+                while characters.get(at).is_some_and(|(_, c)| *c == '?') {
+                    at += 1;
+                }
+                if at - start >= 2 {
+                    word.push_str("??");
+                } else {
+                    at = start + 1;
+                    let other = characters[start].1;
+                    parted |= !other.is_whitespace();
+                    breaks |= matches!(other, ';' | '.' | ',' | ':' | '!' | '?');
+                    continue;
+                }
+            }
+            // Nothing but accents.
+            if word.is_empty() {
+                continue;
+            }
+            let from = told.letters.len();
+            told.letters.push_str(&word);
+            let byte = |index: usize| characters.get(index).map_or(text.len(), |(byte, _)| *byte);
+            let glued = start > 0 && characters[start - 1].1.is_alphanumeric();
+            told.tokens.push(Token {
+                from,
+                to: told.letters.len(),
+                at: (byte(start), byte(at)),
+                number,
+                glued,
+                parted: std::mem::take(&mut parted),
+                breaks: std::mem::take(&mut breaks),
+            });
+        }
+        told
+    }
+
+    fn word(&self, token: &Token) -> &str {
+        &self.letters[token.from..token.to]
+    }
+
+    /// Returns the words that have some of the letters.
+    fn within(&self, from: usize, to: usize) -> Range<usize> {
+        let first = self.tokens.partition_point(|token| token.to <= from);
+        first..self.tokens.partition_point(|token| token.from < to)
+    }
+
+    /// Finds fault words: first and one past the last letter of each.
+    fn faults(&self) -> Vec<(usize, usize)> {
+        let ends = |at: usize| {
+            self.tokens
+                .binary_search_by(|token| token.to.cmp(&at))
+                .is_ok()
+        };
+        let mut found = Vec::new();
+        for token in &self.tokens {
+            let rest = &self.letters[token.from..];
+            let first = rest
+                .chars()
+                .next()
+                .and_then(|first| FAULT_WORDS.by_first.get(&first));
+            for word in first.into_iter().flatten() {
+                let end = token.from + word.letters.len();
+                if rest.starts_with(&word.letters) && (word.goes_on || ends(end)) {
+                    found.push((token.from, end));
+                }
+            }
+        }
+        for word in &FAULT_WORDS.anywhere {
+            let places = self.letters.match_indices(&word.letters);
+            let places = places.map(|(from, letters)| (from, from + letters.len()));
+            found.extend(places.filter(|(_, end)| word.goes_on || ends(*end)));
+        }
+        found
+    }
+
+    /// Returns the instant that the text names.
+    ///
+    /// `faulty` tells which words are part of a fault word.
+    fn instant(&self, faulty: &[bool]) -> Option<NamedInstant> {
+        let instants: Vec<(usize, usize, Option<f64>)> = (0..self.tokens.len())
+            .filter_map(|index| self.instant_at(index))
+            .collect();
+        let plain = match instants.as_slice() {
+            [] => return None,
+            [(number, unit, Some(at_s))] => self.is_plain(*number, *unit, faulty).then_some(*at_s),
+            _ => None,
+        };
+        Some(plain.map_or(NamedInstant::Unclear, NamedInstant::BadFrom))
+    }
+
+    /// Reads a number with a unit of time: its index, that of the unit's last word, and the
+    /// instant [s], if there is only one way to read it.
+    fn instant_at(&self, index: usize) -> Option<(usize, usize, Option<f64>)> {
+        let token = &self.tokens[index];
+        let number = token.number.as_ref()?;
+        let next = self.tokens.get(index + 1).filter(|next| !next.parted)?;
+        let unit = self.word(next);
+        let (exponent, last) = match exponent(unit) {
+            Some(exponent) => (exponent, index + 1),
+            // "10 m sec", and what was cut there.
+            None => {
+                let after = self.tokens.get(index + 2).filter(|after| !after.parted)?;
+                (exponent(&format!("{unit}{}", self.word(after)))?, index + 2)
+            }
+        };
+        // A12S is the number of a sensor.
+        if token.glued && unit == "S" {
+            return None;
+        }
+        // The exponent goes in before the number is read, so that 64.6 ms are 0.0646 s to the bit.
+        let instant = number.as_ref().and_then(|(digits, own)| {
+            let value: f64 = format!("{digits}e{}", own + exponent).parse().ok()?;
+            value.is_finite().then_some(value)
+        });
+        Some((index, last, instant))
+    }
+
+    /// Tells whether the samples are bad from the instant on: by "BAD AFTER …" with nothing else
+    /// in the text but faults and words that change nothing, or by "VALID UNTIL …" alone.
+    fn is_plain(&self, number: usize, unit: usize, faulty: &[bool]) -> bool {
+        let in_one_breath = self.tokens[..=number]
+            .iter()
+            .skip(1)
+            .all(|token| !token.breaks);
+        let numbers = self.tokens.iter().filter(|token| token.number.is_some());
+        if number == 0 || !in_one_breath || numbers.count() > 1 {
+            return false;
+        }
+        let last = number - 1;
+        let is_one_of = |index: usize, list: &[String]| {
+            list.iter()
+                .any(|known| known == self.word(&self.tokens[index]))
+        };
+        let known = |index: usize| faulty[index] || is_one_of(index, &BESIDE);
+        let head = &self.letters[..self.tokens[last].to];
+        if UNTIL.iter().any(|known| known == head) {
+            return unit + 1 == self.tokens.len();
+        }
+        is_one_of(last, &AFTER)
+            && faulty[..last].contains(&true)
+            && (0..last).chain(unit + 1..self.tokens.len()).all(known)
+    }
+}
+
+/// Returns the power of ten of a unit of time in seconds.
+fn exponent(unit: &str) -> Option<i32> {
+    match unit {
+        "S" => Some(0),
+        "MS" => Some(-3),
+        "US" => Some(-6),
+        // SECONDS, SEKUNDEN, SEGUNDOS; NHTSA's own files hold MILLSECONDS.
+        _ => ["SEC", "SEK", "SEG"]
+            .iter()
+            .find_map(|stem| match unit.split_once(stem)?.0 {
+                "" => Some(0),
+                "M" => Some(-3),
+                "U" => Some(-6),
+                long if long.starts_with("MIL") => Some(-3),
+                long if long.starts_with("MIC") || long.starts_with("MIK") => Some(-6),
+                _ => None,
+            }),
+    }
+}
+
+/// Tells whether a character is part of a word.
+fn is_letter(character: char) -> bool {
+    character.is_alphanumeric() && !character.is_ascii_digit()
+        || ('\u{300}'..='\u{36F}').contains(&character)
+}
+
+/// Tells whether a character stands in a word and is none of its letters: DON'T.
+fn joins(character: char) -> bool {
+    matches!(character, '\'' | '\u{2019}' | '\u{AD}')
+}
+
+fn begins_number(characters: &[(usize, char)], at: usize) -> bool {
+    let character = |index: usize| characters.get(index).map(|(_, c)| *c);
+    let digit = |index: usize| character(index).is_some_and(|c| c.is_ascii_digit());
+    let free = at == 0 || !characters[at - 1].1.is_alphanumeric();
+    let marked = |index: usize| {
+        digit(index) || (matches!(character(index), Some('.' | ',')) && digit(index + 1))
+    };
+    match characters[at].1 {
+        '0'..='9' => true,
+        '.' | ',' => digit(at + 1) && free,
+        '-' | '+' | '\u{2212}' => free && marked(at + 1),
+        _ => false,
+    }
+}
+
+/// Reads the number that begins at a place, and returns it with the place after it.
+fn read_number(characters: &[(usize, char)], start: usize) -> (Option<(String, i32)>, usize) {
+    let character = |index: usize| characters.get(index).map(|(_, c)| *c);
+    let is_digit = |index: usize| character(index).is_some_and(|c| c.is_ascii_digit());
+    let mut digits = String::new();
+    let mut at = start;
+    if let Some(sign @ ('-' | '+' | '\u{2212}')) = character(at) {
+        digits.push(if sign == '+' { '+' } else { '-' });
+        at += 1;
+    }
+    let first = at;
+    let mut mark = None;
+    let mut marks = 0;
+    while let Some(next) = character(at) {
+        match next {
+            '0'..='9' => digits.push(next),
+            '.' | ',' if is_digit(at + 1) => {
+                marks += 1;
+                mark = Some((at, next));
+                digits.push('.');
+            }
+            _ => break,
+        }
+        at += 1;
+    }
+    // 1,000 may be a thousand; 0,005 and 1,00 are not.
+    let thousands = mark.is_some_and(|(mark, sign)| {
+        sign == ','
+            && at - mark == 4
+            && (1..=3).contains(&(mark - first))
+            && character(first) != Some('0')
+    });
+    // 1.0E-2, but not 10 EVENTS.
+    let mut exponent = 0_i32;
+    if matches!(character(at), Some('e' | 'E')) {
+        let signed = usize::from(matches!(character(at + 1), Some('-' | '+')));
+        if is_digit(at + 1 + signed) {
+            let from = at + 1;
+            at = from + signed;
+            while is_digit(at) {
+                at += 1;
+            }
+            let text: String = characters[from..at].iter().map(|(_, c)| *c).collect();
+            exponent = text.parse::<i32>().unwrap_or(0).clamp(-400, 400);
+        }
+    }
+    ((marks <= 1 && !thousands).then_some((digits, exponent)), at)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{NamedInstant, read};
+
+    #[track_caller]
+    fn check_fault(texts: &[&str]) {
+        for text in texts {
+            assert!(read(text).fault.is_some(), "{text}");
+        }
+    }
+
+    #[track_caller]
+    fn check_harmless(texts: &[&str]) {
+        for text in texts {
+            let read = read(text);
+            assert_eq!((read.fault, read.instant), (None, None), "{text}");
+        }
+    }
+
+    /// Phrases of laboratories, loggers and people, in the languages that are in the list.
+    #[test]
+    fn val_fault_words_are_found_however_they_are_written() {
+        check_fault(&[
+            // Spelling: case, blanks, marks, accents.
+            "DROP OUT",
+            "drop-out",
+            "Dropouts seen",
+            "N.G.",
+            "n. g.",
+            "no val id data",
+            "questionalbe",
+            "SATURTED AT PEAK",
+            "ungültig",
+            "UNGUELTIG",
+            "ungultig",
+            "u\u{308}bersteuert",
+            "signal?? see report",
+            "???",
+            "don't use",
+            "Error42",
+            // Faults.
+            "OVER SCALE",
+            "SCALE EXCEEDED",
+            "max range hit",
+            "hit limit",
+            "rectified",
+            "absolute values",
+            "peak hold",
+            "AC coupled",
+            "MULTIPLIED BY -1",
+            "SIGN CONVENTION OPPOSITE TO SAE",
+            "MOUNTED BACKWARDS",
+            "ROTATED 180 DEG",
+            "ACTUALLY X AXIS",
+            "SIMULATED",
+            "simulation data",
+            "values must be doubled",
+            "sensor off",
+            "cable out",
+            "POLARITY REVERSED",
+            "AXES SWITCHED",
+            "UNITS ARE M/S2",
+            "DATA IN M/S/S",
+            "CABLE CUT",
+            "SENSOR CAME OFF",
+            "CHANNEL WENT OPEN",
+            "DATA ENDS EARLY",
+            "OVER-RANGE",
+            "OFF SCALE",
+            "REACHED FULL SCALE",
+            "FULL SCALE WAS REACHED",
+            "buffer overrun, samples skipped",
+            "clip",
+            "gap",
+            "OVL",
+            "QUES. DATA THROUGHOUT THE EVENT.",
+            "CRUX MID UPPER RIGHT THORAX;QUESTIONABLE DATA PER VRTC",
+            "CHANNEL MISLABELED",
+            "# data valid until 64 ms",
+            // In other languages.
+            "NICHT AUSWERTBAR",
+            "SIGNAL UNPLAUSIBEL",
+            "MESSBEREICH ÜBERSCHRITTEN",
+            "Messbereichsüberschreitung",
+            "verloren",
+            "Fehler",
+            "Kabelbruch",
+            "n.i.O.",
+            "Signalausfall",
+            "keine Daten",
+            "CAPTEUR DEFAILLANT",
+            "capteur défaillant",
+            "VOIE PERDUE",
+            "valeurs écrêtées",
+            "fuori scala",
+            "señal perdida",
+            "fuera de rango",
+            "ongeldig",
+            "överstyrd",
+            "ogiltig",
+            "danSEN",
+            "ケーブル断線",
+            // No denial is read, and no place: a person does that.
+            "NO CLIPPING",
+            "DEAD PEDAL",
+            "REPLACED BROKEN SENSOR BEFORE TEST",
+            "SENSOR REPLACED AFTER FAILED PRETEST",
+            "MOUNTED NEAR DAMAGED PANEL",
+            "TEST SPEED QUESTIONABLE",
+            "TEST FAILED TO REACH 50 KM/H",
+            "BACKUP FOR 148 IF LOST",
+            "BAD KISSINGEN",
+        ]);
+    }
+
+    /// What laboratories write of places, mountings and settings.
+    #[test]
+    fn val_places_and_settings_hold_no_fault_word() {
+        check_harmless(&[
+            "",
+            "NO COMMENTS",
+            "DRIVER HEAD Y",
+            "DRIVER SIDE FOOTREST",
+            "TOEPAN BEHIND CENTER OF ACCELERATOR",
+            "OCCIPITAL CONDYLE ROTARY POT",
+            "THORAX CG",
+            "CALCULATED NECK FORCE COMPONENT Z-AXIS",
+            "WHEEL BEARING HOUSING",
+            "LEFT FRONT SILL AT B-POST",
+            "DOOR LATCH STRIKER, NON-STRUCK SIDE",
+            "SHIFT LEVER",
+            "LEFT REAR SEAT CROSSMEMBER",
+            "FILTERED AT 1650 HZ",
+            "ANTI-ALIAS CUT-OFF 1650 HZ, 5 V AT FULL SCALE",
+            "IMPACT AT 15 M/S",
+            "SERIAL NUMBER A12S",
+            "Endevco 7264-2000, s/n J12345",
+            "offset removed",
+            "Kanal 12, B-Säule links",
+            "pied milieu gauche",
+            "montante centrale",
+        ]);
+    }
+
+    #[track_caller]
+    fn check_instant(text: &str, expected: NamedInstant) {
+        assert_eq!(read(text).instant, Some(expected), "{text}");
+    }
+
+    /// From the instant on where nothing else can be meant.
+    #[test]
+    fn val_a_plain_instant_is_that_from_which_on_samples_are_bad() {
+        for (text, at_s) in [
+            ("NO VALID DATA AFTER 64.6 MILLISECONDS", 0.0646),
+            (
+                "EXCEEDED FULL SCALE AT 61.4 MILLSECONDS, QUESTIONABLE DATA THEREAFTER",
+                0.0614,
+            ),
+            ("Sensor failed at 80ms", 0.08),
+            ("signal lost after 0.12 s", 0.12),
+            ("NO VALID DATA AFTER .010 SECONDS", 0.01),
+            ("NO VALID DATA AFTER 1.0E-2 S", 0.01),
+            ("NO VALID DATA AFTER 10 MILISECONDS", 0.01),
+            ("OVER RANGE AT 10 M SEC", 0.01),
+            ("CABLE CUT AT 75,5 msec", 0.0755),
+            ("ungültig ab 10 ms", 0.01),
+            ("Kabelbruch bei 10 Millisekunden", 0.01),
+            ("DATA VALID UNTIL 90 MS", 0.09),
+            ("valid until 80 ms", 0.08),
+            ("gültig bis 80 ms", 0.08),
+            ("SPIKE AT 40 MS", 0.04),
+            ("NO VALID DATA AFTER -5 MS", -0.005),
+        ] {
+            check_instant(text, NamedInstant::BadFrom(at_s));
+        }
+        for text in [
+            // What is bad lies before, or between, or is not said.
+            "NO VALID DATA BEFORE 12 MS",
+            "DATA VALID AFTER 12 MS",
+            "NO VALID DATA UNTIL 12 MS",
+            "NOT VALID UNTIL 12 MS",
+            "CLIPPED, FINE AFTER 10 MS",
+            "CLIPPED. DATA AFTER 10 MS",
+            "DROPOUT RECOVERED AFTER 10 MS",
+            "BAD AT START, NORMAL FROM 10 MS",
+            "CLIPPED BETWEEN 60 AND 65 MS",
+            "saturated 60-65 ms",
+            "NO VALID DATA AFTER 10 MS; TRIGGER AT 1 SECOND",
+            "NO VALID DATA AFTER 10 MS AND BEFORE 5",
+            "NO VALID DATA AFTER 10 MS OR SO, SEE LOG",
+            "TIME ZERO AT 20 MS",
+            "ONLY 30 MS OF DATA",
+            "USE FIRST 30 MS ONLY",
+            "after 10 ms",
+            // Read in two ways.
+            "NO VALID DATA AFTER 1,000 MS",
+            "NO VALID DATA AFTER 1.000.5 MS",
+        ] {
+            check_instant(text, NamedInstant::Unclear);
+        }
+    }
+
+    /// The work grows with the length of a text, not with its square.
+    #[test]
+    fn regress_long_remarks_are_read_in_one_pass() {
+        for part in [
+            "TO 1 S ",
+            "NO THE DATA ",
+            "BAD ",
+            "??",
+            "1,",
+            "A\u{301}",
+            "FEHLER",
+        ] {
+            let text = part.repeat(100_000) + " AT 10 MS";
+            assert!(read(&text).instant.is_some(), "{part}");
+        }
+    }
+}
