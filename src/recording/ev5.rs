@@ -456,7 +456,7 @@ impl UniformSamples {
             return Self::of_stamps(curve, options, limits, findings);
         };
         let stated = options.rate_hz.unwrap_or(rate.hertz());
-        let clock = (start_s, 1.0 / stated);
+        let clock = (start_s, stated);
         let (stamps_s, digit_s) = (&curve.stamps_s, curve.printed_digit_s);
         match held::clock("the header", clock, stamps_s, digit_s) {
             None => Ok(Self {

@@ -125,19 +125,19 @@ pub(super) fn count(
     })
 }
 
-/// Holds a clock that `by` states, from `start_s` on [s], against stamps [s], as printed to
+/// Holds a clock that `by` states, from `start_s` [s] on at a rate [Hz], against stamps [s], as printed to
 /// `digit_s`.
 pub(super) fn clock(
     by: &str,
-    (start_s, interval_s): (f64, f64),
+    (start_s, hertz): (f64, f64),
     stamps_s: &[f64],
     digit_s: f64,
 ) -> Option<Finding> {
+    let interval_s = 1.0 / hertz;
     let slack = 0.5 * digit_s * (1.0 + 1e-6) + 1e-12 + STAMP_SLACK * interval_s;
     let off = |(index, stamp): (usize, &f64)| (stamp - (start_s + index as f64 * interval_s)).abs();
     let off_s = stamps_s.iter().enumerate().map(off).fold(0.0, f64::max);
     (off_s > slack).then(|| {
-        let hertz = crate::units::plain(1.0 / interval_s, 9);
         Finding::blocking(
             "time-contradicted",
             format!(

@@ -136,9 +136,6 @@ struct ChannelTable {
     lengths: Vec<usize>,
     /// Stamps of each time column [s], with the size of their last digit.
     stamps: Vec<(Vec<f64>, f64)>,
-    /// What the X_Value column holds where the header says that it holds nothing: row and
-    /// number, with the size of the last digit.
-    unannounced: (Vec<(usize, f64)>, f64),
     decimal: Decimal,
     /// What the Comment column says, by the instant of each row.
     words: Cells<Option<f64>>,
@@ -217,7 +214,6 @@ struct TableReader<'a> {
     shares: Vec<SelectionProgress>,
     time_columns: Vec<usize>,
     digits: Vec<PrintedDigits>,
-    unannounced_digits: PrintedDigits,
     marks: Vec<ChannelMarks>,
     stamp_marks: Vec<ChannelMarks>,
     /// Rows so far, those without a cell among them, for without stamps each takes its time.
@@ -304,7 +300,6 @@ impl<'a> TableReader<'a> {
                 values: vec![Vec::new(); count],
                 lengths: vec![0; count],
                 stamps: vec![(Vec::new(), 0.0); stamps],
-                unannounced: (Vec::new(), 0.0),
                 decimal: Decimal::Unknown,
                 words: Cells::new(false),
                 cut: None,
@@ -312,7 +307,6 @@ impl<'a> TableReader<'a> {
             },
             shares: selections.iter().map(share).collect(),
             digits: time_columns.iter().map(|_| PrintedDigits::new()).collect(),
-            unannounced_digits: PrintedDigits::new(),
             marks: vec![ChannelMarks::default(); count],
             stamp_marks: vec![ChannelMarks::default(); stamps],
             time_columns,
@@ -330,10 +324,14 @@ impl<'a> TableReader<'a> {
         let cells: Vec<&str> = line.split(self.header.separator).map(str::trim).collect();
         self.check_shape(number, &cells)?;
         if self.header.time == TimeColumns::No && !cells[0].is_empty() {
-            let instant = text::sample(cells[0], &mut self.table.decimal)
-                .map_err(|error| error.at(at(number, 0)))?;
-            self.unannounced_digits.count(cells[0].as_bytes());
-            self.table.unannounced.0.push((self.row, instant));
+            return Err(Error::from(ErrorKind::Malformed {
+                expected: "an empty X_Value column, as X_Columns No says".into(),
+                found: format!("`{}`", text::shown(cells[0])),
+                hint: "whether the column holds the time is not known; read the rows as a table \
+                       with the setting `input_format` = csv"
+                    .into(),
+            })
+            .at(at(number, 0)));
         }
         let instant = self.take_stamps(number, &cells)?;
         self.take_samples(number, &cells)?;
@@ -460,54 +458,12 @@ impl<'a> TableReader<'a> {
         for ((_, digit), digits) in table.stamps.iter_mut().zip(&self.digits) {
             *digit = digits.last_digit();
         }
-        table.unannounced.1 = self.unannounced_digits.last_digit();
         let outcome = |share: SelectionProgress| share.error.map_or(Ok(()), Err);
         (table, shares.into_iter().map(outcome).collect())
     }
 }
 
-/// Part of the interval by which a stamp may lie beside the stated clock, as for a time column.
-const JITTER: f64 = 0.01;
-
 impl ChannelTable {
-    /// Holds what stands in the X_Value column, where the header says that nothing does, against
-    /// the clock of the header. It may count the rows, or repeat that clock.
-    fn clock_finding(&self, start_s: f64, rate: SampleRate, samples: usize) -> Option<Finding> {
-        let (cells, digit) = &self.unannounced;
-        let (_, first) = *cells.first()?;
-        let interval_s = rate.interval().seconds();
-        let whole = cells.len() >= samples;
-        let at = |row: usize| row as f64;
-        let counts_rows = cells
-            .iter()
-            .all(|(row, number)| number.fract() == 0.0 && (number - first - at(*row)).abs() < 0.5);
-        if whole && counts_rows {
-            return None;
-        }
-        let slack = (0.5 * digit * (1.0 + 1e-6)).max(JITTER * interval_s);
-        let contradiction = cells
-            .iter()
-            .find(|(row, number)| {
-                let instant_s = start_s + at(*row) * interval_s;
-                (number - instant_s).abs() > slack + 8.0 * f64::EPSILON * instant_s.abs()
-            })
-            .map(|(row, number)| {
-                format!(
-                    "it holds {number} at the sample that X0 and Delta_X place at {} s",
-                    crate::units::plain(start_s + at(*row) * interval_s, 9)
-                )
-            })
-            .or_else(|| (!whole).then(|| "it is filled in some of the rows only".to_string()))?;
-        Some(Finding::blocking(
-            "time-contradicted",
-            format!(
-                "the header says X_Columns No, so that its own clock was used, and yet the X_Value \
-                 column is filled, neither with that clock nor with the rows' numbers: \
-                 {contradiction}; write X_Columns One if the column holds the time"
-            ),
-        ))
-    }
-
     /// Refuses a channel whose numbers have marks that may separate thousands or decimals.
     fn check_marks(&self, index: usize) -> Result<(), Error> {
         if let Some((place, cell)) = self.doubts.get(index).and_then(Option::as_ref) {
@@ -624,18 +580,9 @@ fn channel(
         .into());
     }
     table.check_marks(index)?;
-    let unit = unit_of(column, options, &mut findings);
-    if unit.unit.is_none() && selection == Selection::Lateral {
-        return Err(match &column.unit_text {
-            Some(text) => ErrorKind::Malformed {
-                expected: "a unit of acceleration".into(),
-                found: format!("`{text}` in the header"),
-                hint: "choose another channel, or state the unit with the setting `unit`".into(),
-            }
-            .into(),
-            None => ErrorKind::MissingUnit.into(),
-        });
-    }
+    let own = column.unit.map(|unit| (unit, "header"));
+    let text = ("the header", column.unit_text.as_deref());
+    let unit = Unit::of_header(own, text, options, selection, &mut findings)?;
     let count = values.len();
     let clock = on_clock(
         (header, table, index),
@@ -719,7 +666,6 @@ fn on_clock(
                 }
                 .into());
             }
-            findings.extend(table.clock_finding(described.start_s, rate, values.len()));
             Ok(UniformSamples {
                 start_s: described.start_s,
                 rate,
@@ -766,17 +712,6 @@ fn interval_finding(stated: Option<SampleRate>, found: SampleRate) -> Option<Fin
                  the time column was used"
             ),
         )
-    })
-}
-
-fn unit_of(column: &Column, options: &ReadOptions, findings: &mut Vec<Finding>) -> Unit {
-    let own = column.unit.map(|unit| (unit, "header"));
-    Unit::find(own, options, findings, |source, used| {
-        let text = column.unit_text.as_ref()?;
-        Some(format!(
-            "the header says `{text}` for `{}`, the {source} says `{used}`, which was used",
-            column.name
-        ))
     })
 }
 

@@ -317,19 +317,15 @@ impl ChannelHeader {
         // What is no interval states none; 0 stands for none beside explicit times.
         let rate = self.interval().ok().flatten();
         let steps = stamps_s.len().saturating_sub(1).max(1) as f64;
-        let interval_s = rate.map_or((last_s - own_s) / steps, |rate| 1.0 / rate.hertz());
+        let hertz = rate.map_or(steps / (last_s - own_s), SampleRate::hertz);
         let compared = if rate.is_some() {
             stamps_s
         } else {
             &stamps_s[..1]
         };
-        let stated = (first_s.unwrap_or(own_s), interval_s);
-        held::clock(
-            "the channel's header",
-            stated,
-            compared,
-            digit_s + first_digit,
-        )
+        let stated = (first_s.unwrap_or(own_s), hertz);
+        let by = "the channel's header, beside its channel of times,";
+        held::clock(by, stated, compared, digit_s + first_digit)
     }
 
     /// Returns the channel frequency class that the header states, `CFC` before it or not.

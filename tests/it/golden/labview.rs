@@ -376,39 +376,23 @@ pub(super) fn cases() -> Vec<Case> {
             no_time.replace(&row(100), &format!("\t{}\t\n", g(109))),
             &["without a break", "acc y"],
         ),
-        // X_Columns No, and a column of stamps all the same: it is looked at.
-        good(
+        // X_Columns No, and a column that may be of stamps all the same: which of the two holds is
+        // not known.
+        refused(
             "unannounced-rows.lvm",
             with_cells(&no_time, |k| (k - FROM).to_string()),
-        )
-        .channel("acc y"),
-        good("unannounced-clock.lvm", with_cells(&no_time, s)).channel("acc y"),
-        good(
-            "unannounced-gap.lvm",
-            with_cells(&no_time, |k| s(if k < 100 { k } else { k + 440 })),
-        )
-        .channel("acc y")
-        .unusable(&["blocking time-contradicted"], &["X_Columns No"]),
-        good(
-            "unannounced-row-missing.lvm",
-            with_cells(&no_time, |k| (k + i64::from(k >= 100)).to_string()),
-        )
-        .channel("acc y")
-        .unusable(&["blocking time-contradicted"], &["X_Columns No"]),
-        good(
+            &["X_Columns No", "`0`", "--input-format"],
+        ),
+        refused(
+            "unannounced-clock.lvm",
+            with_cells(&no_time, s),
+            &["X_Columns No", "`-0.0200`"],
+        ),
+        refused(
             "unannounced-in-part.lvm",
             with_cells(&no_time, |k| if k < 100 { s(k) } else { String::new() }),
-        )
-        .channel("acc y")
-        .unusable(&["blocking time-contradicted"], &["some of the rows"]),
-        good(
-            "unannounced-rate.lvm",
-            with_cells(&no_time.replace("1.0E-4", "2.0E-4"), s),
-        )
-        .channel("acc y")
-        .clock(5_000.0, -0.02)
-        .finds(&["warning rate-below-default-filter"])
-        .unusable(&["blocking time-contradicted"], &["X_Columns No"]),
+            &["X_Columns No", "`-0.0200`"],
+        ),
         refused(
             "unannounced-word.lvm",
             no_time.replace(&row(100), &format!("lost{}", row(100))),
