@@ -70,154 +70,106 @@ pub fn read(
     text::check_line_lengths(&bytes, limits)?;
     let content = String::from_utf8_lossy(&bytes);
     let (header, first_row) = Header::read(&content, limits)?;
-    let (mut table, shares) =
-        ChannelTable::read(&content, &header, first_row, (options, selections), limits);
-    table.cut = held::cut_line(&content);
+    let mut table =
+        ChannelTable::read(&content, &header, first_row, (options, selections), limits)?;
     findings.extend(header.findings.iter().cloned());
     findings.extend(header.decimal_finding(table.decimal));
     findings.extend(table.silent_finding(&header));
     let mut remarks = header.remarks.clone();
     remarks.extend(table.words.remarks("Comment", |at_s| (at_s, String::new())));
-    let mut left = selections.len();
-    let mut outcomes = Vec::with_capacity(left);
-    for (selection, share) in selections.iter().zip(shares) {
-        left -= 1;
-        let choice = (options, *selection);
-        let deliver = |()| {
-            let outcome = ReadOutcome {
-                findings: findings.clone(),
-                remarks: remarks.clone(),
-                ..ReadOutcome::default()
-            };
-            deliver(&header, &mut table, outcome, choice, left == 0, limits)
-        };
-        outcomes.push(share.and_then(deliver));
-    }
-    Ok(outcomes)
-}
-
-/// Makes channels of a table; the `last` time its samples are not copied, for there may be many.
-fn deliver(
-    header: &Header,
-    table: &mut ChannelTable,
-    mut outcome: ReadOutcome,
-    (options, selection): (&ReadOptions, Selection),
-    last: bool,
-    limits: &Limits,
-) -> Result<ReadOutcome, Error> {
-    let (wanted, chosen) = choose(header, table, options, selection)?;
-    for index in wanted {
-        let name = header.channels[index].column.name.clone();
-        let values = if last {
-            std::mem::take(&mut table.values[index])
-        } else {
-            table.values[index].clone()
-        };
-        match channel(header, table, index, values, (options, selection), limits) {
-            Ok(mut channel) => {
-                channel.findings.extend(chosen.clone());
-                outcome.channels.push(channel);
-            }
-            Err(error) if selection == Selection::Every => {
-                outcome.findings.push(draft::left_out(&name, &error));
-            }
-            Err(error) => return Err(error.at(Place::default().channel(name))),
+    let choices = selections.iter().map(|selection| {
+        if let Some(error) = table.over.clone()
+            && (*selection == Selection::Every || options.channel.is_none())
+        {
+            return Err(error);
         }
-    }
-    draft::move_instants(&mut outcome.findings, options.time_zero_s.unwrap_or(0.0));
-    Ok(outcome)
+        let (wanted, chosen) = choose(&header, &table, options, *selection)?;
+        let outcome = ReadOutcome {
+            findings: findings.iter().cloned().chain(chosen).collect(),
+            remarks: remarks.clone(),
+            ..ReadOutcome::default()
+        };
+        Ok((*selection, wanted, outcome))
+    });
+    let choices = choices.collect();
+    let most = ("table_cells", limits.table_cells);
+    Ok(draft::deliver(choices, most, |index, selection, _| {
+        let name = || header.channels[index].column.name.clone();
+        channel(&header, &mut table, index, (options, selection), limits)
+            .map(Some)
+            .map_err(|error| (name(), error))
+    }))
 }
 
-/// The table of a file.
+/// The numbers of one column.
+#[derive(Default)]
+struct ColumnNumbers {
+    /// The numbers, where they are kept.
+    values: Vec<f64>,
+    /// How many there are, kept or not.
+    count: usize,
+    marks: Marks,
+    /// The first number that may have a mark between thousands, and where it stands.
+    doubtful: Option<(Place, String)>,
+    /// The first thing wrong; nothing is taken after it.
+    error: Option<Error>,
+}
+
+impl ColumnNumbers {
+    /// Takes in a cell that holds something.
+    fn take(&mut self, cell: &str, decimal: &mut Decimal, place: Place) -> Result<f64, Error> {
+        let number = text::sample(cell, decimal).map_err(|error| error.at(place.clone()))?;
+        if self.marks.look(cell.as_bytes()) {
+            self.doubtful = Some((place, text::shown(cell)));
+        }
+        self.count += 1;
+        Ok(number)
+    }
+
+    /// Refuses numbers whose mark may separate thousands or decimals. One that the header declares
+    /// is the decimal one; another must prove to be.
+    fn check_marks(&self, declared: Option<char>) -> Result<(), Error> {
+        let Some((place, cell)) = &self.doubtful else {
+            return Ok(());
+        };
+        let is_clear = match declared.map(|mark| cell.contains(mark)) {
+            Some(true) => true,
+            Some(false) => self.marks.decimal,
+            None => !self.marks.may_be_thousands(),
+        };
+        if is_clear {
+            return Ok(());
+        }
+        Err(Error::from(ErrorKind::Malformed {
+            expected: "numbers whose mark is clear".into(),
+            found: format!(
+                "`{cell}`, with no number in the column whose mark can only be a decimal one"
+            ),
+            hint: "the mark may separate thousands or decimals; declare it as Decimal_Separator \
+                   if it is the decimal one, else export without marks between thousands"
+                .into(),
+        })
+        .at(place.clone()))
+    }
+}
+
+/// The table of a file, while its rows are read and after.
 struct ChannelTable {
-    /// Samples of each channel; empty where they are not wanted.
-    values: Vec<Vec<f64>>,
-    /// Number of samples of each channel.
-    lengths: Vec<usize>,
-    /// Stamps of each time column [s], with the size of their last digit.
-    stamps: Vec<(Vec<f64>, f64)>,
+    channels: Vec<ColumnNumbers>,
+    /// The columns of stamps, with the digits that they were printed with.
+    stamps: Vec<(ColumnNumbers, PrintedDigits)>,
     decimal: Decimal,
     /// What the Comment column says, by the instant of each row.
     words: Cells<Option<f64>>,
     /// That the file ends in the middle of a row, if it does.
     cut: Option<Finding>,
-    /// Of each channel the place and text of a number that may have a mark between thousands.
-    doubts: Vec<Option<(Place, String)>>,
-}
-
-/// What the marks in a column may be, and where the first doubtful one stands.
-#[derive(Clone, Default)]
-struct ChannelMarks {
-    marks: Marks,
-    first: Option<(u64, usize, String)>,
-}
-
-impl ChannelMarks {
-    fn look(&mut self, cell: &str, line: u64, column: usize) {
-        if self.marks.look(cell.as_bytes()) {
-            self.first = Some((line, column, text::shown(cell)));
-        }
-    }
-
-    /// Judges the marks of each channel by its own numbers and those of its stamps. A mark that
-    /// the header declares is the decimal one; another must prove to be.
-    fn among(header: &Header, channels: &[Self], stamps: &[Self]) -> Vec<Option<(Place, String)>> {
-        let doubtful = |doubt: &Self| {
-            let (line, column, cell) = doubt.first.as_ref()?;
-            let doubtful = match header.decimal.map(|mark| cell.contains(mark)) {
-                Some(true) => false,
-                Some(false) => !doubt.marks.decimal,
-                None => doubt.marks.may_be_thousands(),
-            };
-            doubtful.then(|| {
-                let place = Place::default().line(*line).column(*column as u64 + 1);
-                (place, cell.clone())
-            })
-        };
-        let of = |(index, doubt): (usize, &Self)| {
-            let stamps = header.time_slot(index).and_then(|slot| stamps.get(slot));
-            match stamps {
-                Some(stamps) if stamps.marks.decimal => None,
-                Some(stamps) => doubtful(stamps).or_else(|| doubtful(doubt)),
-                None => doubtful(doubt),
-            }
-        };
-        channels.iter().enumerate().map(of).collect()
-    }
-}
-
-/// What one selection takes of the table.
-struct SelectionProgress {
-    /// Whether each channel is wanted.
-    wanted: Vec<bool>,
-    /// Cells taken so far.
-    cells: u64,
-    /// The first thing wrong; nothing is taken after it.
-    error: Option<Error>,
-}
-
-impl SelectionProgress {
-    fn takes(&self, channel: usize) -> bool {
-        self.error.is_none() && self.wanted[channel]
-    }
-
-    fn fail(&mut self, error: &Error) {
-        self.error.get_or_insert_with(|| error.clone());
-    }
-}
-
-/// A table while its rows are read.
-struct TableReader<'a> {
-    header: &'a Header,
-    limits: &'a Limits,
-    table: ChannelTable,
-    shares: Vec<SelectionProgress>,
-    time_columns: Vec<usize>,
-    digits: Vec<PrintedDigits>,
-    marks: Vec<ChannelMarks>,
-    stamp_marks: Vec<ChannelMarks>,
     /// Rows so far, those without a cell among them, for without stamps each takes its time.
     row: usize,
+    /// Cells kept.
+    cells: u64,
+    /// Which channels are kept, and why that is no longer all of them.
+    keeps: Vec<bool>,
+    over: Option<Error>,
 }
 
 /// Returns the place of a cell.
@@ -226,257 +178,193 @@ fn at(line: u64, column: usize) -> Place {
 }
 
 impl ChannelTable {
-    /// Reads the rows once for all selections; what is wrong with one selection's channels leaves
-    /// the others alone.
+    /// Reads the rows, once for all selections. Where all channels are too many, the one that is
+    /// named is read on.
     fn read(
         content: &str,
         header: &Header,
         first_row: u64,
         (options, selections): (&ReadOptions, &[Selection]),
         limits: &Limits,
-    ) -> (Self, Vec<Result<(), Error>>) {
-        let mut reader = TableReader::new(header, options, selections, limits);
-        let rows = text::lines(content).filter(|(number, _)| *number >= first_row);
-        for (number, line) in rows {
-            if let Err(error) = reader.take(number, line) {
-                reader
-                    .shares
-                    .iter_mut()
-                    .for_each(|share| share.fail(&error));
-            }
-            if reader.shares.iter().all(|share| share.error.is_some()) {
-                break;
+    ) -> Result<Self, Error> {
+        let is_named = |index: usize| match &options.channel {
+            Some(wanted) => header.channels[index].answers_to(wanted, index),
+            None => true,
+        };
+        let named: Vec<bool> = (0..header.channels.len()).map(is_named).collect();
+        let all = selections.contains(&Selection::Every);
+        let fresh = |_| (ColumnNumbers::default(), PrintedDigits::new());
+        let mut table = Self {
+            channels: named.iter().map(|_| ColumnNumbers::default()).collect(),
+            stamps: header.time_columns().into_iter().map(fresh).collect(),
+            decimal: Decimal::Unknown,
+            words: Cells::new(false),
+            cut: held::cut_line(content),
+            row: 0,
+            cells: 0,
+            keeps: named.iter().map(|named| all || *named).collect(),
+            over: None,
+        };
+        for (number, line) in text::lines(content).filter(|(number, _)| *number >= first_row) {
+            table.take(header, number, line, limits)?;
+            if table.cells > limits.table_cells {
+                let error = Error::from(ErrorKind::LimitExceeded {
+                    limit: "table_cells",
+                    value: limits.table_cells,
+                    found: "more cells".into(),
+                })
+                .at(at(number, 0));
+                if table.over.is_some() || !selections.contains(&Selection::Lateral) {
+                    return Err(error);
+                }
+                table.keep_only(&named);
+                table.over = Some(error);
             }
         }
-        reader.finish()
+        if table.channels.iter().all(|channel| channel.count == 0) {
+            return Err(ErrorKind::Empty {
+                found: "the table holds no sample".into(),
+                expected: "rows of numbers after the second header".into(),
+            }
+            .into());
+        }
+        Ok(table)
+    }
+
+    /// Forgets the samples of all channels but the named ones.
+    fn keep_only(&mut self, named: &[bool]) {
+        for (channel, _) in self
+            .channels
+            .iter_mut()
+            .zip(named)
+            .filter(|(_, named)| !**named)
+        {
+            channel.values = Vec::new();
+        }
+        self.keeps = named.to_vec();
+        let kept = self
+            .channels
+            .iter()
+            .map(|channel| channel.values.len() as u64);
+        self.cells = kept.sum();
     }
 
     /// Names the channels without a sample.
     fn silent_finding(&self, header: &Header) -> Option<Finding> {
-        let channels = header.channels.iter().zip(&self.lengths);
-        let silent: Vec<&str> = channels
-            .filter(|(_, length)| **length == 0)
+        let channels = header.channels.iter().zip(&self.channels);
+        let silent = channels.filter(|(_, numbers)| numbers.count == 0);
+        let names: Vec<&str> = silent
             .map(|(channel, _)| channel.column.name.as_str())
             .collect();
-        (!silent.is_empty()).then(|| {
-            Finding::info(
-                "channels-empty",
-                format!(
-                    "{} channels hold no sample: {}",
-                    silent.len(),
-                    silent.join(", ")
-                ),
-            )
-        })
-    }
-}
-
-impl<'a> TableReader<'a> {
-    fn new(
-        header: &'a Header,
-        options: &ReadOptions,
-        selections: &[Selection],
-        limits: &'a Limits,
-    ) -> Self {
-        let count = header.channels.len();
-        let time_columns = header.time_columns();
-        let stamps = time_columns.len();
-        let share = |selection: &Selection| SelectionProgress {
-            wanted: (0..count)
-                .map(|index| match (&options.channel, selection) {
-                    (Some(wanted), Selection::Lateral) => {
-                        header.channels[index].answers_to(wanted, index)
-                    }
-                    _ => true,
-                })
-                .collect(),
-            cells: 0,
-            error: None,
-        };
-        Self {
-            header,
-            limits,
-            table: ChannelTable {
-                values: vec![Vec::new(); count],
-                lengths: vec![0; count],
-                stamps: vec![(Vec::new(), 0.0); stamps],
-                decimal: Decimal::Unknown,
-                words: Cells::new(false),
-                cut: None,
-                doubts: Vec::new(),
-            },
-            shares: selections.iter().map(share).collect(),
-            digits: time_columns.iter().map(|_| PrintedDigits::new()).collect(),
-            marks: vec![ChannelMarks::default(); count],
-            stamp_marks: vec![ChannelMarks::default(); stamps],
-            time_columns,
-            row: 0,
-        }
+        let text = format!(
+            "{} channels hold no sample: {}",
+            names.len(),
+            names.join(", ")
+        );
+        (!names.is_empty()).then(|| Finding::info("channels-empty", text))
     }
 
     /// Takes in a line.
-    fn take(&mut self, number: u64, line: &str) -> Result<(), Error> {
+    fn take(
+        &mut self,
+        header: &Header,
+        number: u64,
+        line: &str,
+        limits: &Limits,
+    ) -> Result<(), Error> {
         if line.trim().is_empty() {
             // An empty line before the table is none of its rows.
             self.row += usize::from(self.row > 0 || !line.is_empty());
             return Ok(());
         }
-        let cells: Vec<&str> = line.split(self.header.separator).map(str::trim).collect();
-        self.check_shape(number, &cells)?;
-        if self.header.time == TimeColumns::No && !cells[0].is_empty() {
-            return Err(Error::from(ErrorKind::Malformed {
-                expected: "an empty X_Value column, as X_Columns No says".into(),
-                found: format!("`{}`", text::shown(cells[0])),
-                hint: "whether the column holds the time is not known; read the rows as a table \
-                       with the setting `input_format` = csv"
-                    .into(),
-            })
-            .at(at(number, 0)));
+        let cells: Vec<&str> = line.split(header.separator).map(str::trim).collect();
+        check_shape(header, number, &cells)?;
+        let cell = |column: usize| cells.get(column).copied().filter(|cell| !cell.is_empty());
+        let mut instant = None;
+        for ((stamps, digits), column) in self.stamps.iter_mut().zip(header.time_columns()) {
+            let Some(cell) = cell(column) else { continue };
+            let stamp = stamps.take(cell, &mut self.decimal, at(number, column))?;
+            if let Some(previous) = stamps.values.last().copied()
+                && stamp <= previous
+            {
+                let found = stamp;
+                return Err(
+                    Error::from(ErrorKind::TimeNotIncreasing { previous, found })
+                        .at(at(number, column)),
+                );
+            }
+            digits.count(cell.as_bytes());
+            stamps.values.push(stamp);
+            instant = instant.or(Some(stamp));
         }
-        let instant = self.take_stamps(number, &cells)?;
-        self.take_samples(number, &cells)?;
-        for share in &mut self.shares {
-            if share.cells > self.limits.table_cells {
-                let error = Error::from(ErrorKind::LimitExceeded {
-                    limit: "table_cells",
-                    value: self.limits.table_cells,
-                    found: "more cells".into(),
-                });
-                share.fail(&error.at(at(number, 0)));
+        for (index, described) in header.channels.iter().enumerate() {
+            let Some(cell) = cell(described.index) else {
+                continue;
+            };
+            let numbers = &mut self.channels[index];
+            let place = at(number, described.index);
+            // A sample without the stamp of its row, or after a row without one.
+            let before = match header.time_slot(index) {
+                Some(slot) => self.stamps[slot].0.count.checked_sub(1),
+                None => Some(self.row),
+            };
+            if numbers.error.is_some() {
+                continue;
+            }
+            if numbers.count as u64 >= limits.samples {
+                return Err(text::too_many_samples(limits).at(place));
+            }
+            let taken = match before == Some(numbers.count) {
+                true => numbers.take(cell, &mut self.decimal, place),
+                false => Err(missing_cell(&described.column.name, place)),
+            };
+            match taken {
+                Ok(value) if self.keeps[index] => {
+                    numbers.values.push(value);
+                    self.cells += 1;
+                }
+                Ok(_) => {}
+                Err(error) => numbers.error = Some(error),
             }
         }
         self.row += 1;
-        let words = cells.get(self.header.comment_column).copied();
-        self.table.words.hear(instant, words.unwrap_or_default());
+        let words = cell(header.comment_column).unwrap_or_default();
+        self.words.hear(instant, words);
         Ok(())
-    }
-
-    /// Refuses a second header, and cells after the Comment column.
-    fn check_shape(&self, number: u64, cells: &[&str]) -> Result<(), Error> {
-        if Header::begins_again(cells) {
-            return Err(Error::from(ErrorKind::Malformed {
-                expected: "one section of data".into(),
-                found: "a second header".into(),
-                hint: "which samples belong together is not known; write each section to a file of its own, or export as CSV".into(),
-            })
-            .at(at(number, 0)));
-        }
-        let beyond = self.header.comment_column + 1;
-        match cells.iter().skip(beyond).find(|cell| !cell.is_empty()) {
-            None => Ok(()),
-            Some(cell) => Err(Error::from(ErrorKind::Malformed {
-                expected: "nothing after the Comment column".into(),
-                found: format!("`{}`", text::shown(cell)),
-                hint: "mend the export".into(),
-            })
-            .at(at(number, beyond))),
-        }
-    }
-
-    /// Takes in the stamps of a row; returns the first.
-    fn take_stamps(&mut self, number: u64, cells: &[&str]) -> Result<Option<f64>, Error> {
-        let mut instant = None;
-        for (slot, column) in self.time_columns.iter().enumerate() {
-            let cell = cells.get(*column).copied().unwrap_or_default();
-            if cell.is_empty() {
-                continue;
-            }
-            let stamp = text::sample(cell, &mut self.table.decimal)
-                .map_err(|error| error.at(at(number, *column)))?;
-            let (stamps, _) = &mut self.table.stamps[slot];
-            if let Some(previous) = stamps.last().copied()
-                && stamp <= previous
-            {
-                return Err(Error::from(ErrorKind::TimeNotIncreasing {
-                    previous,
-                    found: stamp,
-                })
-                .at(at(number, *column)));
-            }
-            self.digits[slot].count(cell.as_bytes());
-            self.stamp_marks[slot].look(cell, number, *column);
-            stamps.push(stamp);
-            instant = instant.or(Some(stamp));
-        }
-        Ok(instant)
-    }
-
-    fn take_samples(&mut self, number: u64, cells: &[&str]) -> Result<(), Error> {
-        let table = &mut self.table;
-        for (index, channel) in self.header.channels.iter().enumerate() {
-            let cell = cells.get(channel.index).copied().unwrap_or_default();
-            if cell.is_empty() {
-                continue;
-            }
-            // A sample without the stamp of its row, or after a row without one.
-            let before = match self.header.time_slot(index) {
-                Some(slot) => table.stamps[slot].0.len().checked_sub(1),
-                None => Some(self.row),
-            };
-            if before != Some(table.lengths[index]) {
-                return Err(missing_cell(
-                    &channel.column.name,
-                    at(number, channel.index),
-                ));
-            }
-            table.lengths[index] += 1;
-            if table.lengths[index] as u64 > self.limits.samples {
-                return Err(text::too_many_samples(self.limits).at(at(number, channel.index)));
-            }
-            let value = text::sample(cell, &mut table.decimal)
-                .map_err(|error| error.at(at(number, channel.index)));
-            self.marks[index].look(cell, number, channel.index);
-            let mut is_wanted = false;
-            for share in self.shares.iter_mut().filter(|share| share.takes(index)) {
-                match &value {
-                    Ok(_) => share.cells += 1,
-                    Err(error) => share.fail(error),
-                }
-                is_wanted = true;
-            }
-            if let (true, Ok(value)) = (is_wanted, value) {
-                table.values[index].push(value);
-            }
-        }
-        Ok(())
-    }
-
-    fn finish(self) -> (ChannelTable, Vec<Result<(), Error>>) {
-        let Self {
-            mut table,
-            mut shares,
-            ..
-        } = self;
-        table.doubts = ChannelMarks::among(self.header, &self.marks, &self.stamp_marks);
-        if table.lengths.iter().all(|length| *length == 0) {
-            let error = Error::from(ErrorKind::Empty {
-                found: "the table holds no sample".into(),
-                expected: "rows of numbers after the second header".into(),
-            });
-            shares.iter_mut().for_each(|share| share.fail(&error));
-        }
-        for ((_, digit), digits) in table.stamps.iter_mut().zip(&self.digits) {
-            *digit = digits.last_digit();
-        }
-        let outcome = |share: SelectionProgress| share.error.map_or(Ok(()), Err);
-        (table, shares.into_iter().map(outcome).collect())
     }
 }
 
-impl ChannelTable {
-    /// Refuses a channel whose numbers have marks that may separate thousands or decimals.
-    fn check_marks(&self, index: usize) -> Result<(), Error> {
-        if let Some((place, cell)) = self.doubts.get(index).and_then(Option::as_ref) {
-            return Err(Error::from(ErrorKind::Malformed {
-                expected: "numbers whose mark is clear".into(),
-                found: format!(
-                    "`{cell}`, with no number in the column whose mark can only be a decimal one"
-                ),
-                hint: "the mark may separate thousands or decimals; declare it as Decimal_Separator if it is the decimal one, else export without marks between thousands".into(),
-            })
-            .at(place.clone()));
+/// Refuses a second header, cells after the Comment column, and a column of times that there
+/// should not be.
+fn check_shape(header: &Header, number: u64, cells: &[&str]) -> Result<(), Error> {
+    let malformed = |expected: &str, found: String, hint: &str, column: usize| {
+        let (expected, hint) = (expected.into(), hint.into());
+        let kind = ErrorKind::Malformed {
+            expected,
+            found,
+            hint,
+        };
+        Err(Error::from(kind).at(at(number, column)))
+    };
+    let shown = |cell: &str| format!("`{}`", text::shown(cell));
+    if Header::begins_again(cells) {
+        let hint = "which samples belong together is not known; write each section to a file of \
+                    its own, or export as CSV";
+        return malformed("one section of data", "a second header".into(), hint, 0);
+    }
+    if header.time == TimeColumns::No && !cells[0].is_empty() {
+        let expected = "an empty X_Value column, as X_Columns No says";
+        let hint = "whether the column holds the time is not known; read the rows as a table with \
+                    the setting `input_format` = csv";
+        return malformed(expected, shown(cells[0]), hint, 0);
+    }
+    let beyond = header.comment_column + 1;
+    match cells.iter().skip(beyond).find(|cell| !cell.is_empty()) {
+        None => Ok(()),
+        Some(cell) => {
+            let expected = "nothing after the Comment column";
+            malformed(expected, shown(cell), "mend the export", beyond)
         }
-        Ok(())
     }
 }
 
@@ -497,7 +385,7 @@ fn choose(
     selection: Selection,
 ) -> Result<(Vec<usize>, Option<Finding>), Error> {
     let filled: Vec<usize> = (0..header.channels.len())
-        .filter(|index| table.lengths[*index] > 0)
+        .filter(|index| table.channels[*index].count > 0)
         .collect();
     if selection == Selection::Every {
         return Ok((filled, None));
@@ -563,23 +451,37 @@ fn choose(
 
 fn channel(
     header: &Header,
-    table: &ChannelTable,
+    table: &mut ChannelTable,
     index: usize,
-    values: Vec<f64>,
     (options, selection): (&ReadOptions, Selection),
     limits: &Limits,
 ) -> Result<Channel, Error> {
     let described = &header.channels[index];
     let column = &described.column;
     let mut findings = Vec::new();
-    if values.is_empty() {
+    let numbers = &mut table.channels[index];
+    if let Some(error) = &numbers.error {
+        return Err(error.clone());
+    }
+    if numbers.count == 0 {
         return Err(ErrorKind::Empty {
             found: format!("channel {} holds no sample", column.name),
             expected: "a channel with samples".into(),
         }
         .into());
     }
-    table.check_marks(index)?;
+    let slot = header.time_slot(index);
+    let stamps = slot.map(|slot| &table.stamps[slot].0);
+    // A mark among the stamps that can only be a decimal one tells for the samples, too.
+    if !stamps.is_some_and(|stamps| stamps.marks.decimal) {
+        stamps.map_or(Ok(()), |stamps| stamps.check_marks(header.decimal))?;
+        numbers.check_marks(header.decimal)?;
+    }
+    // The chosen channel comes first, and is one of all.
+    let values = match selection {
+        Selection::Lateral => numbers.values.clone(),
+        Selection::Every => std::mem::take(&mut numbers.values),
+    };
     let own = column.unit.map(|unit| (unit, "header"));
     let text = ("the header", column.unit_text.as_deref());
     let unit = Unit::of_header(own, text, options, selection, &mut findings)?;
@@ -630,9 +532,10 @@ fn on_clock(
     let described = &header.channels[index];
     match header.time_slot(index) {
         Some(slot) => {
-            let (stamps, digit) = &table.stamps[slot];
+            let (numbers, digits) = &table.stamps[slot];
+            let stamps = &numbers.values;
             let stamps = stamps.get(..values.len()).unwrap_or(stamps);
-            let base = TimeBase::fit(stamps, *digit, limits)?;
+            let base = TimeBase::fit(stamps, digits.last_digit(), limits)?;
             options.check_rate(base.rate.hertz(), "the file's time column", RATE_HINT)?;
             findings.extend(implausible_rate(base.rate, "the time column", options)?);
             findings.extend(base.findings.iter().cloned());
