@@ -83,6 +83,12 @@ pub fn read(
         {
             return Err(error);
         }
+        // Where nobody has said which channel is meant, the whole table has to be in order.
+        let unnamed = *selection == Selection::Lateral && options.channel.is_none();
+        let mut channels = table.channels.iter().filter(|_| unnamed);
+        if let Some(error) = channels.find_map(|numbers| numbers.error.clone()) {
+            return Err(error);
+        }
         let (wanted, chosen) = choose(&header, &table, options, *selection)?;
         let outcome = ReadOutcome {
             findings: findings.iter().cloned().chain(chosen).collect(),
@@ -116,6 +122,11 @@ struct ColumnNumbers {
 }
 
 impl ColumnNumbers {
+    /// Tells whether the column holds nothing, not even something wrong.
+    fn is_silent(&self) -> bool {
+        self.count == 0 && self.error.is_none()
+    }
+
     /// Takes in a cell that holds something.
     fn take(&mut self, cell: &str, decimal: &mut Decimal, place: Place) -> Result<f64, Error> {
         let number = text::sample(cell, decimal).map_err(|error| error.at(place.clone()))?;
@@ -221,7 +232,7 @@ impl ChannelTable {
                 table.over = Some(error);
             }
         }
-        if table.channels.iter().all(|channel| channel.count == 0) {
+        if table.channels.iter().all(ColumnNumbers::is_silent) {
             return Err(ErrorKind::Empty {
                 found: "the table holds no sample".into(),
                 expected: "rows of numbers after the second header".into(),
@@ -252,7 +263,7 @@ impl ChannelTable {
     /// Names the channels without a sample.
     fn silent_finding(&self, header: &Header) -> Option<Finding> {
         let channels = header.channels.iter().zip(&self.channels);
-        let silent = channels.filter(|(_, numbers)| numbers.count == 0);
+        let silent = channels.filter(|(_, numbers)| numbers.is_silent());
         let names: Vec<&str> = silent
             .map(|(channel, _)| channel.column.name.as_str())
             .collect();
@@ -385,7 +396,7 @@ fn choose(
     selection: Selection,
 ) -> Result<(Vec<usize>, Option<Finding>), Error> {
     let filled: Vec<usize> = (0..header.channels.len())
-        .filter(|index| table.channels[*index].count > 0)
+        .filter(|index| !table.channels[*index].is_silent())
         .collect();
     if selection == Selection::Every {
         return Ok((filled, None));

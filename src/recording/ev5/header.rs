@@ -264,7 +264,7 @@ impl CurveEntry {
             format!("its axis is {}, not a lateral one", self.axis)
         } else if !self.is_seatless() {
             "it sits in a dummy, not on the vehicle's structure".into()
-        } else if !STRUCTURE.iter().any(|start| is_plain(start)) {
+        } else if !STRUCTURE.iter().any(is_plain) {
             let place = &self.attachment;
             format!("its attachment {place} is none of the structure that is known here")
         } else {

@@ -7,7 +7,6 @@ use crate::recording::draft::UniformSamples;
 use crate::recording::held::{self, Statement};
 use crate::recording::number::{Decimal, Marks, PrintedDigits};
 use crate::recording::remarks::{self, Remark, Span};
-use crate::recording::words::{Words, word_list};
 use crate::recording::{Finding, Limits, Stated, encoding, text, time_base};
 use crate::units::{AccelerationUnit, SampleRate};
 
@@ -29,16 +28,8 @@ const STATED_ONCE: &[&str] = &[
 /// Part of the largest magnitude by which a stated extreme may be off [-].
 const EXTREME_AGREEMENT: f64 = 1e-4;
 
-/// What keys of notes begin with, in small letters.
-static NOTES: Words = word_list!("iso-mme-notes");
-
 /// Words from which on a line is text that goes on, where it has no key.
 const WORDS_OF_TEXT: usize = 3;
-
-fn is_comment(key: &str) -> bool {
-    let key = key.trim_start_matches('.').to_lowercase();
-    NOTES.iter().any(|word| key.starts_with(word))
-}
 
 /// What a line of a channel file is, up to its first sample.
 enum HeaderLine<'a> {
@@ -374,7 +365,7 @@ impl ChannelHeader {
     /// Returns what the laboratory says of the channel in free words.
     pub(super) fn remark(&self) -> Remark {
         let comments = self.lines.iter();
-        let comments = comments.filter(|(key, value)| is_comment(key) && &**value != NOTHING);
+        let comments = comments.filter(|(key, value)| remarks::is_key(key) && &**value != NOTHING);
         let comments: Vec<&str> = comments.map(|(_, value)| &**value).collect();
         Remark::of_channel(&comments)
     }

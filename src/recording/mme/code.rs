@@ -64,7 +64,7 @@ impl Code {
     /// Tells whether the sensor sits on a vehicle's structure, not in a dummy or on a barrier.
     pub(in crate::recording) fn is_structure(&self) -> bool {
         let is_here = |known: &&str| known.as_bytes() == self.location();
-        !matches!(self.0[0], b'M' | b'B') && STRUCTURE.iter().any(|known| is_here(known))
+        !matches!(self.0[0], b'M' | b'B') && STRUCTURE.iter().any(is_here)
     }
 
     /// Returns the side that position or fine location name.
