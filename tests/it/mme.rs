@@ -284,11 +284,18 @@ fn val_what_the_header_states_is_held_against_the_samples() {
         check_findings(file().with(key, value), blocking, &[]);
         check_findings(file().with(key, value), warning, &[]);
     }
-    check_findings(
-        file().with("Data source", "Anlage 4"),
-        warning,
-        &["statement-unread"],
-    );
+    for (key, value) in [
+        ("Data source", "Anlage 4"),
+        ("Channel amplitude class", "2000 g"),
+        ("Channel amplitude class", "nan"),
+        ("Channel frequency class", "SAE"),
+        ("Pre-filter type", "Butterworth"),
+        ("Cut off frequency", "low"),
+        ("First global maximum value", "much"),
+    ] {
+        let word = &["statement-unread"];
+        check_findings(file().with(key, value), warning, word);
+    }
     // Cut in the middle of the last number.
     let mut bytes = file().without("Number of samples").text().into_bytes();
     bytes.truncate(bytes.len() - 4);

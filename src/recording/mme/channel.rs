@@ -344,8 +344,10 @@ impl ChannelHeader {
         let full_scale = positive("Channel amplitude class");
         let prefilter_hz = positive("Pre-filter type");
         let class = self.stated_class();
+        let is_one = |class: &String| CLASSES.contains(&class.as_str());
         if let (Some(class), Some(stated)) = (&class, self.statement("Channel frequency class"))
-            && !CLASSES.contains(&class.as_str())
+            && !is_one(class)
+            && !["0", "NONE", "UNFILTERED"].contains(&class.as_str())
         {
             findings.push(stated.unread());
         }
@@ -354,9 +356,7 @@ impl ChannelHeader {
             location: self.value("Name of the channel").map(ToString::to_string),
             full_scale,
             prefilter_hz,
-            filter_class: class
-                .filter(|class| !NO_CLASS.contains(&class.as_str()))
-                .or_else(of_code),
+            filter_class: class.filter(is_one).or_else(of_code),
             status: self.value("Data status").map(ToString::to_string),
             remarks: Vec::new(),
         }
@@ -463,9 +463,9 @@ impl ChannelHeader {
         let of_code = code.filter_class()?;
         let says = || format!("the code {} says CFC {of_code}", code.text());
         if let Some(stated) = self.statement("Channel frequency class")
-            && self
-                .stated_class()
-                .is_some_and(|own| own != of_code && !NO_CLASS.contains(&&*own))
+            && let Some(own) = self.stated_class()
+            && own != of_code
+            && CLASSES.contains(&own.as_str())
         {
             return Some(stated.contradicts(&says()));
         }
@@ -507,9 +507,8 @@ fn instant_finding(
     })
 }
 
-/// Channel frequency classes, and what says that there is none.
-const CLASSES: &[&str] = &["20", "60", "180", "600", "1000", "0", "NONE", "UNFILTERED"];
-const NO_CLASS: &[&str] = &["0", "NONE", "UNFILTERED"];
+/// Channel frequency classes.
+const CLASSES: &[&str] = &["20", "60", "180", "600", "1000"];
 
 /// What header lines of measured samples name as their source, in small letters.
 const MEASURED: &[&str] = &[

@@ -114,7 +114,49 @@ impl Case {
     }
 }
 
+/// Fields that are held against the samples and cannot be read.
+fn unread() -> Vec<Case> {
+    let case = |(name, from, to): (&str, &str, &str)| {
+        let line = PLAIN.text(146).replace(from, to);
+        good("v07292.146", whole())
+            .beside("v07292.EV5", header(&[line]))
+            .channel("146 V1 AC DSLF YG")
+            .unit("g", value)
+            .finds(&["info header-beside", "warning statement-unread"])
+            .named(name)
+    };
+    [
+        ("a rating that is no number", "|2000|2|", "|nan|2|"),
+        ("a rating below zero", "|2000|2|", "|-5|2|"),
+        ("a rating with its unit", "|2000|2|", "|2000 G|2|"),
+        ("an interval of zero", "|100|AM", "|0|AM"),
+        ("no interval", "|100|AM", "||AM"),
+        ("an index that is no number", "|-200|", "|x|"),
+    ]
+    .into_iter()
+    .map(case)
+    .collect()
+}
+
 pub(super) fn cases() -> Vec<Case> {
+    let mut cases = readings();
+    cases.extend(unread());
+    // The last number has lost its end, and nothing else says so.
+    let cut = whole().trim_end().to_string();
+    let line = PLAIN.text(146).replace("|599|", "||");
+    cases.push(
+        good("v07292.146", cut[..cut.len() - 3].to_string())
+            .beside("v07292.EV5", header(&[line]))
+            .channel("146 V1 AC DSLF YG")
+            .samples(800)
+            .finds(&["info header-beside", "warning statement-unread"])
+            .unusable(&["blocking samples-missing"], &["is cut"])
+            .named("a last line that is cut"),
+    );
+    cases
+}
+
+fn readings() -> Vec<Case> {
     let x = Line {
         axis: "XG",
         ..PLAIN
