@@ -87,45 +87,43 @@ fn guarded(
     ))
 }
 
-fn zstd(data: &[u8], size: u64, limits: &Limits) -> Result<Vec<u8>, String> {
+/// Unpacks frame by frame up to one byte beyond `size`; `frame` reads one from the front of its
+/// first argument. Some writers leave bytes behind the last frame, so these are not looked at.
+fn frames(
+    mut left: &[u8],
+    size: u64,
+    mut frame: impl FnMut(&mut &[u8], u64, &mut Vec<u8>) -> Result<(), String>,
+) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
-    let mut left = data;
-    while !left.is_empty() && bytes.len() as u64 <= size {
-        let mut decoder = ruzstd::decoding::StreamingDecoder::new_with_max_window_size(
-            &mut left,
-            limits.mcap_chunk_bytes.max(ZSTD_WINDOW_BYTES),
-        )
-        .map_err(|error| error.to_string())?;
-        (&mut decoder)
-            .take(size + 1 - bytes.len() as u64)
-            .read_to_end(&mut bytes)
-            .map_err(|error| error.to_string())?;
-        let frame = decoder.into_frame_decoder();
-        if frame.is_finished() && frame.can_collect() == 0 {
-            let said = frame.get_checksum_from_data();
-            if said.is_some() && said != frame.get_calculated_checksum() {
-                return Err("the checksum of the frame is wrong".into());
-            }
-        }
-        if bytes.len() as u64 == size {
-            // Some writers leave bytes behind the last frame, so these are not looked at.
-            break;
-        }
+    while !left.is_empty() && (bytes.len() as u64) < size {
+        let room = size + 1 - bytes.len() as u64;
+        frame(&mut left, room, &mut bytes)?;
     }
     Ok(bytes)
 }
 
-fn lz4(data: &[u8], size: u64) -> Result<Vec<u8>, String> {
-    let mut bytes = Vec::new();
-    let mut left = data;
-    while !left.is_empty() && bytes.len() as u64 <= size {
-        lz4_flex::frame::FrameDecoder::new(&mut left)
-            .take(size + 1 - bytes.len() as u64)
-            .read_to_end(&mut bytes)
-            .map_err(|error| error.to_string())?;
-        if bytes.len() as u64 == size {
-            break;
+fn zstd(data: &[u8], size: u64, limits: &Limits) -> Result<Vec<u8>, String> {
+    let window = limits.mcap_chunk_bytes.max(ZSTD_WINDOW_BYTES);
+    frames(data, size, |left, room, bytes| {
+        let decoder =
+            ruzstd::decoding::StreamingDecoder::new_with_max_window_size(&mut *left, window);
+        let mut decoder = decoder.map_err(|error| error.to_string())?;
+        let read = (&mut decoder).take(room).read_to_end(bytes);
+        read.map_err(|error| error.to_string())?;
+        let frame = decoder.into_frame_decoder();
+        let said = frame.get_checksum_from_data();
+        let is_whole = frame.is_finished() && frame.can_collect() == 0;
+        if is_whole && said.is_some() && said != frame.get_calculated_checksum() {
+            return Err("the checksum of the frame is wrong".into());
         }
-    }
-    Ok(bytes)
+        Ok(())
+    })
+}
+
+fn lz4(data: &[u8], size: u64) -> Result<Vec<u8>, String> {
+    frames(data, size, |left, room, bytes| {
+        let decoder = lz4_flex::frame::FrameDecoder::new(&mut *left);
+        let read = decoder.take(room).read_to_end(bytes);
+        read.map(|_| ()).map_err(|error| error.to_string())
+    })
 }

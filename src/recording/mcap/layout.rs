@@ -397,7 +397,8 @@ fn listed(numbers: &[(String, bool)]) -> Vec<String> {
     first.map(|(path, _)| path.clone()).collect()
 }
 
-/// Returns which of a message's numbers are wanted.
+/// Returns which of a message's numbers are wanted; of each is told whether it is one now, for what
+/// is null now may be a number in the next message.
 fn json_fields(numbers: &[(String, bool)], wanted: &WantedFields) -> Result<Vec<String>, Unfit> {
     let has = |path: &str| numbers.iter().any(|(known, _)| known == path);
     let of_types: Vec<String> = LATERAL
@@ -422,19 +423,18 @@ fn json_fields(numbers: &[(String, bool)], wanted: &WantedFields) -> Result<Vec<
             Ok(found)
         }
         WantedFields::Every => {
-            let triples: Vec<String> = of_types
-                .iter()
-                .map(|path| path.trim_end_matches('y'))
-                .flat_map(|base| ["x", "y", "z"].map(|axis| format!("{base}{axis}")))
-                .filter(|path| has(path))
-                .collect();
-            let named = |path: &&String| names_lateral(path) && !triples.contains(path);
-            if !singles.clone().any(|path| named(&path)) {
-                return Ok(triples);
+            if of_types.is_empty() && !singles.clone().any(|path| names_lateral(path)) {
+                return Ok(Vec::new());
             }
             let stamps = JSON_STAMPS.as_flattened();
-            let data = |path: &&String| !stamps.contains(&path.as_str()) && *path != ESTIMATE;
-            Ok(singles.filter(data).take(LISTED).cloned().collect())
+            let data = |path: &str| !stamps.contains(&path) && !path.contains('[');
+            // Those that could be meant are shown however many come before them.
+            let mut place = 0;
+            let shown = numbers.iter().filter(|(path, is_number)| {
+                place += usize::from(*is_number);
+                data(path) && ((*is_number && place <= LISTED) || names_lateral(path))
+            });
+            Ok(shown.map(|(path, _)| path.clone()).collect())
         }
     }
 }
@@ -452,7 +452,7 @@ pub(super) fn json_layout(data: &[u8], wanted: &WantedFields) -> Result<MessageL
         if numeric && (is_wanted || path == ESTIMATE || !path.contains('[')) {
             too_many |= numbers.len() > FIELDS;
             if !too_many && !numbers.iter().any(|(known, _)| known == path) {
-                numbers.push((path.to_string(), true));
+                numbers.push((path.to_string(), matches!(leaf, Leaf::Number(_))));
             }
         }
     };

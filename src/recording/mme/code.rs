@@ -120,44 +120,35 @@ pub(super) fn class_of(letter: u8) -> Option<&'static str> {
 /// for any number of them. Case counts not.
 pub(super) fn fits(pattern: &str, text: &str) -> bool {
     let pattern: Vec<char> = pattern.trim().to_uppercase().chars().collect();
-    let text: Vec<char> = text.trim().to_uppercase().chars().collect();
     // Positions of the pattern that the text so far can lead to; no backtracking.
-    let mut open = vec![0_usize];
-    let skip_stars = |open: &mut Vec<usize>| {
-        let mut index = 0;
-        while index < open.len() {
-            let at = open[index];
-            if pattern.get(at) == Some(&'*') && !open.contains(&(at + 1)) {
-                open.push(at + 1);
+    let open_from = |starts: &[usize]| {
+        let mut open = vec![false; pattern.len() + 1];
+        for start in starts {
+            let mut at = *start;
+            open[at] = true;
+            while pattern.get(at) == Some(&'*') {
+                at += 1;
+                open[at] = true;
             }
-            index += 1;
         }
+        open
     };
-    skip_stars(&mut open);
-    for character in text {
-        let mut next = Vec::new();
-        for at in open {
-            let (taken, after) = match pattern.get(at) {
-                Some('*') => (true, at),
-                Some('?') => (true, at + 1),
-                Some('[') => {
-                    let end = pattern[at..].iter().position(|c| *c == ']');
-                    match end {
-                        Some(end) => (pattern[at + 1..at + end].contains(&character), at + end + 1),
-                        None => (character == '[', at + 1),
-                    }
-                }
-                Some(other) => (*other == character, at + 1),
-                None => (false, at),
-            };
-            if taken && !next.contains(&after) {
-                next.push(after);
-            }
+    let after = |at: usize, character: char| match *pattern.get(at)? {
+        '*' => Some(at),
+        '?' => Some(at + 1),
+        '[' if pattern[at..].contains(&']') => {
+            let end = at + pattern[at..].iter().position(|c| *c == ']')?;
+            pattern[at + 1..end].contains(&character).then_some(end + 1)
         }
-        open = next;
-        skip_stars(&mut open);
+        other => (other == character).then_some(at + 1),
+    };
+    let mut open = open_from(&[0]);
+    for character in text.trim().to_uppercase().chars() {
+        let positions = (0..open.len()).filter(|at| open[*at]);
+        let next: Vec<usize> = positions.filter_map(|at| after(at, character)).collect();
+        open = open_from(&next);
     }
-    open.contains(&pattern.len())
+    open[pattern.len()]
 }
 
 #[cfg(test)]
