@@ -80,3 +80,50 @@ fn val_a_real_robot_log_is_read_and_unusable() {
     assert!(found("low-rate").is_some() && found("stamp-zero").is_some());
     assert_eq!(found("gap").and_then(|gap| gap.at_s), Some(0.272_027_638));
 }
+
+/// Of 35 lateral accelerations of a real side impact that its laboratory calls measured, none
+/// carries a remark that blocks: plain words of places do not train people to accept.
+#[test]
+fn val_no_sound_channel_of_a_real_test_is_held_up_by_its_remark() {
+    let Source::File(path) = source("nhtsa_v07292.EV5") else {
+        unreachable!("a file")
+    };
+    let header = String::from_utf8_lossy(&std::fs::read(path).unwrap()).into_owned();
+    let folder = std::env::temp_dir().join(format!("latchgate-beside-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let rows: String = (0..500)
+        .map(|k| format!("{:.6}\t{k}\n", f64::from(k) / 12_500.0))
+        .collect();
+    let (mut channels, mut shown, mut blocked) = (0, Vec::new(), Vec::new());
+    for line in header.lines() {
+        let mut cells: Vec<&str> = line.split('|').collect();
+        if cells.len() != 20 || cells[2] != "AC" || !cells[5].starts_with('Y') || cells[17] != "AM"
+        {
+            continue;
+        }
+        (cells[14], cells[15], cells[16]) = ("0", "499", "80");
+        let curve = folder.join(format!("v1.{:0>3}", cells[1]));
+        let text = format!("----- INSTRUMENTATION -----\n{}", cells.join("|"));
+        std::fs::write(folder.join("v1.EV5"), text).unwrap();
+        std::fs::write(&curve, &rows).unwrap();
+        let options = Request::default().read_options(&pipeline::Card::default());
+        let source = Source::File(curve.clone());
+        let found = read(&source, &options, Selection::Lateral, &Limits::default()).unwrap();
+        std::fs::remove_file(curve).unwrap();
+        channels += 1;
+        for finding in &found.channels[0].findings {
+            if finding.code == "laboratory-remark" {
+                match finding.severity {
+                    pipeline::Severity::Blocking => blocked.push(finding.text.clone()),
+                    _ => shown.push(finding.text.clone()),
+                }
+            }
+        }
+    }
+    std::fs::remove_dir_all(folder).unwrap();
+    assert_eq!((channels, blocked), (35, Vec::<String>::new()));
+    assert_eq!(
+        shown,
+        ["the laboratory says of this channel: \"THORAX CG\""]
+    );
+}

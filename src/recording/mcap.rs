@@ -40,6 +40,7 @@ mod series;
 mod types;
 
 use super::draft;
+use super::remarks::{Remark, RemarkPlace};
 use super::source::Reader;
 use super::{Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
@@ -280,6 +281,8 @@ struct Topic {
     encoding: String,
     schema_id: u16,
     messages: u64,
+    /// What a person wrote of it.
+    remarks: Vec<Remark>,
     /// What is wanted of it, if anything.
     wanted: Option<WantedFields>,
     /// What was read of it, from its first message on.
@@ -303,7 +306,12 @@ struct LogReader<'a> {
     kept: u64,
     messages: u64,
     account: Account,
+    /// What a person wrote of the file.
+    remarks: Vec<Remark>,
 }
+
+/// Remarks on a file that are kept.
+const REMARKS: usize = 1000;
 
 impl<'a> LogReader<'a> {
     fn new(options: &'a ReadOptions, selection: Selection, limits: &'a Limits) -> Self {
@@ -319,6 +327,7 @@ impl<'a> LogReader<'a> {
             kept: 0,
             messages: 0,
             account: Account::default(),
+            remarks: Vec::new(),
         }
     }
 
@@ -368,7 +377,25 @@ impl<'a> LogReader<'a> {
                 account.vouched |= data.iter().take(4).any(|byte| *byte != 0);
             }
             op::FOOTER => self.footer(data)?,
-            // Attachments, metadata, indexes and what later versions may add carry no samples.
+            // What cannot be read of it is no one's remark.
+            op::METADATA => {
+                let told = "the log's metadata say";
+                for comment in records::metadata(data).unwrap_or_default() {
+                    match self.remarks.len() {
+                        ..REMARKS => {
+                            self.remarks
+                                .push(Remark::new(comment, RemarkPlace::Channel, told))
+                        }
+                        REMARKS => self.remarks.push(Remark::new(
+                            "more than is read",
+                            RemarkPlace::State(None),
+                            told,
+                        )),
+                        _ => {}
+                    }
+                }
+            }
+            // Attachments, indexes and what later versions may add carry no samples.
             _ => {}
         }
         Ok(())
@@ -475,6 +502,11 @@ impl<'a> LogReader<'a> {
                 encoding: record.encoding.to_string(),
                 schema_id: record.schema_id,
                 messages: 0,
+                remarks: record
+                    .comments
+                    .iter()
+                    .map(|comment| Remark::of_channel(&[comment]))
+                    .collect(),
                 wanted,
                 series: None,
             },
@@ -543,12 +575,9 @@ impl<'a> LogReader<'a> {
             };
             Some(laid)
         };
-        topic.series = Some(TopicSeries::new(
-            &topic.name,
-            wanted,
-            laid.as_ref(),
-            &mut self.kept,
-        ));
+        let mut series = TopicSeries::new(&topic.name, wanted, laid.as_ref(), &mut self.kept);
+        series.remarks.clone_from(&topic.remarks);
+        topic.series = Some(series);
         Ok(())
     }
 
@@ -627,7 +656,10 @@ impl<'a> LogReader<'a> {
 
     /// Turns what was kept into channels.
     fn finish(mut self) -> Result<ReadOutcome, Error> {
-        let mut outcome = ReadOutcome::default();
+        let mut outcome = ReadOutcome {
+            remarks: std::mem::take(&mut self.remarks),
+            ..ReadOutcome::default()
+        };
         if self.messages > 0 && !self.account.vouched {
             outcome.findings.push(Finding::warning(
                 "mcap-unverified",

@@ -13,11 +13,12 @@ mod reading;
 use super::csv::header::filtered::{Filtered, filter_in};
 use super::source::sha256;
 use super::words::{Words, word_list};
-use super::{Finding, Stated};
+use super::{Finding, Severity, Stated};
 use crate::error::nearest_name;
 use crate::setting::Setting;
 use crate::units::SampleRate;
 use reading::NamedInstant;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A remark that a person has read and accepts: it does not block any more.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -217,16 +218,44 @@ pub(super) fn shown(remarks: &[Remark]) -> Vec<String> {
     speaking.map(Remark::shown).collect()
 }
 
+/// Findings of one severity that remarks may give; of more the number is told.
+const MOST: usize = 20;
+
 /// Returns what remarks come to, each instant on the file's clock.
 pub(super) fn findings(
     remarks: &[Remark],
     accepted: &[AcceptedRemark],
     span: Span,
 ) -> Vec<Finding> {
-    remarks
-        .iter()
-        .filter_map(|remark| remark.finding(accepted, span))
-        .collect()
+    let mut told = BTreeSet::new();
+    let mut found = Vec::new();
+    let mut more: BTreeMap<Severity, (usize, Finding)> = BTreeMap::new();
+    for remark in remarks {
+        // Of lines that say the same one is enough.
+        if remark.place == RemarkPlace::Apart && !told.insert(&remark.text) {
+            continue;
+        }
+        let Some(finding) = remark.finding(accepted, span) else {
+            continue;
+        };
+        let severity = finding.severity;
+        let before = found
+            .iter()
+            .filter(|one: &&Finding| one.severity == severity);
+        if severity == Severity::Warning || before.count() < MOST {
+            found.push(finding);
+            continue;
+        }
+        let (count, last) = more.entry(severity).or_insert_with(|| (0, finding.clone()));
+        *count += 1;
+        // The earliest instant counts, and none at all is earlier still.
+        last.at_s = last.at_s.zip(finding.at_s).map(|(a, b)| a.min(b));
+    }
+    found.extend(more.into_values().map(|(count, last)| Finding {
+        text: format!("{count} more remarks, told when those that block are accepted"),
+        ..last
+    }));
+    found
 }
 
 /// Returns the instant from which on remarks plainly say that the samples of a channel are bad [s].

@@ -49,6 +49,7 @@ mod pipeline;
 mod polynomial;
 mod recordings;
 mod reference;
+mod remarks;
 mod replay;
 mod replay_failures;
 mod replay_properties;

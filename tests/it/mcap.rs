@@ -706,6 +706,49 @@ fn val_what_the_format_allows_is_read() {
     check_read(&file(&data, &summary), &options(None), name, &expected);
 }
 
+/// What a person wrote of a topic or of the whole log; settings of programs stand there as well.
+#[test]
+fn val_comments_in_metadata_are_remarks() {
+    let map = |entries: &[(&str, &str)]| {
+        let pairs = entries
+            .iter()
+            .flat_map(|(key, value)| [text(key), text(value)]);
+        let pairs: Vec<u8> = pairs.flatten().collect();
+        [(pairs.len() as u32).to_le_bytes().to_vec(), pairs].concat()
+    };
+    let of_channel = |entries: &[(&str, &str)]| {
+        let ids = [1_u16.to_le_bytes(), 1_u16.to_le_bytes()].concat();
+        record(
+            0x04,
+            &[ids, text("/imu"), text("cdr"), map(entries)].concat(),
+        )
+    };
+    let of_file =
+        |entries: &[(&str, &str)]| record(0x0C, &[text("rosbag2"), map(entries)].concat());
+    let mut data = imu_data(10);
+    data[1] = of_channel(&[("qos", "depth: lost"), ("comment", "cable was loose")]);
+    data.push(of_file(&[
+        ("ROS_DISTRO", "failed"),
+        ("description", "left door"),
+    ]));
+    data.push(record(0x0C, b"damaged"));
+    let found = lateral(&file(&data, &[statistics(&[(1, 10)])]), &options(None)).unwrap();
+    let own = &found.channels[0];
+    assert_eq!(own.stated.remarks, ["cable was loose"]);
+    let told = |findings: &[latchgate::recording::Finding]| -> Vec<String> {
+        let remarks = findings
+            .iter()
+            .filter(|one| one.code == "laboratory-remark");
+        remarks
+            .map(|one| format!("{} {}", one.severity.name(), one.text))
+            .collect()
+    };
+    assert!(told(&own.findings)[0].starts_with("blocking"), "{own:?}");
+    let of_file = told(&found.findings);
+    assert_eq!(of_file.len(), 1);
+    assert!(of_file[0].starts_with("info") && of_file[0].contains("left door"));
+}
+
 #[test]
 fn val_a_file_that_says_nothing_of_itself_is_read_with_a_warning() {
     let found = lateral(&file(&imu_data(5), &[]), &options(None)).unwrap();

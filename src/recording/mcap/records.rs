@@ -6,6 +6,7 @@
 
 use crate::error::{Error, ErrorKind};
 use crate::recording::Limits;
+use crate::recording::remarks;
 
 /// Bytes of opcode and length before each record.
 pub(super) const PREFIX_BYTES: usize = 9;
@@ -137,22 +138,39 @@ pub(super) struct ChannelRecord<'a> {
     pub(super) schema_id: u16,
     pub(super) topic: &'a str,
     pub(super) encoding: &'a str,
+    /// What a person wrote of it.
+    pub(super) comments: Vec<&'a str>,
 }
 
 /// Reads a channel.
 pub(super) fn channel<'a>(data: &'a [u8], limits: &Limits) -> Result<ChannelRecord<'a>, Error> {
     let mut fields = Fields::within("channel", data, limits);
-    let record = ChannelRecord {
+    Ok(ChannelRecord {
         id: fields.u16()?,
         schema_id: fields.u16()?,
         topic: fields.text()?,
         encoding: fields.text()?,
-    };
-    let mut metadata = fields.block()?;
-    while !metadata.is_empty() {
-        metadata.text()?;
+        comments: comments(fields.block()?)?,
+    })
+}
+
+/// Reads what a person wrote in a metadata record, which is of no topic.
+pub(super) fn metadata(data: &[u8]) -> Result<Vec<&str>, Error> {
+    let mut fields = Fields::new("metadata", data);
+    fields.text()?;
+    comments(fields.block()?)
+}
+
+/// Returns the values of a map whose keys say that a person wrote them.
+fn comments(mut map: Fields<'_>) -> Result<Vec<&str>, Error> {
+    let mut found = Vec::new();
+    while !map.is_empty() {
+        let (key, value) = (map.text()?, map.text()?);
+        if remarks::is_key(key) {
+            found.push(value);
+        }
     }
-    Ok(record)
+    Ok(found)
 }
 
 /// Reads a message: its channel, when it was recorded [ns], and its content.

@@ -10,6 +10,7 @@ use super::{cdr, protobuf, records};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column as Named;
 use crate::recording::draft::{Draft, Unit};
+use crate::recording::remarks::Remark;
 use crate::recording::time_base::TimeBase;
 use crate::recording::{Channel, Finding, Limits, ReadOptions};
 use crate::units::AccelerationUnit;
@@ -63,6 +64,8 @@ pub(super) struct TopicSeries {
     frame: Option<f64>,
     /// Fingerprints of the fields that messages in JSON had, each looked at once.
     shapes: BTreeSet<u64>,
+    /// What a person wrote of the topic.
+    pub(super) remarks: Vec<Remark>,
     /// The first thing wrong with the whole; nothing is read after it.
     error: Option<Error>,
 }
@@ -88,6 +91,7 @@ impl TopicSeries {
             logged: Vec::new(),
             frame: None,
             shapes: BTreeSet::new(),
+            remarks: Vec::new(),
             error: None,
         };
         match laid {
@@ -313,7 +317,7 @@ impl TopicSeries {
                 "leave out the rate, which the messages themselves give",
             )
             .map_err(|error| error.at(place))?;
-        let topic = self.topic;
+        let (topic, remarks) = (self.topic, self.remarks);
         Ok(self
             .columns
             .into_iter()
@@ -322,7 +326,7 @@ impl TopicSeries {
                 let place = Place::default().channel(&name);
                 let words = layout::words_of(&topic, &column.path);
                 let channel = column
-                    .into_channel(&words, &base, &stamps, &findings, options)
+                    .into_channel((&words, &remarks), &base, &stamps, &findings, options)
                     .map_err(|error| error.at(place));
                 (name, channel)
             })
@@ -415,7 +419,7 @@ const KEPT_PER_SAMPLE: u64 = 4;
 impl Column {
     fn into_channel(
         self,
-        words: &Named,
+        (words, remarks): (&Named, &[Remark]),
         base: &TimeBase,
         stamps: &[f64],
         findings: &[Finding],
@@ -446,7 +450,7 @@ impl Column {
             values: base.apply(stamps, self.values)?,
             stated,
             findings,
-            remarks: Vec::new(),
+            remarks: remarks.to_vec(),
         };
         // The stamps count from time zero already, which in nanoseconds loses no digit.
         Ok(draft.finish(None, &options.accepted_remarks))
