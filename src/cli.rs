@@ -37,6 +37,8 @@ pub mod study;
 pub mod values;
 mod verify;
 
+pub use output::look_at_stdout;
+
 use args::{Arguments, Command};
 use clap::Parser;
 use failure::{COULD_NOT, Failure, INTERRUPTED, WRONG_USAGE};

@@ -12,6 +12,8 @@ pub struct Candidate {
     pub twin: Option<String>,
     /// What the setting `channel` takes for it; `None` where nothing singles it out.
     pub asked_as: Option<String>,
+    /// What keeps it from being taken unasked: a word of its name, or what no word says.
+    pub doubt: Option<String>,
 }
 
 impl Candidate {
@@ -23,6 +25,7 @@ impl Candidate {
             asked_as: Some(name.clone()),
             name,
             twin: None,
+            doubt: None,
         }
     }
 
@@ -34,7 +37,14 @@ impl Candidate {
             name: name.into(),
             twin: Some(format!("{what} {number}")),
             asked_as: Some(number.to_string()),
+            doubt: None,
         }
+    }
+
+    /// Adds what keeps it from being taken unasked.
+    #[must_use]
+    pub fn doubted(self, doubt: Option<String>) -> Self {
+        Self { doubt, ..self }
     }
 }
 
@@ -46,6 +56,16 @@ impl Candidates {
     /// Returns channels that their names single out.
     pub fn named<T: Into<String>>(names: impl IntoIterator<Item = T>) -> Self {
         Self(names.into_iter().map(Candidate::named).collect())
+    }
+
+    /// Says why there is a choice.
+    fn why(&self) -> &'static str {
+        if self.0.iter().all(|candidate| candidate.doubt.is_some()) {
+            "no channel is plainly the lateral acceleration of the struck vehicle's structure; \
+             these could be, each with what raises the doubt"
+        } else {
+            "several channels could be the lateral acceleration"
+        }
     }
 }
 
@@ -61,6 +81,9 @@ impl fmt::Display for Candidates {
             write!(f, "{comma}{name}{cut}")?;
             if let Some(twin) = &candidate.twin {
                 write!(f, " ({twin})")?;
+            }
+            if let Some(doubt) = &candidate.doubt {
+                write!(f, " ({doubt})")?;
             }
         }
         match self.0.len() {
@@ -273,7 +296,7 @@ pub enum ErrorKind {
     },
     /// Nothing states the unit of acceleration.
     #[error(
-        "no unit of acceleration in header, units row or card; state it with the setting `unit` = g|m/s2|mm/s2|mm/ms2|ft/s2"
+        "no unit of acceleration beyond doubt in header, units row or card; state it with the setting `unit` = g|m/s2|mm/s2|mm/ms2|ft/s2|kilo-g"
     )]
     MissingUnit,
     /// Nothing states the time of the samples.
@@ -291,7 +314,8 @@ pub enum ErrorKind {
     },
     /// Several channels could be meant.
     #[error(
-        "several channels could be the lateral acceleration: {candidates}; choose one with the setting `channel` = NAME"
+        "{}: {candidates}; choose one with the setting `channel` = NAME",
+        candidates.why()
     )]
     AmbiguousChannel {
         /// The candidates.

@@ -6,6 +6,7 @@
 //! return as a [`Finding`] beside the channel.
 //!
 //! - `card`: cards: a recording's full name plus `.toml`, saying what the file itself does not;
+//! - `code`: channel codes of ISO/TS 13499: 16 characters that say what was measured where;
 //! - `csv`: text tables: CSV and its relatives;
 //! - `draft`: a channel as a reader found it, made into one that is delivered: the last mile of
 //!   all readers;
@@ -32,6 +33,7 @@
 //!   words are added without a look at the program.
 
 pub mod card;
+mod code;
 pub mod csv;
 mod draft;
 mod encoding;
@@ -59,7 +61,8 @@ pub use source::{Part, Source};
 
 use crate::error::{Error, ErrorKind, Place};
 use crate::parallel::Control;
-use crate::units::{AccelerationUnit, STANDARD_GRAVITY, SampleRate, TimeUnit};
+use crate::setting::Setting;
+use crate::units::{AccelerationUnit, DecimalMark, STANDARD_GRAVITY, SampleRate, TimeUnit};
 use remarks::{Remark, Span};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -74,6 +77,12 @@ pub struct ReadOptions {
     pub time_column: Option<String>,
     /// Unit of the time column.
     pub time_unit: Option<TimeUnit>,
+    /// Line of a text table that names its columns, counted from 1; what stands above is no sample.
+    pub header_line: Option<u32>,
+    /// Lines at the start of a text table that are passed over.
+    pub skip_lines: Option<u32>,
+    /// Decimal mark of a text table.
+    pub decimal: Option<DecimalMark>,
     /// Sample rate where there is no time column [Hz].
     pub rate_hz: Option<f64>,
     /// The instant of first contact on the file's clock [s]; becomes time 0.
@@ -105,6 +114,25 @@ impl ReadOptions {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Refuses settings that say how a text table is laid out, for a format that is none.
+    fn refuse_table_settings(&self, format: &str) -> Result<(), Error> {
+        let stated = self.header_line.is_some() || self.skip_lines.is_some();
+        if format == "csv" || !(stated || self.decimal.is_some()) {
+            return Ok(());
+        }
+        Err(ErrorKind::Malformed {
+            expected: "a text table, as settings of lines and decimal marks are for".into(),
+            found: format!("the format {format}"),
+            hint: format!(
+                "leave out {}, {} and {}",
+                Setting::HeaderLine,
+                Setting::SkipLines,
+                Setting::Decimal
+            ),
+        }
+        .into())
     }
 
     /// Refuses options that say where times stand, or in which unit, for a format that says so
@@ -496,6 +524,7 @@ fn outcomes(
         entries: &entries,
     };
     let format = find_format(&head, options.input_format.as_deref())?;
+    options.refuse_table_settings(format.name)?;
     let mut outcomes = (format.read)(&mut reader, options, selections, limits)?;
     for (outcome, selection) in outcomes.iter_mut().zip(selections) {
         if let Ok(read) = outcome {
@@ -529,28 +558,29 @@ fn outcomes(
         .collect())
 }
 
+/// Ways out that several formats share.
+const BY_ASAMMDF: &str =
+    "export the channel as CSV, for example with asammdf or the logger's converter";
+const BY_MCAP: &str = "convert it to MCAP with `mcap convert`";
+const BY_MATLAB: &str = "write the channel as CSV with writematrix";
+const UNPACK: &str = "unpack it first";
+
 /// Formats that are known but not read: first bytes, name, way out.
 const REFUSED: &[(&[u8], &str, &str)] = &[
     (
-        b"MDF     3",
-        "ASAM MDF3",
-        "export the channel as CSV, for example with asammdf or the logger's converter",
+        b"version https://git-lfs.github.com/spec/",
+        "a pointer of Git LFS that stands in for the recording",
+        "fetch the file itself with `git lfs pull`",
     ),
-    (
-        b"MDF     2",
-        "ASAM MDF2",
-        "export the channel as CSV, for example with asammdf or the logger's converter",
-    ),
-    (
-        b"MDF     ",
-        "ASAM MDF4",
-        "export the channel as CSV, for example with asammdf or the logger's converter",
-    ),
+    (b"MDF     3", "ASAM MDF3", BY_ASAMMDF),
+    (b"MDF     2", "ASAM MDF2", BY_ASAMMDF),
+    (b"MDF     ", "ASAM MDF4", BY_ASAMMDF),
     (
         b"UnFinMF ",
         "unfinalised ASAM MDF4",
         "finalise it, then export the channel as CSV, for example with asammdf",
     ),
+    (b"MDF  ", "ASAM MDF", BY_ASAMMDF),
     (
         b"TDSm",
         "NI TDMS",
@@ -561,7 +591,22 @@ const REFUSED: &[(&[u8], &str, &str)] = &[
         "NI TDMS, its index (.tdms_index)",
         "export the channel as CSV from DIAdem, or with the npTDMS package from the .tdms file",
     ),
+    (
+        b"DIAEXTENDED",
+        "NI DIAdem (.dat)",
+        "export the channel as CSV from DIAdem",
+    ),
     (b"|CF,", "imc FAMOS", "export the channel as CSV from FAMOS"),
+    (
+        b"\x1A\x45\xDF\xA3",
+        "EBML, as .IDE files of enDAQ and Mide are",
+        "export the channel as CSV with enDAQ Lab or the idelib package",
+    ),
+    (
+        b"\x1F\x35\x36\x2C",
+        "a channel of DTS SLICEWare (.chn)",
+        "export the test from SLICEWare as CSV or ISO 13499",
+    ),
     (
         b"\xD0\xCF\x11\xE0",
         "legacy Excel (.xls)",
@@ -572,34 +617,32 @@ const REFUSED: &[(&[u8], &str, &str)] = &[
         "HDF5",
         "export the channel as CSV, for example with h5py",
     ),
+    (b"CDF\x01", "NetCDF", "export the channel as CSV"),
+    (b"CDF\x02", "NetCDF", "export the channel as CSV"),
     (
-        b"MATLAB 5.0 MAT-file",
-        "a MATLAB .mat file",
-        "write the channel as CSV with writematrix",
+        b"\x93NUMPY",
+        "a NumPy array (.npy)",
+        "write it as CSV with numpy.savetxt",
     ),
     (
-        b"MATLAB 7.3 MAT-file",
-        "a MATLAB .mat file",
-        "write the channel as CSV with writematrix",
+        b"RIFF",
+        "RIFF, as .wav files are",
+        "export the samples as CSV, with their unit",
     ),
-    (
-        b"MDF  ",
-        "ASAM MDF",
-        "export the channel as CSV, for example with asammdf",
-    ),
-    (b"BZh", "a bzip2 file", "unpack it first"),
-    (b"\xFD7zXZ\x00", "an xz file", "unpack it first"),
-    (b"7z\xBC\xAF\x27\x1C", "a 7z archive", "unpack it first"),
+    (b"%PDF", "a PDF", "ask for the samples as CSV"),
+    (b"MATLAB 5.0 MAT-file", "a MATLAB .mat file", BY_MATLAB),
+    (b"MATLAB 7.3 MAT-file", "a MATLAB .mat file", BY_MATLAB),
+    (b"BZh", "a bzip2 file", UNPACK),
+    (b"\xFD7zXZ\x00", "an xz file", UNPACK),
+    (b"7z\xBC\xAF\x27\x1C", "a 7z archive", UNPACK),
+    (b"\x28\xB5\x2F\xFD", "a zstd file", UNPACK),
+    (b"\x04\x22\x4D\x18", "an lz4 file", UNPACK),
     (
         b"SQLite format 3\x00",
         "an SQLite database, as older ROS 2 bags are",
         "convert the bag to MCAP with `ros2 bag convert`",
     ),
-    (
-        b"#ROSBAG V2.0",
-        "a ROS 1 bag",
-        "convert it to MCAP with `mcap convert`",
-    ),
+    (b"#ROSBAG V2.0", "a ROS 1 bag", BY_MCAP),
     (
         b"#ROSBAG",
         "a ROS 1 bag of an old version",
@@ -610,8 +653,6 @@ const REFUSED: &[(&[u8], &str, &str)] = &[
         "a ROS 1 bag of an old version",
         "bring it up to date with `rosbag fix`, then convert it to MCAP with `mcap convert`",
     ),
-    (b"\x28\xB5\x2F\xFD", "a zstd file", "unpack it first"),
-    (b"\x04\x22\x4D\x18", "an lz4 file", "unpack it first"),
 ];
 
 /// Recognises formats that are not read and whose first bytes alone do not say it: name, way out.
@@ -642,35 +683,76 @@ fn refused_by_content(head: &Head<'_>) -> Option<(&'static str, &'static str)> {
             "export the channel as CSV, for example with pyuff",
         ));
     }
-    let is_text = encoding::looks_like_text(head.bytes);
-    if head.bytes.starts_with(b"PAR1") && !is_text {
+    if encoding::looks_like_text(head.bytes) {
+        return is_json(text).then_some((
+            "JSON",
+            "write the samples as CSV, with a column of times and one of accelerations",
+        ));
+    }
+    let ends_in = |suffix: &str| {
+        let own = head.file_name.rsplit_once('.');
+        own.is_some_and(|(_, own)| own.eq_ignore_ascii_case(suffix))
+    };
+    // The number with which catman's binary files begin.
+    let catman = matches!(head.bytes, [low, high, ..]
+        if (5007..=5014).contains(&u16::from_le_bytes([*low, *high])));
+    if catman && ends_in("bin") {
+        return Some((
+            "HBM catman (.bin)",
+            "export the channel from catman as ASCII",
+        ));
+    }
+    if head.bytes.starts_with(b"PAR1") {
         return Some((
             "Apache Parquet",
             "export the channel as CSV, for example with pandas or DuckDB",
         ));
     }
-    let has_matlab_name = head
-        .file_name
-        .rsplit_once('.')
-        .is_some_and(|(_, suffix)| suffix.eq_ignore_ascii_case("mat"));
-    if has_matlab_name && !is_text {
-        return Some((
-            "a MATLAB .mat file",
-            "write the channel as CSV with writematrix",
-        ));
-    }
-    // A bracket may begin a unit in a table; in JSON a value follows it.
+    [
+        ("mat", "a MATLAB .mat file", BY_MATLAB),
+        (
+            "dxd",
+            "Dewesoft (.dxd)",
+            "export the channel from Dewesoft X as CSV or text",
+        ),
+        (
+            "d7d",
+            "Dewesoft (.d7d)",
+            "export the channel from Dewesoft X as CSV or text",
+        ),
+        (
+            "wdq",
+            "DATAQ WinDaq",
+            "export the channel from WinDaq as CSV",
+        ),
+        (
+            "wdh",
+            "DATAQ WinDaq",
+            "export the channel from WinDaq as CSV",
+        ),
+    ]
+    .into_iter()
+    .find(|(suffix, _, _)| ends_in(suffix))
+    .map(|(_, format, way_out)| (format, way_out))
+}
+
+/// Tells whether a text is JSON. A bracket may begin a unit or a date in a table; in JSON a value
+/// follows it, and a comma follows a number.
+fn is_json(text: &[u8]) -> bool {
     let text = text.trim_ascii_start();
-    let rest = text.get(1..).unwrap_or_default().trim_ascii_start().first();
-    let is_json = matches!(
-        (text.first(), rest),
-        (Some(b'{'), Some(b'"' | b'}'))
-            | (Some(b'['), Some(b'{' | b'[' | b'"' | b'-' | b'0'..=b'9'))
-    );
-    is_json.then_some((
-        "JSON",
-        "write the samples as CSV, with a column of times and one of accelerations",
-    ))
+    let rest = text.get(1..).unwrap_or_default().trim_ascii_start();
+    let number = |byte: &u8| byte.is_ascii_digit() || b"+-.eE".contains(byte);
+    match (text.first(), rest.first()) {
+        (Some(b'{'), Some(b'"' | b'}')) | (Some(b'['), Some(b'{' | b'[' | b'"')) => true,
+        (Some(b'['), Some(b'-' | b'0'..=b'9')) => {
+            let date = rest.get(4) == Some(&b'-');
+            let after = rest
+                .iter()
+                .find(|byte| !number(byte) && !byte.is_ascii_whitespace());
+            !date && after == Some(&b',')
+        }
+        _ => false,
+    }
 }
 
 fn find_format(head: &Head<'_>, named: Option<&str>) -> Result<&'static Format, Error> {

@@ -14,10 +14,10 @@ mod value;
 
 pub use map::{MarginRequest, parse_grid};
 pub use value::{
-    MEMBERS_DEFAULT, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, parse_bias, parse_filter,
-    parse_finite, parse_map_axis, parse_method, parse_model, parse_number, parse_phi0,
-    parse_polarity, parse_positive, parse_resample, parse_standard, parse_time_unit,
-    parse_tolerance, parse_unit, parse_velocity, parse_window,
+    MEMBERS_DEFAULT, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, parse_bias, parse_count,
+    parse_decimal, parse_filter, parse_finite, parse_map_axis, parse_method, parse_model,
+    parse_number, parse_phi0, parse_polarity, parse_positive, parse_resample, parse_standard,
+    parse_time_unit, parse_tolerance, parse_unit, parse_velocity, parse_window,
 };
 
 use crate::conditioning::{BiasWindow, ConditioningOptions, FilterChoice, FilterStandard};
@@ -28,7 +28,7 @@ use crate::recording::card::CardPolarity;
 use crate::recording::{AcceptedRemark, Card, FORMATS, Limits, ReadOptions};
 use crate::replay::{ADAPTIVE_TOLERANCE_MIN, Method};
 use crate::setting::Setting;
-use crate::units::{AccelerationUnit, OpensWhen, TimeUnit};
+use crate::units::{AccelerationUnit, DecimalMark, OpensWhen, TimeUnit};
 use crate::verdict::{ModelChoice, Polarity, Policy, ensemble};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -62,6 +62,12 @@ pub struct Request {
     pub time_column: Option<String>,
     /// Unit of that column.
     pub time_unit: Option<TimeUnit>,
+    /// Line of a text table that names its columns, counted from 1; what stands above is no sample.
+    pub header_line: Option<u32>,
+    /// Lines at the start of a text table that are passed over.
+    pub skip_lines: Option<u32>,
+    /// Decimal mark of a text table.
+    pub decimal: Option<DecimalMark>,
     /// Sample rate where the file holds no time [Hz].
     pub rate_hz: Option<f64>,
     /// Instant of first contact on the file's clock [s].
@@ -107,6 +113,9 @@ impl Default for Request {
             channel: None,
             time_column: None,
             time_unit: None,
+            header_line: None,
+            skip_lines: None,
+            decimal: None,
             rate_hz: None,
             time_zero: None,
             unit: None,
@@ -189,6 +198,14 @@ impl Request {
                     "absent where {} says where the time is",
                     Setting::TimeColumn
                 ),
+                found: "both".into(),
+            }
+            .into());
+        }
+        if self.header_line.is_some() && self.skip_lines.is_some() {
+            return Err(ErrorKind::OutOfRange {
+                what: Setting::SkipLines.to_string(),
+                expected: format!("absent where {} is stated", Setting::HeaderLine),
                 found: "both".into(),
             }
             .into());
@@ -282,6 +299,14 @@ impl Request {
             channel: self.channel.clone().or_else(|| card.channel.clone()),
             time_column: self.time_column.clone(),
             time_unit: self.time_unit,
+            // Of the two ways to say where a table begins, that of the request counts alone.
+            header_line: self
+                .header_line
+                .or(card.header_line.filter(|_| self.skip_lines.is_none())),
+            skip_lines: self
+                .skip_lines
+                .or(card.skip_lines.filter(|_| self.header_line.is_none())),
+            decimal: self.decimal.or(card.decimal),
             rate_hz: self.rate_hz.or(card.rate),
             time_zero_s: self.time_zero,
             unit: self.unit.or(card.unit),

@@ -39,6 +39,12 @@ settings! {
     TimeColumn = "time_column",
     /// Unit of that column.
     TimeUnit = "time_unit",
+    /// Line of a text table that names its columns.
+    HeaderLine = "header_line",
+    /// Lines of a text table that are passed over.
+    SkipLines = "skip_lines",
+    /// Decimal mark of a text table.
+    Decimal = "decimal",
     /// Sample rate of a recording without time [Hz].
     RateHz = "rate_hz",
     /// Instant of first contact on the recording's clock [s].

@@ -119,16 +119,20 @@ pub enum AccelerationUnit {
     /// Foot per second squared, 0.3048 m/s².
     #[serde(rename = "ft/s2")]
     FootPerSecondSquared,
+    /// A thousand times standard gravity; never a kilogram, so that it is spelt out.
+    #[serde(rename = "kilo-g")]
+    ThousandStandardGravity,
 }
 
 impl AccelerationUnit {
     /// Lists every unit with the name that options, cards and reports use.
-    pub const ALL: [(Self, &'static str); 5] = [
+    pub const ALL: [(Self, &'static str); 6] = [
         (Self::StandardGravity, "g"),
         (Self::MetrePerSecondSquared, "m/s2"),
         (Self::MillimetrePerSecondSquared, "mm/s2"),
         (Self::MillimetrePerMillisecondSquared, "mm/ms2"),
         (Self::FootPerSecondSquared, "ft/s2"),
+        (Self::ThousandStandardGravity, "kilo-g"),
     ];
 
     /// Returns the name that options, cards and reports use.
@@ -149,6 +153,7 @@ impl AccelerationUnit {
             Self::MillimetrePerSecondSquared => 1e-3,
             Self::MillimetrePerMillisecondSquared => 1e3,
             Self::FootPerSecondSquared => 0.3048,
+            Self::ThousandStandardGravity => 1e3 * STANDARD_GRAVITY,
         }
     }
 
@@ -160,6 +165,9 @@ impl AccelerationUnit {
         let plain = plain_spelling(text);
         if matches!(plain.as_str(), "g" | "gs" | "g's" | "g'" | "gn" | "g0") {
             return Some(Self::StandardGravity);
+        }
+        if matches!(plain.as_str(), "kilo-g" | "kilo*g") {
+            return Some(Self::ThousandStandardGravity);
         }
         let (unit, rest) = [
             (Self::MillimetrePerSecondSquared, "mm"),
@@ -239,9 +247,20 @@ pub enum TimeUnit {
     /// Microsecond.
     #[serde(rename = "us")]
     Microsecond,
+    /// Nanosecond.
+    #[serde(rename = "ns")]
+    Nanosecond,
 }
 
 impl TimeUnit {
+    /// Lists every unit.
+    pub const ALL: [Self; 4] = [
+        Self::Second,
+        Self::Millisecond,
+        Self::Microsecond,
+        Self::Nanosecond,
+    ];
+
     /// Returns the factor by which a value in this unit is divided to give seconds.
     ///
     /// A division by 1000 keeps the decimal digits of a printed stamp exact where a
@@ -252,6 +271,7 @@ impl TimeUnit {
             Self::Second => 1.0,
             Self::Millisecond => 1e3,
             Self::Microsecond => 1e6,
+            Self::Nanosecond => 1e9,
         }
     }
 
@@ -262,10 +282,11 @@ impl TimeUnit {
             Self::Second => "s",
             Self::Millisecond => "ms",
             Self::Microsecond => "us",
+            Self::Nanosecond => "ns",
         }
     }
 
-    /// Reads one of the spellings found in files: `s`, `sec`, `ms`, `msec`, `us`, `µs`.
+    /// Reads one of the spellings found in files: `s`, `sec`, `ms`, `msec`, `us`, `µs`, `ns`.
     #[must_use]
     pub fn from_spelling(text: &str) -> Option<Self> {
         match text.trim().to_lowercase().as_str() {
@@ -274,7 +295,33 @@ impl TimeUnit {
             "us" | "usec" | "µs" | "μs" | "microsecond" | "microseconds" => {
                 Some(Self::Microsecond)
             }
+            "ns" | "nsec" | "nanosec" | "nanosecond" | "nanoseconds" => Some(Self::Nanosecond),
             _ => None,
+        }
+    }
+}
+
+/// The mark between the whole part of a number and its decimals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum DecimalMark {
+    /// A point; commas may separate thousands.
+    #[serde(rename = ".")]
+    Point,
+    /// A comma; points may separate thousands.
+    #[serde(rename = ",")]
+    Comma,
+}
+
+impl DecimalMark {
+    /// Lists both marks.
+    pub const ALL: [Self; 2] = [Self::Point, Self::Comma];
+
+    /// Returns the mark as text.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Point => ".",
+            Self::Comma => ",",
         }
     }
 }

@@ -11,14 +11,24 @@ use crate::recording::card::CardPolarity;
 use crate::recording::{Limits, Source};
 use crate::request::{
     MEMBERS_DEFAULT, MarginRequest, Request, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, parse_bias,
-    parse_filter, parse_finite, parse_map_axis, parse_phi0, parse_polarity, parse_positive,
-    parse_standard, parse_time_unit, parse_tolerance, parse_unit, parse_velocity, parse_window,
+    parse_count, parse_decimal, parse_filter, parse_finite, parse_map_axis, parse_phi0,
+    parse_polarity, parse_positive, parse_standard, parse_time_unit, parse_tolerance, parse_unit,
+    parse_velocity, parse_window,
 };
-use crate::units::{AccelerationUnit, TimeUnit};
+use crate::units::{AccelerationUnit, DecimalMark, TimeUnit};
 use crate::verdict::ensemble::MEMBERS_MAX;
 use clap::Args;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+
+/// Returns what reads a whole number within bounds, which may be written as `1e4`.
+fn count(least: u32, most: u32) -> impl Fn(&str) -> Result<u32, String> + Clone {
+    move |text| {
+        let count = u32::try_from(parse_count(text)?).ok();
+        let within = count.filter(|count| (least..=most).contains(count));
+        within.ok_or_else(|| format!("{text} is not in {least}..={most}"))
+    }
+}
 
 /// Options of every command.
 #[derive(Debug, Clone, Args)]
@@ -33,7 +43,7 @@ pub struct Common {
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
     pub threads: Option<u16>,
     /// Form of the answer on stdout
-    #[arg(long, global = true, value_enum, default_value_t = OutputFormat::Text)]
+    #[arg(long, global = true, value_enum, ignore_case = true, default_value_t = OutputFormat::Text)]
     pub format: OutputFormat,
     /// Change a limit on input, for example text_bytes=512MiB; latchgate limits lists them
     #[arg(long, global = true, value_name = "KEY=VALUE", value_parser = parse_limit)]
@@ -83,14 +93,28 @@ pub struct ReadArguments {
     #[arg(long, value_name = "FORMAT")]
     pub input_format: Option<String>,
     /// Column name or 1-based number, or MCAP topic:field.path [default: the one lateral acceleration]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
     pub channel: Option<String>,
     /// Column name or 1-based number of the time [default: found]
-    #[arg(long, value_name = "NAME", conflicts_with = "rate_hz")]
+    #[arg(
+        long,
+        value_name = "NAME",
+        conflicts_with = "rate_hz",
+        allow_hyphen_values = true
+    )]
     pub time_column: Option<String>,
     /// Unit of the time column [default: as the file states, else s]
-    #[arg(long, value_name = "s|ms|us", value_parser = parse_time_unit)]
+    #[arg(long, value_name = "s|ms|us|ns", value_parser = parse_time_unit)]
     pub time_unit: Option<TimeUnit>,
+    /// Line of a text table that names its columns; lines above it are no samples [default: found]
+    #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), conflicts_with = "skip_lines", allow_negative_numbers = true)]
+    pub header_line: Option<u32>,
+    /// Lines at the start of a text table to pass over [default: found]
+    #[arg(long, value_name = "N", value_parser = count(0, u32::MAX), allow_negative_numbers = true)]
+    pub skip_lines: Option<u32>,
+    /// Decimal mark of a text table; the other mark may then separate thousands [default: found]
+    #[arg(long, value_name = ".|,", value_parser = parse_decimal)]
+    pub decimal: Option<DecimalMark>,
     /// Sample rate where the file holds no time [Hz]
     #[arg(long, value_name = "HZ", value_parser = parse_positive, allow_negative_numbers = true)]
     pub rate_hz: Option<f64>,
@@ -98,7 +122,7 @@ pub struct ReadArguments {
     #[arg(long, value_name = "S", value_parser = parse_finite, allow_negative_numbers = true)]
     pub time_zero: Option<f64>,
     /// Unit of acceleration [default: as header, units row, card or format states]
-    #[arg(long, value_name = "g|m/s2|mm/s2|mm/ms2|ft/s2", value_parser = parse_unit)]
+    #[arg(long, value_name = "g|m/s2|mm/s2|mm/ms2|ft/s2|kilo-g", value_parser = parse_unit)]
     pub unit: Option<AccelerationUnit>,
     /// Remark that a person has read and accepts, by its text as it is shown; it does not block any
     /// more, and that is told. May be given several times
@@ -128,6 +152,9 @@ impl ReadArguments {
             channel: self.channel.clone(),
             time_column: self.time_column.clone(),
             time_unit: self.time_unit,
+            header_line: self.header_line,
+            skip_lines: self.skip_lines,
+            decimal: self.decimal,
             rate_hz: self.rate_hz,
             time_zero: self.time_zero,
             unit: self.unit,
@@ -175,13 +202,13 @@ pub struct ReplayArguments {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Stop model; auto: the answer both give, undecided where they differ
-    #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
+    #[arg(long, value_enum, ignore_case = true, default_value_t = ModelArgument::Auto)]
     pub model: ModelArgument,
     /// Integrator; all but event-driven are there to be compared with
-    #[arg(long, value_enum, default_value_t = MethodArgument::EventDriven)]
+    #[arg(long, value_enum, ignore_case = true, default_value_t = MethodArgument::EventDriven)]
     pub method: MethodArgument,
     /// Steps of the fixed-step methods per natural period of the lever
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = STEPS_PER_PERIOD_DEFAULT, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), default_value_t = STEPS_PER_PERIOD_DEFAULT, allow_negative_numbers = true)]
     pub steps_per_period: u32,
     /// Error that event-driven and dopri5 let pass in a step [rad] [default: 1e-17; dopri5: 1e-9,
     /// absolute and relative, 1e-14 at least]
@@ -189,10 +216,10 @@ pub struct ReplayArguments {
     pub tolerance: Option<f64>,
     /// Largest ensemble of levers scattered as design and input are uncertain; it ends earlier
     /// where fewer decide; 0: the nominal runs alone
-    #[arg(long, value_name = "N", default_value_t = MEMBERS_DEFAULT, value_parser = clap::value_parser!(u32).range(..=i64::from(MEMBERS_MAX)), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = MEMBERS_DEFAULT, value_parser = count(0, MEMBERS_MAX), allow_negative_numbers = true)]
     pub members: u32,
     /// Seed of the ensemble
-    #[arg(long, value_name = "N", default_value_t = SEED_DEFAULT, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = SEED_DEFAULT, value_parser = parse_count, allow_negative_numbers = true)]
     pub seed: u64,
     /// Initial angle [rad] [default: at rest on the stop]
     #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true)]
@@ -248,7 +275,7 @@ pub struct MarginArguments {
     pub counterweight_radius: f64,
     /// Values of each quantity that the search begins with [default: 200 to 1200, fewer the longer
     /// the recording]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(50..=20_000), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = count(50, 20_000), allow_negative_numbers = true)]
     pub points: Option<u32>,
     /// Map of the peak angle over two design keys, with the boundary of the pass, for example
     /// --map lever.preload_torque_nm=0.1..3 lever.mass_kg=0.05..0.2
@@ -292,7 +319,7 @@ pub struct VerifyArguments {
     pub verdict: PathBuf,
     /// The recording, under whatever name [default: that of the verdict's name, beside the verdict
     /// or in the current folder]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", allow_hyphen_values = true)]
     pub recording: Option<PathBuf>,
 }
 

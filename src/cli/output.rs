@@ -3,6 +3,19 @@
 use crate::error::{Error, ErrorKind, Place};
 use crate::setting::Setting;
 use std::io::{self, Write};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether stdout was closed when the process began.
+static STDOUT_IS_CLOSED: AtomicBool = AtomicBool::new(false);
+
+/// Takes in whether the process was begun with stdout open. The standard library opens a closed one
+/// to nowhere before `main`, so that this is called before.
+pub extern "C" fn look_at_stdout() {
+    let open = Path::new("/proc/self/fd/1").symlink_metadata().is_ok();
+    let can_be_told = Path::new("/proc/self/fd").is_dir();
+    STDOUT_IS_CLOSED.store(can_be_told && !open, Ordering::Relaxed);
+}
 
 /// Words the settings that a message names as options: ``the setting `filter` = none`` becomes
 /// `--filter none`.
@@ -42,7 +55,13 @@ pub(super) fn text(text: &str) -> Result<(), Error> {
 /// an answer that nobody got must not end with the exit code of one.
 pub(super) fn document(text: &str) -> Result<(), Error> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    let open = if STDOUT_IS_CLOSED.load(Ordering::Relaxed) {
+        Err(io::Error::other("stdout is closed"))
+    } else {
+        Ok(())
+    };
+    let written = open.and_then(|()| out.write_all(text.as_bytes()));
+    match written.and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(Error::from(ErrorKind::Io {
                 action: "write the answer",
@@ -72,8 +91,8 @@ mod tests {
                 "by a replay with --set.",
             ),
             (
-                "state the setting `time_unit` = s|ms|us.",
-                "state --time-unit s|ms|us.",
+                "state the setting `time_unit` = s|ms|us|ns.",
+                "state --time-unit s|ms|us|ns.",
             ),
             (
                 "state the setting `unit`, or the setting `rate_hz`.",

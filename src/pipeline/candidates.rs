@@ -20,6 +20,8 @@ pub struct Offer {
     pub channel: String,
     /// Its shape; empty where it is not sure which of the channels read is meant.
     pub spark: String,
+    /// What keeps it from being taken unasked.
+    pub doubt: Option<String>,
 }
 
 /// Returns the channels that a refusal asks to choose from, if it does, drawn where they are
@@ -49,6 +51,7 @@ pub(super) fn offers(error: &Error, channels: &[Channel]) -> Vec<Offer> {
         offers.push(Offer {
             channel: asked_as.clone(),
             spark: channel.map_or_else(String::new, |channel| spark(&channel.values)),
+            doubt: candidate.doubt.clone(),
         });
     }
     offers

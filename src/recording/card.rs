@@ -4,15 +4,18 @@ use super::limits::Limits;
 use super::source::{Source, sha256};
 use super::text::line_at;
 use crate::error::{Error, ErrorKind, Place, nearest_name};
-use crate::units::{AccelerationUnit, OpensWhen, SampleRate};
+use crate::units::{AccelerationUnit, DecimalMark, OpensWhen, SampleRate};
 use serde::{Deserialize, Serialize};
 
 /// The keys a card may hold.
-const KEYS: [&str; 10] = [
+const KEYS: [&str; 13] = [
     "channel",
     "unit",
     "opens_when",
     "rate",
+    "header_line",
+    "skip_lines",
+    "decimal",
     "range_g",
     "synthetic",
     "accepted_remarks",
@@ -32,6 +35,12 @@ pub struct Card {
     pub opens_when: Option<CardPolarity>,
     /// Sample rate [Hz].
     pub rate: Option<f64>,
+    /// Line of a text table that names its columns, counted from 1.
+    pub header_line: Option<u32>,
+    /// Lines at the start of a text table that are passed over.
+    pub skip_lines: Option<u32>,
+    /// Decimal mark of a text table.
+    pub decimal: Option<DecimalMark>,
     /// Full scale of the channel [g].
     pub range_g: Option<f64>,
     /// True for a signal made by a formula: no clipping or dead-sensor findings.
@@ -94,10 +103,7 @@ impl Card {
             "unit" => {
                 let name = text_of(key, value, "a unit in quotes")?;
                 let known = AccelerationUnit::ALL.map(|(_, name)| name);
-                self.unit = AccelerationUnit::ALL
-                    .iter()
-                    .find(|(_, known)| *known == name)
-                    .map(|(unit, _)| *unit);
+                self.unit = AccelerationUnit::from_spelling(&name);
                 if self.unit.is_none() {
                     return Err(unknown("unit", name, &known));
                 }
@@ -113,6 +119,17 @@ impl Card {
             "rate" => {
                 let rate = number_of(key, value)?;
                 self.rate = Some(SampleRate::from_hertz(rate)?.hertz());
+            }
+            "header_line" => self.header_line = Some(line_of(key, value, 1)?),
+            "skip_lines" => self.skip_lines = Some(line_of(key, value, 0)?),
+            "decimal" => {
+                let name = text_of(key, value, "\".\" or \",\"")?;
+                self.decimal = DecimalMark::ALL
+                    .into_iter()
+                    .find(|mark| mark.name() == name);
+                if self.decimal.is_none() {
+                    return Err(unknown("decimal mark", name, &[".", ","]));
+                }
             }
             "range_g" => {
                 let range = number_of(key, value)?;
@@ -258,7 +275,9 @@ impl CardPolarity {
     /// Returns the polarity of that word, if it is one.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|one| one.name() == name)
+        Self::ALL
+            .into_iter()
+            .find(|one| one.name().eq_ignore_ascii_case(name.trim()))
     }
 }
 
@@ -285,6 +304,15 @@ fn number_of(key: &str, value: &toml::Value) -> Result<f64, Error> {
         toml::Value::Integer(number) => Ok(*number as f64),
         other => Err(wrong_type(key, other, "a number without quotes")),
     }
+}
+
+fn line_of(key: &str, value: &toml::Value, least: u32) -> Result<u32, Error> {
+    let number = value
+        .as_integer()
+        .and_then(|number| u32::try_from(number).ok());
+    number
+        .filter(|number| *number >= least)
+        .ok_or_else(|| wrong_type(key, value, &format!("a whole number from {least}")))
 }
 
 fn wrong_type(key: &str, value: &toml::Value, expected: &str) -> Error {

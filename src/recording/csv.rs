@@ -7,6 +7,7 @@
 //! What the file does not say is asked for, not guessed: a missing unit or time is an error,
 //! and so is a header that does not fit its rows. Units never come from a comment.
 //!
+//! - `begin`: where a table begins, and what separates its cells;
 //! - `cell`: what is said of a cell that cannot be used, and what to do about it;
 //! - `counter`: columns that count the rows: where no stamp tells the time, they alone show a
 //!   missing row;
@@ -21,6 +22,7 @@
 //! - `status`: what a table says of its samples in words: comment lines, and columns that hold
 //!   the state of a channel or notes row by row.
 
+mod begin;
 mod cell;
 mod counter;
 mod date;
@@ -32,6 +34,7 @@ mod rows;
 mod status;
 
 use super::draft::{self, Draft, Unit};
+use super::held;
 use super::source::Reader;
 use super::time_base::TimeBase;
 use super::{Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
@@ -50,6 +53,10 @@ const PLAUSIBLE_ASSUMED: (f64, f64) = (250.0, 200e3);
 /// Rate from which on only the user's word for the unit of time counts [Hz]: a header that says
 /// milliseconds over seconds makes 1 MHz of 1 kHz, and the pulse a thousandth of its length.
 pub(super) const INCREDIBLE: f64 = 500e3;
+
+/// Rate below which seconds are not assumed [Hz]: nanoseconds and microseconds taken for them make
+/// such.
+const LEAST_ASSUMED: f64 = 0.2;
 
 /// Tells whether the head looks like text.
 #[must_use]
@@ -115,7 +122,12 @@ struct ReadPlan {
 impl TableText {
     fn open(bytes: Vec<u8>, options: &ReadOptions, limits: &Limits) -> Result<Self, Error> {
         let (mut text, mut findings) = super::encoding::decode(bytes, limits)?;
-        let lines = dialect::scan_lines(&mut text, limits)?;
+        let named = options.header_line.map(|line| line.saturating_sub(1));
+        let above = dialect::Above {
+            lines: u64::from(named.or(options.skip_lines).unwrap_or(0)),
+            named: named.is_some(),
+        };
+        let lines = dialect::scan_lines(&mut text, above, limits)?;
         // The table reader takes a comment without a line end for an empty row.
         let last = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
         if text.get(last) == Some(&b'#') {
@@ -123,13 +135,21 @@ impl TableText {
         }
         let separator = lines
             .separator
-            .unwrap_or_else(|| dialect::find_separator(&text));
+            .unwrap_or_else(|| begin::find_separator(&text, options.decimal));
         if separator == dialect::Separator::Blanks {
             dialect::collapse_blanks(&mut text);
         }
         let quoted = memchr::memchr(b'"', &text).is_some();
         dialect::check_lines(&text, separator, quoted, limits)?;
-        let layout = TableLayout::find(&text, separator, quoted, options, &mut findings)?;
+        let layout = TableLayout::find(&text, separator, quoted, options)?;
+        if text.last() != Some(&b'\n')
+            && let Some(cut) = std::str::from_utf8(&text).ok().and_then(held::cut_line)
+        {
+            // What is left of its number is none that was measured.
+            let start = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
+            text.truncate(start);
+            findings.push(cut);
+        }
         Ok(Self {
             text,
             lines,
@@ -154,17 +174,6 @@ impl TableText {
         let Some(time) = &plan.time else {
             return Ok(plan);
         };
-        let break_after = self.lines.break_after(self.layout.header_rows);
-        if let (TimeSource::Rate(_), Some(line)) = (time, break_after) {
-            return Err(Error::from(ErrorKind::Malformed {
-                expected: "rows of samples without a break, since no column tells their time"
-                    .into(),
-                found: "a line that is empty or a comment".into(),
-                hint: "remove the line if no sample is missing there, or export with a time column"
-                    .into(),
-            })
-            .at(Place::default().line(line)));
-        }
         self.refuse_lost_rows(time, &mut plan.findings)?;
         plan.choice = self.layout.choose(options, selection, time)?;
         plan.counters = self.layout.counters(time, &plan.choice.columns);
@@ -182,30 +191,42 @@ impl TableText {
         if let (1, Some(line)) = (columns, self.lines.hashes) {
             return Err(dialect::damaged_row(b"####").at(Place::default().line(line).column(1)));
         }
-        let Some((count, line, followed)) = self.lines.rows_made_comments(
-            &self.text,
-            self.layout.separator,
-            self.layout.header_rows,
-            columns,
-        ) else {
-            return Ok(());
+        let layout = &self.layout;
+        let found =
+            self.lines
+                .interruptions(&self.text, layout.separator, layout.header_rows, columns);
+        let lost = match (
+            found.numbers_at.filter(|_| found.numbers_inside),
+            found.broken_at,
+        ) {
+            (Some(line), _) => Some((line, "a comment that holds as many numbers as a row")),
+            (None, Some(line)) => Some((line, "a line that is empty or a comment")),
+            (None, None) => None,
         };
-        if followed && matches!(time, TimeSource::Rate(_)) {
+        if let (TimeSource::Rate(_), Some((line, what))) = (time, lost) {
             return Err(Error::from(ErrorKind::Malformed {
                 expected: "rows of samples without a break, since no column tells their time"
                     .into(),
-                found: "a comment that holds as many numbers as a row".into(),
-                hint: "take the # away if it is a sample, or the line if it is none".into(),
+                found: what.into(),
+                hint: "a sample may be missing there; export with a time column".into(),
             })
             .at(Place::default().line(line)));
         }
-        findings.push(Finding::warning(
-        "rows-made-comments",
-        format!(
-            "{count} {} as many numbers as a row, the first on line {line}; samples may have been taken out by hand",
-            if count == 1 { "comment holds" } else { "comments hold" }
-        ),
-    ));
+        let told = |line| {
+            let (count, hold) = (
+                found.numbers,
+                if found.numbers == 1 {
+                    "comment holds"
+                } else {
+                    "comments hold"
+                },
+            );
+            let text = format!(
+                "{count} {hold} as many numbers as a row, the first on line {line}; samples may have been taken out by hand"
+            );
+            Finding::warning("rows-made-comments", text)
+        };
+        findings.extend(found.numbers_at.map(told));
         Ok(())
     }
 
@@ -493,8 +514,13 @@ fn find_base(
         } => (*index, *unit_stated),
     };
     let name = &layout.columns[column].name;
-    if let (true, Some(stated)) = (rows.stamps_repeat, options.rate_hz) {
-        return coarse_base(rows, name, SampleRate::from_hertz(stated)?);
+    if let (Some(digits), Some(stated)) = (&rows.coarse_digits_s, options.rate_hz) {
+        return coarse_base(
+            &rows.stamps_s,
+            digits,
+            name,
+            SampleRate::from_hertz(stated)?,
+        );
     }
     let fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, limits)
         .map_err(|error| at_longest_gap(error, text, rows, layout))?;
@@ -521,7 +547,8 @@ fn implausible_rate(
     unit_stated: bool,
     options: &ReadOptions,
 ) -> Result<Option<Finding>, Error> {
-    if rate > INCREDIBLE && options.time_unit.is_none() && options.rate_hz.is_none() {
+    let incredible = rate > INCREDIBLE || (rate < LEAST_ASSUMED && !unit_stated);
+    if incredible && options.time_unit.is_none() && options.rate_hz.is_none() {
         return Err(Error::from(ErrorKind::Malformed {
             expected: "a time column of a rate that crash recordings have".into(),
             found: format!(
@@ -529,7 +556,7 @@ fn implausible_rate(
                 if unit_stated { "" } else { ", seconds assumed" }
             ),
             hint:
-                "its unit is likely another than the header says; state it with the setting `time_unit` = s|ms|us"
+                "its unit is likely another than the header says; state it with the setting `time_unit` = s|ms|us|ns"
                     .into(),
         })
         .at(Place::default().channel(name.to_string())));
@@ -543,27 +570,35 @@ fn implausible_rate(
         Finding::warning(
             "time-unit-implausible",
             format!(
-                "the time column `{name}` gives {rate} Hz, which no crash recording has; state its unit with the setting `time_unit` = s|ms|us"
+                "the time column `{name}` gives {rate} Hz, which no crash recording has; state its unit with the setting `time_unit` = s|ms|us|ns"
             ),
         )
     }))
 }
 
 /// Finds the time base of stamps that repeat, since they have too few digits, at a stated rate:
-/// each of them must be the instant of its row, to a printed digit.
-fn coarse_base(rows: &Rows, name: &str, rate: SampleRate) -> Result<Base, Error> {
+/// each of them must be the instant of its row to its own last digit, rounded or cut off.
+fn coarse_base(
+    stamps_s: &[f64],
+    digits_s: &[f64],
+    name: &str,
+    rate: SampleRate,
+) -> Result<Base, Error> {
     let interval = rate.interval().seconds();
-    let digit = rows.printed_digit_s;
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    let mut instant = 0.0;
-    for stamp in &rows.stamps_s {
-        let residual = stamp - instant * interval;
-        instant += 1.0;
-        low = low.min(residual);
-        high = high.max(residual);
+    // Where the start may lie if stamps are cut off towards zero or rounded up, and if rounded.
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    let (mut rounded_low, mut rounded_high) = (low, high);
+    for ((stamp, digit), row) in stamps_s.iter().zip(digits_s).zip(0_u32..) {
+        let instant = f64::from(row) * interval;
+        let slack = 1e-9 * digit + 8.0 * f64::EPSILON * (instant + stamp.abs());
+        let start = stamp - instant;
+        low = low.max(start - digit - slack);
+        high = high.min(start + digit + slack);
+        rounded_low = rounded_low.max(start - 0.5 * digit - slack);
+        rounded_high = rounded_high.min(start + 0.5 * digit + slack);
     }
-    let slack = 1e-9 * digit + 8.0 * f64::EPSILON * (instant * interval);
-    if high - low > digit + slack {
+    let coarsest = digits_s.iter().copied().fold(0.0, f64::max);
+    if low > high {
         return Err(Error::from(ErrorKind::Malformed {
             expected: format!(
                 "stamps that follow {} Hz to a printed digit, as option or card say",
@@ -571,32 +606,28 @@ fn coarse_base(rows: &Rows, name: &str, rate: SampleRate) -> Result<Base, Error>
             ),
             found: format!(
                 "stamps of `{name}` that repeat and are off by up to {} s",
-                crate::units::plain(high - low, 3)
+                crate::units::plain(low - high + 2.0 * coarsest, 3)
             ),
-            hint: "rows are doubled or missing, or the rate is another; export the stamps with more digits".into(),
+            hint: "rows are doubled or missing, or the rate is another; state the right one with the setting `rate_hz`".into(),
         })
         .at(Place::default().channel(name.to_string())));
     }
-    // Rounded stamps lie within half a digit of the clock on either side.
-    let (earliest, latest) = (high - 0.5 * digit, low + 0.5 * digit);
-    let start = |at: f64| {
-        (earliest - slack..=latest + slack)
-            .contains(&at)
-            .then_some(at)
-    };
-    let first = rows.stamps_s[0];
-    let start_s = start(first)
-        .or_else(|| start((first / interval).round() * interval))
-        .unwrap_or(0.5 * (low + high));
+    if rounded_low <= rounded_high {
+        (low, high) = (rounded_low, rounded_high);
+    }
+    let fits = |at: &f64| (low..=high).contains(at);
+    let first = stamps_s[0];
+    let on_grid = (first / interval).round() * interval;
+    let start_s = [first, on_grid].into_iter().find(fits);
     Ok(Base {
-        start_s,
+        start_s: start_s.unwrap_or(0.5 * (low + high)),
         rate,
         findings: vec![Finding::warning(
             "stamps-coarse",
             format!(
-                "the stamps of `{name}` have too few digits and repeat; the stated {} Hz was used, which they follow to a printed digit, so that the start is known to {} s",
+                "the stamps of `{name}` have too few digits and repeat; the stated {} Hz was used, which they follow to their printed digits, so that the start is known to {} s",
                 rate.hertz(),
-                crate::units::plain(digit, 3)
+                crate::units::plain((high - low).max(0.0), 3)
             ),
         )],
         fitted: None,

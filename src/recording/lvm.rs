@@ -427,37 +427,17 @@ fn choose(
             .into()),
         };
     }
-    // Here units stand with every channel, so that forces and temperatures do not compete.
-    let possible: Vec<usize> = filled
-        .iter()
-        .copied()
-        .filter(|index| !header.channels[*index].column.has_foreign_unit())
-        .collect();
-    let columns: Vec<(usize, &Column)> = possible
+    let columns: Vec<(usize, &Column)> = filled
         .iter()
         .map(|index| (index + 1, &header.channels[*index].column))
         .collect();
-    match lateral::choose(&columns, "channel", &known) {
-        Ok((index, finding)) => {
-            let column = &header.channels[possible[index]].column;
-            // The only one of its unit, but not the only one.
-            let by_unit =
-                (finding.is_none() && filled.len() > 1 && !column.says_lateral_acceleration())
-                    .then(|| {
-                        Finding::info(
-                            "channel-chosen",
-                            format!(
-                                "`{}` was chosen among {} channels, since no other can be an \
-                         acceleration by its unit; its name does not say that it is lateral",
-                                column.name,
-                                filled.len()
-                            ),
-                        )
-                    });
-            Ok((vec![possible[index]], finding.or(by_unit)))
-        }
-        Err(kind) => Err(kind.into()),
-    }
+    let (index, finding) = lateral::choose(&columns, "channel", &known)?;
+    // Here units stand with every channel, so that forces and temperatures do not compete.
+    let rivals = columns
+        .iter()
+        .filter(|(_, column)| !column.has_foreign_unit());
+    let several = rivals.count() > 1;
+    Ok((vec![filled[index]], finding.filter(|_| several)))
 }
 
 fn channel(

@@ -545,8 +545,6 @@ impl<'a> LogReader<'a> {
         Ok(match self.selection {
             _ if !likely => None,
             Selection::Every => Some(WantedFields::Every),
-            // A dummy's acceleration is not taken unless it is asked for.
-            Selection::Lateral if layout::is_elsewhere(record.topic) => None,
             Selection::Lateral => Some(WantedFields::Lateral),
         })
     }
@@ -750,7 +748,17 @@ impl<'a> LogReader<'a> {
         silent: &[String],
         topics: String,
     ) -> Result<TopicSeries, Error> {
-        if series.len() > 1 {
+        if self.options.channel.is_none() {
+            // What is plainly meant comes before what a word makes doubtful.
+            let plain = |(_, one): &(u16, TopicSeries)| one.doubt().is_none();
+            if series.iter().any(plain) {
+                series.retain(plain);
+            }
+        }
+        // A topic of several such fields offers each of them itself.
+        let doubted = |(_, one): &(u16, TopicSeries)| one.doubt().is_some() && !one.is_ambiguous();
+        let doubted = self.options.channel.is_none() && series.iter().any(doubted);
+        if series.len() > 1 || doubted {
             // Names tell topics apart, except where one name was asked for and several fit.
             let named = self.options.channel.is_some();
             let one = |(id, series): &(u16, TopicSeries)| match named {
@@ -758,8 +766,9 @@ impl<'a> LogReader<'a> {
                     name: series.name(),
                     twin: Some(format!("channel id {id}")),
                     asked_as: None,
+                    doubt: None,
                 },
-                false => Candidate::named(series.name()),
+                false => Candidate::named(series.name()).doubted(series.doubt()),
             };
             return Err(ErrorKind::AmbiguousChannel {
                 candidates: Candidates(series.iter().map(one).collect()),

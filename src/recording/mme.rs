@@ -11,17 +11,17 @@
 //!
 //! - `archive`: archives: .zip, .tar.gz and .tar, read within limits;
 //! - `channel`: channel files: header and samples;
-//! - `code`: channel codes: 16 characters that say what was measured where;
 //! - `names`: names of a test's files: which are its header, its list and its channels;
 //! - `package`: the files of a test, wherever they are: in a folder, in an archive, or beside the
 //!   one given.
 
 mod archive;
 mod channel;
-pub(super) mod code;
+
 mod names;
 mod package;
 
+use super::code::VehicleSide;
 use super::draft::{self, Draft, UniformSamples, Unit};
 use super::lateral::CodedChannel;
 use super::source::Reader;
@@ -33,7 +33,6 @@ use super::{
 use crate::error::{Candidates, Error, ErrorKind};
 use crate::units::{SampleRate, TimeUnit};
 use channel::{ChannelHeader, Samples};
-use code::VehicleSide;
 use package::{ChannelEntry, Package};
 use std::collections::BTreeMap;
 

@@ -1,5 +1,6 @@
 //! Numbers in cells: decimal point or comma, and the digits they were printed with.
 
+use crate::units::DecimalMark;
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -14,6 +15,8 @@ pub(super) enum Decimal {
     Comma,
     /// A point; a comma inside a number could mean anything, since it separates cells.
     PointOnly,
+    /// The one that a person states; the other may separate thousands.
+    Stated(DecimalMark),
 }
 
 /// Why a cell holds no usable number.
@@ -36,7 +39,11 @@ const LONGEST: usize = 64;
 /// Reads a cell, and learns the decimal mark from the first number that has one.
 pub(super) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<f64, NumberFault> {
     if let Some((value, has_point)) = exact(cell)
-        && !(has_point && *decimal == Decimal::Comma)
+        && !(has_point
+            && matches!(
+                decimal,
+                Decimal::Comma | Decimal::Stated(DecimalMark::Comma)
+            ))
     {
         if has_point && *decimal == Decimal::Unknown {
             *decimal = Decimal::Point;
@@ -46,6 +53,9 @@ pub(super) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<f64, NumberFau
     let cell = &*bare(cell);
     if cell.is_empty() {
         return Err(NumberFault::Empty);
+    }
+    if let Decimal::Stated(mark) = decimal {
+        return stated(cell, *mark);
     }
     let mut comma = None;
     let mut point = false;
@@ -81,6 +91,37 @@ pub(super) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<f64, NumberFau
         _ => {}
     }
     Ok(value)
+}
+
+/// Reads a number whose decimal mark is known, so that the other can only separate thousands.
+fn stated(cell: &[u8], mark: DecimalMark) -> Result<f64, NumberFault> {
+    let (mark, other) = match mark {
+        DecimalMark::Point => (b'.', b','),
+        DecimalMark::Comma => (b',', b'.'),
+    };
+    let whole = cell.split(|byte| *byte == mark).next().unwrap_or_default();
+    let mut groups = whole.split(|byte| *byte == other);
+    let first = groups.next().unwrap_or_default();
+    let first = first.strip_prefix(b"-").unwrap_or(first);
+    let three = |group: &[u8]| group.len() == 3 && group.iter().all(u8::is_ascii_digit);
+    if whole.contains(&other) && !((1..=3).contains(&first.len()) && groups.all(three)) {
+        return Err(NumberFault::OtherMark);
+    }
+    let (before, after) = cell.split_at(whole.len());
+    let mut plain_cell: Vec<u8> = before
+        .iter()
+        .copied()
+        .filter(|byte| *byte != other)
+        .collect();
+    plain_cell.extend(
+        after
+            .iter()
+            .map(|byte| if *byte == mark { b'.' } else { *byte }),
+    );
+    if after.contains(&other) || plain_cell.len() > LONGEST {
+        return Err(NumberFault::OtherMark);
+    }
+    plain(&plain_cell)
 }
 
 /// Powers of ten that are exact as doubles.
@@ -281,6 +322,13 @@ impl PrintedDigits {
         let slot = &mut self.decades[(decade - DECADES.start) as usize];
         slot.0 = slot.0.min(exponent - decimals);
         slot.1 = slot.1.saturating_add(1);
+    }
+
+    /// Returns the size of the last digit of a cell that [`parse`] accepted; 0 for zero.
+    pub(super) fn of_cell(cell: &[u8]) -> f64 {
+        let mut digits = Self::new();
+        digits.count(cell);
+        digits.last_digit()
     }
 
     /// Returns the size of the last printed digit, in the column's unit; 0 if unknown.

@@ -79,9 +79,7 @@ pub(super) fn header_number(cell: &str) -> Option<f64> {
 
 /// Returns the size of a printed number's last digit, in its own unit.
 pub(super) fn last_digit(cell: &str) -> f64 {
-    let mut digits = PrintedDigits::new();
-    digits.count(cell.trim().as_bytes());
-    digits.last_digit()
+    PrintedDigits::of_cell(cell.trim().as_bytes())
 }
 
 /// Reads a sample.

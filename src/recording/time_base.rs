@@ -84,12 +84,6 @@ impl TimeBase {
     /// - [`ErrorKind::LimitExceeded`] if filling gaps would take more samples than allowed.
     pub fn fit(stamps_s: &[f64], printed_digit_s: f64, limits: &Limits) -> Result<Self, Error> {
         check_stamps(stamps_s)?;
-        if let Some(clock) = ClockEstimate::without_gaps(stamps_s, printed_digit_s) {
-            let indices = (0..stamps_s.len()).map(|count| count as f64);
-            if let Some(line) = clock.fit_line(stamps_s, indices) {
-                return line.into_base(stamps_s.len(), Way::Keep, Vec::new(), limits);
-            }
-        }
         let clock = ClockEstimate::measure(stamps_s, printed_digit_s);
         // One or two long steps fit many a line if a stamp has few digits: a row missing from
         // a 10 kHz record printed to 0.1 ms looks like a clock of 9997 Hz. The missing row is
@@ -195,7 +189,7 @@ fn half_digit(digit: f64, first: f64, last: f64) -> f64 {
 struct ClockEstimate {
     /// Last stamp less the first [s].
     span: f64,
-    /// Median step [s]; no number where it was not needed.
+    /// Median step [s].
     median: f64,
     /// Mean of the steps that are no gaps [s]; free of the rounding that the median carries.
     mean: f64,
@@ -210,29 +204,6 @@ struct ClockEstimate {
 }
 
 impl ClockEstimate {
-    /// Measures a clock whose steps are so alike that none can be a gap, whatever their median;
-    /// most are, and need no median then. `None` for any other.
-    fn without_gaps(stamps_s: &[f64], printed_digit_s: f64) -> Option<Self> {
-        let (first, last) = (stamps_s[0], stamps_s[stamps_s.len() - 1]);
-        let span = last - first;
-        let (mut shortest, mut longest) = (f64::INFINITY, 0.0_f64);
-        for pair in stamps_s.windows(2) {
-            let step = pair[1] - pair[0];
-            shortest = shortest.min(step);
-            longest = longest.max(step);
-        }
-        let alike = longest <= GAP * shortest && printed_digit_s <= shortest;
-        alike.then(|| Self {
-            span,
-            median: f64::NAN,
-            mean: span / (stamps_s.len() - 1) as f64,
-            step_range: (shortest, longest),
-            long_steps: 0,
-            half_digit: half_digit(printed_digit_s.max(0.0), first, last),
-            digit: printed_digit_s.max(0.0),
-        })
-    }
-
     fn measure(stamps_s: &[f64], printed_digit_s: f64) -> Self {
         let (first, last) = (stamps_s[0], stamps_s[stamps_s.len() - 1]);
         let span = last - first;

@@ -100,6 +100,9 @@ const OF_REPLAY: &[Setting] = &[
     Setting::Channel,
     Setting::TimeColumn,
     Setting::TimeUnit,
+    Setting::HeaderLine,
+    Setting::SkipLines,
+    Setting::Decimal,
     Setting::RateHz,
     Setting::TimeZero,
     Setting::Unit,
@@ -145,6 +148,13 @@ fn all(request: &Request) -> BTreeMap<Setting, Value> {
     put(
         Setting::TimeUnit,
         request.time_unit.map(|unit| json!(unit.name())),
+    );
+    let count = |count: Option<u32>| count.map(|count| json!(count));
+    put(Setting::HeaderLine, count(request.header_line));
+    put(Setting::SkipLines, count(request.skip_lines));
+    put(
+        Setting::Decimal,
+        request.decimal.map(|mark| json!(mark.name())),
     );
     put(Setting::RateHz, number(request.rate_hz));
     put(Setting::TimeZero, number(request.time_zero));
@@ -261,6 +271,9 @@ fn set(
         Setting::Channel => request.channel = Some(name(value)?),
         Setting::TimeColumn => request.time_column = Some(name(value)?),
         Setting::TimeUnit => request.time_unit = Some(value::parse_time_unit(text(value)?)?),
+        Setting::HeaderLine => request.header_line = Some(count(value, 1, u32::MAX)?),
+        Setting::SkipLines => request.skip_lines = Some(count(value, 0, u32::MAX)?),
+        Setting::Decimal => request.decimal = Some(value::parse_decimal(text(value)?)?),
         Setting::RateHz => request.rate_hz = Some(value::positive(number(value)?)?),
         Setting::TimeZero => request.time_zero = Some(value::finite(number(value)?)?),
         Setting::Unit => request.unit = Some(value::parse_unit(text(value)?)?),

@@ -2,11 +2,12 @@
 
 use crate::conditioning::resample::LEAST_RATE_HZ;
 use crate::conditioning::{BiasWindow, Cfc, FilterChoice, FilterStandard};
+use crate::error::nearest_name;
 use crate::margin::MapAxis;
 use crate::model::stop::StopModel;
 use crate::recording::card::CardPolarity;
 use crate::replay::Method;
-use crate::units::{AccelerationUnit, TimeUnit};
+use crate::units::{AccelerationUnit, DecimalMark, TimeUnit};
 use crate::verdict::ModelChoice;
 
 /// Largest ensemble unless a request says otherwise.
@@ -131,14 +132,31 @@ pub fn parse_tolerance(text: &str) -> Result<f64, String> {
     parse_number(text).and_then(tolerance)
 }
 
+/// Finds a word among those that a setting takes, whatever its case.
+fn one_of<T: Copy>(text: &str, known: &[(T, &str)]) -> Result<T, String> {
+    let wanted = text.trim();
+    if let Some((value, _)) = known
+        .iter()
+        .find(|(_, name)| name.eq_ignore_ascii_case(wanted))
+    {
+        return Ok(*value);
+    }
+    let names: Vec<&str> = known.iter().map(|(_, name)| *name).collect();
+    let near = nearest_name(&wanted.to_ascii_lowercase(), &names);
+    // A letter or two are near to any.
+    let nearest = near.filter(|name| name.len() > 2 && wanted.len() > 2);
+    let meant = nearest.map_or(String::new(), |name| format!("; did you mean {name}?"));
+    let (last, others) = names.split_last().ok_or("nothing is known")?;
+    Err(format!("expected {} or {last}{meant}", others.join(", ")))
+}
+
 /// Reads a unit of acceleration.
 ///
 /// # Errors
 ///
 /// As [`parse_number`].
 pub fn parse_unit(text: &str) -> Result<AccelerationUnit, String> {
-    AccelerationUnit::from_spelling(text)
-        .ok_or_else(|| "expected g, m/s2, mm/s2, mm/ms2 or ft/s2".into())
+    AccelerationUnit::from_spelling(text).map_or_else(|| one_of(text, &AccelerationUnit::ALL), Ok)
 }
 
 /// Reads a unit of time.
@@ -147,7 +165,22 @@ pub fn parse_unit(text: &str) -> Result<AccelerationUnit, String> {
 ///
 /// As [`parse_number`].
 pub fn parse_time_unit(text: &str) -> Result<TimeUnit, String> {
-    TimeUnit::from_spelling(text).ok_or_else(|| "expected s, ms or us".into())
+    let known = TimeUnit::ALL.map(|unit| (unit, unit.name()));
+    TimeUnit::from_spelling(text).map_or_else(|| one_of(text, &known), Ok)
+}
+
+/// Reads a decimal mark.
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_decimal(text: &str) -> Result<DecimalMark, String> {
+    let known = DecimalMark::ALL.map(|mark| (mark, mark.name()));
+    match text.trim() {
+        "point" => Ok(DecimalMark::Point),
+        "comma" => Ok(DecimalMark::Comma),
+        _ => one_of(text, &known),
+    }
 }
 
 /// Reads which sign of the recorded acceleration opens.
@@ -156,7 +189,7 @@ pub fn parse_time_unit(text: &str) -> Result<TimeUnit, String> {
 ///
 /// As [`parse_number`].
 pub fn parse_polarity(text: &str) -> Result<CardPolarity, String> {
-    CardPolarity::from_name(text).ok_or_else(|| "expected negative, positive or both".into())
+    one_of(text, &CardPolarity::ALL.map(|sign| (sign, sign.name())))
 }
 
 /// Reads a channel frequency class.
@@ -165,14 +198,10 @@ pub fn parse_polarity(text: &str) -> Result<CardPolarity, String> {
 ///
 /// As [`parse_number`].
 pub fn parse_filter(text: &str) -> Result<FilterChoice, String> {
-    if text == "none" {
-        return Ok(FilterChoice::None);
-    }
-    Cfc::ALL
-        .into_iter()
-        .find(|cfc| cfc.name() == text)
-        .map(FilterChoice::Class)
-        .ok_or_else(|| "expected none, cfc60, cfc180, cfc600 or cfc1000".into())
+    let mut known = vec![(FilterChoice::None, "none")];
+    let classes = Cfc::ALL.into_iter().rev();
+    known.extend(classes.map(|class| (FilterChoice::Class(class), class.name())));
+    one_of(text, &known)
 }
 
 /// Reads whose filter is meant.
@@ -181,10 +210,8 @@ pub fn parse_filter(text: &str) -> Result<FilterChoice, String> {
 ///
 /// As [`parse_number`].
 pub fn parse_standard(text: &str) -> Result<FilterStandard, String> {
-    [FilterStandard::Iso6487, FilterStandard::SaeJ211]
-        .into_iter()
-        .find(|standard| standard.name() == text)
-        .ok_or_else(|| "expected iso6487 or saej211".into())
+    let known = [FilterStandard::Iso6487, FilterStandard::SaeJ211];
+    one_of(text, &known.map(|standard| (standard, standard.name())))
 }
 
 /// Reads which stop models decide.
@@ -193,14 +220,12 @@ pub fn parse_standard(text: &str) -> Result<FilterStandard, String> {
 ///
 /// As [`parse_number`].
 pub fn parse_model(text: &str) -> Result<ModelChoice, String> {
-    [
+    let known = [
         ModelChoice::Auto,
         ModelChoice::Only(StopModel::Rigid),
         ModelChoice::Only(StopModel::Soft),
-    ]
-    .into_iter()
-    .find(|model| model.name() == text)
-    .ok_or_else(|| "expected auto, rigid or soft".into())
+    ];
+    one_of(text, &known.map(|model| (model, model.name())))
 }
 
 /// Reads an integrator, those of fixed step with so many steps per natural period of the lever.
@@ -217,10 +242,24 @@ pub fn parse_method(text: &str, steps_per_period: u32) -> Result<Method, String>
         Method::Dopri5 { at_samples: true },
         Method::MoreauJean { steps_per_period },
     ];
-    known
-        .into_iter()
-        .find(|method| method.name() == text)
-        .ok_or_else(|| format!("expected {}", known.map(Method::name).join(", ")))
+    one_of(text, &known.map(|method| (method, method.name())))
+}
+
+/// Reads a count, which may be written as `1e4`.
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_count(text: &str) -> Result<u64, String> {
+    /// Beyond this not every whole number is a double.
+    const MOST: f64 = 9_007_199_254_740_992.0;
+    let text = text.trim();
+    text.parse().or_else(|_| {
+        let number = parse_number(text)?;
+        let whole = number.fract().abs() <= 0.0 && (0.0..MOST).contains(&number);
+        let wrong = || format!("`{text}` is no whole number from 0");
+        whole.then_some(number as u64).ok_or_else(wrong)
+    })
 }
 
 /// Reads the rate fed to the model [Hz]; `None` for `native`.
@@ -229,7 +268,7 @@ pub fn parse_method(text: &str, steps_per_period: u32) -> Result<Method, String>
 ///
 /// As [`parse_number`].
 pub fn parse_resample(text: &str) -> Result<Option<f64>, String> {
-    if text == "native" {
+    if text.trim().eq_ignore_ascii_case("native") {
         return Ok(None);
     }
     parse_number(text).and_then(rate_to_resample).map(Some)
@@ -258,7 +297,7 @@ pub fn parse_window(text: &str) -> Result<(f64, f64), String> {
 ///
 /// As [`parse_number`].
 pub fn parse_bias(text: &str) -> Result<BiasWindow, String> {
-    if text == "none" {
+    if text.trim().eq_ignore_ascii_case("none") {
         return Ok(BiasWindow::None);
     }
     parse_window(text).map(|(start_s, end_s)| BiasWindow::Window(start_s, end_s))

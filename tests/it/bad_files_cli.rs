@@ -206,7 +206,7 @@ fn cli_bad_tables_are_refused_at_their_place() {
     t.add(
         "cut-row.csv",
         table(weak).trim_end_matches(|c| c != ',').to_string(),
-        &[".csv:3002", "found an empty cell"],
+        &["is cut"],
     );
     t.add("nul.csv", with_row("0.0100,0.1\0"), &["NUL"]);
     t.add(
@@ -229,7 +229,7 @@ fn cli_bad_tables_are_refused_at_their_place() {
     t.add(
         "odd-unit.csv",
         with_header("time_s,acc_y (furlong)"),
-        &["--unit"],
+        &["`furlong`", "--channel"],
     );
     t.add(
         "no-time.csv",

@@ -177,7 +177,7 @@ fn val_bad_time() {
         "time_s",
         "Time (min)",
         "",
-        "expected a time in s, ms or us, found `Time (min)`; state its unit with the setting `time_unit` = s|ms|us",
+        "expected a time in s, ms, us or ns, found `Time (min)`; state its unit with the setting `time_unit` = s|ms|us|ns",
     );
     check_refused(
         "date_time,a_g\n2020-01-01 10:00:00,1\n2020-01-01 10:00:01,2\n2020-01-32 10:00:02,2\n",
@@ -284,19 +284,19 @@ fn val_bad_shape() {
         "time_s,a_g,b_g\n0.0,1\n0.1,2\n",
         &none(),
         ":1",
-        "expected 2 header cells, as many as the rows have, found 3",
+        "expected as many header cells as the rows have, found 3 header cells over rows of 2",
     );
     check_refused(
         "a\n0,5\n0,6\n",
         &rate(1e4),
         ":1",
-        "expected 2 header cells, as many as the rows have, found 1",
+        "expected as many header cells as the rows have, found 1 header cells over rows of 2",
     );
     check_refused(
         "time_s,a_g\n0.0,1,2\n0.1,2,3\n",
         &none(),
         ":1",
-        "expected 3 header cells",
+        "expected as many header cells as the rows have, found 2",
     );
     check_refused(
         "time_s,a_g\n0.0,1,\n0.1,2,3\n",
@@ -308,7 +308,7 @@ fn val_bad_shape() {
         "Test 7\n\ntime_s,a_g\n0.0,1\n",
         &none(),
         ":3",
-        "expected numbers or a row of units after the header, found `time_s`; begin lines of words",
+        "expected numbers or a row of units after the header, found `time_s`; the columns seem to be named on line 3",
     );
     check_refused(
         "time,a\ns,g\nleft,right\n0.0,1\n",
@@ -319,8 +319,8 @@ fn val_bad_shape() {
     check_refused(
         "time_s,a_g\ns,m/s2\n0.0,1\n0.1,1\n",
         &none(),
-        ":2, column 2",
-        "expected the unit of the header cell `a_g`, found `m/s2` in the units row",
+        ", channel a_g",
+        "no unit of acceleration beyond doubt",
     );
     check_refused(
         "0,5\n1,7\n2,6\n",
@@ -485,7 +485,7 @@ fn val_bad_choice() {
         wide,
         &channel("t_oil"),
         ", channel t_oil (°C)",
-        "no unit of acceleration in header",
+        "no unit of acceleration beyond doubt in header",
     );
     check_refused(
         "time_s,a,a\n0.0,1,2\n0.1,4,5\n",
@@ -497,7 +497,7 @@ fn val_bad_choice() {
         "time_s,p,q\n0.0,1,2\n0.1,4,5\n",
         &in_g(),
         "",
-        "no channel carries a lateral acceleration; the recording holds: time_s, p, q",
+        "each with what raises the doubt: p (`p`), q (`q`)",
     );
     check_refused(
         "time_s\n0.0\n0.1\n",
@@ -509,7 +509,7 @@ fn val_bad_choice() {
         "# unit: g\nt,a\n0.0,1\n0.1,4\n",
         &none(),
         ", channel a",
-        "no unit of acceleration in header, units row or card; state it with the setting `unit` = g|m/s2|mm/s2|mm/ms2|ft/s2",
+        "no unit of acceleration beyond doubt in header, units row or card; state it with the setting `unit` = g|m/s2|mm/s2|mm/ms2|ft/s2|kilo-g",
     );
     check_refused(
         "0.0 1.5\n0.1 2.5\n",

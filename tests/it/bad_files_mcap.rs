@@ -455,7 +455,7 @@ fn val_messages_that_cannot_be_read_are_refused() {
 #[test]
 fn val_json_that_cannot_be_read_is_refused() {
     let json = |messages: &[&str]| {
-        let mut data = vec![channel(1, 0, "/json", "json")];
+        let mut data = vec![channel(1, 0, "/sensor", "json")];
         for (index, text) in messages.iter().enumerate() {
             data.push(message(1, stamp(index), text.as_bytes()));
         }
@@ -512,21 +512,21 @@ fn val_json_that_cannot_be_read_is_refused() {
     let fraction = json(&[&stamped("1.5"), &stamped("2")]);
     check_refused("half a second", &fraction, MALFORMED, "whole seconds");
     let broken = json(&["no JSON at all"]);
-    check_refused("no JSON", &broken, MALFORMED, "/json");
+    check_refused("no JSON", &broken, MALFORMED, "/sensor");
     let both = r#"{"accel": {"linear": {"y": 1}}, "linear_acceleration": {"y": 2}}"#;
     let error = lateral(&json(&[both]), &options(None)).unwrap_err();
-    let names = ["/json:linear_acceleration.y", "/json:accel.linear.y"];
+    let names = ["/sensor:linear_acceleration.y", "/sensor:accel.linear.y"];
     let candidates = Candidates::named(names);
     assert_eq!(error.kind(), &ErrorKind::AmbiguousChannel { candidates });
     // Beside a topic that can be meant, one that is no JSON does not matter.
     let data = [
         imu_data(3),
-        vec![channel(2, 0, "/json", "json"), message(2, 1, b"nothing")],
+        vec![channel(2, 0, "/sensor", "json"), message(2, 1, b"nothing")],
     ];
     let bytes = file(&data.concat(), &[statistics(&[(1, 3), (2, 1)])]);
     let found = lateral(&bytes, &options(None)).unwrap();
     assert_eq!(found.findings[0].code, "channel-left-out");
-    assert!(found.findings[0].text.contains("/json"));
+    assert!(found.findings[0].text.contains("/sensor"));
 }
 
 #[test]
@@ -626,7 +626,7 @@ fn samples_of_every_kind() -> Vec<Vec<u8>> {
     };
     let records = imu_data(count).concat();
     let json = || {
-        let mut data = vec![channel(1, 0, "/json", "json")];
+        let mut data = vec![channel(1, 0, "/sensor", "json")];
         for index in 0..count {
             let text = format!(r#"{{"accel": {{"linear": {{"x": 0, "y": {index}}}}}}}"#);
             data.push(message(1, stamp(index), text.as_bytes()));

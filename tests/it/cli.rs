@@ -416,7 +416,7 @@ fn cli_wrong_usage_is_told_before_any_file_is_opened() {
         "did you mean `csv`?",
     );
     with(&["--input-format", "mpac"], "did you mean `mcap`?");
-    with(&["--time-unit", "h"], "expected s, ms or us");
+    with(&["--time-unit", "h"], "expected s, ms, us or ns");
     with(
         &["--time-column", "t", "--rate-hz", "1000"],
         "cannot be used with",
@@ -427,7 +427,7 @@ fn cli_wrong_usage_is_told_before_any_file_is_opened() {
     with(&["--time-zero", "inf"], "must be finite");
     with(
         &["--unit", "furlong"],
-        "expected g, m/s2, mm/s2, mm/ms2 or ft/s2",
+        "expected g, m/s2, mm/s2, mm/ms2, ft/s2 or kilo-g",
     );
     with(
         &["--opens-when", "up"],

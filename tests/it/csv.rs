@@ -7,7 +7,7 @@ use latchgate::recording::{
     self, Card, Channel, Limits, ReadOptions, Recording, Selection, Severity, Source, card,
 };
 use latchgate::request::Request;
-use latchgate::units::{AccelerationUnit, SampleRate, TimeUnit};
+use latchgate::units::{AccelerationUnit, DecimalMark, SampleRate, TimeUnit};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -323,8 +323,8 @@ fn val_choice_of_the_lateral_channel() {
         ),
         ("sample,t,ay", Ok("ay")),
         ("t,acc_y_left,acc_y_right,acc_x", Err(ambiguous)),
-        ("t,acc_x,acc_z", Err(none)),
-        ("t,a (g),b (g)", Err(none)),
+        ("t,acc_x,acc_z", Err(ambiguous)),
+        ("t,a (g),b (g)", Err(ambiguous)),
         ("t,y (mm),x (mm)", Err(none)),
     ] {
         check_choice(header, expected);
@@ -367,7 +367,15 @@ fn val_findings_of_the_reader() {
     check_codes(&format!("time_s,a_g\n{rows}"), &none, &[]);
     check_codes(&format!("time_s,a_g\n{rows}"), &in_g(), &[]);
     check_codes(&format!("time_s,a_g\n{rows}"), &si, &["unit-overridden"]);
-    check_codes(&format!("time_s,a [mV]\n{rows}"), &si, &["unit-overridden"]);
+    let of_volts = ReadOptions {
+        channel: Some("a [mV]".into()),
+        ..si.clone()
+    };
+    check_codes(
+        &format!("time_s,a [mV]\n{rows}"),
+        &of_volts,
+        &["channel-not-lateral", "unit-overridden"],
+    );
     check_codes(&format!("time,a_g\n{rows}"), &none, &["time-unit-assumed"]);
     check_codes(
         &format!("time_s,acc_x_g\n{rows}"),
@@ -424,17 +432,18 @@ fn val_rate_beside_the_file() {
     assert_eq!(agreeing.rate.hertz(), 12_500.0);
 }
 
-/// A header that does not fit its rows is left aside only where everything is numbered.
+/// A header that does not fit its rows is left aside only where a person says so.
 #[test]
 fn val_header_mismatch_by_number() {
     let text = "time,acc,x,y\n0.000,1,2\n0.001,3,4\n0.002,5,6\n";
     let options = ReadOptions {
         channel: Some("3".into()),
         time_column: Some("1".into()),
+        skip_lines: Some(1),
         ..in_g()
     };
     assert_eq!(check_channel(text, &options).values, [2.0, 4.0, 6.0]);
-    check_codes(text, &options, &["header-mismatch", "time-unit-assumed"]);
+    check_codes(text, &options, &["time-unit-assumed"]);
 }
 
 /// Every numeric column, with and without unit, for those who only look.
@@ -860,7 +869,20 @@ fn val_cards() {
         "unit = \"g\"\nrage_g = 3",
         "line 2: unknown card key `rage_g`; did you mean `range_g`?",
     );
-    check_card_refused("unit = \"G\"", "unknown unit `G`; did you mean `g`?");
+    assert_eq!(
+        Card::from_toml("unit = \"G\"\nskip_lines = 3\ndecimal = \",\"").unwrap(),
+        Card {
+            unit: Some(AccelerationUnit::StandardGravity),
+            skip_lines: Some(3),
+            decimal: Some(DecimalMark::Comma),
+            ..Card::default()
+        }
+    );
+    check_card_refused("unit = \"G2\"", "unknown unit `G2`; did you mean `g`?");
+    check_card_refused(
+        "header_line = 0",
+        "`header_line` to be a whole number from 1",
+    );
     check_card_refused(
         "unit = 9.81",
         "line 1: expected `unit` to be a unit in quotes, found a float",

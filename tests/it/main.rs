@@ -26,6 +26,7 @@ mod conditioning_resample;
 mod conditioning_spectrum;
 mod csv;
 mod ev5;
+mod exports;
 mod fan;
 mod fuzzed;
 mod golden;

@@ -381,7 +381,7 @@ fn val_json_numbers_are_read_to_the_last_bit() {
         "6.02214076e23",
     ];
     let expected: Vec<f64> = texts.iter().map(|text| text.parse().unwrap()).collect();
-    let mut data = vec![channel(1, 0, "/json", "json")];
+    let mut data = vec![channel(1, 0, "/sensor", "json")];
     for (index, text) in texts.iter().enumerate() {
         let (sec, nanosec) = (stamp(index) / 1_000_000_000, stamp(index) % 1_000_000_000);
         let json = format!(
@@ -393,18 +393,18 @@ fn val_json_numbers_are_read_to_the_last_bit() {
     let bytes = file(&data, &[statistics(&[(1, 8)])]);
     let mut options = options(None);
     assert_eq!(
-        check_error(&bytes, &options, "/json:linear_acceleration.y"),
+        check_error(&bytes, &options, "/sensor:linear_acceleration.y"),
         ErrorKind::MissingUnit
     );
     options.unit = Some(AccelerationUnit::StandardGravity);
-    let channel = check_read(&bytes, &options, "/json:linear_acceleration.y", &expected);
+    let channel = check_read(&bytes, &options, "/sensor:linear_acceleration.y", &expected);
     assert_eq!(channel.unit, Some(AccelerationUnit::StandardGravity));
     assert_eq!(channel.unit_source, "option");
 
-    options.channel = Some("/json:list[0]".into());
-    check_read(&bytes, &options, "/json:list[0]", &[1.0; 8]);
-    options.channel = Some("/json:list[1].depp".into());
-    let wrong = check_error(&bytes, &options, "/json:linear_acceleration.x");
+    options.channel = Some("/sensor:list[0]".into());
+    check_read(&bytes, &options, "/sensor:list[0]", &[1.0; 8]);
+    options.channel = Some("/sensor:list[1].depp".into());
+    let wrong = check_error(&bytes, &options, "/sensor:linear_acceleration.x");
     assert!(matches!(wrong, ErrorKind::NoSuchChannel { .. }));
 }
 

@@ -103,16 +103,10 @@ const ALL: &[Real] = &[
         "mcap_conformance_NoData_OneMessage_OneSchemalessMessage_OneMetadata.tar.gz",
         &["holds no ISO-MME test"],
     ),
-    Real {
-        name: "lvm_short.lvm",
-        read: Some(("Response (Trigger)", "m/s2", 10, 25_600.0)),
-        finds: &[
-            ("channel-chosen", None),
-            ("decimal-comma", None),
-            ("starts-inside-event", None),
-        ],
-        says: &["unusable"],
-    },
+    refused(
+        "lvm_short.lvm",
+        &["no channel is plainly", "Response (Trigger) (`response`)"],
+    ),
     Real {
         name: "lvm_no_decimal_separator.lvm",
         read: Some(("ay", "g", 4, 4000.0)),
@@ -125,7 +119,7 @@ const ALL: &[Real] = &[
     ),
     refused(
         "lvm_with_empty_fields.lvm",
-        &["no channel carries a lateral acceleration", "Dev0/Ai0"],
+        &["no channel is plainly", "Dev0/Ai0 (`dev0`)"],
     ),
 ];
 

@@ -1,6 +1,6 @@
 //! Guards `latchgate verify`: the run inside a verdict made again, at the process boundary.
 
-use crate::support::{Folder, data, latchgate, signal_file};
+use crate::support::{Folder, data, finish, latchgate, program, signal_file};
 use serde_json::Value;
 
 /// Writes the verdict of a replay into `folder` and returns its path.
@@ -454,4 +454,22 @@ fn regress_stripped_and_forged_verdicts_do_not_verify() {
     let file = folder.write("verdict.json", newer.to_string());
     let within = ["verify", &file, "--limit", "text_bytes=1GiB"];
     assert_eq!(latchgate(&within).code, 0, "{}", latchgate(&within).out);
+}
+
+/// A name that looks like an option is found beside the verdict, and where it is named.
+#[test]
+fn cli_verify_finds_a_recording_whose_name_begins_with_a_hyphen() {
+    let folder = Folder::new("verify-hyphen");
+    folder.file("-rf.csv", std::fs::read(signal_file("burst.csv")).unwrap());
+    let run = |arguments: &[&str]| finish(program().args(arguments).current_dir(folder.path()));
+    let options = ["--opens-when", "negative", "--members", "0", "--no-report"];
+    let done = run(&[&["replay", "./-rf.csv", "--format", "json"], &options[..]].concat());
+    folder.file("verdict.json", done.out);
+    for own in [
+        &["verify", "verdict.json"][..],
+        &["verify", "verdict.json", "--recording", "-rf.csv"],
+    ] {
+        let done = run(own);
+        assert_eq!(done.code, 0, "{own:?}: {}{}", done.out, done.err);
+    }
 }

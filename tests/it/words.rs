@@ -13,15 +13,8 @@ const APART: &[(&str, &str)] = &[
     ("status-well", "status-fault"),
     ("status-valid", "status-fault"),
     ("status-state", "remark-keys"),
-    ("name-lateral", "name-other-axes"),
-    ("name-lateral-acceleration", "name-other-axes"),
-    ("name-lateral-acceleration", "name-computed"),
-    ("name-acceleration", "name-computed"),
-    ("name-acceleration", "name-other-quantities"),
-    ("name-off-the-structure", "name-at-the-vehicle"),
-    ("name-persons", "name-at-the-vehicle"),
-    ("name-time", "name-other-times"),
-    ("name-time-alone", "name-other-times"),
+    ("name-plain", "name-scales"),
+    ("name-plain", "name-lateral"),
     ("name-filters", "name-negations"),
 ];
 

@@ -9,9 +9,6 @@ use crate::recording::Limits;
 use crate::recording::number;
 use crate::recording::text::{self, line_at};
 
-/// Rows from which the separator is found.
-const SAMPLE_ROWS: usize = 64;
-
 /// Rows and bytes from which on fewer rows do: rows may be long.
 pub(super) const FEW_ROWS: usize = 8;
 pub(super) const SAMPLE_BYTES: usize = 4 << 20;
@@ -29,8 +26,14 @@ pub(super) enum Separator {
 }
 
 impl Separator {
-    /// The candidates; where two explain a table equally well, the first is meant.
-    const CANDIDATES: [Self; 4] = [Self::Tab, Self::Semicolon, Self::Comma, Self::Blanks];
+    /// Every separator; where two explain a table equally well, the first is meant.
+    pub(super) const ALL: [Self; 5] = [
+        Self::Tab,
+        Self::Semicolon,
+        Self::Comma,
+        Self::Blanks,
+        Self::None,
+    ];
 
     /// Returns the byte that the table reader splits at.
     pub(super) fn byte(self) -> u8 {
@@ -48,28 +51,21 @@ impl Separator {
 /// Bytes of comments that are read.
 const COMMENT_BYTES: usize = 1 << 20;
 
-/// Bytes of a text whose lines are looked at together.
-const BLOCK: usize = 4096;
-
 /// Tells whether a line that begins with `byte` is a row without a further look.
 fn begins_row(byte: u8) -> bool {
     matches!(byte, b'0'..=b'9' | b'-' | b'.' | b'+')
 }
 
-/// Returns the bytes and the number of the whole lines that a block, from a line's start on,
-/// holds; `None` if there is none, or one does not begin as a row does.
-fn plain_rows(block: &[u8]) -> Option<(usize, u64)> {
-    let last = memchr::memrchr(b'\n', block)?;
-    let lines = &block[..last];
-    // No early end, so that many bytes are compared at once.
-    let others = lines
-        .iter()
-        .zip(&block[1..])
-        .fold(!begins_row(block[0]), |found, (end, start)| {
-            found | ((*end == b'\n') & !begins_row(*start))
-        });
-    let count = memchr::memchr_iter(b'\n', lines).count() as u64 + 1;
-    (!others).then_some((last + 1, count))
+/// What stands between the rows of a table.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Interruptions {
+    /// The first line that is no row between two rows of data.
+    pub(super) broken_at: Option<u64>,
+    /// Comments that hold as many numbers as a row, the line of the first, and whether a row
+    /// follows one.
+    pub(super) numbers: usize,
+    pub(super) numbers_at: Option<u64>,
+    pub(super) numbers_inside: bool,
 }
 
 /// What the lines of a text are.
@@ -77,14 +73,11 @@ fn plain_rows(block: &[u8]) -> Option<(usize, u64)> {
 pub(super) struct LineScan {
     /// The separator that a spreadsheet's `sep=;` names.
     pub(super) separator: Option<Separator>,
-    /// The first line that is no row between one row, two, and three or more before it and
-    /// others after it.
-    breaks: [Option<u64>; 3],
     /// The first line after a row that is nothing but `##…`: a rule drawn, or the only cell of a
     /// row that a spreadsheet had no room for.
     pub(super) hashes: Option<u64>,
-    /// Whether a comment follows a row.
-    comments: bool,
+    /// Whether a line that is no row follows a row.
+    interrupted: bool,
     /// The text of comments that are words, with their lines; of very many the first.
     pub(super) words: Vec<(u64, String)>,
     /// Whether more are there.
@@ -94,39 +87,32 @@ pub(super) struct LineScan {
 }
 
 impl LineScan {
-    /// Returns the first line that is no row between two rows of data.
-    pub(super) fn break_after(&self, header_rows: usize) -> Option<u64> {
-        self.breaks
-            .iter()
-            .skip(header_rows)
-            .copied()
-            .flatten()
-            .next()
-    }
-
-    /// Returns the rows of so many numbers that were made comments: how many follow the header,
-    /// the line of the first, and whether a row follows one of them.
-    pub(super) fn rows_made_comments(
+    /// Finds what stands between the rows of data, which follow so many of a header.
+    pub(super) fn interruptions(
         &self,
         text: &[u8],
         separator: Separator,
         header_rows: usize,
         cells: usize,
-    ) -> Option<(usize, u64, bool)> {
-        if !self.comments {
-            return None;
+    ) -> Interruptions {
+        let mut found = Interruptions::default();
+        if !self.interrupted {
+            return found;
         }
-        let mut found: Option<(usize, u64, bool)> = None;
-        let mut rows = 0;
-        for (index, line) in text.split(|byte| *byte == b'\n').enumerate() {
+        let (mut rows, mut open) = (0, None);
+        for (line, number) in text.split(|byte| *byte == b'\n').zip(1..) {
             if is_row(line) {
                 rows += 1;
-                if let Some(found) = &mut found {
-                    found.2 = true;
-                }
-            } else if rows >= header_rows && is_row_of_numbers(line, separator, cells) {
-                let (count, first, followed) = found.unwrap_or((0, index as u64 + 1, false));
-                found = Some((count + 1, first, followed));
+                found.broken_at = found.broken_at.or(open.take());
+                found.numbers_inside |= found.numbers_at.is_some();
+                continue;
+            }
+            if rows > header_rows {
+                open.get_or_insert(number);
+            }
+            if rows >= header_rows && is_row_of_numbers(line, separator, cells) {
+                found.numbers += 1;
+                found.numbers_at.get_or_insert(number);
             }
         }
         found
@@ -147,14 +133,6 @@ impl LineScan {
         self.kept += comment.len() + 64;
         self.words
             .push((line, String::from_utf8_lossy(comment).into_owned()));
-    }
-
-    /// Takes in that more rows follow a line that is none.
-    fn close(&mut self, open: &mut Option<(u64, u64)>) {
-        if let Some((line, rows)) = open.take() {
-            let slot = usize::try_from(rows).map_or(2, |rows| rows.clamp(1, 3) - 1);
-            self.breaks[slot].get_or_insert(line);
-        }
     }
 }
 
@@ -290,41 +268,42 @@ fn separator_line(line: &[u8]) -> Option<Result<Separator, ErrorKind>> {
     named_separator(&line[..end]).or_else(|| named_separator(line.trim_ascii_end()))
 }
 
+/// What a person says of the lines above the samples.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Above {
+    /// Lines that are passed over.
+    pub(super) lines: u64,
+    /// Whether the line behind them names the columns, be it a comment or not.
+    pub(super) named: bool,
+}
+
+/// Takes the marks of a comment off a line.
+fn uncomment(line: &mut [u8]) {
+    let marks = |byte: &&mut u8| matches!(**byte, b'#' | b'%' | b'/');
+    line.iter_mut()
+        .take_while(marks)
+        .for_each(|byte| *byte = b' ');
+}
+
 /// Measures every line and marks what is no row: comments (`#`, `%`, `//`), empty lines and a
-/// spreadsheet's `sep=;` get a `#` as their first byte. Returns what the lines are.
+/// spreadsheet's `sep=;` get a `#` as their first byte, and so do those that are
+/// no samples by a person's word. Returns what the lines are.
 ///
 /// # Errors
 ///
 /// [`ErrorKind::LimitExceeded`] at the first line with too many bytes or separators,
 /// [`ErrorKind::Malformed`] for a named separator that is not read, and for a row whose first cell
 /// a spreadsheet damaged so that the row looks like a comment.
-pub(super) fn scan_lines(text: &mut [u8], limits: &Limits) -> Result<LineScan, Error> {
+pub(super) fn scan_lines(
+    text: &mut [u8],
+    above: Above,
+    limits: &Limits,
+) -> Result<LineScan, Error> {
     let mut marked = LineScan::default();
     let mut seen_row = false;
-    // Rows so far, and the line that is none after them, with their number.
-    let mut rows = 0_u64;
-    let mut open: Option<(u64, u64)> = None;
     let mut next = 0;
     let mut index = 0_u64;
-    let block = limits
-        .line_bytes
-        .min(limits.columns)
-        .min(limits.field_bytes);
-    let block = usize::try_from(block).map_or(BLOCK, |least| least.min(BLOCK));
-    // Up to where lines are looked at one by one.
-    let mut singly = 0;
     while next < text.len() {
-        if seen_row && next >= singly {
-            let end = text.len().min(next + block);
-            if let Some((bytes, lines)) = plain_rows(&text[next..end]) {
-                next += bytes;
-                index += lines;
-                rows += lines;
-                marked.close(&mut open);
-                continue;
-            }
-            singly = end;
-        }
         let first = next;
         let rest = &mut text[first..];
         let length = memchr::memchr(b'\n', rest).map_or(rest.len(), |end| end + 1);
@@ -337,29 +316,32 @@ pub(super) fn scan_lines(text: &mut [u8], limits: &Limits) -> Result<LineScan, E
                 over("line_bytes", limits.line_bytes, "a longer line").at(place(limits.line_bytes))
             );
         }
+        let skipped = index <= above.lines;
+        if above.named && index == above.lines + 1 {
+            uncomment(line);
+        }
         // Most lines begin with a digit, a sign or a point, and are rows.
         if seen_row
             && begins_row(line[0])
             && line.len() as u64 <= limits.columns.min(limits.field_bytes)
         {
-            rows += 1;
-            marked.close(&mut open);
             continue;
         }
         let start = line.trim_ascii_start();
         let no_row = start.is_empty()
+            || skipped
             || start.starts_with(b"#")
             || start.starts_with(b"%")
             || start.starts_with(b"//");
-        if no_row && rows > 0 {
-            open.get_or_insert((index, rows));
-            marked.comments |= !start.is_empty();
+        marked.interrupted |= no_row && seen_row;
+        if skipped && marked.separator.is_none() {
+            marked.separator = separator_line(start).and_then(Result::ok);
         }
-        match damage(start) {
+        match damage(start).filter(|_| !skipped) {
             Some(Damage::Row) => {
                 return Err(damaged_row(start).at(place(0).column(1)));
             }
-            Some(Damage::Hashes) if rows > 0 => {
+            Some(Damage::Hashes) if seen_row => {
                 marked.hashes.get_or_insert(index);
             }
             _ => {}
@@ -384,85 +366,14 @@ pub(super) fn scan_lines(text: &mut [u8], limits: &Limits) -> Result<LineScan, E
                 continue;
             }
         }
-        rows += 1;
-        marked.close(&mut open);
         check_row(line, first as u64, limits).map_err(|error| error.at(place(0)))?;
     }
     Ok(marked)
 }
 
-/// Finds the separator from the first rows: the one under which most of them have equally
-/// many cells that are numbers.
-pub(super) fn find_separator(text: &[u8]) -> Separator {
-    let mut sample = sample(text);
-    let mut best = (Separator::None, 0.0);
-    for candidate in Separator::CANDIDATES {
-        // The last candidate, so that the others have seen the sample as it is.
-        if candidate == Separator::Blanks {
-            collapse_blanks(&mut sample);
-        }
-        let score = score(&sample, candidate);
-        if score > best.1 {
-            best = (candidate, score);
-        }
-    }
-    best.0
-}
-
-/// Returns the first rows, whole, without what stands between them.
-fn sample(text: &[u8]) -> Vec<u8> {
-    let mut rows = 0;
-    let mut sample = Vec::new();
-    for line in text.split_inclusive(|byte| *byte == b'\n') {
-        if is_row(line) {
-            sample.extend_from_slice(line);
-            rows += 1;
-            if rows == SAMPLE_ROWS || (rows >= FEW_ROWS && sample.len() > SAMPLE_BYTES) {
-                break;
-            }
-        }
-    }
-    sample
-}
-
 /// Tells whether a marked line is a row.
 pub(super) fn is_row(line: &[u8]) -> bool {
     !matches!(line.first(), None | Some(b'#' | b'\r' | b'\n'))
-}
-
-fn score(sample: &[u8], separator: Separator) -> f64 {
-    if memchr::memchr(separator.byte(), sample).is_none() {
-        // Rows of one cell explain nothing.
-        return 0.0;
-    }
-    let mut rows: Vec<(usize, f64)> = Vec::with_capacity(SAMPLE_ROWS);
-    let mut reader = reader(sample, separator, true);
-    let mut record = ::csv::ByteRecord::new();
-    while let Ok(true) = reader.read_byte_record(&mut record) {
-        let (mut filled, mut numbers) = (0_u32, 0_u32);
-        for cell in &record {
-            filled += u32::from(!cell.trim_ascii().is_empty());
-            numbers += u32::from(number::is_numeric(cell));
-        }
-        rows.push((
-            record.len(),
-            f64::from(numbers) / f64::from(filled).max(1.0),
-        ));
-    }
-    // The commonest number of cells; among equally common ones, that of the last rows.
-    let common = rows
-        .iter()
-        .map(|(cells, _)| *cells)
-        .max_by_key(|cells| rows.iter().filter(|(other, _)| other == cells).count());
-    match common {
-        // A header counts a little, so that a file with nothing else is split as well.
-        Some(common) if common >= 2 => rows
-            .iter()
-            .filter(|(cells, _)| *cells == common)
-            .map(|(_, numbers)| 1.0 + 100.0 * numbers)
-            .sum(),
-        _ => 0.0,
-    }
 }
 
 /// Replaces each run of blanks and tabs by one blank and drops those at the ends of lines; in
@@ -608,47 +519,7 @@ pub(super) fn line_of_record(text: &[u8], byte: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Limits, scan_lines};
-
-    /// Lines looked at together are marked as each of them is alone after a row.
-    #[test]
-    fn verif_blocks_of_lines_are_marked_as_single_lines_are() {
-        const LINES: &[&str] = &[
-            "1.5,2\n",
-            "-3,4.25\n",
-            "+1,.5\r\n",
-            ".5,1\n",
-            "# note\n",
-            "\n",
-            "\r\n",
-            " 7,8\n",
-            "  \n",
-            "% note\n",
-            "//\n",
-        ];
-        let alone = |line: &str| {
-            let mut text = format!("0,0\n{line}").into_bytes();
-            scan_lines(&mut text, &Limits::default()).expect("short lines");
-            text.split_off(4)
-        };
-        let mut seed = 7_u64;
-        for case in 0..400 {
-            let (mut text, mut expected) = (b"0,0\n".to_vec(), b"0,0\n".to_vec());
-            for _ in 0..3 * case {
-                seed = seed
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(1_442_695_040_888_963_407);
-                // Other lines than rows are rare, so that whole blocks are rows as well.
-                let pick = usize::try_from(seed >> 40).expect("24 bits");
-                let most = if pick % 64 == 0 { LINES.len() } else { 4 };
-                let line = LINES[pick / 64 % most];
-                text.extend_from_slice(line.as_bytes());
-                expected.extend_from_slice(&alone(line));
-            }
-            scan_lines(&mut text, &Limits::default()).expect("short lines");
-            assert!(text == expected, "case {case}");
-        }
-    }
+    use super::{Above, Limits, scan_lines};
 
     /// A line too long after many that are not is told at its own line and byte.
     #[test]
@@ -659,7 +530,7 @@ mod tests {
             line_bytes: 60,
             ..Limits::default()
         };
-        let error = scan_lines(&mut text, &limits).expect_err("a long line");
+        let error = scan_lines(&mut text, Above::default(), &limits).expect_err("a long line");
         let place = error.place();
         assert_eq!((place.line, place.byte), (Some(5001), Some(20_060)));
     }

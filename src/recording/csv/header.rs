@@ -1,19 +1,17 @@
-//! Headers: names, units, and what a column's name says about its content.
+//! Headers: names, units, and whether a name is plainly that of a lateral acceleration.
 //!
-//! - `derived`: names of what was computed from an acceleration, or is none: rectified, held,
-//!   averaged, modelled;
-//! - `filtered`: words that say that a channel was filtered before it was stored;
-//! - `place`: names of places: what is not the structure of the struck vehicle.
+//! A name is taken where every word of it stands on a short list. Any other word raises a doubt:
+//! the channel is offered, and a person chooses it or not.
+//!
+//! - `filtered`: words that say that a channel was filtered before it was stored.
 
-mod derived;
 pub(in crate::recording) mod filtered;
-mod place;
 
+use crate::recording::code::Code;
 use crate::recording::words::{Words, word_list};
 use crate::recording::{Finding, Stated};
 use crate::units::{AccelerationUnit, TimeUnit};
 use filtered::Filtered;
-use place::Coded;
 
 /// A column as its header describes it.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -30,7 +28,7 @@ pub(in crate::recording) struct Column {
     pub(in crate::recording) unit_source: &'static str,
     /// The unit of time.
     pub(in crate::recording) time_unit: Option<TimeUnit>,
-    /// Whether the header cell holds what looks like a unit and does not say what one of the
+    /// Whether the header holds what looks like a unit and does not say for sure what one of the
     /// column's numbers is, such as `100 us`, `mV / g` or `_min`.
     pub(in crate::recording) doubtful: bool,
 }
@@ -55,50 +53,61 @@ impl Column {
             label: cell.to_string(),
             ..Self::default()
         };
-        match find_unit(cell) {
-            Found::Unit(label, unit) => {
-                column.label = label.trim().to_string();
-                column.take_unit(&unit, "header");
+        match bracketed_units(cell).as_slice() {
+            [] => match unit_at_the_end(cell) {
+                Some((label, unit)) if names_alone(&label, &unit) => {
+                    column.label = label;
+                    column.take_unit(&unit, "header");
+                }
+                found => {
+                    let odd = || !words(cell).iter().all(|word| is_time_word(word));
+                    column.doubtful = found.is_some() || (says_time(cell) && odd());
+                    // `seconds` and `ms` are name and unit at once.
+                    if says_time(cell) && TimeUnit::from_spelling(cell).is_some() {
+                        column.take_unit(cell, "header");
+                    }
+                }
+            },
+            [(before, content, after)] => {
+                column.label = format!("{before} {after}").trim().to_string();
+                if spoils_unit(&column.label) {
+                    column.doubtful = true;
+                } else {
+                    column.take_unit(content, "header");
+                }
             }
-            Found::Doubtful => column.doubtful = true,
-            Found::Nothing => column.doubtful = says_time(cell) && says_other_time(cell),
+            // Two units in one cell say nothing for sure.
+            _ => column.doubtful = true,
         }
         column
     }
 
-    /// Takes in the cell of a units row. Returns false if it contradicts the header cell.
-    pub(in crate::recording) fn take_units_row(&mut self, cell: &str) -> bool {
-        let text = strip_brackets(cell.trim());
+    /// Takes the unit that stands beside the name, in a row of units or a header line of its own.
+    /// Where it contradicts the name, neither counts.
+    pub(in crate::recording) fn with_unit(mut self, text: &str, source: &'static str) -> Self {
+        let text = strip_brackets(text.trim());
         if text.is_empty() || text == "-" {
-            return true;
+            return self;
         }
-        if self.doubtful {
-            return false;
+        let stated = (
+            AccelerationUnit::from_spelling(text),
+            TimeUnit::from_spelling(text),
+        );
+        let own = (self.unit, self.time_unit);
+        let known = stated != (None, None);
+        if (self.unit_text.is_some() && own != stated) || (known && spoils_unit(&self.label)) {
+            return Self {
+                doubtful: true,
+                unit_text: None,
+                unit: None,
+                unit_source: "",
+                time_unit: None,
+                ..self
+            };
         }
-        if self.is_contradicted_by(text) {
-            return false;
-        }
-        self.take_unit(text, "units row");
-        true
-    }
-
-    /// Tells whether the header cell states another unit than `text`, or holds what makes
-    /// another one of it: a number, a prefix, arithmetic.
-    fn is_contradicted_by(&self, text: &str) -> bool {
-        let before = (self.unit, self.time_unit);
-        let mut stated = Self::default();
-        stated.take_unit(text, "units row");
-        let after = (stated.unit, stated.time_unit);
-        if before != (None, None) {
-            return before != after;
-        }
-        // `acc y (V)` over `g`.
-        let foreign = self.unit_text.is_some() && after != (None, None);
-        foreign
-            || (after.0.is_some()
-                && (is_scaled(&self.label, "")
-                    || says_other_unit(&self.label, "", text)
-                    || is_spoilt(&self.label, "")))
+        self.doubtful = false;
+        self.take_unit(text, source);
+        self
     }
 
     fn take_unit(&mut self, text: &str, source: &'static str) {
@@ -123,105 +132,84 @@ impl Column {
         INDEX.contains(&words(&self.label).join(" ").as_str()) || self.label == "#"
     }
 
-    /// Tells whether the name says lateral acceleration.
+    /// Tells whether some words of the name say lateral acceleration, whatever the others say.
     pub(in crate::recording) fn says_lateral_acceleration(&self) -> bool {
-        if self.has_foreign_unit() {
-            return false;
-        }
         let words = words(&self.label);
-        let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
-        if self.is_no_acceleration() {
-            return false;
+        let code = code_in(&self.label).is_some_and(|code| code.is_lateral());
+        !self.has_foreign_unit()
+            && (code || (words.iter().any(|word| is_lateral(word)) && self.accelerates(&words)))
+    }
+
+    /// Tells whether the unit is one of acceleration, or a word says so or names the axis.
+    pub(in crate::recording) fn hints_at_acceleration(&self) -> bool {
+        let words = words(&self.label);
+        self.accelerates(&words) || words.iter().any(|word| is_lateral(word))
+    }
+
+    /// Tells whether unit or words say acceleration.
+    fn accelerates(&self, words: &[String]) -> bool {
+        let says =
+            |word: &String| listed(&ACCELERATION, word) || listed(&LATERAL_ACCELERATION, word);
+        // `g lat`, as loggers of cars write it.
+        let force = words.first().is_some_and(|word| word == "g");
+        self.unit.is_some() || force || words.iter().any(says)
+    }
+
+    /// Returns the first word or sign of the name that a plain name does not hold.
+    pub(in crate::recording) fn odd_word(&self) -> Option<String> {
+        odd_word(&self.label)
+    }
+
+    /// Returns what speaks against a lateral acceleration of the struck vehicle's structure: the
+    /// unit, or the word that raises the doubt.
+    pub(in crate::recording) fn contradiction(&self) -> Option<String> {
+        if let Some(unit) = self.unit_text.as_ref().filter(|_| self.has_foreign_unit()) {
+            return Some(format!("the unit `{unit}`"));
         }
-        let accelerates = has(&ACCELERATION) || self.unit.is_some();
-        // `acc_y2` is a second sensor of that axis.
-        let numbered = |list: &[&str]| {
-            let bare = |word: &String| {
-                word.trim_end_matches(|c: char| c.is_ascii_digit())
-                    .to_string()
+        if let Some(word) = self.odd_word() {
+            return Some(format!("`{word}`"));
+        }
+        // `ay1-ay2`, `acc y left - acc y right`.
+        let sides = self.label.split(['-', '−', '–', '/']);
+        let lateral = |side: &&str| words(side).iter().any(|word| is_lateral(word));
+        (sides.filter(lateral).count() > 1).then(|| "a difference or ratio".into())
+    }
+
+    /// Returns why this is not plainly a lateral acceleration of the struck vehicle's structure:
+    /// what speaks against it, or what no word says. `None` for a name that is taken.
+    pub(in crate::recording) fn doubt(&self) -> Option<String> {
+        let words = words(&self.label);
+        let silent = || {
+            let missing = if code_in(&self.label).is_some() {
+                return None;
+            } else if !words.iter().any(|word| is_lateral(word)) {
+                "no word for lateral"
+            } else if !self.accelerates(&words) {
+                "neither unit nor word of acceleration"
+            } else {
+                return None;
             };
-            words
-                .iter()
-                .map(bare)
-                .any(|word| list.contains(&word.as_str()))
+            Some(missing.to_string())
         };
-        numbered(&LATERAL_ACCELERATION)
-            || (accelerates && numbered(&LATERAL))
-            || place::code_in(&self.label).is_some_and(|code| code.is_lateral())
+        self.contradiction().or_else(silent)
     }
 
-    /// Tells whether the name says something computed, or another quantity.
-    fn is_no_acceleration(&self) -> bool {
-        derived::says_computed(&self.label)
-            || derived::says_other_quantity(&self.label)
-            || place::coded(&self.label) == Some(Coded::OtherQuantity)
-    }
-
-    /// Tells whether the name says a second sensor at a place that has one.
-    pub(in crate::recording) fn says_redundant(&self) -> bool {
-        let words = words(&self.label);
-        words
-            .iter()
-            .any(|word| matches!(word.as_str(), "redundant" | "red" | "backup" | "secondary"))
-    }
-
-    /// Takes the unit that stands in a header line of its own. Where it contradicts the name,
-    /// neither counts.
-    pub(in crate::recording) fn with_unit(mut self, text: &str) -> Self {
-        let text = strip_brackets(text.trim());
-        if text.is_empty() {
-            return self;
-        }
-        if self.doubtful || self.is_contradicted_by(text) {
-            return Self {
-                doubtful: true,
-                unit_text: None,
-                unit: None,
-                unit_source: "",
-                time_unit: None,
-                ..self
-            };
-        }
-        self.take_unit(text, "header");
-        self
-    }
-
-    /// Tells whether the name says a place that is not the structure of the struck vehicle.
-    pub(in crate::recording) fn says_elsewhere(&self) -> bool {
-        place::says_elsewhere(&self.label)
-    }
-
-    fn says(&self, list: &[&str]) -> bool {
-        let words = words(&self.label);
-        words.iter().any(|word| list.contains(&word.as_str()))
-    }
-
-    /// Warns of a name that says another axis than the lateral one, a dummy, a barrier, another
-    /// quantity, or what was computed.
+    /// Warns of a name that is not plainly that of a lateral acceleration of the structure.
     pub(in crate::recording) fn not_lateral_finding(&self) -> Option<Finding> {
-        let reason = if self.is_no_acceleration() && derived::says_computed(&self.label) {
-            "says something derived or computed, not an acceleration as it was measured, with its \
-             sign"
-        } else if self.is_no_acceleration() {
-            "says another quantity than a linear acceleration"
-        } else if (self.says(&OTHER_AXES) && !self.says_lateral_acceleration())
-            || place::coded(&self.label) == Some(Coded::OtherAxis)
-        {
-            "says another axis than the lateral one"
-        } else if self.says_elsewhere() {
-            "says a dummy, a barrier or another place, not the structure of the struck vehicle"
-        } else {
-            return None;
-        };
+        let doubt = self.contradiction()?;
         Some(Finding::warning(
             "channel-not-lateral",
-            format!("the name of `{}` {reason}", self.name),
+            format!(
+                "the name of `{}` is not plainly that of a lateral acceleration of the struck \
+                 vehicle's structure: {doubt}",
+                self.name
+            ),
         ))
     }
 
     /// Returns what the name says of the filter that was applied.
     fn filter(&self) -> Option<Filtered> {
-        let coded = place::code_in(&self.name).and_then(|code| code.filter_class());
+        let coded = code_in(&self.name).and_then(|code| code.filter_class());
         let stated = coded.map(|class| Filtered::Class(class.to_string()));
         stated.or_else(|| filtered::filter_in(&self.name))
     }
@@ -229,13 +217,6 @@ impl Column {
     /// Tells whether the name says that the samples were filtered.
     pub(in crate::recording) fn says_filtered(&self) -> bool {
         self.filter().is_some()
-    }
-
-    /// Tells whether the name is that of `other` but for words that `other` has beside it.
-    pub(in crate::recording) fn is_short_for(&self, other: &Self) -> bool {
-        let others = words(&other.label);
-        let own = words(&self.label);
-        !own.is_empty() && own.iter().all(|word| others.contains(word))
     }
 
     /// Returns what the name states beside axis and unit.
@@ -263,7 +244,7 @@ impl Column {
                 ),
             ));
         }
-        if let Some(code) = place::code_in(&self.name).filter(|code| code.diverges()) {
+        if let Some(code) = code_in(&self.name).filter(|code| code.diverges()) {
             found.push(Finding::warning(
                 "sign-diverges",
                 format!(
@@ -286,11 +267,17 @@ static LATERAL: Words = word_list!("name-lateral");
 /// Words that say both.
 static LATERAL_ACCELERATION: Words = word_list!("name-lateral-acceleration");
 
-/// Words for the other axes.
-static OTHER_AXES: Words = word_list!("name-other-axes");
+/// Further words of plain names.
+static PLAIN: Words = word_list!("name-plain");
+
+/// Attachments of a sensor close to a latch, as NHTSA codes them: doors, pillars, sills.
+const ATTACHMENTS: [&str; 9] = ["ap", "bp", "cp", "do", "dr", "ds", "pi", "pl", "si"];
 
 /// Units that tell that a header cell's brackets hold a unit, though none of acceleration.
 static FOREIGN_UNITS: Words = word_list!("name-other-units");
+
+/// Words beside a unit that make another one of it.
+static SCALES: Words = word_list!("name-scales");
 
 /// Names of a column that counts the rows.
 static INDEX: Words = word_list!("name-index");
@@ -301,13 +288,40 @@ static TIMES: Words = word_list!("name-time");
 /// Names of a column of times that are such only alone.
 static TIMES_ALONE: Words = word_list!("name-time-alone");
 
+/// Further words of names for time.
+static PLAIN_TIMES: Words = word_list!("name-time-plain");
+
+/// Tells whether a word, or one with a number behind it (`acc_y2`), is on a list.
+fn listed(list: &[&str], word: &str) -> bool {
+    list.contains(&word.trim_end_matches(|c: char| c.is_ascii_digit()))
+}
+
+fn is_lateral(word: &str) -> bool {
+    listed(&LATERAL, word) || listed(&LATERAL_ACCELERATION, word)
+}
+
+/// Tells whether a word is NHTSA's code of an attachment: `DS`, or `DSLF` with the side.
+fn is_attachment(word: &str) -> bool {
+    let (place, side) = word.split_at_checked(2).unwrap_or_default();
+    ATTACHMENTS.contains(&place) && matches!(side, "" | "lf" | "rf" | "lr" | "rr")
+}
+
 fn says_time(label: &str) -> bool {
     let words = words(label);
-    let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
     match words.as_slice() {
         [only] if TIMES_ALONE.contains(&only.as_str()) => true,
-        _ => has(&TIMES),
+        // The name that LabVIEW gives to its column of times.
+        [x, value] if x == "x" && value == "value" => true,
+        _ => words.iter().any(|word| TIMES.contains(&word.as_str())),
     }
+}
+
+/// Tells whether a word of a name for time can be no unit.
+fn is_time_word(word: &str) -> bool {
+    TIMES.contains(&word)
+        || TIMES_ALONE.contains(&word)
+        || PLAIN_TIMES.contains(&word)
+        || word.chars().all(|c| c.is_ascii_digit())
 }
 
 /// Splits a name into lower-case words, at everything but letters and digits and where a
@@ -330,6 +344,75 @@ fn words(label: &str) -> Vec<String> {
     words
 }
 
+/// Returns the first word or sign that a plain name does not hold; words before signs.
+fn odd_word(label: &str) -> Option<String> {
+    if let Some(code) = code_in(label) {
+        let rest = label.to_ascii_uppercase().replace(&code.text(), " ");
+        let plain = code.is_lateral() && code.is_structure();
+        return if plain {
+            odd_word(&rest)
+        } else {
+            Some(code.text())
+        };
+    }
+    let own = words(label);
+    let odd = (0..own.len()).find(|index| !is_plain(&own, *index));
+    odd.map(|index| own[index].clone())
+        .or_else(|| odd_sign(label))
+}
+
+/// Tells whether a word of a name is one of those that plain names hold.
+fn is_plain(words: &[String], index: usize) -> bool {
+    let word = words[index].as_str();
+    is_lateral(word)
+        || listed(&ACCELERATION, word)
+        || listed(&PLAIN, word)
+        || (index == 0 && word == "g" && words.len() > 1)
+        || is_attachment(word)
+        // No number of a sensor is longer.
+        || (word.len() <= 3 && word.bytes().all(|byte| byte.is_ascii_digit()))
+}
+
+/// Returns a sign that may be one of arithmetic: a minus before a word, a stroke but between
+/// digits, or any that names do not hold.
+fn odd_sign(label: &str) -> Option<String> {
+    let letters: Vec<char> = label.trim().chars().collect();
+    let at = |index: Option<usize>| index.and_then(|index| letters.get(index)).copied();
+    letters.iter().enumerate().find_map(|(index, letter)| {
+        let (before, after) = (at(index.checked_sub(1)), at(Some(index + 1)));
+        let digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
+        let blank = |c: Option<char>| c.is_none_or(|c| !c.is_alphanumeric());
+        let plain = match letter {
+            '-' => !blank(before) || blank(after),
+            '/' => digit(before) && digit(after),
+            ' ' | '\t' | '_' | '.' | ',' | ':' | '#' | '(' | ')' | '[' | ']' | '"' | '\'' => true,
+            other => other.is_alphanumeric(),
+        };
+        (!plain).then(|| letter.to_string())
+    })
+}
+
+/// Finds a channel code of ISO/TS 13499 in a name: 16 capitals and digits that state a known
+/// dimension.
+pub(in crate::recording) fn code_in(label: &str) -> Option<Code> {
+    /// Dimensions beside AC: velocity, displacement, force, moment, angular motion.
+    const OTHERS: &[&str] = &["VE", "DS", "FO", "MO", "AV", "AA", "AN"];
+    label
+        .split(|c: char| !c.is_alphanumeric() && c != '?')
+        .filter(|part| part.len() == 16)
+        .filter(|part| {
+            !part.contains(|c: char| c.is_ascii_lowercase())
+                && part.contains(|c: char| c.is_ascii_digit() || c == '?')
+        })
+        .find_map(|part| {
+            let axis = part.get(14..15)?;
+            let known = matches!(axis, "X" | "Y" | "Z" | "R" | "1" | "2" | "3" | "0");
+            let code = Code::new(part)?;
+            (known && (code.is_acceleration() || OTHERS.contains(&part.get(12..14)?)))
+                .then_some(code)
+        })
+}
+
 /// Tells whether a text is a unit of acceleration or time.
 pub(in crate::recording) fn is_known_unit(text: &str) -> bool {
     let text = strip_brackets(text.trim());
@@ -343,37 +426,6 @@ fn strip_brackets(text: &str) -> &str {
         }
     }
     text
-}
-
-/// What a header cell says of its unit.
-enum Found {
-    /// The label and the unit.
-    Unit(String, String),
-    /// Something like a unit that says nothing for sure.
-    Doubtful,
-    Nothing,
-}
-
-/// Finds the unit in a header cell.
-fn find_unit(cell: &str) -> Found {
-    match bracketed_units(cell).as_slice() {
-        [] => match unit_after_word(cell) {
-            Found::Nothing => unit_suffix(cell),
-            found => found,
-        },
-        [(before, content, after)] => {
-            let known = is_known_unit(content);
-            let doubtful = is_scaled(before, after)
-                || says_other_unit(before, after, content)
-                || is_spoilt(before, after);
-            if known && doubtful {
-                return Found::Doubtful;
-            }
-            Found::Unit(format!("{before} {after}"), (*content).to_string())
-        }
-        // Two units in one cell say nothing for sure.
-        _ => Found::Doubtful,
-    }
 }
 
 /// Finds `a (m/s^2)`, `Time [s]`, `acc (g) y`; brackets may hold brackets, as in `(m/(s*s))`.
@@ -404,218 +456,52 @@ fn bracketed_units(cell: &str) -> Vec<(&str, &str, &str)> {
     found
 }
 
-/// Characters of arithmetic that no name holds.
-const OPERATORS: [char; 8] = ['*', '×', '^', '=', '±', '·', '⋅', '%'];
-
-/// Tells whether a word is a number, or a factor such as `x10`; `X1` is a sensor.
-fn is_factor(word: &str) -> bool {
-    let is_digit = |first: char| first.is_ascii_digit();
-    let number = word.trim_start_matches(['/', '+', '-', '.']);
-    let times = word.strip_prefix(['x', 'X']).unwrap_or_default();
-    number.starts_with(is_digit) || (times.len() > 1 && times.starts_with(is_digit))
-}
-
-/// Tells whether arithmetic around a unit in brackets changes what it means: `(g) x10`,
-/// `(m/s2) / g`, `acc/10 (g)`.
-fn is_scaled(before: &str, after: &str) -> bool {
-    let digit = |byte: Option<&u8>| byte.is_some_and(u8::is_ascii_digit);
-    let computes = |text: &str| {
-        let text: String = text.split_whitespace().collect();
-        text.match_indices(['*', '×', '·', '⋅', '^', '/'])
-            .any(|(at, operator)| {
-                let left = digit(text.as_bytes()[..at].last());
-                let right = digit(text.as_bytes().get(at + operator.len()));
-                // `1/2` counts channels.
-                if operator == "/" {
-                    right && !left
-                } else {
-                    right || left
-                }
-            })
-    };
-    let words: Vec<&str> = before.split_whitespace().collect();
-    let times = words
-        .windows(2)
-        .any(|pair| matches!(pair[0], "x" | "X") && is_factor(pair[1]));
-    let after = after.trim_start();
-    times
-        || after.starts_with(['/', '*', '×', '·', '⋅', '^'])
-        || after
-            .split_whitespace()
-            .any(|word| word.starts_with(['x', 'X']) && is_factor(word))
-        || computes(before)
-        || computes(after)
-}
-
-/// Tells whether the text around a unit in brackets names another one: `acc_y_g (m/s2)`.
-fn says_other_unit(before: &str, after: &str, content: &str) -> bool {
-    let meaning = |text: &str| {
-        (
-            AccelerationUnit::from_spelling(text),
-            TimeUnit::from_spelling(text),
-        )
-    };
-    let stated = meaning(strip_brackets(content));
-    let tokens = before.split_whitespace().chain(after.split_whitespace());
-    let mut others = tokens.filter(|token| {
-        let found = meaning(token);
-        (found != (None, None) && found != stated) || is_foreign(token)
-    });
-    let suffixed = match unit_suffix(before.trim()) {
-        Found::Unit(_, unit) => meaning(&unit) != stated,
-        _ => false,
-    };
-    suffixed || others.next().is_some()
-}
-
-/// Tells whether a word is another unit. Single letters may be parts of names, and so may bars.
-fn is_foreign(word: &str) -> bool {
-    word.chars().count() > 1 && word != "bar" && FOREIGN_UNITS.contains(&word)
-}
-
-/// Words that make another unit of the one behind them, or tell that it is not the column's.
-static NO_NAMES: Words = word_list!("name-prefixes");
-
-/// Words that scale, beside [`NO_NAMES`].
-static SCALES: Words = word_list!("name-scales");
-
-/// Tells whether the name around a unit in brackets, or over one in a row of units, holds what
-/// makes another unit of it: `ay x10`, `ay counts`, `ay % of FS`, `ay E3`, `ay k`, `ay (100 g)`.
-fn is_spoilt(before: &str, after: &str) -> bool {
-    let bare = |word: &str| -> String {
-        let edge = |c: char| matches!(c, '(' | ')' | '[' | ']' | '{' | '}' | ',' | ';' | ':');
-        word.trim_matches(edge).to_string()
-    };
-    let tokens: Vec<String> = before
-        .split_whitespace()
-        .chain(after.split_whitespace())
-        .map(bare)
-        .collect();
-    let small: Vec<String> = words(before).into_iter().chain(words(after)).collect();
-    let scales =
-        |word: &String| NO_NAMES.contains(&word.as_str()) || SCALES.contains(&word.as_str());
-    // `x10`, and in a name that says the lateral axis already `x2`; `X1` is a sensor.
-    let lateral = small.iter().any(|word| {
-        LATERAL.contains(&word.as_str()) || LATERAL_ACCELERATION.contains(&word.as_str())
-    });
-    let times = |word: &String| {
-        let digits = |text: &str| {
-            !text.is_empty()
-                && text
-                    .chars()
-                    .all(|c| c.is_ascii_digit() || matches!(c, '.' | ','))
+/// Tells whether a name beside a unit makes another unit of it, or may: `ay x10`, `ay counts`,
+/// `ay % of FS`, `ay E3`, `ay k`, `acc_y_g`. A word that is only unknown does not.
+fn spoils_unit(label: &str) -> bool {
+    const FACTORS: [char; 8] = ['*', '×', '^', '=', '±', '·', '⋅', '%'];
+    let words = words(label);
+    let (of_time, lateral) = (says_time(label), words.iter().any(|word| is_lateral(word)));
+    let spoils = |word: &String| {
+        let stem = word.trim_end_matches(|c: char| c.is_ascii_digit());
+        let has = |such: fn(char) -> bool| word.contains(such);
+        let mixed = has(|c| c.is_ascii_digit()) && has(char::is_alphabetic);
+        // A second clock, a sensor of another axis.
+        let counted = match stem {
+            "t" | "time" => word.len() <= stem.len() + 1,
+            _ => AXES.contains(&stem) && !lateral,
         };
-        let factor = |text: &str, least: usize| digits(text) && text.len() >= least;
-        word.strip_prefix('x')
-            .is_some_and(|rest| factor(rest, if lateral { 1 } else { 2 }))
-            || word.strip_prefix('X').is_some_and(|rest| factor(rest, 2))
+        let unit =
+            is_known_unit(word) || FOREIGN_UNITS.iter().any(|one| one.to_lowercase() == *word);
+        (mixed && !counted)
+            || (stem == "x" && lateral)
+            || SCALES.contains(&word.as_str())
+            || (unit && word.as_str() != "t" && !AXES.contains(&stem))
     };
-    // `E3`, `1e-3`, `10E3`.
-    let power = |word: &String| {
-        word.split_once(['e', 'E'])
-            .is_some_and(|(mantissa, power)| {
-                let power = power.trim_start_matches(['+', '-']);
-                mantissa.chars().all(|c| c.is_ascii_digit() || c == '.')
-                    && !power.is_empty()
-                    && power.chars().all(|c| c.is_ascii_digit())
-            })
+    let odd = |index: &usize| match of_time {
+        true => {
+            let word = words[*index].as_str();
+            TimeUnit::from_spelling(word).is_some() || !is_time_word(word)
+        }
+        false => !is_plain(&words, *index),
     };
-    let prefix = before
-        .split_whitespace()
-        .last()
-        .is_some_and(|word| matches!(word, "k" | "µ" | "μ"));
-    let is_number = |word: &str| word.parse::<f64>().is_ok();
-    let stated = |word: &str| AccelerationUnit::from_spelling(word).is_some();
-    let amount = tokens
-        .windows(2)
-        .any(|pair| is_number(&pair[0]) && stated(&pair[1]));
-    before.contains(['%', '±'])
-        || after.contains(['%', '±'])
-        || small.iter().any(scales)
-        || tokens.iter().any(|word| times(word) || power(word))
-        || prefix
-        || amount
+    let ratio = label
+        .split('/')
+        .skip(1)
+        .any(|rest| rest.trim_start().starts_with(char::is_numeric))
+        && odd_sign(label).is_some();
+    let alone = of_time && words.len() == 1;
+    code_in(label).is_none()
+        && !alone
+        && (label.contains(FACTORS)
+            || ratio
+            || (0..words.len())
+                .filter(odd)
+                .any(|index| spoils(&words[index])))
 }
 
-/// Tells whether the text before a unit without brackets is a name and nothing else, so that
-/// the unit is that of the column: no number, no prefix, no operator, no other unit. In
-/// `suffixed` names, `acc_y_2_g`, a last part of one digit counts sensors.
-fn is_name(label: &str, suffixed: bool) -> bool {
-    let mut depth = 0_i32;
-    for character in label.chars() {
-        depth += i32::from(matches!(character, '(' | '[' | '{'));
-        depth -= i32::from(matches!(character, ')' | ']' | '}'));
-        if depth < 0 {
-            return false;
-        }
-    }
-    if depth != 0 || label.contains(OPERATORS) || (!suffixed && label.contains('/')) {
-        return false;
-    }
-    let parts: Vec<&str> = label
-        .split(|character: char| !character.is_alphanumeric())
-        .filter(|part| !part.is_empty())
-        .collect();
-    let is_number = |part: &str| part.starts_with(|first: char| first.is_ascii_digit());
-    let numbered = if suffixed {
-        match parts.as_slice() {
-            [.., before, last] if is_number(last) => {
-                is_number(before) || last.len() > 1 || *last == "0"
-            }
-            _ => false,
-        }
-    } else {
-        label.split_whitespace().any(is_factor)
-    };
-    let is_unit = |part: &str| {
-        is_foreign(part)
-            || AccelerationUnit::from_spelling(part).is_some()
-            || TimeUnit::from_spelling(part).is_some()
-    };
-    let other = parts
-        .iter()
-        .any(|part| NO_NAMES.contains(&part.to_lowercase().as_str()) || is_unit(part));
-    // Before a unit these are prefixes, a volt, or the word that leads to the unit.
-    let spoilt = matches!(parts.last(), Some(&("k" | "m" | "µ" | "μ" | "V" | "in")));
-    !numbered && !other && !spoilt
-}
-
-/// Words behind a name for time that are units and not read.
-static OTHER_TIMES: Words = word_list!("name-other-times");
-
-/// Tells whether a name for time holds a unit that is not read, or a number with a unit.
-fn says_other_time(cell: &str) -> bool {
-    words(cell).iter().any(|word| {
-        OTHER_TIMES.contains(&word.as_str())
-            || (word.starts_with(|first: char| first.is_ascii_digit())
-                && word.chars().any(char::is_alphabetic))
-    })
-}
-
-/// Finds `a / m/s^2`, `t/s`, `a in g`, `a, g` and `Acceleration y g`, provided that the words
-/// before mean what the unit measures: in `v m/s` the `s` is no unit of time.
-fn unit_after_word(cell: &str) -> Found {
-    let fits = |label: &str, unit: &str| {
-        let means = |list: &[&str]| words(label).iter().any(|w| list.contains(&w.as_str()));
-        if AccelerationUnit::from_spelling(unit).is_some() {
-            means(&ACCELERATION) || means(&LATERAL_ACCELERATION) || means(&LATERAL)
-        } else {
-            TimeUnit::from_spelling(unit).is_some() && says_time(label)
-        }
-    };
-    let found = [" / ", " in ", ", ", "/"]
-        .iter()
-        .filter_map(|separator| cell.split_once(separator))
-        .chain(cell.rsplit_once(' '))
-        .find(|(label, unit)| fits(label, unit));
-    match found {
-        Some((label, unit)) if is_name(label, false) => {
-            Found::Unit(label.to_string(), unit.trim().to_string())
-        }
-        Some(_) => Found::Doubtful,
-        None => Found::Nothing,
-    }
-}
+/// Names of the other axes, which say nothing of a unit.
+const AXES: [&str; 4] = ["x", "z", "ax", "az"];
 
 /// Endings of names that are units, with the unit they mean. `_ms2` is not among them, since it
 /// may stand for m/s² as well as for ms².
@@ -631,34 +517,49 @@ const SUFFIXES: &[(&str, &str)] = &[
     ("_g", "g"),
 ];
 
-/// Endings of names for time.
-const TIME_SUFFIXES: &[(&str, &str)] = &[
-    ("_s", "s"),
-    ("_sec", "s"),
-    ("_seconds", "s"),
-    ("_ms", "ms"),
-    ("_msec", "ms"),
-    ("_us", "us"),
-    ("_usec", "us"),
-];
-
-fn unit_suffix(cell: &str) -> Found {
+/// Finds `a / m/s^2`, `t/s`, `a in g`, `a, g`, `Acceleration y g`, `acc_y_g` and `time_ms`.
+fn unit_at_the_end(cell: &str) -> Option<(String, String)> {
     let lower = cell.to_ascii_lowercase();
-    let ends_with = |list: &[(&'static str, &'static str)]| {
-        list.iter().find_map(|(ending, unit)| {
-            let label = lower.strip_suffix(ending)?;
-            (!label.is_empty()).then(|| (cell[..label.len()].to_string(), (*unit).to_string()))
+    let suffixed = SUFFIXES.iter().find_map(|(ending, unit)| {
+        let label = lower
+            .strip_suffix(ending)
+            .filter(|label| !label.is_empty())?;
+        Some((&cell[..label.len()], *unit))
+    });
+    let split = [" / ", " in ", ", ", "/"]
+        .iter()
+        .filter_map(|separator| cell.split_once(separator))
+        .chain(cell.rsplit_once(' '))
+        .chain(cell.rsplit_once('_'))
+        .filter(|(_, unit)| is_known_unit(unit));
+    suffixed
+        .into_iter()
+        .chain(split)
+        .map(|(label, unit)| (label.trim().to_string(), unit.trim().to_string()))
+        .find(|(label, unit)| {
+            // In `v m/s` the `s` is no unit of time.
+            let of_time = TimeUnit::from_spelling(unit).is_some();
+            if of_time {
+                says_time(label)
+            } else {
+                let words = words(label);
+                words
+                    .iter()
+                    .any(|word| is_lateral(word) || listed(&ACCELERATION, word))
+            }
         })
-    };
-    let found = ends_with(SUFFIXES)
-        .or_else(|| ends_with(TIME_SUFFIXES).filter(|(label, _)| says_time(label)));
-    match found {
-        Some((label, unit)) if is_name(&label, true) => Found::Unit(label, unit),
-        Some(_) => Found::Doubtful,
-        // `seconds` and `ms` are name and unit at once.
-        None if says_time(cell) && TimeUnit::from_spelling(cell).is_some() => {
-            Found::Unit(cell.to_string(), cell.to_string())
-        }
-        None => Found::Nothing,
+}
+
+/// Tells whether what stands before a unit without brackets is a name and nothing else, so that
+/// the unit is that of the column: no number but one that counts sensors, as in `acc_y_2_g`.
+fn names_alone(label: &str, unit: &str) -> bool {
+    let words = words(label);
+    if TimeUnit::from_spelling(unit).is_some() {
+        let no_number = |word: &String| is_time_word(word) && !word.starts_with(char::is_numeric);
+        return words.iter().all(no_number);
     }
+    let counts =
+        |word: &str| word.len() == 1 && word != "0" && label.ends_with(&format!("_{word}"));
+    let last = words.last().map_or("", String::as_str);
+    !spoils_unit(label) && (!last.starts_with(char::is_numeric) || counts(last))
 }

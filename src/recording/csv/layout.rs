@@ -1,5 +1,6 @@
 //! Layouts: which rows are header, which column is time, which one is the lateral acceleration.
 
+use super::begin::{self, Begin};
 use super::cell::{ONE_CELL, shown, unreadable};
 use super::date;
 use super::dialect::{self, FEW_ROWS, SAMPLE_BYTES, Separator};
@@ -59,8 +60,6 @@ pub(super) struct TableLayout {
     named: bool,
     /// The first cells of the first column, as numbers.
     first_column: Vec<f64>,
-    /// Whether a column's first cells go up or down by steps that are mostly alike.
-    steady: Vec<bool>,
 }
 
 impl TableLayout {
@@ -68,60 +67,59 @@ impl TableLayout {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Empty`] without a data row, [`ErrorKind::Malformed`] where header and rows do
-    /// not fit one another.
+    /// [`ErrorKind::Empty`] without a data row, [`ErrorKind::Malformed`] where it is not clear
+    /// with which line the table begins.
     pub(super) fn find(
         text: &[u8],
         separator: Separator,
         quoted: bool,
         options: &ReadOptions,
-        findings: &mut Vec<Finding>,
     ) -> Result<Self, Error> {
         let rows = first_rows(text, separator, quoted)?;
-        let header_rows = count_header_rows(text, &rows)?;
-        let data = &rows[header_rows..];
+        let stated = options.header_line.is_some() || options.skip_lines.is_some();
+        let header_rows = match options.header_line {
+            Some(line) => rows_of_header(text, &rows, line)?,
+            None => count_header_rows(text, &rows)?,
+        };
+        let (header, data) = rows.split_at(header_rows);
         let first = &data[0];
-        let (columns, named) = if header_rows == 0 {
-            refuse_split_decimals(text, separator, data)?;
-            refuse_column_numbers(text, data)?;
+        let (columns, named) = if header.is_empty() {
+            if !stated {
+                refuse_doubtful_start(text, separator, data, options)?;
+            }
             (unnamed(filled_cells(first)), false)
         } else {
-            match name_columns(&rows[..header_rows], first) {
-                Ok(columns) => (columns, true),
-                Err(found) if chosen_by_number(options) => {
-                    findings.push(Finding::warning(
-                        "header-mismatch",
-                        format!("the header has {found} cells and the rows have {}; the header was left aside, the columns were taken by number", first.len()),
-                    ));
-                    (unnamed(filled_cells(first)), false)
-                }
-                Err(found) => {
-                    return Err(Error::from(ErrorKind::Malformed {
-                        expected: format!("{} header cells, as many as the rows have", first.len()),
-                        found: format!("{found}"),
-                        hint: "mend the header, or choose the setting `channel` and the setting `time_column` by number; numbers with a decimal comma need ; or tabs between them".into(),
-                    })
-                    .at(line_of(text, &rows[0])));
-                }
-            }
+            let named = name_columns(header, first).map_err(|found| {
+                let found = format!("{found} header cells over rows of {}", first.len());
+                where_it_begins(
+                    text,
+                    &rows[0],
+                    "as many header cells as the rows have",
+                    &found,
+                )
+            });
+            (named?, true)
         };
-        let layout = Self {
+        let ragged = data.iter().any(|row| row.len() != first.len());
+        let data_line = line_of(text, first).line.unwrap_or(0);
+        if !stated && ragged && begin::find(text).is_some_and(|found| found.data > data_line) {
+            let found = "rows of different lengths";
+            return Err(where_it_begins(text, first, "rows of one length", found));
+        }
+        Ok(Self {
             separator,
             quoted,
             header_rows,
             cells: first.len(),
             numeric: mostly(&columns, data, number::is_numeric),
             dated: mostly(&columns, data, date::is_date),
-            steady: steady(&columns, data),
             columns,
             named,
             first_column: data
                 .iter()
                 .filter_map(|row| number::parse(row.get(0)?, &mut Decimal::Unknown).ok())
                 .collect(),
-        };
-        layout.refuse_contradicting_units(text, &rows)?;
-        Ok(layout)
+        })
     }
 
     /// Checks that a data row has the cells of the first one.
@@ -254,7 +252,7 @@ impl TableLayout {
     /// names say so, and without stamps also those whose numbers do; each with whether its name
     /// says so.
     pub(super) fn counters(&self, time: &TimeSource, wanted: &[usize]) -> Vec<(usize, bool)> {
-        const MOST: usize = 2;
+        const MOST: usize = 4;
         let stamped = match time {
             TimeSource::Column { index, .. } => Some(*index),
             TimeSource::Rate(_) => None,
@@ -269,11 +267,11 @@ impl TableLayout {
             .filter(free)
             .filter(|index| self.is_index(*index))
             .map(|index| (index, true));
-        let steady = (0..self.columns.len())
+        let others = (0..self.columns.len())
             .filter(free)
-            .filter(|index| stamped.is_none() && !self.is_index(*index) && self.steady[*index])
+            .filter(|index| stamped.is_none() && !self.is_index(*index))
             .map(|index| (index, false));
-        named.take(MOST).chain(steady.take(MOST)).collect()
+        named.take(MOST).chain(others.take(MOST)).collect()
     }
 
     /// Returns the first column if nothing is named and its numbers run like time.
@@ -335,7 +333,7 @@ impl TableLayout {
             && (column.unit_text.is_some() || column.doubtful || column.name.contains(['(', '[']))
         {
             return Err(Error::from(ErrorKind::Malformed {
-                expected: "a time in s, ms or us".into(),
+                expected: "a time in s, ms, us or ns".into(),
                 found: format!(
                     "`{}`{}",
                     column.name,
@@ -344,7 +342,7 @@ impl TableLayout {
                         .as_ref()
                         .map_or(String::new(), |text| format!(" in `{text}`"))
                 ),
-                hint: "state its unit with the setting `time_unit` = s|ms|us".into(),
+                hint: "state its unit with the setting `time_unit` = s|ms|us|ns".into(),
             }));
         }
         if unit.is_none() {
@@ -408,20 +406,13 @@ impl TableLayout {
                     .collect(),
             });
         }
-        // A column of nothing but faults: reading it says what is wrong, and where.
-        let others: Vec<usize> = (0..self.columns.len())
-            .filter(|i| Some(*i) != time && !self.is_index(*i))
-            .collect();
-        if candidates.is_empty() && others.len() == 1 {
-            return self.lateral(&others);
-        }
-        let lateral = |i: &usize| self.columns[*i].says_lateral_acceleration();
-        if self.named && !candidates.iter().any(lateral) && others.iter().any(lateral) {
-            // No other column stands in for one that says it is the one and cannot be read.
-            let lost: Vec<usize> = others.into_iter().filter(lateral).collect();
-            return self.lateral(&lost);
-        }
-        self.lateral(&candidates)
+        // One that says that it is the one, or alone could be, is read though its first cells are
+        // faults: reading it says what is wrong, and where.
+        let others = (0..self.columns.len()).filter(|i| Some(*i) != time && !self.is_index(*i));
+        let alone = others.clone().count() == 1;
+        let meant = others
+            .filter(|i| alone || self.numeric[*i] || self.columns[*i].says_lateral_acceleration());
+        self.lateral(&meant.collect::<Vec<usize>>())
     }
 
     fn lateral(&self, candidates: &[usize]) -> Result<ColumnChoice, Error> {
@@ -531,24 +522,6 @@ impl TableLayout {
         }
         names.join(", ")
     }
-
-    fn refuse_contradicting_units(&self, text: &[u8], rows: &[ByteRecord]) -> Result<(), Error> {
-        if !self.named || self.header_rows < 2 {
-            return Ok(());
-        }
-        for (index, cell) in rows[1].iter().enumerate().take(self.columns.len()) {
-            let mut column = Column::from_header(&text_of(&rows[0], index), index + 1);
-            if !column.take_units_row(&String::from_utf8_lossy(cell)) {
-                return Err(Error::from(ErrorKind::Malformed {
-                    expected: format!("the unit of the header cell `{}`", column.name),
-                    found: format!("`{}` in the units row", shown(cell)),
-                    hint: "mend the header, so that it states one unit".into(),
-                })
-                .at(line_of(text, &rows[1]).column(index as u64 + 1)));
-            }
-        }
-        Ok(())
-    }
 }
 
 /// Tells of each column whether at least half of its first cells are such.
@@ -557,27 +530,6 @@ fn mostly(columns: &[Column], data: &[ByteRecord], such: fn(&[u8]) -> bool) -> V
         .map(|index| {
             let cells = data.iter().filter(|row| row.get(index).is_some_and(such));
             2 * cells.count() >= data.len()
-        })
-        .collect()
-}
-
-/// Tells of each column whether half of its first steps are alike, and none of these is zero.
-fn steady(columns: &[Column], data: &[ByteRecord]) -> Vec<bool> {
-    (0..columns.len())
-        .map(|index| {
-            let numbers: Vec<f64> = data
-                .iter()
-                .filter_map(|row| number::parse(row.get(index)?, &mut Decimal::Unknown).ok())
-                .collect();
-            let mut steps: Vec<f64> = numbers.windows(2).map(|pair| pair[1] - pair[0]).collect();
-            steps.sort_unstable_by(f64::total_cmp);
-            let Some(usual) = steps.get(steps.len() / 2).copied() else {
-                return false;
-            };
-            let alike = steps
-                .iter()
-                .filter(|step| (*step - usual).abs() <= 0.25 * usual.abs());
-            usual.abs() > 0.0 && 2 * alike.count() >= steps.len()
         })
         .collect()
 }
@@ -596,76 +548,98 @@ fn first_rows(text: &[u8], separator: Separator, quoted: bool) -> Result<Vec<Byt
     Ok(rows)
 }
 
+fn has_number(row: &ByteRecord) -> bool {
+    row.iter().any(number::is_numeric)
+}
+
+fn has_unit(row: &ByteRecord) -> bool {
+    row.iter()
+        .any(|cell| is_known_unit(&String::from_utf8_lossy(cell)))
+}
+
+fn no_rows(found: &str) -> Error {
+    ErrorKind::Empty {
+        found: found.into(),
+        expected: "rows of numbers".into(),
+    }
+    .into()
+}
+
+/// Counts the rows before the data where a person states the line of the names: these, and what
+/// stands between them and the first number.
+fn rows_of_header(text: &[u8], rows: &[ByteRecord], line: u32) -> Result<usize, Error> {
+    let names = rows
+        .first()
+        .ok_or_else(|| no_rows("the file holds no rows"))?;
+    let place = line_of(text, names);
+    if place.line != Some(u64::from(line)) {
+        return Err(Error::from(ErrorKind::Malformed {
+            expected: format!("the names of the columns on line {line}"),
+            found: "an empty line or a comment".into(),
+            hint: "state another line with the setting `header_line`".into(),
+        })
+        .at(Place::default().line(u64::from(line))));
+    }
+    let data = rows.iter().skip(1).position(has_number);
+    data.map(|between| between + 1)
+        .ok_or_else(|| no_rows("no row of numbers follows the header"))
+}
+
 /// Counts the rows before the data: none, names, or names and units.
 fn count_header_rows(text: &[u8], rows: &[ByteRecord]) -> Result<usize, Error> {
-    let has_number = |row: &ByteRecord| row.iter().any(number::is_numeric);
-    let is_unit = |cell: &[u8]| is_known_unit(&String::from_utf8_lossy(cell));
-    let empty = |found: &str| -> Result<usize, Error> {
-        Err(ErrorKind::Empty {
-            found: found.into(),
-            expected: "rows of numbers".into(),
-        }
-        .into())
-    };
-    let words = |row: &ByteRecord, expected: &str| -> Result<usize, Error> {
+    let words = |row: &ByteRecord, expected: &str| {
         let cell = row.iter().find(|cell| !cell.trim_ascii().is_empty());
-        let cell = cell.unwrap_or_default();
-        let one_cell = row.len() == 1 && cell.iter().any(|byte| matches!(byte, b',' | b';' | b'|'));
-        Err(Error::from(ErrorKind::Malformed {
-            expected: expected.into(),
-            found: format!("`{}`", shown(cell)),
-            hint: if one_cell {
-                ONE_CELL.into()
-            } else {
-                "begin lines of words before the header with #".into()
-            },
-        })
-        .at(line_of(text, row)))
+        let found = format!("`{}`", shown(cell.unwrap_or_default()));
+        Err(where_it_begins(text, row, expected, &found))
     };
     let Some(names) = rows.first() else {
-        return empty("the file holds no rows");
+        return Err(no_rows("the file holds no rows"));
     };
     if has_number(names) {
-        refuse_preamble(text, rows)?;
+        // Lines such as `Rate,10000` above a header are no samples.
+        let word = |cell: &[u8]| !number::is_numeric(cell) && !date::is_date(cell);
+        let filled = |cell: &&[u8]| !cell.trim_ascii().is_empty();
+        let is_header = |row: &ByteRecord| filled_cells(row) > 0 && row.iter().all(word);
+        let header = rows.iter().position(is_header).unwrap_or(rows.len());
+        if names.iter().any(|cell| filled(&cell) && word(cell))
+            && rows[header..].iter().any(has_number)
+        {
+            return words(names, "a header or numbers in the first row");
+        }
         return Ok(0);
     }
-    match rows.get(1) {
-        None => empty("the file holds a header and no rows"),
-        Some(row) if has_number(row) => Ok(1),
-        Some(row) if row.iter().any(is_unit) => match rows.get(2) {
-            None => empty("the file holds a header and no rows"),
-            Some(row) if has_number(row) => Ok(2),
-            Some(row) => words(row, "numbers after names and units"),
-        },
-        Some(row) => words(row, "numbers or a row of units after the header"),
+    match (rows.get(1), rows.get(2)) {
+        (None, _) => Err(no_rows("the file holds a header and no rows")),
+        (Some(row), _) if has_number(row) => Ok(1),
+        (Some(units), None) if has_unit(units) => {
+            Err(no_rows("the file holds a header and no rows"))
+        }
+        (Some(units), Some(row)) if has_unit(units) && has_number(row) => Ok(2),
+        (Some(units), Some(row)) if has_unit(units) => words(row, "numbers after names and units"),
+        (Some(row), _) => words(row, "numbers or a row of units after the header"),
     }
 }
 
-/// Refuses lines such as `Rate,10000` above a header: they are no samples.
-fn refuse_preamble(text: &[u8], rows: &[ByteRecord]) -> Result<(), Error> {
-    let filled = |cell: &&[u8]| !cell.trim_ascii().is_empty();
-    let word = |cell: &[u8]| !number::is_numeric(cell) && !date::is_date(cell);
-    let words = |row: &ByteRecord| row.iter().filter(filled).count() > 0 && row.iter().all(word);
-    let header = rows.iter().position(words);
-    let above = rows[0].iter().find(|cell| filled(cell) && word(cell));
-    if let (Some(header), Some(cell)) = (header, above)
-        && rows[header + 1..]
-            .iter()
-            .any(|row| row.iter().any(number::is_numeric))
-    {
-        let place = line_of(text, &rows[header]);
-        return Err(Error::from(ErrorKind::Malformed {
-            expected: "a header or numbers in the first row".into(),
-            found: format!(
-                "`{}`, and a header on line {}",
-                shown(cell),
-                place.line.unwrap_or(0)
-            ),
-            hint: "begin lines above the header with #".into(),
-        })
-        .at(line_of(text, &rows[0])));
-    }
-    Ok(())
+/// Says that it is not clear where the table begins, and with which setting it would be.
+fn where_it_begins(text: &[u8], row: &ByteRecord, expected: &str, found: &str) -> Error {
+    let hint = match begin::find(text) {
+        Some(Begin {
+            header: Some(line), ..
+        }) => format!(
+            "the columns seem to be named on line {line}; if so, state the setting `header_line` = {line}"
+        ),
+        Some(Begin { data, .. }) => format!(
+            "the samples seem to begin on line {data} without names; if so, state the setting `skip_lines` = {}",
+            data - 1
+        ),
+        None => ONE_CELL.into(),
+    };
+    Error::from(ErrorKind::Malformed {
+        expected: expected.into(),
+        found: found.into(),
+        hint,
+    })
+    .at(line_of(text, row))
 }
 
 /// Builds the columns from the header rows; the number of header cells if they do not fit.
@@ -679,101 +653,80 @@ fn name_columns(header: &[ByteRecord], first: &ByteRecord) -> Result<Vec<Column>
     let filled = |cell: &&[u8]| !cell.trim_ascii().is_empty();
     // A header of nothing but units, `s;g`, is a units row without names.
     let units_alone = header.len() == 1 && names.iter().filter(filled).all(is_unit);
-    let mut columns: Vec<Column> = (0..count)
-        .map(|index| {
-            if units_alone {
-                Column::unnamed(index + 1)
-            } else {
-                Column::from_header(&text_of(names, index), index + 1)
-            }
-        })
-        .collect();
-    let units = if units_alone {
-        Some(names)
-    } else {
-        header.get(1)
+    let name = |index: usize| match units_alone {
+        true => Column::unnamed(index + 1),
+        false => Column::from_header(&text_of(names, index), index + 1),
     };
-    if let Some(units) = units {
+    let mut columns: Vec<Column> = (0..count).map(name).collect();
+    // Of further rows only one of units is read; descriptions are passed over.
+    let below = if units_alone { header } else { &header[1..] };
+    if let Some(units) = below.iter().find(|row| has_unit(row)) {
         if filled_cells(units) > count {
             return Err(filled_cells(units));
         }
         for (index, column) in columns.iter_mut().enumerate() {
-            column.take_units_row(&text_of(units, index));
+            *column = std::mem::take(column).with_unit(&text_of(units, index), "units row");
         }
     }
     Ok(columns)
 }
 
-/// Refuses rows such as `0,5` without a header: two cells, or one with a decimal comma?
-fn refuse_split_decimals(
+/// Refuses a first row without a header above it that may be none of samples: `0,5`, one number
+/// or two, and `0,1,2` over rows of which no other is whole, as some exports number columns.
+fn refuse_doubtful_start(
     text: &[u8],
     separator: Separator,
     data: &[ByteRecord],
+    options: &ReadOptions,
 ) -> Result<(), Error> {
-    let digits = |cell: &[u8]| !cell.is_empty() && cell.iter().all(u8::is_ascii_digit);
-    let split = |row: &ByteRecord| {
-        row.len() == 2 && digits(row[0].strip_prefix(b"-").unwrap_or(&row[0])) && digits(&row[1])
-    };
-    if separator == Separator::Comma && data.iter().all(split) {
-        let row = &data[0];
-        return Err(Error::from(ErrorKind::Malformed {
-            expected: "a separator that cannot be a decimal comma".into(),
-            found: format!("`{},{}`", shown(&row[0]), shown(&row[1])),
-            hint: "write decimal points, or add a header line such as t,a".into(),
-        })
-        .at(line_of(text, row)));
-    }
-    Ok(())
-}
-
-/// Refuses a first row `0,1,2` over rows that hold no whole numbers but in the first column: it
-/// is the header that some exports number their columns with, and not a sample.
-fn refuse_column_numbers(text: &[u8], data: &[ByteRecord]) -> Result<(), Error> {
-    let Some((first, rows)) = data.split_first() else {
-        return Ok(());
-    };
-    let filled: Vec<&[u8]> = first
-        .iter()
-        .map(<[u8]>::trim_ascii)
-        .filter(|cell| !cell.is_empty())
-        .collect();
-    let counts = filled
-        .iter()
-        .enumerate()
-        .all(|(number, cell)| *cell == number.to_string().as_bytes());
     let whole = |cell: &[u8]| {
-        let cell = cell.trim_ascii();
-        let digits = cell.strip_prefix(b"-").unwrap_or(cell);
+        let digits = cell.trim_ascii();
+        let digits = digits.strip_prefix(b"-").unwrap_or(digits);
         !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
     };
-    if filled.len() < 2
-        || !counts
-        || rows.is_empty()
-        || rows.iter().any(|row| row.iter().skip(1).any(whole))
-    {
-        return Ok(());
-    }
-    let names: Vec<String> = filled.into_iter().map(shown).collect();
-    Err(Error::from(ErrorKind::Malformed {
-        expected: "a header of names, or rows of samples".into(),
-        found: format!(
-            "`{}`, which counts the columns or is the only row of whole numbers",
-            names.join(" ")
-        ),
-        hint: "put # before it if it is a header, or write its numbers as in the rows below".into(),
-    })
-    .at(line_of(text, first)))
-}
-
-/// Tells whether the options choose every column by number, so that no header is needed.
-fn chosen_by_number(options: &ReadOptions) -> bool {
-    let number = |name: &Option<String>| {
-        name.as_ref()
-            .is_some_and(|name| name.trim().parse::<usize>().is_ok())
+    let (first, rows) = data.split_first().expect("a layout has a row");
+    let doubt = |expected: &str, hint: &str| {
+        let cells: Vec<String> = first.iter().map(shown).collect();
+        Err(Error::from(ErrorKind::Malformed {
+            expected: expected.into(),
+            found: format!("`{}`", cells.join(",")),
+            hint: hint.into(),
+        })
+        .at(line_of(text, first)))
     };
-    number(&options.channel)
-        && (number(&options.time_column)
-            || (options.time_column.is_none() && options.rate_hz.is_some()))
+    let split = |row: &ByteRecord| {
+        row.len() == 2 && whole(&row[0]) && whole(&row[1]) && !row[1].starts_with(b"-")
+    };
+    if separator == Separator::Comma && options.decimal.is_none() && data.iter().all(split) {
+        return doubt(
+            "a separator that cannot be a decimal comma",
+            "state the setting `decimal` = . where the comma separates cells, or the setting `decimal` = , where it is none",
+        );
+    }
+    let line = line_of(text, first).line.unwrap_or(0);
+    if begin::is_commented_header(text, line, separator, filled_cells(first)) {
+        let hint = format!(
+            "state the setting `header_line` = {} if that line names them, or the setting `skip_lines` = {} if it does not",
+            line - 1,
+            line - 1
+        );
+        return doubt(
+            "names of the columns, which seem to stand in the comment above",
+            &hint,
+        );
+    }
+    let filled = first.iter().take(filled_cells(first));
+    let counts = filled
+        .enumerate()
+        .all(|(number, cell)| cell.trim_ascii() == number.to_string().as_bytes());
+    let others = |row: &ByteRecord| row.iter().skip(1).any(whole);
+    if counts && filled_cells(first) > 1 && !rows.is_empty() && !rows.iter().any(others) {
+        return doubt(
+            "a header of names, or rows of samples, not what counts the columns",
+            "state the setting `header_line` = 1 if it is a header, or the setting `skip_lines` = 0 if it is a sample",
+        );
+    }
+    Ok(())
 }
 
 fn unnamed(count: usize) -> Vec<Column> {

@@ -8,6 +8,7 @@ use super::records::{Records, Row};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::number::{self, Decimal, Marks, PrintedDigits};
 use crate::recording::{Limits, ReadOptions, Selection};
+use crate::units::DecimalMark;
 
 /// What became of a wanted column.
 #[derive(Debug, Clone)]
@@ -41,13 +42,22 @@ pub(super) struct Rows {
     pub(super) count: usize,
     /// Rows that repeat the one before to the last cell, and the line of the first.
     pub(super) repeated: Option<(usize, u64)>,
-    /// Whether stamps repeat those before, so that only a stated rate can tell the time.
-    pub(super) stamps_repeat: bool,
+    /// Size of each stamp's last digit [s], where stamps repeat those before, so that only a
+    /// stated rate can tell the time.
+    pub(super) coarse_digits_s: Option<Vec<f64>>,
     /// Whether the numbers have a decimal comma.
     pub(super) decimal_comma: bool,
     /// The counts of the columns that count the rows, in their order; of one with a cell that is
     /// no number the reason.
     pub(super) counts: Vec<ColumnResult>,
+}
+
+impl Rows {
+    /// Returns the size of the coarsest stamp's last digit [s]; 0 unless stamps repeat.
+    fn coarsest_digit_s(&self) -> f64 {
+        let digits = self.coarse_digits_s.iter().flatten();
+        digits.copied().fold(0.0, f64::max)
+    }
 }
 
 /// Reads the rows once for all that is wanted; gives the rows, or the first bad cell at its line
@@ -60,29 +70,12 @@ pub(super) fn read(
     options: &ReadOptions,
     limits: &Limits,
 ) -> Vec<Result<Rows, Error>> {
-    // One column alone is all there is: what reads without a fault is the same for both.
-    if let [first, second] = wanted
-        && first.selection == Selection::Lateral
-        && (first.columns, &first.counters) == (second.columns, &second.counters)
-    {
-        let read_one = |one| {
-            read(
-                text,
-                layout,
-                time,
-                std::slice::from_ref(one),
-                options,
-                limits,
-            )
-        };
-        let mut rows = read_one(first);
-        match rows.first() {
-            Some(Ok(_)) => rows.extend_from_within(..),
-            _ => rows.extend(read_one(second)),
-        }
-        return rows;
-    }
-    let table = RowTable { text, layout, time };
+    let table = RowTable {
+        text,
+        layout,
+        time,
+        decimal: options.decimal,
+    };
     let mut rows = table.pass(wanted, false, limits);
     let stamps_are_numbers = !matches!(time, TimeSource::Column { dated: true, .. });
     if let (true, Some(rate)) = (stamps_are_numbers, options.rate_hz) {
@@ -91,7 +84,7 @@ pub(super) fn read(
             if rows.as_ref().is_err_and(is_repeated)
                 && let Some(Ok(again)) =
                     table.pass(std::slice::from_ref(wanted), true, limits).pop()
-                && again.printed_digit_s * rate > 1.01
+                && again.coarsest_digit_s() * rate > 1.01
             {
                 *rows = Ok(again);
             }
@@ -106,6 +99,8 @@ struct RowTable<'a> {
     text: &'a [u8],
     layout: &'a TableLayout,
     time: &'a TimeSource,
+    /// The decimal mark that a person states.
+    decimal: Option<DecimalMark>,
 }
 
 impl RowTable<'_> {
@@ -185,10 +180,10 @@ impl<'a> Gathering<'a> {
             TimeSource::Rate(_) => (None, false),
         };
         // Between commas only quotes can hold a number with a comma together.
-        let decimal = if table.between_commas() && !table.layout.quoted {
-            Decimal::PointOnly
-        } else {
-            Decimal::Unknown
+        let decimal = match table.decimal {
+            Some(mark) => Decimal::Stated(mark),
+            None if table.between_commas() && !table.layout.quoted => Decimal::PointOnly,
+            None => Decimal::Unknown,
         };
         let none_yet = |columns: &[usize]| vec![ColumnResult::Kept(Vec::new()); columns.len()];
         Self {
@@ -200,7 +195,7 @@ impl<'a> Gathering<'a> {
                 values: none_yet(wanted.columns),
                 count: 0,
                 repeated: None,
-                stamps_repeat: repeating,
+                coarse_digits_s: repeating.then(Vec::new),
                 decimal_comma: false,
                 counts: none_yet(&wanted.counters),
             },
@@ -235,6 +230,12 @@ impl<'a> Gathering<'a> {
             if self.dates.is_none() {
                 self.digits.count(&row[column]);
                 self.stamp_marks.look(row, column);
+                if let Some(digits) = &mut self.rows.coarse_digits_s {
+                    // Zero has the digits of its neighbours.
+                    let own = PrintedDigits::of_cell(&row[column]) / per_second;
+                    let before = digits.last().copied().unwrap_or(0.0);
+                    digits.push(if own > 0.0 { own } else { before });
+                }
             }
             self.rows.stamps_s.push(stamp);
             self.last_byte = row.byte;
@@ -298,7 +299,8 @@ impl<'a> Gathering<'a> {
         let Some(previous) = self.rows.stamps_s.last().copied() else {
             return Ok(false);
         };
-        if stamp > previous || (stamp >= previous && self.rows.stamps_repeat) {
+        let repeating = self.rows.coarse_digits_s.is_some();
+        if stamp > previous || (stamp >= previous && repeating) {
             return Ok(false);
         }
         let text = self.table.text;
@@ -321,10 +323,11 @@ impl<'a> Gathering<'a> {
         let text = self.table.text;
         // Between commas a comma in a number more often separates thousands.
         let strict = self.table.between_commas() && self.decimal == Decimal::Comma;
-        if let Some(error) = self.stamp_marks.error(text, strict) {
+        let doubted = self.table.decimal.is_none();
+        if let Some(error) = self.stamp_marks.error(text, strict).filter(|_| doubted) {
             return Err(error);
         }
-        if !self.stamp_marks.marks.decimal {
+        if doubted && !self.stamp_marks.marks.decimal {
             for (result, marks) in self.rows.values.iter_mut().zip(&self.marks) {
                 if let (Some(error), ColumnResult::Kept(_)) = (marks.error(text, strict), &result) {
                     if self.wanted.selection == Selection::Lateral {
@@ -340,7 +343,8 @@ impl<'a> Gathering<'a> {
                 self.digits.last_digit() / stamped.map_or(1.0, |(_, per_second)| per_second)
             }
         };
-        self.rows.decimal_comma = self.decimal == Decimal::Comma;
+        self.rows.decimal_comma =
+            self.decimal == Decimal::Comma || self.decimal == Decimal::Stated(DecimalMark::Comma);
         Ok(self.rows)
     }
 }
@@ -388,7 +392,7 @@ impl AmbiguousMarks {
                 found: format!(
                     "`{cell}`, and no number in the column whose mark can only be a decimal one"
                 ),
-                hint: "the mark may separate thousands or decimals; export without marks between thousands, and with the same number of decimals in every row".into(),
+                hint: "state the setting `decimal` = . or the setting `decimal` = , ; the other mark then separates thousands".into(),
             })
             .at(Place::default()
                 .line(dialect::line_of_record(text, *byte))

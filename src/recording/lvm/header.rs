@@ -251,7 +251,7 @@ impl Header {
         for index in (1..columns).step_by(step) {
             let mut column = Column::from_header(&names[index], index);
             if let Some(unit) = cell("Y_Unit_Label", index) {
-                column = column.with_unit(&unit);
+                column = column.with_unit(&unit, "header");
             }
             let start = cell("X0", index).unwrap_or_else(|| "0".into());
             let Some(start_s) = text::header_number(&start) else {
@@ -320,7 +320,7 @@ impl Header {
     pub(super) fn decimal_finding(&self, found: Decimal) -> Option<Finding> {
         let mark = match found {
             Decimal::Comma => ',',
-            Decimal::Point | Decimal::PointOnly => '.',
+            Decimal::Point | Decimal::PointOnly | Decimal::Stated(_) => '.',
             Decimal::Unknown => return None,
         };
         match self.decimal {

@@ -4,7 +4,7 @@ use super::json::{self, Leaf};
 use super::protobuf;
 use super::ros::{self, DecodePlan, Dialect, plain_name};
 use super::types::{Budget, FIELDS, FieldKind, MessageTypes, too_many_fields};
-use crate::error::{Candidates, Error, ErrorKind};
+use crate::error::{Candidate, Candidates, Error, ErrorKind};
 use crate::recording::csv::header::Column as Named;
 use crate::units::AccelerationUnit;
 use std::rc::Rc;
@@ -89,9 +89,14 @@ impl Schema {
     }
 }
 
-/// Tells whether a topic's own words say a dummy, a barrier or the like.
-pub(super) fn is_elsewhere(topic: &str) -> bool {
-    Named::from_header(&topic.replace('/', " "), 0).says_elsewhere()
+/// Returns the word that keeps a field of a topic from being taken unasked. A type that is known
+/// to be an acceleration needs no word for it.
+pub(super) fn doubt(topic: &str, path: &str) -> Option<String> {
+    let words = words_of(topic, path);
+    match LATERAL.iter().any(|(_, known)| *known == path) {
+        true => words.odd_word().map(|word| format!("`{word}`")),
+        false => words.doubt(),
+    }
 }
 
 /// Tells whether a path's own words say lateral acceleration, be it a dummy's.
@@ -100,13 +105,8 @@ fn names_lateral(path: &str) -> bool {
 }
 
 /// Tells whether a path's own words say lateral acceleration of the vehicle.
-fn says_lateral(path: &str) -> bool {
-    names_lateral(path) && named(path).not_lateral_finding().is_none()
-}
-
-/// Tells whether a path's own words say a lateral acceleration that nobody has chosen yet.
-pub(super) fn says_further(path: &str) -> bool {
-    says_lateral(path) && !named(path).says_redundant()
+pub(super) fn says_lateral(path: &str) -> bool {
+    names_lateral(path) && named(path).doubt().is_none()
 }
 
 /// Reads a path as a column's name, with the unit that its end may state (`ay_g`).
@@ -216,7 +216,14 @@ impl Unfit {
         match self {
             Self::NoField(path, known) => no_field(topic, path, known),
             Self::Ambiguous(paths) => ErrorKind::AmbiguousChannel {
-                candidates: Candidates::named(paths.iter().map(|path| name_of(topic, path))),
+                candidates: Candidates(
+                    paths
+                        .iter()
+                        .map(|path| {
+                            Candidate::named(name_of(topic, path)).doubted(doubt(topic, path))
+                        })
+                        .collect(),
+                ),
             }
             .into(),
             Self::Other(error) => error.clone(),
@@ -366,12 +373,7 @@ fn wanted_paths(
         }
         WantedFields::Lateral => match lateral_path(schema_name) {
             Some(path) => vec![path.to_string()],
-            None => primary(
-                floats
-                    .into_iter()
-                    .filter(|path| says_lateral(path))
-                    .collect(),
-            ),
+            None => plain(floats.iter())?,
         },
     };
     match (wanted, paths.as_slice()) {
@@ -381,14 +383,20 @@ fn wanted_paths(
     }
 }
 
-/// Leaves redundant sensors out where there is a primary one.
-fn primary(paths: Vec<String>) -> Vec<String> {
-    let is_primary = |path: &String| !named(path).says_redundant();
-    if paths.iter().any(is_primary) {
-        paths.into_iter().filter(is_primary).collect()
-    } else {
-        paths
+/// Returns the paths whose words plainly say lateral acceleration.
+///
+/// # Errors
+///
+/// [`Unfit::Ambiguous`] with those that only may, if no other does.
+fn plain<'a>(paths: impl Iterator<Item = &'a String> + Clone) -> Result<Vec<String>, Unfit> {
+    let of = |wanted: fn(&str) -> bool| -> Vec<String> {
+        paths.clone().filter(|path| wanted(path)).cloned().collect()
+    };
+    let (plain, possible) = (of(says_lateral), of(names_lateral));
+    if plain.is_empty() && !possible.is_empty() {
+        return Err(Unfit::Ambiguous(possible));
     }
+    Ok(plain)
 }
 
 /// Returns the first names of a list for a message.
@@ -414,9 +422,13 @@ fn json_fields(numbers: &[(String, bool)], wanted: &WantedFields) -> Result<Vec<
         WantedFields::Path(path) if has(path) => Ok(vec![path.clone()]),
         WantedFields::Path(path) => Err(Unfit::NoField(path.clone(), listed(numbers))),
         WantedFields::Lateral => {
-            let named = singles.filter(|path| says_lateral(path) && !of_types.contains(path));
-            let named = primary(named.cloned().collect());
-            let found = [of_types.clone(), named].concat();
+            let others = singles.filter(|path| !of_types.contains(path));
+            let found = if of_types.is_empty() {
+                plain(others)?
+            } else {
+                let named = others.filter(|path| says_lateral(path)).cloned();
+                of_types.iter().cloned().chain(named).collect()
+            };
             if found.len() > 1 {
                 return Err(Unfit::Ambiguous(found));
             }

@@ -3,7 +3,7 @@
 use super::json::{self, Leaf};
 use super::layout::{
     self, ESTIMATE, Extractor, FRAME, Laid, MessageLayout, Unfit, WantedFields, damaged_message,
-    name_of, says_further,
+    name_of, says_lateral,
 };
 use super::ros::Dialect;
 use super::{cdr, protobuf, records};
@@ -278,6 +278,24 @@ impl TopicSeries {
         }
     }
 
+    /// Tells whether several of its fields could be meant.
+    pub(super) fn is_ambiguous(&self) -> bool {
+        let kind = self.error.as_ref().map(Error::kind);
+        matches!(kind, Some(ErrorKind::AmbiguousChannel { .. }))
+    }
+
+    /// Returns what keeps the topic from being taken unasked; of several fields, that of the first
+    /// if no field is without a doubt.
+    pub(super) fn doubt(&self) -> Option<String> {
+        match self.error.as_ref().map(Error::kind) {
+            Some(ErrorKind::AmbiguousChannel { candidates }) => {
+                let all = candidates.0.iter().all(|one| one.doubt.is_some());
+                candidates.0.first().filter(|_| all)?.doubt.clone()
+            }
+            _ => layout::doubt(&self.topic, &self.columns.first()?.path),
+        }
+    }
+
     /// Returns the name of the first field.
     pub(super) fn name(&self) -> String {
         let path = self.columns.first().map_or("", |column| &column.path);
@@ -469,7 +487,7 @@ fn further_lateral(paths: &[String], data: &[u8]) -> Result<Option<String>, Erro
     let mut further = None;
     let mut found = |path: &str, leaf: Leaf| {
         let numeric = matches!(leaf, Leaf::Number(_) | Leaf::Null);
-        if numeric && !paths.iter().any(|known| known == path) && says_further(path) {
+        if numeric && !paths.iter().any(|known| known == path) && says_lateral(path) {
             further = Some(path.to_string());
         }
     };

@@ -1,7 +1,7 @@
 //! Channel files: header and samples.
 
-use super::code::{self, Code};
 use crate::error::{Error, ErrorKind, Place};
+use crate::recording::code::{self, Code};
 use crate::recording::csv::header::Column;
 use crate::recording::draft::UniformSamples;
 use crate::recording::held::{self, Statement};
@@ -202,19 +202,17 @@ impl ChannelHeader {
     /// Says what keeps the channel from being taken unasked as a lateral acceleration of a
     /// vehicle's structure.
     pub(super) fn doubt(&self) -> Option<String> {
-        let mut words = ["Channel code", "Name of the channel"]
+        let words = ["Channel code", "Name of the channel"]
             .into_iter()
             .filter_map(|key| self.value(key))
             .map(|text| Column::from_header(text, 1));
         let Some(code) = self.code.as_ref() else {
             let mut words: Vec<Column> = words.collect();
             words.retain(|word| !word.label.is_empty());
-            let doubt = words.iter().find_map(Column::not_lateral_finding);
             let says = words.iter().any(Column::says_lateral_acceleration);
             let silent = || "neither a code nor a name says a lateral acceleration".to_string();
-            return doubt
-                .map(|doubt| doubt.text)
-                .or_else(|| (!says).then(silent));
+            let doubt = words.iter().find_map(Column::contradiction);
+            return doubt.or_else(|| (!says).then(silent));
         };
         let said = if !code.is_acceleration() {
             "its dimension is not AC (acceleration)"
@@ -223,8 +221,9 @@ impl ChannelHeader {
         } else if !code.is_structure() {
             "its place is none of the vehicle's structure that is known here"
         } else {
-            let doubt = words.find_map(|word| word.not_lateral_finding());
-            return doubt.map(|doubt| doubt.text);
+            // What stands for the code is the code, in whichever letters.
+            let named = |word: &Column| Code::new(&word.label).is_none();
+            return words.filter(named).find_map(|word| word.contradiction());
         };
         Some(said.into())
     }

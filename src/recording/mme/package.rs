@@ -2,9 +2,9 @@
 
 use super::archive::{is_archive, unpack};
 use super::channel::{ChannelHeader, Samples, looks_like_channel};
-use super::code::{self, Code, VehicleSide};
 use super::names::{has_suffix, is_channel_file, kept, number_of, suffix_of, test_of};
 use crate::error::{Error, ErrorKind, Place};
+use crate::recording::code::{self, Code, VehicleSide};
 use crate::recording::held::Statement;
 use crate::recording::source::Reader;
 use crate::recording::{Finding, Limits, encoding, text};

@@ -342,3 +342,108 @@ fn cli_a_window_that_misses_the_crossing_warns() {
             .contains("crossing-outside-window")
     );
 }
+
+/// Values of options are read alike: whatever their case, and counts as `1e2`; what is near a value
+/// is named.
+#[test]
+fn cli_values_of_options_are_read_whatever_their_case() {
+    let folder = Folder::new("case");
+    let path = folder.write("a.csv", table(weak));
+    let with = |options: &[&str]| {
+        let own = ["replay", &path, "--no-report", "--format", "JSON"];
+        latchgate(&[&own, options].concat())
+    };
+    let plain = with(&[
+        "--opens-when",
+        "negative",
+        "--unit",
+        "g",
+        "--filter",
+        "cfc180",
+    ]);
+    let shouted = with(&[
+        "--opens-when",
+        "NEGATIVE",
+        "--unit",
+        "G",
+        "--filter",
+        "CFC180",
+    ]);
+    assert_eq!(
+        (plain.code, shouted.code),
+        (0, 0),
+        "{}{}",
+        plain.err,
+        shouted.err
+    );
+    let id = |done: &crate::support::Done| done.document()["report_id"].clone();
+    assert_eq!(id(&plain), id(&shouted));
+    let counted = with(&[
+        "--opens-when",
+        "negative",
+        "--members",
+        "1e2",
+        "--model",
+        "Rigid",
+    ]);
+    assert_eq!(
+        counted.document()["request"]["members"],
+        100,
+        "{}",
+        counted.err
+    );
+    for (option, value, near) in [
+        ("--filter", "cfc18O", "cfc180"),
+        ("--opens-when", "negativ", "negative"),
+        ("--filter-standard", "sae-j211", "saej211"),
+    ] {
+        let done = with(&[option, value]);
+        assert_eq!(done.code, 2, "{value}");
+        assert!(
+            done.err.contains(&format!("did you mean {near}?")),
+            "{}",
+            done.err
+        );
+    }
+}
+
+/// An answer that nobody can get is no answer; where stdout is open, to nowhere or not, it is one.
+#[cfg(target_os = "linux")]
+#[test]
+fn cli_a_closed_stdout_is_an_error() {
+    let folder = Folder::new("closed");
+    let path = folder.write("a.csv", table(weak));
+    let run = |redirect: &str| {
+        let program = env!("CARGO_BIN_EXE_latchgate");
+        let line = format!(
+            "'{program}' replay '{path}' --opens-when negative --no-report --members 0 {redirect}"
+        );
+        finish(std::process::Command::new("sh").args(["-c", &line]))
+    };
+    let closed = run(">&-");
+    assert_eq!(closed.code, 4, "{}", closed.err);
+    assert!(closed.err.contains("stdout is closed"), "{}", closed.err);
+    assert_eq!(run(">/dev/null").code, 0);
+    assert_eq!(run("<>/dev/null >&0").code, 0);
+}
+
+/// A name of 250 bytes leaves no room for the card's or the report's.
+#[test]
+fn cli_a_long_name_needs_no_card_and_no_long_folder() {
+    let folder = Folder::new("long");
+    let name = format!("{}.csv", "a".repeat(248));
+    folder.write(&name, table(weak));
+    let done = finish(
+        program()
+            .args([
+                "replay",
+                &name,
+                "--opens-when",
+                "negative",
+                "--members",
+                "0",
+            ])
+            .current_dir(folder.path()),
+    );
+    assert_eq!(done.code, 0, "{}", done.err);
+}

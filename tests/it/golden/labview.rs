@@ -233,16 +233,16 @@ pub(super) fn cases() -> Vec<Case> {
         )
         .unit("m/s2", g)
         .finds(&["warning implausible-peak", "warning implausible-velocity"]),
-        // Only its unit tells, and that is said.
-        read(
+        // Only its unit tells, so that a person chooses it.
+        refused(
             "by-unit.lvm",
-            &Lvm {
+            Lvm {
                 names: ["Force", "Response"],
                 ..PLAIN
-            },
-        )
-        .channel("Response")
-        .finds(&["info channel-chosen"]),
+            }
+            .text(),
+            &["Response (`response`)", "--channel Response"],
+        ),
         refused(
             "no-unit.lvm",
             Lvm { unit: "", ..PLAIN }.text(),

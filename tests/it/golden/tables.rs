@@ -1,6 +1,7 @@
 //! Text tables: separators, headers, units, encodings, clocks, and what is no table.
 
 mod doubts;
+mod units;
 
 use super::{Case, FROM, TO, g, good, numbers, push, refused, s, si, to_and_fro};
 
@@ -56,8 +57,8 @@ pub(super) fn cases() -> Vec<Case> {
     cases.extend(doubts::two_clocks());
     cases.extend(doubts::words_on_samples());
     cases.extend(doubts::odd_cells());
-    cases.extend(doubtful_units());
-    cases.extend(doubtful_times());
+    cases.extend(units::doubtful_units());
+    cases.extend(units::doubtful_times());
     cases.extend(other_formats());
     cases
 }
@@ -69,6 +70,12 @@ fn separators() -> Vec<Case> {
         good("crlf.csv", plain("time_s,acc_y_g").replace('\n', "\r\n")),
         good("cr.csv", plain("time_s,acc_y_g").replace('\n', "\r")),
         good("no-last-newline.csv", plain("time_s,acc_y_g").trim_end()),
+        good("cut-in-a-number.csv", {
+            let whole = plain("time_s,acc_y_g");
+            whole[..whole.len() - 3].to_string()
+        })
+        .samples(799)
+        .unusable(&["blocking samples-missing"], &["is cut"]),
         good(
             "semicolon.csv",
             table("time_s;acc_y_g", |k| format!("{};{}", s(k), g(k))),
@@ -164,12 +171,13 @@ fn headers() -> Vec<Case> {
         refused(
             "header-too-long.csv",
             plain("time_s,acc_x_g,acc_y_g"),
-            &["header cells", "found 3", "by number"],
+            &["header cells", "found 3", "--skip-lines 1"],
         ),
         good("header-by-number.csv", plain("time_s,acc_x_g,acc_y_g"))
-            .options(&["--channel", "2", "--time-column", "1", "--unit", "g"])
+            .options(&["--skip-lines", "1", "--channel", "2", "--time-column", "1"])
+            .options(&["--unit", "g"])
             .channel("column 2")
-            .finds(&["warning header-mismatch", "info time-unit-assumed"]),
+            .finds(&["info time-unit-assumed"]),
         refused(
             "header-too-short.csv",
             table("time_s,acc_y_g", |k| format!("{},{},{}", s(k), g(k), g(k))),
@@ -183,7 +191,7 @@ fn headers() -> Vec<Case> {
         refused(
             "units-contradict.csv",
             plain("time_s,acc_y_g\ns,m/s2"),
-            &["g", "m/s2"],
+            &["no unit of acceleration beyond doubt", "--unit"],
         ),
         good(
             "index-column.csv",
@@ -196,6 +204,46 @@ fn headers() -> Vec<Case> {
             table("sample,acc_y_g", |k| format!("{},{}", k - FROM, g(k))),
         )
         .options(&["--rate-hz", "10000", "--time-zero", "0.02"]),
+        // Below a preamble the first line of the table is asked for, and an option or card tells it.
+        refused(
+            "preamble.csv",
+            plain("Sled 07\nRate,10000\n\ntime_s,acc_y_g"),
+            &["preamble.csv:1", "--header-line 4"],
+        ),
+        good(
+            "preamble-told.csv",
+            plain("Sled 07\nRate,10000\n\ntime_s,acc_y_g"),
+        )
+        .options(&["--header-line", "4"]),
+        good(
+            "preamble-card.csv",
+            plain("Sled 07\nRate,10000\n\ntime_s,acc_y_g"),
+        )
+        .beside("preamble-card.csv.toml", "skip_lines = 3\n"),
+        refused(
+            "preamble-other-line.csv",
+            plain("Sled 07\nRate,10000\n\ntime_s,acc_y_g"),
+            &["on line 3", "--header-line"],
+        )
+        .options(&["--header-line", "3"]),
+        refused(
+            "described.csv",
+            plain("time,acc_y\ns,g\nfrom trigger,inner panel"),
+            &["described.csv:3", "--header-line 1"],
+        ),
+        good(
+            "described-told.csv",
+            plain("time,acc_y\ns,g\nfrom trigger,inner panel"),
+        )
+        .options(&["--header-line", "1"])
+        .channel("acc_y"),
+        refused(
+            "commented-names.csv",
+            plain("#time_s,acc_y_g"),
+            &["in the comment above", "--header-line 1"],
+        ),
+        good("commented-names-told.csv", plain("#time_s,acc_y_g")).options(&["--header-line", "1"]),
+        good("lvm-names.csv", plain("X_Value,acc_y_g")).finds(&["info time-unit-assumed"]),
         good("card.csv", plain("time_s,acc_y"))
             .beside("card.csv.toml", "unit = \"g\"\n")
             .channel("acc_y"),
@@ -204,7 +252,7 @@ fn headers() -> Vec<Case> {
 
 fn units() -> Vec<Case> {
     let spelled = |name: &str, unit: &str, canonical: &'static str, factor: f64| {
-        let text = move |k: i64| format!("{:.5}", push(k) * factor);
+        let text = move |k: i64| format!("{:.7}", push(k) * factor);
         let head = format!("Time (s),acc y ({unit})");
         good(name, table(&head, |k| format!("{},{}", s(k), text(k))))
             .channel(&format!("acc y ({unit})"))
@@ -217,15 +265,23 @@ fn units() -> Vec<Case> {
         spelled("ms-times.csv", "m/(s*s)", "m/s2", 9.806_65),
         spelled("mms2.csv", "mm/s2", "mm/s2", 9_806.65),
         spelled("mmms2.csv", "mm/ms2", "mm/ms2", 9.806_65e-3),
+        spelled("kilo-g.csv", "kilo-g", "kilo-g", 1e-3),
         spelled("fts2.csv", "ft/s2", "ft/s2", 9.806_65 / 0.3048),
         spelled("gs.csv", "G'S", "g", 1.0),
         spelled("capital-g.csv", "G", "g", 1.0),
         refused(
             "gram.csv",
             plain("time_s,acc y (gram)"),
-            &["no unit of acceleration", "--unit"],
+            &["acc y (gram) (`gram`)", "--channel"],
         ),
-        refused("millig.csv", plain("time_s,acc y (mg)"), &["--unit"]),
+        refused(
+            "millig.csv",
+            plain("time_s,acc y (mg)"),
+            &[
+                "acc y (mg) (by its unit none is an acceleration)",
+                "--channel",
+            ],
+        ),
         // The option counts, and 294 "g" are the price of it.
         good(
             "unit-overridden.csv",
@@ -303,6 +359,24 @@ fn clocks() -> Vec<Case> {
         good(
             "us.csv",
             table("time_us,acc_y_g", |k| format!("{},{}", k * 100, g(k))),
+        ),
+        good(
+            "ns.csv",
+            table("t [ns],acc_y_g", |k| format!("{},{}", k * 100_000, g(k))),
+        ),
+        good(
+            "time_ns.csv",
+            table("time_ns,acc_y_g", |k| format!("{},{}", k * 100_000, g(k))),
+        ),
+        good(
+            "ns-by-option.csv",
+            table("t,acc_y_g", |k| format!("{},{}", k * 100_000, g(k))),
+        )
+        .options(&["--time-unit", "NS"]),
+        refused(
+            "ns-untold.csv",
+            table("t,acc_y_g", |k| format!("{},{}", k * 100_000, g(k))),
+            &["Hz by `t`, seconds assumed", "--time-unit"],
         ),
         good(
             "ms-by-option.csv",
@@ -485,14 +559,14 @@ fn channels() -> Vec<Case> {
         refused(
             "only-other-axis.csv",
             plain("time_s,acc_x_g"),
-            &["no channel carries a lateral", "acc_x_g", "--channel"],
+            &["no channel is plainly", "acc_x_g (`x`)", "--channel"],
         ),
         refused(
             "only-head.csv",
             plain("time_s,head_acc_y (g)"),
             &[
-                "no channel carries a lateral",
-                "head_acc_y (g)",
+                "no channel is plainly",
+                "head_acc_y (g) (`head`)",
                 "--channel",
             ],
         ),
@@ -503,7 +577,7 @@ fn channels() -> Vec<Case> {
         refused(
             "head-and-pillar.csv",
             three("time_s,head_acc_y (g),bpillar_acc_x (g),bpillar_acc_z (g)"),
-            &["no channel carries a lateral", "--channel"],
+            &["head_acc_y (g) (`head`)", "--channel"],
         ),
         refused(
             "lateral-unreadable.csv",
@@ -601,7 +675,9 @@ fn bad_rows() -> Vec<Case> {
         refused("comments-only.csv", "# a\n# b\n", &["expected"]),
         refused("header-only.csv", "time_s,acc_y_g\n", &["expected"]),
         refused("one-row.csv", "time_s,acc_y_g\n0.0,1.0\n", &["at least"]),
-        refused("cut.csv", &plain("time_s,acc_y_g")[..9_000], &["cut.csv"]),
+        good("cut.csv", &plain("time_s,acc_y_g")[..9_000])
+            .samples(plain("time_s,acc_y_g")[..9_000].matches('\n').count() - 1)
+            .unusable(&["blocking samples-missing"], &["is cut"]),
     ]
 }
 
@@ -636,6 +712,20 @@ fn other_formats() -> Vec<Case> {
             "object.csv",
             "{\"time\": [0, 1], \"acc\": [0, 1]}\n",
             &["this is JSON"],
+        ),
+        head("log.ide", b"\x1A\x45\xDF\xA3\x01", "EBML"),
+        head("door.chn", b"\x1F\x35\x36\x2C", "DTS SLICEWare"),
+        head("sled.bin", b"\x94\x13\0\0", "HBM catman"),
+        head("sled.npy", b"\x93NUMPY\x01\0", "NumPy"),
+        refused(
+            "pointer.csv",
+            "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n",
+            &["Git LFS", "git lfs pull"],
+        ),
+        refused(
+            "date-in-brackets.csv",
+            plain("[2024-05-01 10:00:00] log\ntime_s,acc_y_g"),
+            &["--header-line 2"],
         ),
         refused(
             "picture.csv",
@@ -683,8 +773,23 @@ fn marks() -> Vec<Case> {
         refused(
             "thousands-comma.csv",
             micro("time_us;acc_y (mm/s2)", ";", &|k| grouped(k, ',')),
-            &["column 2", "thousands"],
+            &["column 2", "--decimal"],
         ),
+        good(
+            "thousands-told.csv",
+            micro("time_us;acc_y (mm/s2)", ";", &|k| grouped(k, ',')),
+        )
+        .options(&["--decimal", "."])
+        .channel("acc_y (mm/s2)")
+        .unit("mm/s2", whole),
+        good(
+            "thousands-told.txt",
+            micro("time_us\tacc_y (mm/s2)", "\t", &|k| grouped(k, '.')),
+        )
+        .options(&["--decimal", ","])
+        .channel("acc_y (mm/s2)")
+        .unit("mm/s2", whole)
+        .finds(&["info decimal-comma"]),
         refused(
             "thousands-point.txt",
             micro("time_us\tacc_y (mm/s2)", "\t", &|k| grouped(k, '.')),
@@ -729,157 +834,10 @@ fn marks() -> Vec<Case> {
         refused(
             "numbered-columns.csv",
             plain("0,1"),
-            &[":1", "counts the columns"],
+            &[":1", "counts the columns", "--header-line 1"],
         )
         .options(&["--unit", "g"]),
     ]
-}
-
-/// Header cells that end in a unit which is not that of the column.
-fn doubtful_units() -> Vec<Case> {
-    let mut cases = Vec::new();
-    for (index, name) in [
-        "acc_y in 100 g",
-        "acc_y 100 g",
-        "acc_y (x 9.81 m/s2)",
-        "acc_y mV/g",
-        "acc_y [g*s]",
-        "acc_y [g·s]",
-        "acc_y (0.1 g)",
-        "acc_y counts / g",
-        "acc_y k m/s2",
-        "acc_y [k m/s2]",
-        "acc_y m g",
-        "acc_y milli g",
-        "acc_y range 50 g",
-        "acc_y (range 50 g",
-        "acc_y (m/s2) / g",
-        "acc_y_g (m/s2)",
-        "acc_y (g) x10",
-        "acc_y*10 [g]",
-        "acc_y / 10 [g]",
-        "acc_y x 100 [g]",
-        "acc_y x10 g",
-        "acc_y_100_g",
-        "acc_y_mV_g",
-        "acc_y [m/s2)",
-        "acc_y [m/s*s]",
-    ]
-    .iter()
-    .enumerate()
-    {
-        cases.push(refused(
-            &format!("doubtful-unit-{index}.csv"),
-            plain(&format!("time_s,{name}")),
-            &["no unit of acceleration", "--unit"],
-        ));
-    }
-    for (index, name) in [
-        "Acceleration Y g",
-        "acc y / g",
-        "ay/g",
-        "Beschleunigung Y in g",
-        "S12 Y acceleration g",
-        "acc (g) y2",
-        "acc_y_2_g",
-        "Beschl. quer [g]",
-        "acc_y (G's)",
-        "acc 1 y [g]",
-        "acc 1/2 y [g]",
-        "acc_y X1 [g]",
-        "acc y* N=60 (g)",
-    ]
-    .iter()
-    .enumerate()
-    {
-        cases.push(
-            good(
-                &format!("stated-unit-{index}.csv"),
-                plain(&format!("time_s,{name}")),
-            )
-            .channel(name),
-        );
-    }
-    cases
-}
-
-/// Units of time that the header or the stamps themselves contradict, and stamps that repeat.
-fn doubtful_times() -> Vec<Case> {
-    let mut cases = Vec::new();
-    for (index, name) in [
-        "time 100 us",
-        "time in 0.1 ms",
-        "time_100us",
-        "time_min",
-        "time_h",
-        "time_ns",
-        "Timestamp ns",
-    ]
-    .iter()
-    .enumerate()
-    {
-        cases.push(refused(
-            &format!("doubtful-time-{index}.csv"),
-            plain(&format!("{name},acc_y_g")),
-            &["a time in s, ms or us", "--time-unit"],
-        ));
-    }
-    cases.extend([
-        refused(
-            "ms-over-seconds.csv",
-            plain("t (ms),acc_y_g"),
-            &["Hz by `t (ms)`", "--time-unit"],
-        ),
-        good("ms-over-seconds-told.csv", plain("t (ms),acc_y_g"))
-            .options(&["--time-unit", "s"])
-            .finds(&["warning time-unit-overridden"]),
-        refused(
-            "stamps-coarse.csv",
-            clocked(10_000.0, 3),
-            &[":3", "time must increase", "--rate-hz"],
-        ),
-        good("stamps-coarse-rate.csv", clocked(10_000.0, 3))
-            .options(&["--rate-hz", "10000"])
-            .finds(&["warning stamps-coarse"]),
-        good("stamps-coarse-12khz.csv", clocked(12_000.0, 4))
-            .options(&["--rate-hz", "12000"])
-            .clock(12_000.0, -200.0 / 12_000.0)
-            .finds(&["warning stamps-coarse"]),
-        refused(
-            "stamps-coarse-other-rate.csv",
-            clocked(10_000.0, 3),
-            &["repeat and are off"],
-        )
-        .options(&["--rate-hz", "9500"]),
-        // A row too many among coarse stamps moves all that follow.
-        refused(
-            "stamps-coarse-missing.csv",
-            clocked(10_000.0, 3).replace(
-                &(100..130)
-                    .map(|k| format!("{:.3},{}\n", k as f64 / 1e4, g(k)))
-                    .collect::<String>(),
-                "",
-            ),
-            &["repeat and are off"],
-        )
-        .options(&["--rate-hz", "10000"]),
-        // One doubled stamp among fine ones is no matter of digits.
-        refused(
-            "stamp-twice-rate.csv",
-            with_row(&format!("{},1.0", s(99))),
-            &[":302", "time must increase"],
-        )
-        .options(&["--rate-hz", "10000"]),
-        refused(
-            "jump.csv",
-            table("time_s,acc_y_g", |k| {
-                let stamp = k as f64 / 1e4 + if k < 100 { 0.0 } else { 360_000.0 };
-                format!("{stamp:.4},{}", g(k))
-            }),
-            &[":302", "samples", "0.0099", "later"],
-        ),
-    ]);
-    cases
 }
 
 /// The samples of every table above that is written in g.

@@ -133,12 +133,12 @@ fn choices() -> Vec<Case> {
         refused(
             "head.mcap",
             name_alone("head_ay_g"),
-            &["no channel carries", "--channel"],
+            &["/door:head_ay_g (`head`)", "--channel"],
         ),
         refused(
             "barrier.mcap",
             name_alone("barrier_ay_g"),
-            &["no channel carries", "--channel"],
+            &["(`barrier`)", "--channel"],
         ),
         logged(
             "head-by-name.mcap",
@@ -154,7 +154,7 @@ fn choices() -> Vec<Case> {
                 messages(|k| imu(k, "head", 0.0)),
             ]
             .concat()),
-            &["no channel carries", "--channel"],
+            &["(`dummy`)", "--channel"],
         ),
         // The first message does not tell all fields.
         refused(

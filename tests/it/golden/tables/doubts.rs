@@ -360,12 +360,7 @@ pub(super) fn odd_cells() -> Vec<Case> {
         refused(
             "preamble.csv",
             plain("Test,1234\nRate,10000\ntime_s,acc_y_g"),
-            &[
-                ":1",
-                "`Test`",
-                "a header on line 3",
-                "begin lines above the header with #",
-            ],
+            &[":1", "`Test`", "--header-line 3"],
         ),
         refused(
             "times-of-day.csv",

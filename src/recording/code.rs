@@ -14,11 +14,11 @@ pub(super) enum VehicleSide {
 
 /// A channel code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::recording) struct Code([u8; 16]);
+pub(super) struct Code([u8; 16]);
 
 impl Code {
     /// Reads a code: 16 letters, digits or question marks. Some programs write small letters.
-    pub(in crate::recording) fn new(text: &str) -> Option<Self> {
+    pub(super) fn new(text: &str) -> Option<Self> {
         let capitals = text.trim().to_ascii_uppercase();
         let bytes: [u8; 16] = capitals.as_bytes().try_into().ok()?;
         bytes
@@ -32,7 +32,7 @@ impl Code {
     }
 
     /// Tells whether the physical dimension is a linear acceleration.
-    pub(in crate::recording) fn is_acceleration(&self) -> bool {
+    pub(super) fn is_acceleration(&self) -> bool {
         &self.0[12..14] == b"AC"
     }
 
@@ -42,7 +42,7 @@ impl Code {
     }
 
     /// Tells whether it is an acceleration along Y, whatever its sign.
-    pub(in crate::recording) fn is_lateral(&self) -> bool {
+    pub(super) fn is_lateral(&self) -> bool {
         self.is_acceleration() && matches!(self.0[14], b'Y' | b'2')
     }
 
@@ -57,12 +57,12 @@ impl Code {
     }
 
     /// Tells whether the sign diverges from SAE J211: directions 1, 2 and 3.
-    pub(in crate::recording) fn diverges(&self) -> bool {
+    pub(super) fn diverges(&self) -> bool {
         matches!(self.0[14], b'1' | b'2' | b'3')
     }
 
     /// Tells whether the sensor sits on a vehicle's structure, not in a dummy or on a barrier.
-    pub(in crate::recording) fn is_structure(&self) -> bool {
+    pub(super) fn is_structure(&self) -> bool {
         let is_here = |known: &&str| known.as_bytes() == self.location();
         !matches!(self.0[0], b'M' | b'B') && STRUCTURE.iter().any(is_here)
     }
@@ -82,7 +82,7 @@ impl Code {
     }
 
     /// Returns the channel frequency class that the last character states.
-    pub(in crate::recording) fn filter_class(&self) -> Option<&'static str> {
+    pub(super) fn filter_class(&self) -> Option<&'static str> {
         class_of(self.0[15])
     }
 
@@ -91,7 +91,7 @@ impl Code {
         self.0[0]
     }
 
-    pub(in crate::recording) fn text(&self) -> String {
+    pub(super) fn text(&self) -> String {
         String::from_utf8_lossy(&self.0).into_owned()
     }
 

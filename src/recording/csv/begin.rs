@@ -1,0 +1,174 @@
+//! Where a table begins, and what separates its cells: the longest run of rows with as many cells
+//! each, numbers among them. Above it stand names, or a preamble of which a person is asked.
+
+use super::date;
+use super::dialect::{Separator, is_row};
+use super::header::{Column, is_known_unit};
+use crate::recording::number;
+use crate::units::DecimalMark;
+
+/// Bytes of a text that are looked at.
+const LOOKED_AT: usize = 256 << 10;
+
+/// Rows above the samples that may name them: names, units, descriptions.
+const ABOVE: usize = 8;
+
+/// Where a table seems to begin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Begin {
+    /// The line that names the columns, counted from 1, if there is one.
+    pub(super) header: Option<u64>,
+    /// The line of the first sample.
+    pub(super) data: u64,
+}
+
+/// Rows of a text, each with its line.
+type Lines<'a> = Vec<(u64, &'a [u8])>;
+
+fn rows(text: &[u8]) -> Lines<'_> {
+    text[..text.len().min(LOOKED_AT)]
+        .split(|byte| *byte == b'\n')
+        .zip(1..)
+        .filter(|(line, _)| is_row(line))
+        .map(|(line, number)| (number, line.trim_ascii_end()))
+        .collect()
+}
+
+/// Finds the separator under which the longest run of rows holds most numbers; of equally good ones
+/// the first. With a decimal comma a comma separates no cells, unless quotes hold the numbers
+/// together.
+pub(super) fn find_separator(text: &[u8], decimal: Option<DecimalMark>) -> Separator {
+    let no_comma = decimal == Some(DecimalMark::Comma) && memchr::memchr(b'"', text).is_none();
+    let rows = rows(text);
+    match best_run(&rows, no_comma) {
+        // No numbers: the header alone tells.
+        (_, start) if start == rows.len() => {
+            let of = |one: &Separator| rows.first().is_some_and(|row| row.1.contains(&one.byte()));
+            Separator::ALL
+                .into_iter()
+                .find(of)
+                .unwrap_or(Separator::None)
+        }
+        (separator, _) => separator,
+    }
+}
+
+/// Finds where the table begins, and the line above it that names the columns.
+pub(super) fn find(text: &[u8]) -> Option<Begin> {
+    let rows = rows(text);
+    let (separator, start) = best_run(&rows, false);
+    let (data, first) = *rows.get(start)?;
+    let count = cells(first, separator).len();
+    let words = |line| -> Vec<String> {
+        let cells = cells(line, separator).into_iter();
+        cells
+            .map(|cell| String::from_utf8_lossy(cell).into_owned())
+            .collect()
+    };
+    let above = rows[..start].iter().rev().take(ABOVE);
+    let fitting: Vec<(u64, Vec<String>)> = above
+        .map(|(number, line)| (*number, words(line)))
+        .take_while(|(_, cells)| cells.len() == count)
+        .collect();
+    let says_time =
+        |cell: &String| !is_known_unit(cell) && Column::from_header(cell, 1).says_time();
+    let names = |(_, cells): &&(u64, Vec<String>)| cells.iter().any(says_time);
+    let no_units = |(_, cells): &&(u64, Vec<String>)| !cells.iter().any(|cell| is_known_unit(cell));
+    let header = fitting
+        .iter()
+        .find(names)
+        .or_else(|| fitting.iter().find(no_units));
+    Some(Begin {
+        header: header.map(|(number, _)| *number),
+        data,
+    })
+}
+
+/// Tells whether the line above the first row is a comment of as many words as the row has cells:
+/// names, as some programs write them.
+pub(super) fn is_commented_header(
+    text: &[u8],
+    row: u64,
+    separator: Separator,
+    count: usize,
+) -> bool {
+    let before = row
+        .checked_sub(2)
+        .and_then(|line| usize::try_from(line).ok());
+    let line = before.and_then(|line| text.split(|byte| *byte == b'\n').nth(line));
+    let comment = line
+        .and_then(|line| line.strip_prefix(b"#"))
+        .unwrap_or_default();
+    let names = cells(comment.trim_ascii(), separator);
+    count > 1
+        && names.len() == count
+        && names
+            .iter()
+            .any(|name| Column::from_header(&String::from_utf8_lossy(name), 1).says_time())
+}
+
+/// Splits a row, quotes taken off its cells; empty cells at its end are left out.
+fn cells(line: &[u8], separator: Separator) -> Vec<&[u8]> {
+    let mark = separator.byte();
+    let mut quoted = false;
+    let separates = |byte: &u8| {
+        quoted ^= *byte == b'"';
+        let blank = separator == Separator::Blanks && *byte == b'\t';
+        (*byte == mark || blank) && !quoted
+    };
+    let mut cells: Vec<&[u8]> = line.split(separates).map(unquoted).collect();
+    if separator == Separator::Blanks {
+        cells.retain(|cell| !cell.is_empty());
+    }
+    while cells.len() > 1 && cells.last().is_some_and(|cell| cell.is_empty()) {
+        cells.pop();
+    }
+    cells
+}
+
+fn unquoted(cell: &[u8]) -> &[u8] {
+    let cell = cell.trim_ascii();
+    let inner = cell
+        .strip_prefix(b"\"")
+        .and_then(|rest| rest.strip_suffix(b"\""));
+    inner.unwrap_or(cell).trim_ascii()
+}
+
+/// Returns the separator with the best run of rows, and the index of the run's first row.
+fn best_run(rows: &Lines<'_>, no_comma: bool) -> (Separator, usize) {
+    let mut best = (0, Separator::None, rows.len());
+    for separator in Separator::ALL {
+        if no_comma && separator == Separator::Comma {
+            continue;
+        }
+        let (score, start) = longest_run(rows, separator);
+        if score > best.0 {
+            best = (score, separator, start);
+        }
+    }
+    (best.1, best.2)
+}
+
+/// Returns the sum of the shares of numbers in the rows of the longest run [1/1000], and the index
+/// of its first row.
+fn longest_run(rows: &Lines<'_>, separator: Separator) -> (usize, usize) {
+    let mut best = (0, rows.len());
+    let (mut score, mut start, mut width) = (0, 0, 0);
+    for (index, (_, line)) in rows.iter().enumerate() {
+        let cells = cells(line, separator);
+        let is_number = |cell: &&&[u8]| number::is_numeric(cell) || date::is_date(cell);
+        let found = cells.iter().filter(is_number).count();
+        if found == 0 || (cells.len() < 2) != (separator == Separator::None) {
+            width = 0;
+            continue;
+        }
+        if cells.len() != width {
+            (score, start, width) = (0, index, cells.len());
+        }
+        score += 1000 * found / cells.len();
+        if score > best.0 {
+            best = (score, start);
+        }
+    }
+    best
+}
