@@ -129,9 +129,10 @@ pub(super) fn take(coded: &[CodedChannel]) -> Result<(usize, Option<Finding>), E
             let finding = Finding::info("channel-chosen", text);
             Ok((*only, (all.len() > 1).then_some(finding)))
         }
-        [] => Err(ErrorKind::NoChannel {
+        [] if all.is_empty() => Err(ErrorKind::NoChannel {
             known: listed(coded),
         }),
+        [] => Err(ambiguous(coded, &all)),
         several => Err(ambiguous(coded, several)),
     }
 }
@@ -160,7 +161,11 @@ fn listed(coded: &[CodedChannel]) -> String {
 }
 
 fn ambiguous(coded: &[CodedChannel], several: &[usize]) -> ErrorKind {
+    let candidate = |index: &usize| {
+        let one = &coded[*index];
+        Candidate::named(&one.name).doubted(one.doubt.clone())
+    };
     ErrorKind::AmbiguousChannel {
-        candidates: Candidates::named(several.iter().map(|index| coded[*index].name.as_str())),
+        candidates: Candidates(several.iter().map(candidate).collect()),
     }
 }

@@ -333,8 +333,8 @@ fn val_the_lateral_acceleration_of_the_structure_is_found() {
     check_refused(
         &path,
         &ReadOptions::default(),
-        |kind| matches!(kind, ErrorKind::NoChannel { .. }),
-        &["1 V1 AC VECG XG"],
+        |kind| matches!(kind, ErrorKind::AmbiguousChannel { .. }),
+        &["1 V1 AC VECG XG (its axis is XG", "3 V1 AC seat 01 HDCG YL"],
     );
 }
 

@@ -192,8 +192,8 @@ fn val_the_one_plain_lateral_channel_is_taken_and_several_are_offered() {
     check_refused(
         folder.path(),
         &ReadOptions::default(),
-        |kind| !matches!(kind, ErrorKind::NoSuchChannel { .. }),
-        &[PILLAR],
+        ambiguous,
+        &[PILLAR, "head"],
     );
     let folder = folder_of("mme-twins", &test_of(&twins));
     let both = "14BPILLO0000ACYA (file 001), 14BPILLO0000ACYA (file 002)";
@@ -218,8 +218,8 @@ fn val_the_one_plain_lateral_channel_is_taken_and_several_are_offered() {
     check_refused(
         folder.path(),
         &ReadOptions::default(),
-        |kind| matches!(kind, ErrorKind::NoChannel { .. }),
-        &["11HEAD0000??ACYA"],
+        ambiguous,
+        &["11HEAD0000??ACYA (its place", "11CHST0000??ACYC"],
     );
 }
 
@@ -314,8 +314,8 @@ fn val_what_the_header_states_is_held_against_the_samples() {
         check_refused(
             folder.path(),
             &ReadOptions::default(),
-            |kind| matches!(kind, ErrorKind::NoChannel { .. }),
-            &[code, "`channel`"],
+            |kind| matches!(kind, ErrorKind::AmbiguousChannel { .. }),
+            &[code, "its ", "`channel`"],
         );
         let (_, findings) = one(folder.path(), &with_channel(code));
         check_codes(&findings, warning, &["channel-not-lateral"]);
