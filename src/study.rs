@@ -7,13 +7,14 @@
 //! Motion on sines: `orbit` finds periodic orbits, `cascade` follows their branches; `bifurcation`,
 //! `attractor`, `basins`, `histories` and `excitation_map` show what they lead to. Without
 //! excitation: `free` is shared by `free_vibration` and `spectrogram`; `restitution` is one contact.
-//! `shock` is a crash. Methods: `step_size`, `work_precision` and `stability`, on `cases`.
+//! `shock` is a crash; `damages` is what damage to a recording is seen. Methods: `step_size`, `work_precision` and `stability`, on `cases`.
 
 pub mod attractor;
 pub mod basins;
 pub mod bifurcation;
 pub mod cascade;
 pub mod cases;
+pub mod damages;
 pub mod excitation_map;
 pub mod free;
 pub mod free_vibration;

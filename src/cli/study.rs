@@ -3,6 +3,7 @@
 //! - `attractor`: `latchgate study attractor`;
 //! - `basins`: `latchgate study basins`;
 //! - `bifurcation`: `latchgate study bifurcation`;
+//! - `damages`: `latchgate study damages`;
 //! - `excitation_map`: `latchgate study excitation-map`;
 //! - `free_vibration`: `latchgate study free-vibration`;
 //! - `histories`: `latchgate study histories`;
@@ -18,6 +19,7 @@ mod analysis;
 mod attractor;
 mod basins;
 mod bifurcation;
+mod damages;
 mod excitation_map;
 mod free_vibration;
 mod histories;
@@ -67,6 +69,8 @@ pub enum Study {
     WorkPrecision(work_precision::Arguments),
     /// Where each method fails: step against stiffness, grazing, chatter, events inside a sample
     Stability(stability::Arguments),
+    /// What damage to a recording is seen, and what cannot be: damages at random, judged
+    Damages(damages::Arguments),
 }
 
 impl Study {
@@ -84,6 +88,7 @@ impl Study {
             Self::Shock(own) => own,
             Self::WorkPrecision(own) => own,
             Self::Stability(own) => own,
+            Self::Damages(own) => own,
         }
     }
 }

@@ -140,7 +140,9 @@ impl<'a> SignalFacts<'a> {
             pre_mean_error: before.standard_error_m_s2,
             noise: None,
         };
-        if facts.loudest_before() <= QUIET_PART * facts.peak {
+        // Where the event is lost, noise is the largest that is left.
+        let loudest = facts.loudest_before();
+        if loudest <= QUIET_PART * facts.peak || loudest <= 5.0 * facts.pre_deviation {
             facts.noise = Noise::learn(&samples[..count], facts.quantum);
         }
         facts
@@ -215,19 +217,25 @@ fn turns_like_noise(samples: &[f64], least: f64) -> bool {
     seen >= 20 && turns as f64 > TURNING_PART * seen as f64
 }
 
-/// A channel that is perfectly silent before its event teaches nothing of its noise.
+/// A channel that is silent before its event, or holds values longer than its spread explains,
+/// teaches nothing of its noise.
 fn noise_unknown(facts: &SignalFacts<'_>) -> Option<Finding> {
-    (facts.silent_before() == Some(true)).then(|| {
-        Finding::warning(
-            "noise-unknown",
-            format!(
-                "the {} samples before the event are one and the same number, so nothing tells the \
-                 noise of the channel: held, filled and cut stretches were looked for by their \
-                 shape alone. If a formula made the signal, say `synthetic = true` in a card",
-                facts.pre_event
-            ),
-        )
-    })
+    let how = match facts.noise {
+        None if facts.silent_before() == Some(true) => "are one and the same number",
+        Some(noise) if !noise.is_explained() => {
+            "hold one value for longer than their spread explains"
+        }
+        _ => return None,
+    };
+    Some(Finding::warning(
+        "noise-unknown",
+        format!(
+            "the {} samples before the event {how}, so nothing tells the noise of the channel: \
+             held, filled and cut stretches were looked for by shape and long runs alone. If a \
+             formula made the signal, say `synthetic = true` in a card",
+            facts.pre_event
+        ),
+    ))
 }
 
 fn low_rate(raw: &Signal) -> Option<Finding> {

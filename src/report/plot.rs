@@ -30,8 +30,8 @@ pub(super) use self::margin::{
     RULES as MARGIN_RULES, figures as margin_figures, stand_alone as margin_stand_alone,
 };
 pub use self::study::{
-    attractor, basins, bifurcation, excitation_map, free_vibration, histories, restitution, shock,
-    spectrogram, stability, step_size, work_precision,
+    attractor, basins, bifurcation, damages, excitation_map, free_vibration, histories,
+    restitution, shock, spectrogram, stability, step_size, work_precision,
 };
 use crate::report::Document;
 use crate::report::escape;

@@ -493,10 +493,10 @@ fn verif_gravity_aliasing_and_sign_are_suspected() {
     check_warns(&pulse_signal(folded), "aliasing-suspected", true);
     // A push one way, then a longer one the other way.
     let mut turned: Vec<f64> = whole.iter().map(|value| -value).collect();
-    for (n, value) in turned.iter_mut().enumerate().take(300).skip(270) {
-        *value = 90.0 * STANDARD_GRAVITY * (PI * (n as f64 - 269.5) / 30.0).sin();
+    for (n, value) in turned.iter_mut().enumerate().take(300).skip(240) {
+        *value = 90.0 * STANDARD_GRAVITY * (PI * (n as f64 - 239.5) / 60.0).sin();
     }
-    check_warns(&signal(10_000.0, -0.026, turned), "sign-suspected", true);
+    check_warns(&signal(10_000.0, -0.0235, turned), "sign-suspected", true);
 }
 
 /// A channel of the pulse times `factor`, under a name.

@@ -25,6 +25,7 @@ mod conditioning_quality;
 mod conditioning_resample;
 mod conditioning_spectrum;
 mod csv;
+mod damages;
 mod ev5;
 mod exports;
 mod fan;

@@ -17,7 +17,7 @@ const GRAVITY_ERROR_G: f64 = 0.05;
 const ONE_SIDED_PART: f64 = 0.3;
 
 /// Part of all pushes that the first one must have to count.
-const LOBE_PART: f64 = 0.05;
+const LOBE_PART: f64 = 0.1;
 
 /// Change of velocity below which a record has no sign [m/s].
 const SIGN_VELOCITY: f64 = 0.5;
@@ -28,10 +28,10 @@ const PLAUSIBLE_PEAK_G: (f64, f64) = (5.0, 2000.0);
 /// Velocity that a wrong zero has to add to be worth a look [m/s]: what opens the paper's lever.
 const ADDED_VELOCITY: f64 = 0.48;
 
-/// Largest velocity of a crash channel from which a return to nought is odd [m/s], and the part of
-/// it that is nought.
-const RETURNING_VELOCITY: f64 = 1.0;
-const RETURNED_PART: f64 = 0.02;
+/// Largest velocity of a crash channel from which a return to nought is odd [m/s]; part of it, and
+/// velocity on top [m/s], that count as nought. Struck bodies keep more than half of it.
+const RETURNING_VELOCITY: f64 = 0.3;
+const RETURNED: (f64, f64) = (0.1, 0.1);
 
 /// Stretch at the end of a record that must be calm [s], and the part of the peak that is not.
 const CALM_S: f64 = 1e-2;
@@ -278,7 +278,7 @@ fn zero_shift(facts: &SignalFacts<'_>) -> Option<Finding> {
     let tail = &facts.samples[count - length..];
     let earlier = &facts.samples[count - 2 * length..count - length];
     let shift = mean(tail) - facts.pre_mean;
-    let steady = (mean(earlier) - mean(tail)).abs() < 0.25 * shift.abs();
+    let steady = (mean(earlier) - mean(tail)).abs() < 0.4 * shift.abs();
     let error = libm::hypot(bias::standard_error_of_mean(tail), facts.pre_mean_error);
     let added = 0.5 * shift.abs() * facts.raw.end_s();
     let matters = steady && added > ADDED_VELOCITY;
@@ -299,7 +299,9 @@ fn zero_shift(facts: &SignalFacts<'_>) -> Option<Finding> {
 /// The velocity comes back to nought: of a channel whose lowest frequencies were taken away it always does,
 /// of a struck body it seldom does.
 fn velocity_returns(facts: &SignalFacts<'_>, velocity: &Velocity) -> Option<Finding> {
-    let returned = velocity.end.abs() < RETURNED_PART * velocity.largest;
+    let (part, least) = RETURNED;
+    let unsure = (facts.pre_mean_error * facts.raw.end_s()).min(least);
+    let returned = velocity.end.abs() < part * velocity.largest + least + unsure;
     (facts.pre_event > 0 && returned && velocity.largest > RETURNING_VELOCITY).then(|| {
         Finding::warning(
             "velocity-returns",

@@ -1,7 +1,7 @@
 //! Stretches in which sensor, cable, recorder or converter lost the motion: runs of samples that
 //! the channel's own noise does not make, and values that were lost one by one.
 
-use super::noise::{self, Kind, LEAST_SAMPLES, Noise};
+use super::noise::{self, LEAST_SAMPLES, Noise, RunKind};
 use super::{EVENT_PART, LOUD_PART, QUIET_QUANTA, SignalFacts, in_g, is_cut, same};
 use crate::recording::Finding;
 
@@ -30,14 +30,14 @@ const LOST_SAMPLES: usize = 3;
 pub(super) fn held(facts: &SignalFacts<'_>) -> Option<Finding> {
     let equal = noise::equal_runs(facts.samples, 4);
     let line = noise::line_runs(facts.samples, facts.quantum, 6);
-    let impossible = |kind: Kind, runs: Vec<(usize, usize)>| {
+    let impossible = |kind: RunKind, runs: Vec<(usize, usize)>| {
         runs.into_iter()
             .filter(|(first, length)| first + length > facts.contact)
             .find(|(first, length)| no_chance(facts, kind, *first, *length))
     };
     let found = [
-        impossible(Kind::Equal, equal),
-        impossible(Kind::Line, line),
+        impossible(RunKind::Equal, equal),
+        impossible(RunKind::Line, line),
         silent_head(facts),
     ];
     let (first, length) = found.into_iter().flatten().min()?;
@@ -78,7 +78,7 @@ pub(super) fn held(facts: &SignalFacts<'_>) -> Option<Finding> {
 }
 
 /// Tells whether neither the noise before the event nor what comes right before a run makes it.
-fn no_chance(facts: &SignalFacts<'_>, kind: Kind, first: usize, length: usize) -> bool {
+fn no_chance(facts: &SignalFacts<'_>, kind: RunKind, first: usize, length: usize) -> bool {
     let total = facts.samples.len();
     let before = if first >= facts.pre_event {
         facts.noise
@@ -118,7 +118,7 @@ fn silent_head(facts: &SignalFacts<'_>) -> Option<(usize, usize)> {
         && reach <= super::QUIET_PART * facts.peak
         && noise.exceeds(TAIL_QUANTA)
         && super::turns_like_noise(rest, 0.0)
-        && noise.least_run(Kind::Equal, total)? <= length as f64;
+        && noise.least_run(RunKind::Equal, total)? <= length as f64;
     found.then_some((first, length))
 }
 

@@ -16,6 +16,9 @@ use std::f64::consts::TAU;
 /// Probability below which a run anywhere in a record is no chance.
 const CHANCE: f64 = 1e-9;
 
+/// Probability below which a run in the stretch contradicts its spread.
+const UNEXPLAINED: f64 = 1e-3;
+
 /// Least number of samples that tell anything of noise.
 pub(super) const LEAST_SAMPLES: usize = 32;
 
@@ -36,7 +39,7 @@ const GRID_PART: f64 = 0.02;
 
 /// How samples hang together in a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum RunKind {
     /// One value throughout.
     Equal,
     /// On a straight line to a rounding of the grid; a last digit that flickers is one.
@@ -53,7 +56,7 @@ pub(super) struct Noise {
     quantum: f64,
     /// Standard deviation of what a prediction leaves over, by its median; a lower bound.
     innovation: f64,
-    longest_equal: usize,
+    pub(super) longest_equal: usize,
     longest_line: usize,
 }
 
@@ -86,11 +89,11 @@ impl Noise {
 
     /// Returns the number of samples from which on a run is no chance anywhere in a record of
     /// `total` samples; `None` where the stretch does not tell.
-    pub(super) fn least_run(&self, kind: Kind, total: usize) -> Option<f64> {
+    pub(super) fn least_run(&self, kind: RunKind, total: usize) -> Option<f64> {
         // Free samples lie on any level or line; the others have to hit a width.
         let (longest, free, width) = match kind {
-            Kind::Equal => (self.longest_equal, 1.0, self.quantum),
-            Kind::Line => (
+            RunKind::Equal => (self.longest_equal, 1.0, self.quantum),
+            RunKind::Line => (
                 self.longest_line,
                 3.0,
                 (4.0 * CORRIDOR_QUANTA + 1.0) * self.quantum,
@@ -99,14 +102,24 @@ impl Noise {
         let rarity = libm::log(total as f64 / CHANCE);
         let seen = rarity / libm::log(self.count as f64) * (longest as f64 + 1.0);
         if !self.is_lively() {
-            return (kind == Kind::Equal).then_some(COARSE_FACTOR * seen);
+            return (kind == RunKind::Equal).then_some(COARSE_FACTOR * seen);
         }
         let chance = width / (TAU.sqrt() * self.innovation);
-        let expected = self.count as f64 * libm::pow(chance, longest as f64 - free);
-        if chance >= 1.0 || (longest as f64 > free && expected < 1e-3) {
+        if chance >= 1.0 || self.contradicts(chance, longest as f64 - free) {
             return Some(seen);
         }
         Some(seen.min(free - rarity / libm::log(chance)))
+    }
+
+    /// Tells whether the stretch shows a run that its spread does not explain.
+    fn contradicts(&self, chance: f64, hits: f64) -> bool {
+        hits > 0.0 && self.count as f64 * libm::pow(chance, hits) < UNEXPLAINED
+    }
+
+    /// Tells whether the longest run of equal samples is one that the spread explains.
+    pub(super) fn is_explained(&self) -> bool {
+        let chance = self.quantum / (TAU.sqrt() * self.innovation);
+        !self.is_lively() || !self.contradicts(chance, self.longest_equal as f64 - 1.0)
     }
 }
 

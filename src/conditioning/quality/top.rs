@@ -39,7 +39,7 @@ const FLICKER_RUN: usize = 6;
 const NOISY_RUN: usize = 20;
 
 /// Turns at zero that chance does not make in place of as many crossings: each is one of two.
-const TURNS: (usize, usize) = (4, 30);
+const TURNS: usize = 30;
 
 /// Largest relative distance of a clipped level from a power of two quanta: a bias that was
 /// taken off moves it.
@@ -48,8 +48,9 @@ const CONVERTER_PART: f64 = 2e-3;
 /// Part of the whole span that a step takes if the converter wrapped around.
 const WRAP_PART: f64 = 0.6;
 
-/// Largest part of such a step that the others may have, once it is undone.
-const UNWRAPPED_PART: f64 = 1.0 / 3.0;
+/// Largest part of such a step that the others may have, once it is undone, if it certainly wrapped, or
+/// may have.
+const UNWRAPPED_PART: (f64, f64) = (1.0 / 3.0, 0.75);
 
 /// Returns what speaks of saturation, the surest first.
 pub(super) fn clipping(facts: &SignalFacts<'_>, range_g: Option<f64>) -> Vec<Finding> {
@@ -100,7 +101,12 @@ fn flat_top(facts: &SignalFacts<'_>, extreme: f64, range_g: Option<f64>) -> Opti
     if !is_away(facts, extreme) {
         return None;
     }
-    let runs = noise::equal_runs(facts.samples, CLIPPED_RUN);
+    // A channel that holds its samples holds the one at its top as well.
+    let holds = facts.noise.filter(|noise| !noise.is_explained());
+    let least = holds.map_or(CLIPPED_RUN, |noise| {
+        CLIPPED_RUN.max(noise.longest_equal + 1)
+    });
+    let runs = noise::equal_runs(facts.samples, least);
     let (first, length) = runs
         .into_iter()
         .filter(|(first, length)| {
@@ -281,21 +287,28 @@ pub(super) fn one_signed(facts: &SignalFacts<'_>) -> Option<Finding> {
         let step = before.min(after) - here;
         2.0 * here < step && step >= STEEP_QUANTA * facts.quantum
     });
-    let (doubt, certain) = TURNS;
     let count = turns.count();
-    if count < doubt || !facts.has_noise() {
+    let near = low.abs().min(high.abs()) < EXTREME_PART * facts.peak;
+    if !near || count == 0 || facts.noise.is_none() {
         return None;
     }
-    let text = format!(
-        "no sample is {}, and {count} times the samples come down to zero and turn there: the \
-         channel was rectified or cannot show the other sign, so that the direction of the motion \
-         is lost",
+    let seen = format!(
+        "no sample is {}, and {count} times the samples come down to zero and turn there",
         if sign > 0.0 { "negative" } else { "positive" }
     );
-    Some(if count >= certain {
-        Finding::blocking("one-signed", text)
+    Some(if count >= TURNS {
+        Finding::blocking(
+            "one-signed",
+            format!(
+                "{seen}: the channel was rectified or cannot show the other sign, so that the \
+                 direction of the motion is lost"
+            ),
+        )
     } else {
-        Finding::warning("one-signed", text)
+        Finding::warning(
+            "one-signed",
+            format!("{seen}: check that the channel was not rectified and shows both signs"),
+        )
     })
 }
 
@@ -324,7 +337,8 @@ pub(super) fn wrap_around(facts: &SignalFacts<'_>) -> Option<Finding> {
         largest = largest.max((pair[1] + f64::from(turns) * span).abs());
     }
     let first = first?;
-    let smooth = largest_rest <= UNWRAPPED_PART * least_wrap;
+    let (certain, doubtful) = UNWRAPPED_PART;
+    let smooth = largest_rest <= doubtful * least_wrap;
     let few = wraps <= (facts.samples.len() / 20).max(16);
     let at_the_ends = (high + low).abs() <= 2.0 * largest_rest + 4.0 * facts.quantum;
     let beyond = largest > high.max(-low) + 5.0 * facts.quantum + 5.0 * facts.pre_deviation;
@@ -339,7 +353,7 @@ pub(super) fn wrap_around(facts: &SignalFacts<'_>) -> Option<Finding> {
         in_g(facts.samples[first - 1]),
         in_g(facts.samples[first])
     );
-    let finding = if turns == 0 {
+    let finding = if turns == 0 && largest_rest <= certain * least_wrap {
         Finding::blocking("wrap-around", text)
     } else {
         Finding::warning("wrap-around", text)

@@ -1,13 +1,14 @@
 //! Charts of the studies, each a file of its own, light or dark as the viewer prefers.
 //!
 //! `attractor`, `basins`, `bifurcation` and `excitation_map` show motion on sines and share
-//! `dynamics`; `stability` and `work_precision` compare methods, which `methods` draws;
+//! `dynamics`; `stability` and `work_precision` compare methods, which `methods` draws; `damages` is of recordings;
 //! `free_vibration`, `histories`, `restitution`, `shock`, `spectrogram` and `step_size` are the
 //! paper's other figures.
 
 mod attractor;
 mod basins;
 mod bifurcation;
+mod damages;
 mod dynamics;
 mod excitation_map;
 mod free_vibration;
@@ -23,6 +24,7 @@ mod work_precision;
 use crate::study::attractor::Attractor;
 use crate::study::basins::Basins;
 use crate::study::bifurcation::Diagram;
+use crate::study::damages::Damages;
 use crate::study::excitation_map::ExcitationMap;
 use crate::study::free_vibration::FreeVibration;
 use crate::study::histories::Histories;
@@ -72,6 +74,8 @@ charts! {
     basins([Basins]), dynamics::RULES;
     /// Draws sections against the amplitude, one panel per stop.
     bifurcation([Diagram]), dynamics::RULES;
+    /// Draws what damage is seen, kind by kind.
+    damages(Damages), damages::RULES;
     /// Draws what excitation opens the latch, one panel per stop.
     excitation_map([ExcitationMap]), dynamics::RULES;
     /// Draws free vibration with and without a stop.

@@ -55,7 +55,10 @@ fn saturation() -> Vec<Case> {
             };
             0.007 * (pulse.round() + (k * k).rem_euclid(3) as f64).min(4096.0)
         })
-        .unusable(&frozen, &["saturated"]),
+        .unusable(
+            &["blocking clipping", "blocking frozen", "warning one-signed"],
+            &["saturated"],
+        ),
         // A flat top of a formula is none of a sensor.
         case("declared.csv", "synthetic = true\n", |k| push(k).min(20.0))
             .finds(&["info synthetic"]),

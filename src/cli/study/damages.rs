@@ -1,0 +1,120 @@
+//! `latchgate study damages`.
+
+use super::analysis::{Analysis, Session, StudyAnswer};
+use crate::cli::failure::Failure;
+use crate::cli::options::StudyCommon;
+use crate::conditioning::{ConditioningOptions, Signal, condition};
+use crate::error::Error;
+use crate::model::Design;
+use crate::parallel::Control;
+use crate::recording::{self, Channel, Limits, ReadOptions, Selection, Severity, Source, Stated};
+use crate::report::plot;
+use crate::report::study::StudyTable;
+use crate::study::damages::{self, Judged};
+use crate::units::{AccelerationUnit, OpensWhen};
+use crate::verdict::{ModelChoice, Polarity, Policy, passes};
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Options of `study damages`.
+#[derive(Debug, Clone, Args)]
+pub struct Arguments {
+    /// Lever and files.
+    #[command(flatten)]
+    pub study: StudyCommon,
+    /// Number of damages
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000), default_value_t = 10_400, allow_negative_numbers = true)]
+    pub points: u32,
+    /// Seed of chance
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        allow_negative_numbers = true
+    )]
+    pub seed: u64,
+    /// A recording of one's own to damage, whose negative side opens, in place of made ones
+    #[arg(long, value_name = "FILE")]
+    pub recording: Option<PathBuf>,
+    /// Its channel
+    #[arg(long, value_name = "NAME", requires = "recording")]
+    pub channel: Option<String>,
+}
+
+impl Analysis for Arguments {
+    fn name(&self) -> &'static str {
+        "damages"
+    }
+
+    fn common(&self) -> &StudyCommon {
+        &self.study
+    }
+
+    fn run(&self, design: &Design, session: &Session) -> Result<StudyAnswer, Failure> {
+        let options = damages::Options {
+            runs: self.points,
+            seed: self.seed,
+            own: self.own().map_err(Failure::Data)?,
+        };
+        let result = session.watch("damaging recordings", |control| {
+            damages::run(&options, &|signal| judged(signal, design), control)
+        })?;
+        Ok(StudyAnswer {
+            results: Some(json!(result)),
+            tables: vec![StudyTable::of(&result.rows).map_err(Failure::Data)?],
+            svg: plot::damages(&result),
+            headlines: result.headlines,
+            ..StudyAnswer::to(&options)
+        })
+    }
+}
+
+impl Arguments {
+    fn own(&self) -> Result<Option<Signal>, Error> {
+        let Some(path) = &self.recording else {
+            return Ok(None);
+        };
+        let options = ReadOptions {
+            channel: self.channel.clone(),
+            ..ReadOptions::default()
+        };
+        let source = Source::File(path.clone());
+        let read = recording::read(&source, &options, Selection::Lateral, &Limits::default())?;
+        let channel = read.channels.first();
+        channel
+            .map(|channel| condition(channel, &ConditioningOptions::default()))
+            .transpose()
+            .map(|conditioned| conditioned.map(|conditioned| conditioned.raw))
+    }
+}
+
+/// Judges a signal by nominal runs on both stops, as a replay without members does.
+fn judged(signal: &Signal, design: &Design) -> Result<Judged, Error> {
+    let channel = Channel {
+        name: "damaged".into(),
+        unit: Some(AccelerationUnit::MetrePerSecondSquared),
+        unit_source: "study",
+        start_s: signal.start_s,
+        rate: signal.rate,
+        values: signal.samples.clone(),
+        stated: Stated::default(),
+        findings: Vec::new(),
+    };
+    let conditioned = condition(&channel, &ConditioningOptions::default())?;
+    let codes = |severity: Severity| -> Vec<String> {
+        let findings = conditioned.findings.iter();
+        let of = findings.filter(|finding| finding.severity == severity);
+        of.map(|finding| finding.code.to_string()).collect()
+    };
+    let blocking = codes(Severity::Blocking);
+    let policy = Policy::new(ModelChoice::Auto, Polarity::Declared(OpensWhen::Negative));
+    let found = &conditioned.findings;
+    let control = Control::default();
+    let passes = blocking.is_empty() && passes(&conditioned, found, design, &policy, &control)?;
+    Ok(Judged {
+        passes,
+        blocking,
+        warnings: codes(Severity::Warning),
+    })
+}
