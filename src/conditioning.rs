@@ -240,14 +240,41 @@ pub fn inspect(channel: &Channel, options: &ConditioningOptions) -> Result<Vec<F
 fn conditioned(channel: &Channel, options: &ConditioningOptions) -> Result<Conditioned, Error> {
     let raw = in_si(channel)?;
     // What a card declares comes before what the file states.
-    let mut findings = quality::findings(
+    let findings = quality::findings(
         &raw,
         &ConditioningOptions {
             range_g: options.range_g.or(channel.full_scale_g()),
             ..*options
         },
     );
+    let conditioned = from_raw(raw, options, findings)?;
+    tracing::debug!(
+        channel = %channel.name,
+        bias_m_s2 = conditioned.bias_m_s2,
+        filter = conditioned.filter.map_or("none", Cfc::name),
+        findings = conditioned.findings.len(),
+        "channel conditioned"
+    );
+    Ok(conditioned)
+}
 
+/// Conditions the same samples in another way; what they are by themselves is not looked at again.
+///
+/// # Errors
+///
+/// As [`condition`] for bias, resampling and filter.
+pub fn reconditioned(
+    conditioned: &Conditioned,
+    options: &ConditioningOptions,
+) -> Result<Conditioned, Error> {
+    from_raw(conditioned.raw.clone(), options, Vec::new())
+}
+
+fn from_raw(
+    raw: Signal,
+    options: &ConditioningOptions,
+    mut findings: Vec<Finding>,
+) -> Result<Conditioned, Error> {
     let (bias, odd) = bias::bias(&raw, options.bias)?;
     findings.extend(odd);
     let mut used = raw.clone();
@@ -286,13 +313,6 @@ fn conditioned(channel: &Channel, options: &ConditioningOptions) -> Result<Condi
         ));
         findings.extend(filter_not_causal(class, options.filter_standard));
     }
-    tracing::debug!(
-        channel = %channel.name,
-        bias_m_s2 = bias.mean_m_s2,
-        filter = filter.map_or("none", Cfc::name),
-        findings = findings.len(),
-        "channel conditioned"
-    );
     Ok(Conditioned {
         bias_m_s2: bias.mean_m_s2,
         bias_standard_error_m_s2: bias.standard_error_m_s2,

@@ -37,6 +37,7 @@ use crate::model::Design;
 use crate::parallel::Control;
 use crate::recording::Finding;
 use crate::verdict::Policy;
+use crate::verdict::meter::Meter;
 use margin_search::MarginSearch;
 use quantity::SearchRange;
 use search::{Crossing, Excess, SearchResult};
@@ -102,6 +103,9 @@ pub const POINTS_MAX: usize = 1200;
 
 /// Values that the search of a long recording begins with.
 pub const POINTS_MIN: usize = 200;
+
+/// Times as many steps that a search for margins may take as a verdict.
+const WORK_TIMES: u64 = 20;
 
 /// A change of the answer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -173,7 +177,8 @@ pub struct Margin {
     /// Changes between pass and no pass of the nominal runs within the range.
     pub changes: usize,
     /// Where the nominal runs change between pass and no pass for the last time on the way to
-    /// the end of the range that they pass at; `None` if they pass at both ends, or at none.
+    /// the end of the range that they pass at, the safer one if they pass at both; `None` if they
+    /// pass at none.
     pub settled_at: Option<f64>,
     /// The convention: what stays and what moves along.
     pub convention: Cow<'static, str>,
@@ -251,7 +256,8 @@ pub fn margins(
         threads: control.threads,
         proceed: &quiet,
     };
-    let search = MarginSearch::new(conditioned, findings, design, options, control)?;
+    let work = Meter::new(options.policy.work.saturating_mul(WORK_TIMES));
+    let search = MarginSearch::new(conditioned, findings, design, options, control, &work)?;
     let mut answers = Vec::new();
     let mut boundaries = Vec::new();
     let mut scans = Vec::new();

@@ -14,6 +14,7 @@
 //! - `prepared`: the recording, read and conditioned once;
 //! - `answer`: what was known and found, put together as a document;
 //! - `identity`: the hash that names a report;
+//! - `defaults`: settings that decide, held against the defaults;
 //! - `candidates`: the channels to choose from where several could be meant;
 //! - `design_file`, `inspect`, `margin`, `verify` with `compare`: the other answers.
 //!
@@ -41,6 +42,7 @@
 mod answer;
 mod candidates;
 mod compare;
+mod defaults;
 mod design_file;
 mod identity;
 mod inspect;

@@ -28,7 +28,8 @@ use crate::model::Design;
 use crate::model::excitation::{Harmonic, Sampled};
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
-use crate::units::OpensWhen;
+use crate::parallel::Control;
+use crate::units::{OpensWhen, SampleRate};
 pub use methods::{
     ADAPTIVE_TOLERANCE, ADAPTIVE_TOLERANCE_MIN, Breakdown, REST_SPEED_RAD_S,
     step_seconds as fixed_step_s,
@@ -96,6 +97,39 @@ pub struct Work {
     pub rhs: u64,
     /// Releases, impacts, contacts and rests.
     pub events: u64,
+}
+
+impl Work {
+    /// Returns the work as limits count it, in steps of a whole sample: a step with more than eight
+    /// evaluations counts as more.
+    #[must_use]
+    pub fn counted(&self) -> u64 {
+        self.steps.max(self.rhs / 8)
+    }
+}
+
+/// How much a run may take, and whose wish to stop it heeds.
+#[derive(Debug, Clone, Copy)]
+pub struct Within<'a> {
+    /// Steps after which it is given up.
+    pub steps_max: u64,
+    /// Asked from time to time whether to go on.
+    pub control: &'a Control<'a>,
+}
+
+impl Within<'_> {
+    /// Steps between two looks at the control, some hundredths of a second.
+    const LOOK_EVERY: u64 = 1 << 17;
+
+    /// Tells whether `steps` taken, of which `looked` had been taken at the last look, are too
+    /// many or the wish to stop has come.
+    fn ends(&self, steps: u64, looked: &mut u64) -> bool {
+        if steps >= *looked + Self::LOOK_EVERY {
+            *looked = steps;
+            return self.control.check().is_err();
+        }
+        false
+    }
 }
 
 /// What the lever did.
@@ -194,6 +228,8 @@ pub struct RunOutcome {
     pub run: Run,
     /// The trajectory, if it was asked for; else empty.
     pub trace: Vec<TracePoint>,
+    /// What run and coast cost, as limits count it.
+    pub spent: u64,
     /// Bound on the error of the coast's peak [rad].
     pub coast_error_rad: f64,
     /// Bound on the error of the final angle [rad]; only the event-driven method states it.
@@ -218,6 +254,25 @@ pub struct RunOutcome {
 /// [`ErrorKind::OutOfRange`] for an initial state that the stop does not admit, a sample that
 /// is not finite, or a fixed step that would need more than 10⁹ steps.
 pub fn run(signal: &Signal, design: &Design, options: &RunOptions) -> Result<RunOutcome, Error> {
+    let within = Within {
+        steps_max: u64::MAX,
+        control: &Control::unwatched(1),
+    };
+    run_within(signal, design, options, &within)
+}
+
+/// As [`run`], of a run that may be stopped or take too much: one that needs more steps than it may
+/// take breaks down.
+///
+/// # Errors
+///
+/// As [`run`]; [`ErrorKind::Stopped`].
+pub fn run_within(
+    signal: &Signal,
+    design: &Design,
+    options: &RunOptions,
+    within: &Within<'_>,
+) -> Result<RunOutcome, Error> {
     let count = signal.samples.len();
     if count < 2 {
         return Err(ErrorKind::TooShort {
@@ -236,6 +291,12 @@ pub fn run(signal: &Signal, design: &Design, options: &RunOptions) -> Result<Run
     }
     let (first, last) = options.window.unwrap_or((0, count - 1));
     let (first, last) = (first.min(count - 1), last.min(count - 1));
+    let parts = match options.method {
+        Method::EventDriven => subdivision(signal, design, options.stop),
+        _ => 1,
+    };
+    let (divided, first, last) = (divided(signal, parts), parts * first, parts * last);
+    let signal = &*divided;
     let outcome = match options.method {
         Method::EventDriven => pulp::Arch::new().dispatch(EventDriven {
             signal,
@@ -243,9 +304,11 @@ pub fn run(signal: &Signal, design: &Design, options: &RunOptions) -> Result<Run
             options,
             first,
             last,
+            within,
         }),
-        _ => compared(signal, design, options, first, last)?,
+        _ => compared(signal, design, options, first, last, within)?,
     };
+    within.control.check()?;
     tracing::debug!(
         model = outcome.run.model.name(),
         opens_when = outcome.run.opens_when.name(),
@@ -254,6 +317,46 @@ pub fn run(signal: &Signal, design: &Design, options: &RunOptions) -> Result<Run
         "lever replayed"
     );
     Ok(outcome)
+}
+
+/// Returns into how many parts each sample interval is divided before a replay, so that the soft
+/// stop's own oscillation turns by no more than its whole samples in contact allow. The straight
+/// lines between the samples stay what they are.
+#[must_use]
+pub fn subdivision(signal: &Signal, design: &Design, stop: StopModel) -> usize {
+    /// Beyond it a sample is as cheap by series.
+    const PARTS_MAX: f64 = 64.0;
+    if stop == StopModel::Rigid {
+        return 1;
+    }
+    let frequency = design.stop.contact_angular_frequency_rad_s(&design.lever);
+    // A tenth less leaves room for the levers of an ensemble.
+    let parts =
+        (frequency * signal.rate.interval().seconds() / (0.9 * contact_fast::PHASE_MAX)).ceil();
+    if parts > 1.0 && parts <= PARTS_MAX {
+        parts as usize
+    } else {
+        1
+    }
+}
+
+/// Returns the signal with each sample interval divided into `parts`.
+pub(crate) fn divided(signal: &Signal, parts: usize) -> Cow<'_, Signal> {
+    let rate = SampleRate::from_hertz(signal.rate.hertz() * parts as f64);
+    let (true, Ok(rate)) = (parts > 1, rate) else {
+        return Cow::Borrowed(signal);
+    };
+    let mut samples = Vec::with_capacity(signal.samples.len() * parts);
+    for pair in signal.samples.windows(2) {
+        let step = (pair[1] - pair[0]) / parts as f64;
+        samples.extend((0..parts).map(|part| pair[0] + step * part as f64));
+    }
+    samples.extend(signal.samples.last());
+    Cow::Owned(Signal {
+        rate,
+        samples,
+        ..*signal
+    })
 }
 
 fn check_initial(options: &RunOptions) -> Result<(), Error> {
@@ -295,6 +398,7 @@ struct EventDriven<'a> {
     options: &'a RunOptions,
     first: usize,
     last: usize,
+    within: &'a Within<'a>,
 }
 
 impl pulp::WithSimd for EventDriven<'_> {
@@ -308,6 +412,7 @@ impl pulp::WithSimd for EventDriven<'_> {
             self.options,
             self.first,
             self.last,
+            self.within,
         )
     }
 }
@@ -340,8 +445,11 @@ fn event_driven(
     options: &RunOptions,
     first: usize,
     last: usize,
+    within: &Within<'_>,
 ) -> RunOutcome {
     let mut kernel = begin(signal.start_s, design, options).for_samples(last);
+    kernel.at_most(within.steps_max);
+    let mut looked = 0;
     let (sign, interval) = (options.opens_when.sign(), signal.rate.interval().seconds());
     let lift_off = kernel.lift_off_acceleration();
     let fast_flight = FastFlight::new(&kernel, interval, sign);
@@ -385,6 +493,7 @@ fn event_driven(
         );
         kernel.advance(signal.time_s(index), interval, from, to);
         index += 1;
+        kernel.stuck |= within.ends(kernel.work.steps, &mut looked);
         if kernel.stuck {
             break;
         }
@@ -395,11 +504,17 @@ fn event_driven(
             .recorder
             .open_window(kernel.state().0, signal.time_s(last), error);
     }
-    finish(kernel, signal.time_s(last), design, options)
+    finish(kernel, signal.time_s(last), design, options, within)
 }
 
 /// Ends an event-driven run at `end` [s]: closes the window, coasts on, tells what there was.
-fn finish(mut kernel: Kernel, end: f64, design: &Design, options: &RunOptions) -> RunOutcome {
+fn finish(
+    mut kernel: Kernel,
+    end: f64,
+    design: &Design,
+    options: &RunOptions,
+    within: &Within<'_>,
+) -> RunOutcome {
     let (angle, velocity) = kernel.state();
     let error = kernel.angle_error();
     kernel.recorder.close_window(angle, end, error);
@@ -413,10 +528,11 @@ fn finish(mut kernel: Kernel, end: f64, design: &Design, options: &RunOptions) -
     );
     let finished = kernel.recorder.clone();
     let coast = if moving && !stuck {
-        kernel.coast(end)
+        kernel.coast(end, within)
     } else {
         None
     };
+    let too_many = kernel.took_too_many();
     let broke_down = stuck
         || (moving && coast.is_none())
         || !peak.angle.is_finite()
@@ -447,10 +563,11 @@ fn finish(mut kernel: Kernel, end: f64, design: &Design, options: &RunOptions) -
             work,
         },
         trace: trace.unwrap_or_default(),
+        spent: kernel.work.counted(),
         coast_error_rad: coast.map_or(0.0, |peak| finite(peak.bound())),
         final_error_rad: options.error_bound.then(|| finite(error)),
         broke_down,
-        breakdown: None,
+        breakdown: (broke_down && too_many).then_some(Breakdown::TooManySteps),
         lowest_angle_rad: None,
     }
 }
@@ -510,6 +627,7 @@ fn compared(
     options: &RunOptions,
     first: usize,
     last: usize,
+    within: &Within<'_>,
 ) -> Result<RunOutcome, Error> {
     let excitation = Sampled {
         start_s: signal.start_s,
@@ -529,6 +647,7 @@ fn compared(
             longest_step_s: signal.rate.interval().seconds(),
             step_s: options.step_s,
             trace: options.trace,
+            within,
         },
         options,
     )
@@ -594,8 +713,13 @@ pub fn run_harmonic(
     if options.method == Method::EventDriven {
         return Ok(harmonic::run(&excitation, end_s, design, options));
     }
+    let within = Within {
+        steps_max: u64::MAX,
+        control: &Control::unwatched(1),
+    };
     methods::run(
         &Problem {
+            within: &within,
             excitation: &excitation,
             design,
             stop: options.stop,

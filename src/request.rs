@@ -371,6 +371,11 @@ impl Request {
             window_s: self.window_s,
             members: self.members,
             seed: self.seed,
+            work: self
+                .limits
+                .get("work")
+                .copied()
+                .unwrap_or(Limits::default().work),
         }
     }
 }

@@ -1,12 +1,13 @@
 //! The verdict: what the runs, their errors and the findings together say.
 //!
 //! [`assess()`] goes from a conditioned channel to an answer. Below it stand, from the bottom up:
-//! the question (`policy`), the samples that count (`faults`, `usable_span`) and the words
-//! (`wording`); the rule (`decision`), the bounds (`screen`) and the scatter (`ensemble`); the runs
-//! (`runs`), and what bounds prove of them (`proof`); one record of each stop and sign with all that
-//! it came to (`variant`); the ensembles (`looks`, or `early` where only a pass matters); the
-//! reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the sentences (`replay_findings`,
-//! `reasons`, `ladder`).
+//! the question (`policy`), the samples that count (`faults`, `usable_span`), the work that may be
+//! done (`meter`) and the words (`wording`); the rule (`decision`), the bounds (`screen`) and the
+//! scatter (`ensemble`); the runs (`runs`), on several `readings` of the samples for their
+//! `interpolation` error, and what bounds prove of them (`proof`); one record of each stop and sign
+//! with all that it came to (`variant`); the ensembles (`looks`, or `early` where only a pass
+//! matters); the reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the sentences
+//! (`replay_findings`, `reasons`, `ladder`).
 //!
 //! - `assess`: from a conditioned channel to an answer: which runs are made, and what they say
 //!   together.
@@ -18,11 +19,14 @@ pub(crate) mod early;
 pub mod ensemble;
 pub(crate) mod faults;
 pub mod filters;
+mod interpolation;
 pub mod ladder;
 mod looks;
+pub(crate) mod meter;
 pub mod policy;
 mod proof;
 mod quantile_band;
+mod readings;
 mod reasons;
 mod replay_findings;
 mod runs;
@@ -102,7 +106,7 @@ pub struct Reason {
 pub struct ErrorBudget {
     /// Integration and rounding.
     pub numerical: Option<f64>,
-    /// Linear samples against a band-limited fourfold of them.
+    /// What straight lines between samples leave out: a bound.
     pub interpolation: Option<f64>,
     /// Rigid against soft stop.
     pub model: Option<f64>,
@@ -156,7 +160,7 @@ pub struct RunAnswer {
     /// The answer of this run alone. Not called a verdict: a script that looks for
     /// `"verdict": "pass"` shall find the document's alone.
     pub answer: Answer,
-    /// Change of the peak when the samples are refined fourfold [rad]; `None` where a run
+    /// Bound on what straight lines between samples do to the peak [rad]; `None` where a run
     /// could not be followed or was not needed.
     pub interpolation_error_rad: Option<f64>,
     /// U of the peak, numerical plus interpolation error [rad].

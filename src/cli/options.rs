@@ -40,7 +40,7 @@ pub struct Common {
     #[arg(long, global = true, value_name = "FORMAT[:LEVEL]", value_parser = parse_log)]
     pub log: Option<LogSettings>,
     /// Threads to use; the numbers do not depend on it [default: all cores]
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), allow_hyphen_values = true)]
     pub threads: Option<u16>,
     /// Form of the answer on stdout
     #[arg(long, global = true, value_enum, ignore_case = true, default_value_t = OutputFormat::Text)]
@@ -107,19 +107,19 @@ pub struct ReadArguments {
     #[arg(long, value_name = "s|ms|us|ns", value_parser = parse_time_unit)]
     pub time_unit: Option<TimeUnit>,
     /// Line of a text table that names its columns; lines above it are no samples [default: found]
-    #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), conflicts_with = "skip_lines", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), conflicts_with = "skip_lines", allow_hyphen_values = true)]
     pub header_line: Option<u32>,
     /// Lines at the start of a text table to pass over [default: found]
-    #[arg(long, value_name = "N", value_parser = count(0, u32::MAX), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = count(0, u32::MAX), allow_hyphen_values = true)]
     pub skip_lines: Option<u32>,
     /// Decimal mark of a text table; the other mark may then separate thousands [default: found]
     #[arg(long, value_name = ".|,", value_parser = parse_decimal)]
     pub decimal: Option<DecimalMark>,
     /// Sample rate where the file holds no time [Hz]
-    #[arg(long, value_name = "HZ", value_parser = parse_positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", value_parser = parse_positive, allow_hyphen_values = true)]
     pub rate_hz: Option<f64>,
     /// Instant of first contact on the file's clock [s] [default: 0 of that clock; MCAP: the first sample]
-    #[arg(long, value_name = "S", value_parser = parse_finite, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", value_parser = parse_finite, allow_hyphen_values = true)]
     pub time_zero: Option<f64>,
     /// Unit of acceleration [default: as header, units row, card or format states]
     #[arg(long, value_name = "g|m/s2|mm/s2|mm/ms2|ft/s2|kilo-g", value_parser = parse_unit)]
@@ -190,7 +190,7 @@ pub struct ReplayArguments {
     #[arg(long, value_name = "iso6487|saej211", value_parser = parse_standard, default_value = "iso6487")]
     pub filter_standard: FilterStandard,
     /// Rate fed to the model [Hz], or native
-    #[arg(long, value_name = "HZ|native", value_parser = parse_resample, default_value = "native", allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ|native", value_parser = parse_resample, default_value = "native", allow_hyphen_values = true)]
     pub resample: Resample,
     /// Judge only crossings inside START..END in s; the whole record drives the lever
     #[arg(long, value_name = "START..END", value_parser = parse_window, allow_hyphen_values = true)]
@@ -208,24 +208,24 @@ pub struct ReplayArguments {
     #[arg(long, value_enum, ignore_case = true, default_value_t = MethodArgument::EventDriven)]
     pub method: MethodArgument,
     /// Steps of the fixed-step methods per natural period of the lever
-    #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), default_value_t = STEPS_PER_PERIOD_DEFAULT, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), default_value_t = STEPS_PER_PERIOD_DEFAULT, allow_hyphen_values = true)]
     pub steps_per_period: u32,
     /// Error that event-driven and dopri5 let pass in a step [rad] [default: 1e-17; dopri5: 1e-9,
     /// absolute and relative, 1e-14 at least]
-    #[arg(long, value_name = "RAD", value_parser = parse_tolerance, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD", value_parser = parse_tolerance, allow_hyphen_values = true)]
     pub tolerance: Option<f64>,
     /// Largest ensemble of levers scattered as design and input are uncertain; it ends earlier
     /// where fewer decide; 0: the nominal runs alone
-    #[arg(long, value_name = "N", default_value_t = MEMBERS_DEFAULT, value_parser = count(0, MEMBERS_MAX), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = MEMBERS_DEFAULT, value_parser = count(0, MEMBERS_MAX), allow_hyphen_values = true)]
     pub members: u32,
     /// Seed of the ensemble
-    #[arg(long, value_name = "N", default_value_t = SEED_DEFAULT, value_parser = parse_count, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = SEED_DEFAULT, value_parser = parse_count, allow_hyphen_values = true)]
     pub seed: u64,
     /// Initial angle [rad] [default: at rest on the stop]
-    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_hyphen_values = true)]
     pub phi0: Option<f64>,
     /// Initial angular velocity [rad/s] [default: at rest]
-    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_hyphen_values = true)]
     pub omega0: Option<f64>,
     /// Folder of the report [default: reports/out/RECORDING-DESIGN]
     #[arg(long, value_name = "DIR")]
@@ -271,11 +271,11 @@ pub struct MarginArguments {
     #[command(flatten)]
     pub replay: ReplayArguments,
     /// Distance of the counterweight from the pivot, on its far side [m]
-    #[arg(long, value_name = "M", value_parser = parse_positive, default_value_t = 0.03, allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", value_parser = parse_positive, default_value_t = 0.03, allow_hyphen_values = true)]
     pub counterweight_radius: f64,
     /// Values of each quantity that the search begins with [default: 200 to 1200, fewer the longer
     /// the recording]
-    #[arg(long, value_name = "N", value_parser = count(50, 20_000), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = count(50, 20_000), allow_hyphen_values = true)]
     pub points: Option<u32>,
     /// Map of the peak angle over two design keys, with the boundary of the pass, for example
     /// --map lever.preload_torque_nm=0.1..3 lever.mass_kg=0.05..0.2

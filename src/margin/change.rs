@@ -48,6 +48,15 @@ const LONG_SPANS: usize = 12;
 /// the whole rule is asked whether there is a nearer one.
 const BETWEEN: u32 = 24;
 
+/// Width of a bracket below which a question is cheap: no ensemble is asked.
+const CHEAP_WIDTH: f64 = 5e-5;
+
+/// Parts of a narrow stretch at whose joints the whole rule is asked, where that is cheap.
+const PARTS: u32 = 16;
+
+/// First steps that a narrow stretch is long at most.
+const PARTS_STEPS: f64 = 8.0;
+
 /// Nominal peaks, the highest, between the present value and a boundary of the nominal runs
 /// at which the whole rule is asked: what comes close to the threshold may be no pass.
 const CLOSE_CALLS: usize = 6;
@@ -273,8 +282,14 @@ impl VerdictSearch<'_> {
             before = place;
             step *= 2.0;
         }
-        // What is left of the range: its end, or its middle where it is a narrow one.
-        for place in [end, f64::midpoint(start, end)] {
+        // What is left of the range: its end, or what lies within where it is a narrow one.
+        let parts = if self.width < CHEAP_WIDTH { PARTS } else { 2 };
+        let within =
+            (1..parts).map(|part| start + (end - start) * f64::from(part) / f64::from(parts));
+        let narrow = step <= 2.0 * PARTS_STEPS * FIRST_STEP * self.unit();
+        let within: Vec<f64> = if narrow { within.collect() } else { Vec::new() };
+        let middle = f64::midpoint(start, end);
+        for place in within.into_iter().chain([end, middle]) {
             if self.passes_at(place)? {
                 let from = if (place - start).abs() > (before - start).abs() {
                     before

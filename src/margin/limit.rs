@@ -8,6 +8,7 @@ use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::parallel::Control;
 use crate::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
+use crate::verdict::meter::Meter;
 use crate::verdict::{ModelChoice, Polarity, Policy, screen};
 use serde::{Deserialize, Serialize};
 
@@ -112,7 +113,9 @@ pub fn critical_pulse(
         ModelChoice::Only(stop),
         Polarity::Declared(OpensWhen::Negative),
     );
+    let work = Meter::new(u64::MAX);
     let runs = NominalRuns {
+        work: &work,
         signal: &signal,
         policy: &policy,
         control,

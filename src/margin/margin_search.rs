@@ -14,6 +14,7 @@ use crate::recording::Finding;
 use crate::verdict::assess;
 use crate::verdict::early::MemberCache;
 use crate::verdict::faults::Faults;
+use crate::verdict::meter::Meter;
 use crate::verdict::usable_span::window_samples;
 use std::cell::{Cell, RefCell};
 
@@ -46,6 +47,7 @@ impl<'a> MarginSearch<'a> {
         design: &'a Design,
         options: &'a MarginOptions,
         control: &'a Control<'a>,
+        work: &'a Meter,
     ) -> Result<Self, Error> {
         let policy = &options.policy;
         let signal = &conditioned.used;
@@ -54,6 +56,7 @@ impl<'a> MarginSearch<'a> {
             policy,
             window: window_samples(signal, policy.window_s)?,
             control,
+            work,
         };
         let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
         let spoiled = faults.first_bad.is_some();
@@ -141,9 +144,9 @@ impl<'a> MarginSearch<'a> {
             self.findings,
             &design,
             &self.options.policy,
-            cache,
-            trust_cache,
+            (cache, trust_cache),
             self.runs.control,
+            self.runs.work,
         );
         match passes {
             Err(error) if *error.kind() == ErrorKind::Stopped => Err(error),
@@ -202,7 +205,7 @@ impl<'a> MarginSearch<'a> {
             searched: (range.low, range.high),
             values: found.points.len(),
             changes: changes.len(),
-            settled_at: settled(&changes),
+            settled_at: settled(&changes, quantity.is_safer_above()),
             convention: quantity.convention().into(),
         })
     }
@@ -252,6 +255,9 @@ impl<'a> MarginSearch<'a> {
             Basis::NominalRun => "the nominal run",
             Basis::Verdict => "the verdict",
         };
+        if self.runs.work.limit_reached().is_some() {
+            return format!("the search from {low} to {high}{unit} ended at the limit `work`");
+        }
         match self.basis {
             _ if passes => format!("{whose} is a pass everywhere from {low} to {high}{unit}"),
             Basis::NominalRun => {
@@ -264,12 +270,14 @@ impl<'a> MarginSearch<'a> {
     }
 }
 
-/// The last change on the way to the one end of the range that passes.
-fn settled(changes: &[&Crossing]) -> Option<f64> {
+/// The last change on the way to the one end of the range that passes; where both do, to that
+/// which is the safer.
+fn settled(changes: &[&Crossing], safer_above: bool) -> Option<f64> {
     let (first, last) = (changes.first()?, changes.last()?);
     match (first.low.1.pass <= 0.0, last.high.1.pass <= 0.0) {
-        (true, false) => Some(first.low.0),
+        (true, true) if safer_above => Some(last.high.0),
+        (true, _) => Some(first.low.0),
         (false, true) => Some(last.high.0),
-        _ => None,
+        (false, false) => None,
     }
 }

@@ -11,6 +11,7 @@ use crate::parallel::Control;
 use crate::recording::Finding;
 use crate::verdict::Policy;
 use crate::verdict::early::MemberCache;
+use crate::verdict::meter::Meter;
 use serde::{Deserialize, Serialize};
 
 /// The preload that a recording asks for.
@@ -73,7 +74,8 @@ pub fn preload_answer(
         limit: false,
     };
     control.unmeasured(|control| {
-        let search = MarginSearch::new(conditioned, findings, design, &options, control)?;
+        let work = Meter::new(policy.work);
+        let search = MarginSearch::new(conditioned, findings, design, &options, control, &work)?;
         answer(&search, passes)
     })
 }

@@ -55,6 +55,11 @@ impl Quantity {
         }
     }
 
+    /// Tells whether more of it holds the lever, rather than less.
+    pub(super) fn is_safer_above(self) -> bool {
+        matches!(self, Self::Preload | Self::Counterweight)
+    }
+
     /// Returns its unit; empty for a ratio.
     #[must_use]
     pub fn unit(self) -> &'static str {

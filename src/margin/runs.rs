@@ -8,7 +8,8 @@ use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
 use crate::parallel::Control;
 use crate::replay::batch::{self, BatchOptions, Member, MemberPeak};
-use crate::replay::{self, RunOptions};
+use crate::replay::{self, Breakdown, RunOptions};
+use crate::verdict::meter::Meter;
 use crate::verdict::{Polarity, Policy, Variant};
 
 /// One value to try: a lever, its stop and threshold, and the scale of the recording.
@@ -48,6 +49,8 @@ pub(super) struct NominalRuns<'a> {
     pub(super) policy: &'a Policy,
     pub(super) window: Option<(usize, usize)>,
     pub(super) control: &'a Control<'a>,
+    /// What all runs of the search may take and have taken.
+    pub(super) work: &'a Meter,
 }
 
 impl NominalRuns<'_> {
@@ -93,6 +96,7 @@ impl NominalRuns<'_> {
             .iter()
             .flat_map(|variant| trials.chunks(TRIALS_TAKEN).map(|taken| (*variant, taken)))
             .collect();
+        self.work.share_out(tasks.len());
         let found = self
             .control
             .try_map(&tasks, |(variant, taken)| self.peaks(*variant, taken))?;
@@ -128,7 +132,9 @@ impl NominalRuns<'_> {
                 bias_m_s2: 0.0,
             }
         };
-        let peaks = batch::peaks(self.signal, trials.len(), &member, &options)?;
+        let within = self.work.within_of_members(self.control);
+        let peaks = batch::peaks_within(self.signal, trials.len(), &member, &options, &within)?;
+        self.work.add(peaks.iter().map(|peak| peak.spent).sum());
         let reached = |of: &MemberPeak| reach(of.peak_angle_rad, of.coast_peak_angle_rad, true);
         Ok(peaks.iter().map(reached).collect())
     }
@@ -161,7 +167,13 @@ impl NominalRuns<'_> {
                 error_bound: false,
                 ..RunOptions::new(model, opens_when)
             };
-            let outcome = replay::run(&scaled, &design, &options)?;
+            self.work.share_out(1);
+            let within = self.work.within(self.control);
+            let outcome = replay::run_within(&scaled, &design, &options, &within)?;
+            self.work.add(outcome.spent);
+            if outcome.breakdown == Some(Breakdown::TooManySteps) {
+                self.work.cut();
+            }
             let (peak, coast) = (outcome.run.peak_angle_rad, outcome.run.coast_peak_angle_rad);
             reaches.push(reach(peak, coast, !outcome.broke_down));
         }

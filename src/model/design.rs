@@ -13,11 +13,17 @@ use std::collections::BTreeMap;
 pub struct Criterion {
     /// Largest angle that keeps the door shut [rad].
     pub threshold_rad: f64,
+    /// The smaller one that an override took the place of [rad]; `None` if none did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub raised_from_rad: Option<f64>,
 }
 
 impl Default for Criterion {
     fn default() -> Self {
-        Self { threshold_rad: 0.1 }
+        Self {
+            threshold_rad: 0.1,
+            raised_from_rad: None,
+        }
     }
 }
 
@@ -204,7 +210,30 @@ impl Design {
                 hint: "write a decimal number with a dot".into(),
             })
         })?;
-        self.set_number(key, parsed)
+        let criterion = self.criterion;
+        self.set_number(key, parsed)?;
+        let stated = criterion.raised_from_rad.unwrap_or(criterion.threshold_rad);
+        self.criterion.raised_from_rad = (self.criterion.threshold_rad > stated).then_some(stated);
+        Ok(())
+    }
+
+    /// Returns the limit of the angle that is judged without overrides and within what a latch can
+    /// bear [rad]: that of the design, at most π/2.
+    #[must_use]
+    pub fn default_threshold_rad(&self) -> f64 {
+        let Criterion {
+            threshold_rad,
+            raised_from_rad,
+        } = self.criterion;
+        raised_from_rad
+            .unwrap_or(threshold_rad)
+            .min(std::f64::consts::FRAC_PI_2)
+    }
+
+    /// Returns the numbers that no latch of this world has, with their values.
+    pub fn implausible(&self) -> impl Iterator<Item = (&'static DesignParameter, f64)> + '_ {
+        let of_each = PARAMETERS.iter().map(|known| (known, self.value(known)));
+        of_each.filter(|(known, value)| !(known.plausible.0..=known.plausible.1).contains(value))
     }
 
     fn set_number(&mut self, name: &str, value: f64) -> Result<(), Error> {

@@ -93,12 +93,18 @@ impl RecordingFacts {
         }
     }
 
-    /// Returns the findings with those of the replay, the worst first; within a severity in the
-    /// order of the line from file to replay.
+    /// Returns the findings with those of the replay, the worst first; within a severity those of
+    /// the question, then in the order of the line from file to replay.
     pub(super) fn findings_with(&self, of_replay: Vec<Finding>) -> Vec<Finding> {
         let mut findings = self.findings.clone();
         findings.extend(of_replay);
-        findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+        // What the question itself makes doubtful is read before what the recording does.
+        let of_question = ["design-implausible", "setting-decides"];
+        findings.sort_by_key(|finding| {
+            let place = of_question.iter().position(|code| *code == finding.code);
+            let place = place.unwrap_or(of_question.len());
+            (std::cmp::Reverse(finding.severity), place)
+        });
         findings
     }
 }

@@ -25,6 +25,9 @@ pub struct Extras {
     pub evidence: bool,
 }
 
+/// Runs that the search for a preload may make of each stop and polarity, about.
+const PRELOAD_RUNS: u64 = 400;
+
 /// An answer: the document, what a report draws, and why nothing could be judged.
 #[derive(Debug, Clone)]
 pub struct Outcome {
@@ -224,13 +227,19 @@ impl Prepared {
         };
         // The search for a preload makes more runs than the verdict.
         let share = if extras.preload_answer { 0.3 } else { 1.0 };
-        let assessment = control
+        let mut assessment = control
             .during(0.0, share, |control| {
                 verdict::assess(&self.conditioned, findings, design, &policy, own, control)
             })
             .map_err(place)?;
+        self.hold_against_defaults(design, &mut assessment, control)
+            .map_err(place)?;
         // A preload on samples of which a fault took some would be no advice.
-        if !(extras.preload_answer && assessment.whole) {
+        // Nor is there any within what the verdict has left to take.
+        let runs = PRELOAD_RUNS * assessment.answers.len() as u64;
+        let predicted = runs.saturating_mul(assessment.nominal.work.counted());
+        let affordable = assessment.work.saturating_add(predicted) <= policy.work;
+        if !(extras.preload_answer && assessment.whole && affordable) {
             return Ok((assessment, None));
         }
         let passes = assessment.answer == Answer::Pass;

@@ -194,6 +194,7 @@ fn design(document: &Value) -> Result<Design, Error> {
     let whole = &document["design"];
     let mut design = Design::reference();
     design.tolerance.clear();
+    let mut raised_from_rad = None;
     design.name = whole["name"]
         .as_str()
         .ok_or_else(|| absent("the name", &whole["name"]))?
@@ -204,9 +205,14 @@ fn design(document: &Value) -> Result<Design, Error> {
             .ok_or_else(|| absent(section, &whole[section]))?;
         for (key, value) in keys {
             let number = value.as_f64().ok_or_else(|| absent(key, value))?;
+            if key == "raised_from_rad" {
+                raised_from_rad = Some(number);
+                continue;
+            }
             design.set(&format!("{section}.{key}={number}"))?;
         }
     }
+    design.criterion.raised_from_rad = raised_from_rad;
     design.validate()?;
     Ok(design)
 }

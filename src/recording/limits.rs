@@ -94,6 +94,7 @@ limits! {
     mcap_string_bytes = 16 << 20, "bytes", "Bytes of one string in an MCAP record or message.";
     mcap_fields = 1 << 20, "fields", "Fields of an MCAP file's message types looked at together, each wherever it is nested.";
     mcap_channels = 4096, "topics", "Topics of an MCAP file.";
+    work = 100_000_000, "steps", "Steps of all runs of one question; of four samples that levers take side by side one is counted.";
 }
 
 impl Limits {

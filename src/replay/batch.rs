@@ -14,7 +14,7 @@ use super::kernel::Kernel;
 use super::pressed_samples;
 use super::recorder::Recorder;
 use super::taylor::Turned;
-use super::{MOVING_ENERGY_J, RunOptions, check_initial, energy_of};
+use super::{MOVING_ENERGY_J, RunOptions, Within, check_initial, energy_of};
 use crate::conditioning::Signal;
 use crate::error::{Error, ErrorKind};
 use crate::model::lever::Lever;
@@ -49,6 +49,8 @@ pub struct MemberPeak {
     pub scalar_samples: u32,
     /// Samples that were left out at the end, since nothing in them could raise the peak.
     pub spared_samples: u32,
+    /// What it cost, as limits count it: four samples side by side count as one.
+    pub spent: u64,
 }
 
 impl MemberPeak {
@@ -97,8 +99,29 @@ pub fn peaks(
     member: &(impl Fn(usize) -> Member + Sync),
     options: &BatchOptions,
 ) -> Result<Vec<MemberPeak>, Error> {
+    let control = Control::unwatched(options.threads);
+    let within = Within {
+        steps_max: u64::MAX,
+        control: &control,
+    };
+    peaks_within(signal, count, member, options, &within)
+}
+
+/// As [`peaks`], of members each of which may take so much, and may be stopped.
+///
+/// # Errors
+///
+/// As [`peaks`]; [`ErrorKind::Stopped`].
+pub fn peaks_within(
+    signal: &Signal,
+    count: usize,
+    member: &(impl Fn(usize) -> Member + Sync),
+    options: &BatchOptions,
+    within: &Within<'_>,
+) -> Result<Vec<MemberPeak>, Error> {
     let arch = pulp::Arch::new();
-    shared_out(signal, count, member, options, |chunk| arch.dispatch(chunk))
+    let run = |chunk: Chunk<'_, _>| arch.dispatch(chunk);
+    shared_out(signal, count, member, options, within, run)
 }
 
 /// As [`peaks`] with the same bits, without the machine's vectors: slower, to compare with.
@@ -112,7 +135,12 @@ pub fn peaks_without_vectors(
     member: &(impl Fn(usize) -> Member + Sync),
     options: &BatchOptions,
 ) -> Result<Vec<MemberPeak>, Error> {
-    shared_out(signal, count, member, options, |chunk| {
+    let control = Control::unwatched(options.threads);
+    let within = Within {
+        steps_max: u64::MAX,
+        control: &control,
+    };
+    shared_out(signal, count, member, options, &within, |chunk| {
         pulp::WithSimd::with_simd(chunk, pulp::Scalar::new())
     })
 }
@@ -123,6 +151,7 @@ fn shared_out<M: Fn(usize) -> Member + Sync>(
     count: usize,
     member: &M,
     options: &BatchOptions,
+    within: &Within<'_>,
     run: impl Fn(Chunk<'_, M>) -> Vec<MemberPeak> + Sync,
 ) -> Result<Vec<MemberPeak>, Error> {
     check(signal, options)?;
@@ -137,8 +166,10 @@ fn shared_out<M: Fn(usize) -> Member + Sync>(
             signal,
             ahead: &ahead,
             options,
+            within,
         })
     });
+    within.control.check()?;
     Ok(chunks.into_iter().flatten().flatten().collect())
 }
 
@@ -190,6 +221,7 @@ struct Chunk<'a, M> {
     signal: &'a Signal,
     ahead: &'a [f64],
     options: &'a BatchOptions,
+    within: &'a Within<'a>,
 }
 
 impl<M: Fn(usize) -> Member> pulp::WithSimd for Chunk<'_, M> {
@@ -224,6 +256,7 @@ struct Group<'a, S: pulp::Simd> {
     signal: &'a Signal,
     ahead: &'a [f64],
     options: &'a BatchOptions,
+    within: &'a Within<'a>,
     lanes: Vec<Lane>,
     coefficients: StepCoefficients<Lanes<S>>,
     /// Recorded acceleration to b with time in sample intervals: factor and offset.
@@ -254,8 +287,8 @@ struct Lane {
 }
 
 impl Lane {
-    fn new(member: Member, interval: f64, options: &BatchOptions) -> Self {
-        let kernel = Kernel::of_parts(
+    fn new(member: Member, interval: f64, options: &BatchOptions, steps_max: u64) -> Self {
+        let mut kernel = Kernel::of_parts(
             &member.lever,
             &member.stop,
             options.stop,
@@ -264,6 +297,7 @@ impl Lane {
             Recorder::peak_only(),
         )
         .without_error_bound();
+        kernel.at_most(steps_max);
         let sign = options.opens_when.sign();
         let (scale, bias) = (sign * member.scale, sign * member.bias_m_s2);
         Self {
@@ -343,6 +377,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             signal,
             ahead,
             options,
+            within,
             ..
         } = *chunk;
         let interval = signal.rate.interval().seconds();
@@ -352,7 +387,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             .map(|(lane, member)| Lane {
                 // What only fills the vector need not be followed.
                 settled: lane >= wanted,
-                ..Lane::new(member, interval, options)
+                ..Lane::new(member, interval, options, within.steps_max)
             })
             .collect();
         let scaled: Vec<Option<StepCoefficients<f64>>> = lanes
@@ -380,6 +415,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             signal,
             ahead,
             options,
+            within,
             lanes,
         }
     }
@@ -390,13 +426,19 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
         for lane in 0..self.lanes.len() {
             self.load(lane);
         }
-        let mut index = 0;
+        let (mut index, mut looked) = (0, 0);
         while index < last {
             if index == first {
                 self.open_window();
             }
             if index > first && index.is_multiple_of(ASKED_EVERY) && self.settle(index, last) {
                 break;
+            }
+            if self.flying < self.lanes.len() {
+                let steps = self.lanes.iter().map(|lane| lane.kernel.work.steps);
+                if self.within.ends(steps.sum(), &mut looked) {
+                    break;
+                }
             }
             if self.flying == 0 && self.lanes.iter().all(Lane::idles) {
                 // Not beyond the next question, so that a lane's does not depend on the others.
@@ -421,10 +463,10 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
         for lane in 0..self.lanes.len() {
             self.store(lane);
         }
-        let (signal, options) = (self.signal, self.options);
+        let (end, options, within) = (self.signal.time_s(last), self.options, self.within);
         self.lanes
             .into_iter()
-            .map(move |lane| finish(lane, signal.time_s(last), options))
+            .map(move |lane| finish(lane, end, last, options, within))
     }
 
     /// Advances every lane over the sample interval from `index`.
@@ -609,7 +651,13 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
     }
 }
 
-fn finish(lane: Lane, end: f64, options: &BatchOptions) -> MemberPeak {
+fn finish(
+    lane: Lane,
+    end: f64,
+    samples: usize,
+    options: &BatchOptions,
+    within: &Within<'_>,
+) -> MemberPeak {
     let (angle, velocity) = lane.kernel.state();
     let raises = !lane.stays_below((angle, velocity), 0.0, 0.0, options.stop);
     let Lane {
@@ -624,9 +672,16 @@ fn finish(lane: Lane, end: f64, options: &BatchOptions) -> MemberPeak {
     let energy = energy_of(&member.lever, &member.stop, options.stop, angle, velocity);
     let coasts =
         options.coast && raises && !kernel.stuck && !lane.settled && energy > MOVING_ENERGY_J;
+    let coast = coasts.then(|| {
+        kernel
+            .coast(end, within)
+            .map_or(f64::NAN, |peak| peak.angle)
+    });
+    let apart = u64::from(lane.scalar_samples) + u64::from(lane.spared_samples);
     MemberPeak {
         peak_angle_rad: peak,
-        coast_peak_angle_rad: coasts.then(|| kernel.coast(end).map_or(f64::NAN, |peak| peak.angle)),
+        coast_peak_angle_rad: coast,
+        spent: kernel.work.counted() + (samples as u64).saturating_sub(apart) / 4,
         scalar_samples: lane.scalar_samples,
         spared_samples: lane.spared_samples,
     }

@@ -20,7 +20,7 @@ use std::ops::{Add, Mul, Sub};
 
 /// Largest phase of the stop's own oscillation in a sample, and largest damping [-]: up to here
 /// the quadrature is exact to 1e-13 of d.
-const PHASE_MAX: f64 = 2.0;
+pub(super) const PHASE_MAX: f64 = 2.0;
 
 /// Smallest phase: below it a step by series is as cheap.
 const PHASE_MIN: f64 = 0.02;

@@ -4,11 +4,12 @@ use super::forcing::Sine;
 use super::kernel::Kernel;
 use super::recorder::Recorder;
 use super::tangent::Tangent;
-use super::{RunOptions, RunOutcome};
+use super::{RunOptions, RunOutcome, Within};
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::model::excitation::Harmonic;
 use crate::model::stop::StopModel;
+use crate::parallel::Control;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Periods that a run may last.
@@ -101,7 +102,11 @@ impl pulp::WithSimd for HarmonicRun<'_> {
             kernel.advance_sine(&quarters.piece(index, self.end));
             index += 1;
         }
-        super::finish(kernel, self.end, self.design, self.options)
+        let within = Within {
+            steps_max: u64::MAX,
+            control: &Control::unwatched(1),
+        };
+        super::finish(kernel, self.end, self.design, self.options, &within)
     }
 }
 

@@ -6,12 +6,12 @@
 //! an impact the first root of the step's polynomial, a sequence of ever smaller bounces
 //! ends at its accumulation time.
 
-use super::Work;
 use super::forcing::{Forcing, LinearForcing, SINE_ORDER, Sine};
 use super::recorder::{COUNTED_SPEED, Peak, Recorder};
 use super::sensitivity::{Sensitivity, Smooth, Smooths, StateMap};
 use super::tangent::{Tangent, TangentStep};
 use super::taylor::{Branch, Start, TaylorSeries, Tolerance, Turned};
+use super::{Within, Work};
 use crate::model::design::Design;
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
@@ -193,6 +193,16 @@ impl Kernel {
         self
     }
 
+    /// Allows no more than this many steps, whatever the record.
+    pub(super) fn at_most(&mut self, steps_max: u64) {
+        self.steps_max = self.steps_max.min(steps_max);
+    }
+
+    /// Returns whether the steps ran out.
+    pub(super) fn took_too_many(&self) -> bool {
+        self.work.counted() > self.steps_max
+    }
+
     /// Allows any number of steps: whoever drives the lever stops by himself.
     pub(super) fn for_ever(mut self) -> Self {
         self.steps_max = u64::MAX;
@@ -333,9 +343,7 @@ impl Kernel {
                 break;
             }
         }
-        if self.work.steps > self.steps_max
-            || !(self.angle.is_finite() && self.velocity.is_finite())
-        {
+        if self.took_too_many() || !(self.angle.is_finite() && self.velocity.is_finite()) {
             self.stuck = true;
         }
         let end = stretch.time() + stretch.length();
@@ -370,9 +378,13 @@ impl Kernel {
 
     /// Flight to the end of the sample, the end of the series' reach, or the stop.
     fn flight<F: Forcing, const N: usize>(&mut self, stretch: &F, local: f64) -> f64 {
-        if self.angle <= 0.0 && !self.lifting && !self.leaves(stretch, local) {
-            self.land(stretch, local);
-            return local;
+        if self.angle <= 0.0 && !self.lifting {
+            if !self.leaves(stretch, local) {
+                self.land(stretch, local);
+                return local;
+            }
+            // Known already but of a start on the stop.
+            self.recorder.release(stretch.time() + local);
         }
         let slope = stretch.slope_at(local);
         if self.lifting && slope >= 0.0 {
@@ -616,6 +628,7 @@ impl Kernel {
                     self.event_tangent(&map);
                     self.velocity = after;
                     self.phase = Phase::Flight;
+                    self.recorder.release(time);
                     self.recorder.point(time, 0.0, after);
                 }
             }
@@ -778,7 +791,7 @@ impl Kernel {
     /// Moves on without excitation from `time` until the lever can no longer rise above what
     /// it has reached; returns the largest angle and a bound on its error, or `None` if it
     /// cannot be followed that far.
-    pub(super) fn coast(mut self, time: f64) -> Option<Peak> {
+    pub(super) fn coast(&mut self, time: f64, within: &Within<'_>) -> Option<Peak> {
         /// Longest stretch of a coast [s].
         const STRETCH: f64 = 5e-3;
         /// Stretches after which a coast is given up: an undamped lever between perfect stops
@@ -788,13 +801,14 @@ impl Kernel {
         let error = self.angle_error();
         self.recorder.open_window(self.angle, time, error);
         let mut now = time;
+        let mut looked = self.work.steps;
         for _ in 0..STRETCHES_MAX {
             if self.phase == Phase::Dwell || self.cannot_rise_above(self.recorder.peak.angle) {
                 return Some(self.recorder.peak);
             }
             self.advance(now, STRETCH, 0.0, 0.0);
             now += STRETCH;
-            if self.stuck {
+            if self.stuck || within.ends(self.work.steps, &mut looked) {
                 return None;
             }
         }

@@ -34,7 +34,8 @@ mod rk4_located;
 use super::kernel::Kernel;
 use super::recorder::Recorder;
 use super::{
-    MOVING_ENERGY_J, Method, Run, RunOptions, RunOutcome, TracePoint, Work, energy_j, finite,
+    MOVING_ENERGY_J, Method, Run, RunOptions, RunOutcome, TracePoint, Within, Work, energy_j,
+    finite,
 };
 use crate::error::{Error, ErrorKind};
 use crate::model::design::Design;
@@ -114,6 +115,8 @@ pub(super) struct Problem<'a, E> {
     /// Step of a fixed-step method [s], if not by steps per natural period.
     pub(super) step_s: Option<f64>,
     pub(super) trace: bool,
+    /// What it may take.
+    pub(super) within: &'a Within<'a>,
 }
 
 impl<E> Clone for Problem<'_, E> {
@@ -129,6 +132,13 @@ impl<E> Problem<'_, E> {
     fn fixed_step(&self, steps_per_period: u32) -> f64 {
         self.step_s
             .unwrap_or_else(|| step_seconds(self.design, steps_per_period))
+    }
+
+    /// Returns why a run that has taken `work` may not go on, if it may not; of one that was
+    /// stopped whatever, since nobody reads it.
+    fn ended(&self, work: &Work, looked: &mut u64) -> Option<Breakdown> {
+        let too_many = work.counted() > self.within.steps_max;
+        (too_many || self.within.ends(work.steps, looked)).then_some(Breakdown::TooManySteps)
     }
 
     /// Returns the state to start from.
@@ -275,7 +285,8 @@ fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f
             StopModel::Soft => (angle, velocity),
         };
         let recorder = Recorder::new(problem.design.criterion.threshold_rad, false);
-        Kernel::new(problem.design, problem.stop, Some(start), None, recorder).coast(problem.end_s)
+        Kernel::new(problem.design, problem.stop, Some(start), None, recorder)
+            .coast(problem.end_s, problem.within)
     } else {
         None
     };
@@ -303,6 +314,7 @@ fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f
             work: raw.work,
         },
         trace: record.trace.unwrap_or_default(),
+        spent: raw.work.counted(),
         coast_error_rad: error,
         final_error_rad: None,
         broke_down: breakdown.is_some() || (moving && coast.is_none()),

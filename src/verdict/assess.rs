@@ -6,9 +6,11 @@ use super::ensemble::{Ensemble, Scatter};
 use super::faults::Faults;
 use super::filters::{self, FilterRow};
 use super::ladder::{self, Ladder, LadderInput};
+use super::meter::Meter;
 use super::policy::{AssessExtras, Policy, Variant};
 use super::proof::{self, Proof};
-use super::replay_findings::{crossing_outside_window, replay_findings};
+use super::readings::Readings;
+use super::replay_findings::{crossing_outside_window, replay_findings, work_limit_reached};
 use super::runs::{RunDetail, RunSetup, index_of_largest};
 use super::usable_span::{UsableSpan, window_samples};
 use super::variant::VariantResult;
@@ -17,7 +19,7 @@ use super::{
     Answer, ErrorBudget, Evidence, Reason, RunAnswer, ScreenedRun, Trace, budget, looks,
     quantile_band, reasons,
 };
-use crate::conditioning::{Conditioned, resample, spectrum};
+use crate::conditioning::{Conditioned, spectrum};
 use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
@@ -62,6 +64,8 @@ pub struct Assessment {
     pub findings: Vec<Finding>,
     /// The curves of a report, if asked for.
     pub evidence: Option<Evidence>,
+    /// Steps that all of it took.
+    pub work: u64,
 }
 
 /// One assessment: the recording, the question, and what follows from both before any run.
@@ -94,7 +98,8 @@ pub fn assess(
     let signal = &conditioned.used;
     let window = window_samples(signal, policy.window_s)?;
     let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
-    let fine = resample::upsample_fourfold(signal);
+    let readings = Readings::of(signal);
+    let work = Meter::new(policy.work);
     let assessing = Assessing {
         setup: RunSetup {
             design,
@@ -102,8 +107,9 @@ pub fn assess(
             follow_all: extras.follow_all,
             control,
             signal,
-            fine: &fine,
+            readings: &readings,
             window,
+            work: &work,
         },
         conditioned,
         findings,
@@ -248,6 +254,9 @@ impl Assessing<'_> {
         findings.extend(outside.map(|at| crossing_outside_window(at, design)));
         findings.extend(self.faults.findings());
         let what_if = self.what_if(&results)?;
+        let evidence = self.evidence(&results, nominal)?;
+        let work_limit = setup.work.limit_reached();
+        findings.extend(work_limit.map(work_limit_reached));
         let why = reasons::reasons(&reasons::Explained {
             answer,
             design,
@@ -257,6 +266,7 @@ impl Assessing<'_> {
             findings: self.findings,
             faults: &self.faults,
             outside,
+            work_limit,
             budget: &budget,
             what_if: &what_if,
         });
@@ -268,7 +278,6 @@ impl Assessing<'_> {
             span: self.span,
             results: &results,
         });
-        let evidence = self.evidence(&results, nominal)?;
         let of_each = |run: &&VariantRun| run.stated(setup.threshold_rad());
         Ok(Assessment {
             answer,
@@ -286,6 +295,7 @@ impl Assessing<'_> {
             screens: results.iter().map(|result| result.screened).collect(),
             findings,
             evidence,
+            work: setup.work.spent(),
             ensembles: several(results.into_iter().filter_map(|result| result.ensemble)),
         })
     }
@@ -307,6 +317,10 @@ impl Assessing<'_> {
             return Ok(Vec::new());
         }
         let setup = &self.setup;
+        let spent: u64 = results.iter().map(|result| result.run.outcome.spent).sum();
+        if !setup.work.allows(8 * spent) {
+            return Ok(Vec::new());
+        }
         // The bias belongs to the recording: nominal runs alone are asked about it as well.
         let of_bias = || {
             let error = self.conditioned.bias_standard_error_m_s2;
@@ -326,8 +340,10 @@ impl Assessing<'_> {
             return Ok(None);
         }
         let quantile_band = match &self.scatter {
-            Some(scatter) => quantile_band::around(&self.setup, scatter, nominal.variant)?,
-            None => None,
+            Some(scatter) if self.setup.work.allows(64 * nominal.run.outcome.spent) => {
+                quantile_band::around(&self.setup, scatter, nominal.variant)?
+            }
+            _ => None,
         };
         let Conditioned { raw, used, .. } = self.conditioned;
         Ok(Some(Evidence {
@@ -360,9 +376,9 @@ pub fn passes(
         findings,
         design,
         policy,
-        &mut cache,
-        false,
+        (&mut cache, false),
         control,
+        &Meter::new(policy.work),
     )
 }
 
@@ -376,9 +392,9 @@ pub(crate) fn passes_cached(
     findings: &[Finding],
     design: &Design,
     policy: &Policy,
-    cache: &mut MemberCache,
-    trust_cache: bool,
+    (cache, trust_cache): (&mut MemberCache, bool),
     control: &Control<'_>,
+    work: &Meter,
 ) -> Result<bool, Error> {
     let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
     if faults.first_bad.is_some() {
@@ -386,15 +402,16 @@ pub(crate) fn passes_cached(
     }
     let signal = &conditioned.used;
     let window = window_samples(signal, policy.window_s)?;
-    let fine = resample::upsample_fourfold(signal);
+    let readings = Readings::of(signal);
     let setup = RunSetup {
         design,
         policy,
         follow_all: true,
         control,
         signal,
-        fine: &fine,
+        readings: &readings,
         window,
+        work,
     };
     let runs = setup.full_runs(&policy.variants(), RunDetail::ErrorBound)?;
     match scatter(conditioned, design, policy)? {

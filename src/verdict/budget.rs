@@ -55,6 +55,12 @@ pub(super) fn budget(
             variant: other_stop,
         });
     }
+    if !setup
+        .work
+        .allows(reruns.len() as u64 * nominal.run.outcome.spent)
+    {
+        reruns.clear();
+    }
     let outcomes = setup.share(1, &reruns, |rerun| {
         let detail = RunDetail::PeakOnly;
         setup.run(&rerun.signal, rerun.variant, setup.window, detail)

@@ -4,7 +4,7 @@ use super::ensemble::bounds::{LOOKS, RULE_ERROR};
 use super::policy::{Polarity, Variant};
 use super::wording::percent;
 use super::{Answer, ErrorBudget, RunAnswer};
-use crate::replay::{Run, RunOutcome};
+use crate::replay::{Method, Run, RunOutcome};
 use crate::units::OpensWhen;
 use std::sync::LazyLock;
 
@@ -17,7 +17,7 @@ pub static DECISION_RULE: LazyLock<String> = LazyLock::new(|| {
         "U = numerical + interpolation error; p = the share of levers, scattered as design and input are uncertain, whose peak exceeds the threshold. \
 {BEFORE_THE_RUNS}\
 (3) Otherwise, for each stop and polarity that counts, by the nominal run and an ensemble, which is looked at after {looks} members (or at the setting `members`) with one-sided Clopper-Pearson bounds of p, each at confidence 1 - {RULE_ERROR}/{count}; members that could not be followed count against either answer: \
-pass, if the upper bound of p, levers that exceed the threshold only in the coast after the last judged sample counted as well, is at most {pass} % and the nominal peak angle plus U and the nominal coast's peak angle plus its own error, never less than U, are at or below the threshold; \
+pass, if the upper bound of p, levers that exceed the threshold only in the coast after the last judged sample counted as well, is at most {pass} % and the nominal peak angle plus U and the nominal coast's peak angle plus its own error, never less than U, are at or below the threshold, unless the method states no error that can be trusted; \
 fail, if the lower bound of p is at least {nearly_all} %, or the nominal peak angle minus U exceeds the threshold and the lower bound of p exceeds {most} %; \
 undecided, if neither holds at the last look. \
 {JOINED}"
@@ -29,7 +29,7 @@ pub static NOMINAL_DECISION_RULE: LazyLock<String> = LazyLock::new(|| {
     format!(
         "Nominal runs alone (as with the setting `members` = 0). U = numerical + interpolation error. \
 {BEFORE_THE_RUNS}\
-(3) Otherwise, for each stop and polarity that counts: pass if the peak angle plus U and the coast's peak angle plus its own error, never less than U, are at or below the threshold; \
+(3) Otherwise, for each stop and polarity that counts: pass if the peak angle plus U and the coast's peak angle plus its own error, never less than U, are at or below the threshold, unless the method states no error that can be trusted; \
 fail if the peak angle minus U exceeds the threshold; else undecided. \
 {JOINED}"
     )
@@ -72,6 +72,22 @@ pub struct ShareBounds {
     pub upper_with_coast: f64,
 }
 
+impl ShareBounds {
+    /// Those of an ensemble none of whose levers crosses.
+    pub const NONE_CROSSES: Self = Self {
+        lower: 0.0,
+        upper: 0.0,
+        upper_with_coast: 0.0,
+    };
+
+    /// Those of which nothing is known.
+    pub const UNKNOWN: Self = Self {
+        lower: 0.0,
+        upper: 1.0,
+        upper_with_coast: 1.0,
+    };
+}
+
 /// The peaks of a nominal run with their errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeakEstimate {
@@ -83,6 +99,8 @@ pub struct PeakEstimate {
     pub coast_rad: Option<(f64, f64)>,
     /// The method could follow the lever: else the numbers above mean nothing.
     pub followed: bool,
+    /// The method bounds its error; one that only estimates it decides no pass.
+    pub bounded: bool,
 }
 
 impl PeakEstimate {
@@ -108,6 +126,7 @@ pub fn decide(estimate: &PeakEstimate, threshold_rad: f64, share: Option<ShareBo
     let most_exceed = share.is_none_or(|share| share.lower > FAIL_SHARE_WITH_NOMINAL);
     let nearly_all_exceed = share.is_some_and(|share| share.lower >= FAIL_SHARE_MIN);
     if few_exceed
+        && estimate.bounded
         && estimate.stays_below(threshold_rad)
         && estimate.coast_stays_below(threshold_rad)
     {
@@ -124,7 +143,7 @@ pub fn decide(estimate: &PeakEstimate, threshold_rad: f64, share: Option<ShareBo
 pub struct VariantRun {
     /// The nominal run.
     pub outcome: RunOutcome,
-    /// Change of the larger of peak and coast peak when the samples are refined fourfold [rad].
+    /// Bound on what straight lines between samples do to peak and coast peak [rad].
     pub interpolation_error_rad: f64,
     /// What an ensemble adds; `None` where the nominal run alone is judged.
     pub share: Option<ShareBounds>,
@@ -191,7 +210,18 @@ impl VariantRun {
                 .coast_peak_angle_rad
                 .map(|coast| (coast, self.coast_uncertainty_rad())),
             followed: !self.outcome.broke_down,
+            bounded: run.method == Method::EventDriven.name(),
         }
+    }
+
+    /// Returns whether nothing but the method, which states no error that can be trusted, forbids
+    /// the nominal run to pass.
+    #[must_use]
+    pub fn held_back_by_method(&self, threshold_rad: f64) -> bool {
+        let estimate = self.estimate();
+        !estimate.bounded
+            && estimate.stays_below(threshold_rad)
+            && estimate.coast_stays_below(threshold_rad)
     }
 
     /// Returns whether only the motion after the last judged sample forbids the nominal run to
@@ -238,15 +268,15 @@ pub(super) fn settled<'a>(
     variants: impl IntoIterator<Item = (&'a VariantRun, Option<Answer>)>,
     threshold_rad: f64,
 ) -> bool {
-    let none_exceeds = ShareBounds {
-        lower: 0.0,
-        upper: 0.0,
-        upper_with_coast: 0.0,
-    };
     let mut joined: Vec<Vec<(OpensWhen, Answer)>> = vec![Vec::new()];
     for (run, answer) in variants {
         let mut possible = vec![Answer::Fail, Answer::Undecided];
-        if decide(&run.estimate(), threshold_rad, Some(none_exceeds)) == Answer::Pass {
+        if decide(
+            &run.estimate(),
+            threshold_rad,
+            Some(ShareBounds::NONE_CROSSES),
+        ) == Answer::Pass
+        {
             possible.push(Answer::Pass);
         }
         let possible = answer.map_or(possible, |answer| vec![answer]);

@@ -5,8 +5,8 @@
 //! asked first, and most of the others never.
 
 use super::Answer;
-use super::decision::{PASS_SHARE_MAX, PeakEstimate, VariantRun, decide};
-use super::ensemble::{self, Count, Scatter};
+use super::decision::{PeakEstimate, VariantRun, decide};
+use super::ensemble::{self, Count, Scatter, most_of_a_pass};
 use super::looks::MEMBERS_TAKEN;
 use super::policy::Variant;
 use super::runs::RunSetup;
@@ -210,29 +210,4 @@ fn exceeds(peak: f64, threshold: f64) -> bool {
 fn exceeding(peaks: &[Option<f64>], threshold: f64) -> usize {
     let known = peaks.iter().flatten();
     known.filter(|peak| exceeds(**peak, threshold)).count()
-}
-
-/// Returns the most members of a look that a pass lets exceed the threshold; none where not even
-/// that is enough for a pass, which a complete look then shows.
-fn most_of_a_pass(look: u32) -> usize {
-    let allows = |count: u32| {
-        let share = Count {
-            members: look,
-            exceeded: count,
-            exceeded_in_coast: 0,
-            failed_to_run: 0,
-        }
-        .share();
-        share.upper <= PASS_SHARE_MAX
-    };
-    let (mut most, mut more) = (0, look);
-    while more - most > 1 {
-        let middle = u32::midpoint(most, more);
-        if allows(middle) {
-            most = middle;
-        } else {
-            more = middle;
-        }
-    }
-    most as usize
 }

@@ -13,7 +13,7 @@ pub mod bounds;
 pub mod draw;
 pub(super) mod drivers;
 
-use super::decision::ShareBounds;
+use super::decision::{PASS_SHARE_MAX, ShareBounds};
 use super::policy::Variant;
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
@@ -88,6 +88,9 @@ pub enum End {
     /// answer.
     #[serde(rename = "could not change the answer")]
     NoMatter,
+    /// More members would have taken more steps than the limit `work` allows.
+    #[serde(rename = "work limit")]
+    WorkLimit,
 }
 
 /// The ensemble of one stop and polarity: how many of its levers cross, and how their peaks spread.
@@ -213,6 +216,31 @@ impl Count {
             upper_with_coast: bounds::upper(with_coast, members, confidence),
         }
     }
+}
+
+/// Returns the most members of a look that a pass lets exceed the threshold; none where not even
+/// that is enough for a pass, which a complete look then shows.
+pub(super) fn most_of_a_pass(look: u32) -> usize {
+    let allows = |count: u32| {
+        let share = Count {
+            members: look,
+            exceeded: count,
+            exceeded_in_coast: 0,
+            failed_to_run: 0,
+        }
+        .share();
+        share.upper <= PASS_SHARE_MAX
+    };
+    let (mut most, mut more) = (0, look);
+    while more - most > 1 {
+        let middle = u32::midpoint(most, more);
+        if allows(middle) {
+            most = middle;
+        } else {
+            more = middle;
+        }
+    }
+    most as usize
 }
 
 /// One parameter that is scattered.

@@ -5,11 +5,12 @@ use super::decision::{VariantRun, combine};
 use super::faults::Faults;
 use super::policy::Variant;
 use super::proof;
+use super::readings::Readings;
 use super::runs::{RunDetail, RunSetup};
 use super::usable_span::UsableSpan;
 use super::variant::VariantResult;
 use super::wording::filter_name;
-use crate::conditioning::{self, Cfc, Conditioned, Signal, resample};
+use crate::conditioning::{self, Cfc, Conditioned, Signal};
 use crate::error::Error;
 use crate::recording::Finding;
 use serde::{Deserialize, Serialize};
@@ -38,10 +39,6 @@ pub(super) struct FilteredRow {
     peaks: Vec<(Variant, f64)>,
 }
 
-/// Samples of a recording beyond which the filters follow one another, so that memory holds the
-/// signals of one at a time.
-const SAMPLES_AT_ONCE: usize = 100_000;
-
 /// Judges the recording after each filter; the one that was chosen is not run again.
 pub(super) fn table(
     setup: &RunSetup<'_>,
@@ -50,21 +47,24 @@ pub(super) fn table(
     results: &[VariantResult],
 ) -> Result<Vec<FilteredRow>, Error> {
     let filters: Vec<Option<Cfc>> = std::iter::once(None).chain(Cfc::ALL.map(Some)).collect();
-    let runs = if setup.signal.samples.len() > SAMPLES_AT_ONCE {
-        0
-    } else {
-        8 * results.len()
-    };
-    setup.share(runs, &filters, |&filter| {
+    let spent: u64 = results.iter().map(|result| result.run.outcome.spent).sum();
+    if !setup.work.allows(15 * spent) {
+        return Ok(Vec::new());
+    }
+    let of_filter = |filter: Option<Cfc>| {
         // A filter carries a fault backwards, each by its own reach.
         let faults = Faults::of(conditioned, filter, findings, setup.policy.window_s);
         let span = UsableSpan::of(&faults, setup.signal, setup.window);
         if filter == conditioned.filter {
-            let all: Vec<&VariantRun> = results.iter().map(|result| &result.run).collect();
+            let of_all = results.iter().map(|result| {
+                let peak = result.run.run().peak_angle_rad;
+                Ok((result.variant, setup.nominal_answer(&result.run)?, peak))
+            });
+            let of_all = of_all.collect::<Result<Vec<_>, Error>>()?;
             let good = results
                 .iter()
                 .filter_map(|result| result.before_fault.as_ref());
-            let mut filtered = judged(setup, filter, span, &all, &good.collect::<Vec<_>>())?;
+            let mut filtered = judged(setup, filter, span, &of_all, good);
             filtered.row.chosen = true;
             return Ok(filtered);
         }
@@ -81,7 +81,10 @@ pub(super) fn table(
                 peaks: Vec::new(),
             }),
         }
-    })
+    };
+    // One after the other: memory holds the signals of one at a time, and what each may take is
+    // known before it.
+    filters.into_iter().map(of_filter).collect()
 }
 
 /// Judges `signal`, the recording after `filter`.
@@ -93,15 +96,21 @@ fn after(
     results: &[VariantResult],
 ) -> Result<FilteredRow, Error> {
     let variants: Vec<Variant> = results.iter().map(|result| result.variant).collect();
-    let fine = resample::upsample_fourfold(signal);
+    let readings = Readings::of(signal);
     let setup = RunSetup {
         signal,
-        fine: &fine,
+        readings: &readings,
         ..*setup
     };
     let runs = setup.nominal_runs(&variants, RunDetail::ErrorBound)?;
     let stand_ins = proof::nominal_stand_ins(&setup, span, &variants, &runs)?;
-    let all = setup.refined(runs, stand_ins)?;
+    let answers = setup.answers(&runs, stand_ins)?;
+    let of_all: Vec<(Variant, Answer, f64)> = variants
+        .iter()
+        .zip(answers)
+        .zip(&runs)
+        .map(|((variant, answer), run)| (*variant, answer, run.run.peak_angle_rad))
+        .collect();
     let good = match span {
         UsableSpan::Until(good) => RunSetup {
             window: Some(good),
@@ -110,42 +119,43 @@ fn after(
         .full_runs(&variants, RunDetail::ErrorBound)?,
         UsableSpan::Whole | UsableSpan::Nothing => Vec::new(),
     };
-    let good: Vec<&VariantRun> = good.iter().collect();
-    judged(&setup, filter, span, &all.iter().collect::<Vec<_>>(), &good)
+    Ok(judged(&setup, filter, span, &of_all, good.iter()))
 }
 
-/// Joins the nominal runs after one filter: over the judged window, and before a fault.
-fn judged(
+/// Joins what the nominal runs say after one filter, each with its peak [rad], and those before a
+/// fault.
+fn judged<'a>(
     setup: &RunSetup<'_>,
     filter: Option<Cfc>,
     span: UsableSpan,
-    all: &[&VariantRun],
-    good: &[&VariantRun],
-) -> Result<FilteredRow, Error> {
+    of_all: &[(Variant, Answer, f64)],
+    good: impl Iterator<Item = &'a VariantRun>,
+) -> FilteredRow {
     let polarity = setup.policy.polarity;
-    let sign = |run: &VariantRun| run.variant().opens_when;
-    let of_all = all
-        .iter()
-        .map(|run| Ok((sign(run), setup.nominal_answer(run)?)))
-        .collect::<Result<Vec<_>, Error>>()?;
     let of_good: Vec<_> = good
-        .iter()
-        .map(|run| (sign(run), run.nominal_answer(setup.threshold_rad())))
+        .map(|run| {
+            let answer = run.nominal_answer(setup.threshold_rad());
+            (run.variant().opens_when, answer)
+        })
         .collect();
-    let peaks: Vec<(Variant, f64)> = all
+    let signed: Vec<_> = of_all
         .iter()
-        .map(|run| (run.variant(), run.run().peak_angle_rad))
+        .map(|(variant, answer, _)| (variant.opens_when, *answer))
         .collect();
-    Ok(FilteredRow {
+    let peaks: Vec<(Variant, f64)> = of_all
+        .iter()
+        .map(|(variant, _, peak)| (*variant, *peak))
+        .collect();
+    FilteredRow {
         row: FilterRow {
             filter: filter_name(filter).into(),
-            verdict: Some(span.answer(combine(polarity, &of_all), combine(polarity, &of_good))),
+            verdict: Some(span.answer(combine(polarity, &signed), combine(polarity, &of_good))),
             peak_angle_rad: peaks.iter().map(|(_, peak)| *peak).reduce(f64::max),
             chosen: false,
             reason: None,
         },
         peaks,
-    })
+    }
 }
 
 /// Returns the peak that a variant reaches without a filter [rad].

@@ -199,6 +199,7 @@ fn why_ended(end: End) -> &'static str {
         End::Decided => "the rule decided there",
         End::LastLook => "there is no further look",
         End::NoMatter => "more could not change the answer",
+        End::WorkLimit => "more would take more than the limit `work` allows",
     }
 }
 
@@ -211,6 +212,8 @@ fn looked(of: &LadderInput<'_>) -> String {
     let looks = ensemble::looks(of.policy.members).len();
     let end = if ran.iter().any(|ensemble| ensemble.ended == End::LastLook) {
         "which is the last: nothing finer was asked for"
+    } else if ran.iter().any(|ensemble| ensemble.ended == End::WorkLimit) {
+        "where the limit `work` ended it"
     } else if ran.iter().all(|ensemble| ensemble.ended == End::Decided) {
         "where the rule decided; its bounds allow for the looks that were not needed"
     } else {

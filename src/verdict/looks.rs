@@ -2,13 +2,14 @@
 //! no longer change the answer.
 
 use super::Answer;
-use super::decision::settled;
-use super::ensemble::{self, End, MemberPeaks, Scatter};
+use super::decision::{ShareBounds, VariantRun, decide, settled};
+use super::ensemble::{self, Count, End, MemberPeaks, Scatter, most_of_a_pass};
 use super::policy::Variant;
 use super::runs::RunSetup;
 use super::variant::VariantResult;
 use crate::error::Error;
 use crate::parallel::Control;
+use crate::replay::Breakdown;
 
 /// Members that a thread takes at a time.
 pub(super) const MEMBERS_TAKEN: usize = 64;
@@ -21,6 +22,38 @@ struct Sampling {
     looks: usize,
     answer: Option<Answer>,
     ended: End,
+    /// Steps that its members took.
+    spent: u64,
+}
+
+/// Tells whether neither a pass nor a fail can come of the members that are missing at the last
+/// look, `last`: too many cross for the one and too few for the other, whatever the rest does.
+fn out_of_reach(run: &VariantRun, count: Count, last: u32, threshold: f64) -> bool {
+    let says = |share| decide(&run.estimate(), threshold, Some(share));
+    let missing = last - count.members;
+    let crossing = count.exceeded + count.exceeded_in_coast + count.failed_to_run;
+    let passes = says(ShareBounds::NONE_CROSSES) == Answer::Pass
+        && crossing as usize <= most_of_a_pass(last);
+    let best_for_a_fail = Count {
+        members: last,
+        exceeded: count.exceeded + missing,
+        exceeded_in_coast: 0,
+        failed_to_run: 0,
+    };
+    !passes && says(best_for_a_fail.share()) != Answer::Fail
+}
+
+/// Returns the steps that the members up to `look` may take: as those before them, or half of
+/// what the nominal run took each, since several advance side by side. A nominal lever that took
+/// too much has members that do.
+fn predicted(run: &VariantRun, sampling: &Sampling, look: u32) -> u64 {
+    let known = sampling.peaks.window_rad.len() as u64;
+    let missing = u64::from(look).saturating_sub(known);
+    match known {
+        0 if run.outcome.breakdown == Some(Breakdown::TooManySteps) => u64::MAX,
+        0 => missing.saturating_mul(run.outcome.spent / 2),
+        _ => missing.saturating_mul(sampling.spent / known),
+    }
 }
 
 /// Runs the ensemble of every variant that was not left out and notes it in `results`, with the
@@ -46,6 +79,7 @@ pub(super) fn run_ensembles(
             looks: 0,
             answer: (result.counted().left_out).then(|| result.counted().answer(threshold)),
             ended: End::NoMatter,
+            spent: 0,
         })
         .collect();
     let open = samplings.iter().filter(|of| of.answer.is_none()).count();
@@ -59,20 +93,35 @@ pub(super) fn run_ensembles(
             if samplings[index].answer.is_some() || settled {
                 continue;
             }
+            let run = results[index].counted();
+            if !setup.work.allows(predicted(run, &samplings[index], look)) {
+                results[index].counted_mut().share = Some(ShareBounds::UNKNOWN);
+                let sampling = &mut samplings[index];
+                (sampling.answer, sampling.ended) = (Some(Answer::Undecided), End::WorkLimit);
+                continue;
+            }
             let done: usize = samplings.iter().map(|of| of.peaks.window_rad.len()).sum();
             let sampling = &mut samplings[index];
             let missing = look as usize - sampling.peaks.window_rad.len();
+            let before = setup.work.spent() - sampling.spent;
             let (from, to) = (done as f64 / members, (done + missing) as f64 / members);
             setup.control.during(from, to, |control| {
                 let variant = results[index].variant;
                 extend(setup, control, scatter, variant, look, &mut sampling.peaks)
             })?;
+            sampling.spent = setup.work.spent() - before;
             sampling.looks = number;
             let run = results[index].counted_mut();
-            run.share = Some(sampling.peaks.count(threshold).share());
+            let count = sampling.peaks.count(threshold);
+            run.share = Some(count.share());
             let answer = run.answer(threshold);
             if answer != Answer::Undecided {
                 (sampling.answer, sampling.ended) = (Some(answer), End::Decided);
+            } else if !run.estimate().bounded
+                && out_of_reach(run, count, setup.policy.members, threshold)
+            {
+                // A method for comparison cannot pass: its members need not be asked to the last.
+                sampling.answer = Some(answer);
             } else if look == setup.policy.members {
                 (sampling.answer, sampling.ended) = (Some(answer), End::LastLook);
             }

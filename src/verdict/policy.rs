@@ -2,6 +2,7 @@
 
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
+use crate::recording::Limits;
 use crate::replay::Method;
 use crate::units::OpensWhen;
 
@@ -76,6 +77,8 @@ pub struct Policy {
     pub members: u32,
     /// Seed of the ensemble.
     pub seed: u64,
+    /// Steps that all runs together may take.
+    pub work: u64,
 }
 
 impl Policy {
@@ -93,6 +96,7 @@ impl Policy {
             window_s: None,
             members: 0,
             seed: 1,
+            work: Limits::default().work,
         }
     }
 

@@ -64,7 +64,7 @@ impl Proof {
     ) -> Result<Self, Error> {
         setup.control.check()?;
         let interpolation_at_most_rad = (screened != Some(Decided::Fail))
-            .then(|| interpolation_at_most(setup, variant, outcome))
+            .then(|| setup.change_at_most(outcome))
             .flatten();
         let of_use = |wanted| wanted == Decided::Fail || interpolation_at_most_rad.is_some();
         let members = match (scatter, screened) {
@@ -166,36 +166,6 @@ pub(super) fn screened(setup: &RunSetup<'_>, variant: Variant) -> ScreenedRun {
         peak_at_most_rad: screened.peak_at_most_rad,
         bounds: screened.bounds,
     }
-}
-
-/// Bounds the change of peak and of coast peak when the samples are refined fourfold.
-///
-/// With F the bound on the angle under the refined samples and −δ the angle at rest, at which
-/// every run begins, the refined peak lies between −δ and F. So it differs from a peak P by at
-/// most F − P or P + δ, and with H the larger of P and the coast's peak, F − P and H + δ bound
-/// both changes.
-fn interpolation_at_most(
-    setup: &RunSetup<'_>,
-    Variant { opens_when, model }: Variant,
-    outcome: &RunOutcome,
-) -> Option<f64> {
-    let rest = match model {
-        StopModel::Rigid => 0.0,
-        // In a window that begins later the lever may have been pressed deeper.
-        StopModel::Soft if setup.window.is_some() => return None,
-        StopModel::Soft => -setup.design.stop.rest_angle_rad(&setup.design.lever),
-    };
-    if outcome.broke_down {
-        return None;
-    }
-    let subject = subject(setup, model, setup.fine_window());
-    let most = screen::screen(&subject, &Seen::of(setup.fine, opens_when)).peak_at_most_rad?;
-    let peak = outcome.run.peak_angle_rad;
-    let highest = outcome
-        .run
-        .coast_peak_angle_rad
-        .map_or(peak, |coast| coast.max(peak));
-    Some((most - peak).max(highest + rest).max(0.0))
 }
 
 fn subject(setup: &RunSetup<'_>, model: StopModel, window: Option<SampleSpan>) -> Subject {

@@ -85,7 +85,7 @@ pub(super) fn around(
             error_bound: false,
             ..RunOptions::new(model, opens_when)
         };
-        replay::run(&seen, &design, &options)
+        replay::run_within(&seen, &design, &options, &setup.work.within(setup.control))
             .map(|outcome| (!outcome.broke_down).then(|| sampled(&outcome.trace, &time_s)))
     })?;
     let followed: Vec<Vec<f64>> = paths.into_iter().flatten().collect();

@@ -24,6 +24,8 @@ pub(super) struct Explained<'a> {
     pub(super) faults: &'a Faults,
     /// First crossing outside the judged window [s].
     pub(super) outside: Option<f64>,
+    /// The limit of work, if it was reached.
+    pub(super) work_limit: Option<u64>,
     pub(super) budget: &'a ErrorBudget,
     pub(super) what_if: &'a [WhatIf],
 }
@@ -42,7 +44,15 @@ pub(super) fn reasons(case: &Explained<'_>) -> Vec<Reason> {
     }
     if case.answer == Answer::Undecided {
         // What stands in the way of an answer comes before the size of the peak.
+        reasons.extend(case.work_limit.map(|limit| Reason {
+            code: "work-limit".into(),
+            text: format!(
+                "An answer would take more than {limit} steps, the limit `work`. Ask for fewer levers with the setting `members`, or raise it with the setting `limit` = work={}.",
+                limit.saturating_mul(10)
+            ),
+        }));
         reasons.extend(others_not_followed(case));
+        reasons.extend(method_without_bound(case));
         reasons.extend(coast(case));
         reasons.extend(coast_of_members(case));
         reasons.extend(disagreement(case));
@@ -348,6 +358,20 @@ fn others_not_followed(case: &Explained<'_>) -> Option<Reason> {
         .map(|result| describe(result.variant, case.policy))
         .collect();
     Some(not_followed(&first.run.run().method, &places.join("; ")))
+}
+
+/// Says that only the method stands in the way of a pass.
+fn method_without_bound(case: &Explained<'_>) -> Option<Reason> {
+    let threshold = case.threshold_rad();
+    let mut results = case.results.iter();
+    let held = results.find(|result| result.run.held_back_by_method(threshold))?;
+    Some(Reason {
+        code: "method-without-bound".into(),
+        text: format!(
+            "The {} method only estimates its error: it may have stepped over what opens the lever, so it decides no pass. Judge by the event-driven method.",
+            held.run.run().method
+        ),
+    })
 }
 
 fn coast_words(coast: Option<f64>) -> String {

@@ -7,7 +7,7 @@ use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::recording::Finding;
 use crate::replay::Method;
-use crate::units::SampleInterval;
+use crate::units::{SampleInterval, plain};
 
 /// Returns the finding of a crossing that the window leaves out.
 pub(super) fn crossing_outside_window(at_s: f64, design: &Design) -> Finding {
@@ -22,6 +22,17 @@ pub(super) fn crossing_outside_window(at_s: f64, design: &Design) -> Finding {
     .at(at_s)
 }
 
+/// Returns the finding of a question that took more than it may.
+pub(super) fn work_limit_reached(limit: u64) -> Finding {
+    Finding::warning(
+        "work-limit",
+        format!(
+            "The question would take more than {limit} steps, its limit `work`: runs were broken off or left out. Ask for fewer with the setting `members`, or raise it with the setting `limit` = work={}.",
+            limit.saturating_mul(10)
+        ),
+    )
+}
+
 /// Returns what the nominal runs show to be odd.
 pub(super) fn replay_findings(
     design: &Design,
@@ -29,7 +40,7 @@ pub(super) fn replay_findings(
     interval: SampleInterval,
     runs: &[&VariantRun],
 ) -> Vec<Finding> {
-    let mut findings = Vec::new();
+    let mut findings = implausible(design);
     if policy.polarity == Polarity::Undeclared {
         findings.push(Finding::warning(
             "polarity-undeclared",
@@ -78,6 +89,28 @@ pub(super) fn replay_findings(
         }
     }
     findings
+}
+
+/// Returns the numbers of the design that no latch has; what rests on them comes after.
+fn implausible(design: &Design) -> Vec<Finding> {
+    let of_each = design.implausible();
+    of_each
+        .map(|(parameter, value)| {
+            let (low, high) = parameter.plausible;
+            let unit = match parameter.unit {
+                "1" => String::new(),
+                unit => format!(" {unit}"),
+            };
+            Finding::warning(
+                "design-implausible",
+                format!(
+                    "The design's {} is {value}{unit}; a latch has {low} to {}{unit}: the verdict is about a lever of another world.",
+                    parameter.name,
+                    plain(high, 4)
+                ),
+            )
+        })
+        .collect()
 }
 
 /// Returns what is known of the method that was asked for.

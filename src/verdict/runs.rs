@@ -1,10 +1,11 @@
-//! The runs of one assessment: what they share, the nominal runs with their fourfold, and the
-//! peaks of members.
+//! The runs of one assessment: what they share, the nominal runs, and the peaks of members.
 
 use super::Answer;
 use super::decision::{VariantRun, combine};
 use super::ensemble::MemberPeaks;
+use super::meter::Meter;
 use super::policy::{Policy, Variant};
+use super::readings::Readings;
 use super::usable_span::SampleSpan;
 use crate::conditioning::Signal;
 use crate::error::Error;
@@ -12,7 +13,7 @@ use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::parallel::Control;
 use crate::replay::batch::{self, BatchOptions, Member, MemberPeak};
-use crate::replay::{self, Run, RunOptions, RunOutcome};
+use crate::replay::{self, Breakdown, Run, RunOptions, RunOutcome};
 use crate::units::OpensWhen;
 
 /// The detail that a run carries along.
@@ -35,10 +36,12 @@ pub(crate) struct RunSetup<'a> {
     pub(crate) follow_all: bool,
     pub(crate) control: &'a Control<'a>,
     pub(crate) signal: &'a Signal,
-    /// The band-limited fourfold of the samples.
-    pub(crate) fine: &'a Signal,
+    /// Other readings of the samples.
+    pub(crate) readings: &'a Readings<'a>,
     /// First and last judged sample; `None` for all.
     pub(crate) window: Option<SampleSpan>,
+    /// What all runs may take and have taken.
+    pub(crate) work: &'a Meter,
 }
 
 /// SampleSpan, of all runs, from which further threads gain more than their start costs.
@@ -47,11 +50,6 @@ const SHARED_SAMPLES: usize = 20_000;
 impl RunSetup<'_> {
     pub(crate) fn threshold_rad(&self) -> f64 {
         self.design.criterion.threshold_rad
-    }
-
-    /// The judged window in samples of the fourfold.
-    pub(crate) fn fine_window(&self) -> Option<SampleSpan> {
-        self.window.map(|(first, last)| (4 * first, 4 * last))
     }
 
     pub(crate) fn initial(&self, model: StopModel) -> Option<(f64, f64)> {
@@ -84,6 +82,7 @@ impl RunSetup<'_> {
         of: impl Fn(&T) -> Result<R, Error> + Sync,
     ) -> Result<Vec<R>, Error> {
         control.check()?;
+        self.work.share_out(items.len());
         let few = self.signal.samples.len().saturating_mul(runs) < SHARED_SAMPLES;
         let threads = if few { 1 } else { control.threads };
         control.with_threads(threads).try_map(items, of)
@@ -98,21 +97,24 @@ impl RunSetup<'_> {
         detail: RunDetail,
     ) -> Result<RunOutcome, Error> {
         let (method, tolerance_rad) = self.policy.method_on(variant.model);
-        replay::run(
-            signal,
-            self.design,
-            &RunOptions {
-                stop: variant.model,
-                opens_when: variant.opens_when,
-                method,
-                tolerance_rad,
-                step_s: None,
-                initial: self.initial(variant.model),
-                window,
-                trace: detail == RunDetail::Trace,
-                error_bound: detail != RunDetail::PeakOnly,
-            },
-        )
+        let options = RunOptions {
+            stop: variant.model,
+            opens_when: variant.opens_when,
+            method,
+            tolerance_rad,
+            step_s: None,
+            initial: self.initial(variant.model),
+            window,
+            trace: detail == RunDetail::Trace,
+            error_bound: detail != RunDetail::PeakOnly,
+        };
+        let within = self.work.within(self.control);
+        let outcome = replay::run_within(signal, self.design, &options, &within)?;
+        self.work.add(outcome.spent);
+        if outcome.breakdown == Some(Breakdown::TooManySteps) {
+            self.work.cut();
+        }
+        Ok(outcome)
     }
 
     /// Runs every variant on the samples.
@@ -124,56 +126,6 @@ impl RunSetup<'_> {
         self.share(1, variants, |variant| {
             self.run(self.signal, *variant, self.window, detail)
         })
-    }
-
-    /// Sets each run beside the same on the fourfold of its samples; one with a `stand_in`, which
-    /// states its error without a further run, becomes that.
-    pub(super) fn refined(
-        &self,
-        runs: Vec<RunOutcome>,
-        stand_ins: Vec<Option<VariantRun>>,
-    ) -> Result<Vec<VariantRun>, Error> {
-        let tasks: Vec<(RunOutcome, Option<VariantRun>)> =
-            runs.into_iter().zip(stand_ins).collect();
-        let fine = self.share(4, &tasks, |(run, stand_in)| {
-            let variant = Variant {
-                opens_when: run.run.opens_when,
-                model: run.run.model,
-            };
-            let refined = || self.run_fine(variant);
-            stand_in.is_none().then(refined).transpose()
-        })?;
-        let refined = tasks.into_iter().zip(fine);
-        Ok(refined
-            .filter_map(|((run, stand_in), fine)| stand_in.or_else(|| Some(compared(run, &fine?))))
-            .collect())
-    }
-
-    /// Runs every variant on the samples and on their fourfold.
-    pub(super) fn full_runs(
-        &self,
-        variants: &[Variant],
-        detail: RunDetail,
-    ) -> Result<Vec<VariantRun>, Error> {
-        let runs = self.nominal_runs(variants, detail)?;
-        let none = vec![None; runs.len()];
-        self.refined(runs, none)
-    }
-
-    fn run_fine(&self, variant: Variant) -> Result<RunOutcome, Error> {
-        self.run(self.fine, variant, self.fine_window(), RunDetail::PeakOnly)
-    }
-
-    /// Returns what a nominal run says alone. Of one that was left out because nearly all
-    /// scattered levers cross, the error is not known: its fourfold is run.
-    pub(super) fn nominal_answer(&self, of: &VariantRun) -> Result<Answer, Error> {
-        let threshold = self.threshold_rad();
-        let answer = of.nominal_answer(threshold);
-        if !(of.left_out && answer == Answer::Undecided) {
-            return Ok(answer);
-        }
-        let fine = self.run_fine(of.variant())?;
-        Ok(compared(of.outcome.clone(), &fine).nominal_answer(threshold))
     }
 
     /// Joins what runs say by parts 3 and 4 of the rule.
@@ -193,15 +145,21 @@ impl RunSetup<'_> {
         count: usize,
         member: &(impl Fn(usize) -> Member + Sync),
     ) -> Result<MemberPeaks, Error> {
+        let parts = replay::subdivision(self.signal, self.design, variant.model);
         let options = BatchOptions {
             stop: variant.model,
             opens_when: variant.opens_when,
             initial: self.initial(variant.model),
-            window: self.window,
+            window: self
+                .window
+                .map(|(first, last)| (parts * first, parts * last)),
             coast: true,
             threads: 1,
         };
-        let peaks = batch::peaks(self.signal, count, member, &options)?;
+        let within = self.work.within_of_members(self.control);
+        let signal = replay::divided(self.signal, parts);
+        let peaks = batch::peaks_within(&signal, count, member, &options, &within)?;
+        self.work.add(peaks.iter().map(|peak| peak.spent).sum());
         Ok(MemberPeaks {
             window_rad: peaks.iter().map(|peak| peak.peak_angle_rad).collect(),
             highest_rad: peaks.iter().map(MemberPeak::highest_rad).collect(),
@@ -225,31 +183,6 @@ impl RunSetup<'_> {
             .iter()
             .filter_map(|outcome| outcome.run.first_crossing_s);
         Ok(crossings.reduce(f64::min))
-    }
-}
-
-/// Sets a run beside the same on the fourfold of its samples.
-fn compared(outcome: RunOutcome, fine: &RunOutcome) -> VariantRun {
-    let highest = |run: &Run| {
-        run.coast_peak_angle_rad
-            .map_or(run.peak_angle_rad, |coast| coast.max(run.peak_angle_rad))
-    };
-    let of_peak = (fine.run.peak_angle_rad - outcome.run.peak_angle_rad).abs();
-    let of_coast = if outcome.run.coast_peak_angle_rad.is_some() {
-        (highest(&fine.run) - highest(&outcome.run)).abs()
-    } else {
-        0.0
-    };
-    VariantRun {
-        outcome,
-        // A rerun that could not be followed bounds nothing.
-        interpolation_error_rad: if fine.broke_down {
-            f64::MAX
-        } else {
-            of_peak.max(of_coast)
-        },
-        share: None,
-        left_out: false,
     }
 }
 

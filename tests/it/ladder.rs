@@ -140,22 +140,17 @@ fn verif_a_strong_pulse_is_proven_to_fail() {
     check_climbed(&strong, &asked(0, NEGATIVE), Rung::NominalRuns, &[]);
 }
 
-/// A holding pulse that ends suddenly: a certain pass on the rigid stop, and a certain failure on
-/// the soft one, which it throws open.
+/// A holding pulse that ends suddenly: a certain failure on the soft stop, which it throws open, and
+/// no certain pass on the rigid one, since nobody knows what it does within its last interval.
 #[test]
-fn verif_a_holding_sawtooth_divides_the_stops() {
+fn verif_a_jump_that_may_open_is_not_left_to_bounds() {
     let mut sawtooth = pulse(0.0, 0.01);
     for (index, a) in sawtooth.samples.iter_mut().enumerate() {
         if (100..200).contains(&index) {
             *a = 10.0 * (index as f64 - 99.0) * STANDARD_GRAVITY;
         }
     }
-    let found = check_climbed(
-        &sawtooth,
-        &asked(128, NEGATIVE),
-        Rung::Bounds,
-        &[(StopModel::Rigid, Answer::Pass)],
-    );
+    let found = check_climbed(&sawtooth, &asked(128, NEGATIVE), Rung::Ensemble, &[]);
     assert_eq!(found.answer, Answer::Undecided);
     assert!(found.models[&StopModel::Soft].peak_angle_rad > 0.2);
     assert_eq!(found.models[&StopModel::Rigid].peak_angle_rad, 0.0);
@@ -211,7 +206,13 @@ fn verif_what_the_proofs_do_not_cover_is_followed() {
 
 #[track_caller]
 fn check_followed(found: &Assessment, word: &str) {
-    assert_eq!(found.answer, Answer::Pass);
+    // A method that states no bound decides no pass.
+    let expected = if word == "method" {
+        Answer::Undecided
+    } else {
+        Answer::Pass
+    };
+    assert_eq!(found.answer, expected);
     assert!(found.ladder.stops.iter().all(|step| !step.left_out));
     assert!(found.ladder.text.contains(word), "{}", found.ladder.text);
 }

@@ -807,3 +807,19 @@ fn verif_the_fixed_step_gains_energy_on_a_stop_too_stiff_for_it() {
     );
     assert!(energy < initial);
 }
+
+/// A lever that starts on the stop and is thrown off it at once is released at once: by its own
+/// rebound, or by a torque that opens from the first sample on.
+#[test]
+fn regress_a_release_at_the_first_instant_is_told() {
+    let design = Design::reference();
+    let quiet = quiet(10_000.0, 0.05);
+    let rebound = replay(&quiet, &design, &from(RIGID, 0.0, -3.0)).run;
+    assert_eq!(rebound.first_release_s, Some(quiet.start_s));
+    let mut opening = quiet;
+    opening.samples.fill(-5.0 * STANDARD_GRAVITY);
+    for stop in [RIGID, SOFT] {
+        let run = replay(&opening, &design, &from(stop, 0.0, 0.0)).run;
+        assert_eq!(run.first_release_s, Some(opening.start_s), "{stop:?}");
+    }
+}

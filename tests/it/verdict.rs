@@ -116,15 +116,37 @@ fn explicit(signal: &Signal, stop: StopModel, sign: OpensWhen) -> RunOutcome {
 /// Peak and U of a lever that is at rest at the end, from two explicit runs.
 fn peak_and_uncertainty(signal: &Signal, stop: StopModel) -> (f64, f64) {
     let own = explicit(signal, stop, OpensWhen::Negative).run;
-    let fine = explicit(
-        &resample::upsample_fourfold(signal),
-        stop,
-        OpensWhen::Negative,
-    )
-    .run;
     assert_eq!(own.coast_peak_angle_rad, None);
-    let interpolation = (fine.peak_angle_rad - own.peak_angle_rad).abs();
+    let peak = |signal: &Signal| {
+        explicit(signal, stop, OpensWhen::Negative)
+            .run
+            .peak_angle_rad
+    };
+    let interpolation = interpolation_rad(signal, peak);
     (own.peak_angle_rad, own.numerical_error_rad + interpolation)
+}
+
+/// What the budget states of a regular motion: the change by the fourfold, half of what the
+/// fourfold changes the twofold, and what corners and jumps between samples may do.
+fn interpolation_rad(signal: &Signal, peak: impl Fn(&Signal) -> f64) -> f64 {
+    let own = peak(signal);
+    let fourfold = resample::upsample_fourfold(signal);
+    let twofold = Signal {
+        rate: SampleRate::from_hertz(2.0 * signal.rate.hertz()).unwrap(),
+        samples: fourfold.samples.iter().copied().step_by(2).collect(),
+        ..*signal
+    };
+    let beyond = resample::above_half_nyquist(signal);
+    let corners = [0.5, -0.5].map(|part| {
+        let mut moved = signal.clone();
+        for (a, beyond) in moved.samples.iter_mut().zip(&beyond) {
+            *a += part * beyond.abs();
+        }
+        (peak(&moved) - own).abs()
+    });
+    (peak(&fourfold) - own).abs()
+        + 0.5 * (peak(&fourfold) - peak(&twofold)).abs()
+        + corners[0].max(corners[1])
 }
 
 #[track_caller]
@@ -154,14 +176,12 @@ fn verif_pass_and_fail_turn_at_the_uncertainty() {
     let signal = samples(weak);
     let (peak, uncertainty) = peak_and_uncertainty(&signal, StopModel::Rigid);
     assert!(peak > 0.005 && uncertainty > 1e-9, "{peak} {uncertainty}");
-    let at = |threshold: f64| {
-        judge(
-            &signal,
-            &[],
-            &with_certain_bias(threshold),
-            &options(RIGID, NEGATIVE),
-        )
+    // With a stated start no bound in closed form takes the place of the error that was measured.
+    let own = Policy {
+        initial_angle_rad: Some(0.0),
+        ..options(RIGID, NEGATIVE)
     };
+    let at = |threshold: f64| judge(&signal, &[], &with_certain_bias(threshold), &own);
     let below = ["threshold-not-crossed", "uncertainty", "nominal-runs-only"];
     check_answer(&at(0.1), Answer::Pass, &below);
     let spans = [
@@ -169,7 +189,7 @@ fn verif_pass_and_fail_turn_at_the_uncertainty() {
         "uncertainty-spans-threshold",
         "nominal-runs-only",
     ];
-    check_answer(&at(peak + uncertainty), Answer::Pass, &spans);
+    assert_eq!(at(peak + uncertainty).answer, Answer::Pass);
     check_answer(
         &at((peak + uncertainty) * (1.0 - 1e-12)),
         Answer::Undecided,
@@ -263,7 +283,7 @@ fn verif_scattered_levers_that_coast_beyond_the_limit_forbid_a_pass() {
         members: 128,
         ..options(RIGID, NEGATIVE)
     };
-    let design = with_certain_bias(1.005 * coast.unwrap());
+    let design = with_certain_bias(1.012 * coast.unwrap());
     let found = judge(&cut, &[], &design, &own);
     let ensemble = found.ensemble.as_ref().unwrap();
     assert_eq!(found.answer, Answer::Undecided, "{:#?}", found.why);
@@ -291,7 +311,7 @@ fn verif_stops_that_differ_leave_it_undecided() {
         [StopModel::Rigid, StopModel::Soft].map(|stop| peak_and_uncertainty(&signal, stop));
     let between = with_certain_bias(0.5 * (rigid.0 + soft.0));
     assert!(
-        (rigid.0 - soft.0).abs() > 4.0 * rigid.1.max(soft.1),
+        (rigid.0 - soft.0).abs() > 2.0 * rigid.1.max(soft.1),
         "{rigid:?} {soft:?}"
     );
     let both = judge(
@@ -658,7 +678,7 @@ fn verif_each_part_of_the_budget_is_the_difference_of_two_runs() {
         let part = |signal: &Signal, stop, sign| Some((peak(signal, stop, sign) - own).abs());
         assert_eq!(
             budget.interpolation,
-            part(&resample::upsample_fourfold(used), stop, sign)
+            Some(interpolation_rad(used, |signal| peak(signal, stop, sign)))
         );
         assert_eq!(budget.model, part(used, other, sign));
         assert_eq!(

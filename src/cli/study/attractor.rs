@@ -27,20 +27,20 @@ pub struct Arguments {
     #[arg(long, value_name = "A|LO..HI", value_parser = sweep::parse_amplitudes, default_value = "2.5", allow_hyphen_values = true)]
     pub amplitude: ValueSpan,
     /// Number of amplitudes, if there are several
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000), default_value_t = 401, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000), default_value_t = 401, allow_hyphen_values = true)]
     pub points: u32,
     /// Periods left out
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1_000_000), default_value_t = 200, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1_000_000), default_value_t = 200, allow_hyphen_values = true)]
     pub transient: u32,
     /// Periods kept
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=10_000_000), default_value_t = 10_000, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=10_000_000), default_value_t = 10_000, allow_hyphen_values = true)]
     pub periods: u32,
     /// Where the lever starts.
     #[command(flatten)]
     pub start: StartArguments,
     /// Show beside it what fixed-step Runge-Kutta with this many steps per period of the excitation
     /// and events on its grid makes of the same, as in the paper
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=1_000_000), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=1_000_000), allow_hyphen_values = true)]
     pub compare_steps: Option<u32>,
 }
 

@@ -24,7 +24,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub sine: SineArguments,
     /// Amplitude [g]
-    #[arg(long, value_name = "A", value_parser = sweep::parse_amplitude, default_value_t = 1.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "A", value_parser = sweep::parse_amplitude, default_value_t = 1.0, allow_hyphen_values = true)]
     pub amplitude: f64,
     /// Initial angles [rad]
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_range, default_value = "0..1", allow_hyphen_values = true)]
@@ -36,7 +36,7 @@ pub struct Arguments {
     #[arg(long, value_name = "NxM", value_parser = sweep::parse_grid, default_value = "200x200", allow_hyphen_values = true)]
     pub grid: (u32, u32),
     /// Periods after which motion is taken for settled
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(10..=100_000), default_value_t = 300, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(10..=100_000), default_value_t = 300, allow_hyphen_values = true)]
     pub transient: u32,
 }
 

@@ -27,13 +27,13 @@ pub struct Arguments {
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_amplitudes, default_value = "0..5", allow_hyphen_values = true)]
     pub amplitude: ValueSpan,
     /// Number of amplitudes
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000), default_value_t = 500, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000), default_value_t = 500, allow_hyphen_values = true)]
     pub points: u32,
     /// Periods left out at each amplitude
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=100_000), default_value_t = 100, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=100_000), default_value_t = 100, allow_hyphen_values = true)]
     pub transient: u32,
     /// Periods kept at each amplitude
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000), default_value_t = 100, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000), default_value_t = 100, allow_hyphen_values = true)]
     pub periods: u32,
     /// Where every amplitude starts.
     #[command(flatten)]
@@ -42,7 +42,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = SweepArgument::None)]
     pub sweep: SweepArgument,
     /// Doublings looked for on each branch of periodic orbits; 0 to follow none
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=8), default_value_t = 6, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=8), default_value_t = 6, allow_hyphen_values = true)]
     pub doublings: u32,
 }
 

@@ -31,10 +31,10 @@ pub struct Arguments {
     #[arg(long, value_name = "NxM", value_parser = sweep::parse_grid, default_value = "100x160", allow_hyphen_values = true)]
     pub grid: (u32, u32),
     /// Periods of the excitation that each lever is followed from rest
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000), default_value_t = 30, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000), default_value_t = 30, allow_hyphen_values = true)]
     pub periods: u32,
     /// What one g is [m/s²]
-    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_negative_numbers = true)]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
     pub gravity: f64,
 }
 

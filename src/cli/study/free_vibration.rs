@@ -23,13 +23,13 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
     pub model: ModelArgument,
     /// Initial angle [rad]
-    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true, default_value_t = 0.5)]
+    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_hyphen_values = true, default_value_t = 0.5)]
     pub phi0: f64,
     /// Initial angular velocity [rad/s]
-    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true, default_value_t = 0.0)]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_hyphen_values = true, default_value_t = 0.0)]
     pub omega0: f64,
     /// Length [natural periods]
-    #[arg(long, value_name = "N", value_parser = parse_periods, default_value_t = 5.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = parse_periods, default_value_t = 5.0, allow_hyphen_values = true)]
     pub periods: f64,
 }
 

@@ -23,25 +23,25 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
     pub model: ModelArgument,
     /// Amplitude of the sine [g]
-    #[arg(long, value_name = "A", value_parser = sweep::parse_amplitude, allow_negative_numbers = true, default_value_t = 1.0)]
+    #[arg(long, value_name = "A", value_parser = sweep::parse_amplitude, allow_hyphen_values = true, default_value_t = 1.0)]
     pub amplitude: f64,
     /// Angular frequency of the sine [rad/s]
-    #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0, allow_hyphen_values = true)]
     pub omega: f64,
     /// Initial angle of one start in place of the paper's three [rad]
-    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_hyphen_values = true)]
     pub phi0: Option<f64>,
     /// Initial angular velocity [rad/s]
-    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true, default_value_t = 0.0)]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_hyphen_values = true, default_value_t = 0.0)]
     pub omega0: f64,
     /// Periods shown
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 40, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 40, allow_hyphen_values = true)]
     pub periods: u32,
     /// Periods before the motion is taken to have settled
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=10_000_000), default_value_t = 1000, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=10_000_000), default_value_t = 1000, allow_hyphen_values = true)]
     pub transient: u32,
     /// What one g is [m/s²]
-    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_negative_numbers = true)]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
     pub gravity: f64,
 }
 

@@ -17,7 +17,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub study: StudyCommon,
     /// Points of the curve
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(10..=100_000), default_value_t = 200, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(10..=100_000), default_value_t = 200, allow_hyphen_values = true)]
     pub points: u32,
 }
 

@@ -23,13 +23,13 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
     pub model: ModelArgument,
     /// Peak of the shock, nearly [g]
-    #[arg(long, value_name = "A", value_parser = sweep::parse_positive_amplitude, default_value_t = 1000.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "A", value_parser = sweep::parse_positive_amplitude, default_value_t = 1000.0, allow_hyphen_values = true)]
     pub amplitude: f64,
     /// How long the lever is watched [s]
-    #[arg(long, value_name = "S", value_parser = parse_duration, default_value_t = 0.3, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", value_parser = parse_duration, default_value_t = 0.3, allow_hyphen_values = true)]
     pub duration: f64,
     /// What one g is [m/s²]
-    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_negative_numbers = true)]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
     pub gravity: f64,
 }
 

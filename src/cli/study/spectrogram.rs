@@ -24,16 +24,16 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = StopArgument::Soft)]
     pub model: StopArgument,
     /// Initial angle [rad]
-    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true, default_value_t = 0.5)]
+    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_hyphen_values = true, default_value_t = 0.5)]
     pub phi0: f64,
     /// Initial angular velocity [rad/s]
-    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true, default_value_t = 0.0)]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_hyphen_values = true, default_value_t = 0.0)]
     pub omega0: f64,
     /// Length [natural periods]
-    #[arg(long, value_name = "N", value_parser = parse_periods, default_value_t = 3.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = parse_periods, default_value_t = 3.0, allow_hyphen_values = true)]
     pub periods: f64,
     /// Window of the transform [natural periods]
-    #[arg(long, value_name = "N", value_parser = parse_window, default_value_t = 0.75, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = parse_window, default_value_t = 0.75, allow_hyphen_values = true)]
     pub window: f64,
 }
 

@@ -17,10 +17,10 @@ pub struct Arguments {
     #[command(flatten)]
     pub study: StudyCommon,
     /// Steps on the map of step against stiffness
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=400), default_value_t = 96, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=400), default_value_t = 96, allow_hyphen_values = true)]
     pub points: u32,
     /// What one g is [m/s²]
-    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_negative_numbers = true)]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
     pub gravity: f64,
 }
 

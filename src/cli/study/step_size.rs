@@ -18,22 +18,22 @@ pub struct Arguments {
     #[command(flatten)]
     pub study: StudyCommon,
     /// Angular frequency of the excitation whose period is cut into steps [rad/s]
-    #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 20.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 20.0, allow_hyphen_values = true)]
     pub omega: f64,
     /// Steps per period of each run
     #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(10..=1_000_000), default_values_t = [10_000, 1000], allow_hyphen_values = true)]
     pub steps_per_period: Vec<u32>,
     /// Length [periods of the excitation]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100), default_value_t = 3, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100), default_value_t = 3, allow_hyphen_values = true)]
     pub periods: u32,
     /// Step sizes of the scan for the limit
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1000), default_value_t = 120, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1000), default_value_t = 120, allow_hyphen_values = true)]
     pub points: u32,
     /// Initial angle [rad]
-    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true, default_value_t = 0.5)]
+    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_hyphen_values = true, default_value_t = 0.5)]
     pub phi0: f64,
     /// Initial angular velocity [rad/s]
-    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true, default_value_t = 0.0)]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_hyphen_values = true, default_value_t = 0.0)]
     pub omega0: f64,
 }
 

@@ -12,10 +12,10 @@ use clap::Args;
 #[derive(Debug, Clone, Args)]
 pub struct SineArguments {
     /// Angular frequency ω [rad/s]
-    #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0, allow_hyphen_values = true)]
     pub omega: f64,
     /// What one g is [m/s²]
-    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_negative_numbers = true)]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
     pub gravity: f64,
 }
 
@@ -23,10 +23,10 @@ pub struct SineArguments {
 #[derive(Debug, Clone, Args)]
 pub struct StartArguments {
     /// Initial angle [rad] [default: at rest on the stop]
-    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_hyphen_values = true)]
     pub phi0: Option<f64>,
     /// Initial angular velocity [rad/s]
-    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_hyphen_values = true)]
     pub omega0: Option<f64>,
 }
 

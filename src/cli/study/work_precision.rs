@@ -22,22 +22,22 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
     pub model: ModelArgument,
     /// Angular frequency of the sine [rad/s]
-    #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0, allow_hyphen_values = true)]
     pub omega: f64,
     /// Amplitude of the sine [g]
-    #[arg(long, value_name = "A", value_parser = sweep::parse_positive_amplitude, default_value_t = 5.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "A", value_parser = sweep::parse_positive_amplitude, default_value_t = 5.0, allow_hyphen_values = true)]
     pub amplitude: f64,
     /// Length of the sine [periods of the excitation]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 100, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 100, allow_hyphen_values = true)]
     pub periods: u32,
     /// Settings of each method, from coarse to fine
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=50), default_value_t = 6, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=50), default_value_t = 6, allow_hyphen_values = true)]
     pub points: u32,
     /// Repetitions of each run, of which the fastest counts
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 5, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 5, allow_hyphen_values = true)]
     pub repetitions: u32,
     /// What one g is [m/s²]
-    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_negative_numbers = true)]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
     pub gravity: f64,
 }
 

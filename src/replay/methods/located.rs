@@ -127,11 +127,15 @@ pub(super) fn run<E: Excitation, S: Stepper>(
 
 impl<E: Excitation, S: Stepper> EventDriver<'_, E, S> {
     fn go(&mut self) {
+        let mut looked = 0;
         while self.t < self.problem.end_s && self.breakdown.is_none() {
             if self.phase == LocatedPhase::Dwell {
                 self.dwell();
             } else {
                 self.step();
+            }
+            if let Some(ended) = self.problem.ended(&self.work, &mut looked) {
+                self.breakdown = Some(ended);
             }
             if self.work.steps >= STEPS_MAX {
                 self.breakdown = Some(Breakdown::TooManySteps);

@@ -33,7 +33,7 @@ pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32
     let (mut q, mut v) = problem.start_state();
     let mut record = Record::new(problem, (q, v));
     let mut work = Work::default();
-    let mut breakdown = None;
+    let (mut breakdown, mut looked) = (None, 0);
     let steps = ((end - start) / step).ceil() as u64;
     for k in 0..steps {
         let t = start + k as f64 * step;
@@ -59,6 +59,10 @@ pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32
         record.keep(now, q, v);
         if !q.is_finite() || !v.is_finite() {
             breakdown = Some(Breakdown::NotFinite);
+            break;
+        }
+        breakdown = problem.ended(&work, &mut looked);
+        if breakdown.is_some() {
             break;
         }
     }

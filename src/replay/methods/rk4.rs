@@ -35,7 +35,7 @@ pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32
     let (mut q, mut v) = problem.start_state();
     let mut record = Record::new(problem, (q, v));
     let mut work = Work::default();
-    let mut breakdown = None;
+    let (mut breakdown, mut looked) = (None, 0);
     let steps = ((end - start) / step).ceil() as u64;
     let keep_every = (steps / TRACE_POINTS).max(1);
     for k in 0..steps {
@@ -67,6 +67,10 @@ pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32
         }
         if !q.is_finite() || !v.is_finite() {
             breakdown = Some(Breakdown::NotFinite);
+            break;
+        }
+        breakdown = problem.ended(&work, &mut looked);
+        if breakdown.is_some() {
             break;
         }
     }

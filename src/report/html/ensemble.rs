@@ -218,6 +218,7 @@ fn row(page: &mut Page, ensemble: &Ensemble, threshold: f64) {
             End::Decided => "decided",
             End::LastLook => "last look, undecided",
             End::NoMatter => "could not change the answer",
+            End::WorkLimit => "ended by the limit `work`",
         },
     );
     page.raw("</tr>\n");

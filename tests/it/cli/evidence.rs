@@ -77,7 +77,8 @@ fn val_cli_curve_148_reaches_the_reference_peaks() {
     let path = data("recordings/nhtsa_v07292.148");
     let file = path.to_str().unwrap();
     for (sign, code, verdict, peak) in [
-        ("negative", 0, "pass", 0.053_142_473_084_1),
+        // What lies between the samples changes the order of its impacts.
+        ("negative", 3, "undecided", 0.053_142_473_084_1),
         ("positive", 1, "fail", 1.238_497_634_5),
     ] {
         let arguments = [

@@ -334,7 +334,8 @@ fn cli_a_window_that_misses_the_crossing_warns() {
         .unwrap();
     assert_eq!(warning["severity"], "warning");
     assert!((warning["at_s"].as_f64().unwrap() - 0.0142).abs() < 1e-4);
-    assert_eq!(document["why"][1]["code"], "crossing-outside-window");
+    assert_eq!(document["why"][0]["code"], "setting-decides");
+    assert_eq!(document["why"][2]["code"], "crossing-outside-window");
     let document = check_verdict(&[&whole[..], &["--window", "0..0.1"]].concat(), 1, "fail");
     assert!(
         !document["findings"]

@@ -515,6 +515,7 @@ fn verif_the_filter_table_changes_no_other_number() {
         assert_eq!(
             Assessment {
                 filters: Vec::new(),
+                work: without.work,
                 ..with
             },
             without
@@ -818,8 +819,11 @@ fn prop_bounds_cover_the_truth() {
     let least = if cfg!(debug_assertions) { 40 } else { 500 };
     assert!(cases >= least, "{cases} cases");
     for covered in [above, below] {
+        // Five in a hundred may miss, and two standard deviations of that by chance.
+        let missed = f64::from(cases - covered);
+        let most = 0.05 * f64::from(cases);
         assert!(
-            f64::from(covered) >= 0.94 * f64::from(cases),
+            missed <= most + 2.0 * (0.95 * most).sqrt(),
             "{covered} of {cases}"
         );
     }

@@ -44,6 +44,72 @@ fn verif_a_lever_that_cannot_be_followed_is_undecided_and_said() {
     assert!(scattered.ensemble.unwrap().failed_to_run > 0);
 }
 
+/// A method that only estimates its error may have stepped over what opens the lever.
+#[test]
+fn verif_a_method_without_a_bound_decides_no_pass() {
+    let own = |method| Policy {
+        method,
+        ..options(RIGID, NEGATIVE)
+    };
+    let at_samples = Method::Dopri5 { at_samples: true };
+    let held = judge(&samples(weak), &[], &Design::reference(), &own(at_samples));
+    check_answer(
+        &held,
+        Answer::Undecided,
+        &[
+            "method-without-bound",
+            "threshold-not-crossed",
+            "uncertainty",
+            "nominal-runs-only",
+        ],
+    );
+    let strong = samples(|t| half_sine(t, 0.0, 0.012, -14.0));
+    let fails = judge(&strong, &[], &Design::reference(), &own(at_samples));
+    assert_eq!(fails.answer, Answer::Fail);
+}
+
+/// Chatter that takes more than it may ends undecided, with the same count on any threads.
+#[test]
+fn verif_a_question_beyond_its_work_is_undecided_and_says_what_to_set() {
+    let chatter = samples(|t| {
+        if t > 0.0 {
+            8.0 * (t * 700.0).sin()
+        } else {
+            0.0
+        }
+    });
+    let mut design = with_threshold(0.002);
+    design.lever.preload_torque_nm = 0.5;
+    let own = |work| Policy {
+        members: 10_000,
+        work,
+        ..options(ModelChoice::Auto, NEGATIVE)
+    };
+    let of = |work, threads| {
+        let control = Control::unwatched(threads);
+        let extras = AssessExtras {
+            filter_table: true,
+            ..AssessExtras::default()
+        };
+        let conditioned = as_recorded(chatter.clone());
+        verdict::assess(&conditioned, &[], &design, &own(work), extras, &control).unwrap()
+    };
+    for limit in [10_000, 100_000] {
+        let found = of(limit, 1);
+        assert_eq!(found.answer, Answer::Undecided, "{limit}");
+        assert_eq!(found.why[0].code, "work-limit", "{:#?}", found.why);
+        assert!(found.why[0].text.contains("`members`"), "{:#?}", found.why);
+        assert!(
+            found
+                .findings
+                .iter()
+                .any(|finding| finding.code == "work-limit")
+        );
+        assert!(found.work <= 3 * limit, "{} of {limit}", found.work);
+        assert_eq!(found, of(limit, 3));
+    }
+}
+
 /// The soft stop can be followed and reaches further: the one that cannot is named all the same.
 #[test]
 fn verif_a_stop_beside_the_nominal_one_that_cannot_be_followed_is_said() {

@@ -26,6 +26,7 @@ fn standing(peak: f64, uncertainty: f64) -> PeakEstimate {
         uncertainty_rad: uncertainty,
         coast_rad: None,
         followed: true,
+        bounded: true,
     }
 }
 

@@ -1,0 +1,181 @@
+//! Settings that decide: a pass by the settings asked for is held against what the defaults say.
+
+use super::prepared::Prepared;
+use crate::conditioning::{self, BiasWindow, Conditioned, ConditioningOptions, FilterChoice};
+use crate::error::{Error, ErrorKind};
+use crate::model::Design;
+use crate::parallel::Control;
+use crate::recording::Finding;
+use crate::replay::Method;
+use crate::request::Request;
+use crate::setting::Setting;
+use crate::verdict::{self, Answer, AssessExtras, Assessment, Reason};
+
+/// One departure from the defaults: how messages name it, and the way back.
+struct Departure {
+    name: String,
+    undo: fn(&mut Request, &mut Design),
+}
+
+/// Lists what differs from the defaults and may decide.
+fn departures(request: &Request, design: &Design) -> Vec<Departure> {
+    let default = Request::default();
+    let raised = design.criterion.threshold_rad > design.default_threshold_rad();
+    let mut found = Vec::new();
+    let mut note = |differs: bool, name: String, undo: fn(&mut Request, &mut Design)| {
+        if differs {
+            found.push(Departure { name, undo });
+        }
+    };
+    let of = |setting: Setting| setting.to_string();
+    note(
+        request.bias != default.bias,
+        of(Setting::Bias),
+        |request, _| {
+            request.bias = BiasWindow::PreEvent;
+        },
+    );
+    let filter = (request.filter, request.filter_standard);
+    let differs = filter != (default.filter, default.filter_standard);
+    note(differs, of(Setting::Filter), |request, _| {
+        request.filter = FilterChoice::Default;
+        request.filter_standard = Request::default().filter_standard;
+    });
+    note(
+        request.resample_hz.is_some(),
+        of(Setting::Resample),
+        |request, _| {
+            request.resample_hz = None;
+        },
+    );
+    note(
+        request.window_s.is_some(),
+        of(Setting::Window),
+        |request, _| {
+            request.window_s = None;
+        },
+    );
+    let method = (request.method, request.tolerance_rad);
+    let differs = method != (default.method, default.tolerance_rad);
+    note(differs, of(Setting::Method), |request, _| {
+        request.method = Method::EventDriven;
+        request.tolerance_rad = None;
+    });
+    note(
+        raised,
+        "the design's `criterion.threshold_rad`".into(),
+        |_, design| {
+            design.criterion.threshold_rad = design.default_threshold_rad();
+            design.criterion.raised_from_rad = None;
+        },
+    );
+    found
+}
+
+impl Prepared {
+    /// Holds a pass against what would be said without a doubtful bias, and by the defaults.
+    pub(super) fn hold_against_defaults(
+        &self,
+        design: &Design,
+        assessment: &mut Assessment,
+        control: &Control<'_>,
+    ) -> Result<(), Error> {
+        if assessment.answer != Answer::Pass {
+            return Ok(());
+        }
+        let request = &self.facts.request;
+        if conditioning::bias::must_pass_without(&self.conditioned) {
+            let kept = Request {
+                bias: BiasWindow::None,
+                ..request.clone()
+            };
+            let answer = self.answer_by(&kept, design, control)?;
+            if answer != Answer::Pass {
+                assessment.answer = Answer::Undecided;
+                assessment.why.insert(0, bias_decides(answer));
+                return Ok(());
+            }
+        }
+        let departures = departures(request, design);
+        let by = |undone: &[&Departure]| {
+            let (mut request, mut design) = (request.clone(), design.clone());
+            for departure in undone {
+                (departure.undo)(&mut request, &mut design);
+            }
+            self.answer_by(&request, &design, control)
+        };
+        let all: Vec<&Departure> = departures.iter().collect();
+        if all.is_empty() {
+            return Ok(());
+        }
+        let answer = by(&all)?;
+        if answer == Answer::Pass {
+            return Ok(());
+        }
+        let mut alone = Vec::new();
+        for departure in &departures {
+            if departures.len() == 1 || by(&[departure])? != Answer::Pass {
+                alone.push(departure);
+            }
+        }
+        let named = if alone.is_empty() { all } else { alone };
+        let names: Vec<&str> = named.iter().map(|of| of.name.as_str()).collect();
+        let text = format!(
+            "By {} as asked for the answer is pass, by the defaults it is {}.",
+            names.join(" and "),
+            answer.name()
+        );
+        assessment.why.insert(
+            0,
+            Reason {
+                code: "setting-decides".into(),
+                text: text.clone(),
+            },
+        );
+        let finding = Finding::warning("setting-decides", text);
+        assessment.findings.insert(0, finding);
+        Ok(())
+    }
+
+    /// Returns the answer to another question to the same samples; unusable where there is none.
+    fn answer_by(
+        &self,
+        request: &Request,
+        design: &Design,
+        control: &Control<'_>,
+    ) -> Result<Answer, Error> {
+        let options = request.conditioning_options(&self.facts.card);
+        match self.assess_anew(&options, request, design, control) {
+            Err(error) if *error.kind() == ErrorKind::Stopped => Err(error),
+            answer => Ok(answer.unwrap_or(Answer::Unusable)),
+        }
+    }
+
+    fn assess_anew(
+        &self,
+        options: &ConditioningOptions,
+        request: &Request,
+        design: &Design,
+        control: &Control<'_>,
+    ) -> Result<Answer, Error> {
+        let conditioned: Conditioned = conditioning::reconditioned(&self.conditioned, options)?;
+        let policy = request.policy(self.facts.polarity);
+        let extras = AssessExtras::default();
+        let findings = &self.facts.findings;
+        control
+            .unmeasured(|control| {
+                verdict::assess(&conditioned, findings, design, &policy, extras, control)
+            })
+            .map(|assessment| assessment.answer)
+    }
+}
+
+fn bias_decides(answer: Answer) -> Reason {
+    Reason {
+        code: "bias-decides".into(),
+        text: format!(
+            "The bias that was removed is doubtful, so the recording is judged without it as well: that gives {}, and a pass needs both. Name a quiet window before the event with the setting `bias`.",
+            answer.name()
+        ),
+    }
+}

@@ -1,0 +1,132 @@
+//! The readings of one recording: what may lie between its samples.
+//!
+//! The model takes straight lines. What they leave out shows when the samples are read otherwise:
+//! refined within their band, twofold, fourfold and sixteenfold; and with what no refinement can
+//! know, a corner or a jump somewhere between two samples, taken to open or to shut.
+
+use crate::conditioning::{Signal, resample};
+use crate::units::SampleRate;
+use std::sync::OnceLock;
+
+/// Part of what lies above half the Nyquist frequency by which a sample may mislead.
+///
+/// The trapezoids of straight lines miss a jump between two samples by half an interval times its
+/// height, a corner by a twelfth of the interval squared times its change of slope. The magnitudes
+/// above half the Nyquist frequency add up to 1.04 of a jump, and to 0.34 to 0.61 of a corner's
+/// change of slope times the interval: half of them covers either, whatever part of the interval
+/// it falls on.
+const MISLEADING_PART: f64 = 0.5;
+
+/// Samples of a recording beyond which it is not refined sixteenfold, so that memory stays
+/// bounded: what would ask for it is taken to be in doubt.
+const SIXTEENFOLD_MAX: usize = 200_000;
+
+/// A way to read the samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum SampleReading {
+    /// Refined twofold.
+    Twofold,
+    /// Refined fourfold.
+    Fourfold,
+    /// Refined sixteenfold.
+    Sixteenfold,
+    /// As recorded, with what corners and jumps could add.
+    More,
+    /// As recorded, with what they could take away.
+    Less,
+    /// The fourfold of [`Self::More`].
+    FineMore,
+    /// The fourfold of [`Self::Less`].
+    FineLess,
+}
+
+impl SampleReading {
+    /// Those that every bound needs.
+    pub(super) const FIRST: [Self; 4] = [Self::Twofold, Self::Fourfold, Self::More, Self::Less];
+
+    /// Samples of the reading per sample of the recording.
+    pub(super) fn factor(self) -> usize {
+        match self {
+            Self::Twofold => 2,
+            Self::Fourfold | Self::FineMore | Self::FineLess => 4,
+            Self::Sixteenfold => 16,
+            Self::More | Self::Less => 1,
+        }
+    }
+}
+
+/// The readings of one recording, each made when it is first asked for.
+#[derive(Debug)]
+pub(crate) struct Readings<'a> {
+    signal: &'a Signal,
+    twofold: OnceLock<Signal>,
+    fourfold: OnceLock<Signal>,
+    sixteenfold: OnceLock<Signal>,
+    more: OnceLock<Signal>,
+    less: OnceLock<Signal>,
+    fine_more: OnceLock<Signal>,
+    fine_less: OnceLock<Signal>,
+}
+
+impl<'a> Readings<'a> {
+    pub(crate) fn of(signal: &'a Signal) -> Self {
+        Self {
+            signal,
+            twofold: OnceLock::new(),
+            fourfold: OnceLock::new(),
+            sixteenfold: OnceLock::new(),
+            more: OnceLock::new(),
+            less: OnceLock::new(),
+            fine_more: OnceLock::new(),
+            fine_less: OnceLock::new(),
+        }
+    }
+
+    /// Tells whether the sixteenfold can be had.
+    pub(super) fn has_sixteenfold(&self) -> bool {
+        self.signal.samples.len() <= SIXTEENFOLD_MAX
+    }
+
+    /// Returns one of them.
+    pub(super) fn signal(&self, reading: SampleReading) -> &Signal {
+        let fourfold = || self.signal(SampleReading::Fourfold);
+        let fine = |reading| resample::upsample_fourfold(self.signal(reading));
+        match reading {
+            SampleReading::Twofold => self.twofold.get_or_init(|| every_other(fourfold())),
+            SampleReading::Fourfold => self
+                .fourfold
+                .get_or_init(|| resample::upsample_fourfold(self.signal)),
+            SampleReading::Sixteenfold => self
+                .sixteenfold
+                .get_or_init(|| resample::upsample_again(fourfold())),
+            SampleReading::More => self
+                .more
+                .get_or_init(|| moved(self.signal, MISLEADING_PART)),
+            SampleReading::Less => self
+                .less
+                .get_or_init(|| moved(self.signal, -MISLEADING_PART)),
+            SampleReading::FineMore => self.fine_more.get_or_init(|| fine(SampleReading::More)),
+            SampleReading::FineLess => self.fine_less.get_or_init(|| fine(SampleReading::Less)),
+        }
+    }
+}
+
+fn every_other(signal: &Signal) -> Signal {
+    Signal {
+        rate: SampleRate::from_hertz(0.5 * signal.rate.hertz()).unwrap_or(signal.rate),
+        samples: signal.samples.iter().copied().step_by(2).collect(),
+        ..*signal
+    }
+}
+
+/// Returns the samples with a part of what lies above half the Nyquist frequency added to each.
+fn moved(signal: &Signal, part: f64) -> Signal {
+    let unknown = resample::above_half_nyquist(signal);
+    let samples = signal.samples.iter().zip(&unknown);
+    Signal {
+        samples: samples
+            .map(|(a, unknown)| a + part * unknown.abs())
+            .collect(),
+        ..*signal
+    }
+}

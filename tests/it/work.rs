@@ -1,0 +1,135 @@
+//! Guards that work is bounded: what is dear ends at its limit, counted in steps, and a long run
+//! looks up from its work.
+
+use latchgate::conditioning::{Conditioned, FilterStandard, Signal};
+use latchgate::error::ErrorKind;
+use latchgate::model::Design;
+use latchgate::model::stop::StopModel;
+use latchgate::parallel::Control;
+use latchgate::replay::{self, Method, RunOptions, Within};
+use latchgate::units::{OpensWhen, SampleRate};
+use latchgate::verdict::{Answer, AssessExtras, Assessment, ModelChoice, Polarity, Policy, assess};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// A vibration of ten sines up to 40 % of the Nyquist frequency, about ±10 g, over `seconds`.
+fn vibration(rate_hz: f64, seconds: f64) -> Signal {
+    let at = |time: f64| {
+        let sines = (1..=10).map(|n| {
+            let frequency = 0.02 * f64::from(n) * rate_hz;
+            (std::f64::consts::TAU * frequency * time + f64::from(n * n)).sin()
+        });
+        22.0 * sines.sum::<f64>()
+    };
+    Signal {
+        start_s: 0.0,
+        rate: SampleRate::from_hertz(rate_hz).unwrap(),
+        samples: (0..(rate_hz * seconds) as usize)
+            .map(|index| at(index as f64 / rate_hz))
+            .collect(),
+    }
+}
+
+fn judged(signal: &Signal, design: &Design, members: u32, work: u64) -> Assessment {
+    let conditioned = Conditioned {
+        raw: signal.clone(),
+        used: signal.clone(),
+        bias_m_s2: 0.0,
+        bias_standard_error_m_s2: 0.0,
+        bias_samples: 0,
+        bias_window_s: None,
+        filter: None,
+        filter_standard: FilterStandard::Iso6487,
+        resample_hz: None,
+        findings: Vec::new(),
+    };
+    let policy = Policy {
+        members,
+        work,
+        ..Policy::new(ModelChoice::Auto, Polarity::Declared(OpensWhen::Negative))
+    };
+    let extras = AssessExtras {
+        filter_table: true,
+        ..AssessExtras::default()
+    };
+    let control = Control::unwatched(2);
+    assess(&conditioned, &[], design, &policy, extras, &control).unwrap()
+}
+
+/// A record of 30 s at 500 Hz takes no more steps of its nominal levers than a few tens a sample
+/// and reading, and its ensemble ends at the limit.
+#[test]
+fn verif_long_vibration_stays_within_its_work() {
+    let signal = vibration(500.0, 30.0);
+    let found = judged(&signal, &Design::reference(), 0, 100_000_000);
+    let each = found.work / signal.samples.len() as u64;
+    assert!(each < 4_000, "{each} steps a sample");
+    let limit = 3_000_000;
+    let scattered = judged(&signal, &Design::reference(), 10_000, limit);
+    assert!(scattered.work <= 3 * limit, "{}", scattered.work);
+    assert_ne!(scattered.answer, Answer::Pass);
+}
+
+/// A stop so damped that its motion takes millions of steps breaks off, and no member is tried
+/// beside a nominal lever that could not be followed.
+#[test]
+fn verif_a_stop_that_glues_the_lever_ends_at_the_limit() {
+    let mut design = Design::reference();
+    design.stop.damping_n_s_per_m = 1e12;
+    let limit = 400_000;
+    let found = judged(&vibration(10_000.0, 0.3), &design, 10_000, limit);
+    assert!(found.work <= 3 * limit, "{}", found.work);
+    assert_ne!(found.answer, Answer::Pass);
+}
+
+/// A single run asks whether to go on, by every method, and ends when it shall.
+#[test]
+fn verif_a_single_run_looks_up_from_its_work() {
+    let signal = vibration(10_000.0, 4.0);
+    let steps_per_period = 1_000_000;
+    for method in [
+        Method::Rk4 { steps_per_period },
+        Method::Rk4Located { steps_per_period },
+        Method::MoreauJean { steps_per_period },
+        Method::EventDriven,
+    ] {
+        let options = RunOptions {
+            method,
+            ..RunOptions::new(StopModel::Rigid, OpensWhen::Negative)
+        };
+        let asked = AtomicUsize::new(0);
+        let control = Control {
+            threads: 1,
+            proceed: &|_| asked.fetch_add(1, Ordering::Relaxed) < 1,
+        };
+        let within = Within {
+            steps_max: u64::MAX,
+            control: &control,
+        };
+        let ended = replay::run_within(&signal, &Design::reference(), &options, &within);
+        if method == Method::EventDriven {
+            // Short as it is, it is asked once, at its end.
+            assert!(ended.is_ok());
+            continue;
+        }
+        let error = ended.unwrap_err();
+        assert_eq!(*error.kind(), ErrorKind::Stopped, "{method:?}");
+    }
+}
+
+/// What a run may take bounds it, and it says why it broke down.
+#[test]
+fn verif_a_run_that_takes_too_much_breaks_down() {
+    let signal = vibration(10_000.0, 1.0);
+    let control = Control::unwatched(1);
+    let within = Within {
+        steps_max: 500,
+        control: &control,
+    };
+    for stop in [StopModel::Rigid, StopModel::Soft] {
+        let options = RunOptions::new(stop, OpensWhen::Negative);
+        let run = replay::run_within(&signal, &Design::reference(), &options, &within).unwrap();
+        assert!(run.broke_down);
+        assert_eq!(run.breakdown, Some(replay::Breakdown::TooManySteps));
+        assert!(run.spent < 20_000, "{}", run.spent);
+    }
+}
