@@ -55,10 +55,7 @@ fn saturation() -> Vec<Case> {
             };
             0.007 * (pulse.round() + (k * k).rem_euclid(3) as f64).min(4096.0)
         })
-        .unusable(
-            &["blocking clipping", "blocking frozen", "warning one-signed"],
-            &["saturated"],
-        ),
+        .unusable(&frozen, &["saturated"]),
         // A flat top of a formula is none of a sensor.
         case("declared.csv", "synthetic = true\n", |k| push(k).min(20.0))
             .finds(&["info synthetic"]),
