@@ -5,6 +5,7 @@ use latchgate::pipeline::{
     self, Answer, Control, Design, Extras, Finding, Limits, MarginRequest, Outcome, Request,
     Severity, Source, Stored,
 };
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A push that the paper's lever survives, below `head`.
 fn table(head: &str) -> String {
@@ -27,7 +28,10 @@ fn curve(status: &str, comment: &str) -> (Folder, Source) {
     let line = format!(
         "1|146|AC|NA|DSLF|YG|SEC|G'S|1650||01/01/20|2000|2|0.0|-200|599|100|{status}|P|{comment}"
     );
-    let folder = Folder::new("remark-curve");
+    // Tests run side by side, and each folder is emptied when it is made.
+    static MADE: AtomicU32 = AtomicU32::new(0);
+    let made = MADE.fetch_add(1, Ordering::Relaxed);
+    let folder = Folder::new(&format!("remark-curve-{made}"));
     folder.write("v1.EV5", format!("----- INSTRUMENTATION -----\n{line}"));
     let path = folder.write("v1.146", rows.trim_start());
     (folder, Source::File(path.into()))

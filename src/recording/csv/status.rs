@@ -106,19 +106,14 @@ impl StatusColumn {
     fn look(&mut self, row: usize, cell: &[u8]) {
         let text = String::from_utf8_lossy(cell.trim_ascii());
         let small = text.to_lowercase();
-        let yes = matches!(small.as_str(), "1" | "true" | "yes" | "y" | "ja" | "wahr");
-        let no = matches!(
-            small.as_str(),
-            "0" | "0.0" | "false" | "no" | "n" | "nein" | "falsch"
-        );
+        let number = small.parse::<f64>().ok();
+        let yes = number == Some(1.0) || matches!(&*small, "true" | "yes" | "y" | "ja" | "wahr");
+        let no = number == Some(0.0) || matches!(&*small, "false" | "no" | "n" | "nein" | "falsch");
         match self.about {
             About::Notes => self.cells.hear(row, &text),
             About::Valid if yes => {}
             About::Fault if no => {}
-            About::Valid if no => {
-                self.bad.get_or_insert_with(|| (row, text.into_owned()));
-            }
-            About::Fault if yes => {
+            About::Valid | About::Fault if yes || no => {
                 self.bad.get_or_insert_with(|| (row, text.into_owned()));
             }
             _ if small.is_empty() || WELL.contains(&small.as_str()) => {}
