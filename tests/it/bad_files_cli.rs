@@ -320,7 +320,7 @@ fn cli_bad_tables_are_refused_at_their_place() {
                 weak(t)
             }
         }),
-        &["unusable: ", "stand"],
+        &["unusable: ", "equal samples"],
     );
     t.add(
         "starts.csv",

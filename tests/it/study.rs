@@ -535,8 +535,12 @@ fn cli_a_method_known_to_fail_says_so() {
     );
     check_method(
         &["--method", "rk4", "--model", "soft"],
-        0,
-        &["method-known-to-fail", "entry and exit lie on the grid"],
+        3,
+        &[
+            "method-without-bound",
+            "method-known-to-fail",
+            "entry and exit lie on the grid",
+        ],
     );
     check_method(
         &[

@@ -307,8 +307,36 @@ fn cli_verify_refuses_what_it_cannot_repeat() {
 
 /// A verdict of a version that stated its question as a command line, as
 /// `latchgate replay signals/surviving.csv --members 0 --format json` wrote it.
-fn older_verdict() -> String {
+fn genuine_older_verdict() -> String {
     text_of(data("verdict-with-command.json").to_str().unwrap())
+}
+
+/// The verdict of today in that form: its numbers are those of today.
+fn older_verdict() -> String {
+    let recording = signal_file("surviving.csv");
+    let done = latchgate(&[
+        "replay",
+        &recording,
+        "--members",
+        "0",
+        "--no-report",
+        "--format",
+        "json",
+    ]);
+    let mut document = done.document();
+    let older: Value = serde_json::from_str(&genuine_older_verdict()).unwrap();
+    document["request"] = older["request"].clone();
+    for (pointer, keys) in [
+        ("", &["report_id"][..]),
+        ("/run", &["numbers_revision"]),
+        ("/recording", &["opens_when", "opens_when_source"]),
+    ] {
+        let block = document.pointer_mut(pointer).unwrap();
+        for key in keys {
+            assert!(block.as_object_mut().unwrap().remove(*key).is_some());
+        }
+    }
+    serde_json::to_string_pretty(&document).unwrap()
 }
 
 /// Older verdicts are repeated from their command line.
@@ -323,6 +351,15 @@ fn cli_verify_reads_verdicts_that_state_a_command_line() {
     let done = latchgate(&["verify", &file]);
     assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
     assert!(done.out.starts_with("SAME"), "{}", done.out);
+    // Numbers of another version are told apart from those of today, not refused.
+    let genuine = folder.write("verdict.json", genuine_older_verdict());
+    let done = latchgate(&["verify", &genuine]);
+    assert_eq!((done.code, done.err.as_str()), (1, ""), "{}", done.out);
+    assert!(
+        done.out.contains("bias_standard_error_m_s2"),
+        "{}",
+        done.out
+    );
     // A number that was changed in it is found.
     let changed = older_verdict().replacen("\"peak_angle_rad\": 0.0", "\"peak_angle_rad\": 0.1", 1);
     let file = folder.write("verdict.json", changed);

@@ -64,7 +64,10 @@ fn cli_a_fault_after_the_crossing_does_not_save_the_door() {
         "late.csv",
         table(|t| open(t, 0.1) + loud(t, 0.0) + rough(t).min(0.0)),
     );
-    let document = check_unusable(&["replay", &late, "--opens-when", "negative"], "saturated");
+    let document = check_unusable(
+        &["replay", &late, "--opens-when", "negative"],
+        "shows nothing beyond",
+    );
     assert!(document["nominal"]["first_crossing_s"].as_f64().unwrap() > 0.1);
 }
 
@@ -77,9 +80,10 @@ fn val_cli_curve_148_reaches_the_reference_peaks() {
     let path = data("recordings/nhtsa_v07292.148");
     let file = path.to_str().unwrap();
     for (sign, code, verdict, peak) in [
-        // What lies between the samples changes the order of its impacts.
+        // What lies between the samples changes the order of its impacts, so that the nominal
+        // run alone decides nothing.
         ("negative", 3, "undecided", 0.053_142_473_084_1),
-        ("positive", 1, "fail", 1.238_497_634_5),
+        ("positive", 3, "undecided", 1.238_497_634_5),
     ] {
         let arguments = [
             &["replay", file, "--model", "rigid", "--opens-when", sign][..],
