@@ -551,12 +551,12 @@ fn cli_a_method_known_to_fail_says_so() {
             "--model",
             "rigid",
         ],
-        0,
+        3,
         &["method-known-to-fail", "is loose", "loses its order"],
     );
     check_method(
         &["--method", "moreau-jean", "--model", "rigid"],
-        0,
+        3,
         &[
             "method-known-to-fail",
             "\"method\": \"moreau-jean\"",
@@ -572,7 +572,7 @@ fn cli_a_method_known_to_fail_says_so() {
             "--model",
             "soft",
         ],
-        0,
+        3,
         &["method-known-to-fail", "where ten would be few"],
     );
 }

@@ -173,7 +173,7 @@ impl<'a> Specimen<'a> {
         // From 60 % of the peak down to 3 %.
         let limit = self.peak * libm::pow(0.05, severity) * 0.6;
         let off = value - self.mean;
-        let flicker = f64::from(u8::from(chance.next() % 3 == 0)) * self.quantum;
+        let flicker = f64::from(u8::from(chance.next().is_multiple_of(3))) * self.quantum;
         match kind {
             Kind::ClippedSide => value.max(self.mean - limit),
             Kind::ClippedBoth => self.mean + off.clamp(-limit, limit),
@@ -209,7 +209,7 @@ impl<'a> Specimen<'a> {
         let (from, to) = (samples[first - 1], samples[last + 1]);
         let steps = (last + 2 - first) as f64;
         for (index, value) in samples.iter_mut().enumerate().take(last + 1).skip(first) {
-            let flicker = f64::from(u8::from(chance.next() % 3 == 0)) * self.quantum;
+            let flicker = f64::from(u8::from(chance.next().is_multiple_of(3))) * self.quantum;
             *value = match kind {
                 Kind::Zeros => 0.0,
                 Kind::Held => from,
