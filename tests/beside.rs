@@ -19,9 +19,10 @@ fn source(name: &str) -> Source {
     Source::File(folder.join(name))
 }
 
-fn judged(name: &str) -> Outcome {
+fn judged(name: &str, channel: Option<&str>) -> Outcome {
     let request = Request {
         members: 0,
+        channel: channel.map(str::to_string),
         ..Request::default()
     };
     let (design, limits) = (Design::reference(), Limits::default());
@@ -38,7 +39,7 @@ fn judged(name: &str) -> Outcome {
 
 #[track_caller]
 fn check_refused(name: &str, words: &[&str]) {
-    let outcome = judged(name);
+    let outcome = judged(name, None);
     assert_eq!(outcome.document.verdict, Answer::Unusable, "{name}");
     let said = outcome.refusal.expect("nothing was read").to_string();
     for word in words {
@@ -52,22 +53,28 @@ fn val_files_that_are_no_recordings_are_named() {
     check_refused("cougars_SO_bag_metadata.yaml", &["metadata.yaml"]);
 }
 
-/// A robot's log at 10 Hz is read, the first value being that of an independent reader, and is no
-/// crash recording.
+/// A robot's log at 10 Hz is offered, its topics naming a robot; the channel that is asked for is read,
+/// the first value being that of an independent reader, and is no crash recording.
 #[test]
 fn val_a_real_robot_log_is_read_and_unusable() {
     let name = "cougars_SO_bag_0.ros2.mcap";
-    let options = Request::default().read_options(&pipeline::Card::default());
+    let asked = "/coug2/modem_imu:linear_acceleration.y";
+    check_refused(name, &[asked, "`coug2`"]);
+    let request = Request {
+        channel: Some(asked.into()),
+        ..Request::default()
+    };
+    let options = request.read_options(&pipeline::Card::default());
     let limits = Limits::default();
     let found = read(&source(name), &options, Selection::Lateral, &limits).unwrap();
     let channel = &found.channels[0];
-    assert_eq!(channel.name, "/coug2/modem_imu:linear_acceleration.y");
+    assert_eq!(channel.name, asked);
     assert_eq!(channel.values[0], -0.732_854_643_151_761_6);
     assert_eq!(channel.values.len(), 158);
     assert!((9.8..10.1).contains(&channel.rate.hertz()));
     assert_eq!(found.findings, []);
 
-    let outcome = judged(name);
+    let outcome = judged(name, Some(asked));
     assert!(outcome.refusal.is_none());
     assert_eq!(outcome.document.verdict, Answer::Unusable);
     let found = |code: &str| {
