@@ -276,7 +276,8 @@ fn val_standard_error_of_first_order_noise() {
         (0.9, 20_000),
     ] {
         let found = bias_in_errors(correlation, count);
-        assert!(found < 1.2, "ρ {correlation}, n {count}: {found}");
+        let near = 0.45 < found && found < 1.2;
+        assert!(near, "ρ {correlation}, n {count}: {found}");
     }
 }
 

@@ -31,6 +31,9 @@ const LIVELY_QUANTA: f64 = 1.0;
 /// How many times the run that the stretch's own runs lead to expect is no chance on a coarse channel.
 const COARSE_FACTOR: f64 = 3.0;
 
+/// Values below which nobody tells that a channel holds them.
+const HELD_VALUES: usize = LEAST_SAMPLES;
+
 /// Half the width of the corridor in which samples count as lying on a line [quanta].
 const CORRIDOR_QUANTA: f64 = 1.1;
 
@@ -56,8 +59,10 @@ pub(super) struct Noise {
     quantum: f64,
     /// Standard deviation of what a prediction leaves over, by its median; a lower bound.
     innovation: f64,
-    pub(super) longest_equal: usize,
+    longest_equal: usize,
     longest_line: usize,
+    /// Samples for which the channel holds each value.
+    pub(super) hold: usize,
 }
 
 impl Noise {
@@ -67,13 +72,17 @@ impl Noise {
         if samples.len() < LEAST_SAMPLES || samples.iter().all(|value| same(*value, *first)) {
             return None;
         }
+        let (shift, hold) = held(samples);
+        // What a channel that holds its values tells are the values, not the copies.
+        let values: Vec<f64> = samples[shift..].iter().step_by(hold).copied().collect();
         let longest = |runs: Runs| runs.iter().map(|(_, length)| *length).max().unwrap_or(1);
         Some(Self {
-            count: samples.len(),
+            count: values.len(),
             quantum,
-            innovation: innovation(samples),
-            longest_equal: longest(equal_runs(samples, 1)),
-            longest_line: longest(line_runs(samples, quantum, 1)),
+            innovation: innovation(&values),
+            longest_equal: longest(equal_runs(&values, 1)),
+            longest_line: longest(line_runs(&values, quantum, 1)),
+            hold,
         })
     }
 
@@ -90,6 +99,7 @@ impl Noise {
     /// Returns the number of samples from which on a run is no chance anywhere in a record of
     /// `total` samples; `None` where the stretch does not tell.
     pub(super) fn least_run(&self, kind: RunKind, total: usize) -> Option<f64> {
+        let total = total.div_ceil(self.hold);
         // Free samples lie on any level or line; the others have to hit a width.
         let (longest, free, width) = match kind {
             RunKind::Equal => (self.longest_equal, 1.0, self.quantum),
@@ -101,14 +111,15 @@ impl Noise {
         };
         let rarity = libm::log(total as f64 / CHANCE);
         let seen = rarity / libm::log(self.count as f64) * (longest as f64 + 1.0);
-        if !self.is_lively() {
-            return (kind == RunKind::Equal).then_some(COARSE_FACTOR * seen);
-        }
         let chance = width / (TAU.sqrt() * self.innovation);
-        if chance >= 1.0 || self.contradicts(chance, longest as f64 - free) {
-            return Some(seen);
-        }
-        Some(seen.min(free - rarity / libm::log(chance)))
+        let values = if !self.is_lively() {
+            (kind == RunKind::Equal).then_some(COARSE_FACTOR * seen)?
+        } else if chance >= 1.0 || self.contradicts(chance, longest as f64 - free) {
+            seen
+        } else {
+            seen.min(free - rarity / libm::log(chance))
+        };
+        Some(values * self.hold as f64)
     }
 
     /// Tells whether the stretch shows a run that its spread does not explain.
@@ -121,6 +132,26 @@ impl Noise {
         let chance = self.quantum / (TAU.sqrt() * self.innovation);
         !self.is_lively() || !self.contradicts(chance, self.longest_equal as f64 - 1.0)
     }
+}
+
+/// Returns the place of the first whole value and the number of samples for which the channel holds each:
+/// the greatest that divides the length of every run of equal ones, but for the first and the last,
+/// which go on outside; 0 and 1 where too few tell.
+fn held(samples: &[f64]) -> (usize, usize) {
+    let runs = equal_runs(samples, 1);
+    match runs.as_slice() {
+        [_, inner @ .., _] if inner.len() >= HELD_VALUES => {
+            let common = inner
+                .iter()
+                .fold(0, |common, (_, length)| gcd(common, *length));
+            (inner[0].0 % common, common)
+        }
+        _ => (0, 1),
+    }
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
 }
 
 /// Least spacing of the levels of some samples; 0 if there is one level only.

@@ -102,10 +102,7 @@ fn flat_top(facts: &SignalFacts<'_>, extreme: f64, range_g: Option<f64>) -> Opti
         return None;
     }
     // A channel that holds its samples holds the one at its top as well.
-    let holds = facts.noise.filter(|noise| !noise.is_explained());
-    let least = holds.map_or(CLIPPED_RUN, |noise| {
-        CLIPPED_RUN.max(noise.longest_equal + 1)
-    });
+    let least = CLIPPED_RUN.max(facts.noise.map_or(1, |noise| noise.hold) + 1);
     let runs = noise::equal_runs(facts.samples, least);
     let (first, length) = runs
         .into_iter()

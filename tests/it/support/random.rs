@@ -5,9 +5,10 @@
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    /// A generator whose seed is spread over all bits, so that small seeds are unlike.
+    /// A generator whose seed is mixed into all bits. A seed multiplied by the generator's own step would
+    /// not do: streams of neighbouring seeds would be one stream, a number apart.
     pub(crate) fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15))
+        Self(Self(seed).next())
     }
 
     pub(crate) fn next(&mut self) -> u64 {
