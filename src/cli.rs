@@ -4,6 +4,7 @@
 //! - `command_line`: words of a shell's command line, written and read;
 //! - `design`: the design that the command line asks for: a file, or the paper's, with overrides;
 //! - `failure`: why a command ended without an answer of its own;
+//! - `gate`: `latchgate gate`: many recordings and designs, one exit code;
 //! - `inspect`: `latchgate inspect`: what a recording holds;
 //! - `limits`: `latchgate limits`: every limit on input, with its value and how to change it;
 //! - `log`: tracing output: stderr, as text or JSON lines, silent unless asked for;
@@ -24,6 +25,7 @@ pub mod args;
 mod command_line;
 mod design;
 mod failure;
+pub mod gate;
 mod inspect;
 mod limits;
 mod log;
@@ -63,6 +65,7 @@ pub fn main() -> ExitCode {
         Command::Replay(own) => replay::command(own, &arguments.common),
         Command::Inspect(own) => inspect::command(own, &arguments.common),
         Command::Margin(own) => margin::command(own, &arguments.common),
+        Command::Gate(own) => gate::command(own, &arguments.common),
         Command::Verify(own) => verify::command(own, &arguments.common),
         Command::Study(own) => study::command(&own.study, &arguments.common),
         Command::Limits => limits::command(&arguments.common),

@@ -30,6 +30,7 @@
 //! ```
 
 pub mod error;
+pub mod gate;
 pub mod pipeline;
 pub mod setting;
 pub mod units;

@@ -13,6 +13,7 @@
 //!
 //! - `prepared`: the recording, read and conditioned once;
 //! - `answer`: what was known and found, put together as a document;
+//! - `row`: the decision alone, for gates;
 //! - `identity`: the hash that names a report;
 //! - `defaults`: settings that decide, held against the defaults;
 //! - `candidates`: the channels to choose from where several could be meant;
@@ -48,6 +49,7 @@ mod identity;
 mod inspect;
 mod margin;
 mod prepared;
+mod row;
 pub mod verify;
 
 pub use crate::conditioning::{BiasWindow, Cfc, FilterChoice, FilterStandard};
@@ -68,6 +70,7 @@ pub use identity::NUMBERS_REVISION;
 pub use inspect::{Choice, ListedChannel, ListedFile, Listing, inspect};
 pub use margin::{MarginOutcome, margin};
 pub use prepared::{Extras, Outcome, Prepared, Refused};
+pub use row::Row;
 pub use verify::{Stored, Verification, verify};
 
 /// Reads, conditions, replays and decides: one recording, one design, one document.

@@ -13,6 +13,7 @@
 //! - `margin_document`: the document that a margin answers with;
 //! - `margin_words`: what the terminal and the page of a margin say of an answer in the same words;
 //! - `number`: numbers for people: significant digits, true minus signs, powers of ten;
+//! - `page`: what every page of ours begins and ends with;
 //! - `plot`: plots in SVG: the same drawing stands inline in the report and alone in a file;
 //! - `sparkline`: a signal in one line of a terminal;
 //! - `study`: files of a study: rows as CSV, headline figures as JSON, a chart as SVG;
@@ -27,6 +28,7 @@ pub mod margin;
 pub mod margin_document;
 mod margin_words;
 pub mod number;
+pub mod page;
 pub mod plot;
 pub mod sparkline;
 pub mod study;

@@ -95,6 +95,12 @@ settings! {
     Map = "map",
     /// Size of a map.
     MapGrid = "map_grid",
+    /// Whether pairs of a gate's baseline may be gone.
+    AllowRemoved = "allow_removed",
+    /// Folder of a report.
+    Out = "out",
+    /// Store of a gate.
+    Store = "store",
 }
 
 impl fmt::Display for Setting {

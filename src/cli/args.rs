@@ -1,5 +1,6 @@
 //! The command line as a whole: options of every command, and the commands.
 
+use super::gate::GateArguments;
 use super::options::{Common, InspectArguments, MarginArguments, ReplayArguments, VerifyArguments};
 use super::study::Study;
 use clap::{Args, Parser, Subcommand};
@@ -38,6 +39,12 @@ pub enum Command {
     /// the nominal run's peak, else those of the verdict. Exit codes: 0 answered, 2 wrong usage,
     /// 4 could not answer, or a blocking finding spoils the recording.
     Margin(Box<MarginArguments>),
+    /// Judge many recordings with many designs: one summary, one exit code
+    ///
+    /// Writes summary.json, junit.xml, summary.md and index.html. Exit codes, over the pairs that are
+    /// not as required: 0 every pair stands, 1 fail (or a pass where a fail was required), 3 undecided,
+    /// 4 unusable, or something could not be done; 2 wrong usage.
+    Gate(GateArguments),
     /// Make the run inside a verdict again and compare
     ///
     /// What was asked, the design and the file's name stand in the verdict. Every key but the time

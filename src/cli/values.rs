@@ -163,6 +163,12 @@ pub(super) fn parse_log(text: &str) -> Result<LogSettings, String> {
     Ok(LogSettings { format, level })
 }
 
+pub(super) fn parse_date(text: &str) -> Result<String, String> {
+    crate::gate::file::check_date(text)
+        .map(|()| text.to_string())
+        .map_err(|()| "expected a day such as 2027-03-31".into())
+}
+
 pub(super) fn parse_limit(text: &str) -> Result<String, String> {
     Limits::default()
         .set(text)

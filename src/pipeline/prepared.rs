@@ -9,6 +9,7 @@ use crate::model::Design;
 use crate::parallel::Control;
 use crate::recording::card::CardFile;
 use crate::recording::{self, Channel, Finding, Limits, Reading, Source};
+use crate::report::document::RecordingBlock;
 use crate::report::{self, Document};
 use crate::request::Request;
 use crate::units::STANDARD_GRAVITY;
@@ -89,6 +90,16 @@ pub struct Refused {
 }
 
 impl Refused {
+    /// Returns what is known of the recording.
+    #[must_use]
+    pub fn recording(&self) -> &RecordingBlock {
+        &self.facts.recording
+    }
+
+    pub(super) fn facts(&self) -> &RecordingFacts {
+        &self.facts
+    }
+
     /// Returns the answer for a design: a document that says why there is none.
     #[must_use]
     pub fn outcome(self, design: &Design) -> Outcome {
@@ -173,6 +184,12 @@ impl Prepared {
     #[must_use]
     pub fn report_id(&self, design: &Design) -> String {
         self.facts.report_id(design)
+    }
+
+    /// Returns what was read.
+    #[must_use]
+    pub fn recording(&self) -> &RecordingBlock {
+        &self.facts.recording
     }
 
     /// Returns what was found odd so far, by reading and conditioning.

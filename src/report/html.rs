@@ -23,6 +23,11 @@ use crate::recording::Severity;
 use crate::report::Document;
 use crate::verdict::Evidence;
 
+/// Returns the rules that all pages share.
+pub(super) fn page_style() -> String {
+    sheet::style("")
+}
+
 /// Returns the report as one self-contained HTML document.
 #[must_use]
 pub fn render(document: &Document, evidence: Option<&Evidence>) -> String {

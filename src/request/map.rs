@@ -25,6 +25,21 @@ impl From<Request> for Entries {
 }
 
 impl Request {
+    /// Lists the keys that a request may have.
+    pub fn keys() -> impl Iterator<Item = &'static str> {
+        OF_REPLAY.iter().map(|setting| setting.key())
+    }
+
+    /// Reads a request from keys and values, as a file or a form states them.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::UnknownName`] for an unknown key, [`ErrorKind::BadSetting`] for a value that its
+    /// setting does not take.
+    pub fn from_entries(entries: BTreeMap<String, Value>) -> Result<Self, Error> {
+        Self::try_from(entries)
+    }
+
     /// Returns the settings that differ from their defaults, so that a setting which a later
     /// version adds does not change what an older question is.
     #[must_use]

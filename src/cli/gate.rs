@@ -1,0 +1,319 @@
+//! `latchgate gate`: many recordings and designs, one exit code.
+
+use super::failure::{COULD_NOT, Failure};
+use super::options::Common;
+use super::output;
+use super::progress::Progress;
+use super::values::{OutputFormat, parse_date};
+use crate::error::{Error, ErrorKind, Place};
+use crate::gate::files::Reports;
+use crate::gate::{self, Asked, Baseline, GateFile, Plan, Store, Summary};
+use crate::recording::Limits;
+use clap::{Args, ValueEnum};
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Options of `gate`.
+#[derive(Debug, Clone, Args)]
+pub struct GateArguments {
+    /// Gate file: recordings, designs and what is required
+    #[arg(value_name = "GATE.toml", required_unless_present_any = ["init", "schema"])]
+    pub gate: Option<PathBuf>,
+    /// Folder of summary.json, junit.xml, summary.md, index.html and full reports; it is replaced
+    /// [default: reports/out/gate-NAME]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Folder in which decisions are kept for the next run [default: .latchgate beside the gate file]
+    #[arg(long, value_name = "DIR")]
+    pub store: Option<PathBuf>,
+    /// Judge every pair again and keep nothing
+    #[arg(long, conflicts_with = "store")]
+    pub no_store: bool,
+    /// Full reports: of what is not as required, the worst fifty; of every pair; or none
+    #[arg(long, value_enum, default_value_t = ReportsArgument::Failing)]
+    pub reports: ReportsArgument,
+    /// The summary.json of an earlier run, to compare with
+    #[arg(long, value_name = "FILE")]
+    pub baseline: Option<PathBuf>,
+    /// Pairs of the baseline may be gone
+    #[arg(long, requires = "baseline")]
+    pub allow_removed: bool,
+    /// Let stand what was not as required in the baseline and is no worse
+    #[arg(long, requires = "baseline")]
+    pub no_worse: bool,
+    /// The day against which exceptions are held [default: today, UTC]
+    #[arg(long, value_name = "YYYY-MM-DD", value_parser = parse_date)]
+    pub date: Option<String>,
+    /// Print what is not as required as annotations of a CI system, ten at most
+    #[arg(long, value_enum)]
+    pub annotate: Option<Annotations>,
+    /// Write a first gate.toml into a folder of recordings; an existing one is left as it is
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["gate", "schema"])]
+    pub init: Option<PathBuf>,
+    /// Print the JSON Schema of gate files
+    #[arg(long, conflicts_with = "gate")]
+    pub schema: bool,
+}
+
+/// Which pairs get a full report.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ReportsArgument {
+    /// None.
+    None,
+    /// What is not as required.
+    Failing,
+    /// Every pair.
+    All,
+}
+
+/// Whose annotations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Annotations {
+    /// GitHub Actions.
+    Github,
+}
+
+/// Runs the command; returns the exit code.
+pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failure> {
+    let limits = common.limits().map_err(Failure::Usage)?;
+    if own.schema {
+        let text = format!("{:#}\n", gate::schema::schema());
+        return output::document(&text).map(|()| 0).map_err(Failure::Data);
+    }
+    if let Some(folder) = &own.init {
+        return init(folder, &limits, common);
+    }
+    // clap asks for the file where none of the two is given.
+    let path = own.gate.as_deref().unwrap_or(Path::new(""));
+    let Some(plan) = plan(path, &limits)? else {
+        return Ok(COULD_NOT);
+    };
+    let baseline = own
+        .baseline
+        .as_deref()
+        .map(baseline)
+        .transpose()
+        .map_err(Failure::Data)?;
+    let store = store(own, path).map_err(Failure::Data)?;
+    let progress = Progress::new("gate").that_keeps();
+    let judged = progress.watch("gate", common.thread_count(), |control| {
+        gate::run(&plan, &limits, store.as_ref(), control)
+    });
+    let judged = judged.map_err(Failure::of_data)?;
+    let cached: usize = judged.iter().map(|judged| judged.cached).sum();
+    let date = own.date.clone().unwrap_or_else(today);
+    let asked = Asked {
+        date: &date,
+        baseline: baseline.as_ref(),
+        allow_removed: own.allow_removed,
+        no_worse: own.no_worse,
+    };
+    let summary = Summary::of(&plan, judged, asked);
+    let folder = own.out.clone().unwrap_or_else(|| default_folder(path));
+    let reports = match own.reports {
+        ReportsArgument::None => Reports::None,
+        ReportsArgument::Failing => Reports::Failing,
+        ReportsArgument::All => Reports::All,
+    };
+    let written = progress.watch("reports", common.thread_count(), |control| {
+        gate::files::write(&folder, &plan, &summary, reports, &limits, control)
+    });
+    drop(progress);
+    let printed = print(own, common, &summary, &folder, written.is_ok());
+    if cached > 0 {
+        output::talk(&format!(
+            "latchgate: {cached} of {} pairs cached",
+            summary.counts.pairs
+        ));
+    }
+    let left_out = written.map_err(Failure::of_data)?;
+    printed.map_err(Failure::Data)?;
+    if left_out > 0 {
+        output::talk(&format!(
+            "latchgate: {left_out} pairs not as required have no full report"
+        ));
+    }
+    Ok(summary.exit_code)
+}
+
+/// Prints the answer, even where its report could not be written.
+fn print(
+    own: &GateArguments,
+    common: &Common,
+    summary: &Summary,
+    folder: &Path,
+    written: bool,
+) -> Result<(), Error> {
+    match common.format {
+        OutputFormat::Json => output::document(&summary.to_json())?,
+        OutputFormat::Text => {
+            let folder = folder.join("index.html").display().to_string();
+            output::text(&gate::text::render(
+                summary,
+                written.then_some(folder.as_str()),
+            ))?;
+        }
+    }
+    match own.annotate {
+        // Workflow commands are read from either stream; a JSON document is to stay one.
+        Some(Annotations::Github) if common.format == OutputFormat::Json => {
+            output::talk(gate::markdown::annotations(summary).trim_end());
+            Ok(())
+        }
+        Some(Annotations::Github) => output::document(&gate::markdown::annotations(summary)),
+        None => Ok(()),
+    }
+}
+
+/// Reads and looks up a gate file; says everything that is wrong with it and returns `None`.
+fn plan(path: &Path, limits: &Limits) -> Result<Option<Plan>, Failure> {
+    let name = file_name(path);
+    let bytes = read(path, limits).map_err(Failure::Data)?;
+    let text = String::from_utf8(bytes).map_err(|_| {
+        Failure::Data(
+            Error::from(ErrorKind::Malformed {
+                expected: "UTF-8".into(),
+                found: "other bytes".into(),
+                hint: "save the gate file as UTF-8".into(),
+            })
+            .at(Place::file(name.clone())),
+        )
+    })?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let folder = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    let plan = GateFile::from_toml(&name, text, limits)
+        .and_then(|file| Plan::of(&name, &file, folder, limits));
+    match plan {
+        Ok(plan) => Ok(Some(plan)),
+        Err(errors) => {
+            let told: BTreeSet<String> = errors.iter().map(ToString::to_string).collect();
+            for error in told {
+                output::talk(&format!("latchgate: {error}"));
+            }
+            Ok(None)
+        }
+    }
+}
+
+fn read(path: &Path, limits: &Limits) -> Result<Vec<u8>, Error> {
+    let place = || Place::file(path.display().to_string());
+    let mut bytes = Vec::new();
+    fs::File::open(path)
+        .and_then(|file| file.take(limits.settings_bytes + 1).read_to_end(&mut bytes))
+        .map_err(|error| unreadable("read the gate file", path, &error))?;
+    if bytes.len() as u64 > limits.settings_bytes {
+        return Err(Error::from(ErrorKind::LimitExceeded {
+            limit: "settings_bytes",
+            value: limits.settings_bytes,
+            found: "a larger gate file".into(),
+        })
+        .at(place()));
+    }
+    Ok(bytes)
+}
+
+fn unreadable(action: &'static str, path: &Path, error: &std::io::Error) -> Error {
+    Error::from(ErrorKind::Io {
+        action,
+        reason: error.to_string(),
+    })
+    .at(Place::file(path.display().to_string()))
+}
+
+fn baseline(path: &Path) -> Result<Baseline, Error> {
+    let bytes = fs::read(path).map_err(|error| unreadable("read the baseline", path, &error))?;
+    Baseline::from_json(&path.display().to_string(), &bytes)
+}
+
+/// Opens the store, and says what is damaged in it.
+fn store(own: &GateArguments, gate: &Path) -> Result<Option<Store>, Error> {
+    if own.no_store {
+        return Ok(None);
+    }
+    let beside = || gate.parent().unwrap_or(Path::new("")).join(".latchgate");
+    let folder = own.store.clone().unwrap_or_else(beside);
+    let store = Store::open(&folder, |_| true)?;
+    for damage in store.damages() {
+        output::talk(&format!("latchgate: store: {damage}"));
+    }
+    Ok(Some(store))
+}
+
+fn init(folder: &Path, limits: &Limits, common: &Common) -> Result<u8, Failure> {
+    let progress = Progress::new("reading");
+    let text = progress.watch("reading", common.thread_count(), |control| {
+        gate::init::first(folder, limits, control)
+    });
+    drop(progress);
+    let text = text.map_err(Failure::of_data)?;
+    let path = folder.join("gate.toml");
+    fs::OpenOptions::new()
+        .write(true)
+        .create_new(true)
+        .open(&path)
+        .and_then(|mut file| file.write_all(text.as_bytes()))
+        .map_err(|error| Failure::Data(unreadable("write a first gate file", &path, &error)))?;
+    output::text(&format!("{}\n", path.display())).map_err(Failure::Data)?;
+    Ok(0)
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name()
+        .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}
+
+/// `reports/out/gate-<name of the gate file>`.
+fn default_folder(gate: &Path) -> PathBuf {
+    let stem = gate
+        .file_stem()
+        .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    Path::new("reports/out").join(format!("gate-{stem}"))
+}
+
+/// Returns the day of now, UTC, `YYYY-MM-DD`.
+fn today() -> String {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    let days = now.map_or(0, |since| since.as_secs() / 86_400) as i64;
+    day(days)
+}
+
+/// Returns the day that lies so many days after 1970-01-01.
+fn day(days: i64) -> String {
+    // Years begin in March here, so that the day a leap year adds comes last (Hinnant,
+    // "chrono-compatible low-level date algorithms", civil_from_days).
+    let days = days + 719_468;
+    let era = days.div_euclid(146_097);
+    let of_era = days.rem_euclid(146_097);
+    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
+    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month = (5 * of_year + 2) / 153;
+    let day = of_year - (153 * month + 2) / 5 + 1;
+    let month = if month < 10 { month + 3 } else { month - 9 };
+    let year = year_of_era + era * 400 + i64::from(month <= 2);
+    format!("{year:04}-{month:02}-{day:02}")
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn val_days_of_the_calendar() {
+        for (days, expected) in [
+            (0, "1970-01-01"),
+            (789, "1972-02-29"),
+            (11_016, "2000-02-29"),
+            (20_779, "2026-11-22"),
+            (47_540, "2100-02-28"),
+            (47_541, "2100-03-01"),
+        ] {
+            assert_eq!(super::day(days), expected);
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! What changed since another summary.
+
+use super::summary::{Pair, Standing, Summary};
+use crate::error::{Error, ErrorKind, Place};
+use crate::pipeline::{Answer, Row};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// An earlier summary.
+#[derive(Debug, Clone)]
+pub struct Baseline {
+    pairs: BTreeMap<(String, String), Pair>,
+    numbers_revision: u32,
+}
+
+/// What changed since a baseline.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Comparison {
+    /// Revision of the numbers that the baseline was made with.
+    pub numbers_revision: u32,
+    /// Pairs that were as required and are not, by recording and design.
+    pub newly_failing: Vec<(String, String)>,
+    /// Pairs that were not as required and are.
+    pub fixed: Vec<(String, String)>,
+    /// Pairs whose peak moved by more than its uncertainty.
+    pub moved: Vec<Moved>,
+    /// Pairs that the baseline does not have.
+    pub added: Vec<(String, String)>,
+    /// Pairs that only the baseline has.
+    pub removed: Vec<(String, String)>,
+}
+
+/// A pair whose peak moved by more than its uncertainty.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Moved {
+    /// Name of the recording.
+    pub recording: String,
+    /// Name of the design.
+    pub design: String,
+    /// Peak of the baseline [rad].
+    pub before_rad: f64,
+    /// Peak now [rad].
+    pub now_rad: f64,
+}
+
+impl Baseline {
+    /// Reads a summary.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Malformed`] if it is none.
+    pub fn from_json(name: &str, bytes: &[u8]) -> Result<Self, Error> {
+        let summary: Summary = serde_json::from_slice(bytes).map_err(|error| {
+            Error::from(ErrorKind::Malformed {
+                expected: "a summary.json of latchgate gate".into(),
+                found: error.to_string(),
+                hint: "run the gate once and keep its summary.json".into(),
+            })
+            .at(Place::file(name))
+        })?;
+        if summary.schema != "latchgate.gate/1" {
+            return Err(Error::from(ErrorKind::Malformed {
+                expected: "the schema latchgate.gate/1".into(),
+                found: summary.schema,
+                hint: "make the baseline with this version".into(),
+            })
+            .at(Place::file(name)));
+        }
+        let named = |pair: Pair| ((pair.recording.clone(), pair.design.clone()), pair);
+        Ok(Self {
+            pairs: summary.pairs.into_iter().map(named).collect(),
+            numbers_revision: summary.numbers_revision,
+        })
+    }
+
+    fn get(&self, recording: &str, design: &str) -> Option<&Pair> {
+        self.pairs.get(&(recording.to_string(), design.to_string()))
+    }
+
+    /// Tells whether a pair was not as required, and no better than it is now.
+    #[must_use]
+    pub fn was_no_better(
+        &self,
+        recording: &str,
+        design: &str,
+        required: Answer,
+        row: &Row,
+    ) -> bool {
+        let before = self.get(recording, design);
+        before.is_some_and(|before| {
+            let failed = matches!(before.standing, Standing::NotAsRequired | Standing::NoWorse);
+            let rank = |verdict: Answer| badness(verdict, required);
+            let no_worse = rank(row.verdict) < rank(before.row.verdict)
+                || (row.verdict == before.row.verdict && !is_further(&before.row, row, required));
+            failed && before.required == required && no_worse
+        })
+    }
+
+    /// Tells what changed.
+    #[must_use]
+    pub fn compare(&self, pairs: &[Pair]) -> Comparison {
+        let mut found = Comparison {
+            numbers_revision: self.numbers_revision,
+            ..Comparison::default()
+        };
+        let mut gone = self.pairs.clone();
+        for pair in pairs {
+            let name = (pair.recording.clone(), pair.design.clone());
+            let Some(before) = gone.remove(&name) else {
+                found.added.push(name);
+                continue;
+            };
+            let bad =
+                |pair: &Pair| matches!(pair.standing, Standing::NotAsRequired | Standing::NoWorse);
+            match (bad(&before), bad(pair)) {
+                (false, true) => found.newly_failing.push(name.clone()),
+                (true, false) => found.fixed.push(name.clone()),
+                _ => {}
+            }
+            if let (Some(before_rad), Some(now_rad)) =
+                (before.row.peak_angle_rad, pair.row.peak_angle_rad)
+                && (now_rad - before_rad).abs() > uncertainty(&before.row) + uncertainty(&pair.row)
+            {
+                found.moved.push(Moved {
+                    recording: name.0,
+                    design: name.1,
+                    before_rad,
+                    now_rad,
+                });
+            }
+        }
+        found.removed = gone.into_keys().collect();
+        found
+    }
+}
+
+fn uncertainty(row: &Row) -> f64 {
+    row.uncertainty_rad.unwrap_or(0.0)
+}
+
+/// Orders answers by how far they are from what is required.
+fn badness(verdict: Answer, required: Answer) -> u8 {
+    match verdict {
+        verdict if verdict == required => 0,
+        Answer::Undecided => 1,
+        Answer::Pass | Answer::Fail => 2,
+        Answer::Unusable => 3,
+    }
+}
+
+/// Tells whether the peak went further from what is required, by more than its uncertainty.
+fn is_further(before: &Row, now: &Row, required: Answer) -> bool {
+    match (before.peak_angle_rad, now.peak_angle_rad) {
+        (Some(before_rad), Some(now_rad)) => {
+            let step = now_rad - before_rad;
+            let away = if required == Answer::Fail {
+                -step
+            } else {
+                step
+            };
+            away > uncertainty(before) + uncertainty(now)
+        }
+        // A peak that is gone is no evidence that nothing got worse.
+        (Some(_), None) => true,
+        _ => false,
+    }
+}

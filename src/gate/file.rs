@@ -1,0 +1,471 @@
+//! The words of a gate file: what is judged, and what is required of it.
+
+use crate::error::{Error, ErrorKind, Place, nearest_name};
+use crate::pipeline::{Answer, Limits, Request};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// A gate file as it is written. Patterns are not yet looked up, design files not yet read.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct GateFile {
+    /// What is judged.
+    pub recordings: Vec<RecordingsEntry>,
+    /// With which levers.
+    pub designs: Vec<DesignEntry>,
+    /// What is required; the last entry that matches a pair counts, a pass where none does.
+    pub require: Vec<Requirement>,
+    /// Undecided pairs that are let through for a time.
+    pub allow: Vec<Exception>,
+}
+
+/// Recordings that share their settings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RecordingsEntry {
+    /// Where the entry stands.
+    pub place: Place,
+    /// Paths or patterns, relative to the gate file's folder.
+    pub files: Vec<String>,
+    /// How they are read, conditioned and judged.
+    pub request: Request,
+}
+
+/// A lever.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DesignEntry {
+    /// Where the entry stands.
+    pub place: Place,
+    /// Its name; that of the design file where none is given.
+    pub name: Option<String>,
+    /// Design file, relative to the gate file's folder; the paper's lever where none is named.
+    pub file: Option<String>,
+    /// Overrides, `key=value`.
+    pub set: Vec<String>,
+}
+
+/// What is required of the pairs that match.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Requirement {
+    /// Where the entry stands.
+    pub place: Place,
+    /// Pattern of the recordings' names.
+    pub recordings: String,
+    /// Pattern of the designs' names.
+    pub designs: String,
+    /// The answer that is required: pass or fail.
+    pub verdict: Answer,
+}
+
+/// An undecided pair that is let through for a time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Exception {
+    /// Where the entry stands.
+    pub place: Place,
+    /// Pattern of the recordings' names.
+    pub recordings: String,
+    /// Pattern of the designs' names.
+    pub designs: String,
+    /// Why.
+    pub reason: String,
+    /// Last day on which it holds, `YYYY-MM-DD`.
+    pub until: String,
+}
+
+/// The tables of a gate file.
+pub(super) const TABLES: [&str; 4] = ["recordings", "designs", "require", "allow"];
+
+/// The keys of `[[recordings]]` beside the settings of a replay.
+pub(super) const FILES: &str = "files";
+
+/// The keys of `[[designs]]`.
+pub(super) const OF_DESIGNS: [&str; 3] = ["name", "file", "set"];
+
+/// The keys of `[[require]]`.
+pub(super) const OF_REQUIRE: [&str; 3] = ["recordings", "designs", "verdict"];
+
+/// The keys of `[[allow]]`.
+pub(super) const OF_ALLOW: [&str; 4] = ["recordings", "designs", "reason", "until"];
+
+impl GateFile {
+    /// Reads a gate file from its TOML text; `name` is told with errors.
+    ///
+    /// # Errors
+    ///
+    /// Everything that is wrong with it, each at its line: [`ErrorKind::Malformed`] where the text
+    /// is no TOML or a value of the wrong type, [`ErrorKind::UnknownName`] for an unknown key with
+    /// the nearest known one, [`ErrorKind::BadSetting`] for a setting with a value that it does not
+    /// take.
+    pub fn from_toml(name: &str, text: &str, limits: &Limits) -> Result<Self, Vec<Error>> {
+        let table: toml::Table = toml::from_str(text).map_err(|error: toml::de::Error| {
+            let start = error.span().map_or(0, |span| span.start);
+            let before = text.as_bytes().iter().take(start);
+            let line = 1 + before.filter(|byte| **byte == b'\n').count();
+            vec![
+                malformed(
+                    "TOML",
+                    error.message(),
+                    "write tables such as [[recordings]] and [[designs]]",
+                )
+                .at(Place::file(name).line(line as u64)),
+            ]
+        })?;
+        let mut reading = Reading {
+            file: name,
+            text,
+            errors: Vec::new(),
+        };
+        let gate = reading.gate(table, limits);
+        if reading.errors.is_empty() {
+            Ok(gate)
+        } else {
+            Err(reading.errors)
+        }
+    }
+}
+
+/// A reading that goes on after an error, so that all are told at once.
+struct Reading<'a> {
+    file: &'a str,
+    text: &'a str,
+    errors: Vec<Error>,
+}
+
+impl Reading<'_> {
+    fn gate(&mut self, table: toml::Table, limits: &Limits) -> GateFile {
+        let mut gate = GateFile::default();
+        for (key, value) in table {
+            match (key.as_str(), value) {
+                ("require", toml::Value::String(word)) => {
+                    let place = self.place_of("require", None);
+                    match required(&word) {
+                        Ok(verdict) => gate.require.push(Requirement {
+                            place,
+                            recordings: "**".into(),
+                            designs: "*".into(),
+                            verdict,
+                        }),
+                        Err(error) => self.errors.push(error.at(place)),
+                    }
+                }
+                (kind, value) if TABLES.contains(&kind) => {
+                    for (number, entry) in self.entries(kind, value) {
+                        let place = self.place_of(kind, Some(number));
+                        if let Err(error) = entry_of(&mut gate, kind, entry, &place, limits) {
+                            self.errors.push(error.at(place));
+                        }
+                    }
+                }
+                (other, _) => {
+                    let place = self.place_of(other, None);
+                    self.errors.push(unknown(other, &TABLES).at(place));
+                }
+            }
+        }
+        gate
+    }
+
+    /// Returns the tables of an array with their numbers.
+    fn entries(&mut self, kind: &str, value: toml::Value) -> Vec<(usize, toml::Table)> {
+        let list = match value {
+            toml::Value::Array(list) => list,
+            other => vec![other],
+        };
+        let mut found = Vec::new();
+        for (number, entry) in list.into_iter().enumerate() {
+            match entry {
+                toml::Value::Table(table) => found.push((number, table)),
+                other => {
+                    let expected = match kind {
+                        "require" => "\"pass\", \"fail\" or [[require]] tables".to_string(),
+                        _ => format!("[[{kind}]] tables"),
+                    };
+                    let error = malformed(&expected, &told(&other), "mend the gate file");
+                    let place = self.place_of(kind, Some(number));
+                    self.errors.push(error.at(place));
+                }
+            }
+        }
+        found
+    }
+
+    /// Finds the line of a key, or of the numbered table of an array.
+    fn place_of(&self, key: &str, number: Option<usize>) -> Place {
+        let head = format!("[[{key}]]");
+        let plain = |line: &str| {
+            let rest = line.strip_prefix(key);
+            rest.is_some_and(|rest| rest.trim_start().starts_with('='))
+        };
+        let mut lines = self.text.lines().map(str::trim_start).enumerate();
+        let found = match number {
+            Some(number) => lines
+                .clone()
+                .filter(|(_, line)| line.starts_with(&head))
+                .nth(number)
+                .or_else(|| lines.find(|(_, line)| plain(line))),
+            None => lines.find(|(_, line)| plain(line) || line.starts_with(&format!("[{key}]"))),
+        };
+        let place = Place::file(self.file);
+        match found {
+            Some((index, _)) => place.line(index as u64 + 1),
+            None => place,
+        }
+    }
+}
+
+/// Takes one table in.
+fn entry_of(
+    gate: &mut GateFile,
+    kind: &str,
+    table: toml::Table,
+    place: &Place,
+    limits: &Limits,
+) -> Result<(), Error> {
+    let place = place.clone();
+    match kind {
+        "recordings" => gate.recordings.push(recordings(table, place, limits)?),
+        "designs" => gate.designs.push(design(table, place)?),
+        "require" => {
+            let mut table = Entry::new(table, &OF_REQUIRE)?;
+            gate.require.push(Requirement {
+                place,
+                recordings: table.text("recordings")?.unwrap_or_else(|| "**".into()),
+                designs: table.text("designs")?.unwrap_or_else(|| "*".into()),
+                verdict: required(&table.needed("verdict")?)?,
+            });
+        }
+        _ => {
+            let mut table = Entry::new(table, &OF_ALLOW)?;
+            let until = table.date("until")?;
+            let reason = table.needed("reason")?;
+            if reason.trim().is_empty() {
+                return Err(malformed(
+                    "a `reason`",
+                    "none",
+                    "say why the pair is let through",
+                ));
+            }
+            gate.allow.push(Exception {
+                place,
+                recordings: table.needed("recordings")?,
+                designs: table.needed("designs")?,
+                reason,
+                until,
+            });
+        }
+    }
+    Ok(())
+}
+
+fn recordings(
+    mut table: toml::Table,
+    place: Place,
+    limits: &Limits,
+) -> Result<RecordingsEntry, Error> {
+    let files = table
+        .remove(FILES)
+        .ok_or_else(|| {
+            malformed(
+                "`files`",
+                "none",
+                "name paths or patterns: files = [\"*.csv\"]",
+            )
+        })
+        .and_then(|value| texts(FILES, value))?;
+    let settings: BTreeMap<String, Value> = table
+        .into_iter()
+        .map(|(key, value)| (key, serde_json::to_value(value).unwrap_or(Value::Null)))
+        .collect();
+    let request = Request::from_entries(settings).map_err(|error| match error.kind() {
+        // Here `files` is a key, too.
+        ErrorKind::UnknownName { found, known, .. } => {
+            let known: Vec<&str> = std::iter::once(FILES).chain(known.split(", ")).collect();
+            unknown(found, &known)
+        }
+        _ => error,
+    })?;
+    request.check()?;
+    request.limits(limits)?;
+    Ok(RecordingsEntry {
+        place,
+        files,
+        request,
+    })
+}
+
+fn design(table: toml::Table, place: Place) -> Result<DesignEntry, Error> {
+    let mut table = Entry::new(table, &OF_DESIGNS)?;
+    Ok(DesignEntry {
+        place,
+        name: table.text("name")?,
+        file: table.text("file")?,
+        set: table.overrides("set")?,
+    })
+}
+
+/// A table of which the keys are known.
+struct Entry(toml::Table);
+
+impl Entry {
+    fn new(table: toml::Table, known: &[&str]) -> Result<Self, Error> {
+        match table.keys().find(|key| !known.contains(&key.as_str())) {
+            Some(key) => Err(unknown(key, known)),
+            None => Ok(Self(table)),
+        }
+    }
+
+    fn text(&mut self, key: &str) -> Result<Option<String>, Error> {
+        match self.0.remove(key) {
+            None => Ok(None),
+            Some(toml::Value::String(text)) => Ok(Some(text)),
+            Some(other) => Err(wrong(key, "a text in quotes", &other)),
+        }
+    }
+
+    fn needed(&mut self, key: &str) -> Result<String, Error> {
+        self.text(key)?
+            .ok_or_else(|| malformed(&format!("`{key}`"), "none", "add it to the table"))
+    }
+
+    /// A day, as a TOML date or as a text.
+    fn date(&mut self, key: &str) -> Result<String, Error> {
+        let expected = "a day such as 2027-03-31";
+        let text = match self.0.remove(key) {
+            Some(toml::Value::Datetime(date)) => date.to_string(),
+            Some(toml::Value::String(text)) => text,
+            Some(other) => return Err(wrong(key, expected, &other)),
+            None => return Err(malformed("`until`", "none", "say until which day it holds")),
+        };
+        check_date(&text)
+            .map(|()| text.clone())
+            .map_err(|()| wrong(key, expected, &toml::Value::String(text)))
+    }
+
+    /// Overrides of a design: a list of `key=value`, or a table of keys and values.
+    fn overrides(&mut self, key: &str) -> Result<Vec<String>, Error> {
+        match self.0.remove(key) {
+            None => Ok(Vec::new()),
+            Some(toml::Value::Table(table)) => {
+                let mut found = Vec::new();
+                flatten("", table, &mut found)?;
+                Ok(found)
+            }
+            Some(list) => texts(key, list),
+        }
+    }
+}
+
+/// Writes a table of design keys, dotted or nested, as `key=value`.
+fn flatten(prefix: &str, table: toml::Table, found: &mut Vec<String>) -> Result<(), Error> {
+    for (key, value) in table {
+        let name = format!("{prefix}{key}");
+        match value {
+            toml::Value::Table(inner) => flatten(&format!("{name}."), inner, found)?,
+            toml::Value::Integer(number) => found.push(format!("{name}={number}")),
+            toml::Value::Float(number) => found.push(format!("{name}={number}")),
+            other => return Err(wrong(&name, "a number without quotes", &other)),
+        }
+    }
+    Ok(())
+}
+
+fn texts(key: &str, value: toml::Value) -> Result<Vec<String>, Error> {
+    let expected = "a text, or a list of texts";
+    match value {
+        toml::Value::String(text) => Ok(vec![text]),
+        toml::Value::Array(list) if !list.is_empty() => list
+            .into_iter()
+            .map(|item| match item {
+                toml::Value::String(text) => Ok(text),
+                other => Err(wrong(key, expected, &other)),
+            })
+            .collect(),
+        other => Err(wrong(key, expected, &other)),
+    }
+}
+
+fn required(word: &str) -> Result<Answer, Error> {
+    match word {
+        "pass" => Ok(Answer::Pass),
+        "fail" => Ok(Answer::Fail),
+        other => Err(ErrorKind::UnknownName {
+            what: "required verdict",
+            nearest: nearest_name(other, &["pass", "fail"]),
+            found: other.into(),
+            known: "pass, fail".into(),
+        }
+        .into()),
+    }
+}
+
+/// Refuses what is no day of the calendar written as `YYYY-MM-DD`.
+///
+/// # Errors
+///
+/// Nothing to say but that it is none.
+pub fn check_date(text: &str) -> Result<(), ()> {
+    let parts: Vec<&str> = text.split('-').collect();
+    let [year, month, day] = parts.as_slice() else {
+        return Err(());
+    };
+    let number = |part: &str, digits: usize| -> Option<u32> {
+        let plain = part.len() == digits && part.bytes().all(|byte| byte.is_ascii_digit());
+        plain.then(|| part.parse().ok()).flatten()
+    };
+    let (Some(year), Some(month), Some(day)) = (number(year, 4), number(month, 2), number(day, 2))
+    else {
+        return Err(());
+    };
+    let leap = year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
+    let days = match month {
+        1 | 3 | 5 | 7 | 8 | 10 | 12 => 31,
+        4 | 6 | 9 | 11 => 30,
+        2 if leap => 29,
+        2 => 28,
+        _ => 0,
+    };
+    if (1..=days).contains(&day) {
+        Ok(())
+    } else {
+        Err(())
+    }
+}
+
+fn told(value: &toml::Value) -> String {
+    let kind = value.type_str();
+    let article = if kind.starts_with(['a', 'i']) {
+        "an"
+    } else {
+        "a"
+    };
+    format!("{article} {kind}")
+}
+
+fn wrong(key: &str, expected: &str, found: &toml::Value) -> Error {
+    let found = match found {
+        toml::Value::String(text) => format!("\"{text}\""),
+        other => told(other),
+    };
+    malformed(
+        &format!("`{key}` to be {expected}"),
+        &found,
+        "mend the gate file",
+    )
+}
+
+pub(super) fn malformed(expected: &str, found: &str, hint: &str) -> Error {
+    ErrorKind::Malformed {
+        expected: expected.into(),
+        found: found.into(),
+        hint: hint.into(),
+    }
+    .into()
+}
+
+fn unknown(key: &str, known: &[&str]) -> Error {
+    ErrorKind::UnknownName {
+        what: "key",
+        nearest: nearest_name(key, known),
+        found: key.into(),
+        known: known.join(", "),
+    }
+    .into()
+}

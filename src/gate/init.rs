@@ -1,0 +1,149 @@
+//! A first gate file, from what a folder holds.
+
+use super::plan::is_recording;
+use crate::error::{Error, ErrorKind, Place};
+use crate::pipeline::{Control, Limits, Prepared, Request, Source};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Most files that are looked at.
+const FILES_MAX: usize = 10_000;
+
+/// Most folders below one another.
+const DEPTH_MAX: usize = 16;
+
+/// What the file begins with.
+const HEAD: &str = "\
+# What is judged, with which levers, and what is required of the answers; docs/gate.md tells the words.
+
+require = \"pass\"
+";
+
+/// What it ends with.
+const TAIL: &str = "\
+[[designs]]                       # the paper's lever; file = \"designs/mine.toml\" for another
+name = \"paper\"
+
+# [[designs]]
+# name = \"stiffer\"
+# set = { \"lever.preload_torque_nm\" = 2.82 }
+
+# [[require]]                     # a control that must fail shows that the gate can
+# recordings = \"controls/*.csv\"
+# verdict = \"fail\"
+
+# [[allow]]                       # an undecided pair, for a time
+# recordings = \"pole_07.csv\"
+# designs = \"paper\"
+# reason = \"repeat test ordered\"
+# until = 2027-03-31
+";
+
+/// Returns the text of a gate file over the recordings in a folder: those that can be judged as they
+/// are, and the others as comments with the reason why not.
+///
+/// # Errors
+///
+/// [`ErrorKind::Io`] if the folder cannot be listed, [`ErrorKind::Stopped`], and
+/// [`ErrorKind::Empty`] if it holds no file.
+pub fn first(folder: &Path, limits: &Limits, control: &Control<'_>) -> Result<String, Error> {
+    let mut paths = Vec::new();
+    list(folder, 0, &mut paths)?;
+    paths.sort();
+    if paths.is_empty() {
+        return Err(Error::from(ErrorKind::Empty {
+            found: "the folder holds no file".into(),
+            expected: "recordings".into(),
+        })
+        .at(Place::file(folder.display().to_string())));
+    }
+    let reasons = control.try_map(&paths, |path| {
+        let source = Source::File(path.clone());
+        let control = control.with_threads(1);
+        control.unmeasured(|control| {
+            match Prepared::open(&source, &Request::default(), limits, control) {
+                Ok(_) => Ok(None),
+                Err(refused) if *refused.error.kind() == ErrorKind::Stopped => Err(refused.error),
+                Err(refused) => Ok(Some(refused.error.to_string())),
+            }
+        })
+    })?;
+    let mut taken = String::new();
+    let mut left: BTreeMap<String, String> = BTreeMap::new();
+    for (path, reason) in paths.iter().zip(reasons) {
+        let name = name_below(path, folder);
+        match reason {
+            None => {
+                let _ = writeln!(taken, "    {},", in_quotes(&name));
+            }
+            Some(reason) => {
+                left.insert(name, reason);
+            }
+        }
+    }
+    let mut out = String::from(HEAD);
+    if !taken.is_empty() {
+        let _ = write!(
+            out,
+            "\n[[recordings]]\nfiles = [\n{taken}]\n# opens_when = \"negative\"\n"
+        );
+    }
+    if !left.is_empty() {
+        out.push_str("\n# Not judged as they are; take in what a setting mends:\n");
+    }
+    for (name, reason) in left {
+        let reason = reason.replace(|c: char| c.is_control(), " ");
+        let name = in_quotes(&name);
+        let _ = write!(out, "#\n# {reason}\n# [[recordings]]\n# files = [{name}]\n");
+    }
+    out.push('\n');
+    out.push_str(TAIL);
+    Ok(out)
+}
+
+/// Writes a name as TOML has it.
+fn in_quotes(name: &str) -> String {
+    // What JSON escapes, TOML reads; one letter it leaves as it is.
+    serde_json::Value::from(name)
+        .to_string()
+        .replace('\u{7f}', "\\u007F")
+}
+
+fn name_below(path: &Path, folder: &Path) -> String {
+    let own = path.strip_prefix(folder).unwrap_or(path);
+    let parts: Vec<_> = own
+        .components()
+        .map(|part| part.as_os_str().to_string_lossy())
+        .collect();
+    parts.join("/")
+}
+
+fn list(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> Result<(), Error> {
+    let failed = |error: std::io::Error| {
+        Error::from(ErrorKind::Io {
+            action: "list the folder",
+            reason: error.to_string(),
+        })
+        .at(Place::file(folder.display().to_string()))
+    };
+    let mut paths = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        paths.push(entry.map_err(failed)?.path());
+    }
+    paths.sort();
+    for path in paths {
+        let hidden = path
+            .file_name()
+            .is_some_and(|name| name.to_string_lossy().starts_with('.'));
+        if hidden || found.len() >= FILES_MAX {
+            continue;
+        }
+        if is_recording(&path) {
+            found.push(path);
+        } else if path.is_dir() && depth < DEPTH_MAX && !path.is_symlink() {
+            list(&path, depth + 1, found)?;
+        }
+    }
+    Ok(())
+}

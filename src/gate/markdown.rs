@@ -1,0 +1,231 @@
+//! The summary in Markdown, for comments and step summaries, and annotations.
+
+use super::summary::{Pair, Standing, Summary};
+use super::text;
+use std::fmt::Write as _;
+
+/// Most characters: comments end at 65 536.
+const CHARACTERS_MAX: usize = 60_000;
+
+/// Pairs that are listed.
+const LISTED: usize = 10;
+
+/// Characters of a name, and of what is said of a pair.
+const NAME_MAX: usize = 120;
+const TEXT_MAX: usize = 400;
+
+/// Annotations that are printed: one CI system shows ten a step.
+const ANNOTATIONS_MAX: usize = 10;
+
+/// Returns the summary: the answer, the worst ten pairs, exceptions, changes, counts.
+#[must_use]
+pub fn render(summary: &Summary) -> String {
+    let mut out = String::new();
+    let mark = if summary.exit_code == 0 { "✅" } else { "❌" };
+    let _ = writeln!(out, "## {mark} latchgate {}\n", code(&summary.gate));
+    let _ = writeln!(out, "{}\n", text::headline(summary));
+    for problem in summary.problems.iter().take(LISTED) {
+        let _ = writeln!(out, "- {}", prose(&problem.text));
+    }
+    if summary.problems.len() > LISTED {
+        let _ = writeln!(
+            out,
+            "- {} further problems",
+            summary.problems.len() - LISTED
+        );
+    }
+    table(
+        &mut out,
+        "Not as required, the worst first",
+        &summary.worst(),
+    );
+    let of = |standing: Standing| -> Vec<&Pair> {
+        summary
+            .pairs
+            .iter()
+            .filter(|pair| pair.standing == standing)
+            .collect()
+    };
+    table(
+        &mut out,
+        "Let through by an exception",
+        &of(Standing::Allowed),
+    );
+    table(
+        &mut out,
+        "Not as required, but no worse than the baseline",
+        &of(Standing::NoWorse),
+    );
+    if let Some(baseline) = &summary.baseline {
+        let _ = writeln!(out, "\n### Since the baseline\n");
+        for (what, pairs) in [
+            ("newly failing", &baseline.newly_failing),
+            ("fixed", &baseline.fixed),
+            ("added", &baseline.added),
+            ("gone", &baseline.removed),
+        ] {
+            let names = pairs
+                .iter()
+                .map(|(recording, design)| format!("{} with {}", code(recording), code(design)));
+            let listed: Vec<String> = names.take(LISTED).collect();
+            let more = if pairs.len() > LISTED { " …" } else { "" };
+            let _ = writeln!(
+                out,
+                "- {} {what}{} {}{more}",
+                pairs.len(),
+                if listed.is_empty() { "" } else { ":" },
+                listed.join(", ")
+            );
+        }
+        let _ = writeln!(
+            out,
+            "- {} peaks moved by more than their uncertainty",
+            baseline.moved.len()
+        );
+    }
+    let counts = &summary.counts;
+    let _ = writeln!(
+        out,
+        "\npass {}, fail {}, undecided {}, unusable {}; {} recordings, {} designs; latchgate {}",
+        counts.pass,
+        counts.fail,
+        counts.undecided,
+        counts.unusable,
+        summary.recordings.len(),
+        summary.designs.len(),
+        summary.version
+    );
+    cut(out)
+}
+
+fn table(out: &mut String, title: &str, pairs: &[&Pair]) {
+    if pairs.is_empty() {
+        return;
+    }
+    let _ = writeln!(
+        out,
+        "\n### {title}\n\n| answer | recording | design | |\n| --- | --- | --- | --- |"
+    );
+    for pair in pairs.iter().take(LISTED) {
+        let _ = writeln!(
+            out,
+            "| {} | {} | {} | {} |",
+            pair.row.verdict.name(),
+            code(&pair.recording),
+            code(&pair.design),
+            prose(&text::what(pair))
+        );
+    }
+    if pairs.len() > LISTED {
+        let _ = writeln!(
+            out,
+            "\n{} further ones in summary.json.",
+            pairs.len() - LISTED
+        );
+    }
+}
+
+/// Returns a name as code, in which nothing pings, links or ends a table's cell.
+fn code(name: &str) -> String {
+    let plain: String = name
+        .chars()
+        .take(NAME_MAX)
+        .map(|c| match c {
+            '`' => '\'',
+            c if c.is_control() || is_direction(c) => '\u{fffd}',
+            c => c,
+        })
+        .collect();
+    format!("`{}`", plain.replace('|', "\\|"))
+}
+
+/// Returns a sentence in which nothing pings, links or is markup.
+fn prose(text: &str) -> String {
+    let mut out = String::new();
+    for c in text.chars().take(TEXT_MAX) {
+        match c {
+            // An invisible joiner keeps names of people and issues from being linked.
+            '@' | '#' => {
+                out.push(c);
+                out.push('\u{2060}');
+            }
+            '\\' | '`' | '*' | '_' | '[' | ']' | '<' | '>' | '|' | '~' | '!' | '&' | '$' => {
+                out.push('\\');
+                out.push(c);
+            }
+            c if c.is_control() || is_direction(c) => out.push(' '),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// Tells whether a character turns the direction of writing.
+fn is_direction(c: char) -> bool {
+    matches!(c, '\u{200e}' | '\u{200f}' | '\u{061c}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// Cuts at a line's end, and says so.
+fn cut(text: String) -> String {
+    if text.chars().count() <= CHARACTERS_MAX {
+        return text;
+    }
+    let end = text
+        .char_indices()
+        .nth(CHARACTERS_MAX - 100)
+        .map_or(text.len(), |(at, _)| at);
+    let end = text[..end].rfind('\n').unwrap_or(end);
+    format!(
+        "{}\n\nCut here; summary.json holds the rest.\n",
+        &text[..end]
+    )
+}
+
+/// Returns annotations as GitHub Actions reads them from a step's output, ten at most.
+#[must_use]
+pub fn annotations(summary: &Summary) -> String {
+    let mut lines: Vec<String> = summary
+        .problems
+        .iter()
+        .map(|problem| annotation(&problem.code, &problem.text))
+        .collect();
+    let worst = summary.worst();
+    lines.extend(worst.iter().map(|pair| {
+        let title = format!(
+            "{}: {} with {}",
+            pair.row.verdict.name(),
+            pair.recording,
+            pair.design
+        );
+        annotation(&title, &text::what(pair))
+    }));
+    let all = lines.len();
+    if all > ANNOTATIONS_MAX {
+        lines.truncate(ANNOTATIONS_MAX - 1);
+        let more = format!(
+            "{} further problems and pairs; see summary.json",
+            all - lines.len()
+        );
+        lines.push(annotation("latchgate", &more));
+    }
+    lines.concat()
+}
+
+fn annotation(title: &str, message: &str) -> String {
+    let escape = |text: &str, more: &[(&str, &str)]| {
+        let mut text: String = text
+            .chars()
+            .take(TEXT_MAX)
+            .collect::<String>()
+            .replace('%', "%25");
+        text = text.replace('\r', "%0D").replace('\n', "%0A");
+        for (from, to) in more {
+            text = text.replace(from, to);
+        }
+        text.chars()
+            .map(|c| if c.is_control() { ' ' } else { c })
+            .collect::<String>()
+    };
+    let title = escape(title, &[(":", "%3A"), (",", "%2C")]);
+    format!("::error title={title}::{}\n", escape(message, &[]))
+}

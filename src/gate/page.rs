@@ -1,0 +1,381 @@
+//! The summary as one page that opens offline: a matrix of recordings and designs.
+
+use super::summary::{Pair, Standing, Summary};
+use super::text;
+use crate::pipeline::Answer;
+use crate::report::{escape, number, page};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+/// Cells up to which the whole matrix is shown; beyond, the worst of each recording and design.
+const CELLS_MAX: usize = 50_000;
+
+/// Pairs that are listed above the matrix.
+const LISTED: usize = 50;
+
+/// The page's own rules, beside those of a report.
+const STYLE: &str = include_str!("page.css");
+
+/// Sorting and filtering; the page is complete without it.
+const SCRIPT: &str = include_str!("page.js");
+
+/// Returns the page. `reports` holds the folder of each full report, by recording and design,
+/// relative to the page.
+#[must_use]
+pub fn render(summary: &Summary, reports: &BTreeMap<(String, String), String>) -> String {
+    let mut out = String::new();
+    let frame = page::Frame {
+        title: &format!("latchgate gate {}", summary.gate),
+        style: STYLE,
+        script: SCRIPT,
+    };
+    out.push_str(&frame.head());
+    let (tone, answer) = if summary.exit_code == 0 {
+        ("pass", "Passed")
+    } else {
+        ("fail", "Not passed")
+    };
+    let _ = write!(
+        out,
+        "<main class=\"wide\">\n<header><h1>Gate {}</h1><p class=\"id\">latchgate {}</p></header>\n\
+         <section class=\"card {tone}\" aria-label=\"Answer\"><div class=\"answer\"><div><strong>{answer}</strong><span>{}</span></div></div>",
+        escape::markup(&summary.gate),
+        escape::markup(&summary.version),
+        escape::markup(&text::headline(summary))
+    );
+    if !summary.problems.is_empty() {
+        out.push_str("<ul class=\"why\">");
+        for problem in &summary.problems {
+            let _ = write!(
+                out,
+                "<li>{} <code>{}</code></li>",
+                escape::markup(&problem.text),
+                escape::markup(&problem.code)
+            );
+        }
+        out.push_str("</ul>");
+    }
+    counts(&mut out, summary);
+    out.push_str("</section>\n");
+    list(
+        &mut out,
+        "worst",
+        "Not as required, the worst first",
+        &summary.worst(),
+        reports,
+    );
+    let of = |standing: Standing| -> Vec<&Pair> {
+        summary
+            .pairs
+            .iter()
+            .filter(|pair| pair.standing == standing)
+            .collect()
+    };
+    list(
+        &mut out,
+        "exceptions",
+        "Let through by an exception",
+        &of(Standing::Allowed),
+        reports,
+    );
+    list(
+        &mut out,
+        "no-worse",
+        "Not as required, but no worse than the baseline",
+        &of(Standing::NoWorse),
+        reports,
+    );
+    changes(&mut out, summary);
+    matrix(&mut out, summary, reports);
+    out.push_str("</main>\n");
+    out.push_str(&frame.tail());
+    out
+}
+
+fn counts(out: &mut String, summary: &Summary) {
+    let counts = &summary.counts;
+    out.push_str("<dl class=\"key\">");
+    for (what, count) in [
+        ("recordings", summary.recordings.len()),
+        ("designs", summary.designs.len()),
+        ("pairs as required", counts.as_required),
+        ("pairs not as required", counts.not_as_required),
+        ("pass", counts.pass),
+        ("fail", counts.fail),
+        ("undecided", counts.undecided),
+        ("unusable", counts.unusable),
+    ] {
+        let _ = write!(
+            out,
+            "<div><dt>{what}</dt><dd class=\"value\">{}</dd></div>",
+            number::count(count as u64)
+        );
+    }
+    out.push_str("</dl>");
+}
+
+fn list(
+    out: &mut String,
+    id: &str,
+    title: &str,
+    pairs: &[&Pair],
+    reports: &BTreeMap<(String, String), String>,
+) {
+    if pairs.is_empty() {
+        return;
+    }
+    let _ = write!(
+        out,
+        "<section id=\"{id}\">\n<h2>{title}</h2>\n<table class=\"pairs\"><thead><tr><th>answer</th><th>recording</th>\
+         <th>design</th><th>what</th><th>report</th></tr></thead>\n<tbody>\n"
+    );
+    for pair in pairs.iter().take(LISTED) {
+        let report = reports.get(&(pair.recording.clone(), pair.design.clone()));
+        let link = report.map_or_else(String::new, |folder| {
+            format!(
+                "<a href=\"{}/report.html\">open</a>",
+                escape::markup(folder)
+            )
+        });
+        let _ = writeln!(
+            out,
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{link}</td></tr>",
+            answer(pair.row.verdict),
+            escape::markup(&pair.recording),
+            escape::markup(&pair.design),
+            escape::markup(&text::what(pair))
+        );
+    }
+    out.push_str("</tbody></table>\n");
+    if pairs.len() > LISTED {
+        let _ = writeln!(
+            out,
+            "<p class=\"note\">{} further ones in summary.json.</p>",
+            pairs.len() - LISTED
+        );
+    }
+    out.push_str("</section>\n");
+}
+
+/// An answer with its sign, so that colour is not all that tells.
+fn answer(verdict: Answer) -> String {
+    format!(
+        "<span class=\"badge {0}\">{1} {0}</span>",
+        verdict.name(),
+        glyph(verdict)
+    )
+}
+
+fn glyph(verdict: Answer) -> char {
+    match verdict {
+        Answer::Pass => '✓',
+        Answer::Fail => '✗',
+        Answer::Undecided => '?',
+        Answer::Unusable => '∅',
+    }
+}
+
+fn changes(out: &mut String, summary: &Summary) {
+    let Some(baseline) = &summary.baseline else {
+        return;
+    };
+    out.push_str(
+        "<section id=\"baseline\">\n<h2>Since the baseline</h2>\n<table class=\"facts\"><tbody>\n",
+    );
+    for (what, pairs) in [
+        ("Newly failing", &baseline.newly_failing),
+        ("Fixed", &baseline.fixed),
+        ("Added", &baseline.added),
+        ("Gone", &baseline.removed),
+    ] {
+        let names: Vec<String> = pairs
+            .iter()
+            .take(LISTED)
+            .map(|(recording, design)| {
+                escape::markup(&format!("{recording} with {design}")).into_owned()
+            })
+            .collect();
+        let _ = writeln!(
+            out,
+            "<tr><th>{what}</th><td>{} {}</td></tr>",
+            pairs.len(),
+            names.join(", ")
+        );
+    }
+    out.push_str("</tbody></table>\n");
+    if !baseline.moved.is_empty() {
+        out.push_str(
+            "<h3>Peaks that moved by more than their uncertainty</h3>\n<table class=\"pairs\"><thead><tr><th>recording</th><th>design</th>\
+             <th class=\"number\">before [rad]</th><th class=\"number\">now [rad]</th></tr></thead><tbody>\n",
+        );
+        for moved in baseline.moved.iter().take(LISTED) {
+            let _ = writeln!(
+                out,
+                "<tr><td>{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td></tr>",
+                escape::markup(&moved.recording),
+                escape::markup(&moved.design),
+                number::significant(moved.before_rad, 4),
+                number::significant(moved.now_rad, 4)
+            );
+        }
+        out.push_str("</tbody></table>\n");
+    }
+    out.push_str("</section>\n");
+}
+
+fn matrix(out: &mut String, summary: &Summary, reports: &BTreeMap<(String, String), String>) {
+    let whole = summary.pairs.len() <= CELLS_MAX;
+    let _ = write!(
+        out,
+        "<section id=\"matrix\">\n<h2>Recordings and designs</h2>\n<p class=\"note\">Each cell holds the answer and the margin: how far \
+         the nominal peak stays below the limit angle, its error taken off, in percent of the limit. A ring marks what is not as required.{}</p>\n\
+         <div class=\"tools\" hidden><label>Recordings <input type=\"search\" id=\"filter\" placeholder=\"part of a name\"></label> \
+         <label><input type=\"checkbox\" id=\"only\"> only what is not as required</label> \
+         <button type=\"button\" id=\"by-name\">by name</button> <button type=\"button\" id=\"by-worst\">worst first</button> \
+         <span id=\"shown\" role=\"status\"></span></div>\n",
+        if whole {
+            ""
+        } else {
+            " Of this many pairs only the worst of each recording and of each design are shown."
+        }
+    );
+    let mut kept: BTreeMap<(&str, &str), &Pair> = BTreeMap::new();
+    if whole {
+        kept.extend(
+            summary
+                .pairs
+                .iter()
+                .map(|pair| ((pair.recording.as_str(), pair.design.as_str()), pair)),
+        );
+    } else {
+        let mut worst: BTreeMap<(bool, &str), &Pair> = BTreeMap::new();
+        for pair in &summary.pairs {
+            for key in [
+                (false, pair.recording.as_str()),
+                (true, pair.design.as_str()),
+            ] {
+                let held = worst.entry(key).or_insert(pair);
+                if pair.rank() < held.rank() {
+                    *held = pair;
+                }
+            }
+        }
+        kept.extend(
+            worst
+                .into_values()
+                .map(|pair| ((pair.recording.as_str(), pair.design.as_str()), pair)),
+        );
+    }
+    if whole {
+        table(out, summary, &kept, reports);
+    } else {
+        let pairs: BTreeSet<_> = kept.values().map(|pair| pair.rank()).collect();
+        let by_rank: BTreeMap<_, _> = kept.values().map(|pair| (pair.rank(), *pair)).collect();
+        out.push_str("<table class=\"pairs\"><thead><tr><th>answer</th><th>recording</th><th>design</th><th>margin</th></tr></thead><tbody>\n");
+        for pair in pairs.iter().filter_map(|rank| by_rank.get(rank)) {
+            let _ = writeln!(
+                out,
+                "<tr data-name=\"{1}\"><td>{0}</td><td>{1}</td><td>{2}</td><td class=\"number\">{3}</td></tr>",
+                answer(pair.row.verdict),
+                escape::markup(&pair.recording),
+                escape::markup(&pair.design),
+                percent(pair)
+            );
+        }
+        out.push_str("</tbody></table>\n");
+    }
+    out.push_str("</section>\n");
+}
+
+fn table(
+    out: &mut String,
+    summary: &Summary,
+    kept: &BTreeMap<(&str, &str), &Pair>,
+    reports: &BTreeMap<(String, String), String>,
+) {
+    out.push_str("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Matrix of recordings and designs\"><table class=\"matrix\"><thead><tr><th scope=\"col\">recording</th>");
+    for design in &summary.designs {
+        let _ = write!(
+            out,
+            "<th scope=\"col\">{}</th>",
+            escape::markup(&design.name)
+        );
+    }
+    out.push_str("</tr></thead>\n<tbody>\n");
+    for recording in &summary.recordings {
+        let cells: Vec<&Pair> = summary
+            .designs
+            .iter()
+            .filter_map(|design| {
+                kept.get(&(recording.name.as_str(), design.name.as_str()))
+                    .copied()
+            })
+            .collect();
+        let worst = cells.iter().map(|pair| pair.exit_code()).max().unwrap_or(0);
+        let least = cells
+            .iter()
+            .filter_map(|pair| pair.row.margin())
+            .fold(f64::INFINITY, f64::min);
+        let _ = write!(
+            out,
+            "<tr data-name=\"{0}\" data-bad=\"{1}\" data-margin=\"{2:.4}\"><th scope=\"row\">{0}</th>",
+            escape::markup(&recording.name),
+            u8::from(worst != 0),
+            least.clamp(-1e6, 1e6)
+        );
+        for pair in cells {
+            let bad = if pair.exit_code() == 0 { "" } else { " bad" };
+            let what = format!(
+                "{} with {}: {}, {}",
+                pair.recording,
+                pair.design,
+                pair.row.verdict.name(),
+                text::what(pair)
+            );
+            let inner = format!(
+                "<span aria-hidden=\"true\">{}</span> {}",
+                glyph(pair.row.verdict),
+                percent(pair)
+            );
+            let inner = match reports.get(&(pair.recording.clone(), pair.design.clone())) {
+                Some(folder) => format!(
+                    "<a href=\"{}/report.html\">{inner}</a>",
+                    escape::markup(folder)
+                ),
+                None => inner,
+            };
+            let _ = write!(
+                out,
+                "<td class=\"{} m{}{bad}\" title=\"{}\">{inner}</td>",
+                pair.row.verdict.name(),
+                shade(pair),
+                escape::markup(&what)
+            );
+        }
+        out.push_str("</tr>\n");
+    }
+    out.push_str("</tbody></table></div>\n");
+}
+
+/// One of five shades by the margin: 0 beyond the limit or without a peak, 4 far below it.
+fn shade(pair: &Pair) -> u8 {
+    match pair.row.margin() {
+        Some(margin) if margin > 0.75 => 4,
+        Some(margin) if margin > 0.5 => 3,
+        Some(margin) if margin > 0.25 => 2,
+        Some(margin) if margin > 0.0 => 1,
+        _ => 0,
+    }
+}
+
+fn percent(pair: &Pair) -> String {
+    match pair.row.margin() {
+        Some(margin) if margin < -9.99 => "< \u{2212}999 %".into(),
+        Some(margin) => {
+            // Away from the limit by rounding is no margin.
+            let text = format!("{:.0}", (100.0 * margin).floor());
+            format!("{} %", text.replace('-', "\u{2212}"))
+        }
+        None => number::ABSENT.into(),
+    }
+}

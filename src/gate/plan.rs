@@ -1,0 +1,371 @@
+//! A gate's words made plain: recordings in order, designs by name, what is required of each pair.
+
+use super::file::{DesignEntry, Exception, GateFile, RecordingsEntry, malformed};
+use crate::error::{Error, ErrorKind, Place};
+use crate::pipeline::{Answer, Design, Limits, Request, design_from_bytes};
+use glob::{MatchOptions, Pattern};
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// What a gate judges, and what it requires.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Name of the gate file.
+    pub gate: String,
+    /// Recordings, in the order of their names.
+    pub recordings: Vec<PlannedRecording>,
+    /// Designs, in the order of their names.
+    pub designs: Vec<Design>,
+    rules: Vec<Rule>,
+    /// Exceptions, in the order of the file.
+    pub exceptions: Vec<PlannedException>,
+}
+
+/// A recording with its settings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedRecording {
+    /// Path relative to the gate file's folder, `/` between folders, and the channel where the
+    /// gate names one.
+    pub name: String,
+    /// Where it lies.
+    pub path: PathBuf,
+    /// How it is read, conditioned and judged.
+    pub request: Request,
+}
+
+/// A rule that matches pairs by name.
+#[derive(Debug, Clone)]
+struct Rule {
+    pairs: Pairs,
+    verdict: Answer,
+}
+
+/// An exception that matches pairs by name.
+#[derive(Debug, Clone)]
+pub struct PlannedException {
+    /// Where it stands in the gate file.
+    pub place: Place,
+    pairs: Pairs,
+    /// Why.
+    pub reason: String,
+    /// Last day on which it holds, `YYYY-MM-DD`.
+    pub until: String,
+}
+
+/// Patterns of a recording's and a design's name.
+#[derive(Debug, Clone)]
+struct Pairs {
+    recordings: Pattern,
+    designs: Pattern,
+}
+
+/// `*` stops at a `/`, as in a shell; a leading dot is a letter like any other.
+const NAMES: MatchOptions = MatchOptions {
+    case_sensitive: true,
+    require_literal_separator: true,
+    require_literal_leading_dot: false,
+};
+
+impl Pairs {
+    fn new(recordings: &str, designs: &str) -> Result<Self, Error> {
+        Ok(Self {
+            recordings: pattern(recordings)?,
+            designs: pattern(designs)?,
+        })
+    }
+
+    fn matches(&self, recording: &str, design: &str) -> bool {
+        self.recordings.matches_with(recording, NAMES) && self.designs.matches_with(design, NAMES)
+    }
+}
+
+impl PlannedException {
+    /// Tells whether it speaks of a pair.
+    #[must_use]
+    pub fn matches(&self, recording: &str, design: &str) -> bool {
+        self.pairs.matches(recording, design)
+    }
+}
+
+impl Plan {
+    /// Looks up what a gate file names, relative to `folder`.
+    ///
+    /// # Errors
+    ///
+    /// Everything that does not fit, each at its line: a pattern, requirement or exception that
+    /// matches nothing, a recording with two settings, two designs of a name, a design that cannot
+    /// be read, nothing to judge.
+    pub fn of(
+        gate: &str,
+        file: &GateFile,
+        folder: &Path,
+        limits: &Limits,
+    ) -> Result<Self, Vec<Error>> {
+        let mut errors = Vec::new();
+        for (missing, what) in [
+            (file.recordings.is_empty(), "[[recordings]]"),
+            (file.designs.is_empty(), "[[designs]]"),
+        ] {
+            if missing {
+                let hint = "a gate that judges nothing lets everything through; add it";
+                errors.push(malformed(what, "none", hint).at(Place::file(gate)));
+            }
+        }
+        let recordings = recordings(&file.recordings, folder, &mut errors);
+        let designs = designs(&file.designs, folder, limits, &mut errors);
+        let mut plan = Self {
+            gate: gate.into(),
+            recordings,
+            designs,
+            rules: Vec::new(),
+            exceptions: Vec::new(),
+        };
+        for entry in &file.require {
+            match plan.pairs(&entry.recordings, &entry.designs, "requirement") {
+                Ok(pairs) => plan.rules.push(Rule {
+                    pairs,
+                    verdict: entry.verdict,
+                }),
+                Err(error) => errors.push(error.at(entry.place.clone())),
+            }
+        }
+        for entry in &file.allow {
+            match plan.exception(entry) {
+                Ok(exception) => plan.exceptions.push(exception),
+                Err(error) => errors.push(error.at(entry.place.clone())),
+            }
+        }
+        for recording in &plan.recordings {
+            for design in &plan.designs {
+                if let Err(error) = recording.request.check_design(design) {
+                    errors.push(error.at(Place::file(format!("design {}", design.name))));
+                }
+            }
+        }
+        errors.dedup();
+        if errors.is_empty() {
+            Ok(plan)
+        } else {
+            Err(errors)
+        }
+    }
+
+    /// Returns what is required of a pair.
+    #[must_use]
+    pub fn required(&self, recording: &str, design: &str) -> Answer {
+        self.rules
+            .iter()
+            .rfind(|rule| rule.pairs.matches(recording, design))
+            .map_or(Answer::Pass, |rule| rule.verdict)
+    }
+
+    fn exception(&self, entry: &Exception) -> Result<PlannedException, Error> {
+        Ok(PlannedException {
+            place: entry.place.clone(),
+            pairs: self.pairs(&entry.recordings, &entry.designs, "exception")?,
+            reason: entry.reason.clone(),
+            until: entry.until.clone(),
+        })
+    }
+
+    fn pairs(&self, recordings: &str, designs: &str, what: &str) -> Result<Pairs, Error> {
+        let pairs = Pairs::new(recordings, designs)?;
+        let matched = |pattern: &Pattern, name: &str| pattern.matches_with(name, NAMES);
+        let mut own = self.recordings.iter();
+        if !own.any(|recording| matched(&pairs.recordings, &recording.name)) {
+            return Err(matches_nothing(what, "recordings", recordings));
+        }
+        let mut own = self.designs.iter();
+        if !own.any(|design| matched(&pairs.designs, &design.name)) {
+            return Err(matches_nothing(what, "designs", designs));
+        }
+        Ok(pairs)
+    }
+}
+
+fn matches_nothing(what: &str, key: &str, pattern: &str) -> Error {
+    malformed(
+        &format!("one of the {key} to be named `{pattern}` by this {what}"),
+        "none",
+        "mend the pattern, or take the entry out",
+    )
+}
+
+fn pattern(text: &str) -> Result<Pattern, Error> {
+    Pattern::new(text).map_err(|error| {
+        let found = format!("`{text}` ({error})");
+        malformed(
+            "a pattern of names",
+            &found,
+            "write * for any letters, ** for any folders",
+        )
+    })
+}
+
+/// Finds the recordings of all entries, in the order of their names.
+fn recordings(
+    entries: &[RecordingsEntry],
+    folder: &Path,
+    errors: &mut Vec<Error>,
+) -> Vec<PlannedRecording> {
+    let mut found: BTreeMap<String, PlannedRecording> = BTreeMap::new();
+    for entry in entries {
+        for files in &entry.files {
+            let paths = match paths(files, folder) {
+                Ok(paths) => paths,
+                Err(error) => {
+                    errors.push(error.at(entry.place.clone()));
+                    continue;
+                }
+            };
+            for path in paths {
+                let name = name_of(&path, folder, entry.request.channel.as_deref());
+                let planned = PlannedRecording {
+                    name: name.clone(),
+                    path,
+                    request: entry.request.clone(),
+                };
+                match found.get(&name) {
+                    Some(earlier) if *earlier != planned => {
+                        let error = malformed(
+                            &format!("`{name}` with one setting"),
+                            "two entries that judge it differently",
+                            "let one entry match it, or give it a channel in both",
+                        );
+                        errors.push(error.at(entry.place.clone()));
+                    }
+                    _ => {
+                        found.insert(name, planned);
+                    }
+                }
+            }
+        }
+    }
+    found.into_values().collect()
+}
+
+/// Returns the files and folders that a path or pattern names.
+fn paths(files: &str, folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let nothing = || {
+        malformed(
+            &format!("a recording at `{files}`"),
+            "none",
+            "mend the path or pattern; it is relative to the gate file",
+        )
+    };
+    let plain = folder.join(files);
+    if plain.exists() {
+        return Ok(vec![plain]);
+    }
+    if !files.contains(['*', '?', '[']) {
+        return Err(nothing());
+    }
+    let root = Pattern::escape(&folder.to_string_lossy());
+    let whole = Path::new(&root).join(files);
+    let matches = glob::glob_with(&whole.to_string_lossy(), NAMES).map_err(|error| {
+        let found = format!("`{files}` ({error})");
+        malformed(
+            "a pattern of files",
+            &found,
+            "write * for any letters, ** for any folders",
+        )
+    })?;
+    let mut found = BTreeSet::new();
+    for path in matches {
+        let path = path.map_err(|error| {
+            Error::from(ErrorKind::Io {
+                action: "look for recordings",
+                reason: error.to_string(),
+            })
+        })?;
+        if is_recording(&path) {
+            found.insert(path);
+        }
+    }
+    if found.is_empty() {
+        return Err(nothing());
+    }
+    Ok(found.into_iter().collect())
+}
+
+/// Tells whether a match is a recording: a file that is no card of another one, or the folder of
+/// an ISO-MME test.
+pub(super) fn is_recording(path: &Path) -> bool {
+    if path.is_dir() {
+        let files = std::fs::read_dir(path).into_iter().flatten().flatten();
+        let is_header = |name: &Path| {
+            name.extension()
+                .is_some_and(|end| end.eq_ignore_ascii_case("mme"))
+        };
+        return files.map(|file| file.path()).any(|file| is_header(&file));
+    }
+    let is_card =
+        path.extension().is_some_and(|end| end == "toml") && path.with_extension("").exists();
+    !is_card
+}
+
+fn name_of(path: &Path, folder: &Path, channel: Option<&str>) -> String {
+    let own = path.strip_prefix(folder).unwrap_or(path);
+    let parts: Vec<_> = own
+        .components()
+        .map(|part| part.as_os_str().to_string_lossy())
+        .collect();
+    let name = parts.join("/");
+    match channel {
+        Some(channel) => format!("{name}#{channel}"),
+        None => name,
+    }
+}
+
+/// Reads the designs, in the order of their names.
+fn designs(
+    entries: &[DesignEntry],
+    folder: &Path,
+    limits: &Limits,
+    errors: &mut Vec<Error>,
+) -> Vec<Design> {
+    let mut found: BTreeMap<String, Design> = BTreeMap::new();
+    for entry in entries {
+        match design(entry, folder, limits) {
+            Ok(design) if found.contains_key(&design.name) => {
+                let what = format!("one design named `{}`", design.name);
+                let error = malformed(&what, "two", "give one of them another `name`");
+                errors.push(error.at(entry.place.clone()));
+            }
+            Ok(design) => {
+                found.insert(design.name.clone(), design);
+            }
+            Err(error) => errors.push(error.at(entry.place.clone())),
+        }
+    }
+    found.into_values().collect()
+}
+
+fn design(entry: &DesignEntry, folder: &Path, limits: &Limits) -> Result<Design, Error> {
+    let mut design = match &entry.file {
+        None => Design::reference(),
+        Some(file) => {
+            let path = folder.join(file);
+            let mut bytes = Vec::new();
+            std::fs::File::open(&path)
+                .and_then(|file| file.take(limits.settings_bytes + 1).read_to_end(&mut bytes))
+                .map_err(|error| {
+                    Error::from(ErrorKind::Io {
+                        action: "read the design file",
+                        reason: error.to_string(),
+                    })
+                    .at(Place::file(file.as_str()))
+                })?;
+            design_from_bytes(file, &bytes, limits)?
+        }
+    };
+    for assignment in &entry.set {
+        design.set(assignment)?;
+    }
+    if let Some(name) = &entry.name {
+        design.name.clone_from(name);
+    }
+    design.validate()?;
+    Ok(design)
+}

@@ -1,0 +1,98 @@
+//! A row: the decision of one recording and one design, and no more than it takes to show it.
+
+use super::answer;
+use super::prepared::{Extras, Prepared, Refused};
+use crate::error::Error;
+use crate::model::Design;
+use crate::parallel::Control;
+use crate::report::Document;
+use crate::verdict::{Answer, Reason};
+use serde::{Deserialize, Serialize};
+
+/// The decision of one recording and one design. What a report adds (what-ifs, error budget,
+/// tables, curves) is left out; [`Prepared::judge`] gives it, and the same answer.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Row {
+    /// What the question and what was read for it hash to, as [`Document::report_id`].
+    pub report_id: String,
+    /// The answer.
+    pub verdict: Answer,
+    /// The weightiest reason.
+    pub reason: Reason,
+    /// The angle that loses the door [rad].
+    pub threshold_rad: f64,
+    /// Largest angle of the nominal run [rad]; `None` where nothing was replayed, or where the
+    /// recording is unusable.
+    pub peak_angle_rad: Option<f64>,
+    /// Its U, numerical plus interpolation error [rad].
+    pub uncertainty_rad: Option<f64>,
+    /// Largest angle after the judged window [rad].
+    pub coast_peak_angle_rad: Option<f64>,
+    /// Bounds of the share of scattered levers that cross, lower and upper; `None` without an
+    /// ensemble.
+    pub share: Option<(f64, f64)>,
+}
+
+impl Row {
+    /// Returns how far the peak stays below the threshold, error taken off, as part of the
+    /// threshold; below zero where it does not. `None` without a peak.
+    #[must_use]
+    pub fn margin(&self) -> Option<f64> {
+        let highest = self.peak_angle_rad? + self.uncertainty_rad.unwrap_or(0.0);
+        Some((self.threshold_rad - highest) / self.threshold_rad)
+    }
+
+    fn of(document: &Document) -> Self {
+        let reason = document.why.first().cloned().unwrap_or(Reason {
+            code: "none".into(),
+            text: "no reason is known".into(),
+        });
+        let usable = document.verdict != Answer::Unusable;
+        let nominal = document.nominal.as_ref().filter(|_| usable);
+        let answered = nominal.and_then(|run| {
+            let own = |answer: &&crate::verdict::RunAnswer| {
+                answer.model == run.model && answer.opens_when == run.opens_when
+            };
+            document.answers.iter().find(own)
+        });
+        Self {
+            report_id: document.report_id.clone(),
+            verdict: document.verdict,
+            reason,
+            threshold_rad: document.threshold_rad,
+            peak_angle_rad: nominal.map(|run| run.peak_angle_rad),
+            uncertainty_rad: answered.and_then(|answer| answer.uncertainty_rad),
+            coast_peak_angle_rad: nominal.and_then(|run| run.coast_peak_angle_rad),
+            share: document
+                .ensemble
+                .as_ref()
+                .filter(|_| usable)
+                .map(|ensemble| (ensemble.p_lower, ensemble.p_upper)),
+        }
+    }
+}
+
+impl Prepared {
+    /// Replays the lever of `design` and decides, with no more than the decision takes.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::error::ErrorKind::Stopped`] if `control` ends the work. Anything else that leaves
+    /// nothing to judge is a row that says `unusable`.
+    pub fn row(&self, design: &Design, control: &Control<'_>) -> Result<Row, Error> {
+        let outcome = self.judge(design, Extras::default(), control);
+        match outcome.refusal {
+            Some(error) if outcome.document.report_id.is_empty() => Err(error),
+            _ => Ok(Row::of(&outcome.document)),
+        }
+    }
+}
+
+impl Refused {
+    /// Returns the row of a design: that it could not be judged, and why.
+    #[must_use]
+    pub fn row(&self, design: &Design) -> Row {
+        Row::of(&answer::refused(self.facts(), None, design, &self.error))
+    }
+}
