@@ -311,7 +311,8 @@ fn name_of(path: &Path, folder: &Path, channel: Option<&str>) -> String {
         .components()
         .map(|part| part.as_os_str().to_string_lossy())
         .collect();
-    let name = parts.join("/");
+    // The root is a part of its own.
+    let name = parts.join("/").replacen("//", "/", 1);
     match channel {
         Some(channel) => format!("{name}#{channel}"),
         None => name,

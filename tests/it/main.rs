@@ -30,6 +30,7 @@ mod ev5;
 mod exports;
 mod fan;
 mod fuzzed;
+mod gate;
 mod golden;
 mod harmonic;
 mod ingest_agreement;

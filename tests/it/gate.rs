@@ -1,0 +1,214 @@
+//! Guards `latchgate gate`: nothing that was not judged, or not as required, ends with exit 0.
+
+mod hostile;
+mod outputs;
+mod store;
+
+use crate::support::{Done, Folder, finish, half_sine, program, table, weak};
+use serde_json::Value;
+use std::fs;
+use std::path::PathBuf;
+
+/// A folder with recordings that pass, fail, are undecided and are clipped, and a second design.
+pub(crate) struct Yard {
+    pub(crate) folder: Folder,
+}
+
+/// A gate that stands: one pass, one control that must fail.
+pub(crate) const STANDS: &str = "\
+[[recordings]]
+files = [\"pass.csv\", \"fail.csv\"]
+opens_when = \"negative\"
+members = 128
+[[designs]]
+name = \"paper\"
+[[require]]
+recordings = \"fail.csv\"
+verdict = \"fail\"
+";
+
+impl Yard {
+    pub(crate) fn new(name: &str) -> Self {
+        let folder = Folder::new(&format!("gate-{name}"));
+        folder.write("pass.csv", table(weak));
+        folder.write("fail.csv", table(strong));
+        folder.write("doubt.csv", table(doubtful));
+        folder.write("clipped.csv", table(weak));
+        folder.write("clipped.csv.toml", "range_g = 5\n");
+        folder.write("designs/stiff.toml", "[lever]\npreload_torque_nm = 9\n");
+        Self { folder }
+    }
+
+    /// Runs a gate of that text with further arguments, in a folder of its own.
+    pub(crate) fn gate(&self, text: &str, more: &[&str]) -> Done {
+        self.folder.write("gate.toml", text);
+        finish(self.command(more))
+    }
+
+    pub(crate) fn command(&self, more: &[&str]) -> &mut std::process::Command {
+        let mut command = program();
+        command
+            .current_dir(self.folder.path())
+            .args(["gate", "gate.toml", "--out", "out", "--reports", "none", "--date", "2026-11-22"])
+            .args(more);
+        // Used at once, by one test.
+        Box::leak(Box::new(command))
+    }
+
+    pub(crate) fn out(&self, name: &str) -> PathBuf {
+        self.folder.path().join("out").join(name)
+    }
+
+    pub(crate) fn text(&self, name: &str) -> String {
+        fs::read_to_string(self.out(name)).unwrap()
+    }
+
+    pub(crate) fn summary(&self) -> Value {
+        serde_json::from_str(&self.text("summary.json")).unwrap()
+    }
+}
+
+/// A pulse that opens the paper's lever.
+pub(crate) fn strong(time: f64) -> f64 {
+    half_sine(time, 0.0, 0.02, -30.0) + 0.01 * (time * 9_100.0).sin()
+}
+
+/// A pulse of which the nominal lever stays a little below the limit and many others do not.
+pub(crate) fn doubtful(time: f64) -> f64 {
+    half_sine(time, 0.0, 0.01, -8.35) + 0.01 * (time * 9_100.0).sin()
+}
+
+#[test]
+fn cli_a_gate_that_stands_says_so() {
+    let yard = Yard::new("stands");
+    let done = yard.gate(STANDS, &[]);
+    assert_eq!(done.code, 0, "{}{}", done.out, done.err);
+    assert!(done.out.starts_with("GATE PASSED  all 2 pairs stand (exit 0)\n"), "{}", done.out);
+    let summary = yard.summary();
+    assert_eq!(summary["exit_code"], 0);
+    assert_eq!(summary["counts"]["as_required"], 2);
+    assert_eq!(summary["pairs"][0]["recording"], "fail.csv");
+    assert_eq!(summary["pairs"][0]["row"]["verdict"], "fail");
+}
+
+#[test]
+fn cli_the_exit_code_is_the_worst_of_what_is_not_as_required() {
+    let yard = Yard::new("worst");
+    let gate = |files: &str| {
+        format!(
+            "[[recordings]]\nfiles = [{files}]\nopens_when = \"negative\"\n[[designs]]\nname = \"paper\"\n"
+        )
+    };
+    for (files, code) in [
+        ("\"pass.csv\"", 0),
+        ("\"pass.csv\", \"doubt.csv\"", 3),
+        ("\"pass.csv\", \"doubt.csv\", \"fail.csv\"", 1),
+        ("\"pass.csv\", \"doubt.csv\", \"fail.csv\", \"clipped.csv\"", 4),
+    ] {
+        let done = yard.gate(&gate(files), &[]);
+        assert_eq!(done.code, code, "{files}: {}{}", done.out, done.err);
+        assert_eq!(yard.summary()["exit_code"], code);
+    }
+}
+
+#[test]
+fn cli_a_form_of_the_answer_changes_no_exit_code() {
+    let yard = Yard::new("forms");
+    let failing = STANDS.replace("verdict = \"fail\"", "verdict = \"pass\"");
+    for more in [
+        &["--format", "json"][..],
+        &["--format", "text"],
+        &["--annotate", "github"],
+        &["--annotate", "github", "--format", "json"],
+        &["--reports", "failing"],
+    ] {
+        let done = yard.gate(&failing, more);
+        assert_eq!(done.code, 1, "{more:?}: {}{}", done.out, done.err);
+    }
+}
+
+#[test]
+fn cli_the_last_requirement_that_matches_counts() {
+    let yard = Yard::new("rules");
+    let rules = "require = [{ verdict = \"fail\" }, { recordings = \"pass.csv\", verdict = \"pass\" }]\n";
+    let gate = format!(
+        "{rules}[[recordings]]\nfiles = \"*s*.csv\"\nopens_when = \"negative\"\n[[designs]]\nname = \"paper\"\n"
+    );
+    let done = yard.gate(&gate, &[]);
+    assert_eq!(done.code, 0, "{}{}", done.out, done.err);
+}
+
+#[test]
+fn cli_exceptions_let_an_undecided_pair_through_for_a_time() {
+    let yard = Yard::new("exceptions");
+    let gate = "[[recordings]]\nfiles = \"doubt.csv\"\nopens_when = \"negative\"\n[[designs]]\nname = \"paper\"\n\
+                [[allow]]\nrecordings = \"doubt.csv\"\ndesigns = \"paper\"\nreason = \"repeat ordered\"\nuntil = 2026-12-31\n";
+    let done = yard.gate(gate, &[]);
+    assert_eq!(done.code, 0, "{}{}", done.out, done.err);
+    for shown in [
+        done.out.as_str(),
+        &yard.text("junit.xml"),
+        &yard.text("summary.md"),
+        &yard.text("index.html"),
+    ] {
+        assert!(shown.contains("repeat ordered") && shown.contains("2026-12-31"), "{shown}");
+    }
+    assert_eq!(yard.summary()["pairs"][0]["exception"][1], "2026-12-31");
+    let late = yard.gate(gate, &["--date", "2027-01-01"]);
+    assert_eq!(late.code, 4, "{}", late.out);
+    assert!(late.out.contains("held until 2026-12-31, this is 2027-01-01"), "{}", late.out);
+}
+
+#[test]
+fn cli_a_baseline_tells_what_changed() {
+    let yard = Yard::new("baseline");
+    yard.gate(STANDS, &[]);
+    let before = yard.folder.write("before.json", yard.text("summary.json"));
+    let failing = STANDS.replace("[\"pass.csv\", \"fail.csv\"]", "[\"pass.csv\", \"fail.csv\", \"doubt.csv\"]")
+        .replace("verdict = \"fail\"", "verdict = \"pass\"");
+    let worse = yard.gate(&failing, &["--baseline", &before]);
+    assert_eq!(worse.code, 1);
+    let changed = &yard.summary()["baseline"];
+    assert_eq!(changed["newly_failing"], serde_json::json!([["fail.csv", "paper"]]));
+    assert_eq!(changed["added"], serde_json::json!([["doubt.csv", "paper"]]));
+
+    // What stood so before is let stand, once it is asked for.
+    let failing = failing.replace(", \"doubt.csv\"", "");
+    yard.gate(&failing, &[]);
+    let before = yard.folder.write("before.json", yard.text("summary.json"));
+    assert_eq!(yard.gate(&failing, &["--baseline", &before]).code, 1);
+    let stands = yard.gate(&failing, &["--baseline", &before, "--no-worse"]);
+    assert_eq!(stands.code, 0, "{}", stands.out);
+    assert!(stands.out.contains("no worse than the baseline"), "{}", stands.out);
+    // A higher peak is worse.
+    yard.folder.write("fail.csv", table(|time| 1.5 * strong(time)));
+    assert_eq!(yard.gate(&failing, &["--baseline", &before, "--no-worse"]).code, 1);
+}
+
+#[test]
+fn cli_a_first_gate_file_is_one_that_runs() {
+    let yard = Yard::new("init");
+    yard.folder.write("notes.txt", "nothing measured\n");
+    let done = finish(program().current_dir(yard.folder.path()).args(["gate", "--init", "."]));
+    assert_eq!(done.code, 0, "{}", done.err);
+    let text = fs::read_to_string(yard.folder.path().join("gate.toml")).unwrap();
+    assert!(text.contains("\"pass.csv\",\n"), "{text}");
+    assert!(text.contains("# files = [\"notes.txt\"]"), "{text}");
+    let done = finish(yard.command(&[]));
+    assert!(yard.summary()["counts"]["pairs"].as_u64() == Some(4), "{}{}", done.out, done.err);
+    // It is never written over.
+    let again = finish(program().current_dir(yard.folder.path()).args(["gate", "--init", "."]));
+    assert_eq!(again.code, 4);
+    assert_eq!(fs::read_to_string(yard.folder.path().join("gate.toml")).unwrap(), text);
+}
+
+#[test]
+fn cli_the_schema_is_the_one_of_the_documents() {
+    let done = finish(program().args(["gate", "--schema"]));
+    assert_eq!(done.code, 0);
+    let kept = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/gate.schema.json");
+    if std::env::var_os("LATCHGATE_RENEW").is_some() {
+        fs::write(kept, &done.out).unwrap();
+    }
+    assert_eq!(done.out, fs::read_to_string(kept).unwrap(), "renew with LATCHGATE_RENEW=1");
+}
