@@ -57,7 +57,7 @@ fn cli_words_of_a_gate_file_that_are_not_known_are_errors() {
         (STANDS.replace("members", "menbers"), "did you mean `members`?"),
         (STANDS.replace("members = 128", "file = \"x\""), "did you mean `files`?"),
         (STANDS.replace("members = 128", "members = \"many\""), "members"),
-        (STANDS.replace("\"negative\"", "\"left\""), "opens_when"),
+        (STANDS.replace("\"negative\"", "\"left\""), "expected negative, positive or both"),
         (STANDS.replace("verdict = \"fail\"", "verdict = \"fails\""), "did you mean `fail`?"),
         (STANDS.replace("verdict = \"fail\"", "verdict = \"undecided\""), "known: pass, fail"),
         (STANDS.replace("name = \"paper\"", "named = \"paper\""), "did you mean `name`?"),
