@@ -227,7 +227,7 @@ fn recordings(
                     request: entry.request.clone(),
                 };
                 match found.get(&name) {
-                    Some(earlier) if *earlier != planned => {
+                    Some(earlier) if !is_same(earlier, &planned) => {
                         let error = malformed(
                             &format!("`{name}` with one setting"),
                             "two entries that judge it differently",
@@ -243,6 +243,12 @@ fn recordings(
         }
     }
     found.into_values().collect()
+}
+
+/// Tells whether two entries mean one file, judged alike.
+fn is_same(one: &PlannedRecording, two: &PlannedRecording) -> bool {
+    let place = |recording: &PlannedRecording| recording.path.canonicalize().ok();
+    one.request == two.request && place(one) == place(two)
 }
 
 /// Returns the files and folders that a path or pattern names.

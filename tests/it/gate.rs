@@ -51,7 +51,11 @@ impl Yard {
             .current_dir(self.folder.path())
             .args(["gate", "gate.toml"])
             .args(more);
-        for (option, value) in [("--out", "out"), ("--reports", "none"), ("--date", "2026-11-22")] {
+        for (option, value) in [
+            ("--out", "out"),
+            ("--reports", "none"),
+            ("--date", "2026-11-22"),
+        ] {
             if !more.contains(&option) {
                 command.args([option, value]);
             }
@@ -88,7 +92,12 @@ fn cli_a_gate_that_stands_says_so() {
     let yard = Yard::new("stands");
     let done = yard.gate(STANDS, &[]);
     assert_eq!(done.code, 0, "{}{}", done.out, done.err);
-    assert!(done.out.starts_with("GATE PASSED  all 2 pairs stand (exit 0)\n"), "{}", done.out);
+    assert!(
+        done.out
+            .starts_with("GATE PASSED  all 2 pairs stand (exit 0)\n"),
+        "{}",
+        done.out
+    );
     let summary = yard.summary();
     assert_eq!(summary["exit_code"], 0);
     assert_eq!(summary["counts"]["as_required"], 2);
@@ -108,7 +117,10 @@ fn cli_the_exit_code_is_the_worst_of_what_is_not_as_required() {
         ("\"pass.csv\"", 0),
         ("\"pass.csv\", \"doubt.csv\"", 3),
         ("\"pass.csv\", \"doubt.csv\", \"fail.csv\"", 1),
-        ("\"pass.csv\", \"doubt.csv\", \"fail.csv\", \"clipped.csv\"", 4),
+        (
+            "\"pass.csv\", \"doubt.csv\", \"fail.csv\", \"clipped.csv\"",
+            4,
+        ),
     ] {
         let done = yard.gate(&gate(files), &[]);
         assert_eq!(done.code, code, "{files}: {}{}", done.out, done.err);
@@ -135,7 +147,8 @@ fn cli_a_form_of_the_answer_changes_no_exit_code() {
 #[test]
 fn cli_the_last_requirement_that_matches_counts() {
     let yard = Yard::new("rules");
-    let rules = "require = [{ verdict = \"fail\" }, { recordings = \"pass.csv\", verdict = \"pass\" }]\n";
+    let rules =
+        "require = [{ verdict = \"fail\" }, { recordings = \"pass.csv\", verdict = \"pass\" }]\n";
     let gate = format!(
         "{rules}[[recordings]]\nfiles = \"*s*.csv\"\nopens_when = \"negative\"\n[[designs]]\nname = \"paper\"\n"
     );
@@ -156,12 +169,20 @@ fn cli_exceptions_let_an_undecided_pair_through_for_a_time() {
         &yard.text("summary.md"),
         &yard.text("index.html"),
     ] {
-        assert!(shown.contains("repeat ordered") && shown.contains("2026-12-31"), "{shown}");
+        assert!(
+            shown.contains("repeat ordered") && shown.contains("2026-12-31"),
+            "{shown}"
+        );
     }
     assert_eq!(yard.summary()["pairs"][0]["exception"][1], "2026-12-31");
     let late = yard.gate(gate, &["--date", "2027-01-01"]);
     assert_eq!(late.code, 4, "{}", late.out);
-    assert!(late.out.contains("held until 2026-12-31, this is 2027-01-01"), "{}", late.out);
+    assert!(
+        late.out
+            .contains("held until 2026-12-31, this is 2027-01-01"),
+        "{}",
+        late.out
+    );
 }
 
 #[test]
@@ -169,13 +190,23 @@ fn cli_a_baseline_tells_what_changed() {
     let yard = Yard::new("baseline");
     yard.gate(STANDS, &[]);
     let before = yard.folder.write("before.json", yard.text("summary.json"));
-    let failing = STANDS.replace("[\"pass.csv\", \"fail.csv\"]", "[\"pass.csv\", \"fail.csv\", \"doubt.csv\"]")
+    let failing = STANDS
+        .replace(
+            "[\"pass.csv\", \"fail.csv\"]",
+            "[\"pass.csv\", \"fail.csv\", \"doubt.csv\"]",
+        )
         .replace("verdict = \"fail\"", "verdict = \"pass\"");
     let worse = yard.gate(&failing, &["--baseline", &before]);
     assert_eq!(worse.code, 1);
     let changed = &yard.summary()["baseline"];
-    assert_eq!(changed["newly_failing"], serde_json::json!([["fail.csv", "paper"]]));
-    assert_eq!(changed["added"], serde_json::json!([["doubt.csv", "paper"]]));
+    assert_eq!(
+        changed["newly_failing"],
+        serde_json::json!([["fail.csv", "paper"]])
+    );
+    assert_eq!(
+        changed["added"],
+        serde_json::json!([["doubt.csv", "paper"]])
+    );
 
     // What stood so before is let stand, once it is asked for.
     let failing = failing.replace(", \"doubt.csv\"", "");
@@ -184,27 +215,52 @@ fn cli_a_baseline_tells_what_changed() {
     assert_eq!(yard.gate(&failing, &["--baseline", &before]).code, 1);
     let stands = yard.gate(&failing, &["--baseline", &before, "--no-worse"]);
     assert_eq!(stands.code, 0, "{}", stands.out);
-    assert!(stands.out.contains("no worse than the baseline"), "{}", stands.out);
+    assert!(
+        stands.out.contains("no worse than the baseline"),
+        "{}",
+        stands.out
+    );
     // A higher peak is worse.
-    yard.folder.write("fail.csv", table(|time| 1.5 * strong(time)));
-    assert_eq!(yard.gate(&failing, &["--baseline", &before, "--no-worse"]).code, 1);
+    yard.folder
+        .write("fail.csv", table(|time| 1.5 * strong(time)));
+    assert_eq!(
+        yard.gate(&failing, &["--baseline", &before, "--no-worse"])
+            .code,
+        1
+    );
 }
 
 #[test]
 fn cli_a_first_gate_file_is_one_that_runs() {
     let yard = Yard::new("init");
     yard.folder.write("notes.txt", "nothing measured\n");
-    let done = finish(program().current_dir(yard.folder.path()).args(["gate", "--init", "."]));
+    let done = finish(
+        program()
+            .current_dir(yard.folder.path())
+            .args(["gate", "--init", "."]),
+    );
     assert_eq!(done.code, 0, "{}", done.err);
     let text = fs::read_to_string(yard.folder.path().join("gate.toml")).unwrap();
     assert!(text.contains("\"pass.csv\",\n"), "{text}");
     assert!(text.contains("# files = [\"notes.txt\"]"), "{text}");
     let done = finish(yard.command(&[]));
-    assert!(yard.summary()["counts"]["pairs"].as_u64() == Some(4), "{}{}", done.out, done.err);
+    assert!(
+        yard.summary()["counts"]["pairs"].as_u64() == Some(4),
+        "{}{}",
+        done.out,
+        done.err
+    );
     // It is never written over.
-    let again = finish(program().current_dir(yard.folder.path()).args(["gate", "--init", "."]));
+    let again = finish(
+        program()
+            .current_dir(yard.folder.path())
+            .args(["gate", "--init", "."]),
+    );
     assert_eq!(again.code, 4);
-    assert_eq!(fs::read_to_string(yard.folder.path().join("gate.toml")).unwrap(), text);
+    assert_eq!(
+        fs::read_to_string(yard.folder.path().join("gate.toml")).unwrap(),
+        text
+    );
 }
 
 #[test]
@@ -215,5 +271,9 @@ fn cli_the_schema_is_the_one_of_the_documents() {
     if std::env::var_os("LATCHGATE_RENEW").is_some() {
         fs::write(kept, &done.out).unwrap();
     }
-    assert_eq!(done.out, fs::read_to_string(kept).unwrap(), "renew with LATCHGATE_RENEW=1");
+    assert_eq!(
+        done.out,
+        fs::read_to_string(kept).unwrap(),
+        "renew with LATCHGATE_RENEW=1"
+    );
 }

@@ -14,7 +14,9 @@ fn check(yard: &Yard, gate: &str, more: &[&str], code: i32, message: &str) {
 }
 
 fn gate_of(files: &str) -> String {
-    format!("[[recordings]]\nfiles = {files}\nopens_when = \"negative\"\nmembers = 128\n[[designs]]\nname = \"paper\"\n")
+    format!(
+        "[[recordings]]\nfiles = {files}\nopens_when = \"negative\"\nmembers = 128\n[[designs]]\nname = \"paper\"\n"
+    )
 }
 
 #[test]
@@ -23,10 +25,16 @@ fn cli_what_matches_nothing_is_an_error() {
     for (gate, message) in [
         (gate_of("\"none*.csv\""), "a recording at `none*.csv`"),
         (gate_of("\"gone.csv\""), "a recording at `gone.csv`"),
-        (gate_of("[\"pass.csv\", \"gone/**/*.csv\"]"), "a recording at `gone/**/*.csv`"),
+        (
+            gate_of("[\"pass.csv\", \"gone/**/*.csv\"]"),
+            "a recording at `gone/**/*.csv`",
+        ),
         (gate_of("[]"), "`files` to be a text, or a list of texts"),
         ("[[designs]]\nname = \"paper\"\n".into(), "[[recordings]]"),
-        ("[[recordings]]\nfiles = \"pass.csv\"\n".into(), "[[designs]]"),
+        (
+            "[[recordings]]\nfiles = \"pass.csv\"\n".into(),
+            "[[designs]]",
+        ),
         (String::new(), "[[recordings]]"),
         (
             format!("{STANDS}[[require]]\nrecordings = \"burst.csv\"\nverdict = \"fail\"\n"),
@@ -37,11 +45,15 @@ fn cli_what_matches_nothing_is_an_error() {
             "named `stiff` by this requirement",
         ),
         (
-            format!("{STANDS}[[allow]]\nrecordings = \"x.csv\"\ndesigns = \"*\"\nreason = \"r\"\nuntil = 2027-01-01\n"),
+            format!(
+                "{STANDS}[[allow]]\nrecordings = \"x.csv\"\ndesigns = \"*\"\nreason = \"r\"\nuntil = 2027-01-01\n"
+            ),
             "named `x.csv` by this exception",
         ),
         (
-            format!("{STANDS}[[allow]]\nrecordings = \"pass.csv\"\ndesigns = \"*\"\nreason = \"r\"\nuntil = 2027-01-01\n"),
+            format!(
+                "{STANDS}[[allow]]\nrecordings = \"pass.csv\"\ndesigns = \"*\"\nreason = \"r\"\nuntil = 2027-01-01\n"
+            ),
             "no pair that the exception",
         ),
     ] {
@@ -53,31 +65,82 @@ fn cli_what_matches_nothing_is_an_error() {
 fn cli_words_of_a_gate_file_that_are_not_known_are_errors() {
     let yard = Yard::new("words");
     for (gate, message) in [
-        (format!("recordigns = 1\n{STANDS}"), "did you mean `recordings`?"),
-        (STANDS.replace("members", "menbers"), "did you mean `members`?"),
-        (STANDS.replace("members = 128", "file = \"x\""), "did you mean `files`?"),
-        (STANDS.replace("members = 128", "members = \"many\""), "members"),
-        (STANDS.replace("\"negative\"", "\"left\""), "expected negative, positive or both"),
-        (STANDS.replace("verdict = \"fail\"", "verdict = \"fails\""), "did you mean `fail`?"),
-        (STANDS.replace("verdict = \"fail\"", "verdict = \"undecided\""), "known: pass, fail"),
-        (STANDS.replace("name = \"paper\"", "named = \"paper\""), "did you mean `name`?"),
-        (format!("require = \"passes\"\n{}", gate_of("\"pass.csv\"")), "did you mean `pass`?"),
-        (format!("{STANDS}[[allow]]\nrecordings = \"*\"\n"), "`until`"),
         (
-            format!("{STANDS}[[allow]]\nrecordings = \"*\"\ndesigns = \"*\"\nreason = \"\"\nuntil = 2027-02-30\n"),
+            format!("recordigns = 1\n{STANDS}"),
+            "did you mean `recordings`?",
+        ),
+        (
+            STANDS.replace("members", "menbers"),
+            "did you mean `members`?",
+        ),
+        (
+            STANDS.replace("members = 128", "file = \"x\""),
+            "did you mean `files`?",
+        ),
+        (
+            STANDS.replace("members = 128", "members = \"many\""),
+            "members",
+        ),
+        (
+            STANDS.replace("\"negative\"", "\"left\""),
+            "expected negative, positive or both",
+        ),
+        (
+            STANDS.replace("verdict = \"fail\"", "verdict = \"fails\""),
+            "did you mean `fail`?",
+        ),
+        (
+            STANDS.replace("verdict = \"fail\"", "verdict = \"undecided\""),
+            "known: pass, fail",
+        ),
+        (
+            STANDS.replace("name = \"paper\"", "named = \"paper\""),
+            "did you mean `name`?",
+        ),
+        (
+            format!("require = \"passes\"\n{}", gate_of("\"pass.csv\"")),
+            "did you mean `pass`?",
+        ),
+        (
+            format!("{STANDS}[[allow]]\nrecordings = \"*\"\n"),
+            "`until`",
+        ),
+        (
+            format!(
+                "{STANDS}[[allow]]\nrecordings = \"*\"\ndesigns = \"*\"\nreason = \"\"\nuntil = 2027-02-30\n"
+            ),
             "TOML",
         ),
         (
-            format!("{STANDS}[[allow]]\nrecordings = \"*\"\ndesigns = \"*\"\nreason = \"r\"\nuntil = \"2027-02-30\"\n"),
+            format!(
+                "{STANDS}[[allow]]\nrecordings = \"*\"\ndesigns = \"*\"\nreason = \"r\"\nuntil = \"2027-02-30\"\n"
+            ),
             "a day such as 2027-03-31",
         ),
-        (format!("{STANDS}[[allow]]\nrecordings = \"*\"\ndesigns = \"*\"\nreason = \" \"\nuntil = 2027-02-03\n"), "say why"),
+        (
+            format!(
+                "{STANDS}[[allow]]\nrecordings = \"*\"\ndesigns = \"*\"\nreason = \" \"\nuntil = 2027-02-03\n"
+            ),
+            "say why",
+        ),
         ("[[recordings]\n".into(), "gate.toml:1"),
         (STANDS.replace("\"pass.csv\"", "7"), "`files` to be a text"),
-        (STANDS.replace("name = \"paper\"", "set = [\"lever.mas_kg=1\"]"), "mass_kg"),
-        (STANDS.replace("name = \"paper\"", "set = { \"lever.mass_kg\" = -1 }"), "lever.mass_kg"),
-        (STANDS.replace("name = \"paper\"", "file = \"designs/gone.toml\""), "designs/gone.toml"),
-        (STANDS.replace("fail.csv\"\nverdict", "[\"\nverdict"), "a pattern of names"),
+        (
+            STANDS.replace("name = \"paper\"", "set = [\"lever.mas_kg=1\"]"),
+            "mass_kg",
+        ),
+        (
+            STANDS.replace("name = \"paper\"", "set = { \"lever.mass_kg\" = -1 }"),
+            "lever.mass_kg",
+        ),
+        (
+            STANDS.replace("name = \"paper\"", "file = \"designs/gone.toml\""),
+            "designs/gone.toml",
+        ),
+        (
+            STANDS.replace("fail.csv\"\nverdict", "[\"\nverdict"),
+            "a pattern of names",
+        ),
     ] {
         check(&yard, &gate, &[], 4, message);
     }
@@ -86,28 +149,56 @@ fn cli_words_of_a_gate_file_that_are_not_known_are_errors() {
 #[test]
 fn cli_two_meanings_are_errors() {
     let yard = Yard::new("twice");
-    let twice = format!("{STANDS}[[designs]]\nname = \"paper\"\nset = {{ \"lever.mass_kg\" = 0.2 }}\n");
+    let twice =
+        format!("{STANDS}[[designs]]\nname = \"paper\"\nset = {{ \"lever.mass_kg\" = 0.2 }}\n");
     check(&yard, &twice, &[], 4, "one design named `paper`");
     let other = format!("{STANDS}[[recordings]]\nfiles = \"p*.csv\"\nopens_when = \"positive\"\n");
     check(&yard, &other, &[], 4, "`pass.csv` with one setting");
     // The same twice is one.
-    let same = format!("{STANDS}[[recordings]]\nfiles = \"p*.csv\"\nopens_when = \"negative\"\nmembers = 128\n");
+    let same = format!(
+        "{STANDS}[[recordings]]\nfiles = \"p*.csv\"\nopens_when = \"negative\"\nmembers = 128\n"
+    );
     check(&yard, &same, &[], 0, "all 2 pairs stand");
 }
 
 #[test]
 fn cli_what_cannot_be_judged_is_no_pass() {
     let yard = Yard::new("unjudged");
-    check(&yard, &gate_of("[\"pass.csv\", \"clipped.csv\"]"), &[], 4, "clipped.csv with paper");
+    check(
+        &yard,
+        &gate_of("[\"pass.csv\", \"clipped.csv\"]"),
+        &[],
+        4,
+        "clipped.csv with paper",
+    );
     yard.folder.write("empty.csv", "");
-    check(&yard, &gate_of("[\"pass.csv\", \"empty.csv\"]"), &[], 4, "the file is empty");
-    check(&yard, &gate_of("\"empty.csv\""), &[], 4, "no pair was judged");
+    check(
+        &yard,
+        &gate_of("[\"pass.csv\", \"empty.csv\"]"),
+        &[],
+        4,
+        "the file is empty",
+    );
+    check(
+        &yard,
+        &gate_of("\"empty.csv\""),
+        &[],
+        4,
+        "no pair was judged",
+    );
     std::os::unix::fs::symlink("nowhere", yard.folder.path().join("broken.csv")).unwrap();
-    check(&yard, &gate_of("\"[bp]*.csv\""), &[], 4, "broken.csv with paper");
+    check(
+        &yard,
+        &gate_of("\"[bp]*.csv\""),
+        &[],
+        4,
+        "broken.csv with paper",
+    );
     fs::remove_file(yard.folder.path().join("broken.csv")).unwrap();
     let channel = gate_of("\"pass.csv\"").replace("members", "channel = \"az\"\nmembers");
     check(&yard, &channel, &[], 4, "no channel `az`");
-    yard.folder.write("pass.csv.toml", "opens_wen = \"negative\"\n");
+    yard.folder
+        .write("pass.csv.toml", "opens_wen = \"negative\"\n");
     check(&yard, &gate_of("\"pass.csv\""), &[], 4, "opens_when");
     fs::remove_file(yard.folder.path().join("pass.csv.toml")).unwrap();
     let control = gate_of("\"pass.csv\"") + "[[require]]\nverdict = \"fail\"\n";
@@ -119,22 +210,56 @@ fn cli_what_surrounds_a_gate_can_fail_it() {
     let yard = Yard::new("around");
     yard.gate(STANDS, &[]);
     let before = yard.text("summary.json");
-    let gone = yard.folder.write("before.json", before.replace("pass.csv", "other.csv"));
-    check(&yard, STANDS, &["--baseline", &gone], 4, "other.csv with paper stands in the baseline");
-    check(&yard, STANDS, &["--baseline", &gone, "--allow-removed"], 0, "all 2 pairs stand");
+    let gone = yard
+        .folder
+        .write("before.json", before.replace("pass.csv", "other.csv"));
+    check(
+        &yard,
+        STANDS,
+        &["--baseline", &gone],
+        4,
+        "other.csv with paper stands in the baseline",
+    );
+    check(
+        &yard,
+        STANDS,
+        &["--baseline", &gone, "--allow-removed"],
+        0,
+        "all 2 pairs stand",
+    );
     check(&yard, STANDS, &["--baseline", "gone.json"], 4, "gone.json");
     let wrong = yard.folder.write("wrong.json", "{}");
-    check(&yard, STANDS, &["--baseline", &wrong], 4, "a summary.json of latchgate gate");
+    check(
+        &yard,
+        STANDS,
+        &["--baseline", &wrong],
+        4,
+        "a summary.json of latchgate gate",
+    );
     let file = yard.folder.write("a-file", "");
     check(&yard, STANDS, &["--store", &file], 4, "store");
-    check(&yard, STANDS, &["--out", &format!("{file}/below")], 4, "report");
+    check(
+        &yard,
+        STANDS,
+        &["--out", &format!("{file}/below")],
+        4,
+        "report",
+    );
     yard.folder.write("taken/thesis.txt", "all there is");
     check(&yard, STANDS, &["--out", "taken"], 4, "`thesis.txt` in it");
     assert!(yard.folder.path().join("taken/thesis.txt").exists());
-    let missing = finish(program().current_dir(yard.folder.path()).args(["gate", "gone.toml"]));
+    let missing = finish(
+        program()
+            .current_dir(yard.folder.path())
+            .args(["gate", "gone.toml"]),
+    );
     assert_eq!(missing.code, 4);
     assert!(missing.err.contains("gone.toml"), "{}", missing.err);
-    for wrong in [&["gate"][..], &["gate", "gate.toml", "--date", "31.12.2026"], &["gate", "gate.toml", "--no-worse"]] {
+    for wrong in [
+        &["gate"][..],
+        &["gate", "gate.toml", "--date", "31.12.2026"],
+        &["gate", "gate.toml", "--no-worse"],
+    ] {
         let done = finish(program().current_dir(yard.folder.path()).args(wrong));
         assert_eq!(done.code, 2, "{wrong:?}: {}", done.err);
     }
@@ -154,6 +279,11 @@ fn cli_a_full_disk_is_no_pass() {
             .current_dir(yard.folder.path()),
     );
     assert_eq!(done.code, 4, "{}{}", done.out, done.err);
-    assert!(done.out.contains("all 2 pairs stand"), "{}{}", done.out, done.err);
+    assert!(
+        done.out.contains("all 2 pairs stand"),
+        "{}{}",
+        done.out,
+        done.err
+    );
     assert!(done.err.contains("No space left"), "{}", done.err);
 }

@@ -24,18 +24,33 @@ fn cli_names_do_not_break_out_of_any_output() {
     let gate = "[[recordings]]\nfiles = \"odd/*\"\nopens_when = \"negative\"\nmembers = 0\n[[designs]]\nname = \"<i>@me|x\"\n";
     let done = yard.gate(gate, &["--annotate", "github"]);
     assert_eq!(done.code, 1, "{}{}", done.out, done.err);
-    assert!(!done.out.contains('\u{1b}') && !done.out.contains('\u{7}'), "{:?}", done.out);
-    assert_eq!(done.out.matches("::error title=").count(), 6, "{}", done.out);
+    assert!(
+        !done.out.contains('\u{1b}') && !done.out.contains('\u{7}'),
+        "{:?}",
+        done.out
+    );
+    assert_eq!(
+        done.out.matches("::error title=").count(),
+        6,
+        "{}",
+        done.out
+    );
     check_xml(&yard);
     let markdown = yard.text("summary.md");
-    let rows: Vec<&str> = markdown.lines().filter(|line| line.starts_with("| fail |")).collect();
+    let rows: Vec<&str> = markdown
+        .lines()
+        .filter(|line| line.starts_with("| fail |"))
+        .collect();
     assert_eq!(rows.len(), 6, "{markdown}");
     for row in rows {
         let cells = row.replace("\\|", "").matches('|').count();
         assert_eq!(cells, 5, "{row}");
     }
     let page = yard.text("index.html");
-    assert!(!page.contains("<b>") && !page.contains("<i>"), "a name is markup");
+    assert!(
+        !page.contains("<b>") && !page.contains("<i>"),
+        "a name is markup"
+    );
     assert!(page.contains("a]]&gt;&lt;b&gt;.csv"));
 }
 
@@ -44,14 +59,20 @@ fn cli_names_do_not_break_out_of_any_output() {
 fn check_xml(yard: &Yard) {
     let schema = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/junit-10.xsd");
     let file = yard.out("junit.xml");
-    let done = finish(Command::new("xmllint").args(["--noout", "--schema", schema]).arg(&file));
+    let done = finish(
+        Command::new("xmllint")
+            .args(["--noout", "--schema", schema])
+            .arg(&file),
+    );
     assert_eq!(done.code, 0, "{}", done.err);
     let text = fs::read_to_string(&file).unwrap();
     let mut reader = quick_xml::Reader::from_str(&text);
     let mut tests = 0;
     loop {
         match reader.read_event().unwrap() {
-            quick_xml::events::Event::Start(start) if start.name().as_ref() == "testcase" => tests += 1,
+            quick_xml::events::Event::Start(start) if start.name().as_ref() == "testcase" => {
+                tests += 1
+            }
             quick_xml::events::Event::Eof => break,
             _ => {}
         }
@@ -86,7 +107,11 @@ fn cli_outputs_are_the_same_bytes_everywhere() {
                 .env("LC_ALL", ["C", "de_DE.UTF-8", "tr_TR.UTF-8"][number % 3])
                 .args(["gate", "../gate.toml", "--reports", "none", "--out"])
                 .arg(&out)
-                .args(if more.contains(&"--reports") { &more[..2] } else { more }),
+                .args(if more.contains(&"--reports") {
+                    &more[..2]
+                } else {
+                    more
+                }),
         );
         assert_eq!(done.code, 4, "{}{}", done.out, done.err);
         if number == 1 {
@@ -100,9 +125,10 @@ fn cli_outputs_are_the_same_bytes_everywhere() {
             let bytes = fs::read(&file).unwrap();
             fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
         }
-        let files: Vec<(String, Vec<u8>)> = ["index.html", "junit.xml", "summary.json", "summary.md"]
-            .map(|name| (name.to_string(), fs::read(out.join(name)).unwrap()))
-            .into();
+        let files: Vec<(String, Vec<u8>)> =
+            ["index.html", "junit.xml", "summary.json", "summary.md"]
+                .map(|name| (name.to_string(), fs::read(out.join(name)).unwrap()))
+                .into();
         match &first {
             None => first = Some(files),
             Some(first) => assert!(*first == files, "{more:?}"),
@@ -114,18 +140,36 @@ fn cli_outputs_are_the_same_bytes_everywhere() {
 #[test]
 fn cli_full_reports_are_written_for_what_is_not_as_required() {
     let yard = Yard::new("full");
-    yard.folder.write("gate.toml", STANDS.replace("verdict = \"fail\"", "verdict = \"pass\""));
-    let done = finish(program().current_dir(yard.folder.path()).args(["gate", "gate.toml", "--out", "out"]));
+    yard.folder.write(
+        "gate.toml",
+        STANDS.replace("verdict = \"fail\"", "verdict = \"pass\""),
+    );
+    let done = finish(program().current_dir(yard.folder.path()).args([
+        "gate",
+        "gate.toml",
+        "--out",
+        "out",
+    ]));
     assert_eq!(done.code, 1, "{}{}", done.out, done.err);
     let folders: Vec<String> = fs::read_dir(yard.out("reports"))
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
-    let [one] = folders.as_slice() else { panic!("{folders:?}") };
-    assert!(yard.text("index.html").contains(&format!("href=\"reports/{one}/report.html\"")));
+    let [one] = folders.as_slice() else {
+        panic!("{folders:?}")
+    };
+    assert!(
+        yard.text("index.html")
+            .contains(&format!("href=\"reports/{one}/report.html\""))
+    );
     let verdict = fs::read_to_string(yard.out(&format!("reports/{one}/verdict.json"))).unwrap();
     let verdict: serde_json::Value = serde_json::from_str(&verdict).unwrap();
-    assert!(verdict["report_id"].as_str().unwrap().starts_with(one.as_str()));
+    assert!(
+        verdict["report_id"]
+            .as_str()
+            .unwrap()
+            .starts_with(one.as_str())
+    );
     // The folder is replaced as a whole.
     yard.gate(STANDS, &[]);
     assert!(!yard.out("reports").exists());

@@ -71,7 +71,10 @@ fn prop_flipped_bytes_change_no_answer() {
         bytes[at] ^= 1 << bit;
         fs::write(&files(&yard)[0], &bytes).unwrap();
         let store = Store::open(&folder, |_| true).unwrap();
-        assert!(!store.damages().is_empty(), "turn {turn}: byte {at}, bit {bit}");
+        assert!(
+            !store.damages().is_empty(),
+            "turn {turn}: byte {at}, bit {bit}"
+        );
         let mut lost = 0;
         for id in &ids {
             match store.get(id) {
@@ -95,12 +98,18 @@ fn prop_flipped_bytes_change_no_answer() {
 #[test]
 fn cli_kills_and_company_change_no_answer() {
     let yard = Yard::new("killed");
-    let gate = format!("{GATE}[[designs]]\nname = \"heavy\"\nset = {{ \"lever.mass_kg\" = 0.16 }}\n");
+    let gate =
+        format!("{GATE}[[designs]]\nname = \"heavy\"\nset = {{ \"lever.mass_kg\" = 0.16 }}\n");
     let undisturbed = yard.gate(&gate, &["--no-store"]);
     let expected = yard.text("summary.json");
     let mut random = Random::new(11);
     for _ in 0..100 {
-        let mut child = yard.command(&[]).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let mut child = yard
+            .command(&[])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
         std::thread::sleep(Duration::from_micros(500 + random.below(60_000) as u64));
         let _ = child.kill();
         child.wait().unwrap();
@@ -119,7 +128,10 @@ fn cli_kills_and_company_change_no_answer() {
         .unwrap();
     let done = finish(yard.command(&[]));
     company.wait().unwrap();
-    assert_eq!((done.out.replace("out/", ""), done.code), (undisturbed.out.replace("out/", ""), undisturbed.code));
+    assert_eq!(
+        (done.out.replace("out/", ""), done.code),
+        (undisturbed.out.replace("out/", ""), undisturbed.code)
+    );
     for folder in ["out", "other"] {
         let path = yard.folder.path().join(folder).join("summary.json");
         assert_eq!(fs::read_to_string(path).unwrap(), expected, "{folder}");
