@@ -10,6 +10,7 @@
 //! - `store`: decisions that were made before, and those made now, kept for the next run;
 //! - `run`: the decisions of all pairs;
 //! - `baseline`: what changed since another summary;
+//! - `rule`: the decisions held against what is required;
 //! - `summary`: what became of each pair and of the whole; the document of a gate;
 //! - `text`, `junit`, `markdown`, `page`: the summary for terminals, CI and browsers;
 //! - `schema`: the words of a gate file for editors.
@@ -22,6 +23,7 @@ pub mod junit;
 pub mod markdown;
 pub mod page;
 pub mod plan;
+pub mod rule;
 pub mod run;
 pub mod schema;
 pub mod store;
@@ -31,6 +33,7 @@ pub mod text;
 pub use baseline::Baseline;
 pub use file::GateFile;
 pub use plan::Plan;
-pub use run::{Judged, run};
+pub use rule::{Asked, hold};
+pub use run::{JudgedRecording, run};
 pub use store::Store;
-pub use summary::{Asked, Standing, Summary};
+pub use summary::{GateSummary, PairStanding};

@@ -7,7 +7,7 @@ use super::progress::Progress;
 use super::values::{OutputFormat, parse_date};
 use crate::error::{Error, ErrorKind, Place};
 use crate::gate::files::Reports;
-use crate::gate::{self, Asked, Baseline, GateFile, Plan, Store, Summary};
+use crate::gate::{self, Asked, Baseline, GateFile, GateSummary, Plan, Store};
 use crate::recording::Limits;
 use clap::{Args, ValueEnum};
 use std::collections::BTreeSet;
@@ -111,7 +111,7 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
         allow_removed: own.allow_removed,
         no_worse: own.no_worse,
     };
-    let summary = Summary::of(&plan, judged, asked);
+    let summary = gate::hold(&plan, judged, asked);
     let folder = own.out.clone().unwrap_or_else(|| default_folder(path));
     let reports = match own.reports {
         ReportsArgument::None => Reports::None,
@@ -143,7 +143,7 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
 fn print(
     own: &GateArguments,
     common: &Common,
-    summary: &Summary,
+    summary: &GateSummary,
     folder: &Path,
     written: bool,
 ) -> Result<(), Error> {

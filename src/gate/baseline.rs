@@ -1,9 +1,8 @@
 //! What changed since another summary.
 
-use super::summary::{Pair, Standing, Summary};
+use super::summary::{Changes, GateSummary, Moved, Pair, PairStanding};
 use crate::error::{Error, ErrorKind, Place};
 use crate::pipeline::{Answer, Row};
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// An earlier summary.
@@ -13,36 +12,6 @@ pub struct Baseline {
     numbers_revision: u32,
 }
 
-/// What changed since a baseline.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Comparison {
-    /// Revision of the numbers that the baseline was made with.
-    pub numbers_revision: u32,
-    /// Pairs that were as required and are not, by recording and design.
-    pub newly_failing: Vec<(String, String)>,
-    /// Pairs that were not as required and are.
-    pub fixed: Vec<(String, String)>,
-    /// Pairs whose peak moved by more than its uncertainty.
-    pub moved: Vec<Moved>,
-    /// Pairs that the baseline does not have.
-    pub added: Vec<(String, String)>,
-    /// Pairs that only the baseline has.
-    pub removed: Vec<(String, String)>,
-}
-
-/// A pair whose peak moved by more than its uncertainty.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Moved {
-    /// Name of the recording.
-    pub recording: String,
-    /// Name of the design.
-    pub design: String,
-    /// Peak of the baseline [rad].
-    pub before_rad: f64,
-    /// Peak now [rad].
-    pub now_rad: f64,
-}
-
 impl Baseline {
     /// Reads a summary.
     ///
@@ -50,7 +19,7 @@ impl Baseline {
     ///
     /// [`ErrorKind::Malformed`] if it is none.
     pub fn from_json(name: &str, bytes: &[u8]) -> Result<Self, Error> {
-        let summary: Summary = serde_json::from_slice(bytes).map_err(|error| {
+        let summary: GateSummary = serde_json::from_slice(bytes).map_err(|error| {
             Error::from(ErrorKind::Malformed {
                 expected: "a summary.json of latchgate gate".into(),
                 found: error.to_string(),
@@ -88,7 +57,10 @@ impl Baseline {
     ) -> bool {
         let before = self.get(recording, design);
         before.is_some_and(|before| {
-            let failed = matches!(before.standing, Standing::NotAsRequired | Standing::NoWorse);
+            let failed = matches!(
+                before.standing,
+                PairStanding::NotAsRequired | PairStanding::NoWorse
+            );
             let rank = |verdict: Answer| badness(verdict, required);
             let no_worse = rank(row.verdict) < rank(before.row.verdict)
                 || (row.verdict == before.row.verdict && !is_further(&before.row, row, required));
@@ -98,10 +70,10 @@ impl Baseline {
 
     /// Tells what changed.
     #[must_use]
-    pub fn compare(&self, pairs: &[Pair]) -> Comparison {
-        let mut found = Comparison {
+    pub fn compare(&self, pairs: &[Pair]) -> Changes {
+        let mut found = Changes {
             numbers_revision: self.numbers_revision,
-            ..Comparison::default()
+            ..Changes::default()
         };
         let mut gone = self.pairs.clone();
         for pair in pairs {
@@ -110,8 +82,12 @@ impl Baseline {
                 found.added.push(name);
                 continue;
             };
-            let bad =
-                |pair: &Pair| matches!(pair.standing, Standing::NotAsRequired | Standing::NoWorse);
+            let bad = |pair: &Pair| {
+                matches!(
+                    pair.standing,
+                    PairStanding::NotAsRequired | PairStanding::NoWorse
+                )
+            };
             match (bad(&before), bad(pair)) {
                 (false, true) => found.newly_failing.push(name.clone()),
                 (true, false) => found.fixed.push(name.clone()),

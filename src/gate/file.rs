@@ -108,7 +108,7 @@ impl GateFile {
                 .at(Place::file(name).line(line as u64)),
             ]
         })?;
-        let mut reading = Reading {
+        let mut reading = FileReading {
             file: name,
             text,
             errors: Vec::new(),
@@ -123,13 +123,13 @@ impl GateFile {
 }
 
 /// A reading that goes on after an error, so that all are told at once.
-struct Reading<'a> {
+struct FileReading<'a> {
     file: &'a str,
     text: &'a str,
     errors: Vec<Error>,
 }
 
-impl Reading<'_> {
+impl FileReading<'_> {
     fn gate(&mut self, table: toml::Table, limits: &Limits) -> GateFile {
         let mut gate = GateFile::default();
         for (key, value) in table {

@@ -1,7 +1,7 @@
 //! The files of a gate: summary, its renderings, and the full reports of what is not as required.
 
 use super::plan::Plan;
-use super::summary::{Pair, Summary};
+use super::summary::{GateSummary, Pair};
 use super::{junit, markdown, page};
 use crate::error::{Error, ErrorKind, Place};
 use crate::pipeline::{Control, Extras, Limits, Prepared, Source};
@@ -39,7 +39,7 @@ pub enum Reports {
 pub fn write(
     folder: &Path,
     plan: &Plan,
-    summary: &Summary,
+    summary: &GateSummary,
     reports: Reports,
     limits: &Limits,
     control: &Control<'_>,

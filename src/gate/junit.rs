@@ -5,7 +5,7 @@
 //! The schema `junit-10.xsd` of the Jenkins xUnit plugin, of which `time`, `timestamp` and
 //! `hostname` are left out, so that the same answers give the same bytes.
 
-use super::summary::{Pair, Standing, Summary};
+use super::summary::{GateSummary, Pair, PairStanding};
 use super::text;
 use crate::pipeline::Answer;
 use quick_xml::Writer;
@@ -23,14 +23,14 @@ const MESSAGE_MAX: usize = 2000;
 struct Case {
     suite: String,
     name: String,
-    outcome: Outcome,
+    outcome: TestOutcome,
     message: String,
     /// What stands as text within it.
     text: String,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Outcome {
+enum TestOutcome {
     Passed,
     /// Not as required.
     Failure,
@@ -43,7 +43,7 @@ enum Outcome {
 /// Returns the file. All that is not as required comes first; where there are more pairs than a
 /// file may hold tests, the others stand as one test per recording.
 #[must_use]
-pub fn render(summary: &Summary) -> String {
+pub fn render(summary: &GateSummary) -> String {
     let mut suites: BTreeMap<String, Vec<Case>> = BTreeMap::new();
     for case in cases(summary) {
         suites.entry(case.suite.clone()).or_default().push(case);
@@ -56,14 +56,14 @@ pub fn render(summary: &Summary) -> String {
     text
 }
 
-fn cases(summary: &Summary) -> Vec<Case> {
+fn cases(summary: &GateSummary) -> Vec<Case> {
     let mut found: Vec<Case> = summary
         .problems
         .iter()
         .map(|problem| Case {
             suite: "gate".into(),
             name: problem.code.clone(),
-            outcome: Outcome::Error,
+            outcome: TestOutcome::Error,
             message: problem.text.clone(),
             text: String::new(),
         })
@@ -84,7 +84,7 @@ fn cases(summary: &Summary) -> Vec<Case> {
         found.push(Case {
             suite: "gate".into(),
             name: "further pairs".into(),
-            outcome: Outcome::Failure,
+            outcome: TestOutcome::Failure,
             message: format!(
                 "{} further pairs are not as required; summary.json lists them",
                 worst.len() - shown
@@ -101,7 +101,7 @@ fn cases(summary: &Summary) -> Vec<Case> {
     let recordings = summary.recordings.iter().take(room).map(|recording| Case {
         suite: "recordings".into(),
         name: recording.name.clone(),
-        outcome: Outcome::Passed,
+        outcome: TestOutcome::Passed,
         message: String::new(),
         text: format!(
             "{} of {} designs stand",
@@ -115,10 +115,10 @@ fn cases(summary: &Summary) -> Vec<Case> {
 
 fn of_pair(pair: &Pair) -> Case {
     let outcome = match (pair.standing, pair.row.verdict) {
-        (Standing::AsRequired, _) => Outcome::Passed,
-        (Standing::Allowed | Standing::NoWorse, _) => Outcome::Skipped,
-        (Standing::NotAsRequired, Answer::Unusable) => Outcome::Error,
-        (Standing::NotAsRequired, _) => Outcome::Failure,
+        (PairStanding::AsRequired, _) => TestOutcome::Passed,
+        (PairStanding::Allowed | PairStanding::NoWorse, _) => TestOutcome::Skipped,
+        (PairStanding::NotAsRequired, Answer::Unusable) => TestOutcome::Error,
+        (PairStanding::NotAsRequired, _) => TestOutcome::Failure,
     };
     let what = format!("{}: {}", pair.row.verdict.name(), text::what(pair));
     Case {
@@ -132,10 +132,10 @@ fn of_pair(pair: &Pair) -> Case {
 
 fn write(
     writer: &mut Writer<Vec<u8>>,
-    summary: &Summary,
+    summary: &GateSummary,
     suites: &BTreeMap<String, Vec<Case>>,
 ) -> io::Result<()> {
-    let count = |cases: &[Case], outcome: Outcome| {
+    let count = |cases: &[Case], outcome: TestOutcome| {
         cases
             .iter()
             .filter(|case| case.outcome == outcome)
@@ -152,9 +152,9 @@ fn write(
                 .create_element("testsuite")
                 .with_attribute(("name", clean(name).as_str()))
                 .with_attribute(("tests", cases.len().to_string().as_str()))
-                .with_attribute(("failures", count(cases, Outcome::Failure).as_str()))
-                .with_attribute(("errors", count(cases, Outcome::Error).as_str()))
-                .with_attribute(("skipped", count(cases, Outcome::Skipped).as_str()));
+                .with_attribute(("failures", count(cases, TestOutcome::Failure).as_str()))
+                .with_attribute(("errors", count(cases, TestOutcome::Error).as_str()))
+                .with_attribute(("skipped", count(cases, TestOutcome::Skipped).as_str()));
             suite.write_inner_content(|writer| {
                 cases.iter().try_for_each(|case| test(writer, case))
             })?;
@@ -173,10 +173,10 @@ fn test(writer: &mut Writer<Vec<u8>>, case: &Case) -> io::Result<()> {
             format!("latchgate.{}", clean(&case.suite)).as_str(),
         ));
     let kind = match case.outcome {
-        Outcome::Passed => None,
-        Outcome::Failure => Some(("failure", "not-as-required")),
-        Outcome::Error => Some(("error", "not-judged")),
-        Outcome::Skipped => Some(("skipped", "let-through")),
+        TestOutcome::Passed => None,
+        TestOutcome::Failure => Some(("failure", "not-as-required")),
+        TestOutcome::Error => Some(("error", "not-judged")),
+        TestOutcome::Skipped => Some(("skipped", "let-through")),
     };
     let text = clean(&case.text);
     element.write_inner_content(|writer| {

@@ -1,6 +1,6 @@
 //! The summary in Markdown, for comments and step summaries, and annotations.
 
-use super::summary::{Pair, Standing, Summary};
+use super::summary::{GateSummary, Pair, PairStanding};
 use super::text;
 use std::fmt::Write as _;
 
@@ -19,7 +19,7 @@ const ANNOTATIONS_MAX: usize = 10;
 
 /// Returns the summary: the answer, the worst ten pairs, exceptions, changes, counts.
 #[must_use]
-pub fn render(summary: &Summary) -> String {
+pub fn render(summary: &GateSummary) -> String {
     let mut out = String::new();
     let mark = if summary.exit_code == 0 { "✅" } else { "❌" };
     let _ = writeln!(out, "## {mark} latchgate {}\n", code(&summary.gate));
@@ -39,7 +39,7 @@ pub fn render(summary: &Summary) -> String {
         "Not as required, the worst first",
         &summary.worst(),
     );
-    let of = |standing: Standing| -> Vec<&Pair> {
+    let of = |standing: PairStanding| -> Vec<&Pair> {
         summary
             .pairs
             .iter()
@@ -49,12 +49,12 @@ pub fn render(summary: &Summary) -> String {
     table(
         &mut out,
         "Let through by an exception",
-        &of(Standing::Allowed),
+        &of(PairStanding::Allowed),
     );
     table(
         &mut out,
         "Not as required, but no worse than the baseline",
-        &of(Standing::NoWorse),
+        &of(PairStanding::NoWorse),
     );
     if let Some(baseline) = &summary.baseline {
         let _ = writeln!(out, "\n### Since the baseline\n");
@@ -183,7 +183,7 @@ fn cut(text: String) -> String {
 
 /// Returns annotations as GitHub Actions reads them from a step's output, ten at most.
 #[must_use]
-pub fn annotations(summary: &Summary) -> String {
+pub fn annotations(summary: &GateSummary) -> String {
     let mut lines: Vec<String> = summary
         .problems
         .iter()

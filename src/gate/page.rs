@@ -1,6 +1,6 @@
 //! The summary as one page that opens offline: a matrix of recordings and designs.
 
-use super::summary::{Pair, Standing, Summary};
+use super::summary::{GateSummary, Pair, PairStanding};
 use super::text;
 use crate::pipeline::Answer;
 use crate::report::{escape, number, page};
@@ -22,9 +22,9 @@ const SCRIPT: &str = include_str!("page.js");
 /// Returns the page. `reports` holds the folder of each full report, by recording and design,
 /// relative to the page.
 #[must_use]
-pub fn render(summary: &Summary, reports: &BTreeMap<(String, String), String>) -> String {
+pub fn render(summary: &GateSummary, reports: &BTreeMap<(String, String), String>) -> String {
     let mut out = String::new();
-    let frame = page::Frame {
+    let frame = page::PageFrame {
         title: &format!("latchgate gate {}", summary.gate),
         style: STYLE,
         script: SCRIPT,
@@ -64,7 +64,7 @@ pub fn render(summary: &Summary, reports: &BTreeMap<(String, String), String>) -
         &summary.worst(),
         reports,
     );
-    let of = |standing: Standing| -> Vec<&Pair> {
+    let of = |standing: PairStanding| -> Vec<&Pair> {
         summary
             .pairs
             .iter()
@@ -75,14 +75,14 @@ pub fn render(summary: &Summary, reports: &BTreeMap<(String, String), String>) -
         &mut out,
         "exceptions",
         "Let through by an exception",
-        &of(Standing::Allowed),
+        &of(PairStanding::Allowed),
         reports,
     );
     list(
         &mut out,
         "no-worse",
         "Not as required, but no worse than the baseline",
-        &of(Standing::NoWorse),
+        &of(PairStanding::NoWorse),
         reports,
     );
     changes(&mut out, summary);
@@ -92,7 +92,7 @@ pub fn render(summary: &Summary, reports: &BTreeMap<(String, String), String>) -
     out
 }
 
-fn counts(out: &mut String, summary: &Summary) {
+fn counts(out: &mut String, summary: &GateSummary) {
     let counts = &summary.counts;
     out.push_str("<dl class=\"key\">");
     for (what, count) in [
@@ -175,7 +175,7 @@ fn glyph(verdict: Answer) -> char {
     }
 }
 
-fn changes(out: &mut String, summary: &Summary) {
+fn changes(out: &mut String, summary: &GateSummary) {
     let Some(baseline) = &summary.baseline else {
         return;
     };
@@ -223,7 +223,7 @@ fn changes(out: &mut String, summary: &Summary) {
     out.push_str("</section>\n");
 }
 
-fn matrix(out: &mut String, summary: &Summary, reports: &BTreeMap<(String, String), String>) {
+fn matrix(out: &mut String, summary: &GateSummary, reports: &BTreeMap<(String, String), String>) {
     let whole = summary.pairs.len() <= CELLS_MAX;
     let _ = write!(
         out,
@@ -289,7 +289,7 @@ fn matrix(out: &mut String, summary: &Summary, reports: &BTreeMap<(String, Strin
 
 fn table(
     out: &mut String,
-    summary: &Summary,
+    summary: &GateSummary,
     kept: &BTreeMap<(&str, &str), &Pair>,
     reports: &BTreeMap<(String, String), String>,
 ) {

@@ -10,7 +10,7 @@ const KEPT_TOGETHER: usize = 256;
 
 /// What became of one recording.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Judged {
+pub struct JudgedRecording {
     /// SHA-256 of the file, where it was read.
     pub sha256: Option<String>,
     /// The channel that was judged.
@@ -35,7 +35,7 @@ pub fn run(
     limits: &Limits,
     store: Option<&Store>,
     control: &Control<'_>,
-) -> Result<Vec<Judged>, Error> {
+) -> Result<Vec<JudgedRecording>, Error> {
     control.try_map(&plan.recordings, |recording| {
         // How far one recording is says nothing of the whole.
         control.unmeasured(|control| {
@@ -51,14 +51,14 @@ fn judged(
     limits: &Limits,
     store: Option<&Store>,
     control: &Control<'_>,
-) -> Result<Judged, Error> {
+) -> Result<JudgedRecording, Error> {
     let source = Source::File(recording.path.clone());
     let prepared = match Prepared::open(&source, &recording.request, limits, control) {
         Ok(prepared) => prepared,
         Err(refused) if *refused.error.kind() == ErrorKind::Stopped => return Err(refused.error),
         // It takes no time to find out again, and may be mended until then.
         Err(refused) => {
-            return Ok(Judged {
+            return Ok(JudgedRecording {
                 sha256: refused.recording().sha256.clone(),
                 channel: None,
                 rows: designs.iter().map(|design| refused.row(design)).collect(),
@@ -66,7 +66,7 @@ fn judged(
             });
         }
     };
-    let mut judged = Judged {
+    let mut judged = JudgedRecording {
         sha256: prepared.recording().sha256.clone(),
         channel: prepared.recording().channel.clone(),
         rows: Vec::with_capacity(designs.len()),

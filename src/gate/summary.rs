@@ -1,9 +1,6 @@
 //! What became of each pair and of the whole: the document of a gate.
 
-use super::baseline::{Baseline, Comparison};
-use super::plan::Plan;
-use super::run::Judged;
-use crate::pipeline::{Answer, Design, NUMBERS_REVISION, Row};
+use crate::pipeline::{Answer, Design, Row};
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 
@@ -12,7 +9,7 @@ pub const COULD_NOT: u8 = 4;
 
 /// summary.json, key by key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Summary {
+pub struct GateSummary {
     /// `latchgate.gate/1`.
     pub schema: String,
     /// Name of the gate file.
@@ -23,7 +20,7 @@ pub struct Summary {
     pub counts: Counts,
     /// What is wrong beside the pairs: exceptions that expired or are not needed, pairs that
     /// vanished.
-    pub problems: Vec<Problem>,
+    pub problems: Vec<GateProblem>,
     /// The designs.
     pub designs: Vec<Design>,
     /// The recordings.
@@ -31,7 +28,7 @@ pub struct Summary {
     /// Each recording with each design, in the order of their names.
     pub pairs: Vec<Pair>,
     /// What changed since the baseline; `None` without one.
-    pub baseline: Option<Comparison>,
+    pub baseline: Option<Changes>,
     /// Version of latchgate.
     pub version: String,
     /// Revision of the numbers.
@@ -63,7 +60,7 @@ pub struct Counts {
 
 /// Something wrong that is no pair's answer.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Problem {
+pub struct GateProblem {
     /// Stable name.
     pub code: String,
     /// What is wrong, where, and what to do.
@@ -84,7 +81,7 @@ pub struct SummaryRecording {
 /// Where a pair stands with what is required of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Standing {
+pub enum PairStanding {
     /// It answers as required.
     AsRequired,
     /// It is undecided, and an exception lets it through.
@@ -93,6 +90,36 @@ pub enum Standing {
     NoWorse,
     /// It is not as required.
     NotAsRequired,
+}
+
+/// What changed since a baseline.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Changes {
+    /// Revision of the numbers that the baseline was made with.
+    pub numbers_revision: u32,
+    /// Pairs that were as required and are not, by recording and design.
+    pub newly_failing: Vec<(String, String)>,
+    /// Pairs that were not as required and are.
+    pub fixed: Vec<(String, String)>,
+    /// Pairs whose peak moved by more than its uncertainty.
+    pub moved: Vec<Moved>,
+    /// Pairs that the baseline does not have.
+    pub added: Vec<(String, String)>,
+    /// Pairs that only the baseline has.
+    pub removed: Vec<(String, String)>,
+}
+
+/// A pair whose peak moved by more than its uncertainty.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Moved {
+    /// Name of the recording.
+    pub recording: String,
+    /// Name of the design.
+    pub design: String,
+    /// Peak of the baseline [rad].
+    pub before_rad: f64,
+    /// Peak now [rad].
+    pub now_rad: f64,
 }
 
 /// One recording with one design.
@@ -105,7 +132,7 @@ pub struct Pair {
     /// What is required.
     pub required: Answer,
     /// Where it stands.
-    pub standing: Standing,
+    pub standing: PairStanding,
     /// Reason and last day of the exception that lets it through.
     pub exception: Option<(String, String)>,
     /// The decision.
@@ -117,10 +144,10 @@ impl Pair {
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match (self.standing, self.row.verdict) {
-            (Standing::NotAsRequired, Answer::Unusable) => COULD_NOT,
-            (Standing::NotAsRequired, Answer::Undecided) => Answer::Undecided.exit_code(),
+            (PairStanding::NotAsRequired, Answer::Unusable) => COULD_NOT,
+            (PairStanding::NotAsRequired, Answer::Undecided) => Answer::Undecided.exit_code(),
             // A pass where a fail was required is a failure of the gate.
-            (Standing::NotAsRequired, _) => Answer::Fail.exit_code(),
+            (PairStanding::NotAsRequired, _) => Answer::Fail.exit_code(),
             _ => 0,
         }
     }
@@ -146,7 +173,7 @@ impl Pair {
 }
 
 /// Orders exit codes as contracts have it: 4 is worse than 1, 1 than 3, 3 than 0.
-fn severity(code: u8) -> u8 {
+pub(super) fn severity(code: u8) -> u8 {
     match code {
         0 => 0,
         3 => 1,
@@ -155,73 +182,7 @@ fn severity(code: u8) -> u8 {
     }
 }
 
-/// What is asked of a summary beside its gate.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Asked<'a> {
-    /// The day against which exceptions are held, `YYYY-MM-DD`.
-    pub date: &'a str,
-    /// An earlier summary.
-    pub baseline: Option<&'a Baseline>,
-    /// Pairs of the baseline may be gone.
-    pub allow_removed: bool,
-    /// What was not as required in the baseline and is no worse is let stand.
-    pub no_worse: bool,
-}
-
-impl Summary {
-    /// Holds the decisions of a plan against what it requires.
-    #[must_use]
-    pub fn of(plan: &Plan, judged: Vec<Judged>, asked: Asked<'_>) -> Self {
-        let mut pairs = Vec::with_capacity(plan.recordings.len() * plan.designs.len());
-        let mut recordings = Vec::with_capacity(plan.recordings.len());
-        for (recording, judged) in plan.recordings.iter().zip(judged) {
-            recordings.push(SummaryRecording {
-                name: recording.name.clone(),
-                sha256: judged.sha256,
-                channel: judged.channel,
-            });
-            for (design, row) in plan.designs.iter().zip(judged.rows) {
-                pairs.push(pair(plan, &recording.name, &design.name, row, asked));
-            }
-        }
-        let mut problems = exceptions(plan, &pairs, asked.date);
-        let comparison = asked.baseline.map(|baseline| baseline.compare(&pairs));
-        if let Some(comparison) = comparison.as_ref().filter(|_| !asked.allow_removed) {
-            problems.extend(comparison.removed.iter().map(|(recording, design)| Problem {
-                code: "pair-vanished".into(),
-                text: format!(
-                    "{recording} with {design} stands in the baseline and was not judged; put it \
-                     back, or say that pairs may be gone with the setting `allow_removed`"
-                ),
-            }));
-        }
-        let counts = counts(&pairs);
-        if counts.unusable == counts.pairs {
-            problems.push(Problem {
-                code: "nothing-judged".into(),
-                text: "no pair was judged: this is never a pass".into(),
-            });
-        }
-        let of_pairs = pairs.iter().map(Pair::exit_code);
-        let of_problems = problems.iter().map(|_| COULD_NOT);
-        let exit_code = of_pairs
-            .chain(of_problems)
-            .max_by_key(|code| severity(*code));
-        Self {
-            schema: "latchgate.gate/1".into(),
-            gate: plan.gate.clone(),
-            exit_code: exit_code.unwrap_or(COULD_NOT),
-            counts,
-            problems,
-            designs: plan.designs.clone(),
-            recordings,
-            pairs,
-            baseline: comparison,
-            version: env!("CARGO_PKG_VERSION").into(),
-            numbers_revision: NUMBERS_REVISION,
-        }
-    }
-
+impl GateSummary {
     /// Returns the pairs that are not as required, the worst first.
     #[must_use]
     pub fn worst(&self) -> Vec<&Pair> {
@@ -241,90 +202,4 @@ impl Summary {
         text.push('\n');
         text
     }
-}
-
-fn pair(plan: &Plan, recording: &str, design: &str, row: Row, asked: Asked<'_>) -> Pair {
-    let required = plan.required(recording, design);
-    let exception = plan
-        .exceptions
-        .iter()
-        .find(|exception| exception.matches(recording, design) && *asked.date <= *exception.until)
-        .filter(|_| row.verdict == Answer::Undecided);
-    let standing = if row.verdict == required {
-        Standing::AsRequired
-    } else if exception.is_some() {
-        Standing::Allowed
-    } else if asked.no_worse
-        && asked
-            .baseline
-            .is_some_and(|baseline| baseline.was_no_better(recording, design, required, &row))
-    {
-        Standing::NoWorse
-    } else {
-        Standing::NotAsRequired
-    };
-    Pair {
-        recording: recording.into(),
-        design: design.into(),
-        required,
-        exception: exception
-            .filter(|_| standing == Standing::Allowed)
-            .map(|exception| (exception.reason.clone(), exception.until.clone())),
-        standing,
-        row,
-    }
-}
-
-/// Finds exceptions that expired, or that no pair needs.
-fn exceptions(plan: &Plan, pairs: &[Pair], date: &str) -> Vec<Problem> {
-    let mut problems = Vec::new();
-    for exception in &plan.exceptions {
-        let place = &exception.place;
-        let reason = &exception.reason;
-        let undecided = |pair: &&Pair| {
-            pair.row.verdict == Answer::Undecided
-                && pair.required != Answer::Undecided
-                && exception.matches(&pair.recording, &pair.design)
-        };
-        if date > exception.until.as_str() {
-            problems.push(Problem {
-                code: "exception-expired".into(),
-                text: format!(
-                    "{place}: the exception \"{reason}\" held until {}, this is {date}; decide the \
-                     pair, or extend it",
-                    exception.until
-                ),
-            });
-        } else if !pairs.iter().any(|pair| undecided(&pair)) {
-            problems.push(Problem {
-                code: "exception-not-needed".into(),
-                text: format!(
-                    "{place}: no pair that the exception \"{reason}\" names is undecided; take it out"
-                ),
-            });
-        }
-    }
-    problems
-}
-
-fn counts(pairs: &[Pair]) -> Counts {
-    let mut counts = Counts {
-        pairs: pairs.len(),
-        ..Counts::default()
-    };
-    for pair in pairs {
-        *match pair.standing {
-            Standing::AsRequired => &mut counts.as_required,
-            Standing::Allowed => &mut counts.allowed,
-            Standing::NoWorse => &mut counts.no_worse,
-            Standing::NotAsRequired => &mut counts.not_as_required,
-        } += 1;
-        *match pair.row.verdict {
-            Answer::Pass => &mut counts.pass,
-            Answer::Fail => &mut counts.fail,
-            Answer::Undecided => &mut counts.undecided,
-            Answer::Unusable => &mut counts.unusable,
-        } += 1;
-    }
-    counts
 }

@@ -1,6 +1,6 @@
 //! The summary for a terminal.
 
-use super::summary::{Pair, Standing, Summary};
+use super::summary::{GateSummary, Pair, PairStanding};
 use crate::pipeline::Row;
 use crate::report::{escape, number};
 use std::fmt::Write as _;
@@ -10,7 +10,7 @@ const LISTED: usize = 20;
 
 /// Returns the summary: the answer first, then what is wrong, the worst first, then the counts.
 #[must_use]
-pub fn render(summary: &Summary, folder: Option<&str>) -> String {
+pub fn render(summary: &GateSummary, folder: Option<&str>) -> String {
     let mut out = String::new();
     let counts = &summary.counts;
     let answer = if summary.exit_code == 0 {
@@ -36,7 +36,7 @@ pub fn render(summary: &Summary, folder: Option<&str>) -> String {
     for pair in summary
         .pairs
         .iter()
-        .filter(|pair| pair.standing == Standing::Allowed)
+        .filter(|pair| pair.standing == PairStanding::Allowed)
     {
         line(&mut out, pair);
     }
@@ -70,7 +70,7 @@ fn further(out: &mut String, all: usize, what: &str) {
 }
 
 /// Returns what became of the gate, in one sentence.
-pub(super) fn headline(summary: &Summary) -> String {
+pub(super) fn headline(summary: &GateSummary) -> String {
     let counts = &summary.counts;
     let mut text = match counts.not_as_required {
         0 => format!("all {} pairs stand", counts.pairs),

@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 
 /// A page's title, its rules beside those of all pages, and its script.
 #[derive(Debug, Clone, Copy)]
-pub struct Frame<'a> {
+pub struct PageFrame<'a> {
     /// Title.
     pub title: &'a str,
     /// Style rules.
@@ -18,7 +18,7 @@ pub struct Frame<'a> {
     pub script: &'a str,
 }
 
-impl Frame<'_> {
+impl PageFrame<'_> {
     /// Returns the page up to and with the opening of its body. A content security policy lets its
     /// own style and script run and nothing else.
     #[must_use]

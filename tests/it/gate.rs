@@ -2,6 +2,7 @@
 
 mod hostile;
 mod outputs;
+mod rows;
 mod store;
 
 use crate::support::{Done, Folder, finish, half_sine, program, table, weak};

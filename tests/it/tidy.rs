@@ -313,7 +313,7 @@ fn tidy_only_the_command_line_prints() {
 #[test]
 fn tidy_only_outer_modules_touch_files() {
     check_words(
-        "file access outside recording, report and cli",
+        "file access outside recording, report, gate and cli",
         &[
             "std::fs",
             "fs::",
@@ -321,7 +321,7 @@ fn tidy_only_outer_modules_touch_files() {
             "File::create",
             "OpenOptions",
         ],
-        &["recording", "report", "cli"],
+        &["recording", "report", "gate", "cli"],
     );
 }
 
