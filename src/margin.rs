@@ -40,6 +40,7 @@ use crate::verdict::Policy;
 use crate::verdict::meter::Meter;
 use margin_search::MarginSearch;
 use quantity::SearchRange;
+use runs::NominalRuns;
 use search::{Crossing, Excess, SearchResult};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -285,7 +286,13 @@ pub fn margins(
     let map = options
         .map
         .as_ref()
-        .map(|request| map::map(&search.runs, design, request))
+        .map(|request| {
+            let runs = NominalRuns {
+                enough_rad: f64::INFINITY,
+                ..search.runs
+            };
+            map::map(&runs, design, request)
+        })
         .transpose()?;
     Ok(Margins {
         state: search.state,

@@ -81,6 +81,7 @@ pub fn peaks_only(stop: StopModel, threads: usize) -> BatchOptions {
         initial: None,
         window: None,
         coast: false,
+        enough_rad: f64::INFINITY,
         threads,
     }
 }

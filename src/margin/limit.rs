@@ -120,6 +120,7 @@ pub fn critical_pulse(
         policy: &policy,
         control,
         window: None,
+        enough_rad: design.criterion.threshold_rad + 2.0 * search::WHIRL_RAD,
     };
     let bounds = screen::screens(design, None);
     // Neither bound alone lets the lever reach the threshold, and about their sum does.
@@ -142,6 +143,8 @@ pub fn critical_pulse(
             exact: &|amplitude| runs.exact(&LeverTrial::new(design, amplitude)),
             width: &|amplitude| 1e-12 * amplitude,
             near_rad: 0.01 * design.criterion.threshold_rad,
+            distance: &|amplitude| amplitude,
+            narrowed: 1,
         },
     )?;
     let first = found

@@ -429,6 +429,8 @@ impl PeakField<'_> {
             exact: &exact,
             width: &|_| 1e-9 * range,
             near_rad: 0.0,
+            distance: &|_| 0.0,
+            narrowed: 1,
         };
         let ends = (
             (low, values[from].unwrap_or(unknown)),

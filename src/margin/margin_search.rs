@@ -19,7 +19,10 @@ use crate::verdict::usable_span::window_samples;
 use std::cell::{Cell, RefCell};
 
 /// Samples times values that a search begins with, at most, unless [`POINTS_MIN`] needs more.
-const SAMPLES_TIMES_POINTS: usize = 24_000_000;
+const SAMPLES_TIMES_POINTS: usize = 1_600_000;
+
+/// Samples times changes of the answer that are narrowed down, at most, unless there is but one.
+const SAMPLES_TIMES_NARROWED: usize = 12_000;
 
 /// Everything that the searches for the margins of one verdict share.
 pub(super) struct MarginSearch<'a> {
@@ -56,6 +59,7 @@ impl<'a> MarginSearch<'a> {
             policy,
             window: window_samples(signal, policy.window_s)?,
             control,
+            enough_rad: design.criterion.threshold_rad + 2.0 * search::WHIRL_RAD,
             work,
         };
         let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
@@ -99,10 +103,10 @@ impl<'a> MarginSearch<'a> {
         quantity: Quantity,
         range: &SearchRange,
     ) -> Result<SearchResult, Error> {
-        let points = self.options.points.unwrap_or_else(|| {
-            let samples = self.runs.signal.samples.len().max(1);
-            (SAMPLES_TIMES_POINTS / samples).clamp(POINTS_MIN, POINTS_MAX)
-        });
+        let samples = self.runs.signal.samples.len().max(1);
+        let points = self.options.points;
+        let points = points
+            .unwrap_or_else(|| (SAMPLES_TIMES_POINTS / samples).clamp(POINTS_MIN, POINTS_MAX));
         let trial = |value: f64| {
             let (design, scale) = self.applied(quantity, value);
             LeverTrial::new(&design, scale)
@@ -118,6 +122,8 @@ impl<'a> MarginSearch<'a> {
                 exact: &|value| self.runs.exact(&trial(value)),
                 width: &|value| range.width(value),
                 near_rad: 0.01 * self.design.criterion.threshold_rad,
+                distance: &|value| range.distance(value),
+                narrowed: (SAMPLES_TIMES_NARROWED / samples).clamp(1, POINTS_MIN),
             },
         )
     }

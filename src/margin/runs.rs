@@ -49,6 +49,8 @@ pub(super) struct NominalRuns<'a> {
     pub(super) policy: &'a Policy,
     pub(super) window: Option<(usize, usize)>,
     pub(super) control: &'a Control<'a>,
+    /// An angle beyond which no more is asked of a lever in a scan [rad].
+    pub(super) enough_rad: f64,
     /// What all runs of the search may take and have taken.
     pub(super) work: &'a Meter,
 }
@@ -121,6 +123,7 @@ impl NominalRuns<'_> {
                 .and_then(|trial| self.initial(trial, variant.model)),
             window: self.window,
             coast: true,
+            enough_rad: self.enough_rad,
             threads: 1,
         };
         let member = |index: usize| {

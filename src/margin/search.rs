@@ -84,6 +84,10 @@ pub struct Probe<'a> {
     pub width: &'a dyn Fn(f64) -> f64,
     /// A cell that comes as near to the threshold as this is looked into once [rad].
     pub near_rad: f64,
+    /// How far a value is from the present one.
+    pub distance: &'a dyn Fn(f64) -> f64,
+    /// Changes that are narrowed down, the nearest; of the others the bracket is that of the scan.
+    pub narrowed: usize,
 }
 
 /// The values that a search looked at, and the changes among them.
@@ -118,7 +122,7 @@ struct Point {
     exact: bool,
 }
 
-/// Finds every change of the answer on `grid`, whose values ascend.
+/// Finds every change of the answer on `grid`, whose values ascend, and narrows the nearest down.
 ///
 /// A pair of crossings between two neighbouring values is found where a cell is split: where
 /// the peak at an end of the cell is no further from the threshold than [`REACH`] times what it
@@ -150,15 +154,19 @@ pub fn changes(grid: &[f64], probe: &Probe<'_>) -> Result<SearchResult, Error> {
         points.extend(scanned(&wanted, probe)?);
         points.sort_by(|a, b| a.at.total_cmp(&b.at));
     }
-    settle(&mut points, probe)?;
+    let narrowed = settle(&mut points, probe)?;
     let mut crossings: Vec<Crossing> = Vec::new();
-    for cell in points.windows(2) {
+    for (index, cell) in points.windows(2).enumerate() {
         for edge in [Edge::Pass, Edge::Fail] {
             if !changes_in(cell, edge) {
                 continue;
             }
             let ends = ((cell[0].at, cell[0].excess), (cell[1].at, cell[1].excess));
-            let (low, high) = narrow(edge, probe, ends)?;
+            let (low, high) = if narrowed.contains(&index) {
+                narrow(edge, probe, ends)?
+            } else {
+                ends
+            };
             // One stop and one polarity have but one edge, which is found twice.
             let known = crossings
                 .iter()
@@ -234,20 +242,19 @@ fn inside(from: f64, to: f64) -> impl Iterator<Item = f64> {
         .filter(move |value| *value > from && *value < to)
 }
 
-/// Runs the ends of every cell that the answer changes in exactly, until no change rests on a
-/// scan alone.
-fn settle(points: &mut [Point], probe: &Probe<'_>) -> Result<(), Error> {
+/// Returns the cells whose change of the answer is to be narrowed down: as many as the probe says,
+/// the nearest and those towards the ends of the range, the ends of each run exactly, until no such
+/// change rests on a scan alone.
+fn settle(points: &mut [Point], probe: &Probe<'_>) -> Result<Vec<usize>, Error> {
     loop {
-        let open: Vec<usize> = (0..points.len().saturating_sub(1))
-            .filter(|cell| {
-                let cell = &points[*cell..*cell + 2];
-                changes_in(cell, Edge::Pass) || changes_in(cell, Edge::Fail)
-            })
-            .flat_map(|cell| [cell, cell + 1])
+        let chosen = worth_narrowing(points, probe);
+        let open: Vec<usize> = chosen
+            .iter()
+            .flat_map(|cell| [*cell, cell + 1])
             .filter(|index| !points[*index].exact)
             .collect();
         if open.is_empty() {
-            return Ok(());
+            return Ok(chosen);
         }
         for index in open {
             if !points[index].exact {
@@ -256,6 +263,28 @@ fn settle(points: &mut [Point], probe: &Probe<'_>) -> Result<(), Error> {
             }
         }
     }
+}
+
+fn worth_narrowing(points: &[Point], probe: &Probe<'_>) -> Vec<usize> {
+    let changing = |edge: Edge| {
+        let cells = 0..points.len().saturating_sub(1);
+        let cells = cells.filter(|cell| changes_in(&points[*cell..*cell + 2], edge));
+        cells.collect::<Vec<usize>>()
+    };
+    let distance = |cell: &usize| {
+        let of = |index: usize| (probe.distance)(points[index].at);
+        of(*cell).min(of(cell + 1))
+    };
+    let mut chosen = Vec::new();
+    for mut cells in [changing(Edge::Pass), changing(Edge::Fail)] {
+        chosen.extend(cells.first().copied());
+        chosen.extend(cells.last().copied());
+        cells.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        chosen.extend(cells.into_iter().take(probe.narrowed));
+    }
+    chosen.sort_unstable();
+    chosen.dedup();
+    chosen
 }
 
 pub(super) type BracketEnd = (f64, Excess);

@@ -79,6 +79,9 @@ pub struct BatchOptions {
     pub window: Option<(usize, usize)>,
     /// Follow the lever beyond the window's end.
     pub coast: bool,
+    /// A judged angle beyond which no more is asked of a lever [rad]: its peak is then one that
+    /// exceeds it. Infinite for the peak itself.
+    pub enough_rad: f64,
     /// Threads.
     pub threads: usize,
 }
@@ -531,7 +534,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
         self.load(lane);
     }
 
-    /// Puts the lanes aside that can no longer raise their peak, and tells whether these are all.
+    /// Puts the lanes aside that can no longer raise their peak, or came far enough, and tells whether these are all.
     #[inline(never)]
     fn settle(&mut self, index: usize, last: usize) -> bool {
         let interval = self.signal.rate.interval().seconds();
@@ -544,9 +547,11 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             } else {
                 this.kernel.state()
             };
+            let enough = self.options.enough_rad;
             if !this.settled
                 && !this.kernel.stuck
-                && this.stays_below(state, self.ahead[index], left, self.options.stop)
+                && (this.kernel.recorder.peak.angle.max(state.0) > enough
+                    || this.stays_below(state, self.ahead[index], left, self.options.stop))
             {
                 self.store(lane);
                 let this = &mut self.lanes[lane];

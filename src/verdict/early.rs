@@ -180,12 +180,14 @@ impl Question<'_> {
     }
 
     /// Returns the largest angles of the members named, coast included [rad], NaN where one could
-    /// not be followed.
+    /// not be followed; no more than that it exceeds the threshold where it does.
     fn peaks_of(&self, members: &[u32]) -> Result<Vec<f64>, Error> {
         let tasks: Vec<&[u32]> = members.chunks(MEMBERS_TAKEN).collect();
         let found = self.setup.share(members.len(), &tasks, |task| {
             let member = |index: usize| self.scatter.member(task[index]);
-            self.setup.peaks(self.variant, task.len(), &member)
+            let enough_rad = self.setup.threshold_rad();
+            self.setup
+                .peaks(self.variant, task.len(), &member, enough_rad)
         })?;
         Ok(found.into_iter().flat_map(|of| of.highest_rad).collect())
     }

@@ -152,9 +152,10 @@ fn extend(
     let runs = tasks.len().saturating_mul(MEMBERS_TAKEN);
     let found = setup.share_by(control, runs, &tasks, |&first| {
         let count = MEMBERS_TAKEN.min((look - first) as usize);
-        setup.peaks(variant, count, &|index| {
-            scatter.member(first.saturating_add(u32::try_from(index).unwrap_or(0)))
-        })
+        let member =
+            |index: usize| scatter.member(first.saturating_add(u32::try_from(index).unwrap_or(0)));
+        // Its peak is told, however far it goes.
+        setup.peaks(variant, count, &member, f64::INFINITY)
     })?;
     for more in found {
         peaks.window_rad.extend(more.window_rad);

@@ -138,12 +138,14 @@ impl RunSetup<'_> {
         combine(self.policy.polarity, &answers)
     }
 
-    /// Returns how far `count` members come on one variant.
+    /// Returns how far `count` members come on one variant; one that goes beyond `enough_rad` need
+    /// not be followed further.
     pub(super) fn peaks(
         &self,
         variant: Variant,
         count: usize,
         member: &(impl Fn(usize) -> Member + Sync),
+        enough_rad: f64,
     ) -> Result<MemberPeaks, Error> {
         let parts = replay::subdivision(self.signal, self.design, variant.model);
         let options = BatchOptions {
@@ -154,6 +156,7 @@ impl RunSetup<'_> {
                 .window
                 .map(|(first, last)| (parts * first, parts * last)),
             coast: true,
+            enough_rad,
             threads: 1,
         };
         let within = self.work.within_of_members(self.control);

@@ -86,10 +86,11 @@ pub(super) fn reruns(
         found.extend(compared(setup, results, moved, &peaks));
     }
     let of_variants = setup.share(moves.len(), &variants, |variant| {
-        setup.peaks(*variant, moves.len(), &|index| {
+        let member = |index: usize| {
             let (name, _, how) = moves[index];
             scatter.moved(name, if how == Change::More { 1.0 } else { -1.0 })
-        })
+        };
+        setup.peaks(*variant, moves.len(), &member, f64::INFINITY)
     })?;
     for (index, moved) in moves.iter().enumerate() {
         let peaks: Vec<f64> = of_variants.iter().map(|of| of.window_rad[index]).collect();

@@ -53,6 +53,7 @@ fn options(stop: StopModel, threads: usize) -> BatchOptions {
         initial: None,
         window: None,
         coast: true,
+        enough_rad: f64::INFINITY,
         threads,
     }
 }

@@ -458,6 +458,8 @@ fn probe_of(f: &dyn Fn(f64) -> f64, near_rad: f64, grid: &[f64]) -> Vec<(f64, f6
             exact: &exact,
             width: &|_| 1e-12,
             near_rad,
+            distance: &|x| x,
+            narrowed: 9,
         },
     )
     .unwrap();
@@ -549,6 +551,8 @@ fn verif_the_exact_run_overrules_the_scan() {
                 exact: &exact,
                 width: &|_| 1e-12,
                 near_rad: 0.0,
+                distance: &|x| x,
+                narrowed: 9,
             },
         )
         .unwrap();

@@ -677,6 +677,7 @@ fn check_random(model: StopModel, base: u64, recordings: u64) {
                 initial,
                 window,
                 coast: true,
+                enough_rad: f64::INFINITY,
                 threads: 1,
             },
         )

@@ -27,6 +27,7 @@ fn peaks(signal: &Signal, design: &Design, count: u32, stop: StopModel) -> Vec<f
         initial: None,
         window: None,
         coast: false,
+        enough_rad: f64::INFINITY,
         threads: 2,
     };
     let member = |index: usize| scatter.member(u32::try_from(index).unwrap());
@@ -776,6 +777,7 @@ fn prop_bounds_cover_the_truth() {
             initial: None,
             window: None,
             coast: false,
+            enough_rad: f64::INFINITY,
             threads: 2,
         };
         // Member 0 is no draw.

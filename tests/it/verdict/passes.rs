@@ -50,6 +50,7 @@ fn limits(signal: &Signal, stop: StopModel, members: u32) -> Vec<f64> {
         initial: None,
         window: None,
         coast: false,
+        enough_rad: f64::INFINITY,
         threads: 2,
     };
     let member = |index: usize| scatter.member(u32::try_from(index).unwrap());
