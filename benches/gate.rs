@@ -6,6 +6,8 @@
 //! cargo bench --bench gate -- 1000 20 0     # the same without ensembles
 //! ```
 
+#![expect(clippy::print_stdout, reason = "a bench prints")]
+
 use std::error::Error;
 use std::fmt::Write as _;
 use std::fs;
@@ -63,7 +65,9 @@ fn fill(folder: &Path, recordings: u32, designs: u32, members: u32) -> Result<()
             } else {
                 0.0
             };
-            noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            noise = noise
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
             let rough = 0.1 * ((noise >> 40) as f64 / f64::from(1 << 24) - 0.5);
             writeln!(text, "{time:.4},{:.3}", pulse + ringing + rough)?;
         }

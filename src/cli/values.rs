@@ -164,9 +164,11 @@ pub(super) fn parse_log(text: &str) -> Result<LogSettings, String> {
 }
 
 pub(super) fn parse_date(text: &str) -> Result<String, String> {
-    crate::gate::file::check_date(text)
-        .map(|()| text.to_string())
-        .map_err(|()| "expected a day such as 2027-03-31".into())
+    if crate::gate::file::is_day(text) {
+        Ok(text.to_string())
+    } else {
+        Err("expected a day such as 2027-03-31".into())
+    }
 }
 
 pub(super) fn parse_limit(text: &str) -> Result<String, String> {

@@ -334,9 +334,11 @@ impl Entry {
             Some(other) => return Err(wrong(key, expected, &other)),
             None => return Err(malformed("`until`", "none", "say until which day it holds")),
         };
-        check_date(&text)
-            .map(|()| text.clone())
-            .map_err(|()| wrong(key, expected, &toml::Value::String(text)))
+        if is_day(&text) {
+            Ok(text)
+        } else {
+            Err(wrong(key, expected, &toml::Value::String(text)))
+        }
     }
 
     /// Overrides of a design: a list of `key=value`, or a table of keys and values.
@@ -396,37 +398,11 @@ fn required(word: &str) -> Result<Answer, Error> {
     }
 }
 
-/// Refuses what is no day of the calendar written as `YYYY-MM-DD`.
-///
-/// # Errors
-///
-/// Nothing to say but that it is none.
-pub fn check_date(text: &str) -> Result<(), ()> {
-    let parts: Vec<&str> = text.split('-').collect();
-    let [year, month, day] = parts.as_slice() else {
-        return Err(());
-    };
-    let number = |part: &str, digits: usize| -> Option<u32> {
-        let plain = part.len() == digits && part.bytes().all(|byte| byte.is_ascii_digit());
-        plain.then(|| part.parse().ok()).flatten()
-    };
-    let (Some(year), Some(month), Some(day)) = (number(year, 4), number(month, 2), number(day, 2))
-    else {
-        return Err(());
-    };
-    let leap = year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
-    let days = match month {
-        1 | 3 | 5 | 7 | 8 | 10 | 12 => 31,
-        4 | 6 | 9 | 11 => 30,
-        2 if leap => 29,
-        2 => 28,
-        _ => 0,
-    };
-    if (1..=days).contains(&day) {
-        Ok(())
-    } else {
-        Err(())
-    }
+/// Tells whether a text is a day of the calendar, written as `YYYY-MM-DD`.
+#[must_use]
+pub fn is_day(text: &str) -> bool {
+    let date = text.parse::<toml::value::Datetime>();
+    date.is_ok_and(|date| date.date.is_some() && date.time.is_none())
 }
 
 fn told(value: &toml::Value) -> String {

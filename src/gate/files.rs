@@ -61,7 +61,7 @@ pub fn write(
                 .unmeasured(|control| full(&beside, plan, pair, limits, &control.with_threads(1)))
         })
         .and_then(|folders| {
-            let found: BTreeMap<(String, String), String> = folders.into_iter().flatten().collect();
+            let found: BTreeMap<Named, String> = folders.into_iter().flatten().collect();
             let files = [
                 ("summary.json", summary.to_json()),
                 ("junit.xml", junit::render(summary)),
@@ -82,6 +82,9 @@ pub fn write(
     placed.map(|()| left_out)
 }
 
+/// A pair by recording and design.
+type Named = (String, String);
+
 /// Writes the full report of a pair; returns its folder by recording and design.
 fn full(
     folder: &Path,
@@ -89,7 +92,7 @@ fn full(
     pair: &Pair,
     limits: &Limits,
     control: &Control<'_>,
-) -> Result<Option<((String, String), String)>, Error> {
+) -> Result<Option<(Named, String)>, Error> {
     let recording = plan
         .recordings
         .iter()
