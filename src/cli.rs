@@ -5,6 +5,7 @@
 //! - `design`: the design that the command line asks for: a file, or the paper's, with overrides;
 //! - `failure`: why a command ended without an answer of its own;
 //! - `gate`: `latchgate gate`: many recordings and designs, one exit code;
+//! - `init`: `latchgate init`: a commented file to start from;
 //! - `inspect`: `latchgate inspect`: what a recording holds;
 //! - `limits`: `latchgate limits`: every limit on input, with its value and how to change it;
 //! - `log`: tracing output: stderr, as text or JSON lines, silent unless asked for;
@@ -26,6 +27,7 @@ mod command_line;
 mod design;
 mod failure;
 pub mod gate;
+pub mod init;
 mod inspect;
 mod limits;
 mod log;
@@ -68,6 +70,7 @@ pub fn main() -> ExitCode {
         Command::Gate(own) => gate::command(own, &arguments.common),
         Command::Verify(own) => verify::command(own, &arguments.common),
         Command::Study(own) => study::command(&own.study, &arguments.common),
+        Command::Init(own) => init::command(own),
         Command::Limits => limits::command(&arguments.common),
         Command::Completions(own) => manual::completions(own),
         Command::Man(own) => manual::man(own),

@@ -1,6 +1,7 @@
 //! The command line as a whole: options of every command, and the commands.
 
 use super::gate::GateArguments;
+use super::init::InitArguments;
 use super::options::{Common, InspectArguments, MarginArguments, ReplayArguments, VerifyArguments};
 use super::study::Study;
 use clap::{Args, Parser, Subcommand};
@@ -53,6 +54,8 @@ pub enum Command {
     Verify(VerifyArguments),
     /// What the methods cost and how far they are off, and where each of them fails
     Study(StudyArguments),
+    /// Write a commented card, design or gate file to start from, never over an existing file
+    Init(InitArguments),
     /// List every limit on input, with its value and how to change it
     Limits,
     /// Print completions for a shell

@@ -12,7 +12,7 @@ use crate::recording::Limits;
 use clap::{Args, ValueEnum};
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::{Read, Write};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -255,12 +255,7 @@ fn init(folder: &Path, limits: &Limits, common: &Common) -> Result<u8, Failure> 
     drop(progress);
     let text = text.map_err(Failure::of_data)?;
     let path = folder.join("gate.toml");
-    fs::OpenOptions::new()
-        .write(true)
-        .create_new(true)
-        .open(&path)
-        .and_then(|mut file| file.write_all(text.as_bytes()))
-        .map_err(|error| Failure::Data(unreadable("write a first gate file", &path, &error)))?;
+    super::init::create(&path, &text).map_err(Failure::Data)?;
     output::text(&format!("{}\n", path.display())).map_err(Failure::Data)?;
     Ok(0)
 }

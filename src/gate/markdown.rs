@@ -36,6 +36,7 @@ pub fn render(summary: &GateSummary) -> String {
     }
     table(
         &mut out,
+        summary,
         "Not as required, the worst first",
         &summary.worst(),
     );
@@ -48,11 +49,13 @@ pub fn render(summary: &GateSummary) -> String {
     };
     table(
         &mut out,
+        summary,
         "Let through by an exception",
         &of(PairStanding::Allowed),
     );
     table(
         &mut out,
+        summary,
         "Not as required, but no worse than the baseline",
         &of(PairStanding::NoWorse),
     );
@@ -98,7 +101,7 @@ pub fn render(summary: &GateSummary) -> String {
     cut(out)
 }
 
-fn table(out: &mut String, title: &str, pairs: &[&Pair]) {
+fn table(out: &mut String, summary: &GateSummary, title: &str, pairs: &[&Pair]) {
     if pairs.is_empty() {
         return;
     }
@@ -106,21 +109,27 @@ fn table(out: &mut String, title: &str, pairs: &[&Pair]) {
         out,
         "\n### {title}\n\n| answer | recording | design | |\n| --- | --- | --- | --- |"
     );
-    for pair in pairs.iter().take(LISTED) {
+    let mut shown = 0;
+    for alike in text::told_alike(pairs).take(LISTED) {
+        let pair = alike[0];
+        let designs = match alike {
+            [pair] => code(&pair.design),
+            _ => prose(&text::designs(alike, summary)),
+        };
         let _ = writeln!(
             out,
-            "| {} | {} | {} | {} |",
+            "| {} | {} | {designs} | {} |",
             pair.row.verdict.name(),
             code(&pair.recording),
-            code(&pair.design),
             prose(&text::what(pair))
         );
+        shown += alike.len();
     }
-    if pairs.len() > LISTED {
+    if pairs.len() > shown {
         let _ = writeln!(
             out,
             "\n{} further ones in summary.json.",
-            pairs.len() - LISTED
+            pairs.len() - shown
         );
     }
 }

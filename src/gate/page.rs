@@ -59,6 +59,7 @@ pub fn render(summary: &GateSummary, reports: &BTreeMap<(String, String), String
     out.push_str("</section>\n");
     list(
         &mut out,
+        summary,
         "worst",
         "Not as required, the worst first",
         &summary.worst(),
@@ -73,6 +74,7 @@ pub fn render(summary: &GateSummary, reports: &BTreeMap<(String, String), String
     };
     list(
         &mut out,
+        summary,
         "exceptions",
         "Let through by an exception",
         &of(PairStanding::Allowed),
@@ -80,6 +82,7 @@ pub fn render(summary: &GateSummary, reports: &BTreeMap<(String, String), String
     );
     list(
         &mut out,
+        summary,
         "no-worse",
         "Not as required, but no worse than the baseline",
         &of(PairStanding::NoWorse),
@@ -116,6 +119,7 @@ fn counts(out: &mut String, summary: &GateSummary) {
 
 fn list(
     out: &mut String,
+    summary: &GateSummary,
     id: &str,
     title: &str,
     pairs: &[&Pair],
@@ -129,8 +133,12 @@ fn list(
         "<section id=\"{id}\">\n<h2>{title}</h2>\n<table class=\"pairs\"><thead><tr><th>answer</th><th>recording</th>\
          <th>design</th><th>what</th><th>report</th></tr></thead>\n<tbody>\n"
     );
-    for pair in pairs.iter().take(LISTED) {
-        let report = reports.get(&(pair.recording.clone(), pair.design.clone()));
+    let mut shown = 0;
+    for alike in text::told_alike(pairs).take(LISTED) {
+        let pair = alike[0];
+        let report = alike
+            .iter()
+            .find_map(|pair| reports.get(&(pair.recording.clone(), pair.design.clone())));
         let link = report.map_or_else(String::new, |folder| {
             format!(
                 "<a href=\"{}/report.html\">open</a>",
@@ -142,16 +150,17 @@ fn list(
             "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{link}</td></tr>",
             answer(pair.row.verdict),
             escape::markup(&pair.recording),
-            escape::markup(&pair.design),
+            escape::markup(&text::designs(alike, summary)),
             escape::markup(&text::what(pair))
         );
+        shown += alike.len();
     }
     out.push_str("</tbody></table>\n");
-    if pairs.len() > LISTED {
+    if pairs.len() > shown {
         let _ = writeln!(
             out,
             "<p class=\"note\">{} further ones in summary.json.</p>",
-            pairs.len() - LISTED
+            pairs.len() - shown
         );
     }
     out.push_str("</section>\n");

@@ -1,12 +1,16 @@
 //! The summary for a terminal.
 
 use super::summary::{GateSummary, Pair, PairStanding};
-use crate::pipeline::Row;
+use crate::pipeline::{Answer, Row};
 use crate::report::{escape, number};
+use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write as _;
 
-/// Pairs that are listed.
+/// Lines of pairs and of problems.
 const LISTED: usize = 20;
+
+/// Characters of what is said of a pair.
+const TEXT_MAX: usize = 240;
 
 /// Returns the summary: the answer first, then what is wrong, the worst first, then the counts.
 #[must_use]
@@ -27,19 +31,20 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> String {
             escape::terminal(&problem.text)
         );
     }
-    further(&mut out, summary.problems.len(), "problems");
+    further(
+        &mut out,
+        summary.problems.len().saturating_sub(LISTED),
+        "problems",
+    );
     let worst = summary.worst();
-    for pair in worst.iter().take(LISTED) {
-        line(&mut out, pair);
-    }
-    further(&mut out, worst.len(), "pairs not as required");
-    for pair in summary
+    lines(&mut out, summary, &worst, LISTED);
+    let allowed: Vec<&Pair> = summary
         .pairs
         .iter()
         .filter(|pair| pair.standing == PairStanding::Allowed)
-    {
-        line(&mut out, pair);
-    }
+        .collect();
+    // Exceptions are never left out.
+    lines(&mut out, summary, &allowed, usize::MAX);
     if let Some(baseline) = &summary.baseline {
         let _ = writeln!(
             out,
@@ -63,9 +68,52 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> String {
     out
 }
 
-fn further(out: &mut String, all: usize, what: &str) {
-    if all > LISTED {
-        let _ = writeln!(out, "  {:<10} {} further {what}", "", all - LISTED);
+fn further(out: &mut String, left: usize, what: &str) {
+    if left > 0 {
+        let _ = writeln!(out, "  {:<10} {left} further {what}", "");
+    }
+}
+
+/// Writes pairs, at most `most` lines of them.
+fn lines(out: &mut String, summary: &GateSummary, pairs: &[&Pair], most: usize) {
+    let mut shown = 0;
+    for alike in told_alike(pairs).take(most) {
+        let pair = alike[0];
+        let mut said = what(pair);
+        if let Some((cut, _)) = said.char_indices().nth(TEXT_MAX) {
+            said.truncate(cut);
+            said.push('…');
+        }
+        let text = format!(
+            "{} with {}: {said}",
+            pair.recording,
+            designs(alike, summary)
+        );
+        let _ = writeln!(
+            out,
+            "  {:<10} {}",
+            pair.row.verdict.name(),
+            escape::terminal(&text)
+        );
+        shown += alike.len();
+    }
+    further(out, pairs.len() - shown, "pairs");
+}
+
+/// Groups neighbours of one recording of which the same is to be said.
+pub(super) fn told_alike<'a, 'b>(pairs: &'b [&'a Pair]) -> impl Iterator<Item = &'b [&'a Pair]> {
+    pairs.chunk_by(|a, b| {
+        a.recording == b.recording && a.row.verdict == b.row.verdict && what(a) == what(b)
+    })
+}
+
+/// Returns the designs of such a group.
+pub(super) fn designs(alike: &[&Pair], summary: &GateSummary) -> String {
+    match alike {
+        [pair] => pair.design.clone(),
+        all if all.len() == summary.designs.len() => format!("each of the {} designs", all.len()),
+        [first, others @ ..] => format!("{} and {} other designs", first.design, others.len()),
+        [] => String::new(),
     }
 }
 
@@ -90,42 +138,40 @@ pub(super) fn headline(summary: &GateSummary) -> String {
     text
 }
 
-fn line(out: &mut String, pair: &Pair) {
-    let text = format!("{} with {}: {}", pair.recording, pair.design, what(pair));
-    let _ = writeln!(
-        out,
-        "  {:<10} {}",
-        pair.row.verdict.name(),
-        escape::terminal(&text)
-    );
-}
-
 /// Returns what is to be said of a pair beside its names and its answer.
 pub(super) fn what(pair: &Pair) -> String {
-    let mut text = match peak(&pair.row) {
-        Some(peak) => format!("{peak}; {} required", pair.required.name()),
-        None => format!("{} required", pair.required.name()),
-    };
-    match &pair.exception {
-        Some((reason, until)) => {
-            let _ = write!(text, "; let through until {until}: {reason}");
-        }
-        None => {
-            let _ = write!(text, "; {}", pair.row.reason.text);
-        }
+    let required = format!("{} required", pair.required.name());
+    let of_peak = peak(&pair.row).map(|peak| format!("{peak}; "));
+    let reason = &pair.row.reason.text;
+    let exception = pair
+        .exception
+        .as_ref()
+        .map_or_else(String::new, |(reason, until)| {
+            format!("; let through until {until}: {reason}")
+        });
+    match (of_peak, pair.row.verdict) {
+        // The peak beside its limit says it all.
+        (Some(peak), Answer::Pass | Answer::Fail) => format!("{peak}{required}"),
+        (peak, _) => format!(
+            "{}{required}{exception}; {reason}",
+            peak.unwrap_or_default()
+        ),
     }
-    text
 }
 
 /// Returns the peak with its error and the limit.
 pub(super) fn peak(row: &Row) -> Option<String> {
     let peak = row.peak_angle_rad?;
+    let limit = format!("limit {} rad", row.threshold_rad);
+    if peak > FRAC_PI_2 {
+        // Beyond, the model of the lever means nothing.
+        return Some(format!("peak > 90°, {limit}"));
+    }
     let error = row.uncertainty_rad.map_or_else(String::new, |error| {
         format!(" ± {}", number::plain(error, 2))
     });
     Some(format!(
-        "peak {}{error} rad, limit {} rad",
-        number::plain(peak, 4),
-        row.threshold_rad
+        "peak {}{error} rad, {limit}",
+        number::plain(peak, 4)
     ))
 }

@@ -1,6 +1,7 @@
 //! Guards the process boundary: arguments in, data on stdout, talk on stderr, an exit code out.
 
 mod evidence;
+mod init;
 #[cfg(unix)]
 mod interrupt;
 mod reports;

@@ -1,0 +1,64 @@
+//! `latchgate init`: a commented file to start from.
+
+use super::failure::Failure;
+use super::output;
+use crate::error::{Error, ErrorKind, Place};
+use clap::{Args, ValueEnum};
+use std::fs::OpenOptions;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Options of `init`.
+#[derive(Debug, Clone, Args)]
+pub struct InitArguments {
+    /// What to write
+    #[arg(value_enum)]
+    pub template: Template,
+    /// File to write [default: card.toml, design.toml or gate.toml]
+    #[arg(value_name = "FILE")]
+    pub file: Option<PathBuf>,
+}
+
+/// A file to start from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Template {
+    /// What a recording's file does not say: RECORDING.toml.
+    Card,
+    /// A lever, its stop and the criterion.
+    Design,
+    /// Recordings times designs, and what is required of them.
+    Gate,
+}
+
+/// Runs the command; returns the exit code.
+pub(super) fn command(own: &InitArguments) -> Result<u8, Failure> {
+    let (name, text) = match own.template {
+        Template::Card => ("card.toml", include_str!("init/card.toml")),
+        Template::Design => ("design.toml", include_str!("init/design.toml")),
+        Template::Gate => ("gate.toml", include_str!("init/gate.toml")),
+    };
+    let path = own.file.as_deref().unwrap_or(Path::new(name));
+    create(path, text).map_err(Failure::Data)?;
+    output::text(&format!("{}\n", path.display())).map_err(Failure::Data)?;
+    Ok(0)
+}
+
+/// Writes a file that is not there yet.
+///
+/// # Errors
+///
+/// [`ErrorKind::Io`] if it is, or cannot be written.
+pub(super) fn create(path: &Path, text: &str) -> Result<(), Error> {
+    OpenOptions::new()
+        .write(true)
+        .create_new(true)
+        .open(path)
+        .and_then(|mut file| file.write_all(text.as_bytes()))
+        .map_err(|error| {
+            Error::from(ErrorKind::Io {
+                action: "write a file to start from",
+                reason: error.to_string(),
+            })
+            .at(Place::file(path.display().to_string()))
+        })
+}
