@@ -389,6 +389,62 @@ struct Inner {
 }
 
 impl Error {
+    /// Says that content contradicts its format: what was expected and found, and what to try.
+    pub fn malformed(
+        expected: impl Into<String>,
+        found: impl Into<String>,
+        hint: impl Into<String>,
+    ) -> Self {
+        let (expected, found, hint) = (expected.into(), found.into(), hint.into());
+        Self::from(ErrorKind::Malformed {
+            expected,
+            found,
+            hint,
+        })
+    }
+
+    /// Says that a limit of that name and value was crossed by what was found.
+    pub fn over(limit: &'static str, value: u64, found: impl Into<String>) -> Self {
+        let found = found.into();
+        Self::from(ErrorKind::LimitExceeded {
+            limit,
+            value,
+            found,
+        })
+    }
+
+    /// Says that the input holds nothing of what was expected.
+    pub fn empty(found: impl Into<String>, expected: impl Into<String>) -> Self {
+        let (found, expected) = (found.into(), expected.into());
+        Self::from(ErrorKind::Empty { found, expected })
+    }
+
+    /// Says that the file ends, or contradicts itself, before its own end.
+    pub fn truncated(expected: impl Into<String>, found: impl Into<String>) -> Self {
+        let (expected, found) = (expected.into(), found.into());
+        Self::from(ErrorKind::Truncated { expected, found })
+    }
+
+    /// Says that there are fewer samples than something needs.
+    pub fn too_short(what: &'static str, needed: usize, found: usize) -> Self {
+        Self::from(ErrorKind::TooShort {
+            what,
+            needed,
+            found,
+        })
+    }
+
+    /// Says that a name of that kind is none of those `known`; the nearest of them is named.
+    pub fn unknown(what: &'static str, found: impl Into<String>, known: &[&str]) -> Self {
+        let found = found.into();
+        Self::from(ErrorKind::UnknownName {
+            what,
+            nearest: nearest_name(&found, known),
+            known: known.join(", "),
+            found,
+        })
+    }
+
     /// Returns what went wrong.
     #[must_use]
     pub fn kind(&self) -> &ErrorKind {

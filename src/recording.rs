@@ -66,6 +66,7 @@ use crate::units::{AccelerationUnit, DecimalMark, STANDARD_GRAVITY, SampleRate, 
 use remarks::{Remark, Span};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
+use words::{Words, word_list};
 
 /// What the user says about a recording, from options and card (option before card).
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -106,11 +107,11 @@ impl ReadOptions {
     fn check_rate(&self, found: f64, by: &str, hint: &str) -> Result<(), Error> {
         match self.rate_hz {
             Some(stated) if (stated - found).abs() > RATE_AGREEMENT * found => {
-                Err(Error::from(ErrorKind::Malformed {
-                    expected: format!("a rate of {stated} Hz, as option or card say"),
-                    found: format!("{found} Hz by {by}"),
-                    hint: hint.into(),
-                }))
+                Err(Error::malformed(
+                    format!("a rate of {stated} Hz, as option or card say"),
+                    format!("{found} Hz by {by}"),
+                    hint,
+                ))
             }
             _ => Ok(()),
         }
@@ -122,17 +123,16 @@ impl ReadOptions {
         if format == "csv" || !(stated || self.decimal.is_some()) {
             return Ok(());
         }
-        Err(ErrorKind::Malformed {
-            expected: "a text table, as settings of lines and decimal marks are for".into(),
-            found: format!("the format {format}"),
-            hint: format!(
+        Err(Error::malformed(
+            "a text table, as settings of lines and decimal marks are for",
+            format!("the format {format}"),
+            format!(
                 "leave out {}, {} and {}",
                 Setting::HeaderLine,
                 Setting::SkipLines,
                 Setting::Decimal
             ),
-        }
-        .into())
+        ))
     }
 
     /// Refuses options that say where times stand, or in which unit, for a format that says so
@@ -142,14 +142,11 @@ impl ReadOptions {
         if self.time_column.is_none() && !other_unit {
             return Ok(());
         }
-        Err(ErrorKind::Malformed {
-            expected: format!("{format}, which says where its times are, in seconds"),
-            found: "options that say otherwise".into(),
-            hint: format!(
-                "leave out the setting `time_column` and the setting `time_unit`{way_out}"
-            ),
-        }
-        .into())
+        Err(Error::malformed(
+            format!("{format}, which says where its times are, in seconds"),
+            "options that say otherwise",
+            format!("leave out the setting `time_column` and the setting `time_unit`{way_out}"),
+        ))
     }
 }
 
@@ -558,182 +555,84 @@ fn outcomes(
         .collect())
 }
 
-/// Ways out that several formats share.
-const BY_ASAMMDF: &str =
-    "export the channel as CSV, for example with asammdf or the logger's converter";
-const BY_MCAP: &str = "convert it to MCAP with `mcap convert`";
-const BY_MATLAB: &str = "write the channel as CSV with writematrix";
-const UNPACK: &str = "unpack it first";
+/// Formats that are known but not read: first bytes or suffix, name, way out.
+static REFUSED: Words = word_list!("refused-formats");
 
-/// Formats that are known but not read: first bytes, name, way out.
-const REFUSED: &[(&[u8], &str, &str)] = &[
-    (
-        b"version https://git-lfs.github.com/spec/",
-        "a pointer of Git LFS that stands in for the recording",
-        "fetch the file itself with `git lfs pull`",
-    ),
-    (b"MDF     3", "ASAM MDF3", BY_ASAMMDF),
-    (b"MDF     2", "ASAM MDF2", BY_ASAMMDF),
-    (b"MDF     ", "ASAM MDF4", BY_ASAMMDF),
-    (
-        b"UnFinMF ",
-        "unfinalised ASAM MDF4",
-        "finalise it, then export the channel as CSV, for example with asammdf",
-    ),
-    (b"MDF  ", "ASAM MDF", BY_ASAMMDF),
-    (
-        b"TDSm",
-        "NI TDMS",
-        "export the channel as CSV from DIAdem or with the npTDMS package",
-    ),
-    (
-        b"TDSh",
-        "NI TDMS, its index (.tdms_index)",
-        "export the channel as CSV from DIAdem, or with the npTDMS package from the .tdms file",
-    ),
-    (
-        b"DIAEXTENDED",
-        "NI DIAdem (.dat)",
-        "export the channel as CSV from DIAdem",
-    ),
-    (b"|CF,", "imc FAMOS", "export the channel as CSV from FAMOS"),
-    (
-        b"\x1A\x45\xDF\xA3",
-        "EBML, as .IDE files of enDAQ and Mide are",
-        "export the channel as CSV with enDAQ Lab or the idelib package",
-    ),
-    (
-        b"\x1F\x35\x36\x2C",
-        "a channel of DTS SLICEWare (.chn)",
-        "export the test from SLICEWare as CSV or ISO 13499",
-    ),
-    (
-        b"\xD0\xCF\x11\xE0",
-        "legacy Excel (.xls)",
-        "save the sheet as CSV",
-    ),
-    (
-        b"\x89HDF\r\n\x1A\n",
-        "HDF5",
-        "export the channel as CSV, for example with h5py",
-    ),
-    (b"CDF\x01", "NetCDF", "export the channel as CSV"),
-    (b"CDF\x02", "NetCDF", "export the channel as CSV"),
-    (
-        b"\x93NUMPY",
-        "a NumPy array (.npy)",
-        "write it as CSV with numpy.savetxt",
-    ),
-    (
-        b"RIFF",
-        "RIFF, as .wav files are",
-        "export the samples as CSV, with their unit",
-    ),
-    (b"%PDF", "a PDF", "ask for the samples as CSV"),
-    (b"MATLAB 5.0 MAT-file", "a MATLAB .mat file", BY_MATLAB),
-    (b"MATLAB 7.3 MAT-file", "a MATLAB .mat file", BY_MATLAB),
-    (b"BZh", "a bzip2 file", UNPACK),
-    (b"\xFD7zXZ\x00", "an xz file", UNPACK),
-    (b"7z\xBC\xAF\x27\x1C", "a 7z archive", UNPACK),
-    (b"\x28\xB5\x2F\xFD", "a zstd file", UNPACK),
-    (b"\x04\x22\x4D\x18", "an lz4 file", UNPACK),
-    (
-        b"SQLite format 3\x00",
-        "an SQLite database, as older ROS 2 bags are",
-        "convert the bag to MCAP with `ros2 bag convert`",
-    ),
-    (b"#ROSBAG V2.0", "a ROS 1 bag", BY_MCAP),
-    (
-        b"#ROSBAG",
-        "a ROS 1 bag of an old version",
-        "bring it up to date with `rosbag fix`, then convert it to MCAP with `mcap convert`",
-    ),
-    (
-        b"#ROSRECORD",
-        "a ROS 1 bag of an old version",
-        "bring it up to date with `rosbag fix`, then convert it to MCAP with `mcap convert`",
-    ),
-];
+/// Recognises a format that is not read: name, way out.
+fn refused(head: &Head<'_>) -> Option<(&'static str, &'static str)> {
+    let is_text = encoding::looks_like_text(head.bytes);
+    let own = head.file_name.rsplit_once('.').map_or("", |(_, own)| own);
+    let fits = |mark: &str| match mark.as_bytes()[0] {
+        b'.' => !is_text && mark[1..].eq_ignore_ascii_case(own),
+        b'~' => !is_text && head.bytes.starts_with(&unescaped(&mark[1..])),
+        _ => head.bytes.starts_with(&unescaped(mark)),
+    };
+    let entries = REFUSED.iter().filter_map(|line| {
+        let (mark, rest) = line.split_once('\t')?;
+        Some((mark, rest.split_once('\t')?))
+    });
+    let listed = entries.filter(|(mark, _)| fits(mark));
+    let listed = listed.max_by_key(|(mark, _)| mark.len());
+    listed
+        .map(|(_, found)| found)
+        .or_else(|| refused_by_content(head, is_text))
+}
+
+/// Returns the bytes of a text in which `\xNN` stands for one of them.
+fn unescaped(text: &str) -> Vec<u8> {
+    let mut parts = text.split("\\x");
+    let mut bytes = parts.next().unwrap_or_default().as_bytes().to_vec();
+    for part in parts {
+        let (code, rest) = part.split_at(2);
+        bytes.extend(u8::from_str_radix(code, 16));
+        bytes.extend(rest.bytes());
+    }
+    bytes
+}
 
 /// Recognises formats that are not read and whose first bytes alone do not say it: name, way out.
-fn refused_by_content(head: &Head<'_>) -> Option<(&'static str, &'static str)> {
-    let text = head
-        .bytes
-        .strip_prefix(b"\xEF\xBB\xBF")
-        .unwrap_or(head.bytes);
-    let has = |words: &[u8]| memchr::memmem::find(text, words).is_some();
-    if text.starts_with(b"<?xml") && has(b"usi:tdm") {
+fn refused_by_content(head: &Head<'_>, is_text: bool) -> Option<(&'static str, &'static str)> {
+    let text = head.bytes.strip_prefix(b"\xEF\xBB\xBF");
+    let text = text.unwrap_or(head.bytes);
+    if text.starts_with(b"<?xml") && memchr::memmem::find(text, b"usi:tdm").is_some() {
         return Some(("NI DIAdem (.tdm)", "export the channel as CSV from DIAdem"));
     }
-    let mut lines = text
-        .split(|byte| *byte == b'\n')
-        .map(<[u8]>::trim_ascii_end);
-    let mut line = || lines.next().unwrap_or_default();
+    let lines = text.split(|byte| *byte == b'\n');
+    let lines: Vec<&[u8]> = lines.take(3).map(<[u8]>::trim_ascii_end).collect();
     // A dataset begins with a line of -1 and one with its number, both in six columns, and text.
-    let (mark, dataset, title) = (line(), line(), line());
-    let number = dataset.get(2..6).unwrap_or_default().trim_ascii_start();
-    if mark == b"    -1"
-        && dataset.starts_with(b"  ")
-        && !number.is_empty()
-        && number.iter().all(u8::is_ascii_digit)
+    if let [b"    -1", dataset, title] = lines.as_slice()
+        && let Some(number) = dataset.strip_prefix(b"  ").and_then(|rest| rest.get(..4))
+        && !number.trim_ascii_start().is_empty()
+        && number.trim_ascii_start().iter().all(u8::is_ascii_digit)
         && title.iter().any(u8::is_ascii_alphabetic)
     {
-        return Some((
-            "a universal file (.uff, .unv)",
-            "export the channel as CSV, for example with pyuff",
-        ));
+        let way_out = "export the channel as CSV, for example with pyuff";
+        return Some(("a universal file (.uff, .unv)", way_out));
     }
-    if encoding::looks_like_text(head.bytes) {
-        return is_json(text).then_some((
-            "JSON",
-            "write the samples as CSV, with a column of times and one of accelerations",
-        ));
+    if is_text && is_json(text) {
+        let way_out = "write the samples as CSV, with a column of times and one of accelerations";
+        return Some(("JSON", way_out));
     }
-    let ends_in = |suffix: &str| {
-        let own = head.file_name.rsplit_once('.');
-        own.is_some_and(|(_, own)| own.eq_ignore_ascii_case(suffix))
-    };
-    // The number with which catman's binary files begin.
-    let catman = matches!(head.bytes, [low, high, ..]
-        if (5007..=5014).contains(&u16::from_le_bytes([*low, *high])));
-    if catman && ends_in("bin") {
-        return Some((
-            "HBM catman (.bin)",
-            "export the channel from catman as ASCII",
-        ));
+    match head.bytes {
+        // The number with which catman's binary files begin.
+        [low, high, ..]
+            if (5007..=5014).contains(&u16::from_le_bytes([*low, *high]))
+                && !is_text
+                && head.file_name.to_ascii_lowercase().ends_with(".bin") =>
+        {
+            Some((
+                "HBM catman (.bin)",
+                "export the channel from catman as ASCII",
+            ))
+        }
+        [first, 0, second, 0, ..] | [0, first, 0, second, ..]
+            if first.is_ascii_graphic() && second.is_ascii_graphic() =>
+        {
+            let format = "UTF-16 text without its byte order mark";
+            Some((format, "save it as UTF-8"))
+        }
+        _ => None,
     }
-    if head.bytes.starts_with(b"PAR1") {
-        return Some((
-            "Apache Parquet",
-            "export the channel as CSV, for example with pandas or DuckDB",
-        ));
-    }
-    [
-        ("mat", "a MATLAB .mat file", BY_MATLAB),
-        (
-            "dxd",
-            "Dewesoft (.dxd)",
-            "export the channel from Dewesoft X as CSV or text",
-        ),
-        (
-            "d7d",
-            "Dewesoft (.d7d)",
-            "export the channel from Dewesoft X as CSV or text",
-        ),
-        (
-            "wdq",
-            "DATAQ WinDaq",
-            "export the channel from WinDaq as CSV",
-        ),
-        (
-            "wdh",
-            "DATAQ WinDaq",
-            "export the channel from WinDaq as CSV",
-        ),
-    ]
-    .into_iter()
-    .find(|(suffix, _, _)| ends_in(suffix))
-    .map(|(_, format, way_out)| (format, way_out))
 }
 
 /// Tells whether a text is JSON. A bracket may begin a unit or a date in a table; in JSON a value
@@ -757,75 +656,29 @@ fn is_json(text: &[u8]) -> bool {
 
 fn find_format(head: &Head<'_>, named: Option<&str>) -> Result<&'static Format, Error> {
     let known: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
+    let mut formats = FORMATS.iter();
     if let Some(name) = named {
-        return FORMATS
-            .iter()
-            .find(|format| format.name == name)
-            .ok_or_else(|| {
-                ErrorKind::UnknownName {
-                    what: "input format",
-                    found: name.to_string(),
-                    nearest: crate::error::nearest_name(name, &known),
-                    known: known.join(", "),
-                }
-                .into()
-            });
+        let format = formats.find(|format| format.name == name);
+        return format.ok_or_else(|| Error::unknown("input format", name, &known));
     }
-    if head.is_folder {
-        return FORMATS
-            .iter()
-            .find(|format| (format.recognises)(head))
-            .ok_or_else(|| {
-                ErrorKind::Io {
-                    action: "read the recording",
-                    reason: "it is a folder; name a file in it".into(),
-                }
-                .into()
-            });
+    if head.bytes.is_empty() && !head.is_folder {
+        return Err(Error::empty("the file is empty", "a recording"));
     }
-    if head.bytes.is_empty() {
-        return Err(ErrorKind::Empty {
-            found: "the file is empty".into(),
-            expected: "a recording".into(),
-        }
-        .into());
-    }
-    if let Some((format, way_out)) = REFUSED
-        .iter()
-        .find(|(magic, _, _)| head.bytes.starts_with(magic))
-        .map(|(_, format, way_out)| (*format, *way_out))
-        .or_else(|| refused_by_content(head))
-    {
+    if let Some((format, way_out)) = refused(head).filter(|_| !head.is_folder) {
         return Err(ErrorKind::RefusedFormat { format, way_out }.into());
     }
-    if let [first, 0, second, 0, ..] | [0, first, 0, second, ..] = head.bytes
-        && first.is_ascii_graphic()
-        && second.is_ascii_graphic()
-    {
-        return Err(ErrorKind::RefusedFormat {
-            format: "UTF-16 text without its byte order mark",
-            way_out: "save it as UTF-8",
-        }
-        .into());
-    }
-    FORMATS
-        .iter()
-        .find(|format| (format.recognises)(head))
-        .ok_or_else(|| {
+    let format = formats.find(|format| (format.recognises)(head));
+    format.ok_or_else(|| {
+        let (action, reason) = ("read the recording", "it is a folder; name a file in it");
+        let start = &head.bytes[..head.bytes.len().min(8)];
+        Error::from(if head.is_folder {
+            let reason = reason.into();
+            ErrorKind::Io { action, reason }
+        } else {
             ErrorKind::UnknownFormat {
-                found: describe_head(head.bytes),
+                found: format!("first bytes {start:02x?}"),
                 expected: known.join(", "),
             }
-            .into()
         })
-}
-
-fn describe_head(head: &[u8]) -> String {
-    let shown: String = head
-        .iter()
-        .take(8)
-        .map(|byte| format!("{byte:02x}"))
-        .collect::<Vec<_>>()
-        .join(" ");
-    format!("first bytes {shown}")
+    })
 }

@@ -3,9 +3,11 @@
 use super::limits::Limits;
 use super::source::{Source, sha256};
 use super::text::line_at;
-use crate::error::{Error, ErrorKind, Place, nearest_name};
+use crate::error::{Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, DecimalMark, OpensWhen, SampleRate};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use std::num::NonZeroU32;
 
 /// The keys a card may hold.
 const KEYS: [&str; 13] = [
@@ -77,12 +79,8 @@ impl Card {
             let line = error
                 .span()
                 .map_or(1, |span| line_at(text.as_bytes(), span.start));
-            Error::from(ErrorKind::Malformed {
-                expected: "TOML".into(),
-                found: error.message().to_string(),
-                hint: "write lines such as unit = \"g\"".into(),
-            })
-            .at(Place::default().line(line))
+            Error::malformed("TOML", error.message(), "write lines such as unit = \"g\"")
+                .at(Place::default().line(line))
         })?;
         let mut card = Self::default();
         for (key, value) in &table {
@@ -93,74 +91,59 @@ impl Card {
     }
 
     fn set(&mut self, key: &str, value: &toml::Value) -> Result<(), Error> {
+        const TEXT: &str = "a text in quotes";
         match key {
             "channel" => {
                 self.channel = Some(match value {
                     toml::Value::Integer(number) => number.to_string(),
-                    other => text_of(key, other, "a name in quotes or a column number")?,
+                    other => take(key, other, "a name in quotes or a column number")?,
                 });
             }
             "unit" => {
-                let name = text_of(key, value, "a unit in quotes")?;
+                let name: String = take(key, value, "a unit in quotes")?;
                 let known = AccelerationUnit::ALL.map(|(_, name)| name);
-                self.unit = AccelerationUnit::from_spelling(&name);
-                if self.unit.is_none() {
-                    return Err(unknown("unit", name, &known));
-                }
+                let unit = AccelerationUnit::from_spelling(&name);
+                self.unit = Some(unit.ok_or_else(|| Error::unknown("unit", name, &known))?);
             }
             "opens_when" => {
-                let name = text_of(key, value, "\"negative\", \"positive\" or \"both\"")?;
-                self.opens_when = CardPolarity::from_name(&name);
-                if self.opens_when.is_none() {
-                    let known = CardPolarity::ALL.map(CardPolarity::name);
-                    return Err(unknown("polarity", name, &known));
-                }
+                let name: String = take(key, value, "\"negative\", \"positive\" or \"both\"")?;
+                let known = CardPolarity::ALL.map(CardPolarity::name);
+                let one = CardPolarity::from_name(&name);
+                let one = one.ok_or_else(|| Error::unknown("polarity", name, &known));
+                self.opens_when = Some(one?);
             }
             "rate" => {
-                let rate = number_of(key, value)?;
+                let rate = take(key, value, "a number without quotes")?;
                 self.rate = Some(SampleRate::from_hertz(rate)?.hertz());
             }
-            "header_line" => self.header_line = Some(line_of(key, value, 1)?),
-            "skip_lines" => self.skip_lines = Some(line_of(key, value, 0)?),
+            "header_line" => {
+                let line: NonZeroU32 = take(key, value, "a whole number from 1")?;
+                self.header_line = Some(line.get());
+            }
+            "skip_lines" => self.skip_lines = Some(take(key, value, "a whole number from 0")?),
             "decimal" => {
-                let name = text_of(key, value, "\".\" or \",\"")?;
-                self.decimal = DecimalMark::ALL
-                    .into_iter()
-                    .find(|mark| mark.name() == name);
-                if self.decimal.is_none() {
-                    return Err(unknown("decimal mark", name, &[".", ","]));
-                }
+                let name: String = take(key, value, "\".\" or \",\"")?;
+                let mut all = DecimalMark::ALL.into_iter();
+                let mark = all.find(|mark| mark.name() == name);
+                let unknown = || Error::unknown("decimal mark", name, &[".", ","]);
+                self.decimal = Some(mark.ok_or_else(unknown)?);
             }
             "range_g" => {
-                let range = number_of(key, value)?;
-                if !(range.is_finite() && range > 0.0) {
-                    return Err(ErrorKind::NotPositive {
-                        what: "range_g [g]",
-                        found: range,
-                    }
-                    .into());
+                let found: f64 = take(key, value, "a number without quotes")?;
+                if !(found.is_finite() && found > 0.0) {
+                    let what = "range_g [g]";
+                    return Err(ErrorKind::NotPositive { what, found }.into());
                 }
-                self.range_g = Some(range);
+                self.range_g = Some(found);
             }
-            "synthetic" => {
-                self.synthetic = value
-                    .as_bool()
-                    .ok_or_else(|| wrong_type(key, value, "true or false"))?;
-            }
+            "synthetic" => self.synthetic = take(key, value, "true or false")?,
             "accepted_remarks" => {
-                const EXPECTED: &str = "a list of texts in quotes";
-                let list = value
-                    .as_array()
-                    .ok_or_else(|| wrong_type(key, value, EXPECTED))?;
-                self.accepted_remarks = list
-                    .iter()
-                    .map(|one| text_of(key, one, EXPECTED))
-                    .collect::<Result<_, _>>()?;
+                self.accepted_remarks = take(key, value, "a list of texts in quotes")?;
             }
-            "source" => self.source = Some(text_of(key, value, "a text in quotes")?),
-            "licence" => self.licence = Some(text_of(key, value, "a text in quotes")?),
-            "notes" => self.notes = Some(text_of(key, value, "a text in quotes")?),
-            _ => return Err(unknown("card key", key.to_string(), &KEYS)),
+            "source" => self.source = Some(take(key, value, TEXT)?),
+            "licence" => self.licence = Some(take(key, value, TEXT)?),
+            "notes" => self.notes = Some(take(key, value, TEXT)?),
+            _ => return Err(Error::unknown("card key", key, &KEYS)),
         }
         Ok(())
     }
@@ -187,12 +170,7 @@ impl CardFile {
             return Ok(None);
         };
         if bytes.len() as u64 > limits.settings_bytes {
-            return Err(Error::from(ErrorKind::LimitExceeded {
-                limit: "settings_bytes",
-                value: limits.settings_bytes,
-                found: "a larger card".into(),
-            })
-            .at(place));
+            return Err(limits.over("settings_bytes", "a larger card").at(place));
         }
         Ok(Some(Self { place, bytes }))
     }
@@ -212,12 +190,8 @@ impl CardFile {
     pub fn read(&self) -> Result<Card, Error> {
         let text = std::str::from_utf8(&self.bytes).map_err(|error| {
             let line = line_at(&self.bytes, error.valid_up_to());
-            Error::from(ErrorKind::Malformed {
-                expected: "a card in UTF-8".into(),
-                found: "other bytes".into(),
-                hint: "save the card as UTF-8".into(),
-            })
-            .at(self.place.clone().line(line))
+            Error::malformed("a card in UTF-8", "other bytes", "save the card as UTF-8")
+                .at(self.place.clone().line(line))
         })?;
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         Card::from_toml(text).map_err(|error| error.at(self.place.clone()))
@@ -281,50 +255,14 @@ impl CardPolarity {
     }
 }
 
-fn unknown(what: &'static str, found: String, known: &[&str]) -> Error {
-    ErrorKind::UnknownName {
-        what,
-        nearest: nearest_name(&found, known),
-        found,
-        known: known.join(", "),
-    }
-    .into()
-}
-
-fn text_of(key: &str, value: &toml::Value, expected: &str) -> Result<String, Error> {
-    value
-        .as_str()
-        .map(ToString::to_string)
-        .ok_or_else(|| wrong_type(key, value, expected))
-}
-
-fn number_of(key: &str, value: &toml::Value) -> Result<f64, Error> {
-    match value {
-        toml::Value::Float(number) => Ok(*number),
-        toml::Value::Integer(number) => Ok(*number as f64),
-        other => Err(wrong_type(key, other, "a number without quotes")),
-    }
-}
-
-fn line_of(key: &str, value: &toml::Value, least: u32) -> Result<u32, Error> {
-    let number = value
-        .as_integer()
-        .and_then(|number| u32::try_from(number).ok());
-    number
-        .filter(|number| *number >= least)
-        .ok_or_else(|| wrong_type(key, value, &format!("a whole number from {least}")))
-}
-
-fn wrong_type(key: &str, value: &toml::Value, expected: &str) -> Error {
-    ErrorKind::Malformed {
-        expected: format!("`{key}` to be {expected}"),
-        found: match value.type_str() {
+fn take<T: DeserializeOwned>(key: &str, value: &toml::Value, expected: &str) -> Result<T, Error> {
+    value.clone().try_into().map_err(|_| {
+        let found = match value.type_str() {
             kind @ ("integer" | "array") => format!("an {kind}"),
             kind => format!("a {kind}"),
-        },
-        hint: "mend the card".into(),
-    }
-    .into()
+        };
+        Error::malformed(format!("`{key}` to be {expected}"), found, "mend the card")
+    })
 }
 
 /// Finds the line on which a top-level key stands.

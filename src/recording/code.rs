@@ -104,6 +104,9 @@ impl Code {
     }
 }
 
+/// The channel frequency classes.
+pub(super) const CLASSES: &[&str] = &["20", "60", "180", "600", "1000"];
+
 /// Returns the channel frequency class that a letter stands for.
 pub(super) fn class_of(letter: u8) -> Option<&'static str> {
     match letter {
@@ -119,36 +122,34 @@ pub(super) fn class_of(letter: u8) -> Option<&'static str> {
 /// Tells whether `text` fits a pattern: `?` for one character, `[Y2]` for one of several, `*`
 /// for any number of them. Case counts not.
 pub(super) fn fits(pattern: &str, text: &str) -> bool {
-    let pattern: Vec<char> = pattern.trim().to_uppercase().chars().collect();
-    // Positions of the pattern that the text so far can lead to; no backtracking.
-    let open_from = |starts: &[usize]| {
-        let mut open = vec![false; pattern.len() + 1];
-        for start in starts {
-            let mut at = *start;
-            open[at] = true;
-            while pattern.get(at) == Some(&'*') {
-                at += 1;
-                open[at] = true;
-            }
+    let [pattern, text] = [pattern, text].map(|one| one.trim().to_uppercase().into_bytes());
+    // Where the pattern goes on after the part that stands for a byte.
+    let after = |at: usize, byte: u8| {
+        let end = pattern[at..].iter().position(|byte| *byte == b']');
+        match (pattern.get(at)?, end) {
+            (b'?', _) => Some(at + 1),
+            (b'[', Some(end)) => pattern[at + 1..at + end]
+                .contains(&byte)
+                .then_some(at + end + 1),
+            (own, _) => (*own == byte).then_some(at + 1),
         }
-        open
     };
-    let after = |at: usize, character: char| match *pattern.get(at)? {
-        '*' => Some(at),
-        '?' => Some(at + 1),
-        '[' if pattern[at..].contains(&']') => {
-            let end = at + pattern[at..].iter().position(|c| *c == ']')?;
-            pattern[at + 1..end].contains(&character).then_some(end + 1)
+    let (mut at, mut next, mut star) = (0, 0, None);
+    while next < text.len() {
+        if pattern.get(at) == Some(&b'*') {
+            at += 1;
+            star = Some((at, next));
+        } else if let Some(behind) = after(at, text[next]) {
+            (at, next) = (behind, next + 1);
+        } else if let Some((behind, from)) = star {
+            // The last star takes one byte more.
+            (at, next) = (behind, from + 1);
+            star = Some((behind, next));
+        } else {
+            return false;
         }
-        other => (other == character).then_some(at + 1),
-    };
-    let mut open = open_from(&[0]);
-    for character in text.trim().to_uppercase().chars() {
-        let positions = (0..open.len()).filter(|at| open[*at]);
-        let next: Vec<usize> = positions.filter_map(|at| after(at, character)).collect();
-        open = open_from(&next);
     }
-    open[pattern.len()]
+    pattern[at..].iter().all(|byte| *byte == b'*')
 }
 
 #[cfg(test)]

@@ -15,10 +15,8 @@
 //!   `T` or a blank between date and time, and with a zone or without;
 //! - `layout`: layouts: which rows are header, which column is time, which one is the lateral
 //!   acceleration;
-//! - `records`: rows as cells: split at the separator where no quote stands in the text, by the
-//!   table reader of the `csv` crate where one does;
-//! - `rows`: rows: the stamps and the samples of the wanted columns, in one pass for all
-//!   selections;
+//! - `records`: rows as cells, by the table reader of the `csv` crate;
+//! - `rows`: rows: the stamps and the samples of the wanted columns;
 //! - `status`: what a table says of its samples in words: comment lines, and columns that hold
 //!   the state of a channel or notes row by row.
 
@@ -33,30 +31,16 @@ mod records;
 mod rows;
 mod status;
 
-use super::draft::{self, Draft, Unit};
+use super::draft::{self, Draft, UniformSamples, Unit};
 use super::held;
 use super::source::Reader;
-use super::time_base::TimeBase;
+use super::time_base::{self, TimeBase};
 use super::{Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::SampleRate;
 use layout::{ColumnChoice, TableLayout, TimeSource};
 use rows::{ColumnResult, Rows, WantedColumns};
-use status::StatusColumn;
-
-/// Rates outside of which a stated unit of time is doubted [Hz].
-pub(super) const PLAUSIBLE_STATED: (f64, f64) = (1.0, 200e3);
-
-/// Rates outside of which an assumed unit of time is doubted [Hz]; no crash recording is slower.
-const PLAUSIBLE_ASSUMED: (f64, f64) = (250.0, 200e3);
-
-/// Rate from which on only the user's word for the unit of time counts [Hz]: a header that says
-/// milliseconds over seconds makes 1 MHz of 1 kHz, and the pulse a thousandth of its length.
-pub(super) const INCREDIBLE: f64 = 500e3;
-
-/// Rate below which seconds are not assumed [Hz]: nanoseconds and microseconds taken for them make
-/// such.
-const LEAST_ASSUMED: f64 = 0.2;
+use status::AllSaid;
 
 /// Tells whether the head looks like text.
 #[must_use]
@@ -82,21 +66,8 @@ pub fn read(
     limits: &Limits,
 ) -> Result<Outcomes, Error> {
     let table = TableText::open(source.read_text(limits)?, options, limits)?;
-    let plans: Vec<Result<ReadPlan, Error>> = selections
-        .iter()
-        .map(|selection| table.plan(options, *selection))
-        .collect();
-    let rows = table.rows(&plans, options, limits);
-    let statuses = if rows.iter().flatten().any(Result::is_ok) {
-        status::read(&table.text, &table.layout)?
-    } else {
-        Vec::new()
-    };
-    Ok(plans
-        .into_iter()
-        .zip(rows)
-        .map(|(plan, rows)| table.deliver(plan?, rows, &statuses, options, limits))
-        .collect())
+    let outcome = |selection: &Selection| table.outcome(*selection, options, limits);
+    Ok(selections.iter().map(outcome).collect())
 }
 
 /// A table whose layout is known and whose rows are not read yet.
@@ -105,17 +76,6 @@ struct TableText {
     lines: dialect::LineScan,
     layout: TableLayout,
     /// What was found odd up to here.
-    findings: Vec<Finding>,
-}
-
-/// What is read of a table for one selection.
-struct ReadPlan {
-    selection: Selection,
-    /// `None` where nothing tells the time, so that no channel can be read.
-    time: Option<TimeSource>,
-    choice: ColumnChoice,
-    /// Columns that count the rows, each with whether its name says so.
-    counters: Vec<(usize, bool)>,
     findings: Vec<Finding>,
 }
 
@@ -140,8 +100,7 @@ impl TableText {
             dialect::collapse_blanks(&mut text);
         }
         let quoted = memchr::memchr(b'"', &text).is_some();
-        dialect::check_lines(&text, separator, quoted, limits)?;
-        let layout = TableLayout::find(&text, separator, quoted, options)?;
+        let layout = TableLayout::find(&text, separator, quoted, options, limits)?;
         if text.last() != Some(&b'\n')
             && let Some(cut) = std::str::from_utf8(&text).ok().and_then(held::cut_line)
         {
@@ -158,26 +117,75 @@ impl TableText {
         })
     }
 
-    /// Finds the time and the columns of a selection.
-    fn plan(&self, options: &ReadOptions, selection: Selection) -> Result<ReadPlan, Error> {
+    /// Reads what a selection asks for; nothing where nothing tells the time.
+    fn outcome(
+        &self,
+        selection: Selection,
+        options: &ReadOptions,
+        limits: &Limits,
+    ) -> Result<ReadOutcome, Error> {
+        let (text, layout) = (&self.text, &self.layout);
         let mut findings = self.findings.clone();
-        let time = self
-            .layout
-            .time_or_left_out(options, selection, &mut findings)?;
-        let mut plan = ReadPlan {
+        let Some(time) = layout.time_or_left_out(options, selection, &mut findings)? else {
+            return Ok(ReadOutcome {
+                findings,
+                ..ReadOutcome::default()
+            });
+        };
+        self.refuse_lost_rows(&time, &mut findings)?;
+        let choice = layout.choose(options, selection, &time)?;
+        let counters = layout.counters(&time, &choice.columns);
+        let counting = counters.iter().map(|(column, _)| *column);
+        let wanted = WantedColumns {
             selection,
-            time,
-            choice: ColumnChoice::default(),
-            counters: Vec::new(),
+            samples: choice.columns.len(),
+            columns: choice.columns.iter().copied().chain(counting).collect(),
+        };
+        let mut rows = rows::read(text, layout, &time, &wanted, options, limits)?;
+        let mut values = std::mem::take(&mut rows.values);
+        let counts = values.split_off(choice.columns.len());
+        findings.extend(self.row_findings(&rows, &time));
+        let mut base = find_base(text, &rows, layout, &time, options, limits, &mut findings)?;
+        let counts = self.count_findings(&counters, counts, &rows, &base);
+        let said = self.said(&choice.columns, &time, &rows, &base, limits)?;
+        base.findings.extend(counts);
+        if self.lines.more_words {
+            findings.push(Finding::blocking(
+                "laboratory-remark",
+                "the file holds more comments than are read for what they say of the samples",
+            ));
+        }
+        self.deliver(
+            selection,
+            choice,
+            values,
+            (&rows, &base),
+            said,
             findings,
-        };
-        let Some(time) = &plan.time else {
-            return Ok(plan);
-        };
-        self.refuse_lost_rows(time, &mut plan.findings)?;
-        plan.choice = self.layout.choose(options, selection, time)?;
-        plan.counters = self.layout.counters(time, &plan.choice.columns);
-        Ok(plan)
+            options,
+        )
+    }
+
+    /// Returns what comments and columns of words say, and what their flags mean.
+    fn said(
+        &self,
+        chosen: &[usize],
+        time: &TimeSource,
+        rows: &Rows,
+        base: &Base,
+        limits: &Limits,
+    ) -> Result<AllSaid, Error> {
+        let layout = &self.layout;
+        let mut passed = chosen.to_vec();
+        if let TimeSource::Column { index, .. } = time {
+            passed.push(*index);
+        }
+        let statuses = status::read(&self.text, layout, limits)?;
+        let at_s = |row: usize| instant_of(row, rows, base);
+        let (mut remarks, flags) = status::of_columns(&statuses, layout, &passed, at_s);
+        let lines = self.lines.words.iter();
+        remarks.extend(lines.map(|(line, text)| status::of_comment(*line, text, &layout.columns)));
+        Ok((remarks, flags))
     }
 
     /// Refuses comments that are rows in disguise where no stamp shows what is missing by them, and
@@ -188,13 +196,22 @@ impl TableText {
         findings: &mut Vec<Finding>,
     ) -> Result<(), Error> {
         let (columns, _) = self.layout.widths();
-        if let (1, Some(line)) = (columns, self.lines.hashes) {
-            return Err(dialect::damaged_row(b"####").at(Place::default().line(line).column(1)));
-        }
         let layout = &self.layout;
         let found =
             self.lines
                 .interruptions(&self.text, layout.separator, layout.header_rows, columns);
+        if let Some((line, cell)) = found.damaged {
+            let error = Error::malformed(
+                "a number in the first cell, or a comment",
+                format!(
+                    "`{cell}`, as spreadsheets write for a number that does not fit into its \
+                     column or could not be computed"
+                ),
+                "widen the column or mend the cell there, and export again; the sample of this \
+                 row would be missing",
+            );
+            return Err(error.at(Place::default().line(line).column(1)));
+        }
         let lost = match (
             found.numbers_at.filter(|_| found.numbers_inside),
             found.broken_at,
@@ -204,12 +221,11 @@ impl TableText {
             (None, None) => None,
         };
         if let (TimeSource::Rate(_), Some((line, what))) = (time, lost) {
-            return Err(Error::from(ErrorKind::Malformed {
-                expected: "rows of samples without a break, since no column tells their time"
-                    .into(),
-                found: what.into(),
-                hint: "a sample may be missing there; export with a time column".into(),
-            })
+            return Err(Error::malformed(
+                "rows of samples without a break, since no column tells their time",
+                what,
+                "a sample may be missing there; export with a time column",
+            )
             .at(Place::default().line(line)));
         }
         let told = |line| {
@@ -222,7 +238,8 @@ impl TableText {
                 },
             );
             let text = format!(
-                "{count} {hold} as many numbers as a row, the first on line {line}; samples may have been taken out by hand"
+                "{count} {hold} as many numbers as a row, the first on line {line}; samples may \
+                 have been taken out by hand"
             );
             Finding::warning("rows-made-comments", text)
         };
@@ -230,84 +247,25 @@ impl TableText {
         Ok(())
     }
 
-    /// Reads the rows that the plans ask for in one pass; nothing for a plan without a time.
-    fn rows(
-        &self,
-        plans: &[Result<ReadPlan, Error>],
-        options: &ReadOptions,
-        limits: &Limits,
-    ) -> Vec<Option<Result<Rows, Error>>> {
-        let time_of =
-            |plan: &Result<ReadPlan, Error>| plan.as_ref().ok().and_then(|plan| plan.time);
-        // Header and options tell the time, so that it is the same for all selections.
-        let Some(time) = plans.iter().find_map(time_of) else {
-            return plans.iter().map(|_| None).collect();
-        };
-        let wanted: Vec<WantedColumns<'_>> = plans
-            .iter()
-            .flatten()
-            .filter(|plan| plan.time.is_some())
-            .map(|plan| WantedColumns {
-                selection: plan.selection,
-                columns: &plan.choice.columns,
-                counters: plan.counters.iter().map(|(column, _)| *column).collect(),
-            })
-            .collect();
-        let read = rows::read(&self.text, &self.layout, &time, &wanted, options, limits);
-        let mut read = read.into_iter();
-        let of = |plan| time_of(plan).and_then(|_| read.next());
-        plans.iter().map(of).collect()
-    }
-
-    /// Makes channels of the rows that were read for a plan.
+    /// Makes channels of the columns that were read.
+    #[expect(clippy::too_many_arguments, reason = "all that was found out before")]
     fn deliver(
         &self,
-        plan: ReadPlan,
-        rows: Option<Result<Rows, Error>>,
-        statuses: &[StatusColumn],
+        selection: Selection,
+        choice: ColumnChoice,
+        values: Vec<ColumnResult>,
+        (rows, base): (&Rows, &Base),
+        (remarks, flags): AllSaid,
+        mut findings: Vec<Finding>,
         options: &ReadOptions,
-        limits: &Limits,
     ) -> Result<ReadOutcome, Error> {
-        let ReadPlan {
-            selection,
-            time,
-            choice,
-            counters,
-            mut findings,
-        } = plan;
-        let (Some(time), Some(rows)) = (time, rows) else {
-            return Ok(ReadOutcome {
-                findings,
-                ..ReadOutcome::default()
-            });
-        };
-        let mut rows = rows?;
-        findings.extend(self.row_findings(&rows, &time));
-        let (text, layout) = (&self.text, &self.layout);
-        let mut base = find_base(text, &rows, layout, &time, options, limits, &mut findings)?;
-        let at_s = |row: usize| instant_of(row, &rows, &base);
-        let counts = faulty_counts(text, &rows, layout, &counters, at_s);
-        let mut passed = choice.columns.clone();
-        if let TimeSource::Column { index, .. } = time {
-            passed.push(index);
-        }
-        let (mut remarks, flags) = status::of_columns(statuses, layout, &passed, at_s);
-        base.findings.extend(counts);
-        let lines = self.lines.words.iter();
-        remarks.extend(lines.map(|(line, text)| status::of_comment(*line, text, &layout.columns)));
-        if self.lines.more_words {
-            findings.push(Finding::blocking(
-                "laboratory-remark",
-                "the file holds more comments than are read for what they say of the samples",
-            ));
-        }
+        let layout = &self.layout;
         let mut channels = Vec::with_capacity(choice.columns.len());
-        for (index, result) in choice.columns.iter().zip(std::mem::take(&mut rows.values)) {
-            let column = &layout.columns[*index];
+        for (index, result) in choice.columns.iter().copied().zip(values) {
             let values = match result {
                 ColumnResult::Kept(values) => values,
                 ColumnResult::LeftOut(why) => {
-                    findings.push(draft::left_out(&column.name, &why));
+                    findings.push(draft::left_out(&layout.columns[index].name, &why));
                     continue;
                 }
             };
@@ -315,32 +273,20 @@ impl TableText {
                 Some(fitted) => fitted.apply(&rows.stamps_s, values)?,
                 None => values,
             };
-            let mut own = choice.findings.clone();
-            let unit = unit_of(column, options, &mut own);
-            if unit.unit.is_none() && selection == Selection::Lateral {
-                return Err(Error::from(ErrorKind::MissingUnit)
-                    .at(Place::default().channel(column.name.clone())));
+            let mut draft = self.draft(index, values, base, options, &choice.findings);
+            if draft.unit.unit.is_none() && selection == Selection::Lateral {
+                let place = Place::default().channel(draft.name);
+                return Err(Error::from(ErrorKind::MissingUnit).at(place));
             }
-            self.tell(*index, &base, &mut own);
             let flags = flags
                 .iter()
-                .filter(|(of, _)| of.is_none_or(|of| of == *index));
-            own.extend(flags.map(|(_, finding)| finding.clone()));
-            let channel = Draft {
-                name: column.name.clone(),
-                unit,
-                start_s: base.start_s,
-                rate: base.rate,
-                values,
-                stated: column.stated(),
-                findings: own,
-                remarks: remarks
-                    .iter()
-                    .filter(|(of, _)| *of == Some(*index))
-                    .map(|(_, remark)| remark.clone())
-                    .collect(),
-            };
-            channels.push(channel.finish(options.time_zero_s, &options.accepted_remarks));
+                .filter(|(of, _)| of.is_none_or(|of| of == index));
+            draft
+                .findings
+                .extend(flags.map(|(_, finding)| finding.clone()));
+            let own = remarks.iter().filter(|(of, _)| *of == Some(index));
+            draft.remarks.extend(own.map(|(_, remark)| remark.clone()));
+            channels.push(draft.finish(options.time_zero_s, &options.accepted_remarks));
         }
         let of_all = remarks.into_iter().filter(|(of, _)| of.is_none());
         Ok(ReadOutcome {
@@ -351,12 +297,57 @@ impl TableText {
         })
     }
 
-    /// Says of a column what its name and header, and its clock tell.
-    fn tell(&self, index: usize, base: &Base, findings: &mut Vec<Finding>) {
+    /// Makes a channel of a column, with what its name and header, and its clock tell.
+    fn draft(
+        &self,
+        index: usize,
+        values: Vec<f64>,
+        base: &Base,
+        options: &ReadOptions,
+        chosen: &[Finding],
+    ) -> Draft {
         let column = &self.layout.columns[index];
-        findings.extend(column.stated().findings(base.rate));
-        findings.extend(column.name_findings());
-        findings.extend(base.findings.iter().cloned());
+        let mut findings = chosen.to_vec();
+        let unit = unit_of(column, options, &mut findings);
+        let clock = UniformSamples {
+            start_s: base.start_s,
+            rate: base.rate,
+            values,
+        };
+        let mut draft = Draft::of_words(column, unit, clock, findings);
+        draft.findings.extend(base.findings.iter().cloned());
+        draft
+    }
+
+    /// Says where columns that count the rows do not.
+    fn count_findings(
+        &self,
+        counters: &[(usize, bool)],
+        counts: Vec<ColumnResult>,
+        rows: &Rows,
+        base: &Base,
+    ) -> Vec<Finding> {
+        let stamped = !rows.stamps_s.is_empty();
+        let place = |row: usize| {
+            let line = line_of_row(&self.text, self.layout.header_rows + row + 1);
+            (
+                line.filter(|_| rows.repeated.is_none()),
+                instant_of(row, rows, base),
+            )
+        };
+        let finding = |(&(column, named), counts): (&(usize, bool), ColumnResult)| {
+            let name = &self.layout.columns[column].name;
+            match counts {
+                ColumnResult::Kept(counts) => {
+                    counter::finding(name, &counts, (named, stamped), place)
+                }
+                ColumnResult::LeftOut(why) => (named && !stamped).then(|| {
+                    let text = format!("`{name}` could not be held against the rows: {why}");
+                    Finding::warning("index-gap", text)
+                }),
+            }
+        };
+        counters.iter().zip(counts).filter_map(finding).collect()
     }
 
     /// Says what is odd about the rows as they were written.
@@ -375,7 +366,8 @@ impl TableText {
             findings.push(Finding::info(
                 "time-absolute",
                 format!(
-                    "the stamps of `{}` are dates; time was counted from the first of them, and the setting `time_zero` is meant so as well",
+                    "the stamps of `{}` are dates; time was counted from the first of them, and \
+                     the setting `time_zero` is meant so as well",
                     self.layout.columns[*index].name
                 ),
             ));
@@ -419,53 +411,6 @@ fn instant_of(row: usize, rows: &Rows, base: &Base) -> Option<f64> {
     rows.stamps_s.get(row.saturating_sub(repeated)).copied()
 }
 
-/// Returns what is wrong with the columns that count the rows.
-fn faulty_counts(
-    text: &[u8],
-    rows: &Rows,
-    layout: &TableLayout,
-    counters: &[(usize, bool)],
-    at_s: impl Fn(usize) -> Option<f64>,
-) -> Vec<Finding> {
-    let stamped = !rows.stamps_s.is_empty();
-    let mut findings = Vec::new();
-    for ((column, named), counts) in counters.iter().zip(&rows.counts) {
-        let name = &layout.columns[*column].name;
-        let counts = match counts {
-            ColumnResult::Kept(counts) => counts,
-            ColumnResult::LeftOut(_) if stamped || !named => continue,
-            ColumnResult::LeftOut(why) => {
-                findings.push(Finding::warning(
-                    "index-gap",
-                    format!("`{name}` could not be held against the rows: {why}"),
-                ));
-                continue;
-            }
-        };
-        match counter::judge(counts, *named) {
-            Some((_, Some(fault))) => {
-                let line = rows
-                    .repeated
-                    .is_none()
-                    .then(|| line_of_row(text, layout.header_rows + fault.row + 1))
-                    .flatten();
-                let at_s = at_s(fault.row);
-                findings.push(counter::finding(name, &fault, line, at_s, stamped));
-            }
-            Some((usual, None)) if *named && !stamped && (usual - 1.0).abs() > 1e-9 => {
-                findings.push(Finding::warning(
-                    "index-step",
-                    format!(
-                        "`{name}` counts by {usual}; if samples were left out, the stated rate is that many times too high"
-                    ),
-                ));
-            }
-            _ => {}
-        }
-    }
-    findings
-}
-
 /// Returns the line of a row, header rows counted, from 0.
 fn line_of_row(text: &[u8], row: usize) -> Option<u64> {
     text.split(|byte| *byte == b'\n')
@@ -495,12 +440,7 @@ fn find_base(
     let (column, unit_stated) = match time {
         TimeSource::Rate(rate) => {
             if rows.count < 2 {
-                return Err(ErrorKind::TooShort {
-                    what: "a recording",
-                    needed: 2,
-                    found: rows.count,
-                }
-                .into());
+                return Err(Error::too_short("a recording", 2, rows.count));
             }
             return Ok(Base {
                 start_s: 0.0,
@@ -530,50 +470,17 @@ fn find_base(
         &format!("the time column `{name}`"),
         "state the setting `time_unit`, or leave out the rate",
     )?;
-    findings.extend(implausible_rate(rate, name, unit_stated, options)?);
+    let confirmed = options.time_unit.is_some() || options.rate_hz.is_some();
+    let by = format!("`{name}`");
+    let hint = "if its unit is another, state it with the setting `time_unit` = s|ms|us|ns";
+    let odd = time_base::implausible_rate(rate, &by, (unit_stated, confirmed), hint);
+    findings.extend(odd.map_err(|error| error.at(Place::default().channel(name)))?);
     Ok(Base {
         start_s: fitted.start_s,
         rate: fitted.rate,
         findings: fitted.findings.clone(),
         fitted: Some(fitted),
     })
-}
-
-/// Doubts a rate [Hz] that crash recordings do not have: beyond all belief only the user's word
-/// counts.
-fn implausible_rate(
-    rate: f64,
-    name: &str,
-    unit_stated: bool,
-    options: &ReadOptions,
-) -> Result<Option<Finding>, Error> {
-    let incredible = rate > INCREDIBLE || (rate < LEAST_ASSUMED && !unit_stated);
-    if incredible && options.time_unit.is_none() && options.rate_hz.is_none() {
-        return Err(Error::from(ErrorKind::Malformed {
-            expected: "a time column of a rate that crash recordings have".into(),
-            found: format!(
-                "{rate} Hz by `{name}`{}",
-                if unit_stated { "" } else { ", seconds assumed" }
-            ),
-            hint:
-                "its unit is likely another than the header says; state it with the setting `time_unit` = s|ms|us|ns"
-                    .into(),
-        })
-        .at(Place::default().channel(name.to_string())));
-    }
-    let (low, high) = if unit_stated {
-        PLAUSIBLE_STATED
-    } else {
-        PLAUSIBLE_ASSUMED
-    };
-    Ok((!(low..=high).contains(&rate)).then(|| {
-        Finding::warning(
-            "time-unit-implausible",
-            format!(
-                "the time column `{name}` gives {rate} Hz, which no crash recording has; state its unit with the setting `time_unit` = s|ms|us|ns"
-            ),
-        )
-    }))
 }
 
 /// Finds the time base of stamps that repeat, since they have too few digits, at a stated rate:
@@ -599,17 +506,18 @@ fn coarse_base(
     }
     let coarsest = digits_s.iter().copied().fold(0.0, f64::max);
     if low > high {
-        return Err(Error::from(ErrorKind::Malformed {
-            expected: format!(
+        return Err(Error::malformed(
+            format!(
                 "stamps that follow {} Hz to a printed digit, as option or card say",
                 rate.hertz()
             ),
-            found: format!(
+            format!(
                 "stamps of `{name}` that repeat and are off by up to {} s",
                 crate::units::plain(low - high + 2.0 * coarsest, 3)
             ),
-            hint: "rows are doubled or missing, or the rate is another; state the right one with the setting `rate_hz`".into(),
-        })
+            "rows are doubled or missing, or the rate is another; state the right one with the \
+             setting `rate_hz`",
+        )
         .at(Place::default().channel(name.to_string())));
     }
     if rounded_low <= rounded_high {
@@ -625,7 +533,9 @@ fn coarse_base(
         findings: vec![Finding::warning(
             "stamps-coarse",
             format!(
-                "the stamps of `{name}` have too few digits and repeat; the stated {} Hz was used, which they follow to their printed digits, so that the start is known to {} s",
+                "the stamps of `{name}` have too few digits and repeat; the stated {} Hz was \
+                 used, which they follow to their printed digits, so that the start is known to \
+                 {} s",
                 rate.hertz(),
                 crate::units::plain((high - low).max(0.0), 3)
             ),
@@ -657,10 +567,5 @@ fn at_longest_gap(error: Error, text: &[u8], rows: &Rows, layout: &TableLayout) 
         line_of_row(text, row).map_or(Place::default(), |line| Place::default().line(line))
     };
     let (limit, value) = (*limit, *value);
-    Error::from(ErrorKind::LimitExceeded {
-        limit,
-        value,
-        found,
-    })
-    .at(place)
+    Error::over(limit, value, found).at(place)
 }

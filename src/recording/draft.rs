@@ -1,19 +1,19 @@
 //! A channel as a reader found it, made into one that is delivered: the last mile of all readers.
 
+use super::csv::header::Column;
 use super::remarks::{self, AcceptedRemark, Remark, Span};
-use super::{Channel, Finding, Outcomes, ReadOptions, ReadOutcome, Selection, Stated, text};
+use super::time_base::TimeBase;
+use super::{Channel, Finding, Limits, ReadOptions, ReadOutcome, Selection, Stated, text};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::{AccelerationUnit, SampleRate};
 
-/// A channel on the file's own clock.
+/// A channel as it was found.
 #[derive(Debug)]
 pub(super) struct Draft {
     pub(super) name: String,
     pub(super) unit: Unit,
-    /// Time of the first sample on the file's clock [s].
-    pub(super) start_s: f64,
-    pub(super) rate: SampleRate,
-    pub(super) values: Vec<f64>,
+    /// The samples on the file's own clock.
+    pub(super) clock: UniformSamples,
     pub(super) stated: Stated,
     /// What was found odd, each instant on the file's clock.
     pub(super) findings: Vec<Finding>,
@@ -22,6 +22,26 @@ pub(super) struct Draft {
 }
 
 impl Draft {
+    /// Takes a channel of which words say what it is.
+    pub(super) fn of_words(
+        words: &Column,
+        unit: Unit,
+        clock: UniformSamples,
+        mut findings: Vec<Finding>,
+    ) -> Self {
+        let stated = words.stated();
+        findings.extend(stated.findings(clock.rate));
+        findings.extend(words.name_findings());
+        Self {
+            name: words.name.clone(),
+            unit,
+            clock,
+            stated,
+            findings,
+            remarks: Vec::new(),
+        }
+    }
+
     /// Makes findings of the remarks and moves the channel's clock so that `time_zero_s` becomes
     /// time 0.
     pub(super) fn finish(
@@ -30,7 +50,7 @@ impl Draft {
         accepted: &[AcceptedRemark],
     ) -> Channel {
         let zero = time_zero_s.unwrap_or(0.0);
-        let span = Span::new(self.start_s, self.rate, self.values.len());
+        let span = self.clock.span();
         self.stated.remarks = remarks::shown(&self.remarks);
         remarks::tell_of_filters(&self.remarks, &mut self.stated, &mut self.findings);
         // First what a person says.
@@ -41,9 +61,9 @@ impl Draft {
             name: self.name,
             unit: self.unit.unit,
             unit_source: self.unit.source,
-            start_s: self.start_s - zero,
-            rate: self.rate,
-            values: self.values,
+            start_s: self.clock.start_s - zero,
+            rate: self.clock.rate,
+            values: self.clock.values,
             stated: self.stated,
             findings,
         }
@@ -128,6 +148,7 @@ impl Unit {
 }
 
 /// Samples on a uniform clock, the file's.
+#[derive(Debug)]
 pub(super) struct UniformSamples {
     pub(super) start_s: f64,
     pub(super) rate: SampleRate,
@@ -135,71 +156,74 @@ pub(super) struct UniformSamples {
 }
 
 impl UniformSamples {
+    /// Takes the clock that stamps give [s], as printed to `digit_s` [s].
+    pub(super) fn by_stamps(
+        stamps_s: &[f64],
+        digit_s: f64,
+        values: Vec<f64>,
+        limits: &Limits,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Self, Error> {
+        let base = TimeBase::fit(stamps_s, digit_s, limits)?;
+        findings.extend(base.findings.iter().cloned());
+        Ok(Self {
+            start_s: base.start_s,
+            rate: base.rate,
+            values: base.apply(stamps_s, values)?,
+        })
+    }
+
+    /// Takes a clock that is stated.
+    pub(super) fn stated(start_s: f64, rate: SampleRate, values: Vec<f64>) -> Result<Self, Error> {
+        if values.len() < 2 {
+            return Err(Error::too_short("a recording", 2, values.len()));
+        }
+        Ok(Self {
+            start_s,
+            rate,
+            values,
+        })
+    }
+
     pub(super) fn span(&self) -> Span {
         Span::new(self.start_s, self.rate, self.values.len())
     }
 }
 
-/// What one selection takes of a test: its channels by number, and what is known before they are
-/// read.
-pub(super) type TestChoice = Result<(Selection, Vec<usize>, ReadOutcome), Error>;
-
-/// Delivers the channels that each selection has chosen. `channel` reads one, whose number rises;
-/// its error comes with the channel's name. Together they hold at most as many samples as the
-/// limit `most` says.
+/// Delivers the channels of a selection. `channel` reads one; its error comes with the channel's name.
+/// Together they hold at most as many samples as the limit `most` says.
 pub(super) fn deliver(
-    choices: Vec<TestChoice>,
-    most: (&'static str, u64),
-    mut channel: impl FnMut(
-        usize,
-        Selection,
-        &mut ReadOutcome,
-    ) -> Result<Option<Channel>, (String, Error)>,
-) -> Outcomes {
-    let last = choices
-        .iter()
-        .flatten()
-        .filter_map(|(_, wanted, _)| wanted.iter().max());
-    let count = last.max().map_or(0, |last| last + 1);
-    let mut shares: Vec<(TestChoice, u64)> =
-        choices.into_iter().map(|choice| (choice, 0)).collect();
-    for index in 0..count {
-        for (choice, samples) in &mut shares {
-            let Ok((selection, wanted, outcome)) = choice else {
-                continue;
-            };
-            if !wanted.contains(&index) {
-                continue;
-            }
-            let read = channel(index, *selection, outcome).and_then(|read| {
-                let Some(read) = read else { return Ok(()) };
-                *samples += read.values.len() as u64;
+    selection: Selection,
+    wanted: Vec<usize>,
+    mut outcome: ReadOutcome,
+    (limit, most): (&'static str, u64),
+    mut channel: impl FnMut(usize, &mut ReadOutcome) -> Result<Option<Channel>, (String, Error)>,
+) -> Result<ReadOutcome, Error> {
+    let mut samples = 0;
+    for index in wanted {
+        let (name, error) = match channel(index, &mut outcome) {
+            Ok(None) => continue,
+            Ok(Some(read)) => {
+                samples += read.values.len() as u64;
                 let name = read.name.clone();
                 outcome.channels.push(read);
-                let (limit, value) = most;
-                let found = "more samples in all channels".into();
-                let over = ErrorKind::LimitExceeded {
-                    limit,
-                    value,
-                    found,
-                };
-                if *samples > value {
-                    Err((name, over.into()))
-                } else {
-                    Ok(())
+                if samples <= most {
+                    continue;
                 }
-            });
-            let Err((name, error)) = read else { continue };
-            let ends = matches!(error.kind(), ErrorKind::LimitExceeded { .. });
-            if *selection == Selection::Every && !ends {
-                outcome.findings.push(left_out(&name, &error));
-            } else {
-                *choice = Err(error.at(Place::default().channel(name)));
+                (
+                    name,
+                    Error::over(limit, most, "more samples in all channels"),
+                )
             }
+            Err(failed) => failed,
+        };
+        let ends = matches!(error.kind(), ErrorKind::LimitExceeded { .. });
+        if selection == Selection::Lateral || ends {
+            return Err(error.at(Place::default().channel(name)));
         }
+        outcome.findings.push(left_out(&name, &error));
     }
-    let outcome = |(choice, _): (TestChoice, u64)| choice.map(|(_, _, outcome)| outcome);
-    shares.into_iter().map(outcome).collect()
+    Ok(outcome)
 }
 
 /// Says that a channel is not among those delivered.

@@ -2,7 +2,7 @@
 
 use super::text::line_at;
 use super::{Finding, Limits};
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Error, Place};
 
 /// Characters of Windows-1252 from 0x80 to 0x9F. The five bytes that it leaves undefined keep
 /// their Latin-1 control characters, as WHATWG's Encoding Standard has it.
@@ -46,7 +46,8 @@ pub(super) fn decode(bytes: Vec<u8>, limits: &Limits) -> Result<(Vec<u8>, Vec<Fi
     } else {
         findings.push(Finding::info(
             "encoding-assumed",
-            "the text is not UTF-8 and was read as Windows-1252; only names and comments depend on it",
+            "the text is not UTF-8 and was read as Windows-1252; only names and comments depend \
+             on it",
         ));
         decode_windows_1252(bytes, limits)?
     };
@@ -55,12 +56,11 @@ pub(super) fn decode(bytes: Vec<u8>, limits: &Limits) -> Result<(Vec<u8>, Vec<Fi
         text.pop();
     }
     if let Some(position) = memchr::memchr(0, &text) {
-        return Err(Error::from(ErrorKind::Malformed {
-            expected: "text".into(),
-            found: "a NUL character".into(),
-            hint: "the file is binary, damaged, or UTF-16 without its mark; export it as UTF-8"
-                .into(),
-        })
+        return Err(Error::malformed(
+            "text",
+            "a NUL character",
+            "the file is binary, damaged, or UTF-16 without its mark; export it as UTF-8",
+        )
         .at(Place::default().line(line_at(&text, position))));
     }
     end_lines_with_line_feeds(&mut text);
@@ -73,47 +73,27 @@ fn is_utf_16(bytes: &[u8]) -> bool {
 
 fn decode_utf_16(bytes: &[u8], limits: &Limits) -> Result<Vec<u8>, Error> {
     let little = bytes[0] == 0xFF;
-    let pairs = bytes[2..].chunks_exact(2);
-    let odd = !pairs.remainder().is_empty();
-    let units = pairs.map(|pair| {
-        if little {
-            u16::from_le_bytes([pair[0], pair[1]])
-        } else {
-            u16::from_be_bytes([pair[0], pair[1]])
-        }
+    let pairs = bytes[2..].chunks(2);
+    let units = pairs.map(|pair| match (pair, little) {
+        ([low, high], true) | ([high, low], false) => u16::from_le_bytes([*low, *high]),
+        // Half of a pair of units, which is wrong alone.
+        _ => 0xD800,
     });
-    // Both are held while one is made of the other.
-    let room = usize::try_from(limits.text_bytes)
-        .unwrap_or(usize::MAX)
-        .saturating_sub(bytes.len());
     let length = |unit: u16| match unit {
         0..=0x7F => 1,
-        0x80..=0x7FF => 2,
-        // Half of a pair.
-        0xD800..=0xDFFF => 2,
+        0x80..=0x7FF | 0xD800..=0xDFFF => 2,
         _ => 3,
     };
     let needed: usize = units.clone().map(length).sum();
-    if needed > room {
+    // Both are held while one is made of the other.
+    if (needed + bytes.len()) as u64 > limits.text_bytes {
         return Err(too_long(limits));
     }
     let mut text = String::with_capacity(needed);
     for character in char::decode_utf16(units) {
-        match character {
-            Ok(character) => text.push(character),
-            Err(_) => {
-                return Err(wrong_encoding(
-                    "UTF-16",
-                    line_at(text.as_bytes(), text.len()),
-                ));
-            }
-        }
-    }
-    if odd {
-        return Err(wrong_encoding(
-            "UTF-16",
-            line_at(text.as_bytes(), text.len()),
-        ));
+        let wrong = |_| wrong_encoding("UTF-16", line_at(text.as_bytes(), text.len()));
+        let character = character.map_err(wrong)?;
+        text.push(character);
     }
     Ok(text.into_bytes())
 }
@@ -150,12 +130,9 @@ fn decode_windows_1252(mut bytes: Vec<u8>, limits: &Limits) -> Result<Vec<u8>, E
 }
 
 fn too_long(limits: &Limits) -> Error {
-    Error::from(ErrorKind::LimitExceeded {
-        limit: "text_bytes",
-        value: limits.text_bytes,
-        found: "more bytes once decoded to UTF-8".into(),
-    })
-    .at(Place::default().byte(limits.text_bytes))
+    limits
+        .over("text_bytes", "more bytes once decoded to UTF-8")
+        .at(Place::default().byte(limits.text_bytes))
 }
 
 /// Turns a carriage return that stands alone, the line end of old Macintosh files, into a
@@ -175,10 +152,10 @@ fn end_lines_with_line_feeds(text: &mut [u8]) {
 }
 
 fn wrong_encoding(name: &str, line: u64) -> Error {
-    Error::from(ErrorKind::Malformed {
-        expected: format!("{name}, as the file is marked"),
-        found: "other bytes".into(),
-        hint: "the file is damaged or cut; export it again".into(),
-    })
+    Error::malformed(
+        format!("{name}, as the file is marked"),
+        "other bytes",
+        "the file is damaged or cut; export it again",
+    )
     .at(Place::default().line(line))
 }

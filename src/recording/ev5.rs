@@ -20,13 +20,12 @@ use super::draft::{self, Draft, UniformSamples, Unit};
 use super::lateral::{self, CodedChannel};
 use super::source::Reader;
 use super::{Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
-use super::{encoding, held, time_base};
+use super::{encoding, held};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::SampleRate;
 use curve::Curve;
 use header::{CurveEntry, TestInstruments};
 use std::collections::BTreeSet;
-use std::rc::Rc;
 
 /// Recognises an `.EV5`, or a curve file by its numeric extension and its two columns.
 #[must_use]
@@ -221,43 +220,33 @@ fn read_test(
     let test = TestInstruments::read(bytes, limits)
         .map_err(|error| error.at(Place::file(header_name.to_string())))?;
     if test.entries.is_empty() {
-        return Err(ErrorKind::Empty {
-            found: "the .EV5 has no line of instrumentation".into(),
-            expected: "one line for each curve".into(),
-        }
-        .into());
+        return Err(Error::empty(
+            "the .EV5 has no line of instrumentation",
+            "one line for each curve",
+        ));
     }
-    let mut files = CurveFiles::find(source, header_name, limits)?;
-    let choices = selections.iter().map(|selection| {
+    let files = CurveFiles::find(source, header_name, limits)?;
+    let mut outcome = |selection: Selection| {
         let mut outcome = ReadOutcome {
             parts: parts.clone(),
             ..ReadOutcome::default()
         };
-        let wanted = selected(&test, &files, options, *selection, &mut outcome.findings)?;
-        Ok((*selection, wanted, outcome))
-    });
-    let choices = choices.collect();
-    let most = ("table_cells", limits.table_cells);
-    Ok(draft::deliver(
-        choices,
-        most,
-        |index, selection, outcome| {
+        let wanted = selected(&test, &files, options, selection, &mut outcome.findings)?;
+        let most = ("table_cells", limits.table_cells);
+        draft::deliver(selection, wanted, outcome, most, |index, outcome| {
             let entry = &test.entries[index];
+            let name = entry.name();
             let read = files.only_name_of(entry.number).and_then(|file| {
-                let curve = files.read(&file, source, limits);
+                let absent = || missing(&format!("the {file}"));
+                let bytes = source.read_beside(&file, limits)?.ok_or_else(absent)?;
                 outcome.parts.insert(file);
-                channel(
-                    &*curve?,
-                    Some(entry),
-                    &entry.name(),
-                    options,
-                    selection,
-                    limits,
-                )
+                let curve = Curve::read(bytes, limits)?;
+                channel(&curve, Some(entry), &name, options, selection, limits)
             });
-            read.map(Some).map_err(|error| (entry.name(), error))
-        },
-    ))
+            read.map(Some).map_err(|error| (name, error))
+        })
+    };
+    Ok(selections.iter().map(|one| outcome(*one)).collect())
 }
 
 /// Returns the curves to read.
@@ -287,8 +276,6 @@ fn selected(
 /// The curve files beside an `.EV5`.
 struct CurveFiles {
     names: Vec<(u32, String)>,
-    /// The curve that was read last, by its file.
-    last: Option<(String, Result<Rc<Curve>, Error>)>,
 }
 
 impl CurveFiles {
@@ -302,27 +289,7 @@ impl CurveFiles {
         let names = names.filter_map(|name| Some((curve::number_of(&name)?, name)));
         Ok(Self {
             names: names.collect(),
-            last: None,
         })
-    }
-
-    /// Reads a curve's file, once for all selections.
-    fn read(
-        &mut self,
-        file: &str,
-        source: &mut Reader,
-        limits: &Limits,
-    ) -> Result<Rc<Curve>, Error> {
-        if let Some((_, curve)) = self.last.as_ref().filter(|(last, _)| last == file) {
-            return curve.clone();
-        }
-        let bytes = source.read_beside(file, limits);
-        let bytes = bytes.and_then(|bytes| bytes.ok_or_else(|| missing(&format!("the {file}"))));
-        let curve = bytes
-            .and_then(|bytes| Curve::read(bytes, limits))
-            .map(Rc::new);
-        self.last = Some((file.to_string(), curve.clone()));
-        curve
     }
 
     fn name_of(&self, number: u32) -> Option<&str> {
@@ -348,13 +315,11 @@ impl CurveFiles {
         match names.as_slice() {
             [] => Ok(format!("curve file .{number:03}")),
             [only] => Ok((*only).to_string()),
-            several => Err(ErrorKind::Malformed {
-                expected: format!("one file of curve {number}"),
-                found: several.join(", "),
-                hint: "which of them holds is not known; keep the one that belongs to the test"
-                    .into(),
-            }
-            .into()),
+            several => Err(Error::malformed(
+                format!("one file of curve {number}"),
+                several.join(", "),
+                "which of them holds is not known; keep the one that belongs to the test",
+            )),
         }
     }
 }
@@ -378,7 +343,7 @@ fn choose(
     };
     let one = |entry: &CurveEntry| CodedChannel {
         name: entry.name(),
-        is_acceleration: entry.sensor == "AC" && is_there(entry),
+        is_acceleration: entry.of(header::SENSOR) == "AC" && is_there(entry),
         doubt: entry.doubt().or_else(|| {
             is_second(entry).then(|| "it is redundant, its place has a primary one".into())
         }),
@@ -405,7 +370,7 @@ fn channel(
     let own = entry
         .and_then(CurveEntry::unit)
         .map(|unit| (unit, "format"));
-    let text = ("the .EV5", entry.map(|entry| &*entry.y_unit));
+    let text = ("the .EV5", entry.map(|entry| entry.of(header::Y_UNIT)));
     let unit = Unit::of_header(own, text, options, selection, &mut findings)?;
     if let Some(entry) = entry
         && selection == Selection::Lateral
@@ -432,9 +397,7 @@ fn channel(
     let draft = Draft {
         name: label.to_string(),
         unit,
-        start_s: clock.start_s,
-        rate: clock.rate,
-        values: clock.values,
+        clock,
         stated,
         findings,
         remarks: entry.map(CurveEntry::remark).into_iter().collect(),
@@ -477,13 +440,10 @@ impl UniformSamples {
         limits: &Limits,
         findings: &mut Vec<Finding>,
     ) -> Result<Self, Error> {
-        let base = time_base::TimeBase::fit(&curve.stamps_s, curve.printed_digit_s, limits)?;
-        options.check_rate(base.rate.hertz(), "the stamps", "leave out the rate")?;
-        findings.extend(base.findings.iter().cloned());
-        Ok(Self {
-            start_s: base.start_s,
-            rate: base.rate,
-            values: base.apply(&curve.stamps_s, curve.values.clone())?,
-        })
+        let (stamps_s, digit_s) = (&curve.stamps_s, curve.printed_digit_s);
+        let values = curve.values.clone();
+        let clock = Self::by_stamps(stamps_s, digit_s, values, limits, findings)?;
+        options.check_rate(clock.rate.hertz(), "the stamps", "leave out the rate")?;
+        Ok(clock)
     }
 }

@@ -138,10 +138,6 @@ pub(super) fn take(coded: &[CodedChannel]) -> Result<(usize, Option<Finding>), E
 }
 
 /// Returns the one channel among those `found` for the name that was `wanted`.
-///
-/// # Errors
-///
-/// [`ErrorKind::NoSuchChannel`] and [`ErrorKind::AmbiguousChannel`].
 pub(super) fn named(wanted: &str, found: &[usize], coded: &[CodedChannel]) -> Result<usize, Error> {
     match found {
         [only] => Ok(*only),

@@ -3,7 +3,7 @@
 //! One table lists them with unit and meaning; `latchgate limits` prints it, and
 //! An assignment `KEY=VALUE` changes an entry.
 
-use crate::error::{Error, ErrorKind, nearest_name};
+use crate::error::{Error, ErrorKind};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -62,6 +62,15 @@ macro_rules! limits {
                     .collect()
             }
 
+            /// Says that the limit of that name was crossed by what was found.
+            pub(super) fn over(&self, limit: &'static str, found: impl Into<String>) -> Error {
+                let value = match limit {
+                    $(stringify!($name) => self.$name,)*
+                    _ => 0,
+                };
+                Error::over(limit, value, found)
+            }
+
             fn slot(&mut self, name: &str) -> Option<&mut u64> {
                 match name {
                     $(stringify!($name) => Some(&mut self.$name),)*
@@ -75,7 +84,6 @@ macro_rules! limits {
 limits! {
     text_bytes = 192 << 20, "bytes", "Bytes of a text recording, which is held in memory, and of what it decodes to; of UTF-16 both together; of any recording on standard input that is read twice.";
     line_bytes = 1 << 20, "bytes", "Bytes of one line of text.";
-    field_bytes = 64 << 10, "bytes", "Bytes of one cell of a table.";
     lines = 8_200_000, "lines", "Lines of a text recording, headers and comments included.";
     samples = 8_000_000, "samples", "Samples kept per channel.";
     columns = 4096, "columns", "Columns of a table, that is channels of a text file.";
@@ -109,19 +117,12 @@ impl Limits {
         let (name, text) = assignment.split_once('=').unwrap_or((assignment, ""));
         let (name, text) = (name.trim(), text.trim());
         let Some(slot) = self.slot(name) else {
-            return Err(ErrorKind::UnknownName {
-                what: "limit",
-                found: name.to_string(),
-                nearest: nearest_name(name, Self::NAMES),
-                known: Self::NAMES.join(", "),
-            }
-            .into());
+            return Err(Error::unknown("limit", name, Self::NAMES));
         };
         *slot = value(name, text).ok_or_else(|| {
-            let bytes = if name.ends_with("_bytes") {
-                "; KiB, MiB and GiB may follow it"
-            } else {
-                ""
+            let bytes = match name.ends_with("_bytes") {
+                true => "; KiB, MiB and GiB may follow it",
+                false => "",
             };
             Error::from(ErrorKind::OutOfRange {
                 what: format!("the limit {name}"),

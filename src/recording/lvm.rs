@@ -19,10 +19,11 @@ use super::held::Statement;
 use super::number::{Decimal, Marks, PrintedDigits};
 use super::remarks::Cells;
 use super::source::Reader;
-use super::time_base::{self, TimeBase};
+use super::text::ColumnMarks;
+use super::time_base;
 use super::{
-    Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, csv, encoding,
-    held, lateral, text,
+    Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, encoding, held,
+    lateral, text,
 };
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use crate::units::SampleRate;
@@ -65,58 +66,94 @@ pub fn read(
     limits: &Limits,
 ) -> Result<Outcomes, Error> {
     options.refuse_other_clock("a LabVIEW file", "")?;
-    let bytes = source.read_text(limits)?;
-    let (bytes, mut findings) = encoding::decode(bytes, limits)?;
+    let (bytes, mut findings) = encoding::decode(source.read_text(limits)?, limits)?;
     text::check_line_lengths(&bytes, limits)?;
     let content = String::from_utf8_lossy(&bytes);
     let (header, first_row) = Header::read(&content, limits)?;
-    let mut table =
-        ChannelTable::read(&content, &header, first_row, (options, selections), limits)?;
     findings.extend(header.findings.iter().cloned());
-    findings.extend(header.decimal_finding(table.decimal));
-    findings.extend(table.silent_finding(&header));
-    let mut remarks = header.remarks.clone();
-    remarks.extend(table.words.remarks("Comment", |at_s| (at_s, String::new())));
-    let choices = selections.iter().map(|selection| {
-        if let Some(error) = table.over.clone()
-            && (*selection == Selection::Every || options.channel.is_none())
-        {
-            return Err(error);
-        }
-        // Where nobody has said which channel is meant, the whole table has to be in order.
-        let unnamed = *selection == Selection::Lateral && options.channel.is_none();
-        let mut channels = table.channels.iter().filter(|_| unnamed);
-        if let Some(error) = channels.find_map(|numbers| numbers.error.clone()) {
-            return Err(error);
-        }
-        let (wanted, chosen) = choose(&header, &table, options, *selection)?;
-        let outcome = ReadOutcome {
-            findings: findings.iter().cloned().chain(chosen).collect(),
-            remarks: remarks.clone(),
+    let file = LabviewFile {
+        content: &content,
+        header: &header,
+        first_row,
+        findings,
+        options,
+        limits,
+    };
+    let outcome = |selection: &Selection| file.outcome(*selection);
+    Ok(selections.iter().map(outcome).collect())
+}
+
+/// A file whose headers are read.
+struct LabviewFile<'a> {
+    content: &'a str,
+    header: &'a Header,
+    /// Line on which the table begins.
+    first_row: u64,
+    findings: Vec<Finding>,
+    options: &'a ReadOptions,
+    limits: &'a Limits,
+}
+
+impl LabviewFile<'_> {
+    /// Reads what a selection asks for.
+    fn outcome(&self, selection: Selection) -> Result<ReadOutcome, Error> {
+        let (header, options) = (self.header, self.options);
+        let named = options.channel.as_ref();
+        let named = named.filter(|_| selection == Selection::Lateral);
+        let named = named.map(|wanted| header.named(wanted)).transpose()?;
+        let mut table = ChannelTable::read(self, named)?;
+        let mut outcome = ReadOutcome {
+            findings: self.findings.clone(),
+            remarks: header.remarks.clone(),
             ..ReadOutcome::default()
         };
-        Ok((*selection, wanted, outcome))
-    });
-    let choices = choices.collect();
-    let most = ("table_cells", limits.table_cells);
-    Ok(draft::deliver(choices, most, |index, selection, _| {
-        let name = || header.channels[index].column.name.clone();
-        channel(&header, &mut table, index, (options, selection), limits)
-            .map(Some)
-            .map_err(|error| (name(), error))
-    }))
+        let said = table.words.remarks("Comment", |at_s| (at_s, String::new()));
+        outcome.remarks.extend(said);
+        outcome
+            .findings
+            .extend(header.decimal_finding(table.decimal));
+        outcome.findings.extend(table.silent_finding(header));
+        let filled = (0..header.channels.len()).filter(|index| !table.channels[*index].is_silent());
+        let filled: Vec<usize> = filled.collect();
+        let wanted = match (selection, named) {
+            (Selection::Every, _) => filled,
+            (_, Some(index)) => {
+                let column = &header.channels[index].column;
+                outcome.findings.extend(column.not_lateral_finding());
+                vec![index]
+            }
+            (_, None) => {
+                // Where nobody has said which channel is meant, the whole table has to be in order.
+                if let Some(error) = table.channels.iter().find_map(|one| one.error.clone()) {
+                    return Err(error);
+                }
+                let column = |index: &usize| (index + 1, &header.channels[*index].column);
+                let columns: Vec<(usize, &Column)> = filled.iter().map(column).collect();
+                let (index, finding) = lateral::choose(&columns, "channel", &header.list())?;
+                // Here units stand with every channel, so that forces do not compete.
+                let rivals = columns.iter().filter(|(_, one)| !one.has_foreign_unit());
+                outcome
+                    .findings
+                    .extend(finding.filter(|_| rivals.count() > 1));
+                vec![filled[index]]
+            }
+        };
+        let most = ("table_cells", self.limits.table_cells);
+        draft::deliver(selection, wanted, outcome, most, |index, _| {
+            let name = || header.channels[index].column.name.clone();
+            let channel = self.channel(&mut table, index, selection);
+            channel.map(Some).map_err(|error| (name(), error))
+        })
+    }
 }
 
 /// The numbers of one column.
 #[derive(Default)]
 struct ColumnNumbers {
-    /// The numbers, where they are kept.
     values: Vec<f64>,
-    /// How many there are, kept or not.
+    /// How many cells hold something, kept or not.
     count: usize,
-    marks: Marks,
-    /// The first number that may have a mark between thousands, and where it stands.
-    doubtful: Option<(Place, String)>,
+    marks: ColumnMarks,
     /// The first thing wrong; nothing is taken after it.
     error: Option<Error>,
 }
@@ -128,39 +165,23 @@ impl ColumnNumbers {
     }
 
     /// Takes in a cell that holds something.
-    fn take(&mut self, cell: &str, decimal: &mut Decimal, place: Place) -> Result<f64, Error> {
+    fn take(&mut self, cell: &str, decimal: &mut Decimal, place: Place) -> Result<(), Error> {
         let number = text::sample(cell, decimal).map_err(|error| error.at(place.clone()))?;
-        if self.marks.look(cell.as_bytes()) {
-            self.doubtful = Some((place, text::shown(cell)));
-        }
-        self.count += 1;
-        Ok(number)
+        self.marks.look(cell.as_bytes(), || place);
+        self.values.push(number);
+        Ok(())
     }
 
     /// Refuses numbers whose mark may separate thousands or decimals. One that the header declares
     /// is the decimal one; another must prove to be.
     fn check_marks(&self, declared: Option<char>) -> Result<(), Error> {
-        let Some((place, cell)) = &self.doubtful else {
-            return Ok(());
+        let is_clear = |cell: &str, marks: Marks| match declared.map(|mark| cell.contains(mark)) {
+            Some(declared) => declared || marks.decimal,
+            None => !marks.may_be_thousands(),
         };
-        let is_clear = match declared.map(|mark| cell.contains(mark)) {
-            Some(true) => true,
-            Some(false) => self.marks.decimal,
-            None => !self.marks.may_be_thousands(),
-        };
-        if is_clear {
-            return Ok(());
-        }
-        Err(Error::from(ErrorKind::Malformed {
-            expected: "numbers whose mark is clear".into(),
-            found: format!(
-                "`{cell}`, with no number in the column whose mark can only be a decimal one"
-            ),
-            hint: "the mark may separate thousands or decimals; declare it as Decimal_Separator \
-                   if it is the decimal one, else export without marks between thousands"
-                .into(),
-        })
-        .at(place.clone()))
+        let hint = "the mark may separate thousands or decimals; declare it as Decimal_Separator \
+                    if it is the decimal one, else export without marks between thousands";
+        self.marks.check(is_clear, hint)
     }
 }
 
@@ -178,9 +199,8 @@ struct ChannelTable {
     row: usize,
     /// Cells kept.
     cells: u64,
-    /// Which channels are kept, and why that is no longer all of them.
-    keeps: Vec<bool>,
-    over: Option<Error>,
+    /// The one channel that is kept, if not all are.
+    only: Option<usize>,
 }
 
 /// Returns the place of a cell.
@@ -189,75 +209,33 @@ fn at(line: u64, column: usize) -> Place {
 }
 
 impl ChannelTable {
-    /// Reads the rows, once for all selections. Where all channels are too many, the one that is
-    /// named is read on.
-    fn read(
-        content: &str,
-        header: &Header,
-        first_row: u64,
-        (options, selections): (&ReadOptions, &[Selection]),
-        limits: &Limits,
-    ) -> Result<Self, Error> {
-        let is_named = |index: usize| match &options.channel {
-            Some(wanted) => header.channels[index].answers_to(wanted, index),
-            None => true,
-        };
-        let named: Vec<bool> = (0..header.channels.len()).map(is_named).collect();
-        let all = selections.contains(&Selection::Every);
+    /// Reads the rows.
+    fn read(file: &LabviewFile<'_>, only: Option<usize>) -> Result<Self, Error> {
+        let (header, limits) = (file.header, file.limits);
         let fresh = |_| (ColumnNumbers::default(), PrintedDigits::new());
+        let channels = header.channels.iter();
         let mut table = Self {
-            channels: named.iter().map(|_| ColumnNumbers::default()).collect(),
+            channels: channels.map(|_| ColumnNumbers::default()).collect(),
             stamps: header.time_columns().into_iter().map(fresh).collect(),
             decimal: Decimal::Unknown,
             words: Cells::new(false),
-            cut: held::cut_line(content),
+            cut: held::cut_line(file.content),
             row: 0,
             cells: 0,
-            keeps: named.iter().map(|named| all || *named).collect(),
-            over: None,
+            only,
         };
-        for (number, line) in text::lines(content).filter(|(number, _)| *number >= first_row) {
+        let lines = text::lines(file.content);
+        for (number, line) in lines.filter(|(number, _)| *number >= file.first_row) {
             table.take(header, number, line, limits)?;
             if table.cells > limits.table_cells {
-                let error = Error::from(ErrorKind::LimitExceeded {
-                    limit: "table_cells",
-                    value: limits.table_cells,
-                    found: "more cells".into(),
-                })
-                .at(at(number, 0));
-                if table.over.is_some() || !selections.contains(&Selection::Lateral) {
-                    return Err(error);
-                }
-                table.keep_only(&named);
-                table.over = Some(error);
+                return Err(limits.over("table_cells", "more cells").at(at(number, 0)));
             }
         }
         if table.channels.iter().all(ColumnNumbers::is_silent) {
-            return Err(ErrorKind::Empty {
-                found: "the table holds no sample".into(),
-                expected: "rows of numbers after the second header".into(),
-            }
-            .into());
+            let expected = "rows of numbers after the second header";
+            return Err(Error::empty("the table holds no sample", expected));
         }
         Ok(table)
-    }
-
-    /// Forgets the samples of all channels but the named ones.
-    fn keep_only(&mut self, named: &[bool]) {
-        for (channel, _) in self
-            .channels
-            .iter_mut()
-            .zip(named)
-            .filter(|(_, named)| !**named)
-        {
-            channel.values = Vec::new();
-        }
-        self.keeps = named.to_vec();
-        let kept = self
-            .channels
-            .iter()
-            .map(|channel| channel.values.len() as u64);
-        self.cells = kept.sum();
     }
 
     /// Names the channels without a sample.
@@ -267,12 +245,9 @@ impl ChannelTable {
         let names: Vec<&str> = silent
             .map(|(channel, _)| channel.column.name.as_str())
             .collect();
-        let text = format!(
-            "{} channels hold no sample: {}",
-            names.len(),
-            names.join(", ")
-        );
-        (!names.is_empty()).then(|| Finding::info("channels-empty", text))
+        let (count, list) = (names.len(), names.join(", "));
+        let text = format!("{count} channels hold no sample: {list}");
+        (count > 0).then(|| Finding::info("channels-empty", text))
     }
 
     /// Takes in a line.
@@ -294,19 +269,11 @@ impl ChannelTable {
         let mut instant = None;
         for ((stamps, digits), column) in self.stamps.iter_mut().zip(header.time_columns()) {
             let Some(cell) = cell(column) else { continue };
-            let stamp = stamps.take(cell, &mut self.decimal, at(number, column))?;
-            if let Some(previous) = stamps.values.last().copied()
-                && stamp <= previous
-            {
-                let found = stamp;
-                return Err(
-                    Error::from(ErrorKind::TimeNotIncreasing { previous, found })
-                        .at(at(number, column)),
-                );
-            }
+            stamps.take(cell, &mut self.decimal, at(number, column))?;
+            time_base::check_rising(&stamps.values).map_err(|e| e.at(at(number, column)))?;
+            stamps.count += 1;
             digits.count(cell.as_bytes());
-            stamps.values.push(stamp);
-            instant = instant.or(Some(stamp));
+            instant = instant.or(stamps.values.last().copied());
         }
         for (index, described) in header.channels.iter().enumerate() {
             let Some(cell) = cell(described.index) else {
@@ -319,24 +286,20 @@ impl ChannelTable {
                 Some(slot) => self.stamps[slot].0.count.checked_sub(1),
                 None => Some(self.row),
             };
-            if numbers.error.is_some() {
+            let is_next = before == Some(numbers.count);
+            numbers.count += 1;
+            if numbers.error.is_some() || self.only.is_some_and(|only| only != index) {
                 continue;
             }
-            if numbers.count as u64 >= limits.samples {
-                return Err(text::too_many_samples(limits).at(place));
+            if numbers.count as u64 > limits.samples {
+                return Err(limits.over("samples", "more samples").at(place));
             }
-            let taken = match before == Some(numbers.count) {
+            let taken = match is_next {
                 true => numbers.take(cell, &mut self.decimal, place),
                 false => Err(missing_cell(&described.column.name, place)),
             };
-            match taken {
-                Ok(value) if self.keeps[index] => {
-                    numbers.values.push(value);
-                    self.cells += 1;
-                }
-                Ok(_) => {}
-                Err(error) => numbers.error = Some(error),
-            }
+            self.cells += 1;
+            numbers.error = taken.err();
         }
         self.row += 1;
         let words = cell(header.comment_column).unwrap_or_default();
@@ -380,218 +343,100 @@ fn check_shape(header: &Header, number: u64, cells: &[&str]) -> Result<(), Error
 }
 
 fn missing_cell(name: &str, place: Place) -> Error {
-    Error::from(ErrorKind::Malformed {
-        expected: format!("samples of {name} without a break"),
-        found: "one after an empty cell".into(),
-        hint: "a missing sample is not taken for zero; export the channels one by one".into(),
-    })
+    Error::malformed(
+        format!("samples of {name} without a break"),
+        "one after an empty cell",
+        "a missing sample is not taken for zero; export the channels one by one",
+    )
     .at(place)
 }
 
-/// Chooses the channels to deliver.
-fn choose(
-    header: &Header,
-    table: &ChannelTable,
-    options: &ReadOptions,
-    selection: Selection,
-) -> Result<(Vec<usize>, Option<Finding>), Error> {
-    let filled: Vec<usize> = (0..header.channels.len())
-        .filter(|index| !table.channels[*index].is_silent())
-        .collect();
-    if selection == Selection::Every {
-        return Ok((filled, None));
-    }
-    let known = header.list();
-    if let Some(wanted) = &options.channel {
-        let found: Vec<usize> = (0..header.channels.len())
-            .filter(|index| header.channels[*index].answers_to(wanted, *index))
-            .collect();
-        return match found.as_slice() {
-            [only] => Ok((
-                vec![*only],
-                header.channels[*only].column.not_lateral_finding(),
-            )),
-            [] => Err(ErrorKind::NoSuchChannel {
-                wanted: wanted.clone(),
-                known,
-            }
-            .into()),
-            several => Err(ErrorKind::AmbiguousChannel {
-                candidates: Candidates(
-                    several
-                        .iter()
-                        .map(|index| Candidate::numbered(wanted, "channel", index + 1))
-                        .collect(),
-                ),
-            }
-            .into()),
-        };
-    }
-    let columns: Vec<(usize, &Column)> = filled
-        .iter()
-        .map(|index| (index + 1, &header.channels[*index].column))
-        .collect();
-    let (index, finding) = lateral::choose(&columns, "channel", &known)?;
-    // Here units stand with every channel, so that forces and temperatures do not compete.
-    let rivals = columns
-        .iter()
-        .filter(|(_, column)| !column.has_foreign_unit());
-    let several = rivals.count() > 1;
-    Ok((vec![filled[index]], finding.filter(|_| several)))
-}
-
-fn channel(
-    header: &Header,
-    table: &mut ChannelTable,
-    index: usize,
-    (options, selection): (&ReadOptions, Selection),
-    limits: &Limits,
-) -> Result<Channel, Error> {
-    let described = &header.channels[index];
-    let column = &described.column;
-    let mut findings = Vec::new();
-    let numbers = &mut table.channels[index];
-    if let Some(error) = &numbers.error {
-        return Err(error.clone());
-    }
-    if numbers.count == 0 {
-        return Err(ErrorKind::Empty {
-            found: format!("channel {} holds no sample", column.name),
-            expected: "a channel with samples".into(),
+impl LabviewFile<'_> {
+    fn channel(
+        &self,
+        table: &mut ChannelTable,
+        index: usize,
+        selection: Selection,
+    ) -> Result<Channel, Error> {
+        let (header, options) = (self.header, self.options);
+        let described = &header.channels[index];
+        let column = &described.column;
+        let mut findings = Vec::new();
+        let numbers = std::mem::take(&mut table.channels[index]);
+        if let Some(error) = numbers.error {
+            return Err(error);
         }
-        .into());
+        if numbers.count == 0 {
+            let found = format!("channel {} holds no sample", column.name);
+            return Err(Error::empty(found, "a channel with samples"));
+        }
+        let stamps = header.time_slot(index).map(|slot| &table.stamps[slot].0);
+        // A mark among the stamps that can only be a decimal one tells for the samples, too.
+        if !stamps.is_some_and(|stamps| stamps.marks.marks.decimal) {
+            stamps.map_or(Ok(()), |stamps| stamps.check_marks(header.decimal))?;
+            numbers.check_marks(header.decimal)?;
+        }
+        let own = column.unit.map(|unit| (unit, "header"));
+        let text = ("the header", column.unit_text.as_deref());
+        let unit = Unit::of_header(own, text, options, selection, &mut findings)?;
+        let count = numbers.values.len();
+        let clock = self.on_clock(table, index, numbers.values, &mut findings)?;
+        let end_s = clock.span().end_s;
+        if let Some(stated) = described.stated("Samples", &described.samples) {
+            stated.count(count, header.time != TimeColumns::No, end_s, &mut findings);
+        }
+        findings.extend(table.cut.clone().map(|cut| cut.at(end_s)));
+        let draft = Draft::of_words(column, unit, clock, findings);
+        Ok(draft.finish(options.time_zero_s, &options.accepted_remarks))
     }
-    let slot = header.time_slot(index);
-    let stamps = slot.map(|slot| &table.stamps[slot].0);
-    // A mark among the stamps that can only be a decimal one tells for the samples, too.
-    if !stamps.is_some_and(|stamps| stamps.marks.decimal) {
-        stamps.map_or(Ok(()), |stamps| stamps.check_marks(header.decimal))?;
-        numbers.check_marks(header.decimal)?;
-    }
-    // The chosen channel comes first, and is one of all.
-    let values = match selection {
-        Selection::Lateral => numbers.values.clone(),
-        Selection::Every => std::mem::take(&mut numbers.values),
-    };
-    let own = column.unit.map(|unit| (unit, "header"));
-    let text = ("the header", column.unit_text.as_deref());
-    let unit = Unit::of_header(own, text, options, selection, &mut findings)?;
-    let count = values.len();
-    let clock = on_clock(
-        (header, table, index),
-        values,
-        options,
-        limits,
-        &mut findings,
-    )?;
-    let end_s = clock.span().end_s;
-    let stamped = header.time != TimeColumns::No;
-    if let Some(stated) = described.stated("Samples", &described.samples) {
-        stated.count(count, stamped, end_s, &mut findings);
-    }
-    findings.extend(table.cut.clone().map(|cut| cut.at(end_s)));
-    let UniformSamples {
-        start_s,
-        rate,
-        values,
-    } = clock;
-    let stated = column.stated();
-    findings.extend(stated.findings(rate));
-    findings.extend(column.name_findings());
-    let draft = Draft {
-        name: column.name.clone(),
-        unit,
-        start_s,
-        rate,
-        values,
-        stated,
-        findings,
-        remarks: Vec::new(),
-    };
-    Ok(draft.finish(options.time_zero_s, &options.accepted_remarks))
-}
 
-/// Puts the samples of a channel on its uniform clock: by its column of stamps, else as the header
-/// or the rate that was asked for has it.
-fn on_clock(
-    (header, table, index): (&Header, &ChannelTable, usize),
-    values: Vec<f64>,
-    options: &ReadOptions,
-    limits: &Limits,
-    findings: &mut Vec<Finding>,
-) -> Result<UniformSamples, Error> {
-    let described = &header.channels[index];
-    match header.time_slot(index) {
-        Some(slot) => {
+    /// Puts the samples of a channel on its uniform clock: by its column of stamps, else as the
+    /// header or the rate that was asked for has it.
+    fn on_clock(
+        &self,
+        table: &ChannelTable,
+        index: usize,
+        values: Vec<f64>,
+        findings: &mut Vec<Finding>,
+    ) -> Result<UniformSamples, Error> {
+        let (header, options) = (self.header, self.options);
+        let described = &header.channels[index];
+        let confirmed = options.rate_hz.is_some();
+        let hint = "mend the header, or confirm the rate with the setting `rate_hz` if it is right";
+        let check = |rate: SampleRate, by: &str| {
+            let hertz = rate.hertz();
+            options.check_rate(hertz, by, RATE_HINT)?;
+            time_base::implausible_rate(hertz, by, (true, confirmed), hint)
+        };
+        if let Some(slot) = header.time_slot(index) {
             let (numbers, digits) = &table.stamps[slot];
-            let stamps = &numbers.values;
-            let stamps = stamps.get(..values.len()).unwrap_or(stamps);
-            let base = TimeBase::fit(stamps, digits.last_digit(), limits)?;
-            options.check_rate(base.rate.hertz(), "the file's time column", RATE_HINT)?;
-            findings.extend(implausible_rate(base.rate, "the time column", options)?);
-            findings.extend(base.findings.iter().cloned());
+            let stamps = numbers
+                .values
+                .get(..values.len())
+                .unwrap_or(&numbers.values);
+            let digit = digits.last_digit();
+            let mut odd = Vec::new();
+            let clock = UniformSamples::by_stamps(stamps, digit, values, self.limits, &mut odd)?;
+            findings.extend(check(clock.rate, "the file's time column")?);
+            findings.append(&mut odd);
             let stated = described.stated("Delta_X", &described.interval);
             if let Some(stated) = stated
                 && stated.number(|interval| interval > 0.0, findings).is_some()
             {
-                findings.extend(interval_finding(described.interval(), base.rate));
+                findings.extend(interval_finding(described.interval(), clock.rate));
             }
-            Ok(UniformSamples {
-                start_s: base.start_s,
-                rate: base.rate,
-                values: base.apply(stamps, values)?,
-            })
+            return Ok(clock);
         }
-        None => {
-            let rate = match (described.interval(), options.rate_hz) {
-                (Some(rate), _) => {
-                    options.check_rate(rate.hertz(), "Delta_X in the header", RATE_HINT)?;
-                    findings.extend(implausible_rate(rate, "Delta_X in the header", options)?);
-                    rate
-                }
-                (None, Some(hertz)) => SampleRate::from_hertz(hertz)?,
-                (None, None) => return Err(ErrorKind::MissingTime.into()),
-            };
-            if values.len() < 2 {
-                return Err(ErrorKind::TooShort {
-                    what: "a recording",
-                    needed: 2,
-                    found: values.len(),
-                }
-                .into());
+        let rate = match (described.interval(), options.rate_hz) {
+            (Some(rate), _) => {
+                findings.extend(check(rate, "Delta_X in the header")?);
+                rate
             }
-            Ok(UniformSamples {
-                start_s: described.start_s,
-                rate,
-                values,
-            })
-        }
+            (None, Some(hertz)) => SampleRate::from_hertz(hertz)?,
+            (None, None) => return Err(ErrorKind::MissingTime.into()),
+        };
+        UniformSamples::stated(described.start_s, rate, values)
     }
-}
-
-/// Doubts a rate that crash recordings do not have: beyond all belief only the user's word counts.
-fn implausible_rate(
-    rate: SampleRate,
-    told_by: &str,
-    options: &ReadOptions,
-) -> Result<Option<Finding>, Error> {
-    let hertz = rate.hertz();
-    if hertz > csv::INCREDIBLE && options.rate_hz.is_none() {
-        return Err(ErrorKind::Malformed {
-            expected: "a rate that crash recordings have".into(),
-            found: format!("{hertz} Hz by {told_by}"),
-            hint: "mend the header, or confirm the rate with the setting `rate_hz` if it is right"
-                .into(),
-        }
-        .into());
-    }
-    let (low, high) = csv::PLAUSIBLE_STATED;
-    Ok((!(low..=high).contains(&hertz)).then(|| {
-        Finding::warning(
-            "time-unit-implausible",
-            format!("{told_by} gives {hertz} Hz, which no crash recording has; check its unit"),
-        )
-    }))
 }
 
 /// Says where `Delta_X` is not the interval of the time column.
@@ -610,6 +455,24 @@ fn interval_finding(stated: Option<SampleRate>, found: SampleRate) -> Option<Fin
 }
 
 impl Header {
+    /// Returns the one channel of a name or number.
+    fn named(&self, wanted: &str) -> Result<usize, Error> {
+        let all = 0..self.channels.len();
+        let fits = |index: &usize| self.channels[*index].answers_to(wanted, *index);
+        let found: Vec<usize> = all.filter(fits).collect();
+        let candidate = |index: &usize| Candidate::numbered(wanted, "channel", index + 1);
+        Err(Error::from(match found.as_slice() {
+            [only] => return Ok(*only),
+            [] => ErrorKind::NoSuchChannel {
+                wanted: wanted.into(),
+                known: self.list(),
+            },
+            several => ErrorKind::AmbiguousChannel {
+                candidates: Candidates(several.iter().map(candidate).collect()),
+            },
+        }))
+    }
+
     fn time_columns(&self) -> Vec<usize> {
         match self.time {
             TimeColumns::No => Vec::new(),

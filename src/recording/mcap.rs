@@ -23,9 +23,8 @@
 //! - `json`: JSON messages: one walk through the text that hands out every scalar with its path;
 //! - `layout`: where in the messages of a type stands what is wanted of them, and in which unit;
 //! - `protobuf`: Protobuf messages, read by the descriptor that the file itself carries;
-//! - `records`: the records of an MCAP file, read with checked lengths;
-//! - `ros`: ROS message definitions (`ros2msg`, `ros1msg`): from the text in the file to a plan
-//!   that finds numbers in a message;
+//! - `records`: the records of an MCAP file, read by the `mcap` crate with checked lengths;
+//! - `ros`: ROS message definitions (`ros2msg`, `ros1msg`), as the file holds them;
 //! - `series`: one topic's messages turned into numbers, each at its stamp;
 //! - `types`: message types as a schema defines them, whatever its language.
 
@@ -39,17 +38,18 @@ mod ros;
 mod series;
 mod types;
 
-use super::draft;
+use super::csv::header::Column as Named;
 use super::remarks::{Remark, RemarkPlace};
 use super::source::Reader;
-use super::{Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
+use super::{Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
+use super::{draft, lateral};
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use ::mcap::McapError;
-use ::mcap::records::op;
+use ::mcap::records::{Record, SchemaHeader, op};
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use layout::{Laid, Schema, WantedFields};
-use records::{ChannelRecord, PREFIX_BYTES, SchemaRecord, damaged};
-use series::{Standing, TopicSeries};
+use records::{PREFIX_BYTES, damaged};
+use series::{Finished, Kept, TopicField, TopicSeries};
 use std::collections::BTreeMap;
 use std::io::Read;
 use types::Budget;
@@ -86,63 +86,13 @@ pub fn read(
     limits: &Limits,
 ) -> Result<Outcomes, Error> {
     options.refuse_other_clock("an MCAP log", "")?;
-    let log = |selection: &Selection| LogReader::new(options, *selection, limits);
-    let mut logs = Logs(selections.iter().map(|one| Ok(log(one))).collect());
-    stream(source, &mut logs, limits)?;
-    Ok(logs.0.into_iter().map(|log| log?.finish()).collect())
+    let mut log = LogReader::new(options, selections, limits);
+    stream(source, &mut log, limits)?;
+    Ok(log.finish())
 }
 
-/// The logs of all selections, which take the same records in; one that failed takes no more.
-struct Logs<'a>(Vec<Result<LogReader<'a>, Error>>);
-
-impl<'a> Logs<'a> {
-    /// Hands something to each log that has not failed.
-    fn each(&mut self, mut take: impl FnMut(&mut LogReader<'a>) -> Result<(), Error>) {
-        for log in &mut self.0 {
-            if let Ok(open) = log
-                && let Err(error) = take(open)
-            {
-                *log = Err(error);
-            }
-        }
-    }
-
-    /// Takes in one record of the file, which starts at `byte`. A chunk is unpacked once for all.
-    fn record(&mut self, opcode: u8, data: &[u8], byte: u64, limits: &Limits) {
-        let place = Place::default().byte(byte);
-        self.each(|log| {
-            log.record(opcode, data, byte)
-                .map_err(|error| error.at(place.clone()))
-        });
-        if opcode != op::CHUNK {
-            return;
-        }
-        if let Err(error) = self.chunk(data, byte, limits) {
-            self.each(|_| Err(error.clone().at(place.clone())));
-        }
-    }
-
-    fn chunk(&mut self, data: &[u8], byte: u64, limits: &Limits) -> Result<(), Error> {
-        let chunk = records::chunk(data, limits)?;
-        let unpacked = decompress::records(&chunk, limits)?;
-        let mut left = &*unpacked;
-        let place = Place::default().byte(byte);
-        while let Some((opcode, data)) = records::next_in_chunk(&mut left)? {
-            self.each(|log| {
-                log.inside(opcode, data, byte)
-                    .map_err(|error| error.at(place.clone()))
-            });
-        }
-        Ok(())
-    }
-
-    fn have_all_failed(&self) -> bool {
-        self.0.iter().all(Result::is_err)
-    }
-}
-
-/// Feeds the file's records to `logs`.
-fn stream(source: &mut Reader, logs: &mut Logs<'_>, limits: &Limits) -> Result<(), Error> {
+/// Feeds the file's records to `log`.
+fn stream(source: &mut Reader, log: &mut LogReader<'_>, limits: &Limits) -> Result<(), Error> {
     let record_bytes = usize::try_from(limits.mcap_record_bytes).unwrap_or(usize::MAX);
     let mut reader = LinearReader::new_with_options(
         LinearReaderOptions::default()
@@ -154,23 +104,16 @@ fn stream(source: &mut Reader, logs: &mut Logs<'_>, limits: &Limits) -> Result<(
     );
     let mut byte = ::mcap::MAGIC.len() as u64;
     while let Some(event) = reader.next_event() {
-        match event {
-            Ok(LinearReadEvent::ReadRequest(wanted)) => {
+        let placed = |error: Error| error.at(Place::default().byte(byte));
+        match event.map_err(|error| placed(framing(&error, log)))? {
+            LinearReadEvent::ReadRequest(wanted) => {
                 let wanted = wanted.clamp(1, READ_BYTES);
                 let count = read_some(source, reader.insert(wanted))?;
                 reader.notify_read(count);
             }
-            Ok(LinearReadEvent::Record { data, opcode }) => {
-                logs.record(opcode, data, byte, limits);
-                if logs.have_all_failed() {
-                    return Ok(());
-                }
+            LinearReadEvent::Record { data, opcode } => {
+                log.record(opcode, data, byte).map_err(placed)?;
                 byte += (PREFIX_BYTES + data.len()) as u64;
-            }
-            Err(error) => {
-                let place = Place::default().byte(byte);
-                logs.each(|log| Err(framing(&error, log).at(place.clone())));
-                return Ok(());
             }
         }
     }
@@ -240,20 +183,14 @@ fn framing(error: &McapError, log: &LogReader<'_>) -> Error {
 }
 
 fn too_large(found: &str, log: &LogReader<'_>) -> Error {
-    ErrorKind::LimitExceeded {
-        limit: "mcap_record_bytes",
-        value: log.limits.mcap_record_bytes,
-        found: format!("{found}, as its length field says"),
-    }
-    .into()
+    log.limits.over(
+        "mcap_record_bytes",
+        format!("{found}, as its length field says"),
+    )
 }
 
 fn truncated(expected: &str, found: &str) -> Error {
-    ErrorKind::Truncated {
-        expected: expected.to_string(),
-        found: found.to_string(),
-    }
-    .into()
+    Error::truncated(expected, found)
 }
 
 /// What the file has said of itself and what was seen.
@@ -285,15 +222,28 @@ struct Topic {
     remarks: Vec<Remark>,
     /// What is wanted of it, if anything.
     wanted: Option<WantedFields>,
+    /// Whether it may carry a lateral acceleration by its type, or be it JSON.
+    likely: bool,
     /// What was read of it, from its first message on.
     series: Option<TopicSeries>,
+}
+
+/// Takes back that a channel's id singles out one of several topics of a name: it does not.
+fn untwinned(kind: ErrorKind) -> ErrorKind {
+    let ErrorKind::AmbiguousChannel { mut candidates } = kind else {
+        return kind;
+    };
+    for twin in candidates.0.iter_mut().filter(|one| one.twin.is_some()) {
+        twin.asked_as = None;
+    }
+    ErrorKind::AmbiguousChannel { candidates }
 }
 
 /// The state of reading one file.
 #[derive(Debug)]
 struct LogReader<'a> {
     options: &'a ReadOptions,
-    selection: Selection,
+    selections: &'a [Selection],
     limits: &'a Limits,
     schemas: BTreeMap<u16, Schema>,
     schema_bytes: u64,
@@ -303,7 +253,7 @@ struct LogReader<'a> {
     /// What the message types may still cost.
     budget: Budget,
     /// Values kept in all.
-    kept: u64,
+    kept: Kept,
     messages: u64,
     account: Account,
     /// What a person wrote of the file.
@@ -314,24 +264,24 @@ struct LogReader<'a> {
 const REMARKS: usize = 1000;
 
 impl<'a> LogReader<'a> {
-    fn new(options: &'a ReadOptions, selection: Selection, limits: &'a Limits) -> Self {
+    fn new(options: &'a ReadOptions, selections: &'a [Selection], limits: &'a Limits) -> Self {
         Self {
             options,
-            selection,
+            selections,
             limits,
             schemas: BTreeMap::new(),
             schema_bytes: 0,
             topics: BTreeMap::new(),
             layouts: BTreeMap::new(),
             budget: Budget::new(limits),
-            kept: 0,
+            kept: Kept::default(),
             messages: 0,
             account: Account::default(),
             remarks: Vec::new(),
         }
     }
 
-    /// Takes in one record of the file, which starts at `byte`; what a chunk holds comes after.
+    /// Takes in one record of the file, which starts at `byte`.
     fn record(&mut self, opcode: u8, data: &[u8], byte: u64) -> Result<(), Error> {
         let account = &mut self.account;
         if !account.header && opcode != op::HEADER {
@@ -350,6 +300,7 @@ impl<'a> LogReader<'a> {
                 self.data_section("a chunk")?;
                 let (count, sum) = self.account.chunks;
                 self.account.chunks = (count + 1, sum.wrapping_add(byte));
+                self.chunk(data, byte)?;
             }
             op::SCHEMA | op::CHANNEL => self.definition(opcode, data)?,
             op::MESSAGE => {
@@ -364,9 +315,10 @@ impl<'a> LogReader<'a> {
                 self.statistics(data)?;
             }
             op::CHUNK_INDEX => {
-                let start = records::indexed_chunk_start(data)?;
-                let (count, sum) = account.indexed;
-                account.indexed = (count + 1, sum.wrapping_add(start));
+                if let Record::ChunkIndex(index) = records::parse(opcode, data)? {
+                    let (count, sum) = account.indexed;
+                    account.indexed = (count + 1, sum.wrapping_add(index.chunk_start_offset));
+                }
             }
             op::DATA_END => {
                 if std::mem::replace(&mut account.data_end, true) {
@@ -380,19 +332,17 @@ impl<'a> LogReader<'a> {
             // What cannot be read of it is no one's remark.
             op::METADATA => {
                 let told = "the log's metadata say";
-                for comment in records::metadata(data).unwrap_or_default() {
-                    match self.remarks.len() {
-                        ..REMARKS => {
-                            self.remarks
-                                .push(Remark::new(comment, RemarkPlace::Channel, told))
-                        }
-                        REMARKS => self.remarks.push(Remark::new(
-                            "more than is read",
-                            RemarkPlace::State(None),
-                            told,
-                        )),
-                        _ => {}
-                    }
+                let record = records::parse(opcode, data);
+                let Ok(Record::Metadata(record)) = record else {
+                    return Ok(());
+                };
+                for comment in records::comments(&record.metadata) {
+                    let (text, place) = match self.remarks.len() {
+                        ..REMARKS => (comment, RemarkPlace::Channel),
+                        REMARKS => ("more than is read", RemarkPlace::State(None)),
+                        _ => break,
+                    };
+                    self.remarks.push(Remark::new(text, place, told));
                 }
             }
             // Attachments, indexes and what later versions may add carry no samples.
@@ -405,6 +355,18 @@ impl<'a> LogReader<'a> {
     fn data_section(&self, what: &str) -> Result<(), Error> {
         if self.account.data_end {
             return Err(damaged("only a summary after the end of the data", what));
+        }
+        Ok(())
+    }
+
+    fn chunk(&mut self, data: &[u8], byte: u64) -> Result<(), Error> {
+        let Record::Chunk { header, data } = records::parse(op::CHUNK, data)? else {
+            return Ok(());
+        };
+        let unpacked = decompress::records(&header, &data, self.limits)?;
+        let mut left = &*unpacked;
+        while let Some((opcode, data)) = records::next_in_chunk(&mut left)? {
+            self.inside(opcode, data, byte)?;
         }
         Ok(())
     }
@@ -423,21 +385,20 @@ impl<'a> LogReader<'a> {
     }
 
     fn definition(&mut self, opcode: u8, data: &[u8]) -> Result<(), Error> {
-        if opcode == op::SCHEMA {
-            self.schema(&records::schema(data, self.limits)?)
-        } else {
-            self.channel(&records::channel(data, self.limits)?)
+        match records::parse(opcode, data)? {
+            Record::Schema { header, data } => self.schema(header, &data),
+            Record::Channel(record) => self.channel(record),
+            _ => Ok(()),
         }
     }
 
-    fn schema(&mut self, record: &SchemaRecord<'_>) -> Result<(), Error> {
+    fn schema(&mut self, record: SchemaHeader, data: &[u8]) -> Result<(), Error> {
+        records::check_texts(&[&record.name, &record.encoding], "schema", self.limits)?;
         if record.id == 0 {
             return Err(damaged("a schema id from 1", "0"));
         }
         if let Some(known) = self.schemas.get(&record.id) {
-            if known.name == record.name
-                && known.encoding == record.encoding
-                && known.data == record.data
+            if known.name == record.name && known.encoding == record.encoding && known.data == data
             {
                 return Ok(());
             }
@@ -446,31 +407,30 @@ impl<'a> LogReader<'a> {
                 format!("another definition ({})", record.name),
             ));
         }
-        self.schema_bytes += (record.name.len() + record.encoding.len() + record.data.len()) as u64;
+        self.schema_bytes += (record.name.len() + record.encoding.len() + data.len()) as u64;
         if self.schema_bytes > self.limits.mcap_record_bytes {
-            return Err(ErrorKind::LimitExceeded {
-                limit: "mcap_record_bytes",
-                value: self.limits.mcap_record_bytes,
-                found: "schemas of more bytes together".into(),
-            }
-            .into());
+            return Err(self
+                .limits
+                .over("mcap_record_bytes", "schemas of more bytes together"));
         }
         self.schemas.insert(
             record.id,
             Schema {
-                name: record.name.to_string(),
-                encoding: record.encoding.to_string(),
-                data: record.data.to_vec(),
+                name: record.name,
+                encoding: record.encoding,
+                data: data.to_vec(),
                 has_lateral_field: None,
             },
         );
         Ok(())
     }
 
-    fn channel(&mut self, record: &ChannelRecord<'_>) -> Result<(), Error> {
+    fn channel(&mut self, record: ::mcap::records::Channel) -> Result<(), Error> {
+        let texts = [&*record.topic, &record.message_encoding];
+        records::check_texts(&texts, "channel", self.limits)?;
         if let Some(known) = self.topics.get(&record.id) {
             if known.name == record.topic
-                && known.encoding == record.encoding
+                && known.encoding == record.message_encoding
                 && known.schema_id == record.schema_id
             {
                 return Ok(());
@@ -487,66 +447,68 @@ impl<'a> LogReader<'a> {
             ));
         }
         if self.topics.len() as u64 >= self.limits.mcap_channels {
-            return Err(ErrorKind::LimitExceeded {
-                limit: "mcap_channels",
-                value: self.limits.mcap_channels,
-                found: "more topics".into(),
-            }
-            .into());
+            return Err(self.limits.over("mcap_channels", "more topics"));
         }
-        let wanted = self.wanted(record)?;
+        let (wanted, likely) = self.wanted(&record)?;
+        let comments = records::comments(&record.metadata);
+        let remarks = comments
+            .map(|comment| Remark::of_channel(&[comment]))
+            .collect();
         self.topics.insert(
             record.id,
             Topic {
-                name: record.topic.to_string(),
-                encoding: record.encoding.to_string(),
+                name: record.topic,
+                encoding: record.message_encoding,
                 schema_id: record.schema_id,
                 messages: 0,
-                remarks: record
-                    .comments
-                    .iter()
-                    .map(|comment| Remark::of_channel(&[comment]))
-                    .collect(),
+                remarks,
                 wanted,
+                likely,
                 series: None,
             },
         );
         Ok(())
     }
 
-    /// Tells what is wanted of a topic, if anything.
-    fn wanted(&mut self, record: &ChannelRecord<'_>) -> Result<Option<WantedFields>, Error> {
-        if self.selection == Selection::Lateral
-            && let Some(name) = &self.options.channel
-        {
-            let Some(path) = name.strip_prefix(record.topic) else {
-                return Ok(None);
-            };
-            return Ok(if path.is_empty() {
-                Some(WantedFields::Lateral)
-            } else {
-                path.strip_prefix(':')
-                    .map(|path| WantedFields::Path(path.to_string()))
-            });
+    /// Returns what a person's word for a channel asks of a topic: the field at a path, or any.
+    fn asked(&self, topic: &str) -> Option<Option<&str>> {
+        let rest = self.options.channel.as_deref()?.strip_prefix(topic)?;
+        match rest.is_empty() {
+            true => Some(None),
+            false => rest.strip_prefix(':').map(Some),
         }
+    }
+
+    /// Tells what is wanted of a topic, if anything, and whether it may carry a lateral acceleration.
+    fn wanted(
+        &mut self,
+        record: &::mcap::records::Channel,
+    ) -> Result<(Option<WantedFields>, bool), Error> {
         let likely = match self.schemas.get_mut(&record.schema_id) {
-            _ if record.encoding == "json" => true,
+            _ if record.message_encoding == "json" => true,
             None => false,
             Some(schema) if layout::is_acceleration(&schema.name) => true,
             Some(schema) => match schema.has_lateral_field {
                 Some(known) => known,
-                None => {
-                    let found = layout::has_lateral_field(schema, &mut self.budget)?;
-                    schema.has_lateral_field = Some(found);
-                    found
-                }
+                None => match layout::has_lateral_field(schema, &mut self.budget) {
+                    Ok(found) => *schema.has_lateral_field.insert(found),
+                    Err(error) if self.options.channel.is_none() => return Err(error),
+                    Err(error) => {
+                        self.kept.over.get_or_insert(error);
+                        false
+                    }
+                },
             },
         };
-        Ok(match self.selection {
-            _ if !likely => None,
-            Selection::Every => Some(WantedFields::Every),
-            Selection::Lateral => Some(WantedFields::Lateral),
-        })
+        let asked = self.asked(&record.topic);
+        let all = self.options.channel.is_none() || self.selections.contains(&Selection::Every);
+        let wanted = WantedFields {
+            every: (all && likely) || asked == Some(None),
+            path: asked.flatten().map(str::to_string),
+            meant: self.options.channel.is_none() || asked.is_some(),
+        };
+        let any = wanted.every || wanted.path.is_some();
+        Ok((any.then_some(wanted), likely))
     }
 
     /// Begins to read a topic of which something is wanted.
@@ -566,7 +528,14 @@ impl<'a> LogReader<'a> {
                 Some(laid) => laid.clone(),
                 None => {
                     let schema = self.schemas.get(&topic.schema_id);
-                    let laid = layout::layout(&topic.encoding, schema, wanted, &mut self.budget)?;
+                    let laid = layout::layout(&topic.encoding, schema, wanted, &mut self.budget);
+                    let laid = match laid {
+                        Err(error) if !wanted.meant => {
+                            self.kept.over.get_or_insert(error);
+                            return Ok(());
+                        }
+                        laid => laid?,
+                    };
                     self.layouts.insert(key, laid.clone());
                     laid
                 }
@@ -580,7 +549,14 @@ impl<'a> LogReader<'a> {
     }
 
     fn message(&mut self, data: &[u8], byte: u64) -> Result<(), Error> {
-        let (channel_id, log_time, content) = records::message(data)?;
+        let Record::Message {
+            header,
+            data: content,
+        } = records::parse(op::MESSAGE, data)?
+        else {
+            return Ok(());
+        };
+        let channel_id = header.channel_id;
         let Some(topic) = self.topics.get_mut(&channel_id) else {
             return Err(damaged(
                 format!("channel {channel_id} before its messages"),
@@ -597,8 +573,8 @@ impl<'a> LogReader<'a> {
         {
             series.push(
                 topic.messages,
-                log_time,
-                content,
+                header.log_time,
+                &content,
                 byte,
                 &mut self.kept,
                 self.limits,
@@ -608,7 +584,10 @@ impl<'a> LogReader<'a> {
     }
 
     fn statistics(&mut self, data: &[u8]) -> Result<(), Error> {
-        let (stated, by_channel) = records::statistics(data)?;
+        let Record::Statistics(said) = records::parse(op::STATISTICS, data)? else {
+            return Ok(());
+        };
+        let (stated, by_channel) = (said.message_count, said.channel_message_counts);
         let holds = |expected: String, stated: u64, found: u64| match stated == found {
             true => Ok(()),
             false => Err(truncated(&expected, &format!("{found}"))),
@@ -636,7 +615,10 @@ impl<'a> LogReader<'a> {
         if !account.data_end {
             return Err(truncated("the end of the data before the footer", "none"));
         }
-        let said = records::summary_start(data)?;
+        let Record::Footer(footer) = records::parse(op::FOOTER, data)? else {
+            return Ok(());
+        };
+        let said = footer.summary_start;
         if (said != 0 || account.summarised) && said != account.summary {
             return Err(truncated(
                 &format!("the summary at byte {said}, as the footer says"),
@@ -653,7 +635,7 @@ impl<'a> LogReader<'a> {
     }
 
     /// Turns what was kept into channels.
-    fn finish(mut self) -> Result<ReadOutcome, Error> {
+    fn finish(mut self) -> Outcomes {
         let mut outcome = ReadOutcome {
             remarks: std::mem::take(&mut self.remarks),
             ..ReadOutcome::default()
@@ -665,169 +647,171 @@ impl<'a> LogReader<'a> {
                  lost would not show",
             ));
         }
-        let topics = self.list();
-        let (series, silent) = self.sift(&mut outcome.findings);
-        match self.selection {
-            Selection::Every => self.finish_every(series, &mut outcome)?,
-            Selection::Lateral => {
-                let one = self.choose(series, &silent, topics)?;
-                outcome.channels.push(self.finish_chosen(one)?);
-            }
-        }
-        Ok(outcome)
-    }
-
-    /// Returns the series that can be meant, and the topics without a message.
-    fn sift(&mut self, findings: &mut Vec<Finding>) -> (Vec<(u16, TopicSeries)>, Vec<String>) {
-        let mut series: Vec<(u16, TopicSeries)> = Vec::new();
-        let mut silent: Vec<String> = Vec::new();
-        let mut doubtful: Vec<(u16, TopicSeries)> = Vec::new();
-        let named = self.options.channel.is_some() && self.selection == Selection::Lateral;
+        let mut read = Vec::new();
         for (id, topic) in &mut self.topics {
-            if topic.wanted.is_none() {
-                continue;
-            }
-            let unknown = !named && topic.encoding == "json";
-            let Some(found) = topic.series.take() else {
-                if !unknown {
-                    silent.push(topic.name.clone());
-                }
-                continue;
-            };
-            // A type of which more is known than its name has to have the field.
-            let schema = self.schemas.get(&topic.schema_id);
-            let is_known = schema.is_some_and(|schema| layout::is_acceleration(&schema.name));
-            match found.standing() {
-                Standing::Other if unknown || !(named || is_known) => {}
-                Standing::Doubtful(_) if unknown => doubtful.push((*id, found)),
-                _ => series.push((*id, found)),
+            if let Some(series) = topic.series.take() {
+                let known = self.schemas.get(&topic.schema_id);
+                let known = known.and_then(|schema| layout::lateral_path(&schema.name));
+                let likely = topic.likely;
+                read.push((*id, likely, series.finish(known, self.options, self.limits)));
             }
         }
-        if series.is_empty() {
-            // An unreadable topic speaks up where nothing else can be meant.
-            series = doubtful;
-        } else {
-            for (_, found) in &doubtful {
-                if let Standing::Doubtful(error) = found.standing() {
-                    findings.push(draft::left_out(&found.name(), error));
-                }
-            }
-        }
-        (series, silent)
-    }
-
-    /// Makes the channel of the series that was chosen.
-    fn finish_chosen(&self, one: TopicSeries) -> Result<Channel, Error> {
-        let mut channels = one.finish(self.options, self.limits)?;
-        let Some((name, channel)) = channels.pop() else {
-            return Err(ErrorKind::NoChannel { known: self.list() }.into());
+        let one = |selection: &Selection| match selection {
+            Selection::Every => match &self.kept.over {
+                Some(error) => Err(error.clone()),
+                None => Ok(self.every(&read, outcome.clone())),
+            },
+            Selection::Lateral => self.lateral(&read, outcome.clone()),
         };
-        let mut channel = channel?;
-        if channel.unit.is_none() {
-            return Err(Error::from(ErrorKind::MissingUnit).at(Place::default().channel(name)));
-        }
-        if self.options.channel.is_none() {
-            channel.findings.insert(
-                0,
-                Finding::info(
-                    "channel-chosen",
-                    format!(
-                        "{name} is the one lateral acceleration in the file; its y axis points to \
-                         the left by REP 103 unless the sensor is mounted otherwise"
-                    ),
-                ),
-            );
-        }
-        Ok(channel)
+        self.selections.iter().map(one).collect()
     }
 
-    /// Returns the one series that can be meant.
-    fn choose(
-        &self,
-        mut series: Vec<(u16, TopicSeries)>,
-        silent: &[String],
-        topics: String,
-    ) -> Result<TopicSeries, Error> {
-        if self.options.channel.is_none() {
-            // What is plainly meant comes before what a word makes doubtful.
-            let plain = |(_, one): &(u16, TopicSeries)| one.doubt().is_none();
-            if series.iter().any(plain) {
-                series.retain(plain);
+    fn every(&self, read: &[(u16, bool, Finished)], mut outcome: ReadOutcome) -> ReadOutcome {
+        let mut taken = Vec::new();
+        for (id, _, topic) in read.iter().filter(|(_, likely, _)| *likely) {
+            if topic.is_other {
+                continue;
             }
-        }
-        // A topic of several such fields offers each of them itself.
-        let doubted = |(_, one): &(u16, TopicSeries)| one.doubt().is_some() && !one.is_ambiguous();
-        let doubted = self.options.channel.is_none() && series.iter().any(doubted);
-        if series.len() > 1 || doubted {
-            // Names tell topics apart, except where one name was asked for and several fit.
-            let named = self.options.channel.is_some();
-            let one = |(id, series): &(u16, TopicSeries)| match named {
-                true => Candidate {
-                    name: series.name(),
-                    twin: Some(format!("channel id {id}")),
-                    asked_as: None,
-                    doubt: None,
-                },
-                false => Candidate::named(series.name()).doubted(series.doubt()),
-            };
-            return Err(ErrorKind::AmbiguousChannel {
-                candidates: Candidates(series.iter().map(one).collect()),
-            }
-            .into());
-        }
-        if let Some((_, one)) = series.pop() {
-            return Ok(one);
-        }
-        Err(match (&self.options.channel, silent) {
-            (_, [topic, ..]) => ErrorKind::Empty {
-                found: format!("topic {topic} holds no message"),
-                expected: "messages with an acceleration".into(),
-            },
-            (Some(wanted), []) => ErrorKind::NoSuchChannel {
-                wanted: wanted.clone(),
-                known: topics,
-            },
-            (None, []) => ErrorKind::NoChannel { known: topics },
-        }
-        .into())
-    }
-
-    fn finish_every(
-        &self,
-        series: Vec<(u16, TopicSeries)>,
-        outcome: &mut ReadOutcome,
-    ) -> Result<(), Error> {
-        let taken: Vec<u16> = series.iter().map(|(id, _)| *id).collect();
-        for (_, series) in series {
-            let name = series.name();
-            match series.finish(self.options, self.limits) {
-                Err(error) => outcome.findings.push(draft::left_out(&name, &error)),
-                Ok(channels) => {
-                    for (name, channel) in channels {
-                        match channel {
-                            Ok(channel) => outcome.channels.push(channel),
-                            Err(error) => outcome.findings.push(draft::left_out(&name, &error)),
-                        }
+            taken.push(*id);
+            for field in &topic.fields {
+                match &field.channel {
+                    Ok(channel) => outcome.channels.push(channel.clone()),
+                    Err(error) => {
+                        let name = &field.words.name;
+                        outcome.findings.push(draft::left_out(name, error));
                     }
                 }
             }
         }
-        let others: Vec<u16> = self
-            .topics
-            .keys()
-            .filter(|id| !taken.contains(id))
-            .copied()
-            .collect();
+        let others = self.topics.keys().filter(|id| !taken.contains(id));
+        let others: Vec<u16> = others.copied().collect();
         if !others.is_empty() {
-            outcome.findings.push(Finding::info(
-                "topics-left-out",
-                format!(
-                    "topics without acceleration messages: {}",
-                    self.describe(&others)
-                ),
-            ));
+            let text = format!(
+                "topics without acceleration messages: {}",
+                self.describe(&others)
+            );
+            outcome
+                .findings
+                .push(Finding::info("topics-left-out", text));
         }
-        Ok(())
+        outcome
+    }
+
+    /// Takes the one channel that is meant.
+    fn lateral(
+        &self,
+        read: &[(u16, bool, Finished)],
+        mut outcome: ReadOutcome,
+    ) -> Result<ReadOutcome, Error> {
+        let named = self.options.channel.as_ref();
+        let name_of = |id: &u16| self.topics[id].name.as_str();
+        let mut topics: Vec<(u16, &Finished)> = read
+            .iter()
+            .filter(|(id, likely, topic)| match named {
+                Some(_) => self.asked(name_of(id)).is_some(),
+                None => *likely && !topic.is_other,
+            })
+            .map(|(id, _, topic)| (*id, topic))
+            .collect();
+        // Of JSON that cannot be read nobody knows whether it is meant, unless nothing else can be.
+        let readable = |(id, topic): &(u16, &Finished)| {
+            topic.is_read || self.topics[id].encoding != "json" || named.is_some()
+        };
+        if topics.iter().any(readable) {
+            for (_, topic) in topics.iter().filter(|topic| !readable(topic)) {
+                let lost = topic
+                    .fields
+                    .iter()
+                    .filter_map(|one| Some((one, one.channel.as_ref().err()?)));
+                let lost = lost.map(|(one, error)| draft::left_out(&one.words.name, error));
+                outcome.findings.extend(lost);
+            }
+            topics.retain(readable);
+        }
+        if let (Some(wanted), [_, _, ..]) = (named, topics.as_slice()) {
+            let twin = |(id, _): &(u16, &Finished)| Candidate {
+                name: wanted.clone(),
+                twin: Some(format!("channel id {id}")),
+                asked_as: None,
+                doubt: None,
+            };
+            let candidates = Candidates(topics.iter().map(twin).collect());
+            return Err(ErrorKind::AmbiguousChannel { candidates }.into());
+        }
+        let path = topics
+            .first()
+            .and_then(|(id, _)| self.asked(name_of(id)).flatten());
+        let fields: Vec<(usize, &TopicField)> = topics
+            .iter()
+            .flat_map(|(id, topic)| topic.fields.iter().map(|field| (usize::from(*id), field)))
+            .filter(|(_, field)| match path {
+                Some(path) => field.path == path,
+                None => field.may_be_lateral,
+            })
+            .collect();
+        if let [(_, only)] = fields.as_slice()
+            && let Err(error) = &only.channel
+        {
+            return Err(error.clone());
+        }
+        let columns: Vec<(usize, &Named)> =
+            fields.iter().map(|(id, one)| (*id, &one.words)).collect();
+        let index = match (path, fields.len()) {
+            (_, 0) => return Err(self.no_channel(topics.first().map(|(_, topic)| *topic))),
+            (Some(_), _) => 0,
+            (None, _) => {
+                lateral::choose(&columns, "channel id", &self.list())
+                    .map_err(untwinned)?
+                    .0
+            }
+        };
+        let field = fields[index].1;
+        let further = topics.iter().find_map(|(_, topic)| topic.further.clone());
+        if let Some(error) = further.filter(|_| path.is_none()) {
+            return Err(error);
+        }
+        let mut channel = field.channel.clone()?;
+        let name = &field.words.name;
+        if channel.unit.is_none() {
+            return Err(Error::from(ErrorKind::MissingUnit).at(Place::default().channel(name)));
+        }
+        if named.is_none() {
+            let text = format!(
+                "{name} is the one lateral acceleration in the file; its y axis points to the left \
+                 by REP 103 unless the sensor is mounted otherwise"
+            );
+            let chosen = Finding::info("channel-chosen", text);
+            channel.findings.insert(0, chosen);
+        }
+        outcome.channels.push(channel);
+        Ok(outcome)
+    }
+
+    /// Says why there is nothing to take, of the topic that is meant if there is one.
+    fn no_channel(&self, topic: Option<&Finished>) -> Error {
+        if let Some(error) = topic.and_then(|topic| topic.missing.clone()) {
+            return error;
+        }
+        let named = self.options.channel.as_ref();
+        let mut silent = self.topics.values().filter(|topic| {
+            let meant = match named {
+                Some(_) => self.asked(&topic.name).is_some(),
+                None => topic.likely && topic.encoding != "json",
+            };
+            meant && topic.messages == 0
+        });
+        let known = self.list();
+        Error::from(match (named, silent.next()) {
+            (_, Some(topic)) => ErrorKind::Empty {
+                found: format!("topic {} holds no message", topic.name),
+                expected: "messages with an acceleration".into(),
+            },
+            (Some(wanted), None) => ErrorKind::NoSuchChannel {
+                wanted: wanted.clone(),
+                known,
+            },
+            (None, None) => ErrorKind::NoChannel { known },
+        })
     }
 
     /// Lists the topics with their message types.

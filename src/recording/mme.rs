@@ -25,7 +25,6 @@ use super::code::VehicleSide;
 use super::draft::{self, Draft, UniformSamples, Unit};
 use super::lateral::CodedChannel;
 use super::source::Reader;
-use super::time_base::TimeBase;
 use super::{
     Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, encoding,
     lateral, text,
@@ -73,32 +72,30 @@ pub fn read(
         return Err(package.without_channels());
     }
     findings.extend(package.list_finding(&channels, source, limits)?);
-    let sides = package.struck_sides(source, limits, &mut findings)?;
-    let choices = selections.iter().map(|selection| {
-        let (wanted, found) = selected(&package, &channels, &sides, options, *selection)?;
+    let mut remarks = Vec::new();
+    let sides = package.struck_sides(source, limits, &mut findings, &mut remarks)?;
+    let mut outcome = |selection: Selection| {
+        let (wanted, found) = selected(&package, &channels, &sides, options, selection)?;
         let outcome = ReadOutcome {
             findings: findings.iter().cloned().chain(found).collect(),
+            remarks: remarks.clone(),
             ..ReadOutcome::default()
         };
-        Ok((*selection, wanted, outcome))
-    });
-    let choices = choices.collect();
-    let mut test = TestReader {
-        package: &mut package,
-        source,
-        channels: &channels,
-        options,
-        limits,
+        let mut test = TestReader {
+            package: &mut package,
+            source,
+            channels: &channels,
+            options,
+            limits,
+        };
+        let most = ("test_samples", limits.test_samples);
+        draft::deliver(selection, wanted, outcome, most, |index, outcome| {
+            let name = || channels[index].label.clone();
+            let read = test.channel(index, selection, outcome);
+            read.map_err(|error| (name(), error))
+        })
     };
-    let most = ("test_samples", limits.test_samples);
-    Ok(draft::deliver(
-        choices,
-        most,
-        |index, selection, outcome| {
-            test.channel(index, selection, outcome)
-                .map_err(|error| (channels[index].label.clone(), error))
-        },
-    ))
+    Ok(selections.iter().map(|one| outcome(*one)).collect())
 }
 
 /// Returns the channels to read, and what is to be said about the choice.
@@ -220,9 +217,7 @@ impl TestReader<'_, '_> {
         let draft = Draft {
             name: entry.label.clone(),
             unit,
-            start_s: clock.start_s,
-            rate: clock.rate,
-            values: clock.values,
+            clock,
             stated,
             findings,
             remarks: vec![header.remark()],
@@ -262,14 +257,12 @@ fn channel_of_times<'a>(
     match named.as_slice() {
         [] => Ok(None),
         [only] => Ok(Some(only)),
-        several => Err(ErrorKind::Malformed {
-            expected: format!("one channel of times named {}", text::shown(name)),
-            found: list(several.iter().copied()),
-            hint: "which of them holds is not known; leave the right one in the test, or name it \
-                   by its file's number in the channel's header"
-                .into(),
-        }
-        .into()),
+        several => Err(Error::malformed(
+            format!("one channel of times named {}", text::shown(name)),
+            list(several.iter().copied()),
+            "which of them holds is not known; leave the right one in the test, or name it \
+                   by its file's number in the channel's header",
+        )),
     }
 }
 
@@ -332,19 +325,8 @@ impl TestReader<'_, '_> {
                  first contact may be elsewhere",
             ));
         }
-        if samples.values.len() < 2 {
-            return Err(ErrorKind::TooShort {
-                what: "a recording",
-                needed: 2,
-                found: samples.values.len(),
-            }
-            .into());
-        }
-        let clock = UniformSamples {
-            start_s: start_s.unwrap_or(0.0),
-            rate,
-            values: samples.values.clone(),
-        };
+        let start_s = start_s.unwrap_or(0.0);
+        let clock = UniformSamples::stated(start_s, rate, samples.values.clone())?;
         Ok((clock, false))
     }
 
@@ -362,30 +344,25 @@ impl TestReader<'_, '_> {
         times.header.check_repeated_keys().map_err(placed)?;
         let unit = times.header.value("Unit").unwrap_or("s");
         let Some(unit) = TimeUnit::from_spelling(unit) else {
-            return Err(placed(Error::from(ErrorKind::Malformed {
-                expected: "a time in s, ms or us".into(),
-                found: format!("`{}`", text::shown(unit)),
-                hint: "mend the header of the channel of times".into(),
-            })));
+            return Err(placed(Error::malformed(
+                "a time in s, ms or us",
+                format!("`{}`", text::shown(unit)),
+                "mend the header of the channel of times",
+            )));
         };
         let stamps = self.samples(&times.file, outcome)?.map_err(placed)?;
         if stamps.values.len() != samples.values.len() || !stamps.holes.is_empty() {
-            return Err(placed(Error::from(ErrorKind::Malformed {
-                expected: format!("{} times, one for each sample", samples.values.len()),
-                found: format!("{}, {} gaps", stamps.values.len(), stamps.holes.len()),
-                hint: "fetch or export the test again".into(),
-            })));
+            return Err(placed(Error::malformed(
+                format!("{} times, one for each sample", samples.values.len()),
+                format!("{}, {} gaps", stamps.values.len(), stamps.holes.len()),
+                "fetch or export the test again",
+            )));
         }
         let seconds = |stamp: &f64| stamp / unit.per_second();
         let stamps_s: Vec<f64> = stamps.values.iter().map(seconds).collect();
         let digit_s = seconds(&stamps.last_digit);
         findings.extend(header.clock_finding(&stamps_s, digit_s));
-        let base = TimeBase::fit(&stamps_s, digit_s, self.limits).map_err(placed)?;
-        findings.extend(base.findings.iter().cloned());
-        Ok(UniformSamples {
-            start_s: base.start_s,
-            rate: base.rate,
-            values: base.apply(&stamps_s, samples.values.clone())?,
-        })
+        let values = samples.values.clone();
+        UniformSamples::by_stamps(&stamps_s, digit_s, values, self.limits, findings).map_err(placed)
     }
 }

@@ -38,18 +38,6 @@ const LONGEST: usize = 64;
 
 /// Reads a cell, and learns the decimal mark from the first number that has one.
 pub(super) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<f64, NumberFault> {
-    if let Some((value, has_point)) = exact(cell)
-        && !(has_point
-            && matches!(
-                decimal,
-                Decimal::Comma | Decimal::Stated(DecimalMark::Comma)
-            ))
-    {
-        if has_point && *decimal == Decimal::Unknown {
-            *decimal = Decimal::Point;
-        }
-        return Ok(value);
-    }
     let cell = &*bare(cell);
     if cell.is_empty() {
         return Err(NumberFault::Empty);
@@ -122,41 +110,6 @@ fn stated(cell: &[u8], mark: DecimalMark) -> Result<f64, NumberFault> {
         return Err(NumberFault::OtherMark);
     }
     plain(&plain_cell)
-}
-
-/// Powers of ten that are exact as doubles.
-const TENS: [f64; 16] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
-];
-
-/// Reads what most numbers of a table are: a sign, and up to 15 digits with a point among them.
-/// Their digits as an integer and the power of ten are exact as doubles, so that the one rounding
-/// of the division is the right one. Returns whether there is a point, too.
-#[inline]
-fn exact(cell: &[u8]) -> Option<(f64, bool)> {
-    let (negative, digits) = match cell {
-        [b'-', digits @ ..] => (true, digits),
-        digits => (false, digits),
-    };
-    // A point is one byte more.
-    if digits.len() > TENS.len() || !digits.first()?.is_ascii_digit() {
-        return None;
-    }
-    let (mut mantissa, mut point) = (0_u64, None);
-    for (index, byte) in digits.iter().enumerate() {
-        match byte {
-            b'0'..=b'9' => mantissa = 10 * mantissa + u64::from(byte - b'0'),
-            b'.' if point.is_none() => point = Some(index),
-            _ => return None,
-        }
-    }
-    if point.is_none() && digits.len() == TENS.len() {
-        // Sixteen digits may be more than a double holds.
-        return None;
-    }
-    let decimals = point.map_or(0, |index| digits.len() - index - 1);
-    let size = mantissa as f64 / TENS[decimals];
-    Some((if negative { -size } else { size }, point.is_some()))
 }
 
 /// Returns a cell without the blanks around it, those that do not break a line among them, and
@@ -273,54 +226,24 @@ impl PrintedDigits {
 
     /// Takes in a cell that [`parse`] accepted.
     pub(super) fn count(&mut self, cell: &[u8]) {
-        let mut decimals = 0;
-        let mut whole_digits = 0;
-        let mut seen_mark = false;
-        let mut first = None;
-        let mut exponent = 0_i32;
-        for (index, byte) in cell.iter().enumerate() {
-            match byte {
-                b'0'..=b'9' => {
-                    if seen_mark {
-                        decimals += 1;
-                    } else {
-                        whole_digits += 1;
-                    }
-                    if first.is_none() && *byte != b'0' {
-                        first = Some(whole_digits + decimals);
-                    }
-                }
-                b'.' | b',' => seen_mark = true,
-                b'e' | b'E' => {
-                    exponent = std::str::from_utf8(&cell[index + 1..])
-                        .ok()
-                        .and_then(|text| text.trim().parse().ok())
-                        .unwrap_or(0)
-                        .clamp(-400, 400);
-                    break;
-                }
-                _ => {}
-            }
-        }
-        self.count_parts(whole_digits, decimals, first.unwrap_or(0), exponent);
-    }
-
-    /// Takes in a number of so many digits before and after the mark; `first` is the first of
-    /// them that is no zero, counted from 1, and 0 if there is none.
-    pub(super) fn count_parts(
-        &mut self,
-        whole_digits: i32,
-        decimals: i32,
-        first: i32,
-        exponent: i32,
-    ) {
+        let mut parts = cell.splitn(2, |byte| matches!(byte, b'e' | b'E'));
+        let digits = parts.next().unwrap_or_default();
+        let exponent = parts.next().and_then(|text| std::str::from_utf8(text).ok());
+        let exponent = exponent
+            .and_then(|text| text.trim().parse().ok())
+            .unwrap_or(0_i32);
+        let exponent = exponent.clamp(-400, 400);
+        let mark = digits.iter().position(|byte| matches!(byte, b'.' | b','));
+        let count = |part: &[u8]| part.iter().filter(|byte| byte.is_ascii_digit()).count() as i32;
+        let whole = count(&digits[..mark.unwrap_or(digits.len())]);
         // Zero says nothing about the digits of other numbers.
-        if first == 0 {
+        let Some(first) = digits.iter().position(|byte| matches!(byte, b'1'..=b'9')) else {
             return;
-        }
-        let decade = (whole_digits - first + exponent).clamp(DECADES.start, DECADES.end - 1);
+        };
+        let before = count(&digits[..first]);
+        let decade = (whole - before - 1 + exponent).clamp(DECADES.start, DECADES.end - 1);
         let slot = &mut self.decades[(decade - DECADES.start) as usize];
-        slot.0 = slot.0.min(exponent - decimals);
+        slot.0 = slot.0.min(exponent - (count(digits) - whole));
         slot.1 = slot.1.saturating_add(1);
     }
 
@@ -333,18 +256,13 @@ impl PrintedDigits {
 
     /// Returns the size of the last printed digit, in the column's unit; 0 if unknown.
     pub(super) fn last_digit(&self) -> f64 {
-        let trusted = self
-            .decades
-            .iter()
-            .filter(|(_, count)| *count >= Self::ENOUGH)
-            .map(|(digit, _)| *digit)
-            .max();
-        let seen = self
-            .decades
-            .iter()
-            .filter(|(_, count)| *count > 0)
-            .map(|(digit, _)| *digit)
-            .min();
+        let those = |least: u32| {
+            self.decades
+                .iter()
+                .filter(move |(_, count)| *count >= least)
+        };
+        let trusted = those(Self::ENOUGH).map(|(digit, _)| *digit).max();
+        let seen = those(1).map(|(digit, _)| *digit).min();
         trusted
             .or(seen)
             .and_then(|digit| format!("1e{digit}").parse().ok())
@@ -354,49 +272,7 @@ impl PrintedDigits {
 
 #[cfg(test)]
 mod tests {
-    use super::{Decimal, Marks, exact, parse};
-
-    /// Numbers of every length and with the point at every place, against the standard library.
-    #[test]
-    fn verif_short_numbers_are_read_to_the_last_bit() {
-        let digits = "9007199254740993001234567890";
-        for from in 0..12 {
-            for length in 1..=17 {
-                for point in 0..=length {
-                    let (whole, rest) = digits[from..from + length].split_at(point);
-                    for text in [format!("{whole}.{rest}"), format!("-{whole}.{rest}")] {
-                        let expected: f64 = text.parse().expect("a number");
-                        let found = parse(text.as_bytes(), &mut Decimal::Unknown);
-                        assert_eq!(found.map(f64::to_bits), Ok(expected.to_bits()), "{text}");
-                    }
-                    let text = format!("{whole}{rest}");
-                    let expected: f64 = text.parse().expect("a number");
-                    if let Some((value, point)) = exact(text.as_bytes()) {
-                        assert_eq!(
-                            (value.to_bits(), point),
-                            (expected.to_bits(), false),
-                            "{text}"
-                        );
-                    }
-                }
-            }
-        }
-        for text in [
-            "",
-            "-",
-            ".5",
-            "+1",
-            "1e3",
-            "1,5",
-            "1.2.3",
-            " 1",
-            "9007199254740993",
-        ] {
-            assert!(exact(text.as_bytes()).is_none(), "{text}");
-        }
-        // A comma of the rows before is held against a point.
-        assert!(parse(b"1.5", &mut Decimal::Comma).is_err());
-    }
+    use super::Marks;
 
     #[track_caller]
     fn check(cells: &[&str], decimal: bool, may_be_thousands: bool) {

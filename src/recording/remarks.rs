@@ -29,6 +29,16 @@ pub struct AcceptedRemark {
     pub by_card: bool,
 }
 
+impl AcceptedRemark {
+    /// Names what accepts it.
+    fn by(&self) -> String {
+        match self.by_card {
+            true => "the card".into(),
+            false => Setting::AcceptedRemarks.to_string(),
+        }
+    }
+}
+
 /// Where a remark stands, and so what it is said of.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum RemarkPlace {
@@ -146,11 +156,7 @@ impl Remark {
                 "remark-accepted",
                 format!(
                     "{says}; {doubt}, and a person has accepted the remark, by {}",
-                    if accepted.by_card {
-                        "the card".into()
-                    } else {
-                        Setting::AcceptedRemarks.to_string()
-                    }
+                    accepted.by()
                 ),
             ),
             None => {
@@ -164,11 +170,12 @@ impl Remark {
                 Finding::blocking(
                     "laboratory-remark",
                     format!(
-                        "{says}; {doubt}, so that {bad}. Where the samples are good all the same, accept the remark: {} = {}, or in the card {} = [{}]",
+                        "{says}; {doubt}, so that {bad}. Where the samples are good all the same, \
+                         accept the remark: {} = {}, or in the card {} = [{}]",
                         Setting::AcceptedRemarks,
                         quoted_for_a_shell(&shown),
                         Setting::AcceptedRemarks.key(),
-                        serde_json::Value::from(shown.as_str()),
+                        serde_json::Value::from(shown.as_str())
                     ),
                 )
             }
@@ -312,11 +319,7 @@ pub(super) fn not_found(accepted: &[AcceptedRemark], remarks: &[String]) -> Vec<
                 "accepted-remark-not-found",
                 format!(
                     "{} accepts the remark \"{}\", which is not there; {nearest}",
-                    if one.by_card {
-                        "the card".into()
-                    } else {
-                        Setting::AcceptedRemarks.to_string()
-                    },
+                    one.by(),
                     one.text
                 ),
             )
@@ -334,50 +337,38 @@ pub(super) fn is_key(name: &str) -> bool {
         .any(|word| KEYS.contains(&word))
 }
 
-/// Different texts beside samples that are told one by one, of those that block and of others.
-const TOLD: usize = 20;
+/// Different texts beside samples that are kept.
+const KEPT: usize = 1000;
 
 /// Words beside samples, as they are collected: each text with the first row that has it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Cells<Row> {
     texts: Vec<(Row, String)>,
+    known: BTreeSet<String>,
     /// Whether the texts are states, of which only some say that all is well.
     states: bool,
     last: String,
-    told: [usize; 2],
-    /// The first row with a text beyond those told, and how many follow, of either kind.
-    more: [Option<(Row, usize)>; 2],
 }
 
 impl<Row: Copy> Cells<Row> {
     pub(super) fn new(states: bool) -> Self {
         Self {
             texts: Vec::new(),
+            known: BTreeSet::new(),
             states,
             last: String::new(),
-            told: [0; 2],
-            more: [None; 2],
         }
     }
 
     /// Takes in what stands beside a sample.
     pub(super) fn hear(&mut self, row: Row, text: &str) {
-        if text == self.last {
+        if text == self.last || self.texts.len() > KEPT {
             return;
         }
         self.last = text.into();
         let text = in_a_line(text);
-        if text.is_empty() || self.texts.iter().any(|(_, known)| *known == text) {
-            return;
-        }
-        let remark = Remark::new(&text, RemarkPlace::Beside(None), "");
-        let kind = usize::from(!self.states && remark.doubt().is_none());
-        if self.told[kind] < TOLD {
-            self.told[kind] += 1;
+        if !text.is_empty() && self.known.insert(text.clone()) {
             self.texts.push((row, text));
-        } else {
-            let (first, count) = self.more[kind].unwrap_or((row, 0));
-            self.more[kind] = Some((first, count + 1));
         }
     }
 
@@ -388,29 +379,26 @@ impl<Row: Copy> Cells<Row> {
         name: &str,
         at: impl Fn(Row) -> (Option<f64>, String),
     ) -> Vec<Remark> {
-        let prefix = if self.states {
-            format!("{name}: ")
-        } else {
-            String::new()
-        };
-        let remark = |row: Row, states: bool, text: &str| {
-            let (at_s, place) = at(row);
-            let teller = format!("the column `{name}` says{place}");
-            let place = if states {
-                RemarkPlace::State(at_s)
-            } else {
-                RemarkPlace::Beside(at_s)
+        let remark = |(place, (row, text)): (usize, &(Row, String))| {
+            let (at_s, beside) = at(*row);
+            let teller = format!("the column `{name}` says{beside}");
+            // Of more than are kept nobody knows what they say.
+            let (text, more) = match place {
+                KEPT => ("more texts than are read", true),
+                _ => (text.as_str(), false),
             };
-            Remark::new(&format!("{prefix}{text}"), place, teller)
+            let text = if self.states {
+                format!("{name}: {text}")
+            } else {
+                text.into()
+            };
+            let place = match self.states || more {
+                true => RemarkPlace::State(at_s),
+                false => RemarkPlace::Beside(at_s),
+            };
+            Remark::new(&text, place, teller)
         };
-        let told = self.texts.iter();
-        let told = told.map(|(row, text)| remark(*row, self.states, text));
-        let more = |kind: usize| {
-            let (row, count) = self.more[kind]?;
-            // Those that block need a person, however many.
-            Some(remark(row, kind == 0, &format!("{count} more texts")))
-        };
-        told.chain([0, 1].into_iter().filter_map(more)).collect()
+        self.texts.iter().enumerate().map(remark).collect()
     }
 }
 

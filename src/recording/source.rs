@@ -121,10 +121,6 @@ impl Source {
 
     /// Returns the bytes of the card beside the recording, at most `most` of them; `None` if
     /// there is none. Standard input has none.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorKind::Io`] if it is there but cannot be read.
     pub(super) fn read_card(&self, most: u64) -> Result<Option<Vec<u8>>, Error> {
         let path = match self {
             Self::Stdin => return Ok(None),
@@ -275,7 +271,7 @@ impl Beside {
                     .map(String::from)
                     .collect();
                 if names.len() as u64 > limits.archive_entries {
-                    return Err(too_many_files(limits));
+                    return Err(limits.over("archive_entries", MORE_FILES));
                 }
                 Ok(names)
             }
@@ -383,6 +379,10 @@ impl Reader<'_> {
         let wide = head.starts_with(b"\xFF\xFE") || head.starts_with(b"\xFE\xFF");
         let longest = limits.line_bytes.saturating_mul(if wide { 2 } else { 1 });
         let (mut line, mut start) = (1_u64, 0_u64);
+        let too_long = |line: u64, byte: u64| {
+            let place = Place::default().line(line).byte(byte);
+            limits.over("line_bytes", "a longer line").at(place)
+        };
         self.read_checked("text_bytes", limits.text_bytes, |offset, new| {
             // Where no line of a block can be too long, counting them is all there is to do.
             let feeds = memchr::memchr_iter(b'\n', new).count() as u64;
@@ -400,7 +400,7 @@ impl Reader<'_> {
             for position in memchr::memchr2_iter(b'\n', b'\r', new) {
                 let end = offset + position as u64;
                 if end - start > longest {
-                    return Err(too_long(limits, line, start + longest));
+                    return Err(too_long(line, start + longest));
                 }
                 start = end + 1;
                 // A carriage return before a line feed counts with it, give or take one at the
@@ -408,16 +408,13 @@ impl Reader<'_> {
                 let pair = new[position] == b'\r' && new.get(position + 1) == Some(&b'\n');
                 line += u64::from(!pair);
                 if line > limits.lines.saturating_add(1) {
-                    return Err(Error::from(ErrorKind::LimitExceeded {
-                        limit: "lines",
-                        value: limits.lines,
-                        found: "more lines".into(),
-                    })
-                    .at(Place::default().line(line).byte(end)));
+                    return Err(limits
+                        .over("lines", "more lines")
+                        .at(Place::default().line(line).byte(end)));
                 }
             }
             if offset + new.len() as u64 - start > longest {
-                return Err(too_long(limits, line, start + longest));
+                return Err(too_long(line, start + longest));
             }
             Ok(())
         })
@@ -431,14 +428,8 @@ impl Reader<'_> {
         mut check: impl FnMut(u64, &[u8]) -> Result<(), Error>,
     ) -> Result<Vec<u8>, Error> {
         const BLOCK: u64 = 1 << 20;
-        let crossed = || {
-            Error::from(ErrorKind::LimitExceeded {
-                limit: limit_name,
-                value: limit,
-                found: "more bytes".into(),
-            })
-            .at(Place::default().byte(limit))
-        };
+        let crossed =
+            || Error::over(limit_name, limit, "more bytes").at(Place::default().byte(limit));
         if self.size.is_some_and(|size| size > limit) {
             return Err(crossed());
         }
@@ -499,12 +490,9 @@ impl Reader<'_> {
             return Ok(None);
         };
         if bytes.len() as u64 > limits.text_bytes {
-            return Err(Error::from(ErrorKind::LimitExceeded {
-                limit: "text_bytes",
-                value: limits.text_bytes,
-                found: "more bytes".into(),
-            })
-            .at(Place::file(name).byte(limits.text_bytes)));
+            return Err(limits
+                .over("text_bytes", "more bytes")
+                .at(Place::file(name).byte(limits.text_bytes)));
         }
         self.parts.insert(name.to_string(), sha256(&bytes));
         Ok(Some(bytes))
@@ -530,10 +518,6 @@ impl Reader<'_> {
     }
 
     /// Reads to the end and returns the hashes of all that was read.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorKind::Io`] if reading fails.
     pub(super) fn finish_hashes(mut self) -> Result<Hashes, Error> {
         let parts = std::mem::take(&mut self.parts);
         let own = if self.is_folder {
@@ -624,23 +608,8 @@ pub fn sha256(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
 }
 
-fn too_long(limits: &Limits, line: u64, byte: u64) -> Error {
-    Error::from(ErrorKind::LimitExceeded {
-        limit: "line_bytes",
-        value: limits.line_bytes,
-        found: "a longer line".into(),
-    })
-    .at(Place::default().line(line).byte(byte))
-}
-
-fn too_many_files(limits: &Limits) -> Error {
-    ErrorKind::LimitExceeded {
-        limit: "archive_entries",
-        value: limits.archive_entries,
-        found: "a folder of more files".into(),
-    }
-    .into()
-}
+/// What is found where a folder crosses a limit.
+const MORE_FILES: &str = "a folder of more files";
 
 fn list_folder(folder: &Path, deep: bool, limits: &Limits) -> Result<Vec<String>, Error> {
     let mut names = Vec::new();
@@ -677,7 +646,7 @@ fn entries(folder: &Path, seen: &mut u64, limits: &Limits) -> Result<Vec<(String
         let path = entry.map_err(failed)?.path();
         *seen += 1;
         if *seen > limits.archive_entries {
-            return Err(too_many_files(limits));
+            return Err(limits.over("archive_entries", MORE_FILES));
         }
         if let Some(name) = path.file_name().and_then(|name| name.to_str()) {
             found.push((name.to_string(), path.is_dir()));

@@ -1,60 +1,21 @@
 //! What readers of text share: lines within limits, decimal numbers as the file writes them.
 
 use super::Limits;
-use super::number::{self, Decimal, NumberFault, PrintedDigits};
+use super::number::{self, Decimal, Marks, NumberFault, PrintedDigits};
 use crate::error::{Error, ErrorKind, Place};
 
 /// Refuses a text with a line that is too long.
-///
-/// # Errors
-///
-/// [`ErrorKind::LimitExceeded`] at the line, with the byte where the limit was crossed.
 pub(super) fn check_line_lengths(text: &[u8], limits: &Limits) -> Result<(), Error> {
     let mut start = 0_u64;
     for (index, line) in text.split(|byte| *byte == b'\n').enumerate() {
         if line.len() as u64 > limits.line_bytes {
-            return Err(Error::from(ErrorKind::LimitExceeded {
-                limit: "line_bytes",
-                value: limits.line_bytes,
-                found: "a longer line".into(),
-            })
-            .at(Place::default()
-                .line(index as u64 + 1)
-                .byte(start + limits.line_bytes)));
+            return Err(limits
+                .over("line_bytes", "a longer line")
+                .at(Place::default()
+                    .line(index as u64 + 1)
+                    .byte(start + limits.line_bytes)));
         }
-        check_fields(line, start, |byte| matches!(byte, b'\t' | b' '), limits)
-            .map_err(|error| error.at(Place::default().line(index as u64 + 1)))?;
         start += line.len() as u64 + 1;
-    }
-    Ok(())
-}
-
-/// Refuses a line with a cell that is too long.
-///
-/// # Errors
-///
-/// [`ErrorKind::LimitExceeded`] with the byte where the limit was crossed; `start` is where the
-/// line begins.
-pub(super) fn check_fields(
-    line: &[u8],
-    start: u64,
-    separates: impl Fn(u8) -> bool,
-    limits: &Limits,
-) -> Result<(), Error> {
-    if line.len() as u64 <= limits.field_bytes {
-        return Ok(());
-    }
-    let mut cell = 0_u64;
-    for (position, byte) in line.iter().enumerate() {
-        cell = if separates(*byte) { 0 } else { cell + 1 };
-        if cell > limits.field_bytes {
-            return Err(Error::from(ErrorKind::LimitExceeded {
-                limit: "field_bytes",
-                value: limits.field_bytes,
-                found: "a longer cell".into(),
-            })
-            .at(Place::default().byte(start + position as u64)));
-        }
     }
     Ok(())
 }
@@ -83,32 +44,26 @@ pub(super) fn last_digit(cell: &str) -> f64 {
 }
 
 /// Reads a sample.
-///
-/// # Errors
-///
-/// [`ErrorKind::Malformed`] or [`ErrorKind::NonFinite`] for what is no finite number.
 pub(super) fn sample(cell: &str, decimal: &mut Decimal) -> Result<f64, Error> {
     number::parse(cell.as_bytes(), decimal).map_err(|fault| {
         let found = shown(cell);
-        match fault {
-            NumberFault::NonFinite => ErrorKind::NonFinite { found },
-            NumberFault::Empty => ErrorKind::Malformed {
-                expected: "a number".into(),
-                found: "nothing".into(),
-                hint: "a missing sample is not taken for zero; mend the export".into(),
-            },
-            NumberFault::Text => ErrorKind::Malformed {
-                expected: "a number".into(),
-                found: format!("`{found}`"),
-                hint: "mend the export".into(),
-            },
-            NumberFault::OtherMark => ErrorKind::Malformed {
-                expected: "the same decimal mark in all numbers".into(),
-                found: format!("`{found}`"),
-                hint: "export again with decimal points".into(),
-            },
-        }
-        .into()
+        let (expected, found, hint) = match fault {
+            NumberFault::NonFinite => return ErrorKind::NonFinite { found }.into(),
+            NumberFault::Empty => {
+                let hint = "a missing sample is not taken for zero; mend the export";
+                ("a number", "nothing".into(), hint)
+            }
+            NumberFault::Text => ("a number", format!("`{found}`"), "mend the export"),
+            NumberFault::OtherMark => {
+                let hint = "export again with decimal points";
+                (
+                    "the same decimal mark in all numbers",
+                    format!("`{found}`"),
+                    hint,
+                )
+            }
+        };
+        Error::malformed(expected, found, hint)
     })
 }
 
@@ -123,12 +78,35 @@ pub(super) fn shown(text: &str) -> String {
     }
 }
 
-/// Returns an error for more samples than allowed.
-pub(super) fn too_many_samples(limits: &Limits) -> Error {
-    ErrorKind::LimitExceeded {
-        limit: "samples",
-        value: limits.samples,
-        found: "more samples".into(),
+/// What the marks in the numbers of a column may be, with the first that may separate thousands
+/// and where it stands.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ColumnMarks {
+    pub(super) marks: Marks,
+    first: Option<(Place, String)>,
+}
+
+impl ColumnMarks {
+    /// Takes in a number that was read.
+    pub(super) fn look(&mut self, cell: &[u8], place: impl FnOnce() -> Place) {
+        if self.marks.look(cell) {
+            self.first = Some((place(), shown(&String::from_utf8_lossy(cell))));
+        }
     }
-    .into()
+
+    /// Refuses a column whose marks are not clear by that number and all marks.
+    pub(super) fn check(
+        &self,
+        is_clear: impl FnOnce(&str, Marks) -> bool,
+        hint: &str,
+    ) -> Result<(), Error> {
+        let doubtful = self.first.as_ref();
+        let doubtful = doubtful.filter(|(_, cell)| !is_clear(cell, self.marks));
+        doubtful.map_or(Ok(()), |(place, cell)| {
+            let found = format!(
+                "`{cell}`, and no number in the column whose mark can only be a decimal one"
+            );
+            Err(Error::malformed("numbers whose mark is clear", found, hint).at(place.clone()))
+        })
+    }
 }

@@ -119,12 +119,11 @@ impl TimeBase {
     /// [`ErrorKind::Malformed`] if there are not as many values as stamps.
     pub fn apply(&self, stamps_s: &[f64], values: Vec<f64>) -> Result<Vec<f64>, Error> {
         if values.len() != stamps_s.len() {
-            return Err(ErrorKind::Malformed {
-                expected: format!("{} values, one for each stamp", stamps_s.len()),
-                found: format!("{}", values.len()),
-                hint: "mend the recording".into(),
-            }
-            .into());
+            return Err(Error::malformed(
+                format!("{} values, one for each stamp", stamps_s.len()),
+                format!("{}", values.len()),
+                "mend the recording",
+            ));
         }
         Ok(match self.way {
             Way::Keep => values,
@@ -146,12 +145,7 @@ impl TimeBase {
 
 fn check_stamps(stamps_s: &[f64]) -> Result<(), Error> {
     if stamps_s.len() < 2 {
-        return Err(ErrorKind::TooShort {
-            what: "a time base",
-            needed: 2,
-            found: stamps_s.len(),
-        }
-        .into());
+        return Err(Error::too_short("a time base", 2, stamps_s.len()));
     }
     if let Some(stamp) = stamps_s.iter().find(|stamp| !stamp.is_finite()) {
         return Err(ErrorKind::NonFinite {
@@ -160,13 +154,7 @@ fn check_stamps(stamps_s: &[f64]) -> Result<(), Error> {
         .into());
     }
     for pair in stamps_s.windows(2) {
-        if pair[1] <= pair[0] {
-            return Err(ErrorKind::TimeNotIncreasing {
-                previous: pair[0],
-                found: pair[1],
-            }
-            .into());
-        }
+        check_rising(pair)?;
     }
     let span = stamps_s[stamps_s.len() - 1] - stamps_s[0];
     if span.is_finite() {
@@ -177,6 +165,57 @@ fn check_stamps(stamps_s: &[f64]) -> Result<(), Error> {
         }
         .into())
     }
+}
+
+/// Refuses a last stamp that is not later than the one before.
+pub(super) fn check_rising(stamps_s: &[f64]) -> Result<(), Error> {
+    match *stamps_s {
+        [.., previous, found] if found <= previous => {
+            Err(ErrorKind::TimeNotIncreasing { previous, found }.into())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Rates outside of which a stated unit of time is doubted [Hz].
+const PLAUSIBLE_STATED: (f64, f64) = (1.0, 200e3);
+
+/// Rates outside of which an assumed unit of time is doubted [Hz]; no crash recording is slower.
+const PLAUSIBLE_ASSUMED: (f64, f64) = (250.0, 200e3);
+
+/// Rate from which on only the user's word for the unit of time counts [Hz]: a header that says
+/// milliseconds over seconds makes 1 MHz of 1 kHz, and the pulse a thousandth of its length.
+const INCREDIBLE: f64 = 500e3;
+
+/// Rate below which seconds are not assumed [Hz]: nanoseconds and microseconds taken for them make
+/// such.
+const LEAST_ASSUMED: f64 = 0.2;
+
+/// Doubts a rate [Hz] that crash recordings do not have, which `by` gives in a unit of time that is
+/// `stated` or assumed. One beyond all belief is refused unless a person has `confirmed` it.
+pub(super) fn implausible_rate(
+    rate: f64,
+    by: &str,
+    (stated, confirmed): (bool, bool),
+    hint: &str,
+) -> Result<Option<Finding>, Error> {
+    let assumed = if stated { "" } else { ", seconds assumed" };
+    if !confirmed && (rate > INCREDIBLE || (rate < LEAST_ASSUMED && !stated)) {
+        let found = format!("{rate} Hz by {by}{assumed}");
+        return Err(Error::malformed(
+            "a rate that crash recordings have",
+            found,
+            hint,
+        ));
+    }
+    let (low, high) = if stated {
+        PLAUSIBLE_STATED
+    } else {
+        PLAUSIBLE_ASSUMED
+    };
+    let text = format!("{by} gives {rate} Hz{assumed}, which no crash recording has; {hint}");
+    let odd = !(low..=high).contains(&rate);
+    Ok(odd.then(|| Finding::warning("time-unit-implausible", text)))
 }
 
 /// Returns half a printed digit with the rounding of `f64` on top [s].
@@ -325,14 +364,15 @@ impl ClockEstimate {
             }
         });
         let mut text = format!(
-            "{} in time: after {} s on the file's clock the next sample comes {} s later, the median step being {} s",
+            "{} in time: after {} s on the file's clock the next sample comes {} s later, the \
+             median step being {} s",
             match self.long_steps {
                 1 => "a gap".into(),
                 count => format!("{count} gaps"),
             },
             brief(first[0]),
             brief(first[1] - first[0]),
-            brief(self.median),
+            brief(self.median)
         );
         if self.long_steps > 1 {
             text.push_str(&format!(
@@ -351,12 +391,13 @@ impl ClockEstimate {
         Finding::warning(
             "time-irregular",
             format!(
-                "the stamps follow no uniform clock: steps of {} to {} s (gaps left out) around a median of {} s, off by up to {:.1} %; the samples were interpolated at {} Hz",
+                "the stamps follow no uniform clock: steps of {} to {} s (gaps left out) around a \
+                 median of {} s, off by up to {:.1} %; the samples were interpolated at {} Hz",
                 brief(shortest),
                 brief(longest),
                 brief(self.median),
                 100.0 * deviation / self.median,
-                brief(self.rate_to_resample()),
+                brief(self.rate_to_resample())
             ),
         )
     }
@@ -377,12 +418,10 @@ impl ClockLine {
         limits: &Limits,
     ) -> Result<TimeBase, Error> {
         if samples as u64 > limits.samples {
-            return Err(ErrorKind::LimitExceeded {
-                limit: "samples",
-                value: limits.samples,
-                found: format!("{samples} samples on a uniform time base"),
-            }
-            .into());
+            return Err(limits.over(
+                "samples",
+                format!("{samples} samples on a uniform time base"),
+            ));
         }
         Ok(TimeBase {
             start_s: self.start,

@@ -608,7 +608,7 @@ fn cli_bad_logs_are_refused_with_the_reason() {
     t.add(
         "ros1.mcap",
         other("sensor_msgs/Imu", "ros1msg", "", "ros1"),
-        &["no number field in /imu"],
+        &["/imu (sensor_msgs/Imu, ros1)"],
     );
     t.add(
         "text.mcap",

@@ -326,6 +326,27 @@ fn val_what_the_header_states_is_held_against_the_samples() {
     check_findings(started(), blocking, &["peak-contradicted"]);
 }
 
+/// What people write of the whole test stands apart from the samples: fault words block.
+#[test]
+fn val_comments_of_the_test_are_remarks() {
+    for (comment, expected) in [
+        (
+            "Comments :SENSOR FAILED IN PRETEST",
+            &["laboratory-remark"][..],
+        ),
+        ("Comments :MDB AT 50 KM/H, 12 MS DELAY OF CAMERAS", &[]),
+        ("Comments :NOVALUE", &[]),
+    ] {
+        let mut files = test_of(&[File::new(PILLAR)]);
+        let header = files.iter_mut().find(|(name, _)| name.ends_with(".mme"));
+        let (_, header) = header.expect("a test has a header");
+        header.extend(format!("\r\n{comment}\r\n").into_bytes());
+        let folder = folder_of("mme-comments", &files);
+        let (_, findings) = one(folder.path(), &ReadOptions::default());
+        check_codes(&findings, Severity::Blocking, expected);
+    }
+}
+
 #[test]
 fn val_missing_samples_block_and_are_not_zero() {
     let mut file = File::new(PILLAR);

@@ -3,15 +3,6 @@
 use crate::error::{Error, ErrorKind};
 use crate::recording::number::NumberFault;
 
-/// Says that the table reader failed, which it cannot on bytes in memory.
-pub(super) fn unreadable(error: &::csv::Error) -> Error {
-    ErrorKind::Io {
-        action: "read the table",
-        reason: error.to_string(),
-    }
-    .into()
-}
-
 /// Says what is wrong with a cell that should hold a number.
 pub(super) fn bad_cell(cell: &[u8], fault: NumberFault) -> Error {
     let found = shown(cell);
@@ -78,12 +69,11 @@ fn hidden(cell: &str) -> String {
 
 /// Says that a cell of a column of dates holds none.
 pub(super) fn no_date(cell: &[u8]) -> Error {
-    ErrorKind::Malformed {
-        expected: "a date and time such as 2024-05-01T10:00:00.0001, as in the rows before".into(),
-        found: format!("`{}`", shown(cell)),
-        hint: "mend the cell, or name another column with the setting `time_column`".into(),
-    }
-    .into()
+    Error::malformed(
+        "a date and time such as 2024-05-01T10:00:00.0001, as in the rows before",
+        format!("`{}`", shown(cell)),
+        "mend the cell, or name another column with the setting `time_column`",
+    )
 }
 
 /// Shortens a cell for a message.

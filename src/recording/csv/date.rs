@@ -1,6 +1,8 @@
 //! Stamps that are dates: `2024-05-01T10:00:00.0001`, as ISO 8601 writes them, with a `T` or a
 //! blank between date and time, and with a zone or without.
 
+use toml::value::{Datetime, Offset};
+
 /// Nanoseconds in a second.
 const NANO: i64 = 1_000_000_000;
 
@@ -36,38 +38,38 @@ impl DateClock {
     }
 }
 
+/// Bytes of a stamp up to its whole seconds.
+const WHOLE: usize = 19;
+
 /// Returns the nanoseconds of a stamp since 1970, that of its zone taken off, and the number of
 /// its decimals.
 fn parse(cell: &[u8]) -> Option<(i128, usize)> {
-    let cell = cell.trim_ascii();
-    let (date, rest) = cell.split_at_checked(10)?;
-    let [year, month, day] = fields(date, b'-', [4, 2, 2])?;
-    let time = rest.strip_prefix(b"T").or(rest.strip_prefix(b" "))?;
-    let (clock, rest) = time.split_at_checked(8)?;
-    let [hour, minute, second] = fields(clock, b':', [2, 2, 2])?;
-    let valid = (1..=12).contains(&month)
-        && (1..=days_in(year, month)).contains(&day)
-        && hour < 24
-        && minute < 60
-        && second < 60;
-    if !valid {
-        return None;
-    }
-    let (fraction, zone) = match rest.strip_prefix(b".").or(rest.strip_prefix(b",")) {
-        Some(rest) => {
-            let digits = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
-            rest.split_at(digits)
+    // TOML's dates have a point, and minutes in the zone.
+    let mut text = std::str::from_utf8(cell.trim_ascii())
+        .ok()?
+        .replace(',', ".");
+    let rest = text.get(WHOLE..)?;
+    let decimals = rest.bytes().skip(1).take_while(u8::is_ascii_digit).count();
+    if let Some(zone) = rest.find(['+', '-']).map(|zone| zone + WHOLE) {
+        match text.len() - zone {
+            3 => text.push_str(":00"),
+            5 => text.insert(zone + 3, ':'),
+            _ => {}
         }
-        None => (&rest[..0], rest),
-    };
+    }
+    let stamp: Datetime = text.parse().ok()?;
+    let (date, time) = (stamp.date?, stamp.time?);
     // Finer than a nanosecond is no clock of a recorder.
-    if fraction.len() > 9 || (fraction.is_empty() && rest.len() > zone.len()) {
-        return None;
-    }
-    let mut part = number(fraction).unwrap_or(0);
-    for _ in fraction.len()..9 {
-        part *= 10;
-    }
+    let second = time.second.filter(|second| *second < 60 && decimals <= 9)?;
+    let zone = match stamp.offset {
+        Some(Offset::Custom { minutes }) => i64::from(minutes),
+        _ => 0,
+    };
+    let (year, month, day) = (
+        i64::from(date.year),
+        i64::from(date.month),
+        i64::from(date.day),
+    );
     // Years begin in March, so that the day added in leap years is the last.
     let (years, months) = if month > 2 {
         (year, month - 3)
@@ -76,60 +78,10 @@ fn parse(cell: &[u8]) -> Option<(i128, usize)> {
     };
     let before = years.div_euclid(4) - years.div_euclid(100) + years.div_euclid(400);
     let days = 365 * years + before + (153 * months + 2) / 5 + day - 1 - TO_EPOCH;
-    let seconds = ((days * 24 + hour) * 60 + minute) * 60 + second - zone_seconds(zone)?;
-    Some((
-        i128::from(seconds) * i128::from(NANO) + i128::from(part),
-        fraction.len(),
-    ))
-}
-
-/// Returns how far a zone lies before Greenwich [s]: `Z`, `+01:00`, `-0530`, `+01`, or nothing.
-fn zone_seconds(zone: &[u8]) -> Option<i64> {
-    let (sign, rest) = match zone.split_first() {
-        None | Some((b'Z', [])) => return Some(0),
-        Some((b'+', rest)) => (1, rest),
-        Some((b'-', rest)) => (-1, rest),
-        _ => return None,
-    };
-    let (hours, minutes) = rest.split_at_checked(2)?;
-    let minutes = match minutes.strip_prefix(b":").unwrap_or(minutes) {
-        [] if minutes.is_empty() => 0,
-        two if two.len() == 2 => number(two)?,
-        _ => return None,
-    };
-    let hours = number(hours)?;
-    (hours < 24 && minutes < 60).then_some(sign * 60 * (60 * hours + minutes))
-}
-
-/// Splits at a mark into fields of so many digits each.
-fn fields(text: &[u8], mark: u8, digits: [usize; 3]) -> Option<[i64; 3]> {
-    let mut found = [0; 3];
-    let mut parts = text.split(|byte| *byte == mark);
-    for (value, length) in found.iter_mut().zip(digits) {
-        *value = number(parts.next().filter(|part| part.len() == length)?)?;
-    }
-    parts.next().is_none().then_some(found)
-}
-
-/// Reads up to nine digits.
-fn number(digits: &[u8]) -> Option<i64> {
-    if digits.is_empty() || !digits.iter().all(u8::is_ascii_digit) {
-        return None;
-    }
-    Some(
-        digits
-            .iter()
-            .fold(0, |sum, digit| 10 * sum + i64::from(digit - b'0')),
-    )
-}
-
-fn days_in(year: i64, month: i64) -> i64 {
-    match month {
-        2 if year % 4 == 0 && (year % 100 != 0 || year % 400 == 0) => 29,
-        2 => 28,
-        4 | 6 | 9 | 11 => 30,
-        _ => 31,
-    }
+    let minutes = (days * 24 + i64::from(time.hour)) * 60 + i64::from(time.minute) - zone;
+    let seconds = i128::from(minutes * 60 + i64::from(second));
+    let nanoseconds = i128::from(time.nanosecond.unwrap_or(0));
+    Some((seconds * i128::from(NANO) + nanoseconds, decimals))
 }
 
 #[cfg(test)]

@@ -1,17 +1,9 @@
-//! Dialects: comment lines, separators and quotes of a table, found in its first rows and
-//! checked on every line before the table is read.
-//!
-//! Every line is measured here first, because a table reader stores one number per cell: 256 MiB
-//! of commas on one line would cost gigabytes there.
+//! Dialects: comment lines and separators of a table. Every line is measured before the table is
+//! read.
 
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Error, Place};
 use crate::recording::Limits;
 use crate::recording::number;
-use crate::recording::text::{self, line_at};
-
-/// Rows and bytes from which on fewer rows do: rows may be long.
-pub(super) const FEW_ROWS: usize = 8;
-pub(super) const SAMPLE_BYTES: usize = 4 << 20;
 
 /// What separates the cells of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,7 +49,7 @@ fn begins_row(byte: u8) -> bool {
 }
 
 /// What stands between the rows of a table.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct Interruptions {
     /// The first line that is no row between two rows of data.
     pub(super) broken_at: Option<u64>,
@@ -66,6 +58,8 @@ pub(super) struct Interruptions {
     pub(super) numbers: usize,
     pub(super) numbers_at: Option<u64>,
     pub(super) numbers_inside: bool,
+    /// The first row that a spreadsheet made a comment.
+    pub(super) damaged: Option<(u64, String)>,
 }
 
 /// What the lines of a text are.
@@ -73,10 +67,7 @@ pub(super) struct Interruptions {
 pub(super) struct LineScan {
     /// The separator that a spreadsheet's `sep=;` names.
     pub(super) separator: Option<Separator>,
-    /// The first line after a row that is nothing but `##…`: a rule drawn, or the only cell of a
-    /// row that a spreadsheet had no room for.
-    pub(super) hashes: Option<u64>,
-    /// Whether a line that is no row follows a row.
+    /// Whether a line is no row.
     interrupted: bool,
     /// The text of comments that are words, with their lines; of very many the first.
     pub(super) words: Vec<(u64, String)>,
@@ -110,6 +101,13 @@ impl LineScan {
             if rows > header_rows {
                 open.get_or_insert(number);
             }
+            if rows >= header_rows
+                && let Some(cell) = damaged_cell(line, separator, cells)
+            {
+                found
+                    .damaged
+                    .get_or_insert((number, super::cell::shown(cell)));
+            }
             if rows >= header_rows && is_row_of_numbers(line, separator, cells) {
                 found.numbers += 1;
                 found.numbers_at.get_or_insert(number);
@@ -137,7 +135,7 @@ impl LineScan {
 }
 
 /// Reads a spreadsheet's line that names the separator, `sep=;`; `None` for any other line.
-fn named_separator(line: &[u8]) -> Option<Result<Separator, ErrorKind>> {
+fn named_separator(line: &[u8]) -> Option<Result<Separator, Error>> {
     let bare = line
         .strip_prefix(b"\"")
         .and_then(|rest| rest.strip_suffix(b"\""))
@@ -151,11 +149,11 @@ fn named_separator(line: &[u8]) -> Option<Result<Separator, ErrorKind>> {
         b"," => Ok(Separator::Comma),
         b"" | b"\t" => Ok(Separator::Tab),
         b" " => Ok(Separator::Blanks),
-        other => Err(ErrorKind::Malformed {
-            expected: "a comma, a semicolon, a tab or blanks between cells".into(),
-            found: format!("`{}` by the line sep=", String::from_utf8_lossy(other)),
-            hint: "export with one of them".into(),
-        }),
+        other => Err(Error::malformed(
+            "a comma, a semicolon, a tab or blanks between cells",
+            format!("`{}` by the line sep=", String::from_utf8_lossy(other)),
+            "export with one of them",
+        )),
     })
 }
 
@@ -176,91 +174,30 @@ fn is_row_of_numbers(line: &[u8], separator: Separator, cells: usize) -> bool {
     found == cells
 }
 
-/// What a line that begins as a comment does is to a spreadsheet.
-enum Damage {
-    /// A row whose first cell was damaged.
-    Row,
-    /// Nothing but `##…`.
-    Hashes,
-}
-
-/// Tells whether a line's first cell is what a spreadsheet writes for a number that has no room
-/// in its column (`####`) or could not be computed (`#NUM!`, `#N/A`), and not a comment's start.
-fn damage(start: &[u8]) -> Option<Damage> {
-    let line = start.trim_ascii_end();
-    let end = |cells: &[u8]| {
-        cells
-            .iter()
-            .position(|byte| matches!(byte, b',' | b';' | b'\t' | b' '))
-            .unwrap_or(cells.len())
+/// Returns the first cell of a comment that is a row: what a spreadsheet writes for a number that has
+/// no room in its column (`####`) or could not be computed (`#NUM!`, `#N/A`).
+fn damaged_cell(line: &[u8], separator: Separator, cells: usize) -> Option<&[u8]> {
+    let mut all = line.trim_ascii().split(|byte| *byte == separator.byte());
+    let first = all.next()?.trim_ascii_end();
+    let hashes = first.iter().take_while(|byte| **byte == b'#').count();
+    let damaged = match &first[hashes..] {
+        [] => hashes > 1,
+        [name @ .., b'!' | b'?'] => !name.iter().any(u8::is_ascii_lowercase),
+        word => matches!(word, b"N/A" | b"NA" | b"NV" | b"N/D" | b"N/B"),
     };
-    let (cell, rest) = line.split_at(end(line));
-    let hashes = is_overflow(cell);
-    if !hashes && !is_error_value(cell) {
-        return None;
+    let mut others: Vec<&[u8]> = all.map(<[u8]>::trim_ascii).collect();
+    while others.len() >= cells && others.last().is_some_and(|cell| cell.is_empty()) {
+        others.pop();
     }
-    let bare = rest.trim_ascii_start();
-    if bare.is_empty() {
-        return Some(if hashes { Damage::Hashes } else { Damage::Row });
-    }
-    // Behind a blank words go on, but no numbers.
-    let row = matches!(rest[0], b',' | b';' | b'\t')
-        || matches!(bare[0], b',' | b';' | b'\t')
-        || bare
-            .split(|byte| matches!(byte, b' ' | b'\t'))
-            .filter(|cell| !cell.is_empty())
-            .all(|cell| number::is_numeric(cell) || is_overflow(cell) || is_error_value(cell));
-    row.then_some(Damage::Row)
-}
-
-fn is_overflow(cell: &[u8]) -> bool {
-    cell.len() > 1 && cell.iter().all(|byte| *byte == b'#')
-}
-
-/// Tells whether a cell is a spreadsheet's error, in whichever language: `#DIV/0!`, `#WERT!`.
-fn is_error_value(cell: &[u8]) -> bool {
-    let Some(word) = cell.strip_prefix(b"#") else {
-        return false;
-    };
-    let upper = |byte: &u8| !byte.is_ascii_lowercase() && !byte.is_ascii_whitespace();
-    match word {
-        [name @ .., b'!' | b'?'] => {
-            name.first().is_some_and(u8::is_ascii_uppercase)
-                && name.iter().all(|byte| upper(byte) && *byte != b'#')
-        }
-        _ => matches!(word, b"N/A" | b"NA" | b"NV" | b"N/D" | b"N/B"),
-    }
-}
-
-/// Refuses a row that would be passed over as a comment for what stands in its first cell.
-pub(super) fn damaged_row(line: &[u8]) -> Error {
-    ErrorKind::Malformed {
-        expected: "a number in the first cell, or a comment".into(),
-        found: format!(
-            "`{}`, as spreadsheets write for a number that does not fit into its column or could not be computed",
-            super::cell::shown(line)
-        ),
-        hint: "widen the column or mend the cell there, and export again; the sample of this row would be missing".into(),
-    }
-    .into()
-}
-
-/// Refuses a row, which begins at byte `first`, with a cell that is too long or too many cells by
-/// any separator.
-fn check_row(line: &[u8], first: u64, limits: &Limits) -> Result<(), Error> {
-    let separates = |byte| matches!(byte, b',' | b';' | b'\t' | b' ');
-    text::check_fields(line, first, separates, limits)?;
-    if line.len() as u64 > limits.columns {
-        for separator in [b',', b';', b'\t'] {
-            check_columns(line, separator, limits)?;
-        }
-    }
-    Ok(())
+    // Behind a blank words go on in a comment, numbers in a row.
+    let words = |cell: &&[u8]| !number::is_numeric(cell) && !cell.starts_with(b"#");
+    let goes_on = separator == Separator::Blanks && others.iter().any(words);
+    (damaged && others.len() + 1 == cells && !goes_on).then_some(first)
 }
 
 /// Returns the separator that a spreadsheet's first line names, if it is such a line. A tab may be
 /// named as it stands, so that only line ends are cut off at first.
-fn separator_line(line: &[u8]) -> Option<Result<Separator, ErrorKind>> {
+fn separator_line(line: &[u8]) -> Option<Result<Separator, Error>> {
     let end = line
         .iter()
         .rposition(|byte| !matches!(byte, b'\r' | b'\n'))
@@ -291,9 +228,8 @@ fn uncomment(line: &mut [u8]) {
 ///
 /// # Errors
 ///
-/// [`ErrorKind::LimitExceeded`] at the first line with too many bytes or separators,
-/// [`ErrorKind::Malformed`] for a named separator that is not read, and for a row whose first cell
-/// a spreadsheet damaged so that the row looks like a comment.
+/// [`ErrorKind::LimitExceeded`] at the first line with too many bytes,
+/// [`ErrorKind::Malformed`] for a named separator that is not read.
 pub(super) fn scan_lines(
     text: &mut [u8],
     above: Above,
@@ -312,19 +248,16 @@ pub(super) fn scan_lines(
         index += 1;
         let place = |beyond: u64| Place::default().line(index).byte(first as u64 + beyond);
         if line.len() as u64 > limits.line_bytes {
-            return Err(
-                over("line_bytes", limits.line_bytes, "a longer line").at(place(limits.line_bytes))
-            );
+            return Err(limits
+                .over("line_bytes", "a longer line")
+                .at(place(limits.line_bytes)));
         }
         let skipped = index <= above.lines;
         if above.named && index == above.lines + 1 {
             uncomment(line);
         }
         // Most lines begin with a digit, a sign or a point, and are rows.
-        if seen_row
-            && begins_row(line[0])
-            && line.len() as u64 <= limits.columns.min(limits.field_bytes)
-        {
+        if seen_row && begins_row(line[0]) {
             continue;
         }
         let start = line.trim_ascii_start();
@@ -333,18 +266,9 @@ pub(super) fn scan_lines(
             || start.starts_with(b"#")
             || start.starts_with(b"%")
             || start.starts_with(b"//");
-        marked.interrupted |= no_row && seen_row;
+        marked.interrupted |= no_row && !skipped;
         if skipped && marked.separator.is_none() {
             marked.separator = separator_line(start).and_then(Result::ok);
-        }
-        match damage(start).filter(|_| !skipped) {
-            Some(Damage::Row) => {
-                return Err(damaged_row(start).at(place(0).column(1)));
-            }
-            Some(Damage::Hashes) if seen_row => {
-                marked.hashes.get_or_insert(index);
-            }
-            _ => {}
         }
         if start.is_empty() {
             // The table reader skips a bare line end by itself, and it must stay one.
@@ -361,12 +285,11 @@ pub(super) fn scan_lines(
         if !seen_row {
             seen_row = true;
             if let Some(separator) = separator_line(start) {
-                marked.separator = Some(separator.map_err(|kind| Error::from(kind).at(place(0)))?);
+                marked.separator = Some(separator.map_err(|error| error.at(place(0)))?);
                 line[0] = b'#';
                 continue;
             }
         }
-        check_row(line, first as u64, limits).map_err(|error| error.at(place(0)))?;
     }
     Ok(marked)
 }
@@ -415,106 +338,6 @@ pub(super) fn collapse_blanks(text: &mut Vec<u8>) {
         read = next;
     }
     text.truncate(written);
-}
-
-/// Checks what only the chosen separator tells: the columns of each line, and that no quoted
-/// cell runs over a line's end.
-///
-/// # Errors
-///
-/// [`ErrorKind::LimitExceeded`] or [`ErrorKind::Malformed`] at the first bad line.
-pub(super) fn check_lines(
-    text: &[u8],
-    separator: Separator,
-    quoted: bool,
-    limits: &Limits,
-) -> Result<(), Error> {
-    if !quoted && separator != Separator::Blanks {
-        return Ok(());
-    }
-    for (index, line) in text.split(|byte| *byte == b'\n').enumerate() {
-        if !is_row(line) {
-            continue;
-        }
-        let place = || Place::default().line(index as u64 + 1);
-        if line.len() as u64 > limits.columns {
-            check_columns(line, separator.byte(), limits).map_err(|error| error.at(place()))?;
-        }
-        if quoted && ends_inside_quotes(line, separator.byte()) {
-            return Err(Error::from(ErrorKind::Malformed {
-                expected: "a quoted cell to end on its line".into(),
-                found: "no closing quote".into(),
-                hint: "add the quote, or remove the line break in the cell".into(),
-            })
-            .at(place()));
-        }
-    }
-    Ok(())
-}
-
-/// Follows the quoting rule of the table reader: a quote opens at the start of a cell only,
-/// and two quotes inside stand for one.
-fn ends_inside_quotes(line: &[u8], separator: u8) -> bool {
-    let mut at_start = true;
-    let mut inside = false;
-    for byte in line {
-        if inside {
-            // A doubled quote closes and at once opens again.
-            if *byte == b'"' {
-                inside = false;
-                at_start = true;
-            }
-        } else if *byte == b'"' && at_start {
-            inside = true;
-        } else {
-            at_start = *byte == separator;
-        }
-    }
-    inside
-}
-
-fn check_columns(line: &[u8], separator: u8, limits: &Limits) -> Result<(), Error> {
-    let cells = 1 + memchr::memchr_iter(separator, line).count() as u64;
-    if cells > limits.columns {
-        return Err(over(
-            "columns",
-            limits.columns,
-            &format!("{cells} cells on a line"),
-        ));
-    }
-    Ok(())
-}
-
-fn over(limit: &'static str, value: u64, found: &str) -> Error {
-    ErrorKind::LimitExceeded {
-        limit,
-        value,
-        found: found.into(),
-    }
-    .into()
-}
-
-/// Opens a table reader on marked text.
-pub(super) fn reader(text: &[u8], separator: Separator, quoted: bool) -> ::csv::Reader<&[u8]> {
-    ::csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .delimiter(separator.byte())
-        .comment(Some(b'#'))
-        .quoting(quoted)
-        .buffer_capacity(text.len().clamp(1 << 10, 1 << 16))
-        .from_reader(text)
-}
-
-/// Returns the line on which the record stands that the table reader began at `byte`; it may
-/// have begun with comments and empty lines.
-pub(super) fn line_of_record(text: &[u8], byte: u64) -> u64 {
-    let start = usize::try_from(byte).unwrap_or(usize::MAX).min(text.len());
-    let before = text[start..]
-        .split_inclusive(|byte| *byte == b'\n')
-        .take_while(|line| !is_row(line))
-        .count();
-    line_at(text, start) + before as u64
 }
 
 #[cfg(test)]

@@ -1,16 +1,20 @@
 //! Layouts: which rows are header, which column is time, which one is the lateral acceleration.
 
 use super::begin::{self, Begin};
-use super::cell::{ONE_CELL, shown, unreadable};
+use super::cell::{ONE_CELL, shown};
 use super::date;
-use super::dialect::{self, FEW_ROWS, SAMPLE_BYTES, Separator};
+use super::dialect::Separator;
 use super::header::{Column, is_known_unit};
-use super::records::Row;
-use crate::error::{Error, ErrorKind, Place};
+use super::records::{self, Records};
+use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use crate::recording::number::{self, Decimal};
-use crate::recording::{Finding, ReadOptions, Selection, lateral};
+use crate::recording::{Finding, Limits, ReadOptions, Selection, lateral};
 use crate::units::{SampleRate, TimeUnit};
 use ::csv::ByteRecord;
+
+/// Rows and bytes from which on fewer rows do: rows may be long.
+const FEW_ROWS: usize = 8;
+const SAMPLE_BYTES: usize = 4 << 20;
 
 /// Data rows from which the meaning of an unnamed first column is found.
 const SAMPLE_ROWS: usize = 64;
@@ -74,8 +78,9 @@ impl TableLayout {
         separator: Separator,
         quoted: bool,
         options: &ReadOptions,
+        limits: &Limits,
     ) -> Result<Self, Error> {
-        let rows = first_rows(text, separator, quoted)?;
+        let rows = first_rows(Records::new(text, separator, quoted, limits))?;
         let stated = options.header_line.is_some() || options.skip_lines.is_some();
         let header_rows = match options.header_line {
             Some(line) => rows_of_header(text, &rows, line)?,
@@ -128,7 +133,7 @@ impl TableLayout {
     ///
     /// The index of the cell with [`ErrorKind::RaggedRow`], or [`ErrorKind::Malformed`] for
     /// content after the last column.
-    pub(super) fn check_row(&self, row: Row<'_>) -> Result<(), (usize, Error)> {
+    pub(super) fn check_row(&self, row: &ByteRecord) -> Result<(), (usize, Error)> {
         if row.len() != self.cells {
             return Err((
                 row.len(),
@@ -144,12 +149,11 @@ impl TableLayout {
             if !cell.trim_ascii().is_empty() {
                 return Err((
                     index,
-                    ErrorKind::Malformed {
-                        expected: "nothing after the last column".into(),
-                        found: format!("`{}`", shown(cell)),
-                        hint: "name the column in the header, or remove the cell".into(),
-                    }
-                    .into(),
+                    Error::malformed(
+                        "nothing after the last column",
+                        format!("`{}`", shown(cell)),
+                        "name the column in the header, or remove the cell",
+                    ),
                 ));
             }
         }
@@ -182,7 +186,9 @@ impl TableLayout {
                     findings.push(Finding::warning(
                         "time-missing",
                         format!(
-                            "no time column and no sample rate, so no channel can be read; the columns are: {}; name the time with the setting `time_column` = NAME or state the setting `rate_hz` = HZ",
+                            "no time column and no sample rate, so no channel can be read; the \
+                             columns are: {}; name the time with the setting `time_column` = NAME \
+                             or state the setting `rate_hz` = HZ",
                             self.list(0..self.columns.len())
                         ),
                     ));
@@ -221,12 +227,12 @@ impl TableLayout {
         match found.as_slice() {
             [only] => Ok(Some(*only)),
             [] => Ok(self.unnamed_time(options)),
-            several => Err(ErrorKind::Malformed {
-                expected: "one time column".into(),
-                found: self.list(several.iter().copied()),
-                hint: "choose one with the setting `time_column` = NAME: each may be the clock of the channels beside it".into(),
-            }
-            .into()),
+            several => Err(Error::malformed(
+                "one time column",
+                self.list(several.iter().copied()),
+                "choose one with the setting `time_column` = NAME: each may be the clock of the \
+                 channels beside it",
+            )),
         }
     }
 
@@ -332,9 +338,9 @@ impl TableLayout {
         if unit.is_none()
             && (column.unit_text.is_some() || column.doubtful || column.name.contains(['(', '[']))
         {
-            return Err(Error::from(ErrorKind::Malformed {
-                expected: "a time in s, ms, us or ns".into(),
-                found: format!(
+            return Err(Error::malformed(
+                "a time in s, ms, us or ns",
+                format!(
                     "`{}`{}",
                     column.name,
                     column
@@ -342,8 +348,8 @@ impl TableLayout {
                         .as_ref()
                         .map_or(String::new(), |text| format!(" in `{text}`"))
                 ),
-                hint: "state its unit with the setting `time_unit` = s|ms|us|ns".into(),
-            }));
+                "state its unit with the setting `time_unit` = s|ms|us|ns",
+            ));
         }
         if unit.is_none() {
             findings.push(Finding::info(
@@ -363,10 +369,6 @@ impl TableLayout {
     }
 
     /// Chooses the columns to read.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorKind::NoSuchChannel`], [`ErrorKind::AmbiguousChannel`] or [`ErrorKind::NoChannel`].
     pub(super) fn choose(
         &self,
         options: &ReadOptions,
@@ -389,13 +391,11 @@ impl TableLayout {
         if let Some(wanted) = &options.channel {
             let index = self.find_column(wanted, "channel")?;
             if Some(index) == time {
-                return Err(ErrorKind::Malformed {
-                    expected: "a channel of acceleration".into(),
-                    found: format!("the time column `{}`", self.columns[index].name),
-                    hint: "choose another column, or name the time with the setting `time_column`"
-                        .into(),
-                }
-                .into());
+                return Err(Error::malformed(
+                    "a channel of acceleration",
+                    format!("the time column `{}`", self.columns[index].name),
+                    "choose another column, or name the time with the setting `time_column`",
+                ));
             }
             return Ok(ColumnChoice {
                 columns: vec![index],
@@ -449,12 +449,11 @@ impl TableLayout {
                 [] => {}
                 [only] => return Ok(*only),
                 several => {
-                    return Err(ErrorKind::Malformed {
-                        expected: format!("one column `{wanted}`"),
-                        found: self.list(several.iter().copied()),
-                        hint: "choose it by number".into(),
-                    }
-                    .into());
+                    return Err(Error::malformed(
+                        format!("one column `{wanted}`"),
+                        self.list(several.iter().copied()),
+                        "choose it by number",
+                    ));
                 }
             }
         }
@@ -502,25 +501,15 @@ impl TableLayout {
 
     /// Lists columns for a message, at most a screenful; equal names get their number.
     fn list(&self, indices: impl IntoIterator<Item = usize>) -> String {
-        const MOST: usize = 40;
-        let mut names: Vec<String> = Vec::new();
-        for index in indices {
-            if names.len() == MOST {
-                names.push(format!("… ({} columns in all)", self.columns.len()));
-                break;
-            }
+        let one = |index: usize| {
             let name = shown(self.columns[index].name.as_bytes());
-            let twins = self
-                .columns
-                .iter()
-                .filter(|c| c.name == self.columns[index].name);
-            names.push(if twins.count() > 1 {
-                format!("{name} (column {})", index + 1)
-            } else {
-                name
-            });
-        }
-        names.join(", ")
+            let same = |other: &&Column| other.name == self.columns[index].name;
+            match self.columns.iter().filter(same).count() {
+                1 => Candidate::named(name),
+                _ => Candidate::numbered(name, "column", index + 1),
+            }
+        };
+        Candidates(indices.into_iter().map(one).collect()).to_string()
     }
 }
 
@@ -534,13 +523,11 @@ fn mostly(columns: &[Column], data: &[ByteRecord], such: fn(&[u8]) -> bool) -> V
         .collect()
 }
 
-fn first_rows(text: &[u8], separator: Separator, quoted: bool) -> Result<Vec<ByteRecord>, Error> {
-    let mut rows = Vec::new();
-    let mut bytes = 0;
-    for record in dialect::reader(text, separator, quoted).into_byte_records() {
-        let record = record.map_err(|error| unreadable(&error))?;
-        bytes += record.as_slice().len();
-        rows.push(record);
+fn first_rows(mut records: Records<'_>) -> Result<Vec<ByteRecord>, Error> {
+    let (mut rows, mut bytes) = (Vec::new(), 0);
+    while let Some(row) = records.next()? {
+        bytes += row.as_slice().len();
+        rows.push(row.clone());
         if rows.len() == SAMPLE_ROWS || (rows.len() >= FEW_ROWS && bytes > SAMPLE_BYTES) {
             break;
         }
@@ -558,11 +545,7 @@ fn has_unit(row: &ByteRecord) -> bool {
 }
 
 fn no_rows(found: &str) -> Error {
-    ErrorKind::Empty {
-        found: found.into(),
-        expected: "rows of numbers".into(),
-    }
-    .into()
+    Error::empty(found, "rows of numbers")
 }
 
 /// Counts the rows before the data where a person states the line of the names: these, and what
@@ -573,11 +556,11 @@ fn rows_of_header(text: &[u8], rows: &[ByteRecord], line: u32) -> Result<usize, 
         .ok_or_else(|| no_rows("the file holds no rows"))?;
     let place = line_of(text, names);
     if place.line != Some(u64::from(line)) {
-        return Err(Error::from(ErrorKind::Malformed {
-            expected: format!("the names of the columns on line {line}"),
-            found: "an empty line or a comment".into(),
-            hint: "state another line with the setting `header_line`".into(),
-        })
+        return Err(Error::malformed(
+            format!("the names of the columns on line {line}"),
+            "an empty line or a comment",
+            "state another line with the setting `header_line`",
+        )
         .at(Place::default().line(u64::from(line))));
     }
     let data = rows.iter().skip(1).position(has_number);
@@ -626,20 +609,17 @@ fn where_it_begins(text: &[u8], row: &ByteRecord, expected: &str, found: &str) -
         Some(Begin {
             header: Some(line), ..
         }) => format!(
-            "the columns seem to be named on line {line}; if so, state the setting `header_line` = {line}"
+            "the columns seem to be named on line {line}; if so, state the setting `header_line` \
+             = {line}"
         ),
         Some(Begin { data, .. }) => format!(
-            "the samples seem to begin on line {data} without names; if so, state the setting `skip_lines` = {}",
+            "the samples seem to begin on line {data} without names; if so, state the setting \
+             `skip_lines` = {}",
             data - 1
         ),
         None => ONE_CELL.into(),
     };
-    Error::from(ErrorKind::Malformed {
-        expected: expected.into(),
-        found: found.into(),
-        hint,
-    })
-    .at(line_of(text, row))
+    Error::malformed(expected, found, hint).at(line_of(text, row))
 }
 
 /// Builds the columns from the header rows; the number of header cells if they do not fit.
@@ -687,12 +667,10 @@ fn refuse_doubtful_start(
     let (first, rows) = data.split_first().expect("a layout has a row");
     let doubt = |expected: &str, hint: &str| {
         let cells: Vec<String> = first.iter().map(shown).collect();
-        Err(Error::from(ErrorKind::Malformed {
-            expected: expected.into(),
-            found: format!("`{}`", cells.join(",")),
-            hint: hint.into(),
-        })
-        .at(line_of(text, first)))
+        Err(
+            Error::malformed(expected, format!("`{}`", cells.join(",")), hint)
+                .at(line_of(text, first)),
+        )
     };
     let split = |row: &ByteRecord| {
         row.len() == 2 && whole(&row[0]) && whole(&row[1]) && !row[1].starts_with(b"-")
@@ -706,7 +684,8 @@ fn refuse_doubtful_start(
     let line = line_of(text, first).line.unwrap_or(0);
     if begin::is_commented_header(text, line, separator, filled_cells(first)) {
         let hint = format!(
-            "state the setting `header_line` = {} if that line names them, or the setting `skip_lines` = {} if it does not",
+            "state the setting `header_line` = {} if that line names them, or the setting \
+             `skip_lines` = {} if it does not",
             line - 1,
             line - 1
         );
@@ -745,6 +724,5 @@ fn text_of(row: &ByteRecord, index: usize) -> String {
 }
 
 fn line_of(text: &[u8], row: &ByteRecord) -> Place {
-    let byte = row.position().map_or(0, ::csv::Position::byte);
-    Place::default().line(dialect::line_of_record(text, byte))
+    Place::default().line(records::line_of(text, row))
 }

@@ -1,14 +1,16 @@
-//! Rows: the stamps and the samples of the wanted columns, in one pass for all selections.
+//! Rows: the stamps and the samples of the wanted columns.
 
-use super::cell::{bad_cell, no_date, shown};
+use super::cell::{bad_cell, no_date};
 use super::date;
 use super::dialect::{self, Separator};
 use super::layout::{TableLayout, TimeSource};
-use super::records::{Records, Row};
+use super::records::{self, Records};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::number::{self, Decimal, Marks, PrintedDigits};
+use crate::recording::text::ColumnMarks;
 use crate::recording::{Limits, ReadOptions, Selection};
 use crate::units::DecimalMark;
+use ::csv::ByteRecord;
 
 /// What became of a wanted column.
 #[derive(Debug, Clone)]
@@ -21,12 +23,12 @@ pub(super) enum ColumnResult {
 
 /// Columns to read for one selection.
 #[derive(Debug, PartialEq)]
-pub(super) struct WantedColumns<'a> {
+pub(super) struct WantedColumns {
     pub(super) selection: Selection,
-    /// Columns of samples.
-    pub(super) columns: &'a [usize],
-    /// Columns that count the rows, which are held against them.
-    pub(super) counters: Vec<usize>,
+    /// Columns of samples, and behind them those that count the rows.
+    pub(super) columns: Vec<usize>,
+    /// How many are of samples.
+    pub(super) samples: usize,
 }
 
 /// The rows of a table.
@@ -47,9 +49,6 @@ pub(super) struct Rows {
     pub(super) coarse_digits_s: Option<Vec<f64>>,
     /// Whether the numbers have a decimal comma.
     pub(super) decimal_comma: bool,
-    /// The counts of the columns that count the rows, in their order; of one with a cell that is
-    /// no number the reason.
-    pub(super) counts: Vec<ColumnResult>,
 }
 
 impl Rows {
@@ -60,35 +59,33 @@ impl Rows {
     }
 }
 
-/// Reads the rows once for all that is wanted; gives the rows, or the first bad cell at its line
-/// and column, for each. Where every channel is read, a column with a bad cell is left out instead.
+/// Reads the rows; an error at line and column of the first bad cell. Where every channel is read, a
+/// column with a bad cell is left out instead.
 pub(super) fn read(
     text: &[u8],
     layout: &TableLayout,
     time: &TimeSource,
-    wanted: &[WantedColumns<'_>],
+    wanted: &WantedColumns,
     options: &ReadOptions,
     limits: &Limits,
-) -> Vec<Result<Rows, Error>> {
+) -> Result<Rows, Error> {
     let table = RowTable {
         text,
         layout,
         time,
+        limits,
         decimal: options.decimal,
     };
-    let mut rows = table.pass(wanted, false, limits);
+    check_counts(text, layout, wanted, limits)?;
+    let rows = table.pass(wanted, false);
     let stamps_are_numbers = !matches!(time, TimeSource::Column { dated: true, .. });
-    if let (true, Some(rate)) = (stamps_are_numbers, options.rate_hz) {
+    if let (Err(error), true, Some(rate)) = (&rows, stamps_are_numbers, options.rate_hz)
+        && is_repeated(error)
         // Stamps of too few digits: the stated rate is held against them later.
-        for (wanted, rows) in wanted.iter().zip(&mut rows) {
-            if rows.as_ref().is_err_and(is_repeated)
-                && let Some(Ok(again)) =
-                    table.pass(std::slice::from_ref(wanted), true, limits).pop()
-                && again.coarsest_digit_s() * rate > 1.01
-            {
-                *rows = Ok(again);
-            }
-        }
+        && let Ok(again) = table.pass(wanted, true)
+        && again.coarsest_digit_s() * rate > 1.01
+    {
+        return Ok(again);
     }
     rows
 }
@@ -99,62 +96,29 @@ struct RowTable<'a> {
     text: &'a [u8],
     layout: &'a TableLayout,
     time: &'a TimeSource,
+    limits: &'a Limits,
     /// The decimal mark that a person states.
     decimal: Option<DecimalMark>,
 }
 
 impl RowTable<'_> {
     /// Goes over the rows; with `repeating` a stamp may be that of the row before.
-    fn pass(
-        self,
-        wanted: &[WantedColumns<'_>],
-        repeating: bool,
-        limits: &Limits,
-    ) -> Vec<Result<Rows, Error>> {
-        let mut gathered: Vec<Result<Gathering<'_>, Error>> = wanted
-            .iter()
-            .map(|wanted| {
-                check_counts(self.text, self.layout, wanted, limits)?;
-                Ok(Gathering::new(self, wanted, repeating))
-            })
-            .collect();
-        if let Err(error) = self.hand_out(&mut gathered) {
-            return wanted.iter().map(|_| Err(error.clone())).collect();
-        }
-        let finish = |one: Result<Gathering<'_>, Error>| one?.finish();
-        gathered.into_iter().map(finish).collect()
-    }
-}
-
-impl RowTable<'_> {
-    /// Hands each row to all that gather and have not failed.
-    fn hand_out(self, gathered: &mut [Result<Gathering<'_>, Error>]) -> Result<(), Error> {
+    fn pass(self, wanted: &WantedColumns, repeating: bool) -> Result<Rows, Error> {
         let layout = self.layout;
-        let mut records = Records::after_header(
-            self.text,
-            layout.separator,
-            layout.quoted,
-            layout.header_rows,
-        )?;
-        while gathered.iter().any(Result::is_ok)
-            && let Some(row) = records.next()?
-        {
-            for one in &mut *gathered {
-                if let Ok(rows) = one
-                    && let Err(error) = rows.take(row)
-                {
-                    *one = Err(error);
-                }
-            }
+        let mut gathered = Gathering::new(self, wanted, repeating);
+        let records = Records::new(self.text, layout.separator, layout.quoted, self.limits);
+        let mut records = records.after(layout.header_rows)?;
+        while let Some(row) = records.next()? {
+            gathered.take(row)?;
         }
-        Ok(())
+        gathered.finish()
     }
 }
 
 /// Rows as they are gathered for one selection.
 struct Gathering<'a> {
     table: RowTable<'a>,
-    wanted: &'a WantedColumns<'a>,
+    wanted: &'a WantedColumns,
     rows: Rows,
     /// The column of stamps, with their number per second.
     stamped: Option<(usize, f64)>,
@@ -162,17 +126,15 @@ struct Gathering<'a> {
     dates: Option<date::DateClock>,
     /// Mark of stamps and samples.
     decimal: Decimal,
-    /// Mark of each counter, which are no samples.
-    count_decimals: Vec<Decimal>,
     digits: PrintedDigits,
-    stamp_marks: AmbiguousMarks,
-    marks: Vec<AmbiguousMarks>,
+    stamp_marks: ColumnMarks,
+    marks: Vec<ColumnMarks>,
     /// Byte at which the last row that was kept begins.
-    last_byte: u64,
+    last_byte: usize,
 }
 
 impl<'a> Gathering<'a> {
-    fn new(table: RowTable<'a>, wanted: &'a WantedColumns<'a>, repeating: bool) -> Self {
+    fn new(table: RowTable<'a>, wanted: &'a WantedColumns, repeating: bool) -> Self {
         let (stamped, dated) = match table.time {
             TimeSource::Column {
                 index, unit, dated, ..
@@ -185,33 +147,30 @@ impl<'a> Gathering<'a> {
             None if table.between_commas() && !table.layout.quoted => Decimal::PointOnly,
             None => Decimal::Unknown,
         };
-        let none_yet = |columns: &[usize]| vec![ColumnResult::Kept(Vec::new()); columns.len()];
         Self {
             table,
             wanted,
             rows: Rows {
                 stamps_s: Vec::new(),
                 printed_digit_s: 0.0,
-                values: none_yet(wanted.columns),
+                values: vec![ColumnResult::Kept(Vec::new()); wanted.columns.len()],
                 count: 0,
                 repeated: None,
                 coarse_digits_s: repeating.then(Vec::new),
                 decimal_comma: false,
-                counts: none_yet(&wanted.counters),
             },
             stamped,
             dates: dated.then(date::DateClock::default),
             decimal,
-            count_decimals: vec![decimal; wanted.counters.len()],
             digits: PrintedDigits::new(),
-            stamp_marks: AmbiguousMarks::default(),
-            marks: vec![AmbiguousMarks::default(); wanted.columns.len()],
+            stamp_marks: ColumnMarks::default(),
+            marks: vec![ColumnMarks::default(); wanted.columns.len()],
             last_byte: 0,
         }
     }
 
     /// Takes in one row.
-    fn take(&mut self, row: Row<'_>) -> Result<(), Error> {
+    fn take(&mut self, row: &ByteRecord) -> Result<(), Error> {
         self.table
             .layout
             .check_row(row)
@@ -229,7 +188,8 @@ impl<'a> Gathering<'a> {
             }
             if self.dates.is_none() {
                 self.digits.count(&row[column]);
-                self.stamp_marks.look(row, column);
+                self.stamp_marks
+                    .look(&row[column], || self.table.place(row, column));
                 if let Some(digits) = &mut self.rows.coarse_digits_s {
                     // Zero has the digits of its neighbours.
                     let own = PrintedDigits::of_cell(&row[column]) / per_second;
@@ -238,37 +198,34 @@ impl<'a> Gathering<'a> {
                 }
             }
             self.rows.stamps_s.push(stamp);
-            self.last_byte = row.byte;
+            self.last_byte = records::byte_of(row);
         }
         self.rows.count += 1;
         let columns = self.wanted.columns.iter().zip(&mut self.rows.values);
-        for ((column, result), marks) in columns.zip(&mut self.marks) {
+        for (place, ((column, result), marks)) in columns.zip(&mut self.marks).enumerate() {
             let ColumnResult::Kept(samples) = result else {
                 continue;
             };
-            match number::parse(&row[*column], &mut self.decimal) {
-                Ok(value) => {
-                    samples.push(value);
-                    marks.look(row, *column);
-                }
-                Err(fault) => {
-                    let error = self.table.bad_cell(row, *column, fault);
-                    if self.wanted.selection == Selection::Lateral {
-                        return Err(error);
-                    }
-                    *result = ColumnResult::LeftOut(error.to_string());
-                }
-            }
-        }
-        let counters = self.wanted.counters.iter().zip(&mut self.rows.counts);
-        for ((column, result), decimal) in counters.zip(&mut self.count_decimals) {
-            let ColumnResult::Kept(samples) = result else {
-                continue;
+            let is_sample = place < self.wanted.samples;
+            // What counts rows tells nothing of the samples' mark.
+            let mut own = self.decimal;
+            let decimal = if is_sample {
+                &mut self.decimal
+            } else {
+                &mut own
             };
             match number::parse(&row[*column], decimal) {
-                Ok(value) => samples.push(value),
+                Ok(value) => {
+                    samples.push(value);
+                    if is_sample {
+                        marks.look(&row[*column], || self.table.place(row, *column));
+                    }
+                }
                 Err(fault) => {
                     let error = self.table.bad_cell(row, *column, fault);
+                    if is_sample && self.wanted.selection == Selection::Lateral {
+                        return Err(error);
+                    }
                     *result = ColumnResult::LeftOut(error.to_string());
                 }
             }
@@ -277,7 +234,7 @@ impl<'a> Gathering<'a> {
     }
 
     /// Reads a stamp [s].
-    fn stamp(&mut self, row: Row<'_>, column: usize, per_second: f64) -> Result<f64, Error> {
+    fn stamp(&mut self, row: &ByteRecord, column: usize, per_second: f64) -> Result<f64, Error> {
         let cell = &row[column];
         match &mut self.dates {
             Some(clock) => clock
@@ -295,7 +252,7 @@ impl<'a> Gathering<'a> {
     /// # Errors
     ///
     /// [`ErrorKind::TimeNotIncreasing`] where another row has no later stamp.
-    fn repeats_row(&mut self, row: Row<'_>, column: usize, stamp: f64) -> Result<bool, Error> {
+    fn repeats_row(&mut self, row: &ByteRecord, column: usize, stamp: f64) -> Result<bool, Error> {
         let Some(previous) = self.rows.stamps_s.last().copied() else {
             return Ok(false);
         };
@@ -305,7 +262,7 @@ impl<'a> Gathering<'a> {
         }
         let text = self.table.text;
         let place = self.table.place(row, column);
-        if row_at(text, self.last_byte) == row_at(text, row.byte) {
+        if row_at(text, self.last_byte) == row_at(text, records::byte_of(row)) {
             let first = place.line.unwrap_or(0);
             let (rows, first) = self.rows.repeated.unwrap_or((0, first));
             self.rows.repeated = Some((rows + 1, first));
@@ -320,16 +277,18 @@ impl<'a> Gathering<'a> {
 
     /// Judges what only all rows together show: marks that may separate thousands.
     fn finish(mut self) -> Result<Rows, Error> {
-        let text = self.table.text;
         // Between commas a comma in a number more often separates thousands.
         let strict = self.table.between_commas() && self.decimal == Decimal::Comma;
-        let doubted = self.table.decimal.is_none();
-        if let Some(error) = self.stamp_marks.error(text, strict).filter(|_| doubted) {
-            return Err(error);
+        let is_clear =
+            |_: &str, marks: Marks| !(marks.may_be_thousands() || (strict && !marks.decimal));
+        if self.table.decimal.is_none() {
+            self.stamp_marks.check(is_clear, THOUSANDS)?;
         }
-        if doubted && !self.stamp_marks.marks.decimal {
+        if self.table.decimal.is_none() && !self.stamp_marks.marks.decimal {
             for (result, marks) in self.rows.values.iter_mut().zip(&self.marks) {
-                if let (Some(error), ColumnResult::Kept(_)) = (marks.error(text, strict), &result) {
+                if let (Err(error), ColumnResult::Kept(_)) =
+                    (marks.check(is_clear, THOUSANDS), &result)
+                {
                     if self.wanted.selection == Selection::Lateral {
                         return Err(error);
                     }
@@ -354,52 +313,19 @@ impl RowTable<'_> {
         self.layout.separator == Separator::Comma
     }
 
-    fn place(self, row: Row<'_>, column: usize) -> Place {
+    fn place(self, row: &ByteRecord, column: usize) -> Place {
         Place::default()
-            .line(dialect::line_of_record(self.text, row.byte))
+            .line(records::line_of(self.text, row))
             .column(column as u64 + 1)
     }
 
-    fn bad_cell(self, row: Row<'_>, column: usize, fault: number::NumberFault) -> Error {
+    fn bad_cell(self, row: &ByteRecord, column: usize, fault: number::NumberFault) -> Error {
         bad_cell(&row[column], fault).at(self.place(row, column))
     }
 }
 
-/// What the marks of a column may be, and where the first doubtful one stands.
-#[derive(Clone, Default)]
-struct AmbiguousMarks {
-    marks: Marks,
-    /// Byte at which its row was begun, its column, and the cell.
-    first: Option<(u64, usize, String)>,
-}
-
-impl AmbiguousMarks {
-    fn look(&mut self, row: Row<'_>, column: usize) {
-        let cell = &row[column];
-        if self.marks.look(cell) {
-            self.first = Some((row.byte, column, shown(cell)));
-        }
-    }
-
-    /// Returns the error for a column whose marks may separate thousands; with `strict` for one
-    /// in which no number tells that they do not.
-    fn error(&self, text: &[u8], strict: bool) -> Option<Error> {
-        let (byte, column, cell) = self.first.as_ref()?;
-        let doubtful = self.marks.may_be_thousands() || (strict && !self.marks.decimal);
-        doubtful.then(|| {
-            Error::from(ErrorKind::Malformed {
-                expected: "numbers whose mark is clear".into(),
-                found: format!(
-                    "`{cell}`, and no number in the column whose mark can only be a decimal one"
-                ),
-                hint: "state the setting `decimal` = . or the setting `decimal` = , ; the other mark then separates thousands".into(),
-            })
-            .at(Place::default()
-                .line(dialect::line_of_record(text, *byte))
-                .column(*column as u64 + 1))
-        })
-    }
-}
+/// What to do where marks may separate thousands.
+const THOUSANDS: &str = "state the setting `decimal` = . or the setting `decimal` = , ; the other mark then separates thousands";
 
 /// Tells whether a stamp is refused for being that of the row before.
 fn is_repeated(error: &Error) -> bool {
@@ -414,11 +340,10 @@ fn is_repeated(error: &Error) -> bool {
 fn check_counts(
     text: &[u8],
     layout: &TableLayout,
-    wanted: &WantedColumns<'_>,
+    wanted: &WantedColumns,
     limits: &Limits,
 ) -> Result<(), Error> {
-    let columns = wanted.columns.len() + wanted.counters.len();
-    let by_cells = limits.table_cells / (columns as u64).max(1);
+    let by_cells = limits.table_cells / (wanted.columns.len() as u64).max(1);
     let most = limits.samples.min(by_cells);
     // Too few bytes for too many rows, whatever they hold: no need to look at each line.
     let lines = memchr::memchr_iter(b'\n', text).count() + 1;
@@ -430,9 +355,9 @@ fn check_counts(
         rows += u64::from(dialect::is_row(line));
         if rows > most.saturating_add(layout.header_rows as u64) {
             let error = if limits.samples <= by_cells {
-                over("samples", limits.samples, "more rows")
+                limits.over("samples", "more rows")
             } else {
-                over("table_cells", limits.table_cells, "more cells")
+                limits.over("table_cells", "more cells")
             };
             return Err(error.at(Place::default().line(index as u64 + 1).byte(start)));
         }
@@ -441,20 +366,10 @@ fn check_counts(
     Ok(())
 }
 
-/// Returns the row that the table reader began to read at `byte`, comments passed over.
-fn row_at(text: &[u8], byte: u64) -> Option<&[u8]> {
-    let start = usize::try_from(byte).ok()?;
+/// Returns the row that the table reader began to read at a byte, comments passed over.
+fn row_at(text: &[u8], start: usize) -> Option<&[u8]> {
     text.get(start..)?
         .split(|byte| *byte == b'\n')
         .find(|line| dialect::is_row(line))
         .map(<[u8]>::trim_ascii_end)
-}
-
-fn over(limit: &'static str, value: u64, found: &str) -> Error {
-    ErrorKind::LimitExceeded {
-        limit,
-        value,
-        found: found.into(),
-    }
-    .into()
 }

@@ -5,9 +5,9 @@ use super::header::Column;
 use super::layout::TableLayout;
 use super::records::Records;
 use crate::error::Error;
-use crate::recording::Finding;
 use crate::recording::remarks::{self, Cells, Remark, RemarkPlace};
 use crate::recording::words::{Words, word_list};
+use crate::recording::{Finding, Limits};
 
 /// Words of a column by which all is well.
 static WELL: Words = word_list!("status-well");
@@ -23,6 +23,9 @@ static STATE: Words = word_list!("status-state");
 
 /// What is said in words, of the whole file or of the column of that number.
 pub(super) type Said<T> = (Option<usize>, T);
+
+/// All remarks, and what flags mean.
+pub(super) type AllSaid = (Vec<Said<Remark>>, Vec<Said<Finding>>);
 
 /// Returns what a comment on `line` says: of a column where it begins with its name.
 pub(super) fn of_comment(line: u64, comment: &str, columns: &[Column]) -> Said<Remark> {
@@ -123,11 +126,11 @@ impl StatusColumn {
 }
 
 /// Reads the columns of words.
-///
-/// # Errors
-///
-/// Those of the table reader.
-pub(super) fn read(text: &[u8], layout: &TableLayout) -> Result<Vec<StatusColumn>, Error> {
+pub(super) fn read(
+    text: &[u8],
+    layout: &TableLayout,
+    limits: &Limits,
+) -> Result<Vec<StatusColumn>, Error> {
     let mut columns: Vec<StatusColumn> = layout
         .columns
         .iter()
@@ -145,13 +148,12 @@ pub(super) fn read(text: &[u8], layout: &TableLayout) -> Result<Vec<StatusColumn
     if columns.is_empty() {
         return Ok(columns);
     }
-    let mut records =
-        Records::after_header(text, layout.separator, layout.quoted, layout.header_rows)?;
+    let records = Records::new(text, layout.separator, layout.quoted, limits);
+    let mut records = records.after(layout.header_rows)?;
     let mut number = 0;
     while let Some(row) = records.next()? {
         for column in &mut columns {
-            let cell = (column.index < row.len()).then(|| &row[column.index]);
-            column.look(number, cell.unwrap_or_default());
+            column.look(number, row.get(column.index).unwrap_or_default());
         }
         number += 1;
     }
@@ -165,7 +167,7 @@ pub(super) fn of_columns(
     layout: &TableLayout,
     passed: &[usize],
     at_s: impl Fn(usize) -> Option<f64>,
-) -> (Vec<Said<Remark>>, Vec<Said<Finding>>) {
+) -> AllSaid {
     let (mut remarks, mut findings) = (Vec::new(), Vec::new());
     for column in columns
         .iter()

@@ -1,9 +1,9 @@
 //! Curve files: two columns of numbers, no header.
 
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Error, Place};
 use crate::recording::encoding;
 use crate::recording::number::{Decimal, PrintedDigits};
-use crate::recording::{Finding, Limits, held, text};
+use crate::recording::{Finding, Limits, held, text, time_base};
 
 /// The numbers of a curve file.
 #[derive(Debug)]
@@ -54,39 +54,30 @@ impl Curve {
             let mut cells = line.split_whitespace();
             let Some(stamp) = cells.next() else { continue };
             let (Some(value), None) = (cells.next(), cells.next()) else {
-                return Err(Error::from(ErrorKind::Malformed {
-                    expected: "a stamp and a value".into(),
-                    found: format!("`{}`", text::shown(line)),
-                    hint: "the curve file is damaged; fetch it again".into(),
-                })
+                return Err(Error::malformed(
+                    "a stamp and a value",
+                    format!("`{}`", text::shown(line)),
+                    "the curve file is damaged; fetch it again",
+                )
                 .at(at(1)));
             };
             // The format writes decimal points, so that a comma is damage.
             let mut point = Decimal::PointOnly;
             let second = text::sample(stamp, &mut point).map_err(|error| error.at(at(1)))?;
-            if let Some(previous) = curve.stamps_s.last().copied()
-                && second <= previous
-            {
-                return Err(Error::from(ErrorKind::TimeNotIncreasing {
-                    previous,
-                    found: second,
-                })
-                .at(at(1)));
-            }
             digits.count(stamp.as_bytes());
             let sample = text::sample(value, &mut point).map_err(|error| error.at(at(2)))?;
             curve.stamps_s.push(second);
+            time_base::check_rising(&curve.stamps_s).map_err(|error| error.at(at(1)))?;
             curve.values.push(sample);
             if curve.values.len() as u64 > limits.samples {
-                return Err(text::too_many_samples(limits).at(at(1)));
+                return Err(limits.over("samples", "more samples").at(at(1)));
             }
         }
         if curve.values.is_empty() {
-            return Err(ErrorKind::Empty {
-                found: "the curve file holds no sample".into(),
-                expected: "lines of stamp and value".into(),
-            }
-            .into());
+            return Err(Error::empty(
+                "the curve file holds no sample",
+                "lines of stamp and value",
+            ));
         }
         curve.printed_digit_s = digits.last_digit();
         Ok(curve)

@@ -1,6 +1,6 @@
 //! The `.EV5`: one line for each curve, fields divided by `|`.
 
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Error, Place};
 use crate::recording::held::{self, Statement};
 use crate::recording::remarks::{self, Remark, Span};
 use crate::recording::words::{Words, word_list};
@@ -27,26 +27,33 @@ pub(super) struct TestInstruments {
 pub(super) struct CurveEntry {
     vehicle: u32,
     pub(super) number: u32,
-    /// Type of sensor: `AC` for acceleration.
-    pub(super) sensor: String,
-    seat: String,
-    attachment: String,
-    axis: String,
-    x_unit: String,
-    pub(super) y_unit: String,
-    prefilter: String,
-    rating: String,
-    /// Largest magnitude, in percent of the rating.
-    peak_percent: String,
-    /// Indices of the first and the last sample; the one at first contact is 0.
-    first: String,
-    last: String,
-    /// Interval as printed [µs].
-    interval_us: String,
-    status: String,
-    rank: String,
-    comment: String,
+    /// All fields, codes among them in capitals.
+    fields: Vec<String>,
 }
+
+// Places of fields in a line.
+/// Type of sensor: `AC` for acceleration.
+pub(super) const SENSOR: usize = 2;
+const SEAT: usize = 3;
+const ATTACHMENT: usize = 4;
+const AXIS: usize = 5;
+const X_UNIT: usize = 6;
+pub(super) const Y_UNIT: usize = 7;
+const PREFILTER: usize = 8;
+const RATING: usize = 11;
+/// Largest magnitude, in percent of the rating.
+const PEAK_PERCENT: usize = 12;
+/// Indices of the first and the last sample; the one at first contact is 0.
+const FIRST: usize = 14;
+const LAST: usize = 15;
+/// Interval as printed [µs].
+const INTERVAL_US: usize = 16;
+const STATUS: usize = 17;
+const RANK: usize = 18;
+const COMMENT: usize = 19;
+
+/// Fields that hold codes, which some programs write in small letters.
+const CODES: [usize; 7] = [SENSOR, SEAT, ATTACHMENT, AXIS, X_UNIT, STATUS, RANK];
 
 impl TestInstruments {
     pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Error> {
@@ -70,20 +77,15 @@ impl TestInstruments {
             let place = Place::default().line(number);
             let entry = CurveEntry::read(line).map_err(|error| error.at(place.clone()))?;
             if entries.iter().any(|known| known.number == entry.number) {
-                return Err(Error::from(ErrorKind::Malformed {
-                    expected: "one line for each curve".into(),
-                    found: format!("curve {} twice", entry.number),
-                    hint: "which of the two holds is not known; mend the .EV5".into(),
-                })
+                return Err(Error::malformed(
+                    "one line for each curve",
+                    format!("curve {} twice", entry.number),
+                    "which of the two holds is not known; mend the .EV5",
+                )
                 .at(place));
             }
             if entries.len() as u64 >= limits.archive_entries {
-                return Err(Error::from(ErrorKind::LimitExceeded {
-                    limit: "archive_entries",
-                    value: limits.archive_entries,
-                    found: "more curves".into(),
-                })
-                .at(place));
+                return Err(limits.over("archive_entries", "more curves").at(place));
             }
             entries.push(entry);
         }
@@ -106,51 +108,50 @@ impl CurveEntry {
             fields.get(FIELDS - 1).unwrap_or(&"").to_string()
         };
         if fields.len() < FIELDS - 1 {
-            return Err(ErrorKind::Malformed {
-                expected: format!("{FIELDS} fields divided by |"),
-                found: format!("{}", fields.len()),
-                hint: "the .EV5 is damaged; fetch it again".into(),
-            }
-            .into());
+            return Err(Error::malformed(
+                format!("{FIELDS} fields divided by |"),
+                format!("{}", fields.len()),
+                "the .EV5 is damaged; fetch it again",
+            ));
         }
         let whole = |index: usize, what: &str| -> Result<u32, Error> {
             fields[index].parse().map_err(|_| {
-                ErrorKind::Malformed {
-                    expected: format!("{what} in field {}", index + 1),
-                    found: format!("`{}`", text::shown(fields[index])),
-                    hint: "the .EV5 is damaged; fetch it again".into(),
-                }
-                .into()
+                Error::malformed(
+                    format!("{what} in field {}", index + 1),
+                    format!("`{}`", text::shown(fields[index])),
+                    "the .EV5 is damaged; fetch it again",
+                )
             })
         };
+        let (vehicle, number) = (
+            whole(0, "the vehicle's number")?,
+            whole(1, "the curve's number")?,
+        );
+        fields.resize(COMMENT, "");
+        let mut fields: Vec<String> = fields.into_iter().map(str::to_string).collect();
+        for code in CODES {
+            fields[code].make_ascii_uppercase();
+        }
+        fields.push(comment.trim_end_matches('|').trim().to_string());
         Ok(Self {
-            vehicle: whole(0, "the vehicle's number")?,
-            number: whole(1, "the curve's number")?,
-            sensor: fields[2].to_ascii_uppercase(),
-            seat: fields[3].to_ascii_uppercase(),
-            attachment: fields[4].to_ascii_uppercase(),
-            axis: fields[5].to_ascii_uppercase(),
-            x_unit: fields[6].to_ascii_uppercase(),
-            y_unit: fields[7].to_string(),
-            prefilter: fields[8].to_string(),
-            rating: fields[11].to_string(),
-            peak_percent: fields[12].to_string(),
-            first: fields[14].to_string(),
-            last: fields[15].to_string(),
-            interval_us: fields[16].to_string(),
-            status: fields[17].to_ascii_uppercase(),
-            rank: fields[18].to_ascii_uppercase(),
-            comment: comment.trim_end_matches('|').trim().to_string(),
+            vehicle,
+            number,
+            fields,
         })
+    }
+
+    /// Returns a field.
+    pub(super) fn of(&self, field: usize) -> &str {
+        &self.fields[field]
     }
 
     /// Returns the channel's name: number, vehicle, sensor, attachment, axis and rank.
     pub(super) fn name(&self) -> String {
-        let mut name = format!("{} V{} {}", self.number, self.vehicle, self.sensor);
+        let mut name = format!("{} V{} {}", self.number, self.vehicle, self.of(SENSOR));
         if !self.is_seatless() {
-            name.push_str(&format!(" seat {}", self.seat));
+            name.push_str(&format!(" seat {}", self.of(SEAT)));
         }
-        name.push_str(&format!(" {} {}", self.attachment, self.axis));
+        name.push_str(&format!(" {} {}", self.of(ATTACHMENT), self.of(AXIS)));
         if self.is_redundant() {
             name.push_str(" redundant");
         }
@@ -165,40 +166,40 @@ impl CurveEntry {
             .parse::<u32>()
             .is_ok_and(|number| number == self.number)
             || wanted == self.name().to_ascii_uppercase()
-            || wanted == format!("{} {}", self.attachment, self.axis)
+            || wanted == format!("{} {}", self.of(ATTACHMENT), self.of(AXIS))
     }
 
     /// Tells whether the sensor has no seat, as one in a dummy has.
     fn is_seatless(&self) -> bool {
-        NO_SEAT.contains(&self.seat.as_str())
+        NO_SEAT.contains(&self.of(SEAT))
     }
 
     /// Tells whether a second sensor at a place that has one.
     pub(super) fn is_redundant(&self) -> bool {
-        self.rank == "R"
+        self.of(RANK) == "R"
     }
 
     /// Returns what primary and redundant sensors share.
     pub(super) fn place(&self) -> (u32, &str, &str) {
-        (self.vehicle, &self.attachment, &self.axis)
+        (self.vehicle, self.of(ATTACHMENT), self.of(AXIS))
     }
 
     pub(super) fn unit(&self) -> Option<AccelerationUnit> {
-        let plain = self.y_unit.to_ascii_uppercase();
+        let plain = self.of(Y_UNIT).to_ascii_uppercase();
         match plain.as_str() {
             "METERS/SEC**2" | "M/S**2" => Some(AccelerationUnit::MetrePerSecondSquared),
-            _ => AccelerationUnit::from_spelling(&self.y_unit),
+            _ => AccelerationUnit::from_spelling(self.of(Y_UNIT)),
         }
-        .filter(|_| self.sensor == "AC" || self.sensor.is_empty())
+        .filter(|_| self.of(SENSOR) == "AC" || self.of(SENSOR).is_empty())
     }
 
     /// Returns time of the first sample [s] and rate as the line states them.
     pub(super) fn clock(&self) -> Option<(f64, SampleRate)> {
-        let interval_us = text::header_number(&self.interval_us).filter(|us| *us > 0.0)?;
-        let digit = text::last_digit(&self.interval_us);
+        let interval_us = text::header_number(self.of(INTERVAL_US)).filter(|us| *us > 0.0)?;
+        let digit = text::last_digit(self.of(INTERVAL_US));
         let rate = time_base::rate_of_interval(interval_us / 1e6, digit / 1e6).ok()?;
         let whole = |number: &f64| number.fract().total_cmp(&0.0).is_eq();
-        let first = text::header_number(&self.first).filter(whole)?;
+        let first = text::header_number(self.of(FIRST)).filter(whole)?;
         // The product of whole microseconds is exact, and so is the nearest double to its
         // quotient; index over rate may be off by a last bit.
         let product = first * interval_us;
@@ -216,12 +217,12 @@ impl CurveEntry {
     /// `confirmed` if indices and interval agree with them.
     pub(super) fn time_unit_finding(&self, confirmed: bool) -> Option<Finding> {
         if matches!(
-            self.x_unit.as_str(),
+            self.of(X_UNIT),
             "" | "S" | "SEC" | "SECS" | "SECOND" | "SECONDS"
         ) {
             return None;
         }
-        let unit = text::shown(&self.x_unit);
+        let unit = text::shown(self.of(X_UNIT));
         Some(if confirmed {
             Finding::warning(
                 "time-unit-overridden",
@@ -243,13 +244,13 @@ impl CurveEntry {
     }
 
     pub(super) fn stated(&self) -> Stated {
-        let some = |text: &String| (!text.is_empty()).then(|| text.clone());
+        let some = |text: &str| (!text.is_empty()).then(|| text.to_string());
         Stated {
-            location: Some(format!("{} {}", self.attachment, self.axis)),
+            location: Some(format!("{} {}", self.of(ATTACHMENT), self.of(AXIS))),
             full_scale: self.rating(),
-            prefilter_hz: text::header_number(&self.prefilter).filter(|corner| *corner > 0.0),
+            prefilter_hz: text::header_number(self.of(PREFILTER)).filter(|corner| *corner > 0.0),
             filter_class: None,
-            status: some(&self.status),
+            status: some(self.of(STATUS)),
             remarks: Vec::new(),
         }
     }
@@ -257,15 +258,18 @@ impl CurveEntry {
     /// Says what keeps the curve from being taken unasked as a lateral acceleration of the
     /// vehicle's structure.
     pub(super) fn doubt(&self) -> Option<String> {
-        let is_plain = |start: &&str| self.attachment.starts_with(*start);
-        Some(if self.sensor != "AC" {
-            format!("its sensor type is {}, not AC (acceleration)", self.sensor)
-        } else if !self.axis.starts_with('Y') {
-            format!("its axis is {}, not a lateral one", self.axis)
+        let is_plain = |start: &&str| self.of(ATTACHMENT).starts_with(*start);
+        Some(if self.of(SENSOR) != "AC" {
+            format!(
+                "its sensor type is {}, not AC (acceleration)",
+                self.of(SENSOR)
+            )
+        } else if !self.of(AXIS).starts_with('Y') {
+            format!("its axis is {}, not a lateral one", self.of(AXIS))
         } else if !self.is_seatless() {
             "it sits in a dummy, not on the vehicle's structure".into()
         } else if !STRUCTURE.iter().any(is_plain) {
-            let place = &self.attachment;
+            let place = self.of(ATTACHMENT);
             format!("its attachment {place} is none of the structure that is known here")
         } else {
             return None;
@@ -280,12 +284,12 @@ impl CurveEntry {
 
     /// Returns what the laboratory says of the curve in free words.
     pub(super) fn remark(&self) -> Remark {
-        Remark::of_channel(&[&self.comment])
+        Remark::of_channel(&[self.of(COMMENT)])
     }
 
     /// Returns what the status says of the samples; from when on, the comment may say.
     pub(super) fn status_finding(&self, span: Span) -> Option<Finding> {
-        let word = match self.status.as_str() {
+        let word = match self.of(STATUS) {
             "" | "AM" => return None,
             "CM" => {
                 return Some(Finding::info(
@@ -299,7 +303,7 @@ impl CurveEntry {
             "NO" => "no data",
             _ => "what is not known here",
         };
-        let from = match self.status.as_str() {
+        let from = match self.of(STATUS) {
             "QD" | "CF" => {
                 remarks::plainly_bad_from(&[self.remark()]).filter(|at_s| span.holds(*at_s))
             }
@@ -309,7 +313,7 @@ impl CurveEntry {
             at_s: from,
             ..Finding::blocking(
                 "invalid-by-laboratory",
-                format!("the laboratory states {word} (status {})", self.status),
+                format!("the laboratory states {word} (status {})", self.of(STATUS)),
             )
         })
     }
@@ -319,16 +323,16 @@ impl CurveEntry {
         let mut found = Vec::new();
         let whole = |number: f64| number.fract().total_cmp(&0.0).is_eq();
         let positive = |number: f64| number > 0.0;
-        for (key, text) in [("NFP", &self.first), ("NLP", &self.last)] {
+        for (key, text) in [("NFP", self.of(FIRST)), ("NLP", self.of(LAST))] {
             Statement { key, text }.number(whole, &mut found);
         }
-        let (key, text) = ("DELT", &self.interval_us);
+        let (key, text) = ("DELT", self.of(INTERVAL_US));
         Statement { key, text }.number(positive, &mut found);
         // A rating or a filter of 0 is none.
         for (key, text) in [
-            ("INSRAT", &self.rating),
-            ("CHLMAX", &self.peak_percent),
-            ("PREFIL", &self.prefilter),
+            ("INSRAT", self.of(RATING)),
+            ("CHLMAX", self.of(PEAK_PERCENT)),
+            ("PREFIL", self.of(PREFILTER)),
         ] {
             if !text.is_empty() {
                 Statement { key, text }.number(|number| number >= 0.0, &mut found);
@@ -339,7 +343,7 @@ impl CurveEntry {
 
     /// Holds the stated peak, in percent of the rating, against the samples.
     pub(super) fn peak_finding(&self, values: &[f64]) -> Option<Finding> {
-        let (rating, stated) = (self.rating()?, text::header_number(&self.peak_percent)?);
+        let (rating, stated) = (self.rating()?, text::header_number(self.of(PEAK_PERCENT))?);
         let peak = values
             .iter()
             .fold(0.0_f64, |peak, value| peak.max(value.abs()));
@@ -359,12 +363,13 @@ impl CurveEntry {
 
     /// Holds the stated number of samples against the file.
     pub(super) fn count_finding(&self, found: usize, end_s: f64) -> Option<Finding> {
-        let stated = text::header_number(&self.last)? - text::header_number(&self.first)? + 1.0;
+        let stated =
+            text::header_number(self.of(LAST))? - text::header_number(self.of(FIRST))? + 1.0;
         held::count("the header (NFP, NLP)", stated, found, true, end_s)
     }
 
     /// Returns the full scale, if one is stated.
     fn rating(&self) -> Option<f64> {
-        text::header_number(&self.rating).filter(|rating| *rating > 0.0)
+        text::header_number(self.of(RATING)).filter(|rating| *rating > 0.0)
     }
 }

@@ -5,6 +5,7 @@ use crate::recording::csv::header::Column;
 use crate::recording::held::Statement;
 use crate::recording::number::Decimal;
 use crate::recording::remarks::{self, Remark};
+use crate::recording::words::{Words, word_list};
 use crate::recording::{Finding, Limits, text};
 
 /// What closes each header.
@@ -14,26 +15,7 @@ const END: &str = "***End_of_Header***";
 const SEPARATORS: [char; 3] = ['\t', ',', ';'];
 
 /// Keys of both headers whose values are no words of the operator's.
-const KEYS: &[&str] = &[
-    "LabVIEW Measurement",
-    "Writer_Version",
-    "Reader_Version",
-    "Separator",
-    "Decimal_Separator",
-    "Multi_Headings",
-    "X_Columns",
-    "Time_Pref",
-    "Date",
-    "Time",
-    "Channels",
-    "Samples",
-    "Y_Unit_Label",
-    "Y_Dimension",
-    "X_Unit_Label",
-    "X_Dimension",
-    "X0",
-    "Delta_X",
-];
+static KEYS: Words = word_list!("lvm-keys");
 
 /// Where the times of the samples stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -127,12 +109,9 @@ impl Header {
                 .map(|cell| cell.trim().to_string())
                 .collect();
             if cells.len() as u64 > limits.columns {
-                return Err(Error::from(ErrorKind::LimitExceeded {
-                    limit: "columns",
-                    value: limits.columns,
-                    found: format!("{} cells on a line", cells.len()),
-                })
-                .at(Place::default().line(number)));
+                return Err(limits
+                    .over("columns", format!("{} cells on a line", cells.len()))
+                    .at(Place::default().line(number)));
             }
             if cells[0] == "X_Value" || (ended && !line.trim().is_empty()) {
                 names = Some((number, cells));
@@ -151,14 +130,12 @@ impl Header {
             None => (closed + 1, "no second header that is closed"),
         };
         let Some((_, names)) = names.filter(|_| found.is_empty()) else {
-            return Err(Error::from(ErrorKind::Malformed {
-                expected: "a second header, and after it a line X_Value with the channels' names"
-                    .into(),
-                found: found.into(),
-                hint: "which column is what is not written in the file; write it again with \
-                       headings, or read its rows as a table with the setting `input_format` = csv"
-                    .into(),
-            })
+            return Err(Error::malformed(
+                "a second header, and after it a line X_Value with the channels' names",
+                found,
+                "which column is what is not written in the file; write it again with \
+                       headings, or read its rows as a table with the setting `input_format` = csv",
+            )
             .at(Place::default().line(line)));
         };
         header
@@ -177,11 +154,11 @@ impl Header {
 
     fn take(&mut self, key: &str, value: &str, line: &str) -> Result<(), Error> {
         let unknown = |expected: &str| {
-            Error::from(ErrorKind::Malformed {
-                expected: expected.to_string(),
-                found: format!("`{}`", text::shown(line)),
-                hint: "export the file as CSV".into(),
-            })
+            Error::malformed(
+                expected,
+                format!("`{}`", text::shown(line)),
+                "export the file as CSV",
+            )
         };
         match key {
             "Separator" => {
@@ -255,12 +232,11 @@ impl Header {
             }
             let start = cell("X0", index).unwrap_or_else(|| "0".into());
             let Some(start_s) = text::header_number(&start) else {
-                return Err(ErrorKind::Malformed {
-                    expected: "X0 as a number".into(),
-                    found: format!("`{}`", text::shown(&start)),
-                    hint: "mend the header".into(),
-                }
-                .into());
+                return Err(Error::malformed(
+                    "X0 as a number",
+                    format!("`{}`", text::shown(&start)),
+                    "mend the header",
+                ));
             };
             self.channels.push(Described {
                 index,
@@ -274,12 +250,11 @@ impl Header {
             .filter_map(|index| cell("X_Dimension", index))
             .find(|dimension| !dimension.eq_ignore_ascii_case("Time"))
         {
-            return Err(ErrorKind::Malformed {
-                expected: "X_Dimension Time".into(),
-                found: format!("`{}`", text::shown(&dimension)),
-                hint: "this is no signal over time; choose another export".into(),
-            }
-            .into());
+            return Err(Error::malformed(
+                "X_Dimension Time",
+                format!("`{}`", text::shown(&dimension)),
+                "this is no signal over time; choose another export",
+            ));
         }
         let (key, text) = ("Channels", cell("Channels", 1));
         let stated = text.and_then(|text| {
@@ -288,15 +263,14 @@ impl Header {
         });
         let found = self.channels.len();
         if stated.is_some_and(|stated| stated.total_cmp(&(found as f64)).is_ne()) {
-            return Err(ErrorKind::Malformed {
-                expected: format!(
+            return Err(Error::malformed(
+                format!(
                     "{} channel names, as the header says",
                     stated.unwrap_or(0.0)
                 ),
-                found: format!("{found}"),
-                hint: "which column is which is not known; mend the header".into(),
-            }
-            .into());
+                format!("{found}"),
+                "which column is which is not known; mend the header",
+            ));
         }
         if self.channels.is_empty() {
             return Err(ErrorKind::NoChannel {

@@ -3,8 +3,8 @@
 //!
 //! Read is plain CDR (XCDR version 1), which every ROS 2 middleware writes into logs.
 
-use super::ros::{DecodePlan, DecodeStep};
-use super::types::Number;
+use super::ros::Dialect;
+use super::types::{Field, FieldKind, MessageTypes, Multiplicity, Number, Picker, Wanted, through};
 
 /// Bytes of the header that tells the byte order.
 const HEADER: usize = 4;
@@ -12,77 +12,45 @@ const HEADER: usize = 4;
 /// header's alignment asks. A field of four bytes that the schema lacks is no padding.
 const PADDING: usize = 3;
 
-/// Walks one message along `plan` and puts what it takes into `slots`; `longest` is the longest
-/// text let in [byte].
+/// Walks through one message and puts the numbers that are picked into `slots`; `longest` is the
+/// longest text let in [byte].
 ///
 /// # Errors
 ///
 /// What is wrong with the message, in words: expected, then found.
 pub(super) fn read(
-    plan: &DecodePlan,
+    picker: &Picker,
+    dialect: Dialect,
     message: &[u8],
     slots: &mut [f64],
     longest: u64,
 ) -> Result<(), MessageFault> {
-    let Some((header, body)) = message.split_at_checked(HEADER) else {
-        return Err(fault(
-            "a message with a CDR header of 4 bytes",
-            &format!("{} bytes", message.len()),
-        ));
-    };
-    let little = match (header[0], header[1]) {
-        (0, 0) => false,
-        (0, 1) => true,
-        (high, low) => {
+    let (body, little, padding) = match (dialect, message) {
+        (Dialect::Ros1, _) => (message, true, 0),
+        (Dialect::Ros2, [0, order @ (0 | 1), _, _, body @ ..]) => (body, *order == 1, PADDING),
+        (Dialect::Ros2, [high, low, _, _, ..]) => {
             return Err(fault(
                 "a CDR header of 00 00 or 00 01 (plain CDR)",
                 &format!("{high:02x} {low:02x}"),
             ));
         }
+        (Dialect::Ros2, short) => {
+            return Err(fault(
+                "a message with a CDR header of 4 bytes",
+                &format!("{} bytes", short.len()),
+            ));
+        }
     };
-    finish(
-        CdrCursor {
-            body,
-            at: 0,
-            little,
-            aligned: true,
-            longest,
-        },
-        plan,
-        slots,
-        PADDING,
-    )
-}
-
-/// Walks one ROS 1 message: little-endian numbers one after another, without a header.
-///
-/// # Errors
-///
-/// As [`read`].
-pub(super) fn read_ros1(
-    plan: &DecodePlan,
-    message: &[u8],
-    slots: &mut [f64],
-    longest: u64,
-) -> Result<(), MessageFault> {
-    let walk = CdrCursor {
-        body: message,
+    let mut cursor = CdrCursor {
+        types: &picker.types,
+        body,
         at: 0,
-        little: true,
-        aligned: false,
+        little,
+        aligned: dialect == Dialect::Ros2,
         longest,
     };
-    finish(walk, plan, slots, 0)
-}
-
-fn finish(
-    mut walk: CdrCursor<'_>,
-    plan: &DecodePlan,
-    slots: &mut [f64],
-    padding: usize,
-) -> Result<(), MessageFault> {
-    walk.run(&plan.steps, slots)?;
-    let left = walk.body.len() - walk.at;
+    cursor.message(&picker.types.root, &picker.wanted(), slots)?;
+    let left = body.len() - cursor.at;
     if left > padding {
         return Err(fault(
             "a message as long as its schema says",
@@ -122,6 +90,7 @@ pub(super) fn hash(text: &[u8]) -> u64 {
 }
 
 struct CdrCursor<'a> {
+    types: &'a MessageTypes,
     body: &'a [u8],
     at: usize,
     little: bool,
@@ -131,102 +100,112 @@ struct CdrCursor<'a> {
 }
 
 impl<'a> CdrCursor<'a> {
-    // Every element of a repeat or a sequence takes at least one byte, so that a count which
-    // promises more than the message holds ends at the end of the message.
-    fn run(&mut self, steps: &[DecodeStep], slots: &mut [f64]) -> Result<(), MessageFault> {
-        for step in steps {
-            match step {
-                DecodeStep::Skip { size, count } => {
-                    let bytes = usize::try_from(*count)
-                        .ok()
-                        .and_then(|count| count.checked_mul(*size));
-                    self.aligned(*size, bytes.unwrap_or(usize::MAX))?;
-                }
-                DecodeStep::Take { number, slot } => {
-                    let value = self.number(*number)?;
-                    if let Some(place) = slots.get_mut(*slot) {
-                        *place = value;
-                    }
-                }
-                DecodeStep::Text { slot } => {
-                    let length = self.length()?;
-                    if length > self.longest {
-                        return Err(MessageFault {
-                            too_long: Some(length),
-                            ..fault("a shorter string", "a longer one")
-                        });
-                    }
-                    let text = self.aligned(1, usize::try_from(length).unwrap_or(usize::MAX))?;
-                    if let Some(place) = slot.and_then(|slot| slots.get_mut(slot)) {
-                        // The zero at the end, which some writers leave out, is none of the text.
-                        *place = fingerprint(text.strip_suffix(&[0]).unwrap_or(text));
-                    }
-                }
-                DecodeStep::Repeat { count, element } => {
-                    for _ in 0..*count {
-                        self.run(element, slots)?;
-                    }
-                }
-                DecodeStep::Sequence { element, picks } => self.sequence(element, picks, slots)?,
-            }
+    fn message(
+        &mut self,
+        name: &str,
+        wanted: &[Wanted<'_>],
+        slots: &mut [f64],
+    ) -> Result<(), MessageFault> {
+        let types = self.types;
+        let fields = types.types.get(name).map_or(&[][..], Vec::as_slice);
+        if fields.is_empty() {
+            // An empty type of ROS 2 travels as one byte that stands for nothing.
+            return self.aligned(1, usize::from(self.aligned)).map(|_| ());
+        }
+        for field in fields {
+            self.field(field, &through(wanted, field), slots)?;
         }
         Ok(())
     }
 
-    fn sequence(
+    // Every element takes at least one byte, so that a count which promises more than the message
+    // holds ends at the end of the message.
+    fn field(
         &mut self,
-        element: &[DecodeStep],
-        picks: &[(u64, Vec<DecodeStep>)],
+        field: &Field,
+        wanted: &[(Option<u64>, Wanted<'_>)],
         slots: &mut [f64],
     ) -> Result<(), MessageFault> {
-        let length = self.length()?;
-        if let Some((index, _)) = picks.last()
-            && *index >= length
+        let count = match field.count {
+            Multiplicity::One => 1,
+            Multiplicity::Fixed(count) => count,
+            Multiplicity::Sequence => self.length()?,
+        };
+        if let Some(index) = wanted.iter().filter_map(|(index, _)| *index).max()
+            && index >= count
         {
             return Err(fault(
                 &format!("an element {index} in the sequence"),
-                &format!("{length} elements"),
+                &format!("{count} elements"),
             ));
         }
-        if let ([DecodeStep::Skip { size, count: 1 }], [], 1..) = (element, picks, length) {
-            let bytes = usize::try_from(length)
-                .ok()
-                .and_then(|length| length.checked_mul(*size));
-            self.aligned(*size, bytes.unwrap_or(usize::MAX))?;
-            return Ok(());
+        let size = match &field.kind {
+            FieldKind::Message(name) if self.types.empty.contains(name) => return Ok(()),
+            FieldKind::Number(number) => number.size(),
+            FieldKind::Bool => 1,
+            _ => 0,
+        };
+        if wanted.is_empty() && size > 0 && count > 0 {
+            let count = usize::try_from(count).ok();
+            let bytes = count.and_then(|count| count.checked_mul(size));
+            return self.aligned(size, bytes.unwrap_or(usize::MAX)).map(|_| ());
         }
-        if element.is_empty() && picks.is_empty() {
-            return Ok(());
+        for index in 0..count {
+            let here = wanted.iter();
+            let here = here.filter(|(at, _)| at.is_none_or(|at| at == index));
+            let here: Vec<Wanted<'_>> = here.map(|(_, wanted)| *wanted).collect();
+            self.element(&field.kind, &here, slots)?;
         }
-        let mut picks = picks.iter().peekable();
-        for index in 0..length {
-            match picks.next_if(|(wanted, _)| *wanted == index) {
-                Some((_, steps)) => self.run(steps, slots)?,
-                None => self.run(element, slots)?,
+        Ok(())
+    }
+
+    fn element(
+        &mut self,
+        kind: &FieldKind,
+        wanted: &[Wanted<'_>],
+        slots: &mut [f64],
+    ) -> Result<(), MessageFault> {
+        let value = match kind {
+            FieldKind::Message(name) => return self.message(name, wanted, slots),
+            FieldKind::Number(number) => self.number(*number)?,
+            FieldKind::Bool => f64::from(self.aligned(1, 1)?[0]),
+            FieldKind::Text | FieldKind::Other => {
+                let length = self.length()?;
+                if length > self.longest {
+                    return Err(MessageFault {
+                        too_long: Some(length),
+                        ..fault("a shorter string", "a longer one")
+                    });
+                }
+                let text = self.aligned(1, usize::try_from(length).unwrap_or(usize::MAX))?;
+                if wanted.is_empty() {
+                    return Ok(());
+                }
+                // The zero at the end, which some writers leave out, is none of the text.
+                fingerprint(text.strip_suffix(&[0]).unwrap_or(text))
             }
+        };
+        for (_, slot) in wanted {
+            slots[*slot] = value;
         }
         Ok(())
     }
 
     fn length(&mut self) -> Result<u64, MessageFault> {
-        let bytes = self.aligned(4, 4)?;
-        let mut array = [0; 4];
-        array.copy_from_slice(bytes);
-        Ok(u64::from(if self.little {
-            u32::from_le_bytes(array)
-        } else {
-            u32::from_be_bytes(array)
-        }))
+        self.bits(4)
     }
 
     fn number(&mut self, number: Number) -> Result<f64, MessageFault> {
-        let size = number.size();
+        Ok(number.value(self.bits(number.size())?))
+    }
+
+    fn bits(&mut self, size: usize) -> Result<u64, MessageFault> {
         let mut array = [0; 8];
         array[..size].copy_from_slice(self.aligned(size, size)?);
         if !self.little {
             array[..size].reverse();
         }
-        Ok(number.value(u64::from_le_bytes(array)))
+        Ok(u64::from_le_bytes(array))
     }
 
     /// Steps to a multiple of `size` [byte] and takes `count` bytes.

@@ -1,9 +1,9 @@
 //! Chunks: decompression within limits, checked against the chunk's own size and checksum.
 
-use super::records::ChunkRecord;
 use super::records::damaged;
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use crate::recording::Limits;
+use ::mcap::records::ChunkHeader;
 use std::borrow::Cow;
 use std::io::Read;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -20,29 +20,24 @@ const ZSTD_WINDOW_BYTES: u64 = 8 << 20;
 /// [`ErrorKind::Malformed`] if size, checksum or compressed data contradict one another;
 /// [`ErrorKind::Truncated`] if the compressed data end early.
 pub(super) fn records<'a>(
-    chunk: &ChunkRecord<'a>,
+    chunk: &ChunkHeader,
+    data: &'a [u8],
     limits: &Limits,
 ) -> Result<Cow<'a, [u8]>, Error> {
     let size = chunk.uncompressed_size;
     if size > limits.mcap_chunk_bytes {
-        return Err(ErrorKind::LimitExceeded {
-            limit: "mcap_chunk_bytes",
-            value: limits.mcap_chunk_bytes,
-            found: format!("a chunk of {size} bytes"),
-        }
-        .into());
+        return Err(limits.over("mcap_chunk_bytes", format!("a chunk of {size} bytes")));
     }
-    let records = match chunk.compression {
-        "" => Cow::Borrowed(chunk.data),
-        "zstd" => Cow::Owned(guarded("zstd", || zstd(chunk.data, size, limits))?),
-        "lz4" => Cow::Owned(guarded("lz4", || lz4(chunk.data, size))?),
+    let records = match chunk.compression.as_str() {
+        "" => Cow::Borrowed(data),
+        "zstd" => Cow::Owned(guarded("zstd", || zstd(data, size, limits))?),
+        "lz4" => Cow::Owned(guarded("lz4", || lz4(data, size))?),
         other => {
-            return Err(ErrorKind::Malformed {
-                expected: "a chunk compressed with zstd or lz4, or not at all".into(),
-                found: format!("compression `{other}`"),
-                hint: "rewrite the file with `mcap compress`".into(),
-            }
-            .into());
+            return Err(Error::malformed(
+                "a chunk compressed with zstd or lz4, or not at all",
+                format!("compression `{other}`"),
+                "rewrite the file with `mcap compress`",
+            ));
         }
     };
     let found = records.len() as u64;
@@ -53,17 +48,16 @@ pub(super) fn records<'a>(
         ));
     }
     if found < size {
-        return Err(ErrorKind::Truncated {
-            expected: format!("{size} bytes in the chunk, as its header says"),
-            found: format!("{found}"),
-        }
-        .into());
+        return Err(Error::truncated(
+            format!("{size} bytes in the chunk, as its header says"),
+            format!("{found}"),
+        ));
     }
-    if chunk.crc != 0 {
+    if chunk.uncompressed_crc != 0 {
         let crc = crc32fast::hash(&records);
-        if crc != chunk.crc {
+        if crc != chunk.uncompressed_crc {
             return Err(damaged(
-                format!("checksum {:08x} of the chunk", chunk.crc),
+                format!("checksum {:08x} of the chunk", chunk.uncompressed_crc),
                 format!("{crc:08x}"),
             ));
         }

@@ -2,9 +2,9 @@
 
 use super::json::{self, Leaf};
 use super::protobuf;
-use super::ros::{self, DecodePlan, Dialect, plain_name};
-use super::types::{Budget, FIELDS, FieldKind, MessageTypes, too_many_fields};
-use crate::error::{Candidate, Candidates, Error, ErrorKind};
+use super::ros::{self, Dialect, plain_name};
+use super::types::{Budget, FIELDS, FieldKind, MessageTypes, Picker, too_many_fields};
+use crate::error::{Error, ErrorKind};
 use crate::recording::csv::header::Column as Named;
 use crate::units::AccelerationUnit;
 use std::rc::Rc;
@@ -18,13 +18,13 @@ const LATERAL: [(&str, &str); 2] = [
 
 /// Fields that a message type is asked for.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum WantedFields {
-    /// The lateral acceleration.
-    Lateral,
-    /// This one.
-    Path(String),
+pub(super) struct WantedFields {
     /// Every floating-point field that is no array element.
-    Every,
+    pub(super) every: bool,
+    /// The field that a person names.
+    pub(super) path: Option<String>,
+    /// Whether the topic may be meant, so that it is no mere neighbour of the one that is.
+    pub(super) meant: bool,
 }
 
 /// Tells whether a message type carries a lateral acceleration.
@@ -34,10 +34,6 @@ pub(super) fn is_acceleration(schema_name: &str) -> bool {
 
 /// Tells whether a message type of our users' own has a field whose name says lateral
 /// acceleration; one with too many fields to look at may have.
-///
-/// # Errors
-///
-/// [`ErrorKind::LimitExceeded`] once `budget` is spent.
 pub(super) fn has_lateral_field(schema: &Schema, budget: &mut Budget) -> Result<bool, Error> {
     let known = schema.language().is_some();
     let numbers = schema.types().and_then(|types| types.numbers(budget));
@@ -89,18 +85,8 @@ impl Schema {
     }
 }
 
-/// Returns the word that keeps a field of a topic from being taken unasked. A type that is known
-/// to be an acceleration needs no word for it.
-pub(super) fn doubt(topic: &str, path: &str) -> Option<String> {
-    let words = words_of(topic, path);
-    match LATERAL.iter().any(|(_, known)| *known == path) {
-        true => words.odd_word().map(|word| format!("`{word}`")),
-        false => words.doubt(),
-    }
-}
-
 /// Tells whether a path's own words say lateral acceleration, be it a dummy's.
-fn names_lateral(path: &str) -> bool {
+pub(super) fn names_lateral(path: &str) -> bool {
     !path.contains('[') && named(path).says_lateral_acceleration()
 }
 
@@ -134,7 +120,8 @@ fn unit_in_name(path: &str) -> Option<AccelerationUnit> {
     named(path).unit
 }
 
-fn lateral_path(schema_name: &str) -> Option<&'static str> {
+/// Returns the path of the lateral acceleration in a message type that is known to have one.
+pub(super) fn lateral_path(schema_name: &str) -> Option<&'static str> {
     let plain = plain_name(&schema_name.replace('.', "/"));
     LATERAL
         .iter()
@@ -164,8 +151,9 @@ const JSON_STAMPS: [[&str; 2]; 4] = [
 /// How the numbers of a message are found.
 #[derive(Debug)]
 pub(super) enum Extractor {
-    Ros(DecodePlan, Dialect),
-    Protobuf(Vec<protobuf::ProtoTarget>),
+    Ros(Picker, Dialect),
+    /// With how many of the numbers have to be there.
+    Protobuf(Picker, usize),
     Json(Vec<String>),
 }
 
@@ -173,6 +161,8 @@ pub(super) enum Extractor {
 #[derive(Debug)]
 pub(super) struct MessageLayout {
     pub(super) extractor: Extractor,
+    /// The first of all fields that hold numbers.
+    pub(super) known: Vec<String>,
     /// The fields, with their units.
     pub(super) columns: Vec<(String, Option<AccelerationUnit>)>,
     /// Whether a number follows the columns that says whether there is an estimate.
@@ -194,51 +184,24 @@ impl MessageLayout {
 }
 
 /// Why a message type has no layout.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) enum Unfit {
-    /// It lacks the field at this path; those it has are listed.
-    NoField(String, Vec<String>),
-    /// Several of its fields could be meant.
-    Ambiguous(Vec<String>),
+    /// It has no field that is wanted.
+    Other,
     /// It cannot be read.
-    Other(Error),
+    Unreadable(Error),
 }
 
 impl From<Error> for Unfit {
     fn from(error: Error) -> Self {
-        Self::Other(error)
-    }
-}
-
-impl Unfit {
-    /// Returns the error that this is for a topic.
-    pub(super) fn of(&self, topic: &str) -> Error {
-        match self {
-            Self::NoField(path, known) => no_field(topic, path, known),
-            Self::Ambiguous(paths) => ErrorKind::AmbiguousChannel {
-                candidates: Candidates(
-                    paths
-                        .iter()
-                        .map(|path| {
-                            Candidate::named(name_of(topic, path)).doubted(doubt(topic, path))
-                        })
-                        .collect(),
-                ),
-            }
-            .into(),
-            Self::Other(error) => error.clone(),
-        }
+        Self::Unreadable(error)
     }
 }
 
 /// The layout of a type's messages, or why there is none.
-pub(super) type Laid = Result<Rc<MessageLayout>, Rc<Unfit>>;
+pub(super) type Laid = Result<Rc<MessageLayout>, Unfit>;
 
 /// Finds what is wanted of the messages of a type that has a schema.
-///
-/// # Errors
-///
-/// [`ErrorKind::LimitExceeded`] once `budget` is spent.
 pub(super) fn layout(
     encoding: &str,
     schema: Option<&Schema>,
@@ -246,10 +209,12 @@ pub(super) fn layout(
     budget: &mut Budget,
 ) -> Result<Laid, Error> {
     match typed_layout(encoding, schema, wanted, budget) {
-        Err(Unfit::Other(error)) if matches!(error.kind(), ErrorKind::LimitExceeded { .. }) => {
+        Err(Unfit::Unreadable(error))
+            if matches!(error.kind(), ErrorKind::LimitExceeded { .. }) =>
+        {
             Err(error)
         }
-        other => Ok(other.map(Rc::new).map_err(Rc::new)),
+        other => Ok(other.map(Rc::new)),
     }
 }
 
@@ -276,16 +241,23 @@ fn typed_layout(
         )
         .into());
     }
-    let types = schema.types()?;
+    let mut types = schema.types()?;
     let numbers = types.numbers(budget)?;
-    let mut paths = wanted_paths(&schema.name, wanted, &numbers)?;
-    let mut columns = Vec::new();
-    for path in &paths {
-        if types.way_to_number(path).is_none() {
-            return Err(Unfit::NoField(path.clone(), listed(&numbers)));
-        }
-        let unit = unit_of_type(&types, path).or_else(|| unit_in_name(path));
-        columns.push((path.clone(), unit));
+    let all = numbers
+        .iter()
+        .filter(|(_, is_float)| *is_float && wanted.every);
+    let mut paths = shown(all.map(|(path, _)| path));
+    let asked = wanted.path.iter().filter(|path| !paths.contains(path));
+    let asked: Vec<String> = asked.cloned().collect();
+    paths.extend(asked);
+    paths.retain(|path| types.way_to_number(path).is_some());
+    let unit = |path: &String| unit_of_type(&types, path).or_else(|| unit_in_name(path));
+    let columns: Vec<_> = paths
+        .iter()
+        .map(|path| (path.clone(), unit(path)))
+        .collect();
+    if columns.is_empty() && wanted.path.is_none() {
+        return Err(Unfit::Other);
     }
     let is_number = |path: &String| types.way_to_number(path).is_some();
     let estimate = asks_for_estimate(&paths) && is_number(&ESTIMATE.to_string());
@@ -312,18 +284,15 @@ fn typed_layout(
     let wanted = columns.len();
     let stamped = stamp.is_some();
     paths.extend(stamp.into_iter().flatten());
+    if let Language::Ros(dialect) = language {
+        ros::check(&mut types, dialect, budget)?;
+    }
+    let picker = Picker::new(types, paths);
     Ok(MessageLayout {
+        known: listed(&numbers),
         extractor: match language {
-            Language::Protobuf => {
-                let all = paths.iter().enumerate();
-                let target =
-                    |(slot, path): (usize, &String)| protobuf::target(&types, path, slot >= wanted);
-                Extractor::Protobuf(all.filter_map(target).collect())
-            }
-            Language::Ros(dialect) => {
-                let plan = ros::plan(&types, dialect, &paths, budget)?;
-                Extractor::Ros(plan, dialect)
-            }
+            Language::Protobuf => Extractor::Protobuf(picker, wanted),
+            Language::Ros(dialect) => Extractor::Ros(picker, dialect),
         },
         columns,
         estimate,
@@ -353,50 +322,12 @@ fn asks_for_estimate(paths: &[String]) -> bool {
         .any(|path| path.starts_with("linear_acceleration."))
 }
 
-/// Returns the paths of the fields that are wanted of a message type.
-fn wanted_paths(
-    schema_name: &str,
-    wanted: &WantedFields,
-    numbers: &[(String, bool)],
-) -> Result<Vec<String>, Unfit> {
-    let mut floats = floats(numbers);
-    let paths = match wanted {
-        WantedFields::Path(path) => vec![path.clone()],
-        WantedFields::Every => {
-            // Those that could be meant are shown however many come before them.
-            let mut place = 0;
-            floats.retain(|path| {
-                place += 1;
-                place <= LISTED || names_lateral(path)
-            });
-            floats
-        }
-        WantedFields::Lateral => match lateral_path(schema_name) {
-            Some(path) => vec![path.to_string()],
-            None => plain(floats.iter())?,
-        },
-    };
-    match (wanted, paths.as_slice()) {
-        (_, []) => Err(Unfit::NoField(String::new(), listed(numbers))),
-        (WantedFields::Lateral, [_, _, ..]) => Err(Unfit::Ambiguous(paths)),
-        _ => Ok(paths),
-    }
-}
-
-/// Returns the paths whose words plainly say lateral acceleration.
-///
-/// # Errors
-///
-/// [`Unfit::Ambiguous`] with those that only may, if no other does.
-fn plain<'a>(paths: impl Iterator<Item = &'a String> + Clone) -> Result<Vec<String>, Unfit> {
-    let of = |wanted: fn(&str) -> bool| -> Vec<String> {
-        paths.clone().filter(|path| wanted(path)).cloned().collect()
-    };
-    let (plain, possible) = (of(says_lateral), of(names_lateral));
-    if plain.is_empty() && !possible.is_empty() {
-        return Err(Unfit::Ambiguous(possible));
-    }
-    Ok(plain)
+/// Returns the paths of fields that are no array elements, of very many the first; those that could be
+/// meant are shown however many come before them.
+fn shown<'a>(paths: impl Iterator<Item = &'a String>) -> Vec<String> {
+    let single = paths.filter(|path| !path.contains('[')).enumerate();
+    let shown = single.filter(|(place, path)| *place < LISTED || names_lateral(path));
+    shown.map(|(_, path)| path.clone()).collect()
 }
 
 /// Returns the first names of a list for a message.
@@ -407,48 +338,22 @@ fn listed(numbers: &[(String, bool)]) -> Vec<String> {
 
 /// Returns which of a message's numbers are wanted; of each is told whether it is one now, for what
 /// is null now may be a number in the next message.
-fn json_fields(numbers: &[(String, bool)], wanted: &WantedFields) -> Result<Vec<String>, Unfit> {
-    let has = |path: &str| numbers.iter().any(|(known, _)| known == path);
-    let of_types: Vec<String> = LATERAL
+fn json_fields(numbers: &[(String, bool)], wanted: &WantedFields) -> Vec<String> {
+    let every = wanted.every && numbers.iter().any(|(path, _)| names_lateral(path));
+    let stamps = JSON_STAMPS.as_flattened();
+    let data = |(path, is_number): &&(String, bool)| {
+        every && !stamps.contains(&path.as_str()) && (*is_number || names_lateral(path))
+    };
+    let mut found = shown(numbers.iter().filter(data).map(|(path, _)| path));
+    let asked = numbers
         .iter()
-        .map(|(_, path)| path.to_string())
-        .filter(|path| has(path))
-        .collect();
-    let singles = numbers
-        .iter()
-        .map(|(path, _)| path)
-        .filter(|path| !path.contains('['));
-    match wanted {
-        WantedFields::Path(path) if has(path) => Ok(vec![path.clone()]),
-        WantedFields::Path(path) => Err(Unfit::NoField(path.clone(), listed(numbers))),
-        WantedFields::Lateral => {
-            let others = singles.filter(|path| !of_types.contains(path));
-            let found = if of_types.is_empty() {
-                plain(others)?
-            } else {
-                let named = others.filter(|path| says_lateral(path)).cloned();
-                of_types.iter().cloned().chain(named).collect()
-            };
-            if found.len() > 1 {
-                return Err(Unfit::Ambiguous(found));
-            }
-            Ok(found)
-        }
-        WantedFields::Every => {
-            if of_types.is_empty() && !singles.clone().any(|path| names_lateral(path)) {
-                return Ok(Vec::new());
-            }
-            let stamps = JSON_STAMPS.as_flattened();
-            let data = |path: &str| !stamps.contains(&path) && !path.contains('[');
-            // Those that could be meant are shown however many come before them.
-            let mut place = 0;
-            let shown = numbers.iter().filter(|(path, is_number)| {
-                place += usize::from(*is_number);
-                data(path) && ((*is_number && place <= LISTED) || names_lateral(path))
-            });
-            Ok(shown.map(|(path, _)| path.clone()).collect())
-        }
-    }
+        .find(|(path, _)| Some(path) == wanted.path.as_ref());
+    found.extend(
+        asked
+            .filter(|(path, _)| !found.contains(path))
+            .map(|(path, _)| path.clone()),
+    );
+    found
 }
 
 /// Learns the fields of a JSON topic from its first message.
@@ -460,7 +365,7 @@ pub(super) fn json_layout(data: &[u8], wanted: &WantedFields) -> Result<MessageL
         frame |= path == frame_path && matches!(leaf, Leaf::Text(_));
         // What is null now may be a number in the next message.
         let numeric = matches!(leaf, Leaf::Number(_) | Leaf::Null);
-        let is_wanted = matches!(wanted, WantedFields::Path(wanted) if wanted == path);
+        let is_wanted = wanted.path.as_deref() == Some(path);
         if numeric && (is_wanted || path == ESTIMATE || !path.contains('[')) {
             too_many |= numbers.len() > FIELDS;
             if !too_many && !numbers.iter().any(|(known, _)| known == path) {
@@ -473,9 +378,9 @@ pub(super) fn json_layout(data: &[u8], wanted: &WantedFields) -> Result<MessageL
         return Err(too_many_fields().into());
     }
     let has = |path: &str| numbers.iter().any(|(known, _)| known == path);
-    let chosen = json_fields(&numbers, wanted)?;
-    if chosen.is_empty() {
-        return Err(Unfit::NoField(String::new(), listed(&numbers)));
+    let chosen = json_fields(&numbers, wanted);
+    if chosen.is_empty() && wanted.path.is_none() {
+        return Err(Unfit::Other);
     }
     let estimate = asks_for_estimate(&chosen) && has(ESTIMATE);
     let stamp = JSON_STAMPS
@@ -488,6 +393,7 @@ pub(super) fn json_layout(data: &[u8], wanted: &WantedFields) -> Result<MessageL
     paths.extend(frame.then_some(frame_path));
     paths.extend(stamp.into_iter().flatten().map(String::from));
     Ok(MessageLayout {
+        known: listed(&numbers),
         extractor: Extractor::Json(paths),
         columns,
         estimate,
@@ -508,15 +414,15 @@ pub(super) struct Schema {
 
 /// Refuses a message encoding that is not read, by its name.
 fn refused_encoding(encoding: &str) -> Error {
-    ErrorKind::Malformed {
-        expected: "messages encoded as cdr, ros1, protobuf or json".into(),
-        found: format!("`{encoding}`"),
-        hint: "export the topic as CSV, or write it as JSON or ROS 2 messages".into(),
-    }
-    .into()
+    Error::malformed(
+        "messages encoded as cdr, ros1, protobuf or json",
+        format!("`{encoding}`"),
+        "export the topic as CSV, or write it as JSON or ROS 2 messages",
+    )
 }
 
-fn no_field(topic: &str, path: &str, known: &[String]) -> Error {
+/// Says that a topic's messages have no number at a path.
+pub(super) fn no_field(topic: &str, path: &str, known: &[String]) -> Error {
     let mut names: Vec<String> = known
         .iter()
         .take(LISTED)
@@ -537,21 +443,19 @@ fn no_field(topic: &str, path: &str, known: &[String]) -> Error {
 }
 
 fn refused(expected: &str, found: &str) -> Error {
-    ErrorKind::Malformed {
-        expected: expected.to_string(),
-        found: found.to_string(),
-        hint: "export the topic as CSV, or record it with a current rosbag2".into(),
-    }
-    .into()
+    Error::malformed(
+        expected,
+        found,
+        "export the topic as CSV, or record it with a current rosbag2",
+    )
 }
 
 pub(super) fn damaged_message(expected: &str, found: &str) -> Error {
-    ErrorKind::Malformed {
-        expected: expected.to_string(),
-        found: found.to_string(),
-        hint: "the message and its schema contradict one another; record it again".into(),
-    }
-    .into()
+    Error::malformed(
+        expected,
+        found,
+        "the message and its schema contradict one another; record it again",
+    )
 }
 
 /// Returns a channel's name.

@@ -7,9 +7,11 @@
 //!
 //! Protocol Buffers, "Encoding"; `descriptor.proto` for the field numbers.
 
-use super::types::{Coding, Field, FieldKind, MessageTypes, Multiplicity, Number, unreadable};
+use super::types::{
+    Coding, Field, FieldKind, MessageTypes, Multiplicity, Number, Picker, Through, Wanted, through,
+    unreadable,
+};
 use crate::error::Error;
-use std::collections::BTreeMap;
 
 /// Deepest nesting of definitions.
 const DEPTH: usize = 16;
@@ -146,38 +148,6 @@ fn field(data: &[u8], proto3: bool) -> Result<Field, Error> {
     })
 }
 
-/// A step on the way to a number: field number, and index if it is repeated.
-type TagStep = (u64, Option<u64>);
-
-/// The way to one number.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct ProtoTarget {
-    steps: Vec<TagStep>,
-    number: Number,
-    coding: Coding,
-    zero_if_absent: bool,
-    /// Whether a message that lacks the way to it still has a value, zero.
-    optional: bool,
-    path: String,
-}
-
-/// Returns the way to the number at a path; `optional` if a message without it means zero.
-pub(super) fn target(types: &MessageTypes, path: &str, optional: bool) -> Option<ProtoTarget> {
-    let (way, number) = types.way_to_number(path)?;
-    let (_, last, _) = way.last()?;
-    Some(ProtoTarget {
-        steps: way
-            .iter()
-            .map(|(_, field, index)| (field.tag, *index))
-            .collect(),
-        number,
-        coding: last.coding,
-        zero_if_absent: last.zero_if_absent,
-        optional,
-        path: path.to_string(),
-    })
-}
-
 /// Returns the names of the messages' own fields that hold a stamp, the likeliest first.
 pub(super) fn stamps(types: &MessageTypes) -> Vec<String> {
     let kind = FieldKind::Message("google.protobuf.Timestamp".into());
@@ -197,142 +167,130 @@ pub(super) fn stamps(types: &MessageTypes) -> Vec<String> {
         .collect()
 }
 
-impl ProtoTarget {
-    /// Returns the wire type of a single value.
-    fn wire(&self) -> u64 {
-        match (self.coding, self.number.size()) {
+impl Field {
+    /// Returns the wire type of a single number and its value by the bits there; `None` for a field of
+    /// another kind.
+    fn number(&self) -> Option<(u64, impl Fn(u64) -> f64)> {
+        let FieldKind::Number(number) = self.kind else {
+            return None;
+        };
+        let wire = match (self.coding, number.size()) {
             (Coding::Fixed, 8) => 1,
             (Coding::Fixed, _) => 5,
             _ => 0,
-        }
-    }
-
-    fn value(&self, bits: u64) -> f64 {
-        self.number.value(match self.coding {
-            Coding::ZigZag => (bits >> 1) ^ (bits & 1).wrapping_neg(),
-            _ => bits,
-        })
+        };
+        let zigzag = self.coding == Coding::ZigZag;
+        let value = move |bits: u64| match zigzag {
+            true => number.value((bits >> 1) ^ (bits & 1).wrapping_neg()),
+            false => number.value(bits),
+        };
+        Some((wire, value))
     }
 }
 
-/// Takes the numbers at `targets` from a message.
+/// Takes the numbers that are picked from a message. Where one of the first `needed` is missing, its place
+/// is returned; another is zero then.
 ///
 /// # Errors
 ///
 /// What is wrong with the message, in words: expected, then found.
 pub(super) fn read(
-    targets: &[ProtoTarget],
+    picker: &Picker,
+    needed: usize,
     message: &[u8],
     slots: &mut [f64],
-) -> Result<(), (String, String)> {
-    let mut values: Vec<Option<f64>> = vec![None; targets.len()];
-    let wanted: Vec<(usize, &ProtoTarget, &[TagStep])> = targets
-        .iter()
-        .enumerate()
-        .map(|(slot, target)| (slot, target, target.steps.as_slice()))
-        .collect();
-    walk(message, &wanted, &mut values)?;
-    for ((value, target), slot) in values.into_iter().zip(targets).zip(slots) {
-        *slot = match value {
-            Some(value) => value,
-            None if target.optional => 0.0,
-            None => {
-                return Err((
-                    format!("a value of {}", target.path),
-                    "none in the message".into(),
-                ));
-            }
-        };
+) -> Result<Vec<usize>, (String, String)> {
+    let mut values: Vec<Option<f64>> = vec![None; picker.paths.len()];
+    let root = &picker.types.root;
+    walk(&picker.types, root, message, &picker.wanted(), &mut values)?;
+    for (value, slot) in values.iter().zip(slots) {
+        *slot = value.unwrap_or(0.0);
     }
-    Ok(())
+    let missing = (0..needed).filter(|place| values[*place].is_none());
+    Ok(missing.collect())
 }
 
 fn walk(
+    types: &MessageTypes,
+    name: &str,
     message: &[u8],
-    wanted: &[(usize, &ProtoTarget, &[TagStep])],
+    wanted: &[Wanted<'_>],
     values: &mut [Option<f64>],
 ) -> Result<(), (String, String)> {
-    for (slot, target, steps) in wanted {
-        if steps.len() == 1 && target.zero_if_absent && values[*slot].is_none() {
-            values[*slot] = Some(0.0);
+    let known = types.types.get(name).into_iter().flatten();
+    let known = known.map(|field| (field, through(wanted, field)));
+    let known = known.filter(|(_, inner)| !inner.is_empty());
+    // Of each field on a way, with the number of its elements that were seen.
+    let mut known: Vec<(&Field, Through<'_>, u64)> =
+        known.map(|(field, inner)| (field, inner, 0)).collect();
+    for (_, inner, _) in known.iter().filter(|(field, ..)| field.zero_if_absent) {
+        for (_, (_, slot)) in inner.iter().filter(|(_, (rest, _))| rest.is_empty()) {
+            values[*slot].get_or_insert(0.0);
         }
     }
-    // Elements of repeated fields seen, by field number.
-    let mut seen: BTreeMap<u64, u64> = BTreeMap::new();
     for part in fields(message) {
-        let (number, wire) =
+        let (tag, wire) =
             part.map_err(|error| ("a whole protobuf message".to_string(), error.to_string()))?;
-        let here: Vec<&(usize, &ProtoTarget, &[TagStep])> = wanted
-            .iter()
-            .filter(|(_, _, steps)| steps[0].0 == number)
-            .collect();
-        if here.is_empty() {
+        let Some((field, inner, seen)) = known.iter_mut().find(|(field, ..)| field.tag == tag)
+        else {
             continue;
-        }
-        let index = *seen.get(&number).unwrap_or(&0);
+        };
+        let index = *seen;
         let mut elements = 1;
-        for scalar in here.iter().filter(|(_, _, steps)| steps.len() == 1) {
-            let (slot, target, steps) = scalar;
-            elements = match (&wire, steps[0].1) {
-                // Numbers of a repeated field may stand packed in one block.
-                (Wire::Bytes(block), Some(wanted)) => {
-                    packed(block, target, index, wanted, &mut values[*slot])?
-                }
-                (Wire::Bytes(_), None) => return Err(mismatch(target)),
-                (single, at) => {
-                    let Some(bits) = single.bits(target.wire()) else {
-                        return Err(mismatch(target));
-                    };
-                    if at.is_none_or(|at| at == index) {
-                        values[*slot] = Some(target.value(bits));
+        let here = |at: &Option<u64>| at.is_none_or(|at| at == index);
+        match (&wire, field.number()) {
+            // Numbers of a repeated field may stand packed in one block.
+            (Wire::Bytes(block), Some((own, value))) if field.count == Multiplicity::Sequence => {
+                elements = packed(block, own, |place, bits| {
+                    for (_, (_, slot)) in inner.iter().filter(|(at, _)| *at == Some(index + place))
+                    {
+                        values[*slot] = Some(value(bits));
                     }
-                    1
+                })?;
+            }
+            (single, Some((own, value))) => {
+                let bits = single.bits(own).ok_or_else(|| mismatch(field))?;
+                for (_, (_, slot)) in inner.iter().filter(|(at, _)| here(at)) {
+                    values[*slot] = Some(value(bits));
                 }
-            };
+            }
+            (Wire::Bytes(content), None) => {
+                let deeper = inner.iter().filter(|(at, _)| here(at));
+                let deeper: Vec<Wanted<'_>> = deeper.map(|(_, wanted)| *wanted).collect();
+                if let (FieldKind::Message(name), false) = (&field.kind, deeper.is_empty()) {
+                    walk(types, name, content, &deeper, values)?;
+                }
+            }
+            _ => return Err(mismatch(field)),
         }
-        let deeper: Vec<(usize, &ProtoTarget, &[TagStep])> = here
-            .iter()
-            .filter(|(_, _, steps)| steps.len() > 1 && steps[0].1.is_none_or(|at| at == index))
-            .map(|(slot, target, steps)| (*slot, *target, &steps[1..]))
-            .collect();
-        if !deeper.is_empty() {
-            let Wire::Bytes(inner) = wire else {
-                return Err(mismatch(deeper[0].1));
-            };
-            walk(inner, &deeper, values)?;
-        }
-        seen.insert(number, index.saturating_add(elements));
+        *seen = index.saturating_add(elements);
     }
     Ok(())
 }
 
-fn mismatch(target: &ProtoTarget) -> (String, String) {
+fn mismatch(field: &Field) -> (String, String) {
     (
-        format!("{} as the schema describes it", target.path),
+        format!("{} as the schema describes it", field.name),
         "another wire type".into(),
     )
 }
 
-/// Reads a packed block; returns its number of elements.
+/// Hands out the numbers of a packed block with their places; returns how many there are.
 fn packed(
     block: &[u8],
-    target: &ProtoTarget,
-    first: u64,
-    wanted: u64,
-    value: &mut Option<f64>,
+    wire: u64,
+    mut take: impl FnMut(u64, u64),
 ) -> Result<u64, (String, String)> {
     let mut left = block;
     let mut count = 0;
     while !left.is_empty() {
-        let Some(bits) = take_bits(&mut left, target.wire()) else {
+        let Some(bits) = take_bits(&mut left, wire) else {
             return Err((
                 "whole numbers in a packed block".into(),
                 "the end of it".into(),
             ));
         };
-        if first.saturating_add(count) == wanted {
-            *value = Some(target.value(bits));
-        }
+        take(count, bits);
         count += 1;
     }
     Ok(count)

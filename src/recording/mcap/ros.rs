@@ -1,46 +1,15 @@
-//! ROS message definitions (`ros2msg`, `ros1msg`): from the text in the file to a plan that finds
-//! numbers in a message.
+//! ROS message definitions (`ros2msg`, `ros1msg`), as the file holds them.
 //!
 //! The text holds the definition of one type, then those of the types it uses, divided by
-//! lines of 80 `=`, each opened by `MSG: package/Type`. A [`DecodePlan`] is the definition laid
-//! flat: what to step over and what to take.
+//! lines of 80 `=`, each opened by `MSG: package/Type`.
 
 use super::types::{
-    Budget, DEPTH, Field, FieldKind, MessageTypes, Multiplicity, Number, Segment, segments,
-    unreadable,
+    Budget, DEPTH, Field, FieldKind, MessageTypes, Multiplicity, Number, unreadable,
 };
 use crate::error::Error;
 
 /// Shortest line of `=` that divides definitions.
 const DIVIDER: usize = 80;
-
-/// One step through a message.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum DecodeStep {
-    /// Steps over `count` values of `size` bytes, each aligned to its size.
-    Skip { size: usize, count: u64 },
-    /// Takes a number into a slot.
-    Take { number: Number, slot: usize },
-    /// Steps over a string; its fingerprint goes into the slot, if there is one.
-    Text { slot: Option<usize> },
-    /// Steps over `count` elements.
-    Repeat {
-        count: u64,
-        element: Vec<DecodeStep>,
-    },
-    /// Goes through a sequence whose length stands before it; `picks` are taken at their
-    /// index, in rising order, all others stepped over.
-    Sequence {
-        element: Vec<DecodeStep>,
-        picks: Vec<(u64, Vec<DecodeStep>)>,
-    },
-}
-
-/// How to find the wanted numbers in a message.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct DecodePlan {
-    pub(super) steps: Vec<DecodeStep>,
-}
 
 /// Whose definitions and encoding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,169 +84,55 @@ pub(super) fn types(root: &str, text: &str, dialect: Dialect) -> Result<MessageT
     Ok(types)
 }
 
-/// Lays the definition flat so that path number i ends in slot i.
+/// Checks that every message of a type can be walked through; notes types that take no byte.
 ///
 /// # Errors
 ///
 /// [`crate::error::ErrorKind::Malformed`] if a type is missing or nested too deep, or if the message
-/// holds wide strings, whose layout differs between writers.
-pub(super) fn plan(
-    types: &MessageTypes,
+/// holds wide strings, whose layout differs between writers; that of a spent `budget`.
+pub(super) fn check(
+    types: &mut MessageTypes,
     dialect: Dialect,
-    paths: &[String],
     budget: &mut Budget,
-) -> Result<DecodePlan, Error> {
-    let all = paths.iter().enumerate();
-    let wanted: Vec<(Vec<Segment>, usize)> = all
-        .filter_map(|(slot, path)| Some((segments(path)?, slot)))
-        .collect();
-    let wanted: Vec<(&[Segment], usize)> = wanted
-        .iter()
-        .map(|(segments, slot)| (segments.as_slice(), *slot))
-        .collect();
-    let mut planner = Planner {
-        types,
-        dialect,
-        budget,
-    };
-    let steps = planner.lay_type(&types.root, &wanted, DEPTH)?;
-    Ok(DecodePlan { steps })
+) -> Result<(), Error> {
+    let root = types.root.clone();
+    takes_bytes(types, &root, dialect, budget, DEPTH).map(|_| ())
 }
 
-/// Lays definitions flat.
-struct Planner<'a> {
-    types: &'a MessageTypes,
+/// Tells whether a type takes bytes in a message.
+fn takes_bytes(
+    types: &mut MessageTypes,
+    name: &str,
     dialect: Dialect,
-    budget: &'a mut Budget,
-}
-
-impl Planner<'_> {
-    fn lay_type(
-        &mut self,
-        type_name: &str,
-        wanted: &[(&[Segment], usize)],
-        depth: usize,
-    ) -> Result<Vec<DecodeStep>, Error> {
-        let types = self.types;
-        let Some(fields) = types.types.get(type_name) else {
-            return Err(unreadable(
-                &format!("a definition of {type_name}"),
-                "none in the schema",
-            ));
-        };
-        if depth == 0 {
-            return Err(unreadable(
-                &format!("types nested at most {DEPTH} deep"),
-                &format!("more, at {type_name}"),
-            ));
-        }
-        if fields.is_empty() && self.dialect == Dialect::Ros2 {
-            // An empty type travels as one byte that stands for nothing.
-            return Ok(vec![DecodeStep::Skip { size: 1, count: 1 }]);
-        }
-        let mut steps = Vec::new();
-        for field in fields {
-            let inner: Vec<(Option<u64>, &[Segment], usize)> = wanted
-                .iter()
-                .filter_map(|(path, slot)| {
-                    let (first, rest) = path.split_first()?;
-                    (first.name == field.name).then_some((first.index, rest, *slot))
-                })
-                .collect();
-            self.lay_field(field, &inner, depth, &mut steps)?;
-        }
-        Ok(steps)
+    budget: &mut Budget,
+    depth: usize,
+) -> Result<bool, Error> {
+    let Some(fields) = types.types.get(name).cloned() else {
+        let expected = format!("a definition of {name}");
+        return Err(unreadable(&expected, "none in the schema"));
+    };
+    if depth == 0 {
+        let expected = format!("types nested at most {DEPTH} deep");
+        return Err(unreadable(&expected, &format!("more, at {name}")));
     }
-
-    fn lay_field(
-        &mut self,
-        field: &Field,
-        wanted: &[(Option<u64>, &[Segment], usize)],
-        depth: usize,
-        steps: &mut Vec<DecodeStep>,
-    ) -> Result<(), Error> {
-        self.budget.spend()?;
-        let mut lay = |wanted: &[(&[Segment], usize)]| self.lay_element(&field.kind, wanted, depth);
-        let at = |index: Option<u64>| -> Vec<(&[Segment], usize)> {
-            wanted
-                .iter()
-                .filter(|(found, _, _)| *found == index)
-                .map(|(_, path, slot)| (*path, *slot))
-                .collect()
-        };
-        let mut indices: Vec<u64> = wanted.iter().filter_map(|(index, _, _)| *index).collect();
-        indices.sort_unstable();
-        indices.dedup();
-        match field.count {
-            Multiplicity::One => steps.extend(lay(&at(None))?),
-            Multiplicity::Fixed(count) => {
-                let element = lay(&[])?;
-                let mut next = 0;
-                for index in indices.into_iter().filter(|index| *index < count) {
-                    repeat(index - next, &element, steps);
-                    steps.extend(lay(&at(Some(index)))?);
-                    next = index + 1;
-                }
-                repeat(count - next, &element, steps);
-            }
-            Multiplicity::Sequence => {
-                let element = lay(&[])?;
-                let mut picks = Vec::new();
-                for index in indices {
-                    picks.push((index, lay(&at(Some(index)))?));
-                }
-                steps.push(DecodeStep::Sequence { element, picks });
-            }
-        }
-        Ok(())
-    }
-
-    fn lay_element(
-        &mut self,
-        kind: &FieldKind,
-        wanted: &[(&[Segment], usize)],
-        depth: usize,
-    ) -> Result<Vec<DecodeStep>, Error> {
-        Ok(match kind {
-            FieldKind::Number(number) => vec![match wanted.first() {
-                Some((_, slot)) => DecodeStep::Take {
-                    number: *number,
-                    slot: *slot,
-                },
-                None => DecodeStep::Skip {
-                    size: number.size(),
-                    count: 1,
-                },
-            }],
-            FieldKind::Bool => vec![DecodeStep::Skip { size: 1, count: 1 }],
-            FieldKind::Text => vec![DecodeStep::Text {
-                slot: wanted.first().map(|(_, slot)| *slot),
-            }],
+    let mut takes = fields.is_empty() && dialect == Dialect::Ros2;
+    for field in fields {
+        budget.spend()?;
+        takes |= match &field.kind {
+            FieldKind::Message(inner) => takes_bytes(types, inner, dialect, budget, depth - 1)?,
             FieldKind::Other => {
                 return Err(unreadable(
                     "numbers, booleans, strings and messages",
                     "a wide string, whose layout differs between writers",
                 ));
             }
-            FieldKind::Message(name) => self.lay_type(name, wanted, depth - 1)?,
-        })
+            FieldKind::Number(_) | FieldKind::Bool | FieldKind::Text => true,
+        } || field.count == Multiplicity::Sequence;
     }
-}
-
-/// Appends `count` times `element`.
-fn repeat(count: u64, element: &[DecodeStep], steps: &mut Vec<DecodeStep>) {
-    match (count, element) {
-        // An empty ROS 1 type takes no byte, however many of it there are.
-        (0, _) | (_, []) => {}
-        (1, _) => steps.extend_from_slice(element),
-        (_, [DecodeStep::Skip { size, count: 1 }]) => {
-            steps.push(DecodeStep::Skip { size: *size, count })
-        }
-        _ => steps.push(DecodeStep::Repeat {
-            count,
-            element: element.to_vec(),
-        }),
+    if !takes {
+        types.empty.insert(name.to_string());
     }
+    Ok(takes)
 }
 
 /// Reads one line of a definition; `None` for comments, constants and empty lines.

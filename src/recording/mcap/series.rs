@@ -5,11 +5,10 @@ use super::layout::{
     self, ESTIMATE, Extractor, FRAME, Laid, MessageLayout, Unfit, WantedFields, damaged_message,
     name_of, says_lateral,
 };
-use super::ros::Dialect;
 use super::{cdr, protobuf, records};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column as Named;
-use crate::recording::draft::{Draft, Unit};
+use crate::recording::draft::{Draft, UniformSamples, Unit};
 use crate::recording::remarks::Remark;
 use crate::recording::time_base::TimeBase;
 use crate::recording::{Channel, Finding, Limits, ReadOptions};
@@ -27,22 +26,35 @@ struct Column {
     path: String,
     unit: Option<AccelerationUnit>,
     values: Vec<f64>,
+    /// Whether it is read as a neighbour only.
+    is_neighbour: bool,
     /// The first thing wrong with this field; its values end there.
     error: Option<Error>,
 }
 
-/// What a JSON topic turns out to be once its first message was seen.
-pub(super) enum Standing<'a> {
-    /// It carries an acceleration.
-    Candidate,
-    /// It is of another kind.
-    Other,
-    /// Its first message cannot be read.
-    Doubtful(&'a Error),
+/// A field of a topic: what its words say, and its channel or why it is none.
+#[derive(Debug)]
+pub(super) struct TopicField {
+    pub(super) path: String,
+    pub(super) words: Named,
+    /// Whether it may be the lateral acceleration of its topic.
+    pub(super) may_be_lateral: bool,
+    pub(super) channel: Result<Channel, Error>,
 }
 
-/// The fields of a topic by name: a channel, or the reason why it is none.
-pub(super) type Finished = Vec<(String, Result<Channel, Error>)>;
+/// What a topic comes to.
+#[derive(Debug)]
+pub(super) struct Finished {
+    pub(super) fields: Vec<TopicField>,
+    /// Whether its messages have nothing that is wanted.
+    pub(super) is_other: bool,
+    /// Whether its fields are known, so that a message was read.
+    pub(super) is_read: bool,
+    /// That the field which a person names is not there.
+    pub(super) missing: Option<Error>,
+    /// That a further lateral acceleration turned up behind the first message.
+    pub(super) further: Option<Error>,
+}
 
 /// The messages of one topic, as far as they were read.
 #[derive(Debug)]
@@ -62,12 +74,26 @@ pub(super) struct TopicSeries {
     logged: Vec<u64>,
     /// The frame that the first message names.
     frame: Option<f64>,
+    /// Whether its messages have nothing that is wanted.
+    is_other: bool,
+    /// That a further lateral acceleration turned up behind the first message.
+    further: Option<Error>,
     /// Fingerprints of the fields that messages in JSON had, each looked at once.
     shapes: BTreeSet<u64>,
     /// What a person wrote of the topic.
     pub(super) remarks: Vec<Remark>,
     /// The first thing wrong with the whole; nothing is read after it.
     error: Option<Error>,
+}
+
+/// Values that are kept of all topics.
+#[derive(Debug, Default)]
+pub(super) struct Kept {
+    /// Those of fields that may be meant, and times.
+    meant: u64,
+    neighbours: u64,
+    /// That neighbours are too many, so that none is kept any more.
+    pub(super) over: Option<Error>,
 }
 
 /// What one path or column costs beside its values, in values.
@@ -79,7 +105,7 @@ impl TopicSeries {
         topic: &str,
         wanted: &WantedFields,
         laid: Option<&Laid>,
-        kept: &mut u64,
+        kept: &mut Kept,
     ) -> Self {
         let mut series = Self {
             topic: topic.to_string(),
@@ -90,6 +116,8 @@ impl TopicSeries {
             stamps: Vec::new(),
             logged: Vec::new(),
             frame: None,
+            is_other: false,
+            further: None,
             shapes: BTreeSet::new(),
             remarks: Vec::new(),
             error: None,
@@ -97,38 +125,43 @@ impl TopicSeries {
         match laid {
             None => {}
             Some(Ok(layout)) => series.take_layout(Rc::clone(layout), kept),
-            Some(Err(unfit)) => series.error = Some(unfit.of(topic)),
+            Some(Err(unfit)) => series.take_unfit(unfit.clone()),
         }
         series
     }
 
-    fn take_layout(&mut self, layout: Rc<MessageLayout>, kept: &mut u64) {
+    fn take_unfit(&mut self, unfit: Unfit) {
+        match unfit {
+            Unfit::Other => self.is_other = true,
+            Unfit::Unreadable(error) => self.error = Some(error),
+        }
+    }
+
+    fn take_layout(&mut self, layout: Rc<MessageLayout>, kept: &mut Kept) {
         let column = |(path, unit): &(String, Option<AccelerationUnit>)| Column {
             path: path.clone(),
             unit: *unit,
             values: Vec::new(),
+            is_neighbour: !self.wanted.meant
+                || (!layout::names_lateral(path) && self.wanted.path.as_ref() != Some(path)),
             error: None,
         };
         self.columns = layout.columns.iter().map(column).collect();
         self.slots = vec![0.0; layout.slots()];
-        *kept += OVERHEAD * self.columns.len() as u64;
+        kept.meant += OVERHEAD * self.columns.len() as u64;
         self.layout = Some(layout);
     }
     /// Takes in one message; what is wrong with it is kept until the series is asked for.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorKind::LimitExceeded`] beyond the limit on samples.
     pub(super) fn push(
         &mut self,
         number: u64,
         log_time: u64,
         data: &[u8],
         byte: u64,
-        kept: &mut u64,
+        kept: &mut Kept,
         limits: &Limits,
     ) -> Result<(), Error> {
-        if self.error.is_some() {
+        if self.error.is_some() || self.is_other {
             return Ok(());
         }
         if let Err(error) = self.take(number, log_time, data, byte, kept, limits) {
@@ -136,15 +169,32 @@ impl TopicSeries {
             return Ok(());
         }
         // Each message costs one value per column and one for each of its times.
-        *kept += self.columns.len() as u64 + 2;
-        let most = limits.samples;
-        if number > most || *kept > most.saturating_mul(KEPT_PER_SAMPLE) {
-            return Err(Error::from(ErrorKind::LimitExceeded {
-                limit: "samples",
-                value: most,
-                found: format!("more, at message {number} of {}", self.topic),
-            })
-            .at(Place::default().byte(byte)));
+        let meant = self.wanted.meant;
+        let neighbours = self.columns.iter().filter(|column| column.is_neighbour);
+        let neighbours = neighbours.count() as u64 + if meant { 0 } else { 2 };
+        kept.meant += self.columns.len() as u64 + 2 - neighbours;
+        kept.neighbours += neighbours;
+        let most = limits.samples.saturating_mul(KEPT_PER_SAMPLE);
+        let full = number > limits.samples;
+        let over = || {
+            let found = format!("more, at message {number} of {}", self.topic);
+            limits
+                .over("samples", found)
+                .at(Place::default().byte(byte))
+        };
+        if (full && meant) || kept.meant > most {
+            return Err(over());
+        }
+        if full || kept.meant + kept.neighbours > most {
+            let error = kept.over.get_or_insert_with(over).clone();
+            for column in self.columns.iter_mut().filter(|column| column.is_neighbour) {
+                column.error.get_or_insert_with(|| error.clone());
+                column.values = Vec::new();
+            }
+            if !meant {
+                (self.stamps, self.logged) = (Vec::new(), Vec::new());
+                self.error = Some(error);
+            }
         }
         Ok(())
     }
@@ -155,24 +205,27 @@ impl TopicSeries {
         log_time: u64,
         data: &[u8],
         byte: u64,
-        kept: &mut u64,
+        kept: &mut Kept,
         limits: &Limits,
     ) -> Result<(), Error> {
         let topic = self.topic.clone();
         let place = |path: &str| place(&topic, number, byte, path);
         if self.layout.is_none() {
-            let laid = layout::json_layout(data, &self.wanted);
-            let layout = laid.map_err(|unfit| match unfit {
-                Unfit::Other(error) => error.at(place("")),
-                other => other.of(&topic),
-            })?;
-            self.take_layout(Rc::new(layout), kept);
+            match layout::json_layout(data, &self.wanted) {
+                Ok(layout) => self.take_layout(Rc::new(layout), kept),
+                Err(Unfit::Unreadable(error)) => return Err(error.at(place(""))),
+                Err(unfit) => self.take_unfit(unfit),
+            }
         }
         let Some(layout) = self.layout.clone() else {
             return Ok(());
         };
         self.extract(&layout, data, kept, limits)
             .map_err(|error| error.at(place("")))?;
+        for column in &mut self.columns {
+            let error = column.error.take();
+            column.error = error.map(|error| error.at(place(&column.path)));
+        }
         let mut rest = self.slots.iter().skip(self.columns.len()).copied();
         if layout.estimate && rest.next() == Some(-1.0) {
             return Err(damaged_message(
@@ -184,11 +237,11 @@ impl TopicSeries {
         if layout.frame {
             let frame = rest.next();
             if self.frame.is_some() && self.frame != frame {
-                return Err(Error::from(ErrorKind::Malformed {
-                    expected: "the messages of one sensor, with one frame_id".into(),
-                    found: "another frame_id than before".into(),
-                    hint: "write each sensor to a topic of its own".into(),
-                })
+                return Err(Error::malformed(
+                    "the messages of one sensor, with one frame_id",
+                    "another frame_id than before",
+                    "write each sensor to a topic of its own",
+                )
                 .at(place("header.frame_id")));
             }
             self.frame = frame;
@@ -220,7 +273,7 @@ impl TopicSeries {
         &mut self,
         layout: &MessageLayout,
         data: &[u8],
-        kept: &mut u64,
+        kept: &mut Kept,
         limits: &Limits,
     ) -> Result<(), Error> {
         let longest = limits.mcap_string_bytes;
@@ -229,126 +282,134 @@ impl TopicSeries {
             None => damaged_message(&fault.expected, &fault.found),
         };
         let slots = &mut self.slots;
+        let columns = &mut self.columns;
+        let mut faulty = |slot: usize, error: Error| match columns.get_mut(slot) {
+            // Of one field alone; the others go on.
+            Some(column) => {
+                column.error.get_or_insert(error);
+                Ok(())
+            }
+            None => Err(error),
+        };
         match &layout.extractor {
-            Extractor::Ros(plan, Dialect::Ros2) => {
-                cdr::read(plan, data, slots, longest).map_err(odd)
+            Extractor::Ros(picker, dialect) => {
+                cdr::read(picker, *dialect, data, slots, longest).map_err(odd)
             }
-            Extractor::Ros(plan, Dialect::Ros1) => {
-                cdr::read_ros1(plan, data, slots, longest).map_err(odd)
+            Extractor::Protobuf(picker, needed) => {
+                let missing = protobuf::read(picker, *needed, data, slots);
+                let missing =
+                    missing.map_err(|(expected, found)| damaged_message(&expected, &found));
+                for slot in missing? {
+                    let expected = format!("a value of {}", picker.paths[slot]);
+                    faulty(slot, damaged_message(&expected, "none in the message"))?;
+                }
+                Ok(())
             }
-            Extractor::Protobuf(targets) => protobuf::read(targets, data, slots)
-                .map_err(|(expected, found)| damaged_message(&expected, &found)),
             Extractor::Json(paths) => {
-                let shape = read_json(paths, data, slots)?;
-                if self.wanted != WantedFields::Lateral || !self.shapes.insert(shape) {
+                let shape = read_json(paths, data, slots, faulty)?;
+                if !self.wanted.every || !self.shapes.insert(shape) {
                     return Ok(());
                 }
-                *kept += OVERHEAD;
-                match further_lateral(paths, data)? {
-                    None => Ok(()),
-                    Some(path) => Err(ErrorKind::Malformed {
-                        expected: "the fields of the first message".into(),
-                        found: format!("a further lateral acceleration, {path}"),
-                        hint: "choose one with the setting `channel` = TOPIC:FIELD, or write each \
-                               sensor to a topic of its own"
-                            .into(),
-                    }
-                    .into()),
+                kept.meant += OVERHEAD;
+                if let Some(path) = further_lateral(paths, data)? {
+                    let error = Error::malformed(
+                        "the fields of the first message",
+                        format!("a further lateral acceleration, {path}"),
+                        "choose one with the setting `channel` = TOPIC:FIELD, or write each \
+                         sensor to a topic of its own",
+                    );
+                    self.further.get_or_insert(error);
                 }
+                Ok(())
             }
-        }
-    }
-
-    /// Tells whether the topic has a field that was wanted: for JSON, only its first message
-    /// tells.
-    fn has_fields(&self) -> bool {
-        !self.columns.is_empty()
-    }
-
-    /// Tells what is known of a topic that was looked at without being named.
-    pub(super) fn standing(&self) -> Standing<'_> {
-        match &self.error {
-            _ if self.has_fields() => Standing::Candidate,
-            Some(error) => match error.kind() {
-                ErrorKind::NoSuchChannel { .. } => Standing::Other,
-                ErrorKind::AmbiguousChannel { .. } => Standing::Candidate,
-                _ => Standing::Doubtful(error),
-            },
-            None => Standing::Other,
-        }
-    }
-
-    /// Tells whether several of its fields could be meant.
-    pub(super) fn is_ambiguous(&self) -> bool {
-        let kind = self.error.as_ref().map(Error::kind);
-        matches!(kind, Some(ErrorKind::AmbiguousChannel { .. }))
-    }
-
-    /// Returns what keeps the topic from being taken unasked; of several fields, that of the first
-    /// if no field is without a doubt.
-    pub(super) fn doubt(&self) -> Option<String> {
-        match self.error.as_ref().map(Error::kind) {
-            Some(ErrorKind::AmbiguousChannel { candidates }) => {
-                let all = candidates.0.iter().all(|one| one.doubt.is_some());
-                candidates.0.first().filter(|_| all)?.doubt.clone()
-            }
-            _ => layout::doubt(&self.topic, &self.columns.first()?.path),
         }
     }
 
     /// Returns the name of the first field.
-    pub(super) fn name(&self) -> String {
+    fn name(&self) -> String {
         let path = self.columns.first().map_or("", |column| &column.path);
         name_of(&self.topic, path)
     }
 
-    /// Brings the fields to a uniform time base.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong with the topic as a whole, or with its only field.
+    /// Brings the fields to a uniform time base; `known` is the path of the lateral acceleration in a
+    /// message type that is known to have one.
     pub(super) fn finish(
         mut self,
+        known: Option<&str>,
         options: &ReadOptions,
         limits: &Limits,
-    ) -> Result<Finished, Error> {
-        if let Some(error) = self.error.take() {
-            return Err(error);
+    ) -> Finished {
+        let base = match self.error.take() {
+            Some(error) => Err(error),
+            None => self.base(options, limits),
+        };
+        let layout = self.layout.take();
+        let is_read = layout.is_some();
+        let missing = self
+            .wanted
+            .path
+            .as_deref()
+            .zip(layout)
+            .and_then(|(path, layout)| {
+                let there = self.columns.iter().any(|column| column.path == path);
+                (!there).then(|| layout::no_field(&self.topic, path, &layout.known))
+            });
+        if !is_read && !self.is_other {
+            // Of what cannot be read at all one field is told.
+            self.columns.push(Column {
+                path: known.or(self.wanted.path.as_deref()).unwrap_or("").into(),
+                unit: None,
+                values: Vec::new(),
+                is_neighbour: false,
+                error: None,
+            });
         }
-        if let [column] = &mut self.columns[..]
-            && let Some(error) = column.error.take()
-        {
-            return Err(error);
-        }
-        let first = self.name();
-        let place = Place::default().channel(&first);
-        let mut findings = Vec::new();
-        let stamps = self
-            .stamps_s(options, &mut findings)
-            .map_err(|error| error.at(place.clone()))?;
-        let base = TimeBase::fit(&stamps, 1e-9, limits).map_err(|error| error.at(place.clone()))?;
-        findings.extend(base.findings.iter().cloned());
-        options
-            .check_rate(
-                base.rate.hertz(),
-                "the times of the messages",
-                "leave out the rate, which the messages themselves give",
-            )
-            .map_err(|error| error.at(place))?;
         let (topic, remarks) = (self.topic, self.remarks);
-        Ok(self
-            .columns
-            .into_iter()
-            .map(|column| {
-                let name = name_of(&topic, &column.path);
-                let place = Place::default().channel(&name);
-                let words = layout::words_of(&topic, &column.path);
-                let channel = column
-                    .into_channel((&words, &remarks), &base, &stamps, &findings, options)
-                    .map_err(|error| error.at(place));
-                (name, channel)
-            })
-            .collect())
+        let field = |column: Column| {
+            let path = column.path.clone();
+            let words = layout::words_of(&topic, &path);
+            let may_be_lateral = match known {
+                Some(known) => path == known,
+                None => layout::names_lateral(&path) || !is_read,
+            };
+            let channel = match (column.error.clone(), &base) {
+                (Some(error), _) => Err(error),
+                (None, Err(error)) => Err(error.clone()),
+                (None, Ok((base, stamps, findings))) => {
+                    column.into_channel((&words, &remarks), base, stamps, findings, options)
+                }
+            };
+            let place = Place::default().channel(&words.name);
+            let channel = channel.map_err(|error| error.at(place));
+            TopicField {
+                path,
+                words,
+                may_be_lateral,
+                channel,
+            }
+        };
+        Finished {
+            fields: self.columns.into_iter().map(field).collect(),
+            is_other: self.is_other,
+            is_read,
+            missing,
+            further: self.further,
+        }
+    }
+
+    /// Finds the uniform time base, with the stamps and what is odd about them.
+    fn base(
+        &self,
+        options: &ReadOptions,
+        limits: &Limits,
+    ) -> Result<(TimeBase, Vec<f64>, Vec<Finding>), Error> {
+        let mut findings = Vec::new();
+        let stamps = self.stamps_s(options, &mut findings)?;
+        let base = TimeBase::fit(&stamps, 1e-9, limits)?;
+        findings.extend(base.findings.iter().cloned());
+        let hint = "leave out the rate, which the messages themselves give";
+        options.check_rate(base.rate.hertz(), "the times of the messages", hint)?;
+        Ok((base, stamps, findings))
     }
 
     /// Returns the instants of the messages after time zero [s].
@@ -443,33 +504,25 @@ impl Column {
         findings: &[Finding],
         options: &ReadOptions,
     ) -> Result<Channel, Error> {
-        if let Some(error) = self.error {
-            return Err(error);
-        }
-        let mut findings = findings.to_vec();
-        let stated = words.stated();
-        findings.extend(stated.findings(base.rate));
-        findings.extend(words.name_findings());
+        let mut told = Vec::new();
         if options.channel.is_some() {
-            findings.extend(words.not_lateral_finding());
+            told.extend(words.not_lateral_finding());
         }
         let own = self.unit.map(|unit| (unit, "format"));
-        let unit = Unit::find(own, options, &mut findings, |_, used| {
+        let unit = Unit::find(own, options, &mut told, |_, used| {
             let own = self.unit?.name();
             Some(format!(
                 "the message type prescribes {own}; {used} was stated and is used"
             ))
         });
-        let draft = Draft {
-            name: words.name.clone(),
-            unit,
+        let clock = UniformSamples {
             start_s: base.start_s,
             rate: base.rate,
             values: base.apply(stamps, self.values)?,
-            stated,
-            findings,
-            remarks: remarks.to_vec(),
         };
+        let mut draft = Draft::of_words(words, unit, clock, findings.to_vec());
+        draft.findings.append(&mut told);
+        draft.remarks = remarks.to_vec();
         // The stamps count from time zero already, which in nanoseconds loses no digit.
         Ok(draft.finish(None, &options.accepted_remarks))
     }
@@ -495,8 +548,14 @@ fn further_lateral(paths: &[String], data: &[u8]) -> Result<Option<String>, Erro
     Ok(further)
 }
 
-/// Takes the numbers at `paths` from a JSON message. Returns a fingerprint of its fields.
-fn read_json(paths: &[String], data: &[u8], slots: &mut [f64]) -> Result<u64, Error> {
+/// Takes the numbers at `paths` from a JSON message. Returns a fingerprint of its fields; what is
+/// wrong at one path is handed to `faulty`.
+fn read_json(
+    paths: &[String],
+    data: &[u8],
+    slots: &mut [f64],
+    mut faulty: impl FnMut(usize, Error) -> Result<(), Error>,
+) -> Result<u64, Error> {
     let mut leaves: Vec<Option<Leaf>> = vec![None; paths.len()];
     let (mut twice, mut shape) = (None, 0_u64);
     let mut found = |path: &str, leaf: Leaf| {
@@ -517,7 +576,7 @@ fn read_json(paths: &[String], data: &[u8], slots: &mut [f64]) -> Result<u64, Er
         ));
     }
     let frame = FRAME.join(".");
-    for ((leaf, path), slot) in leaves.into_iter().zip(paths).zip(slots) {
+    for (place, ((leaf, path), slot)) in leaves.into_iter().zip(paths).zip(slots).enumerate() {
         let kind = match leaf {
             Some(Leaf::Number(value)) => {
                 *slot = value;
@@ -531,14 +590,13 @@ fn read_json(paths: &[String], data: &[u8], slots: &mut [f64]) -> Result<u64, Er
             Some(Leaf::Null) => "null",
             Some(Leaf::Boolean) => "a boolean",
             None => {
-                return Err(damaged_message(
-                    &format!("the field {path}, as in the first message"),
-                    "none",
-                ));
+                let expected = format!("the field {path}, as in the first message");
+                faulty(place, damaged_message(&expected, "none"))?;
+                continue;
             }
         };
         let found = format!("{kind} in {path}");
-        return Err(ErrorKind::NonFinite { found }.into());
+        faulty(place, ErrorKind::NonFinite { found }.into())?;
     }
     Ok(shape)
 }

@@ -27,10 +27,6 @@ impl Budget {
     }
 
     /// Takes one field from the budget.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorKind::LimitExceeded`] if nothing is left.
     pub(super) fn spend(&mut self) -> Result<(), Error> {
         self.left = self.left.checked_sub(1).ok_or(ErrorKind::LimitExceeded {
             limit: "mcap_fields",
@@ -50,12 +46,11 @@ pub(super) fn too_many_fields() -> Error {
 }
 
 pub(super) fn unreadable(expected: &str, found: &str) -> Error {
-    ErrorKind::Malformed {
-        expected: expected.to_string(),
-        found: found.to_string(),
-        hint: "the schema or message cannot be read; export the channel as CSV".into(),
-    }
-    .into()
+    Error::malformed(
+        expected,
+        found,
+        "the schema or message cannot be read; export the channel as CSV",
+    )
 }
 
 /// A number as messages store it.
@@ -188,6 +183,46 @@ pub(super) struct MessageTypes {
     pub(super) types: BTreeMap<String, Vec<Field>>,
     /// Types whose fields stand in no order that could be asked for: entries of protobuf's maps.
     pub(super) unordered: BTreeSet<String>,
+    /// Types that take no byte in a message.
+    pub(super) empty: BTreeSet<String>,
+}
+
+/// A part of a way that is still to go, and the slot for the number at its end.
+pub(super) type Wanted<'a> = (&'a [Segment], usize);
+
+/// Numbers that are taken from each message of a type.
+#[derive(Debug)]
+pub(super) struct Picker {
+    pub(super) types: MessageTypes,
+    pub(super) paths: Vec<String>,
+    ways: Vec<Vec<Segment>>,
+}
+
+impl Picker {
+    /// Takes the number at each path into the slot of its place.
+    pub(super) fn new(types: MessageTypes, paths: Vec<String>) -> Self {
+        let ways = paths.iter().map(|path| segments(path).unwrap_or_default());
+        let ways = ways.collect();
+        Self { types, paths, ways }
+    }
+
+    /// Returns the ways to all numbers.
+    pub(super) fn wanted(&self) -> Vec<Wanted<'_>> {
+        let ways = self.ways.iter().map(Vec::as_slice);
+        ways.enumerate().map(|(slot, way)| (way, slot)).collect()
+    }
+}
+
+/// Ways through a field, each with the index that is asked for.
+pub(super) type Through<'a> = Vec<(Option<u64>, Wanted<'a>)>;
+
+/// Returns those of several ways that begin with a field.
+pub(super) fn through<'a>(wanted: &[Wanted<'a>], field: &Field) -> Through<'a> {
+    let inner = wanted.iter().filter_map(|(way, slot)| {
+        let (first, rest) = way.split_first()?;
+        (first.name == field.name).then_some((first.index, (rest, *slot)))
+    });
+    inner.collect()
 }
 
 impl MessageTypes {

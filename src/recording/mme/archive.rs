@@ -109,7 +109,7 @@ impl<'a> Unpacker<'a> {
         self.out += count;
         self.left = self.left.checked_sub(count).ok_or_else(|| {
             let place = Place::default().byte(self.out);
-            over(self.limit, "more bytes after unpacking").at(place)
+            Error::over(self.limit.0, self.limit.1, "more bytes after unpacking").at(place)
         })?;
         Ok(())
     }
@@ -128,26 +128,26 @@ impl<'a> Unpacker<'a> {
     /// Counts an entry.
     fn enter(&mut self) -> Result<(), Error> {
         self.entries += 1;
-        let limit = ("archive_entries", self.limits.archive_entries);
-        if self.entries > limit.1 {
-            return Err(over(limit, "more entries"));
+        if self.entries > self.limits.archive_entries {
+            return Err(self.limits.over("archive_entries", "more entries"));
         }
         Ok(())
     }
 
     /// Holds a file of the test, of `most` bytes at most.
     fn hold(&mut self, name: String, from: &mut dyn Read, most: u64) -> Result<u64, Error> {
-        let limit = ("unpacked_bytes", self.limits.unpacked_bytes);
-        let room = limit.1.saturating_sub(self.held).saturating_add(1);
+        let most = (most, self.limits.unpacked_bytes);
+        let room = most.1.saturating_sub(self.held).saturating_add(1);
         let place = Place::file(format!("{}: {name}", self.name));
         let bytes = self
-            .read(from, most.min(room))
+            .read(from, most.0.min(room))
             .map_err(|error| error.at(place))?;
         let count = bytes.len() as u64;
         self.held += count;
-        if self.held > limit.1 {
+        if self.held > most.1 {
             let place = Place::file(format!("{}: {name}", self.name)).byte(self.out);
-            return Err(over(limit, "more bytes in the files of the test together").at(place));
+            let found = "more bytes in the files of the test together";
+            return Err(self.limits.over("unpacked_bytes", found).at(place));
         }
         if self.files.insert(name.clone(), bytes.into()).is_some() {
             return Err(twice(&name));
@@ -201,14 +201,12 @@ impl<'a> Unpacker<'a> {
         // The file begins with a file in a zip: what stands before the first one that is listed
         // is of another archive, or of one that this one has replaced.
         if archive.offset() > 0 || (first > 0 && !archive.is_empty()) {
-            return Err(ErrorKind::Malformed {
-                expected: "one zip archive, from the first byte on".into(),
-                found: "files before those that its list names, as where two archives stand one \
-                        behind the other"
-                    .into(),
-                hint: "which of them hold is not known; pack the test again".into(),
-            }
-            .into());
+            return Err(Error::malformed(
+                "one zip archive, from the first byte on",
+                "files before those that its list names, as where two archives stand one \
+                        behind the other",
+                "which of them hold is not known; pack the test again",
+            ));
         }
         Ok(is_workbook)
     }
@@ -316,46 +314,32 @@ fn not_unzipped(error: zip::result::ZipError) -> Error {
 }
 
 fn odd_entry(name: &str) -> Error {
-    ErrorKind::Malformed {
-        expected: "the files of the test themselves in the archive, under short names".into(),
-        found: format!("{} as a link or another kind of entry", text::shown(name)),
-        hint: "unpack the archive and name the folder, or pack it without links".into(),
-    }
-    .into()
+    Error::malformed(
+        "the files of the test themselves in the archive, under short names",
+        format!("{} as a link or another kind of entry", text::shown(name)),
+        "unpack the archive and name the folder, or pack it without links",
+    )
 }
 
 fn twice(name: &str) -> Error {
-    ErrorKind::Malformed {
-        expected: "each file once in the archive".into(),
-        found: format!("{} twice", text::shown(name)),
-        hint: "which of the two holds is not known; pack the test again".into(),
-    }
-    .into()
+    Error::malformed(
+        "each file once in the archive",
+        format!("{} twice", text::shown(name)),
+        "which of the two holds is not known; pack the test again",
+    )
 }
 
 fn cut() -> Error {
-    ErrorKind::Truncated {
-        expected: "the rest of the archive, up to the block of zeros that ends it".into(),
-        found: "the archive's end".into(),
-    }
-    .into()
-}
-
-fn over((limit, value): (&'static str, u64), found: &str) -> Error {
-    let found = found.into();
-    ErrorKind::LimitExceeded {
-        limit,
-        value,
-        found,
-    }
-    .into()
+    Error::truncated(
+        "the rest of the archive, up to the block of zeros that ends it",
+        "the archive's end",
+    )
 }
 
 fn damaged(reason: impl Into<String>) -> Error {
-    ErrorKind::Malformed {
-        expected: "an archive that unpacks".into(),
-        found: reason.into(),
-        hint: "the archive is damaged; fetch it again, or unpack it and name the folder".into(),
-    }
-    .into()
+    Error::malformed(
+        "an archive that unpacks",
+        reason,
+        "the archive is damaged; fetch it again, or unpack it and name the folder",
+    )
 }

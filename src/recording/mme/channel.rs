@@ -1,12 +1,13 @@
 //! Channel files: header and samples.
 
 use crate::error::{Error, ErrorKind, Place};
-use crate::recording::code::{self, Code};
+use crate::recording::code::{self, CLASSES, Code};
 use crate::recording::csv::header::Column;
 use crate::recording::draft::UniformSamples;
 use crate::recording::held::{self, Statement};
-use crate::recording::number::{Decimal, Marks, PrintedDigits};
+use crate::recording::number::{Decimal, PrintedDigits};
 use crate::recording::remarks::{self, Remark, Span};
+use crate::recording::words::{Words, word_list};
 use crate::recording::{Finding, Limits, Stated, encoding, text, time_base};
 use crate::units::{AccelerationUnit, SampleRate};
 
@@ -14,16 +15,7 @@ use crate::units::{AccelerationUnit, SampleRate};
 const NOTHING: &str = "NOVALUE";
 
 /// Keys whose values would be guessed if they came twice and differed.
-const STATED_ONCE: &[&str] = &[
-    "Channel code",
-    "Unit",
-    "Sampling interval",
-    "Time of first sample",
-    "Number of samples",
-    "Reference channel",
-    "Reference channel name",
-    "Channel amplitude class",
-];
+static STATED_ONCE: Words = word_list!("iso-mme-once");
 
 /// Part of the largest magnitude by which a stated extreme may be off [-].
 const EXTREME_AGREEMENT: f64 = 1e-4;
@@ -146,7 +138,7 @@ impl ChannelHeader {
 
     /// Refuses a header that states twice, and differently, what channel, time or unit rest on.
     pub(super) fn check_repeated_keys(&self) -> Result<(), Error> {
-        for key in STATED_ONCE {
+        for key in STATED_ONCE.iter() {
             let mut values = self.values(key);
             let Some(first) = values.next() else { continue };
             let other = values.find(|other| {
@@ -157,12 +149,11 @@ impl ChannelHeader {
                     }
             });
             if let Some(other) = other {
-                return Err(ErrorKind::Malformed {
-                    expected: format!("one `{key}` in the channel's header"),
-                    found: format!("`{}` and `{}`", text::shown(first), text::shown(other)),
-                    hint: "which of them holds is not known; mend the header".into(),
-                }
-                .into());
+                return Err(Error::malformed(
+                    format!("one `{key}` in the channel's header"),
+                    format!("`{}` and `{}`", text::shown(first), text::shown(other)),
+                    "which of them holds is not known; mend the header",
+                ));
             }
         }
         Ok(())
@@ -240,8 +231,8 @@ impl ChannelHeader {
         Some(Finding::warning(
             "sign-diverges",
             format!(
-                "{} has a direction whose sign diverges from SAE J211: state with the setting `opens_when` \
-                 which sign of these samples opens",
+                "{} has a direction whose sign diverges from SAE J211: state with the setting \
+                 `opens_when` which sign of these samples opens",
                 code.text()
             ),
         ))
@@ -260,12 +251,11 @@ impl ChannelHeader {
         } else if begins("implicit") {
             Ok(None)
         } else {
-            Err(ErrorKind::Malformed {
-                expected: "`Reference channel` implicit or explicit".into(),
-                found: format!("`{}`", text::shown(kind)),
-                hint: "whether a channel of times holds is not known; mend the header".into(),
-            }
-            .into())
+            Err(Error::malformed(
+                "`Reference channel` implicit or explicit",
+                format!("`{}`", text::shown(kind)),
+                "whether a channel of times holds is not known; mend the header",
+            ))
         }
     }
 
@@ -506,21 +496,11 @@ fn instant_finding(
     })
 }
 
-/// Channel frequency classes.
-const CLASSES: &[&str] = &["20", "60", "180", "600", "1000"];
-
 /// What header lines of measured samples name as their source, in small letters.
-const MEASURED: &[&str] = &[
-    "transducer",
-    "sensor",
-    "hardware",
-    "measure",
-    "mess",
-    "accelerometer",
-];
+static MEASURED: Words = word_list!("iso-mme-measured");
 
 /// Parts of words for what no sensor measured, in small letters.
-const COMPUTED: &[&str] = &["simul", "calcul", "comput", "berechn", "model", "analy"];
+static COMPUTED: Words = word_list!("iso-mme-computed");
 
 /// Returns what a status says of the samples; `from` is the instant from which on a comment says
 /// that they are bad [s].
@@ -560,8 +540,8 @@ impl Samples {
         let (mut values, mut holes): (Vec<f64>, Vec<(usize, usize)>) = (Vec::new(), Vec::new());
         let mut decimal = Decimal::Unknown;
         let mut digits = PrintedDigits::new();
-        let (mut inside, mut empty, mut doubtful) = (false, None, None);
-        let mut marks = Marks::default();
+        let (mut inside, mut empty) = (false, None);
+        let mut marks = text::ColumnMarks::default();
         for (number, line) in text::lines(&content) {
             let (cell, place) = (line.trim(), Place::default().line(number));
             if cell.is_empty() {
@@ -576,7 +556,7 @@ impl Samples {
                 continue;
             }
             if values.len() as u64 >= limits.samples {
-                return Err(text::too_many_samples(limits).at(place));
+                return Err(limits.over("samples", "more samples").at(place));
             }
             if cell == NOTHING {
                 let index = values.len();
@@ -589,22 +569,19 @@ impl Samples {
             }
             values.push(text::sample(cell, &mut decimal).map_err(|error| error.at(place.clone()))?);
             digits.count(cell.as_bytes());
-            if marks.look(cell.as_bytes()) {
-                doubtful = Some((place, text::shown(cell)));
-            }
+            marks.look(cell.as_bytes(), || place);
         }
-        if let Some((place, cell)) = doubtful.filter(|_| marks.may_be_thousands()) {
-            return Err(thousands(&cell).at(place));
-        }
+        let hint = "beside whole numbers a factor of 1000 is not clear; export again without \
+                    thousands marks, or with the same decimals in all numbers";
+        marks.check(|_, marks| !marks.may_be_thousands(), hint)?;
         if holes
             .first()
             .map_or(values.is_empty(), |hole| *hole == (0, values.len()))
         {
-            return Err(ErrorKind::Empty {
-                found: "the channel file holds no sample".into(),
-                expected: "one value a line after the header".into(),
-            }
-            .into());
+            return Err(Error::empty(
+                "the channel file holds no sample",
+                "one value a line after the header",
+            ));
         }
         Ok(Self {
             values,
@@ -616,22 +593,10 @@ impl Samples {
 }
 
 fn empty_line() -> Error {
-    ErrorKind::Malformed {
-        expected: "a value in each line up to the last sample".into(),
-        found: "an empty line".into(),
-        hint: "a missing sample is not left out, it would move those after it; write NOVALUE \
-               there, or export again"
-            .into(),
-    }
-    .into()
-}
-
-fn thousands(cell: &str) -> Error {
-    ErrorKind::Malformed {
-        expected: "numbers without thousands marks".into(),
-        found: format!("`{cell}` beside whole numbers: a factor of 1000 is not clear"),
-        hint: "export again without thousands marks, or with the same decimals in all numbers"
-            .into(),
-    }
-    .into()
+    Error::malformed(
+        "a value in each line up to the last sample",
+        "an empty line",
+        "a missing sample is not left out, it would move those after it; write NOVALUE \
+               there, or export again",
+    )
 }

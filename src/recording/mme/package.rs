@@ -6,6 +6,7 @@ use super::names::{has_suffix, is_channel_file, kept, number_of, suffix_of, test
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::code::{self, Code, VehicleSide};
 use crate::recording::held::Statement;
+use crate::recording::remarks::{self, Remark, RemarkPlace};
 use crate::recording::source::Reader;
 use crate::recording::{Finding, Limits, encoding, text};
 use std::collections::{BTreeMap, BTreeSet};
@@ -55,12 +56,11 @@ fn check_one_test(names: &[String]) -> Result<(), Error> {
             && let Some(other) = numbers.insert(number, name)
             && test_of(other) == test_of(name)
         {
-            return Err(ErrorKind::Malformed {
-                expected: "one file for each channel's number".into(),
-                found: format!("{} and {}", text::shown(other), text::shown(name)),
-                hint: "which of the two holds is not known; leave out one of them".into(),
-            }
-            .into());
+            return Err(Error::malformed(
+                "one file for each channel's number",
+                format!("{} and {}", text::shown(other), text::shown(name)),
+                "which of the two holds is not known; leave out one of them",
+            ));
         }
     }
     if tests.len() <= 1 {
@@ -69,12 +69,11 @@ fn check_one_test(names: &[String]) -> Result<(), Error> {
     let shown = tests.values().take(LISTED).map(|name| text::shown(name));
     let shown: Vec<String> = shown.collect();
     let found = format!("those of {}: {}", tests.len(), shown.join(", "));
-    Err(ErrorKind::Malformed {
-        expected: "the files of one test, which share folder and stem".into(),
+    Err(Error::malformed(
+        "the files of one test, which share folder and stem",
         found,
-        hint: "name the .mme file of one test, or one channel file; unpack an archive first".into(),
-    }
-    .into())
+        "name the .mme file of one test, or one channel file; unpack an archive first",
+    ))
 }
 
 /// The files of a test.
@@ -155,10 +154,6 @@ impl Package {
     }
 
     /// Reads the samples of a channel file; within, what is wrong with the samples themselves.
-    ///
-    /// # Errors
-    ///
-    /// Those of reading the file.
     pub(super) fn samples(
         &mut self,
         name: &str,
@@ -239,7 +234,7 @@ impl Package {
         let (content, is_cut) = self.head(name, most, source, limits, &mut Vec::new())?;
         if is_cut {
             let place = self.place_of(name).byte(most);
-            return Err(over("headers_bytes", most).at(place));
+            return Err(limits.over("headers_bytes", ENDLESS).at(place));
         }
         Ok(Some((name.clone(), content)))
     }
@@ -259,12 +254,14 @@ impl Package {
             let (content, is_cut) = self.head(&file, most, source, limits, findings)?;
             let header = ChannelHeader::read(&content);
             if is_cut && !header.is_whole() {
-                return Err(over("header_bytes", most).at(self.place_of(&file).byte(most)));
+                return Err(limits
+                    .over("header_bytes", ENDLESS)
+                    .at(self.place_of(&file).byte(most)));
             }
             self.header_bytes += header.bytes();
             if self.header_bytes > limits.headers_bytes {
                 let place = self.place_of(&file).byte(header.bytes());
-                return Err(over("headers_bytes", limits.headers_bytes).at(place));
+                return Err(limits.over("headers_bytes", ENDLESS).at(place));
             }
             let own = || file.rsplit('/').next().unwrap_or(&file).to_string();
             let label = text::shown(&header.label().unwrap_or_else(own));
@@ -321,17 +318,23 @@ impl Package {
     }
 
     /// Reads from the test's header which side of each test object was struck; objects are
-    /// named by the character that codes have for them. Two sides of one exclude one another.
+    /// named by the character that codes have for them. Two sides of one exclude one another. What
+    /// people wrote there is of the whole test.
     pub(super) fn struck_sides(
         &self,
         source: &Reader,
         limits: &Limits,
         findings: &mut Vec<Finding>,
+        remarks: &mut Vec<Remark>,
     ) -> Result<BTreeMap<u8, VehicleSide>, Error> {
         let mut sides: BTreeMap<u8, VehicleSide> = BTreeMap::new();
         let header = self.test_file("mme", source, limits)?;
         let content = header.map(|(_, content)| content).unwrap_or_default();
         for (key, value) in text::lines(&content).filter_map(|(_, line)| line.split_once(':')) {
+            if remarks::is_key(key) {
+                let teller = "the test's header says";
+                remarks.push(Remark::new(value, RemarkPlace::Apart, teller));
+            }
             let key = key.trim().to_ascii_uppercase();
             let object = key.strip_prefix("IMPACT SIDE TEST OBJECT").map(str::trim);
             let value = value.trim().to_ascii_lowercase();
@@ -365,15 +368,8 @@ fn name_twins(channels: &mut [ChannelEntry]) {
     }
 }
 
-fn over(limit: &'static str, value: u64) -> Error {
-    let found = "no end of the header after as many bytes".into();
-    ErrorKind::LimitExceeded {
-        limit,
-        value,
-        found,
-    }
-    .into()
-}
+/// What is found where a header crosses a limit.
+const ENDLESS: &str = "no end of the header after as many bytes";
 
 /// Returns how many bytes of a text that was cut are whole lines, in its encoding.
 fn whole_lines(bytes: &[u8]) -> usize {

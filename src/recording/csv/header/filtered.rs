@@ -1,10 +1,8 @@
 //! Words that say that a channel was filtered before it was stored.
 
 use super::words;
+use crate::recording::code::CLASSES;
 use crate::recording::words::{Words, word_list};
-
-/// The channel frequency classes.
-const CLASSES: &[&str] = &["20", "60", "180", "600", "1000"];
 
 /// Words for a filter.
 static FILTERS: Words = word_list!("name-filters");
