@@ -270,6 +270,27 @@ pub fn reconditioned(
     from_raw(conditioned.raw.clone(), options, Vec::new())
 }
 
+/// Returns the recording with its bias left in, conditioned alike otherwise, where the bias that was
+/// removed is so doubtful that a pass needs both.
+///
+/// # Errors
+///
+/// As [`condition`] for resampling and filter.
+pub fn without_doubtful_bias(conditioned: &Conditioned) -> Result<Option<Conditioned>, Error> {
+    if !bias::must_pass_without(conditioned) {
+        return Ok(None);
+    }
+    let class = conditioned.filter;
+    let options = ConditioningOptions {
+        bias: BiasWindow::None,
+        filter: class.map_or(FilterChoice::None, FilterChoice::Class),
+        filter_standard: conditioned.filter_standard,
+        resample_hz: conditioned.resample_hz,
+        ..ConditioningOptions::default()
+    };
+    reconditioned(conditioned, &options).map(Some)
+}
+
 fn from_raw(
     raw: Signal,
     options: &ConditioningOptions,

@@ -4,6 +4,7 @@
 //! varied alone over a stated range; every value at which the answer changes is listed, and the
 //! one nearest to the present is the margin.
 //!
+//! - `advice`: the value from which on every value that is searched passes by the whole rule;
 //! - `change`: where the verdict by the whole rule changes, which is dear to ask for;
 //! - `limit`: the design's limit under half-sine pulses: amplitude against change of velocity;
 //! - `map`: a map of the peak angle over two design keys, with the boundary of the pass;
@@ -16,6 +17,7 @@
 //! - `search`: every value of one quantity at which the answer changes, found on a grid and then
 //!   narrowed.
 
+mod advice;
 mod change;
 pub mod limit;
 pub mod map;
@@ -25,6 +27,7 @@ pub mod quantity;
 mod runs;
 pub mod search;
 
+pub use advice::Advice;
 pub use limit::{LimitCurve, LimitPoint, RecordingPoint, critical_pulse};
 pub use map::{Map, MapAxis, MapRequest, MapVertex};
 pub use preload::PreloadAnswer;
@@ -32,7 +35,7 @@ pub use preload::preload_answer;
 pub use quantity::Quantity;
 
 use crate::conditioning::{Conditioned, Signal};
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::parallel::Control;
 use crate::recording::Finding;
@@ -183,6 +186,10 @@ pub struct Margin {
     pub settled_at: Option<f64>,
     /// The convention: what stays and what moves along.
     pub convention: Cow<'static, str>,
+    /// From where on every value searched passes by the whole rule.
+    pub advice: Advice,
+    /// The change is one to a pass between which and the advice values were not found to pass.
+    pub isolated: bool,
 }
 
 /// The peak over a quantity, as the search saw it.
@@ -233,6 +240,8 @@ pub struct Margins {
     pub map: Option<Map>,
     /// The recording carries a blocking finding: all of this rests on spoiled samples.
     pub spoiled: bool,
+    /// The search was stopped: what it had until then is here, limit and map are not.
+    pub stopped: bool,
 }
 
 /// Finds the margins of the verdict on `conditioned`; `findings` are those of reading and
@@ -240,7 +249,8 @@ pub struct Margins {
 ///
 /// # Errors
 ///
-/// As [`crate::verdict::assess()`]; those of [`MapRequest::check`].
+/// As [`crate::verdict::assess()`], [`ErrorKind::Stopped`] only if no quantity was answered until
+/// then; those of [`MapRequest::check`].
 pub fn margins(
     conditioned: &Conditioned,
     findings: &[Finding],
@@ -263,13 +273,20 @@ pub fn margins(
     let mut boundaries = Vec::new();
     let mut scans = Vec::new();
     let mut of_scale: Option<SearchResult> = None;
+    let mut stopped = false;
     for quantity in Quantity::ALL {
         let range = search.range(quantity);
-        let found = match (quantity, &of_scale) {
-            (Quantity::Unbalance, Some(found)) => times(found, range.present),
-            _ => search.changes(quantity, &range)?,
+        let asked = if stopped {
+            None
+        } else {
+            kept(answer(&search, quantity, &range, of_scale.as_ref()))?
         };
-        answers.push(search.answer(quantity, &range, &found)?);
+        let Some((margin, found)) = asked else {
+            stopped = true;
+            answers.push(search.unasked(quantity, &range));
+            continue;
+        };
+        answers.push(margin);
         let crossings = found.crossings.iter();
         boundaries.extend(crossings.map(|crossing| Boundary::new(quantity, crossing)));
         scans.push(Scan::new(quantity, &range, &found, design));
@@ -278,14 +295,16 @@ pub fn margins(
         }
         progress.step();
     }
-    let limit = options
-        .limit
+    if stopped && of_scale.is_none() {
+        return Err(ErrorKind::Stopped.into());
+    }
+    let limit = (options.limit && !stopped)
         .then(|| limit_curve(&conditioned.used, design, &options.policy, control))
-        .transpose()?;
+        .map_or(Ok(None), kept)?;
+    stopped |= options.limit && limit.is_none();
     progress.step();
-    let map = options
-        .map
-        .as_ref()
+    let wanted = options.map.as_ref().filter(|_| !stopped);
+    let map = wanted
         .map(|request| {
             let runs = NominalRuns {
                 enough_rad: f64::INFINITY,
@@ -293,7 +312,8 @@ pub fn margins(
             };
             map::map(&runs, design, request)
         })
-        .transpose()?;
+        .map_or(Ok(None), kept)?;
+    stopped |= options.map.is_some() && map.is_none();
     Ok(Margins {
         state: search.state,
         basis: search.basis,
@@ -303,7 +323,31 @@ pub fn margins(
         limit,
         map,
         spoiled: search.spoiled,
+        stopped,
     })
+}
+
+/// Takes a wish to stop for nothing found.
+fn kept<T>(found: Result<T, Error>) -> Result<Option<T>, Error> {
+    match found {
+        Err(error) if *error.kind() == ErrorKind::Stopped => Ok(None),
+        found => found.map(Some),
+    }
+}
+
+/// Finds the margin of one quantity; `of_scale` are the changes of the scale, once known.
+fn answer(
+    search: &MarginSearch<'_>,
+    quantity: Quantity,
+    range: &SearchRange,
+    of_scale: Option<&SearchResult>,
+) -> Result<(Margin, SearchResult), Error> {
+    let found = match (quantity, of_scale) {
+        (Quantity::Unbalance, Some(found)) => times(found, range.present),
+        _ => search.changes(quantity, range)?,
+    };
+    let margin = search.answer(quantity, range, &found)?;
+    Ok((margin, found))
 }
 
 /// The part of a search for margins that is done, quantity by quantity.

@@ -26,7 +26,7 @@ pub(crate) mod meter;
 pub mod policy;
 mod proof;
 mod quantile_band;
-mod readings;
+pub(crate) mod readings;
 mod reasons;
 mod replay_findings;
 mod runs;

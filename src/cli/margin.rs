@@ -20,7 +20,7 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
         map.check(&design).map_err(Failure::Usage)?;
     }
     let source = own.replay.read.source();
-    let progress = Progress::new("margin");
+    let progress = Progress::new("margin").that_keeps();
     let outcome = progress.watch("margin", common.thread_count(), |control| {
         pipeline::margin(&source, &request, &design, &Limits::default(), control)
     });
@@ -42,6 +42,9 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
         OutputFormat::Text => output::text(&report::margin::text(&document, folder.as_deref())),
     }
     .map_err(Failure::Data)?;
+    if margins.stopped {
+        return Err(Failure::Interrupted);
+    }
     if margins.spoiled {
         output::talk(&format!(
             "latchgate: {}: a blocking finding spoils the recording; its margins are no evidence",

@@ -145,6 +145,7 @@ pub fn critical_pulse(
             near_rad: 0.01 * design.criterion.threshold_rad,
             distance: &|amplitude| amplitude,
             narrowed: 1,
+            values_max: 5 * AMPLITUDES,
         },
     )?;
     let first = found

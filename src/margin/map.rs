@@ -431,6 +431,7 @@ impl PeakField<'_> {
             near_rad: 0.0,
             distance: &|_| 0.0,
             narrowed: 1,
+            values_max: 0,
         };
         let ends = (
             (low, values[from].unwrap_or(unknown)),

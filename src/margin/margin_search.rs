@@ -1,25 +1,40 @@
 //! The search for the margin of one quantity: first where the nominal runs change their answer,
 //! then, from there, where the verdict by the whole rule does.
 
+use super::advice::{self, Advice, AdviceProbe, MEMBERS_ASKED};
 use super::change::{VerdictChange, VerdictSearch};
 use super::quantity::{SearchRange, applied};
 use super::runs::{LeverTrial, NominalRuns};
 use super::search::{self, Crossing, Edge, Probe, SearchResult};
 use super::{Basis, Margin, MarginOptions, NominalAnswer, POINTS_MAX, POINTS_MIN, Quantity};
-use crate::conditioning::Conditioned;
+use crate::conditioning::{self, Conditioned};
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::parallel::Control;
 use crate::recording::Finding;
-use crate::verdict::assess;
+use crate::units::{STANDARD_GRAVITY, plain};
+use crate::verdict::assess::{NominalPass, PassQuestion};
 use crate::verdict::early::MemberCache;
 use crate::verdict::faults::Faults;
 use crate::verdict::meter::Meter;
+use crate::verdict::readings::ReadingCache;
 use crate::verdict::usable_span::window_samples;
+use crate::verdict::{self, AssessExtras, Policy};
+use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
 
 /// Samples times values that a search begins with, at most, unless [`POINTS_MIN`] needs more.
-const SAMPLES_TIMES_POINTS: usize = 1_600_000;
+const SAMPLES_TIMES_POINTS: usize = 800_000;
+
+/// Samples times values that a search looks at, at most, unless twice its first ones are more.
+const SAMPLES_TIMES_VALUES: usize = 4_000_000;
+
+/// Members that a search for a change of the verdict asks: a pass at their looks is one of any
+/// larger ensemble. What it finds is made certain by all of them.
+const MEMBERS_SEARCHED: u32 = 512;
+
+/// Samples beyond which a recording is a long one.
+const LONG_SAMPLES: usize = 10_000;
 
 /// Samples times changes of the answer that are narrowed down, at most, unless there is but one.
 const SAMPLES_TIMES_NARROWED: usize = 12_000;
@@ -33,6 +48,10 @@ pub(super) struct MarginSearch<'a> {
     options: &'a MarginOptions,
     /// The recording carries a blocking finding.
     pub(super) spoiled: bool,
+    /// Other readings of its samples.
+    readings: ReadingCache,
+    /// The recording with its bias left in, where a pass needs both.
+    biased: Option<(Conditioned, ReadingCache)>,
     pub(super) basis: Basis,
     /// The torque with which the strongest opening sample lifts the lever [N m].
     lift_off_nm: f64,
@@ -76,6 +95,9 @@ impl<'a> MarginSearch<'a> {
             design,
             options,
             spoiled,
+            readings: ReadingCache::default(),
+            biased: conditioning::without_doubtful_bias(conditioned)?
+                .map(|biased| (biased, ReadingCache::default())),
             // A spoiled recording never passes, whatever the design.
             basis: if spoiled {
                 Basis::NominalRun
@@ -111,8 +133,9 @@ impl<'a> MarginSearch<'a> {
             let (design, scale) = self.applied(quantity, value);
             LeverTrial::new(&design, scale)
         };
+        let grid = range.grid(points);
         search::changes(
-            &range.grid(points),
+            &grid,
             &Probe {
                 scan: &|values| {
                     let trials: Vec<LeverTrial> =
@@ -123,42 +146,176 @@ impl<'a> MarginSearch<'a> {
                 width: &|value| range.width(value),
                 near_rad: 0.01 * self.design.criterion.threshold_rad,
                 distance: &|value| range.distance(value),
+                values_max: match self.options.points {
+                    Some(_) => 5 * grid.len(),
+                    None => (SAMPLES_TIMES_VALUES / samples).clamp(2 * grid.len(), 5 * grid.len()),
+                },
                 narrowed: (SAMPLES_TIMES_NARROWED / samples).clamp(1, POINTS_MIN),
             },
         )
     }
 
-    /// Returns whether the verdict by the whole rule is a pass at a value; `cache` is of values of
-    /// the same quantity, and with `trust_cache` a pass is not certain.
-    pub(super) fn verdict_passes(
+    pub(super) fn threshold_rad(&self) -> f64 {
+        self.design.criterion.threshold_rad
+    }
+
+    /// Members of the ensemble; none where nominal runs alone are judged.
+    pub(super) fn members(&self) -> u32 {
+        self.options.policy.members
+    }
+
+    /// Returns whether the verdict by the whole rule is a pass at a value, with `room`, a part of
+    /// the limit, for the limit; of the `members` that the policy asks for no more are asked.
+    /// `cache` is of values of the same quantity, and if it is trusted a pass is not certain.
+    pub(super) fn rule_passes(
         &self,
         quantity: Quantity,
         value: f64,
-        cache: &mut MemberCache,
-        trust_cache: bool,
+        (room, members): (f64, Option<u32>),
+        (cache, trust_cache): (&mut MemberCache, bool),
     ) -> Result<bool, Error> {
-        let (design, scale) = self.applied(quantity, value);
-        let mut scaled = self.conditioned.clone();
-        if quantity == Quantity::Scale {
-            for samples in [&mut scaled.raw.samples, &mut scaled.used.samples] {
-                samples.iter_mut().for_each(|a| *a *= scale);
+        let mut own = Some(cache);
+        let members = members.unwrap_or(u32::MAX);
+        self.each(quantity, value, (room, members), &mut |question| {
+            // What is known of members holds for the samples that are asked about first.
+            match own.take() {
+                Some(cache) => question.passes((cache, trust_cache)),
+                None => question.passes((&mut MemberCache::default(), false)),
             }
-            scaled.bias_m_s2 *= scale;
+        })
+    }
+
+    /// Returns what the rule says of the nominal lever at a value.
+    pub(super) fn nominal_pass(
+        &self,
+        quantity: Quantity,
+        value: f64,
+        room: f64,
+    ) -> Result<NominalPass, Error> {
+        let mut in_doubt = false;
+        let passes = self.each(quantity, value, (room, 0), &mut |question| {
+            let found = question.nominal()?;
+            in_doubt |= found.in_doubt;
+            Ok(found.passes)
+        })?;
+        Ok(NominalPass { passes, in_doubt })
+    }
+
+    /// Asks a question about a value, on the samples and, where their bias is doubtful, on those
+    /// with the bias left in; returns whether the answer is yes each time. What cannot be judged is
+    /// no pass.
+    fn each(
+        &self,
+        quantity: Quantity,
+        value: f64,
+        (room, members): (f64, u32),
+        ask: &mut dyn FnMut(&PassQuestion<'_>) -> Result<bool, Error>,
+    ) -> Result<bool, Error> {
+        let (mut design, scale) = self.applied(quantity, value);
+        design.criterion.threshold_rad *= room;
+        let policy = Policy {
+            members: self.options.policy.members.min(members),
+            ..self.options.policy.clone()
+        };
+        let biased = self.biased.as_ref().map(|(of, readings)| (of, readings));
+        let of_each = std::iter::once((self.conditioned, &self.readings)).chain(biased);
+        for (conditioned, readings) in of_each {
+            let fresh = ReadingCache::default();
+            let (conditioned, readings) = if quantity == Quantity::Scale {
+                (Cow::Owned(scaled(conditioned, scale)), &fresh)
+            } else {
+                (Cow::Borrowed(conditioned), readings)
+            };
+            let passes = ask(&PassQuestion {
+                conditioned: &conditioned,
+                readings,
+                findings: self.findings,
+                design: &design,
+                policy: &policy,
+                control: self.runs.control,
+                work: self.runs.work,
+            });
+            match passes {
+                Err(error) if *error.kind() == ErrorKind::Stopped => return Err(error),
+                Ok(true) => {}
+                _ => return Ok(false),
+            }
         }
-        let passes = assess::passes_cached(
-            &scaled,
-            self.findings,
-            &design,
-            &self.options.policy,
-            (cache, trust_cache),
-            self.runs.control,
-            self.runs.work,
-        );
-        match passes {
-            Err(error) if *error.kind() == ErrorKind::Stopped => Err(error),
-            // What cannot be judged is no pass.
-            passes => Ok(passes.unwrap_or(false)),
+        Ok(true)
+    }
+
+    /// Says what stands in the way of a pass at a value.
+    pub(super) fn hindrance(&self, quantity: Quantity, value: f64) -> Result<String, Error> {
+        if self.spoiled {
+            return Ok("a blocking finding spoils the recording".into());
         }
+        let (design, scale) = self.applied(quantity, value);
+        let conditioned = scaled(self.conditioned, scale);
+        let policy = Policy {
+            members: self.members().min(MEMBERS_ASKED),
+            ..self.options.policy.clone()
+        };
+        let extras = AssessExtras {
+            decision_only: true,
+            ..AssessExtras::default()
+        };
+        let control = self.runs.control;
+        let (findings, at) = (self.findings, plain(value, 4));
+        let unit = quantity.unit();
+        let at = format!("{at}{}{unit}", if unit.is_empty() { "" } else { " " });
+        let assessed =
+            match verdict::assess(&conditioned, findings, &design, &policy, extras, control) {
+                Err(error) if *error.kind() == ErrorKind::Stopped => return Err(error),
+                Err(error) => return Ok(format!("at {at} nothing can be judged: {error}")),
+                Ok(assessed) => assessed,
+            };
+        let (run, threshold) = (&assessed.nominal, self.threshold_rad());
+        if run.peak_angle_rad > threshold {
+            let peak = plain(run.peak_angle_rad, 3);
+            return Ok(format!("even at {at} the nominal lever reaches {peak} rad"));
+        }
+        let crossing = assessed.ensemble.filter(|of| of.exceeded > 0);
+        let Some(ensemble) = crossing else {
+            let error = assessed.answers.iter().filter_map(|of| of.uncertainty_rad);
+            let error = plain(error.fold(0.0, f64::max), 2);
+            return Ok(format!(
+                "even at {at} the error of the nominal peak, {error} rad, or the doubt about its bias leaves no pass"
+            ));
+        };
+        let bias_g =
+            (conditioned.bias_standard_error_m_s2 / STANDARD_GRAVITY).max(design.input.bias_g);
+        let holds_g = design.lever.lift_off_acceleration_m_s2() / STANDARD_GRAVITY;
+        if 3.0 * bias_g > holds_g {
+            return Ok(format!(
+                "the bias alone opens this lever: it is uncertain by {} g (one standard deviation), and the preload holds {} g",
+                plain(bias_g, 2),
+                plain(holds_g, 3)
+            ));
+        }
+        Ok(format!(
+            "even at {at} {} of {} scattered levers cross",
+            ensemble.exceeded, ensemble.members
+        ))
+    }
+
+    /// Finds from where on every value of a quantity passes, of which the nominal runs `found` their
+    /// changes.
+    pub(super) fn advice(
+        &self,
+        quantity: Quantity,
+        range: &SearchRange,
+        found: &SearchResult,
+    ) -> Result<Advice, Error> {
+        let probe = AdviceProbe {
+            nominal: &|value, room| self.nominal_pass(quantity, value, room),
+            rule: &|value, asked, cache| self.rule_passes(quantity, value, asked, (cache, false)),
+            hindrance: &|value| self.hindrance(quantity, value),
+            threshold_rad: self.threshold_rad(),
+            with_members: self.members() > 0,
+            spoiled: self.spoiled,
+            long: self.runs.signal.samples.len() > LONG_SAMPLES,
+        };
+        advice::advise(&probe, quantity, range, found)
     }
 
     /// Finds the margin of a quantity, of which the nominal runs `found` their changes.
@@ -190,7 +347,8 @@ impl<'a> MarginSearch<'a> {
             Basis::Verdict => verdict,
         };
         let at = answer.map(|(at, _)| at);
-        let reason = || self.reason(quantity, range, passes_at_present);
+        let advice = self.advice(quantity, range, found)?;
+        let reason = || self.reason(quantity, range, passes_at_present, &advice);
         Ok(Margin {
             quantity,
             title: quantity.title().into(),
@@ -213,7 +371,40 @@ impl<'a> MarginSearch<'a> {
             changes: changes.len(),
             settled_at: settled(&changes, quantity.is_safer_above()),
             convention: quantity.convention().into(),
+            isolated: match at {
+                Some(at) if !passes_at_present => self.is_isolated(quantity, range, at, &advice)?,
+                _ => false,
+            },
+            advice,
         })
+    }
+
+    /// Tells whether values between a pass and the advice are not found to pass.
+    fn is_isolated(
+        &self,
+        quantity: Quantity,
+        range: &SearchRange,
+        at: f64,
+        advice: &Advice,
+    ) -> Result<bool, Error> {
+        const BETWEEN: u32 = 4;
+        let Some(from) = advice.safe_from else {
+            return Ok(true);
+        };
+        let (near, far) = (range.place(at), range.place(from));
+        if ((at >= from) == quantity.is_safer_above()) || self.spoiled {
+            return Ok(false);
+        }
+        let mut cache = MemberCache::default();
+        for step in 1..=BETWEEN {
+            let place = near + (far - near) * f64::from(step) / f64::from(BETWEEN + 1);
+            let asked = (1.0, Some(MEMBERS_ASKED));
+            let value = range.value(place);
+            if !self.rule_passes(quantity, value, asked, (&mut cache, false))? {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     /// Finds the nearest change of the verdict by the whole rule; none on a spoiled recording,
@@ -231,27 +422,113 @@ impl<'a> MarginSearch<'a> {
         let cache = RefCell::new(MemberCache::default());
         let verdict = VerdictSearch {
             passes: &|value, trust_cache| {
-                self.verdict_passes(quantity, value, &mut cache.borrow_mut(), trust_cache)
+                let cache = (&mut *cache.borrow_mut(), trust_cache);
+                self.rule_passes(quantity, value, (1.0, Some(MEMBERS_SEARCHED)), cache)
             },
             range,
             points: &found.points,
             width: if self.basis == Basis::Verdict {
-                1e-4
+                1e-3
             } else {
                 1e-6
             },
         };
         let passes = match self.passes.get() {
             Some(passes) => passes,
-            None => (verdict.passes)(range.present, false)?,
+            None => {
+                let cache = (&mut *cache.borrow_mut(), false);
+                self.rule_passes(quantity, range.present, (1.0, None), cache)?
+            }
         };
         self.passes.set(Some(passes));
-        verdict.nearest(changes, self.state == NominalAnswer::Pass, passes)
+        let found = verdict.nearest(changes, self.state == NominalAnswer::Pass, passes)?;
+        match found {
+            Some(change) => self.certain(quantity, range, change, &mut cache.borrow_mut()),
+            None => Ok(None),
+        }
+    }
+
+    /// Makes a change certain by all members: where the value that was no pass by the first of them
+    /// is one, the next is further away; none is left at an end of the range.
+    fn certain(
+        &self,
+        quantity: Quantity,
+        range: &SearchRange,
+        found: VerdictChange,
+        cache: &mut MemberCache,
+    ) -> Result<Option<VerdictChange>, Error> {
+        // At the edge of the nominal passes both are one value.
+        let at_edge = found.passes.to_bits() == found.does_not.to_bits();
+        if at_edge || self.members() <= MEMBERS_SEARCHED {
+            return Ok(Some(found));
+        }
+        let (mut passes, mut does_not) = (found.passes, found.does_not);
+        loop {
+            let asked = (1.0, None);
+            if !self.rule_passes(quantity, does_not, asked, (&mut *cache, false))? {
+                return Ok(Some(VerdictChange { passes, does_not }));
+            }
+            let (from, to) = (range.place(passes), range.place(does_not));
+            passes = does_not;
+            let unit = if range.ratios {
+                1.0
+            } else {
+                range.high - range.low
+            };
+            let step = (2.0 * (to - from).abs()).max(1e-3 * unit);
+            does_not = range.value(to + step.copysign(to - from));
+            let at_an_end = |value: f64| value <= range.low || value >= range.high;
+            if at_an_end(passes) && at_an_end(does_not) {
+                return Ok(None);
+            }
+        }
+    }
+
+    /// Returns the answer for a quantity that was not searched.
+    pub(super) fn unasked(&self, quantity: Quantity, range: &SearchRange) -> Margin {
+        const WHY: &str = "the search was stopped before";
+        let end = if quantity.is_safer_above() {
+            range.high
+        } else {
+            range.low
+        };
+        Margin {
+            quantity,
+            title: quantity.title().into(),
+            unit: quantity.unit().into(),
+            present: range.present,
+            passes_at_present: match (self.basis, self.passes.get()) {
+                (Basis::Verdict, Some(passes)) => passes,
+                _ => self.state == NominalAnswer::Pass,
+            },
+            at: None,
+            bracket: None,
+            change_percent: None,
+            basis: self.basis,
+            nominal_at: None,
+            nominal_bracket: None,
+            verdict_at: None,
+            verdict_bracket: None,
+            reason: Some(WHY.into()),
+            searched: (range.low, range.high),
+            values: 0,
+            changes: 0,
+            settled_at: None,
+            convention: quantity.convention().into(),
+            advice: Advice::unasked(end, WHY),
+            isolated: false,
+        }
     }
 
     /// Says why there is no value at which the answer changes.
-    fn reason(&self, quantity: Quantity, range: &SearchRange, passes: bool) -> String {
-        let number = |value: f64| crate::units::plain(value, 5);
+    fn reason(
+        &self,
+        quantity: Quantity,
+        range: &SearchRange,
+        passes: bool,
+        advice: &Advice,
+    ) -> String {
+        let number = |value: f64| plain(value, 5);
         let (low, high) = (number(range.low), number(range.high));
         let unit = match quantity.unit() {
             "" => String::new(),
@@ -264,16 +541,30 @@ impl<'a> MarginSearch<'a> {
         if self.runs.work.limit_reached().is_some() {
             return format!("the search from {low} to {high}{unit} ended at the limit `work`");
         }
+        if passes {
+            return format!("{whose} is a pass everywhere from {low} to {high}{unit}");
+        }
+        let why = advice.reason.as_ref();
+        let why = why.map_or_else(String::new, |why| format!(": {why}"));
         match self.basis {
-            _ if passes => format!("{whose} is a pass everywhere from {low} to {high}{unit}"),
             Basis::NominalRun => {
-                format!("{whose} is nowhere a pass from {low} to {high}{unit}")
+                format!("{whose} is nowhere a pass from {low} to {high}{unit}{why}")
             }
             Basis::Verdict => format!(
-                "no value from {low} to {high}{unit} was found at which the verdict is a pass"
+                "no value from {low} to {high}{unit} was found at which the verdict is a pass{why}"
             ),
         }
     }
+}
+
+/// Returns the recording with every sample multiplied.
+fn scaled(conditioned: &Conditioned, scale: f64) -> Conditioned {
+    let mut scaled = conditioned.clone();
+    for samples in [&mut scaled.raw.samples, &mut scaled.used.samples] {
+        samples.iter_mut().for_each(|a| *a *= scale);
+    }
+    scaled.bias_m_s2 *= scale;
+    scaled
 }
 
 /// The last change on the way to the one end of the range that passes; where both do, to that

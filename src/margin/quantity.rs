@@ -56,7 +56,8 @@ impl Quantity {
     }
 
     /// Tells whether more of it holds the lever, rather than less.
-    pub(super) fn is_safer_above(self) -> bool {
+    #[must_use]
+    pub fn is_safer_above(self) -> bool {
         matches!(self, Self::Preload | Self::Counterweight)
     }
 

@@ -88,6 +88,8 @@ pub struct Probe<'a> {
     pub distance: &'a dyn Fn(f64) -> f64,
     /// Changes that are narrowed down, the nearest; of the others the bracket is that of the scan.
     pub narrowed: usize,
+    /// Values that are looked at, at most.
+    pub values_max: usize,
 }
 
 /// The values that a search looked at, and the changes among them.
@@ -127,7 +129,7 @@ struct Point {
 /// A pair of crossings between two neighbouring values is found where a cell is split: where
 /// the peak at an end of the cell is no further from the threshold than [`REACH`] times what it
 /// changes over the cell or one of its neighbours (each split by [`PARTS`], up to [`SPLITS`] times over), or
-/// than `near_rad` (split once), but no further than [`WHIRL_RAD`]. No more than five times the grid's values are looked at, the
+/// than `near_rad` (split once), but no further than [`WHIRL_RAD`]. No more values are looked at than the probe says, the
 /// nearest to the threshold first. A pair that shows in neither way stays unseen.
 ///
 /// # Errors
@@ -135,7 +137,7 @@ struct Point {
 /// Those of the probe.
 pub fn changes(grid: &[f64], probe: &Probe<'_>) -> Result<SearchResult, Error> {
     let mut points = scanned(grid, probe)?;
-    let most = 5 * grid.len();
+    let most = probe.values_max;
     for split in 0..SPLITS {
         let near = if split == 0 { probe.near_rad } else { 0.0 };
         let mut cells: Vec<(f64, usize)> = (0..points.len().saturating_sub(1))

@@ -1,7 +1,7 @@
 //! Settings that decide: a pass by the settings asked for is held against what the defaults say.
 
 use super::prepared::Prepared;
-use crate::conditioning::{self, BiasWindow, Conditioned, ConditioningOptions, FilterChoice};
+use crate::conditioning::{self, BiasWindow, Conditioned, FilterChoice};
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::parallel::Control;
@@ -9,7 +9,7 @@ use crate::recording::Finding;
 use crate::replay::Method;
 use crate::request::Request;
 use crate::setting::Setting;
-use crate::verdict::{self, Answer, AssessExtras, Assessment, Reason};
+use crate::verdict::{self, Answer, AssessExtras, Assessment, Policy, Reason};
 
 /// One departure from the defaults: how messages name it, and the way back.
 struct Departure {
@@ -84,12 +84,9 @@ impl Prepared {
             return Ok(());
         }
         let request = &self.facts.request;
-        if conditioning::bias::must_pass_without(&self.conditioned) {
-            let kept = Request {
-                bias: BiasWindow::None,
-                ..request.clone()
-            };
-            let answer = self.answer_by(&kept, design, control)?;
+        if let Some(biased) = conditioning::without_doubtful_bias(&self.conditioned)? {
+            let policy = request.policy(self.facts.polarity);
+            let answer = self.answer_on(&biased, &policy, design, control)?;
             if answer != Answer::Pass {
                 assessment.answer = Answer::Undecided;
                 assessment.why.insert(0, bias_decides(answer));
@@ -145,26 +142,30 @@ impl Prepared {
         control: &Control<'_>,
     ) -> Result<Answer, Error> {
         let options = request.conditioning_options(&self.facts.card);
-        match self.assess_anew(&options, request, design, control) {
+        let policy = request.policy(self.facts.polarity);
+        let answer = conditioning::reconditioned(&self.conditioned, &options)
+            .and_then(|conditioned| self.answer_on(&conditioned, &policy, design, control));
+        match answer {
             Err(error) if *error.kind() == ErrorKind::Stopped => Err(error),
             answer => Ok(answer.unwrap_or(Answer::Unusable)),
         }
     }
 
-    fn assess_anew(
+    fn answer_on(
         &self,
-        options: &ConditioningOptions,
-        request: &Request,
+        conditioned: &Conditioned,
+        policy: &Policy,
         design: &Design,
         control: &Control<'_>,
     ) -> Result<Answer, Error> {
-        let conditioned: Conditioned = conditioning::reconditioned(&self.conditioned, options)?;
-        let policy = request.policy(self.facts.polarity);
-        let extras = AssessExtras::default();
+        let extras = AssessExtras {
+            decision_only: true,
+            ..AssessExtras::default()
+        };
         let findings = &self.facts.findings;
         control
             .unmeasured(|control| {
-                verdict::assess(&conditioned, findings, design, &policy, extras, control)
+                verdict::assess(conditioned, findings, design, policy, extras, control)
             })
             .map(|assessment| assessment.answer)
     }

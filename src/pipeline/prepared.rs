@@ -13,7 +13,10 @@ use crate::report::document::RecordingBlock;
 use crate::report::{self, Document};
 use crate::request::Request;
 use crate::units::STANDARD_GRAVITY;
+use crate::verdict::assess::assess_again;
+use crate::verdict::readings::ReadingCache;
 use crate::verdict::{self, Answer, Assessment, Evidence};
+use std::sync::Arc;
 
 /// What is worked out beside the verdict and costs more than it; none of it changes the verdict.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -117,6 +120,8 @@ impl Refused {
 pub struct Prepared {
     pub(super) facts: RecordingFacts,
     pub(super) conditioned: Conditioned,
+    /// Other readings of the samples, for every design.
+    readings: Arc<ReadingCache>,
 }
 
 impl Prepared {
@@ -149,7 +154,11 @@ impl Prepared {
         let mut facts = RecordingFacts::new(request, source);
         let mut offers = Vec::new();
         match read(source, limits, control, &mut facts, &mut offers) {
-            Ok(conditioned) => Ok(Self { facts, conditioned }),
+            Ok(conditioned) => Ok(Self {
+                facts,
+                conditioned,
+                readings: Arc::default(),
+            }),
             Err(error) => {
                 if facts.recording.sha256.is_none() {
                     facts.recording.sha256 = source.sha256_within(limits.text_bytes);
@@ -228,29 +237,21 @@ impl Prepared {
         extras: Extras,
         control: &Control<'_>,
     ) -> Result<(Assessment, Option<PreloadAnswer>), Error> {
+        let own = verdict::AssessExtras {
+            filter_table: extras.filter_table,
+            evidence: extras.evidence,
+            ..verdict::AssessExtras::default()
+        };
+        // The search for a preload makes more runs than the verdict.
+        let share = if extras.preload_answer { 0.3 } else { 1.0 };
+        let assessment = control.during(0.0, share, |control| self.decide(design, own, control))?;
         let RecordingFacts {
             request,
             findings,
             polarity,
             ..
         } = &self.facts;
-        let place = |error: Error| error.at(self.place());
-        request.check_design(design)?;
         let policy = request.policy(*polarity);
-        let own = verdict::AssessExtras {
-            filter_table: extras.filter_table,
-            evidence: extras.evidence,
-            follow_all: false,
-        };
-        // The search for a preload makes more runs than the verdict.
-        let share = if extras.preload_answer { 0.3 } else { 1.0 };
-        let mut assessment = control
-            .during(0.0, share, |control| {
-                verdict::assess(&self.conditioned, findings, design, &policy, own, control)
-            })
-            .map_err(place)?;
-        self.hold_against_defaults(design, &mut assessment, control)
-            .map_err(place)?;
         // A preload on samples of which a fault took some would be no advice.
         // Nor is there any within what the verdict has left to take.
         let runs = PRELOAD_RUNS * assessment.answers.len() as u64;
@@ -265,8 +266,32 @@ impl Prepared {
                 let conditioned = &self.conditioned;
                 margin::preload_answer(conditioned, findings, design, &policy, passes, control)
             })
-            .map_err(place)?;
+            .map_err(|error| error.at(self.place()))?;
         Ok((assessment, Some(preload)))
+    }
+
+    /// Decides by the whole rule.
+    pub(super) fn decide(
+        &self,
+        design: &Design,
+        extras: verdict::AssessExtras,
+        control: &Control<'_>,
+    ) -> Result<Assessment, Error> {
+        let RecordingFacts {
+            request,
+            findings,
+            polarity,
+            ..
+        } = &self.facts;
+        request.check_design(design)?;
+        let policy = request.policy(*polarity);
+        let (conditioned, own) = (&self.conditioned, (extras, &*self.readings));
+        assess_again(conditioned, findings, design, &policy, own, control)
+            .and_then(|mut assessment| {
+                self.hold_against_defaults(design, &mut assessment, control)?;
+                Ok(assessment)
+            })
+            .map_err(|error| error.at(self.place()))
     }
 
     fn place(&self) -> Place {

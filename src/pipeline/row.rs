@@ -1,12 +1,12 @@
 //! A row: the decision of one recording and one design, and no more than it takes to show it.
 
 use super::answer;
-use super::prepared::{Extras, Prepared, Refused};
-use crate::error::Error;
+use super::prepared::{Prepared, Refused};
+use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::parallel::Control;
 use crate::report::Document;
-use crate::verdict::{Answer, Reason};
+use crate::verdict::{Answer, AssessExtras, Reason};
 use serde::{Deserialize, Serialize};
 
 /// The decision of one recording and one design. What a report adds (what-ifs, error budget,
@@ -81,11 +81,17 @@ impl Prepared {
     /// [`crate::error::ErrorKind::Stopped`] if `control` ends the work. Anything else that leaves
     /// nothing to judge is a row that says `unusable`.
     pub fn row(&self, design: &Design, control: &Control<'_>) -> Result<Row, Error> {
-        let outcome = self.judge(design, Extras::default(), control);
-        match outcome.refusal {
-            Some(error) if outcome.document.report_id.is_empty() => Err(error),
-            _ => Ok(Row::of(&outcome.document)),
-        }
+        let extras = AssessExtras {
+            decision_only: true,
+            ..AssessExtras::default()
+        };
+        let conditioned = &self.conditioned;
+        let document = match self.decide(design, extras, control) {
+            Ok(assessment) => answer::answered(&self.facts, conditioned, design, assessment, None),
+            Err(error) if *error.kind() == ErrorKind::Stopped => return Err(error),
+            Err(error) => answer::refused(&self.facts, Some(conditioned), design, &error),
+        };
+        Ok(Row::of(&document))
     }
 }
 

@@ -1,11 +1,11 @@
 //! What `latchgate margin` hands over: its text, and the files of its report.
 
-use super::margin_words::{bracket, change, direction, with_unit};
+use super::margin_words::{advised, direction, shown};
 use super::number::plain;
 use super::words;
 use super::{escape, html, json, plot};
 use crate::error::Error;
-use crate::margin::{Basis, LimitPoint, Map, Margin, Margins, Quantity};
+use crate::margin::{LimitPoint, Map, Margins, Quantity};
 use crate::recording::Severity;
 use crate::report::MarginDocument;
 use std::fmt::Write as _;
@@ -144,16 +144,8 @@ fn map_boundary_table(map: &Map) -> String {
     out
 }
 
-/// Returns what the last column of the table holds, and an answer's value there: the change by
-/// the other basis.
-pub(super) fn other(document: &MarginDocument) -> (&'static str, fn(&Margin) -> Option<f64>) {
-    match document.basis {
-        Basis::NominalRun => ("by the whole rule", |answer| answer.verdict_at),
-        Basis::Verdict => ("by the nominal peak", |answer| answer.nominal_at),
-    }
-}
-
-/// Returns the margins for a terminal: one table, then what must be said of it.
+/// Returns the margins for a terminal, a screen at most: one table, then what must be said of it.
+/// All boundaries and findings stand in the files.
 #[must_use]
 pub fn text(document: &MarginDocument, report: Option<&Path>) -> String {
     let mut out = String::with_capacity(4096);
@@ -166,25 +158,21 @@ pub fn text(document: &MarginDocument, report: Option<&Path>) -> String {
     if let Some(channel) = &recording.channel {
         let _ = write!(subject, ", channel {channel}");
     }
-    let _ = write!(subject, ", design {}", document.design.name);
-    line(&mut out, "recording", &subject);
-    line(
-        &mut out,
-        "limit",
-        &format!("{} rad", document.threshold_rad),
+    let _ = write!(
+        subject,
+        ", design {}, limit {} rad",
+        document.design.name, document.threshold_rad
     );
+    line(&mut out, "recording", &subject);
     out.push('\n');
     table(&mut out, document);
     out.push('\n');
     for (index, note) in document.notes.iter().enumerate() {
         line(&mut out, if index == 0 { "notes" } else { "" }, note);
     }
-    for answer in &document.answers {
-        if let Some(reason) = &answer.reason {
-            line(&mut out, "", &format!("{}: {reason}.", answer.title));
-        }
+    for (title, why) in never(document) {
+        line(&mut out, "never", &format!("{title}: {why}."));
     }
-    several(&mut out, document);
     limit(&mut out, document);
     if let Some(map) = &document.map {
         line(
@@ -197,18 +185,17 @@ pub fn text(document: &MarginDocument, report: Option<&Path>) -> String {
         );
     }
     let grave = document.findings.iter();
-    let grave = grave.filter(|finding| finding.severity > Severity::Info);
-    for (index, finding) in grave.enumerate() {
-        line(
-            &mut out,
-            if index == 0 { "findings" } else { "" },
-            &format!(
-                "{} {}: {}",
-                finding.severity.name(),
-                finding.code,
-                words::sentence(&finding.text)
-            ),
-        );
+    let grave: Vec<_> = grave
+        .filter(|finding| finding.severity > Severity::Info)
+        .collect();
+    for (index, finding) in grave.iter().take(FINDINGS_SHOWN).enumerate() {
+        let text = words::sentence(&finding.text);
+        let text = format!("{} {}: {text}", finding.severity.name(), finding.code);
+        line(&mut out, if index == 0 { "findings" } else { "" }, &text);
+    }
+    if grave.len() > FINDINGS_SHOWN {
+        let more = format!("{} more, as replay tells", grave.len() - FINDINGS_SHOWN);
+        line(&mut out, "", &more);
     }
     if let Some(report) = report {
         line(
@@ -220,16 +207,35 @@ pub fn text(document: &MarginDocument, report: Option<&Path>) -> String {
     out
 }
 
+/// Findings that the terminal shows.
+const FINDINGS_SHOWN: usize = 2;
+
+/// Returns each quantity without an advice, and why, those with the same reason together.
+pub(super) fn never(document: &MarginDocument) -> Vec<(String, String)> {
+    let mut found: Vec<(String, String)> = Vec::new();
+    for answer in &document.answers {
+        let Some(why) = &answer.advice.reason else {
+            continue;
+        };
+        match found.iter_mut().find(|(_, known)| known == why) {
+            Some((titles, _)) => {
+                titles.push_str(", ");
+                titles.push_str(&answer.title);
+            }
+            None => found.push((answer.title.to_string(), why.clone())),
+        }
+    }
+    found
+}
+
 fn table(out: &mut String, document: &MarginDocument) {
-    let (other_name, other_at) = other(document);
     let mut rows = vec![[
         "quantity".to_string(),
         "present".into(),
-        "flips at".into(),
-        "change".into(),
+        "passes from".into(),
+        "searched to".into(),
+        "nearest change".into(),
         "".into(),
-        "bracket".into(),
-        other_name.into(),
     ]];
     for answer in &document.answers {
         let title = if answer.quantity == Quantity::Counterweight {
@@ -239,19 +245,18 @@ fn table(out: &mut String, document: &MarginDocument) {
         };
         rows.push([
             title,
-            with_unit(answer.present, &answer.unit),
+            shown(answer.present, &answer.unit),
+            advised(answer),
+            shown(answer.advice.until, ""),
             answer
                 .at
-                .map_or_else(|| "never".into(), |at| with_unit(at, &answer.unit)),
-            change(answer),
+                .map_or_else(|| "never".into(), |at| shown(at, &answer.unit)),
             answer
                 .at
                 .map_or_else(String::new, |_| direction(answer).into()),
-            answer.bracket.map_or_else(String::new, bracket),
-            other_at(answer).map_or_else(|| "never".into(), |at| plain(at, 6)),
         ]);
     }
-    let mut widths = [0; 7];
+    let mut widths = [0; 6];
     for row in &rows {
         for (width, cell) in widths.iter_mut().zip(row) {
             *width = (*width).max(cell.chars().count());
@@ -267,82 +272,33 @@ fn table(out: &mut String, document: &MarginDocument) {
     }
 }
 
-/// Lists every change of each quantity that has several.
-fn several(out: &mut String, document: &MarginDocument) {
-    for answer in &document.answers {
-        if answer.changes < 2 {
-            continue;
-        }
-        let of = document
-            .boundaries
-            .iter()
-            .filter(|boundary| boundary.quantity == answer.quantity.name());
-        let _ = writeln!(out, "  every change of the {}:", answer.title);
-        for boundary in of {
-            let _ = writeln!(
-                out,
-                "    {:>14}  {} below, {} above",
-                plain(boundary.at, 9),
-                boundary.below.name(),
-                boundary.above.name()
-            );
-        }
-    }
-}
-
 /// Durations of the limit that the terminal shows [ms].
-const SHOWN_MS: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
+const SHOWN_MS: [f64; 5] = [1.0, 5.0, 10.0, 20.0, 100.0];
 
+/// Writes the limit under half-sine pulses, a line for each stop.
 fn limit(out: &mut String, document: &MarginDocument) {
     let Some(limit) = &document.limit else {
         return;
     };
-    let _ = writeln!(
-        out,
-        "  half-sine pulses that just reach the limit (no less than {} g on a rigid stop however long, {} m/s however short):",
-        plain(limit.static_threshold_g, 5),
-        plain(limit.impulse_threshold_m_s, 4)
-    );
     let mut stops = Vec::new();
     for point in &limit.points {
         if !stops.contains(&point.model) {
             stops.push(point.model);
         }
     }
-    let mut head = format!("    {:>13}", "duration [ms]");
-    for stop in &stops {
-        let name = stop.name();
-        let _ = write!(
-            head,
-            "  {:>9}  {:>11}",
-            format!("{name} [g]"),
-            format!("{name} [m/s]")
-        );
-    }
-    let _ = writeln!(out, "{head}");
-    for shown in SHOWN_MS {
-        let mut line = format!("    {shown:>13}");
-        for stop in &stops {
+    for stop in stops {
+        let of_shown = |shown: &f64| {
             let point = limit.points.iter().find(|point| {
-                point.model == *stop && (point.duration_s * 1e3 - shown).abs() < 1e-9
-            });
-            let number = |value: Option<f64>| value.map_or_else(|| "-".into(), |v| plain(v, 5));
-            let _ = write!(
-                line,
-                "  {:>9}  {:>11}",
-                number(point.and_then(|point| point.amplitude_g)),
-                number(point.and_then(|point| point.velocity_change_m_s))
-            );
-        }
-        let _ = writeln!(out, "{line}");
-    }
-    for point in &limit.recording {
+                point.model == stop && (point.duration_s * 1e3 - shown).abs() < 1e-9
+            })?;
+            Some(format!("{} g for {shown} ms", plain(point.amplitude_g?, 3)))
+        };
+        let pulses: Vec<String> = SHOWN_MS.iter().filter_map(of_shown).collect();
+        let name = stop.name();
+        let pulses = pulses.join(", ");
         let _ = writeln!(
             out,
-            "    this recording, {} opens: at most {} g, change of velocity at most {} m/s in that direction",
-            point.opens_when.name(),
-            plain(point.peak_g, 5),
-            plain(point.velocity_change_m_s, 5)
+            "  half-sine       just reaches the limit, {name}: {pulses}"
         );
     }
 }

@@ -30,6 +30,11 @@ pub struct MarginDocument {
     /// Why there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale_to_flip_reason: Option<String>,
+    /// Factor on the recording from which on every value searched passes by the whole rule.
+    pub scale_to_flip_safe_from: Option<f64>,
+    /// Why there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale_to_flip_safe_from_reason: Option<String>,
     /// Preload torque at which the answer changes [N m].
     pub least_preload_torque_nm: Option<f64>,
     /// Its bracket [N m].
@@ -37,6 +42,11 @@ pub struct MarginDocument {
     /// Why there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least_preload_torque_nm_reason: Option<String>,
+    /// Preload torque from which on every value searched passes by the whole rule [N m].
+    pub least_preload_torque_nm_safe_from: Option<f64>,
+    /// Why there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub least_preload_torque_nm_safe_from_reason: Option<String>,
     /// Unbalance m·L at which the answer changes [kg m].
     pub greatest_unbalance_kg_m: Option<f64>,
     /// Its bracket [kg m].
@@ -44,6 +54,11 @@ pub struct MarginDocument {
     /// Why there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub greatest_unbalance_kg_m_reason: Option<String>,
+    /// Unbalance from which on every value searched passes by the whole rule [kg m].
+    pub greatest_unbalance_kg_m_safe_from: Option<f64>,
+    /// Why there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub greatest_unbalance_kg_m_safe_from_reason: Option<String>,
     /// Counterweight at which the answer changes.
     pub counterweight: Counterweight,
     /// Restitution at which the answer changes [-].
@@ -53,6 +68,11 @@ pub struct MarginDocument {
     /// Why there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub restitution_reason: Option<String>,
+    /// Restitution from which on every value searched passes by the whole rule [-].
+    pub restitution_safe_from: Option<f64>,
+    /// Why there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restitution_safe_from_reason: Option<String>,
     /// Every change of the nominal runs' answer.
     pub boundaries: Vec<Boundary>,
     /// The answers with what they rest on.
@@ -84,6 +104,11 @@ pub struct Counterweight {
     pub mass_kg: Option<f64>,
     /// Its bracket [kg].
     pub mass_kg_bracket: Option<(f64, f64)>,
+    /// Mass from which on every value searched passes by the whole rule [kg].
+    pub mass_kg_safe_from: Option<f64>,
+    /// Why there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_kg_safe_from_reason: Option<String>,
     /// Its distance from the pivot [m].
     pub radius_m: f64,
     /// Unbalance that is left [kg m].
@@ -130,6 +155,8 @@ impl MarginDocument {
         let at = |quantity| of(quantity).and_then(|answer| answer.at);
         let bracket = |quantity| of(quantity).and_then(|answer| answer.bracket);
         let reason = |quantity| of(quantity).and_then(|answer| answer.reason.clone());
+        let safe_from = |quantity| of(quantity).and_then(|answer| answer.advice.safe_from);
+        let unsafe_reason = |quantity| of(quantity).and_then(|answer| answer.advice.reason.clone());
         let counterweight = at(Quantity::Counterweight).map(|mass| {
             applied(
                 Quantity::Counterweight,
@@ -149,15 +176,23 @@ impl MarginDocument {
             scale_to_flip: at(Quantity::Scale),
             scale_to_flip_bracket: bracket(Quantity::Scale),
             scale_to_flip_reason: reason(Quantity::Scale),
+            scale_to_flip_safe_from: safe_from(Quantity::Scale),
+            scale_to_flip_safe_from_reason: unsafe_reason(Quantity::Scale),
             least_preload_torque_nm: at(Quantity::Preload),
             least_preload_torque_nm_bracket: bracket(Quantity::Preload),
             least_preload_torque_nm_reason: reason(Quantity::Preload),
+            least_preload_torque_nm_safe_from: safe_from(Quantity::Preload),
+            least_preload_torque_nm_safe_from_reason: unsafe_reason(Quantity::Preload),
             greatest_unbalance_kg_m: at(Quantity::Unbalance),
             greatest_unbalance_kg_m_bracket: bracket(Quantity::Unbalance),
             greatest_unbalance_kg_m_reason: reason(Quantity::Unbalance),
+            greatest_unbalance_kg_m_safe_from: safe_from(Quantity::Unbalance),
+            greatest_unbalance_kg_m_safe_from_reason: unsafe_reason(Quantity::Unbalance),
             counterweight: Counterweight {
                 mass_kg: at(Quantity::Counterweight),
                 mass_kg_bracket: bracket(Quantity::Counterweight),
+                mass_kg_safe_from: safe_from(Quantity::Counterweight),
+                mass_kg_safe_from_reason: unsafe_reason(Quantity::Counterweight),
                 radius_m: counterweight_radius_m,
                 unbalance_kg_m: counterweight.map(|lever| lever.unbalance_kg_m()),
                 moment_of_inertia_kg_m2: counterweight.map(|lever| lever.moment_of_inertia_kg_m2),
@@ -166,6 +201,8 @@ impl MarginDocument {
             restitution: at(Quantity::Restitution),
             restitution_bracket: bracket(Quantity::Restitution),
             restitution_reason: reason(Quantity::Restitution),
+            restitution_safe_from: safe_from(Quantity::Restitution),
+            restitution_safe_from_reason: unsafe_reason(Quantity::Restitution),
             boundaries: margins.boundaries.clone(),
             answers: margins.answers.clone(),
             notes: notes(margins, &context),
@@ -181,25 +218,20 @@ impl MarginDocument {
     }
 }
 
-/// Whether the nominal runs pass at the least value of an answer's range.
-fn first_passes(margins: &Margins, answer: &Margin) -> bool {
-    margins
-        .boundaries
-        .iter()
-        .find(|boundary| boundary.quantity == answer.quantity.name())
-        .is_some_and(|boundary| boundary.below == NominalAnswer::Pass)
-}
-
 fn notes(margins: &Margins, context: &Context) -> Vec<String> {
     let mut notes = Vec::new();
+    if margins.stopped {
+        notes.push("The search was stopped: what it had found until then stands here.".into());
+    }
     if margins.spoiled {
         notes.push(
             "A blocking finding spoils the recording: the numbers are those of the nominal run on the samples as they are, and no evidence that anything passes.".to_string(),
         );
     }
+    notes.push("\"Passes from\" is the advice: that value and every one searched beyond it, up to the end of the range, passes by the whole rule with a tenth of the limit to spare. Values between those searched were not asked; check the one that is chosen by a replay.".into());
     notes.push(match margins.basis {
-        Basis::NominalRun => "Each number is where the nominal peak angle, while the recording runs and in the coast after it, meets the threshold on one of the stops and polarities that count; no error and no tolerance is counted. Where the verdict changes, which counts them, stands beside it (verdict_at).".to_string(),
-        Basis::Verdict => "Each number is where the verdict changes, by the whole decision rule, nearest to the present as far as it was found: the rule is asked where the nominal runs come near the limit, not at every value, so that a nearer change is possible. Check a value that matters by a replay with the setting `set`. Beside it stands where the nominal peak angle meets the threshold (nominal_at).".to_string(),
+        Basis::NominalRun => "The nearest change is where the nominal peak angle, in the record or the coast after it, meets the limit; no error and no tolerance is counted. Where the verdict changes stands in verdict_at.".to_string(),
+        Basis::Verdict => "The nearest change is where the verdict by the whole rule changes, as far as it was found. Where the nominal peak angle meets the limit stands in nominal_at.".to_string(),
     });
     let passes = margins.state == NominalAnswer::Pass;
     if (context.verdict == Answer::Pass) != passes && !margins.spoiled {
@@ -208,29 +240,6 @@ fn notes(margins: &Margins, context: &Context) -> Vec<String> {
             context.verdict.name(),
             if passes { "at or below" } else { "above" }
         ));
-    }
-    for answer in &margins.answers {
-        if answer.changes > 1 {
-            let settled = answer.settled_at.map_or_else(String::new, |at| {
-                let side = if first_passes(margins, answer) {
-                    "below"
-                } else {
-                    "above"
-                };
-                let unit = match &*answer.unit {
-                    "" => String::new(),
-                    unit => format!(" {unit}"),
-                };
-                format!(
-                    " Every value that was looked at {side} {}{unit} within the range passes.",
-                    crate::units::plain(at, 6)
-                )
-            });
-            notes.push(format!(
-                "Several boundaries: over the {} the nominal runs change between pass and no pass {} times within the range searched. The answer is the nearest to the present that was found; all that were found stand in boundaries, and a pair of changes closer together than the search looks may be missing.{settled}",
-                answer.title, answer.changes
-            ));
-        }
     }
     notes
 }

@@ -32,12 +32,40 @@ pub(super) fn change(answer: &Margin) -> String {
     )
 }
 
+/// Returns a number with four digits at most and its unit.
+pub(super) fn shown(value: f64, unit: &str) -> String {
+    let digits = (1..=4).find(|digits| {
+        let read: f64 = plain(value, *digits).parse().unwrap_or(f64::NAN);
+        (read - value).abs() <= 1e-9 * value.abs()
+    });
+    let number = plain(value, digits.unwrap_or(4));
+    if unit.is_empty() {
+        number
+    } else {
+        format!("{number} {unit}")
+    }
+}
+
+/// Returns the value from which on every value searched passes, and to which side.
+pub(super) fn advised(answer: &Margin) -> String {
+    let side = if answer.quantity.is_safer_above() {
+        "and above"
+    } else {
+        "and below"
+    };
+    answer.advice.safe_from.map_or_else(
+        || "none found".into(),
+        |from| format!("{} {side}", shown(from, &answer.unit)),
+    )
+}
+
 /// Returns what happens where the answer changes.
 pub(super) fn direction(answer: &Margin) -> &'static str {
     let above = answer.at.is_some_and(|at| at > answer.present);
     match (answer.passes_at_present, above) {
         (true, true) => "no pass just above",
         (true, false) => "no pass just below",
+        (false, _) if answer.isolated => "an isolated pass",
         (false, true) => "passes just above",
         (false, false) => "passes just below",
     }

@@ -9,7 +9,7 @@ use super::ladder::{self, Ladder, LadderInput};
 use super::meter::Meter;
 use super::policy::{AssessExtras, Policy, Variant};
 use super::proof::{self, Proof};
-use super::readings::Readings;
+use super::readings::{ReadingCache, Readings};
 use super::replay_findings::{crossing_outside_window, replay_findings, work_limit_reached};
 use super::runs::{RunDetail, RunSetup, index_of_largest};
 use super::usable_span::{UsableSpan, window_samples};
@@ -95,19 +95,39 @@ pub fn assess(
     extras: AssessExtras,
     control: &Control<'_>,
 ) -> Result<Assessment, Error> {
+    let cache = ReadingCache::default();
+    assess_again(
+        conditioned,
+        findings,
+        design,
+        policy,
+        (extras, &cache),
+        control,
+    )
+}
+
+/// As [`assess`], with other readings of the samples from `cache`, which is of this recording.
+pub(crate) fn assess_again(
+    conditioned: &Conditioned,
+    findings: &[Finding],
+    design: &Design,
+    policy: &Policy,
+    (extras, cache): (AssessExtras, &ReadingCache),
+    control: &Control<'_>,
+) -> Result<Assessment, Error> {
     let signal = &conditioned.used;
     let window = window_samples(signal, policy.window_s)?;
     let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
-    let readings = Readings::of(signal);
     let work = Meter::new(policy.work);
     let assessing = Assessing {
         setup: RunSetup {
             design,
             policy,
             follow_all: extras.follow_all,
+            decision_only: extras.decision_only,
             control,
             signal,
-            readings: &readings,
+            readings: Readings::of(signal, cache),
             window,
             work: &work,
         },
@@ -151,7 +171,11 @@ impl Assessing<'_> {
         let outcomes = setup.nominal_runs(&variants, detail)?;
         let proofs = self.proofs(&screened, &variants, &outcomes)?;
         let stand_ins = self.stand_ins(&proofs, &outcomes);
-        let runs = setup.refined(outcomes, stand_ins)?;
+        let proven: Vec<Option<f64>> = proofs
+            .iter()
+            .map(|proof| proof.and_then(|proof| proof.interpolation_at_most_rad))
+            .collect();
+        let runs = setup.refined(outcomes, stand_ins, &proven)?;
         let mut before_fault = match self.span {
             UsableSpan::Until(_) => self
                 .usable()
@@ -183,9 +207,14 @@ impl Assessing<'_> {
         if proof::may_leave_out(setup.policy, setup.follow_all, self.span).is_err() {
             return Ok(vec![None; variants.len()]);
         }
-        let of_each = variants.iter().zip(outcomes).zip(screened);
+        let largest = index_of_largest(outcomes.iter().map(|outcome| &outcome.run));
+        let of_each = variants.iter().zip(outcomes).zip(screened).enumerate();
         of_each
-            .map(|((variant, outcome), screened)| {
+            .map(|(index, ((variant, outcome), screened))| {
+                if setup.decision_only && index == largest {
+                    // It is followed in any case.
+                    return Ok(None);
+                }
                 let scatter = self.scatter.as_ref();
                 Proof::of(setup, scatter, *variant, outcome, screened.answer).map(Some)
             })
@@ -246,18 +275,27 @@ impl Assessing<'_> {
             Vec::new()
         };
         let unfiltered_peak = filters::unfiltered_peak(&filtered, nominal.variant);
-        let budget = budget::budget(setup, self.conditioned, &results, nominal, unfiltered_peak)?;
+        let brief = self.is_brief();
+        let budget = if brief {
+            ErrorBudget::default()
+        } else {
+            budget::budget(setup, self.conditioned, &results, nominal, unfiltered_peak)?
+        };
         let filters: Vec<FilterRow> = filtered.into_iter().map(|filtered| filtered.row).collect();
         let mut findings = replay_findings(design, policy, setup.signal.rate.interval(), &runs);
         findings.extend(filters::filter_decides(&filters));
         let outside = setup.crossing_outside(&runs)?;
         findings.extend(outside.map(|at| crossing_outside_window(at, design)));
         findings.extend(self.faults.findings());
-        let what_if = self.what_if(&results)?;
+        let mut what_if = if brief {
+            Vec::new()
+        } else {
+            self.what_if(&results)?
+        };
         let evidence = self.evidence(&results, nominal)?;
         let work_limit = setup.work.limit_reached();
         findings.extend(work_limit.map(work_limit_reached));
-        let why = reasons::reasons(&reasons::Explained {
+        let mut case = reasons::Explained {
             answer,
             design,
             policy,
@@ -268,8 +306,13 @@ impl Assessing<'_> {
             outside,
             work_limit,
             budget: &budget,
-            what_if: &what_if,
-        });
+            what_if: &[],
+        };
+        if brief && reasons::inputs_may_come_first(&case) {
+            what_if = self.what_if(&results)?;
+        }
+        case.what_if = &what_if;
+        let why = reasons::reasons(&case);
         let ladder = ladder::ladder(&LadderInput {
             policy,
             follow_all: setup.follow_all,
@@ -298,6 +341,15 @@ impl Assessing<'_> {
             work: setup.work.spent(),
             ensembles: several(results.into_iter().filter_map(|result| result.ensemble)),
         })
+    }
+
+    /// Tells whether what the decision does not take is left out. Not near the limit of work, which
+    /// what is left out might have reached.
+    fn is_brief(&self) -> bool {
+        /// Times the work of the decision that all the rest takes at most.
+        const REST: u64 = 64;
+        let work = self.setup.work;
+        self.extras.decision_only && work.left() / REST > work.spent()
     }
 
     /// The whole rule: parts 1 and 2 over what parts 3 and 4 say of all samples and of the good
@@ -370,53 +422,107 @@ pub fn passes(
     policy: &Policy,
     control: &Control<'_>,
 ) -> Result<bool, Error> {
-    let mut cache = MemberCache::default();
-    passes_cached(
+    let question = PassQuestion {
         conditioned,
+        readings: &ReadingCache::default(),
         findings,
         design,
         policy,
-        (&mut cache, false),
         control,
-        &Meter::new(policy.work),
-    )
+        work: &Meter::new(policy.work),
+    };
+    question.passes((&mut MemberCache::default(), false))
 }
 
-/// As [`passes`], of a design or recording like one that was asked about before: `cache` says which
-/// members to ask first, which saves most of them and changes no answer.
-///
-/// With `trust_cache` members that stayed well below the limit before are not asked again. A pass
-/// may then be wrong; "no pass" is certain all the same.
-pub(crate) fn passes_cached(
-    conditioned: &Conditioned,
-    findings: &[Finding],
-    design: &Design,
-    policy: &Policy,
-    (cache, trust_cache): (&mut MemberCache, bool),
-    control: &Control<'_>,
-    work: &Meter,
-) -> Result<bool, Error> {
-    let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
-    if faults.first_bad.is_some() {
-        return Ok(false);
+/// The question whether a verdict is a pass, as a search over designs asks it again and again.
+#[derive(Clone, Copy)]
+pub(crate) struct PassQuestion<'a> {
+    pub(crate) conditioned: &'a Conditioned,
+    /// Of the samples as used.
+    pub(crate) readings: &'a ReadingCache,
+    pub(crate) findings: &'a [Finding],
+    pub(crate) design: &'a Design,
+    pub(crate) policy: &'a Policy,
+    pub(crate) control: &'a Control<'a>,
+    pub(crate) work: &'a Meter,
+}
+
+/// What the nominal levers say of a pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct NominalPass {
+    pub(crate) passes: bool,
+    /// The error of a peak is no small part of it: other readings of the samples disagree.
+    pub(crate) in_doubt: bool,
+}
+
+impl PassQuestion<'_> {
+    /// Returns whether the rule says pass. `cache` says which members to ask first, which saves
+    /// most of them and changes no answer; with `trust_cache` members that stayed well below the
+    /// limit before are not asked again. A pass may then be wrong; "no pass" is certain all the
+    /// same.
+    pub(crate) fn passes(
+        &self,
+        (cache, trust_cache): (&mut MemberCache, bool),
+    ) -> Result<bool, Error> {
+        let Some(setup) = self.setup()? else {
+            return Ok(false);
+        };
+        let runs = setup.full_runs(&self.policy.variants(), RunDetail::ErrorBound)?;
+        match scatter(self.conditioned, self.design, self.policy)? {
+            None => Ok(setup.joined(&runs.iter().collect::<Vec<_>>()) == Answer::Pass),
+            Some(scatter) => early::all_pass(&setup, &scatter, &runs, cache, trust_cache),
+        }
     }
-    let signal = &conditioned.used;
-    let window = window_samples(signal, policy.window_s)?;
-    let readings = Readings::of(signal);
-    let setup = RunSetup {
-        design,
-        policy,
-        follow_all: true,
-        control,
-        signal,
-        readings: &readings,
-        window,
-        work,
-    };
-    let runs = setup.full_runs(&policy.variants(), RunDetail::ErrorBound)?;
-    match scatter(conditioned, design, policy)? {
-        None => Ok(setup.joined(&runs.iter().collect::<Vec<_>>()) == Answer::Pass),
-        Some(scatter) => early::all_pass(&setup, &scatter, &runs, cache, trust_cache),
+
+    /// Returns what the rule says without an ensemble.
+    pub(crate) fn nominal(&self) -> Result<NominalPass, Error> {
+        const DOUBT_PART: f64 = 0.3;
+        const FAINT_PART: f64 = 0.02;
+        let none = NominalPass {
+            passes: false,
+            in_doubt: false,
+        };
+        let Some(setup) = self.setup()? else {
+            return Ok(none);
+        };
+        let runs = setup.full_runs(&self.policy.variants(), RunDetail::ErrorBound)?;
+        let threshold = setup.threshold_rad();
+        let stays = |run: &VariantRun| run.nominal_answer(threshold) == Answer::Pass;
+        let doubted = |run: &VariantRun| {
+            let peak = run.run().peak_angle_rad;
+            peak > FAINT_PART * threshold && run.interpolation_error_rad > DOUBT_PART * peak
+        };
+        Ok(NominalPass {
+            passes: runs.iter().all(stays),
+            in_doubt: runs.iter().any(doubted),
+        })
+    }
+
+    /// Returns what the runs share; nothing where a fault leaves no pass.
+    fn setup(&self) -> Result<Option<RunSetup<'_>>, Error> {
+        let Self {
+            conditioned,
+            findings,
+            policy,
+            ..
+        } = *self;
+        let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
+        if faults.first_bad.is_some() {
+            return Ok(None);
+        }
+        let signal = &conditioned.used;
+        let window = window_samples(signal, policy.window_s)?;
+        Ok(Some(RunSetup {
+            design: self.design,
+            policy,
+            follow_all: true,
+            decision_only: true,
+            control: self.control,
+            signal,
+            readings: Readings::of(signal, self.readings),
+            window,
+            work: self.work,
+        }))
     }
 }
 

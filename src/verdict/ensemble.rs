@@ -149,6 +149,16 @@ impl Ensemble {
         }
     }
 
+    /// Works out how the peaks of its members are spread and what drives them.
+    pub(super) fn spread(&mut self, scatter: &Scatter, members: &MemberPeaks) {
+        let peaks = members.window_rad.as_slice();
+        self.peak_angle_rad = drivers::quantiles(peaks);
+        self.drivers = drivers::drivers(peaks, &scatter.parameters, |member, parameter| {
+            let member = u32::try_from(member).unwrap_or(u32::MAX);
+            scatter.draw(member, &scatter.parameters[parameter])
+        });
+    }
+
     /// Returns the bounds of the share that exceeds the threshold.
     #[must_use]
     pub fn share(&self) -> ShareBounds {
@@ -462,7 +472,8 @@ impl MemberPeaks {
     }
 }
 
-/// Sums up the ensemble of one variant, which ended at the look `look`, counted from 1.
+/// Sums up the ensemble of one variant, which ended at the look `look`, counted from 1; how its
+/// peaks are spread is left open.
 pub(super) fn summarise(
     scatter: &Scatter,
     members: &MemberPeaks,
@@ -471,13 +482,8 @@ pub(super) fn summarise(
     (look, ended): (usize, End),
     judged_until_s: Option<f64>,
 ) -> Ensemble {
-    let peaks = members.window_rad.as_slice();
     let count = members.count(threshold_rad);
     let share = count.share();
-    let drivers = drivers::drivers(peaks, &scatter.parameters, |member, parameter| {
-        let member = u32::try_from(member).unwrap_or(u32::MAX);
-        scatter.draw(member, &scatter.parameters[parameter])
-    });
     Ensemble {
         model,
         opens_when,
@@ -494,10 +500,10 @@ pub(super) fn summarise(
         p_upper: share.upper,
         exceeded_in_coast: count.exceeded_in_coast,
         p_upper_with_coast: share.upper_with_coast,
-        peak_angle_rad: drivers::quantiles(peaks),
+        peak_angle_rad: None,
         judged_until_s,
         rank_correlation_by_chance: (count.members > 1)
             .then(|| 1.96 / f64::from(count.members - 1).sqrt()),
-        drivers,
+        drivers: Vec::new(),
     }
 }

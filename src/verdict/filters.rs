@@ -5,7 +5,7 @@ use super::decision::{VariantRun, combine};
 use super::faults::Faults;
 use super::policy::Variant;
 use super::proof;
-use super::readings::Readings;
+use super::readings::{ReadingCache, Readings};
 use super::runs::{RunDetail, RunSetup};
 use super::usable_span::UsableSpan;
 use super::variant::VariantResult;
@@ -96,10 +96,10 @@ fn after(
     results: &[VariantResult],
 ) -> Result<FilteredRow, Error> {
     let variants: Vec<Variant> = results.iter().map(|result| result.variant).collect();
-    let readings = Readings::of(signal);
+    let cache = ReadingCache::default();
     let setup = RunSetup {
         signal,
-        readings: &readings,
+        readings: Readings::of(signal, &cache),
         ..*setup
     };
     let runs = setup.nominal_runs(&variants, RunDetail::ErrorBound)?;

@@ -12,7 +12,7 @@ use super::decision::VariantRun;
 use super::policy::Variant;
 use super::readings::SampleReading;
 use super::runs::{RunDetail, RunSetup};
-use super::screen::{self, Seen, Subject};
+use super::screen::{self, Subject};
 use crate::error::Error;
 use crate::model::stop::StopModel;
 use crate::replay::{Method, RunOutcome};
@@ -141,16 +141,21 @@ impl RunSetup<'_> {
     }
 
     /// Sets each run beside the same on other readings of its samples; one with a `stand_in`, which
-    /// states its error without a further run, becomes that.
+    /// states its error without a further run, becomes that. `proven` are bounds of the error, of the
+    /// runs in their order, as far as they are known.
     pub(super) fn refined(
         &self,
         runs: Vec<RunOutcome>,
         stand_ins: Vec<Option<VariantRun>>,
+        proven: &[Option<f64>],
     ) -> Result<Vec<VariantRun>, Error> {
-        let open = runs.iter().zip(&stand_ins);
-        let open: Vec<&RunOutcome> = open
+        let known = proven.iter().copied().chain(std::iter::repeat(None));
+        let open: Vec<(&RunOutcome, Option<f64>)> = runs
+            .iter()
+            .zip(known)
+            .zip(&stand_ins)
             .filter(|(_, stand_in)| stand_in.is_none())
-            .map(|(run, _)| run)
+            .map(|(open, _)| open)
             .collect();
         let mut bounds = self.bounds(&open)?.into_iter();
         let all = runs.into_iter().zip(stand_ins);
@@ -188,7 +193,7 @@ impl RunSetup<'_> {
             .map(|(outcome, _)| outcome.clone())
             .collect();
         let none = vec![None; open.len()];
-        let mut refined = self.refined(open, none)?.into_iter();
+        let mut refined = self.refined(open, none, &[])?.into_iter();
         let answers = rough.into_iter();
         Ok(answers
             .filter_map(|answer| answer.or_else(|| Some(refined.next()?.nominal_answer(threshold))))
@@ -222,10 +227,10 @@ impl RunSetup<'_> {
     }
 
     /// Bounds the interpolation error of each run [rad].
-    fn bounds(&self, runs: &[&RunOutcome]) -> Result<Vec<f64>, Error> {
+    fn bounds(&self, runs: &[(&RunOutcome, Option<f64>)]) -> Result<Vec<f64>, Error> {
         let tasks: Vec<(Variant, SampleReading)> = runs
             .iter()
-            .flat_map(|run| SampleReading::FIRST.map(|reading| (variant_of(run), reading)))
+            .flat_map(|(run, _)| SampleReading::FIRST.map(|reading| (variant_of(run), reading)))
             .collect();
         let found = self.share(2, &tasks, |(variant, reading)| {
             self.read(*reading, *variant)
@@ -234,7 +239,7 @@ impl RunSetup<'_> {
         let peaks: Vec<(Variant, ReadPeaks)> = runs
             .iter()
             .zip(first)
-            .map(|(run, first)| (variant_of(run), self.peaks_read(run, first)))
+            .map(|((run, _), first)| (variant_of(run), self.peaks_read(run, first)))
             .collect();
         let finest = self.share(16, &peaks, |(variant, peaks)| {
             let wanted = !peaks.regular() && self.readings.has_sixteenfold();
@@ -248,10 +253,12 @@ impl RunSetup<'_> {
         Ok(runs
             .iter()
             .zip(measured)
-            .map(|(run, measured)| match self.change_at_most(run) {
-                Some(proven) => measured.min(proven),
-                None => measured,
-            })
+            .map(
+                |((run, known), measured)| match known.or_else(|| self.change_at_most(run)) {
+                    Some(proven) => measured.min(proven),
+                    None => measured,
+                },
+            )
             .collect())
     }
 
@@ -273,7 +280,7 @@ impl RunSetup<'_> {
     ) -> Result<Vec<VariantRun>, Error> {
         let runs = self.nominal_runs(variants, detail)?;
         let none = vec![None; runs.len()];
-        self.refined(runs, none)
+        self.refined(runs, none, &[])
     }
 
     /// Returns what a nominal run says alone. Of one that was left out because nearly all
@@ -283,7 +290,7 @@ impl RunSetup<'_> {
         if !(of.left_out && answer == Answer::Undecided) {
             return Ok(answer);
         }
-        let refined = self.refined(vec![of.outcome.clone()], vec![None])?;
+        let refined = self.refined(vec![of.outcome.clone()], vec![None], &[])?;
         Ok(refined
             .first()
             .map_or(answer, |run| run.nominal_answer(self.threshold_rad())))
@@ -309,7 +316,8 @@ impl RunSetup<'_> {
         {
             return None;
         }
-        let at_most = |reading: SampleReading| {
+        let mut most = 0.0_f64;
+        for (reading, seen) in self.readings.fine(opens_when) {
             let factor = reading.factor();
             let subject = Subject {
                 lever: self.design.lever,
@@ -321,16 +329,7 @@ impl RunSetup<'_> {
                     .window
                     .map(|(first, last)| (factor * first, factor * last)),
             };
-            let seen = Seen::of(self.readings.signal(reading), opens_when);
-            screen::screen(&subject, &seen).peak_at_most_rad
-        };
-        let mut most = 0.0_f64;
-        for reading in [
-            SampleReading::Fourfold,
-            SampleReading::FineMore,
-            SampleReading::FineLess,
-        ] {
-            most = most.max(at_most(reading)?);
+            most = most.max(screen::peak_at_most(&subject, &seen)?);
         }
         let [peak, highest] = ReadPeak::of(outcome).angles;
         Some((most - peak).max(highest + rest).max(0.0))

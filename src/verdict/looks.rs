@@ -82,6 +82,7 @@ pub(super) fn run_ensembles(
             spent: 0,
         })
         .collect();
+    let enough_rad = enough(setup, results);
     let open = samplings.iter().filter(|of| of.answer.is_none()).count();
     let members = open as f64 * f64::from(setup.policy.members);
     for (number, look) in (1..).zip(ensemble::looks(setup.policy.members)) {
@@ -107,7 +108,8 @@ pub(super) fn run_ensembles(
             let (from, to) = (done as f64 / members, (done + missing) as f64 / members);
             setup.control.during(from, to, |control| {
                 let variant = results[index].variant;
-                extend(setup, control, scatter, variant, look, &mut sampling.peaks)
+                let peaks = (&mut sampling.peaks, enough_rad);
+                extend(setup, control, scatter, variant, look, peaks)
             })?;
             sampling.spent = setup.work.spent() - before;
             sampling.looks = number;
@@ -132,10 +134,32 @@ pub(super) fn run_ensembles(
     for (result, of) in results.iter_mut().zip(samplings) {
         let end = (of.looks, of.ended);
         result.ensemble = (of.looks > 0).then(|| {
-            ensemble::summarise(scatter, &of.peaks, threshold, result.variant, end, until_s)
+            let mut summed =
+                ensemble::summarise(scatter, &of.peaks, threshold, result.variant, end, until_s);
+            if !setup.decision_only {
+                summed.spread(scatter, &of.peaks);
+            }
+            summed
         });
     }
     Ok(())
+}
+
+/// Returns the angle beyond which no more is asked of a member [rad]: the threshold, where nothing
+/// is told but the decision and the members are far from the limit of work, which they would
+/// come to later that way.
+fn enough(setup: &RunSetup<'_>, results: &[VariantResult]) -> f64 {
+    /// Times what a nominal run takes that a member may.
+    const TIMES: u64 = 8;
+    let samples = setup.signal.samples.len() as u64;
+    let of_run = |result: &VariantResult| result.counted().outcome.spent + samples;
+    let each: u64 = results.iter().map(of_run).sum();
+    let all = TIMES * u64::from(setup.policy.members);
+    if setup.decision_only && each.saturating_mul(all) <= setup.work.left() {
+        setup.threshold_rad()
+    } else {
+        f64::INFINITY
+    }
 }
 
 /// Runs the members of one variant up to `look`, those that are in `peaks` not again.
@@ -145,7 +169,7 @@ fn extend(
     scatter: &Scatter,
     variant: Variant,
     look: u32,
-    peaks: &mut MemberPeaks,
+    (peaks, enough_rad): (&mut MemberPeaks, f64),
 ) -> Result<(), Error> {
     let known = u32::try_from(peaks.window_rad.len()).unwrap_or(look);
     let tasks: Vec<u32> = (known..look).step_by(MEMBERS_TAKEN).collect();
@@ -154,8 +178,7 @@ fn extend(
         let count = MEMBERS_TAKEN.min((look - first) as usize);
         let member =
             |index: usize| scatter.member(first.saturating_add(u32::try_from(index).unwrap_or(0)));
-        // Its peak is told, however far it goes.
-        setup.peaks(variant, count, &member, f64::INFINITY)
+        setup.peaks(variant, count, &member, enough_rad)
     })?;
     for more in found {
         peaks.window_rad.extend(more.window_rad);

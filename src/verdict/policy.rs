@@ -162,4 +162,7 @@ pub struct AssessExtras {
     pub evidence: bool,
     /// Follow every stop in full, also where bounds prove its answer; for comparison.
     pub follow_all: bool,
+    /// Leave out what the decision does not take: budget, reruns with one input moved, and how the
+    /// members' peaks are spread. Answer, peaks, their errors, shares and the first reason stay.
+    pub decision_only: bool,
 }

@@ -7,7 +7,7 @@ use super::decision::{FAIL_SHARE_MIN, PASS_SHARE_MAX, ShareBounds, VariantRun};
 use super::ensemble::{self, Scatter, bounds};
 use super::policy::{ModelChoice, Policy, Variant};
 use super::runs::RunSetup;
-use super::screen::{self, Decided, Seen, Subject};
+use super::screen::{self, Decided, Subject};
 use super::usable_span::{SampleSpan, UsableSpan};
 use super::{Answer, ScreenedRun};
 use crate::error::Error;
@@ -44,7 +44,7 @@ impl ProvenMembers {
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Proof {
     /// An interpolation error that is not exceeded [rad].
-    interpolation_at_most_rad: Option<f64>,
+    pub(super) interpolation_at_most_rad: Option<f64>,
     /// The scattered levers; `None` where no bound was asked or too few are proven.
     pub(super) members: Option<ProvenMembers>,
 }
@@ -157,7 +157,7 @@ pub(super) fn screened(setup: &RunSetup<'_>, variant: Variant) -> ScreenedRun {
         initial: setup.initial(model),
         ..subject(setup, model, setup.window)
     };
-    let screened = screen::screen(&subject, &Seen::of(setup.signal, opens_when));
+    let screened = screen::screen(&subject, &setup.readings.seen(opens_when));
     ScreenedRun {
         model,
         opens_when,
@@ -188,7 +188,7 @@ fn members(
     wanted: Decided,
 ) -> Option<ProvenMembers> {
     let of = *ensemble::looks(setup.policy.members).first()?;
-    let seen = Seen::of(setup.signal, opens_when);
+    let seen = setup.readings.seen(opens_when);
     let nominal = subject(setup, model, setup.window);
     let (mut below, mut crossing) = (0, 0);
     for index in 0..of {

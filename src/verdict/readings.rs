@@ -4,8 +4,9 @@
 //! refined within their band, twofold, fourfold and sixteenfold; and with what no refinement can
 //! know, a corner or a jump somewhere between two samples, taken to open or to shut.
 
+use super::screen::{Extent, Seen};
 use crate::conditioning::{Signal, resample};
-use crate::units::SampleRate;
+use crate::units::{OpensWhen, SampleRate};
 use std::sync::OnceLock;
 
 /// Part of what lies above half the Nyquist frequency by which a sample may mislead.
@@ -44,6 +45,9 @@ impl SampleReading {
     /// Those that every bound needs.
     pub(super) const FIRST: [Self; 4] = [Self::Twofold, Self::Fourfold, Self::More, Self::Less];
 
+    /// Those that a bound of the peak must hold on, to hold on all.
+    pub(super) const FINE: [Self; 3] = [Self::Fourfold, Self::FineMore, Self::FineLess];
+
     /// Samples of the reading per sample of the recording.
     pub(super) fn factor(self) -> usize {
         match self {
@@ -55,10 +59,9 @@ impl SampleReading {
     }
 }
 
-/// The readings of one recording, each made when it is first asked for.
-#[derive(Debug)]
-pub(crate) struct Readings<'a> {
-    signal: &'a Signal,
+/// Other readings of one signal, each made when it is first asked for.
+#[derive(Debug, Default)]
+pub(crate) struct ReadingCache {
     twofold: OnceLock<Signal>,
     fourfold: OnceLock<Signal>,
     sixteenfold: OnceLock<Signal>,
@@ -66,20 +69,43 @@ pub(crate) struct Readings<'a> {
     less: OnceLock<Signal>,
     fine_more: OnceLock<Signal>,
     fine_less: OnceLock<Signal>,
+    /// Of the samples themselves, and of the readings in the order of [`SampleReading::FINE`].
+    extent: OnceLock<Extent>,
+    extents: [OnceLock<Extent>; 3],
+}
+
+/// A signal with its other readings.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Readings<'a> {
+    signal: &'a Signal,
+    cache: &'a ReadingCache,
 }
 
 impl<'a> Readings<'a> {
-    pub(crate) fn of(signal: &'a Signal) -> Self {
-        Self {
-            signal,
-            twofold: OnceLock::new(),
-            fourfold: OnceLock::new(),
-            sixteenfold: OnceLock::new(),
-            more: OnceLock::new(),
-            less: OnceLock::new(),
-            fine_more: OnceLock::new(),
-            fine_less: OnceLock::new(),
-        }
+    /// Returns the readings of `signal`, which `cache` is of.
+    pub(crate) fn of(signal: &'a Signal, cache: &'a ReadingCache) -> Self {
+        Self { signal, cache }
+    }
+
+    /// Returns the samples as bounds see them.
+    pub(super) fn seen(&self, opens_when: OpensWhen) -> Seen<'a> {
+        let of = || Extent::of(self.signal);
+        Seen::known(self.signal, *self.cache.extent.get_or_init(of), opens_when)
+    }
+
+    /// Returns the readings of [`SampleReading::FINE`] as bounds see them, each when it is asked
+    /// for.
+    pub(super) fn fine(
+        &self,
+        opens_when: OpensWhen,
+    ) -> impl Iterator<Item = (SampleReading, Seen<'a>)> + use<'a> {
+        let readings = *self;
+        let all = SampleReading::FINE.into_iter().zip(&readings.cache.extents);
+        all.map(move |(reading, extent)| {
+            let signal = readings.signal(reading);
+            let extent = *extent.get_or_init(|| Extent::of(signal));
+            (reading, Seen::known(signal, extent, opens_when))
+        })
     }
 
     /// Tells whether the sixteenfold can be had.
@@ -88,25 +114,22 @@ impl<'a> Readings<'a> {
     }
 
     /// Returns one of them.
-    pub(super) fn signal(&self, reading: SampleReading) -> &Signal {
+    pub(super) fn signal(&self, reading: SampleReading) -> &'a Signal {
+        let Self { signal, cache } = *self;
         let fourfold = || self.signal(SampleReading::Fourfold);
         let fine = |reading| resample::upsample_fourfold(self.signal(reading));
         match reading {
-            SampleReading::Twofold => self.twofold.get_or_init(|| every_other(fourfold())),
-            SampleReading::Fourfold => self
+            SampleReading::Twofold => cache.twofold.get_or_init(|| every_other(fourfold())),
+            SampleReading::Fourfold => cache
                 .fourfold
-                .get_or_init(|| resample::upsample_fourfold(self.signal)),
-            SampleReading::Sixteenfold => self
+                .get_or_init(|| resample::upsample_fourfold(signal)),
+            SampleReading::Sixteenfold => cache
                 .sixteenfold
                 .get_or_init(|| resample::upsample_again(fourfold())),
-            SampleReading::More => self
-                .more
-                .get_or_init(|| moved(self.signal, MISLEADING_PART)),
-            SampleReading::Less => self
-                .less
-                .get_or_init(|| moved(self.signal, -MISLEADING_PART)),
-            SampleReading::FineMore => self.fine_more.get_or_init(|| fine(SampleReading::More)),
-            SampleReading::FineLess => self.fine_less.get_or_init(|| fine(SampleReading::Less)),
+            SampleReading::More => cache.more.get_or_init(|| moved(signal, MISLEADING_PART)),
+            SampleReading::Less => cache.less.get_or_init(|| moved(signal, -MISLEADING_PART)),
+            SampleReading::FineMore => cache.fine_more.get_or_init(|| fine(SampleReading::More)),
+            SampleReading::FineLess => cache.fine_less.get_or_init(|| fine(SampleReading::Less)),
         }
     }
 }

@@ -13,6 +13,7 @@ use crate::recording::{Finding, Severity};
 use crate::units::{OpensWhen, plain};
 
 /// The verdict that the sentences explain.
+#[derive(Clone, Copy)]
 pub(super) struct Explained<'a> {
     pub(super) answer: Answer,
     pub(super) design: &'a Design,
@@ -60,6 +61,11 @@ pub(super) fn reasons(case: &Explained<'_>) -> Vec<Reason> {
         reasons.extend(ensemble(case));
         reasons.extend(deciding_inputs(case));
     }
+    // What proves a fail comes before a nominal lever that could not be followed.
+    let by_members = case.answer == Answer::Fail && case.nominal.run.outcome.broke_down;
+    if by_members {
+        reasons.extend(ensemble(case));
+    }
     reasons.push(peak(case));
     if case.answer != Answer::Undecided {
         reasons.extend(others_not_followed(case));
@@ -80,7 +86,9 @@ pub(super) fn reasons(case: &Explained<'_>) -> Vec<Reason> {
         ),
     }));
     if case.answer != Answer::Undecided {
-        reasons.extend(ensemble(case));
+        if !by_members {
+            reasons.extend(ensemble(case));
+        }
         reasons.extend(deciding_inputs(case));
     }
     if case.answer != Answer::Unusable {
@@ -99,6 +107,12 @@ pub(super) fn reasons(case: &Explained<'_>) -> Vec<Reason> {
         });
     }
     reasons
+}
+
+/// Tells whether the first reason of an undecided verdict may be one that reruns with an input
+/// moved would give: no other comes before it.
+pub(super) fn inputs_may_come_first(case: &Explained<'_>) -> bool {
+    case.answer == Answer::Undecided && reasons(case).first() == Some(&peak(case))
 }
 
 /// Says how many of the scattered levers cross, and what that is worth.

@@ -34,10 +34,12 @@ pub(crate) struct RunSetup<'a> {
     pub(crate) policy: &'a Policy,
     /// Follow every stop in full, whatever bounds prove.
     pub(crate) follow_all: bool,
+    /// Nothing is told but the decision.
+    pub(crate) decision_only: bool,
     pub(crate) control: &'a Control<'a>,
     pub(crate) signal: &'a Signal,
     /// Other readings of the samples.
-    pub(crate) readings: &'a Readings<'a>,
+    pub(crate) readings: Readings<'a>,
     /// First and last judged sample; `None` for all.
     pub(crate) window: Option<SampleSpan>,
     /// What all runs may take and have taken.

@@ -152,10 +152,33 @@ pub struct Seen<'a> {
     interval_s: f64,
     factor: f64,
     offset_m_s2: f64,
-    /// Of the samples as recorded: least, largest, and ∫|a| dt. Known once for all members.
+    extent: Extent,
+}
+
+/// What is known of the samples as recorded as a whole: once for all signs, levers and members.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extent {
     least: f64,
     most: f64,
+    /// ∫|a| dt.
     impulse: f64,
+}
+
+impl Extent {
+    /// Returns that of a signal, by one pass over its samples.
+    #[must_use]
+    pub fn of(signal: &Signal) -> Self {
+        // A sample that is no number may slip through here; the impulse keeps it.
+        let extreme = |wins: fn(f64, f64) -> bool, from: f64| {
+            let samples = signal.samples.iter();
+            samples.fold(from, |best, a| if wins(best, *a) { best } else { *a })
+        };
+        Self {
+            least: extreme(|best, a| best <= a, f64::INFINITY),
+            most: extreme(|best, a| best >= a, f64::NEG_INFINITY),
+            impulse: absolute_impulse(signal),
+        }
+    }
 }
 
 impl<'a> Seen<'a> {
@@ -165,22 +188,18 @@ impl<'a> Seen<'a> {
     /// [changed](Self::changed).
     #[must_use]
     pub fn of(signal: &'a Signal, opens_when: OpensWhen) -> Self {
-        // A sample that is no number may slip through here; the impulse keeps it.
-        let extreme = |wins: fn(f64, f64) -> bool, from: f64| {
-            signal
-                .samples
-                .iter()
-                .fold(from, |best, a| if wins(best, *a) { best } else { *a })
-        };
-        let impulse = absolute_impulse(signal);
+        Self::known(signal, Extent::of(signal), opens_when)
+    }
+
+    /// As [`Self::of`], of a signal whose extent is known.
+    #[must_use]
+    pub fn known(signal: &'a Signal, extent: Extent, opens_when: OpensWhen) -> Self {
         Self {
             samples: &signal.samples,
             interval_s: signal.rate.interval().seconds(),
             factor: opens_when.sign(),
             offset_m_s2: 0.0,
-            least: extreme(|best, a| best <= a, f64::INFINITY),
-            most: extreme(|best, a| best >= a, f64::NEG_INFINITY),
-            impulse,
+            extent,
         }
     }
 
@@ -201,13 +220,14 @@ impl<'a> Seen<'a> {
 
     /// Least acceleration in the model's sign.
     fn at_least(&self) -> f64 {
-        (self.factor * self.least).min(self.factor * self.most) + self.offset_m_s2
+        let Extent { least, most, .. } = self.extent;
+        (self.factor * least).min(self.factor * most) + self.offset_m_s2
     }
 
     /// Upper bound on ∫|a| dt over the whole record.
     fn impulse_at_most(&self) -> f64 {
         let length = self.samples.len() as f64 * self.interval_s;
-        self.factor.abs() * self.impulse + self.offset_m_s2.abs() * length
+        self.factor.abs() * self.extent.impulse + self.offset_m_s2.abs() * length
     }
 
     /// First judged sample and last sample that drives the lever.
@@ -224,6 +244,15 @@ impl<'a> Seen<'a> {
 #[must_use]
 pub fn screen(subject: &Subject, seen: &Seen) -> Screened {
     measure(subject, seen, false).screened(subject)
+}
+
+/// Returns an angle that the lever does not exceed [rad], as [`screen`] does, where the bounds
+/// prove a pass; stops as soon as they cannot.
+#[must_use]
+pub fn peak_at_most(subject: &Subject, seen: &Seen) -> Option<f64> {
+    let measured = measure(subject, seen, true);
+    let passes = measured.answer() == Some(Decided::Pass);
+    measured.peak_at_most.filter(|_| passes)
 }
 
 /// Returns what the bounds prove, and stops as soon as nothing more can be proven.
@@ -431,7 +460,12 @@ impl Terms {
     fn passes_at_once(&self, subject: &Subject, seen: &Seen) -> bool {
         /// Keeps clear of what the pass over the samples would allow for in rounding.
         const CLEAR: f64 = 1e-9;
-        let sound = seen.impulse.is_finite() && seen.least.is_finite() && seen.most.is_finite();
+        let Extent {
+            least,
+            most,
+            impulse,
+        } = seen.extent;
+        let sound = impulse.is_finite() && least.is_finite() && most.is_finite();
         if !sound || subject.initial.is_some() {
             return false;
         }

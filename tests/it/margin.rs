@@ -1,6 +1,8 @@
 //! Guards margins: the values at which a verdict changes, against published and closed-form
 //! values and against brute force.
 
+mod advice;
+
 use crate::support::{columns, signal};
 use latchgate::conditioning::{Conditioned, FilterStandard, Signal};
 use latchgate::error::Error;
@@ -460,6 +462,7 @@ fn probe_of(f: &dyn Fn(f64) -> f64, near_rad: f64, grid: &[f64]) -> Vec<(f64, f6
             near_rad,
             distance: &|x| x,
             narrowed: 9,
+            values_max: 55,
         },
     )
     .unwrap();
@@ -553,6 +556,7 @@ fn verif_the_exact_run_overrules_the_scan() {
                 near_rad: 0.0,
                 distance: &|x| x,
                 narrowed: 9,
+                values_max: 55,
             },
         )
         .unwrap();

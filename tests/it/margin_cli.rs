@@ -42,6 +42,10 @@ fn cli_margin_answers_in_json() {
         "greatest_unbalance_kg_m",
     ] {
         check_bracketed(&document, key);
+        let advised = document[format!("{key}_safe_from")].as_f64().unwrap();
+        let at = document[key].as_f64().unwrap();
+        let above = key == "least_preload_torque_nm";
+        assert!((advised > at) == above, "{key}: {advised} beside {at}");
     }
     assert!(document["scale_to_flip"].as_f64().unwrap() > 1.0);
     assert!(document["least_preload_torque_nm"].as_f64().unwrap() < 0.1);
@@ -81,7 +85,7 @@ fn cli_margin_writes_its_report() {
     ]);
     assert_eq!(done.code, 0, "{}", done.err);
     assert!(done.out.starts_with("PASS\n"), "{}", done.out);
-    for word in ["flips at", "scale of the recording", "half-sine", "map"] {
+    for word in ["passes from", "scale of the recording", "half-sine", "map"] {
         assert!(done.out.contains(word), "{word}: {}", done.out);
     }
     for (name, lines) in [("margin-map.csv", 1 + 7 * 5), ("margin-limit.csv", 1 + 41)] {
@@ -179,6 +183,54 @@ fn cli_margin_of_a_spoiled_recording_ends_with_four() {
             .unwrap()
             .contains("no evidence")
     );
+}
+
+/// However often the answer changes, what is printed fits a screen; all changes stand in the document.
+#[test]
+fn cli_margin_prints_a_screen_at_most() {
+    let done = margin(&[&signal_file("burst.csv"), "--no-report"]);
+    assert_eq!(done.code, 0, "{}", done.err);
+    let lines = done.out.lines().count();
+    assert!(lines <= 24, "{lines} lines:\n{}", done.out);
+    let json = margin(&[&signal_file("burst.csv"), "--no-report", "--format", "json"]);
+    let boundaries = json.document()["boundaries"].as_array().unwrap().len();
+    assert!(boundaries > 24, "{boundaries}");
+}
+
+/// The report of a replay advises the preload that margins advise.
+#[test]
+fn cli_replay_and_margin_advise_one_preload() {
+    let folder = Folder::new("margin-advice");
+    let out = folder.path().join("out");
+    let file = signal_file("surviving.csv");
+    let members = ["--members", "0"];
+    let mut replay = vec![
+        "replay",
+        &file,
+        "--out",
+        out.to_str().unwrap(),
+        "--format",
+        "json",
+    ];
+    replay.extend(members);
+    let answer = latchgate(&replay).document();
+    let json = [
+        "margin",
+        &file,
+        "--no-report",
+        "--format",
+        "json",
+        members[0],
+        members[1],
+    ];
+    let margin = latchgate(&json).document();
+    let (own, other) = (&answer["preload_answer"], &margin["answers"][1]["advice"]);
+    assert!(own["safe_from_nm"].is_number(), "{own}");
+    assert_eq!(
+        own["safe_from_nm"],
+        margin["least_preload_torque_nm_safe_from"]
+    );
+    assert_eq!(own["text"], other["text"]);
 }
 
 /// Threads change no byte but those of the time it took.

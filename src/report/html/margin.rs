@@ -4,7 +4,8 @@ use super::markup::Page;
 use super::sheet;
 use crate::margin::Quantity;
 use crate::report::MarginDocument;
-use crate::report::margin_words::{bracket, change, direction, with_unit};
+use crate::report::margin::never;
+use crate::report::margin_words::{advised, bracket, change, direction, shown, with_unit};
 use crate::report::number::{ABSENT, significant};
 use crate::report::plot::{Figure, MARGIN_RULES};
 use crate::report::words;
@@ -61,19 +62,12 @@ fn card(page: &mut Page, document: &MarginDocument) {
     page.raw(document.verdict.name());
     page.raw("\">\n<div class=\"answer\"><div>");
     page.element("strong", "", words::answer(document.verdict));
-    let of_scale = document
+    let of_preload = document
         .answers
         .iter()
-        .find(|answer| answer.quantity == Quantity::Scale);
-    let answer = match (document.scale_to_flip, of_scale) {
-        (Some(scale), Some(answer)) => format!(
-            "the answer changes at {} times the recording: {}",
-            significant(scale, 5),
-            direction(answer)
-        ),
-        _ => "no scale of the recording that was searched changes the answer".into(),
-    };
-    page.element("span", "", &answer);
+        .find(|answer| answer.quantity == Quantity::Preload);
+    let answer = of_preload.map_or("", |answer| answer.advice.text.as_str());
+    page.element("span", "", answer);
     page.raw("</div>\n</div>\n<ul class=\"why\">\n");
     for note in &document.notes {
         page.element("li", "", note);
@@ -105,7 +99,9 @@ fn flips(page: &mut Page, document: &MarginDocument) {
         &[
             "Quantity",
             "#Present",
-            "#Flips at",
+            "#Passes from",
+            "#Searched to",
+            "#Nearest change",
             "#Change",
             "#There",
             "#Width of the bracket",
@@ -115,9 +111,11 @@ fn flips(page: &mut Page, document: &MarginDocument) {
         page.raw("<tr>");
         page.element("th", "", &answer.title);
         page.element("td", "number", &with_unit(answer.present, &answer.unit));
+        page.element("td", "number nominal", &advised(answer));
+        page.element("td", "number", &shown(answer.advice.until, &answer.unit));
         match (answer.at, answer.bracket) {
             (Some(at), Some(ends)) => {
-                page.element("td", "number nominal", &with_unit(at, &answer.unit));
+                page.element("td", "number", &with_unit(at, &answer.unit));
                 page.element("td", "number", &change(answer).replace('-', "\u{2212}"));
                 page.element("td", "number", direction(answer));
                 page.element("td", "number", &significant(ends.1 - ends.0, 2));
@@ -132,10 +130,8 @@ fn flips(page: &mut Page, document: &MarginDocument) {
         page.raw("</tr>\n");
     }
     page.end_table();
-    for answer in &document.answers {
-        if let Some(reason) = &answer.reason {
-            page.note(&format!("{}: {reason}.", answer.title));
-        }
+    for (title, why) in never(document) {
+        page.note(&format!("{title}: {why}."));
     }
 }
 
@@ -174,7 +170,7 @@ fn searched(page: &mut Page, document: &MarginDocument) {
 }
 
 fn boundaries(page: &mut Page, document: &MarginDocument) {
-    page.section("boundaries", "Every change of the nominal runs’ answer");
+    page.section("boundaries", "Changes of the nominal runs’ answer");
     if document.boundaries.is_empty() {
         page.paragraph("None within the ranges searched.");
         page.end_section();
@@ -184,7 +180,7 @@ fn boundaries(page: &mut Page, document: &MarginDocument) {
         "findings",
         &["Quantity", "#At", "Below", "Above", "#Bracket"],
     );
-    for boundary in &document.boundaries {
+    for boundary in document.boundaries.iter().take(BOUNDARIES_SHOWN) {
         let title = document
             .answers
             .iter()
@@ -203,8 +199,15 @@ fn boundaries(page: &mut Page, document: &MarginDocument) {
         page.raw("</tr>\n");
     }
     page.end_table();
+    let more = document.boundaries.len().saturating_sub(BOUNDARIES_SHOWN);
+    if more > 0 {
+        page.note(&format!("{more} more stand in margin.json."));
+    }
     page.end_section();
 }
+
+/// Changes of the nominal runs' answer that the page lists.
+const BOUNDARIES_SHOWN: usize = 12;
 
 fn findings(page: &mut Page, document: &MarginDocument) {
     page.section("findings", "Findings");

@@ -1,0 +1,327 @@
+//! The advice: the value from which on every value that is searched passes by the whole rule.
+//!
+//! The search goes from the end of the range that holds the lever best towards the other. The
+//! nominal runs of the scan show how far it may go; on that way the rule is asked, without an
+//! ensemble at [`ASKED`] values and with the first look of one from there back. Each time a tenth
+//! of the limit must be left, so that values between those that are asked have room.
+
+use super::Quantity;
+use super::quantity::SearchRange;
+use super::search::{Excess, SearchResult};
+use crate::error::Error;
+use crate::units::plain;
+use crate::verdict::assess::NominalPass;
+use crate::verdict::early::MemberCache;
+use serde::{Deserialize, Serialize};
+
+/// From where on every value searched passes by the whole rule.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Advice {
+    /// The value; `None` with a reason.
+    pub safe_from: Option<f64>,
+    /// The end of the range, to which every value searched passes.
+    pub until: f64,
+    /// Values from there on that the rule was asked of, with an ensemble where there is one.
+    pub by_rule: usize,
+    /// Values from there on at which the nominal levers were run.
+    pub by_nominal_runs: usize,
+    /// Why there is none.
+    pub reason: Option<String>,
+    /// In a sentence.
+    pub text: String,
+}
+
+/// Most values at which the rule is asked without an ensemble, more towards where the nominal lever
+/// begins to cross; a quarter of them on a long recording.
+const ASKED: usize = 96;
+
+/// Part of the peak from which on a neighbour that differs by as much shows a jump between them.
+const JUMP: f64 = 0.5;
+
+/// Part of the limit within which a value must pass.
+const ROOM: f64 = 0.9;
+
+/// Times its largest angle that a lever in doubt may reach by the rule.
+const DOUBTED: f64 = 2.5;
+
+/// Values beyond the one advised at which the ensemble is asked as well.
+const CHECKED: usize = 4;
+
+/// Significant digits of a value that is advised.
+const DIGITS: i32 = 3;
+
+/// Members that are asked at most: a pass at the first look is one of any larger ensemble, which
+/// looks at the same members.
+pub(super) const MEMBERS_ASKED: u32 = 128;
+
+/// A part of the limit that must suffice, and the members that are asked at most.
+pub(super) type Asked = (f64, Option<u32>);
+
+/// The ways to ask about a value of one quantity.
+pub(super) struct AdviceProbe<'a> {
+    /// What the rule says of the nominal lever, with a part of the limit.
+    pub(super) nominal: &'a dyn Fn(f64, f64) -> Result<NominalPass, Error>,
+    /// Whether the whole rule says pass.
+    pub(super) rule: &'a dyn Fn(f64, Asked, &mut MemberCache) -> Result<bool, Error>,
+    /// What stands in the way of a pass.
+    pub(super) hindrance: &'a dyn Fn(f64) -> Result<String, Error>,
+    pub(super) threshold_rad: f64,
+    /// An ensemble is asked.
+    pub(super) with_members: bool,
+    /// A blocking finding leaves no pass.
+    pub(super) spoiled: bool,
+    /// The recording is a long one.
+    pub(super) long: bool,
+}
+
+struct AdviceSearch<'s> {
+    probe: &'s AdviceProbe<'s>,
+    quantity: Quantity,
+    range: &'s SearchRange,
+    /// The values of the scan from the safe end on, as far as the nominal levers pass.
+    free: Vec<(f64, Excess)>,
+    cache: MemberCache,
+    asked: Vec<f64>,
+}
+
+/// Finds the advice for a quantity, of which the nominal runs `found` their changes.
+pub(super) fn advise(
+    probe: &AdviceProbe<'_>,
+    quantity: Quantity,
+    range: &SearchRange,
+    found: &SearchResult,
+) -> Result<Advice, Error> {
+    let above = quantity.is_safer_above();
+    let mut free: Vec<(f64, Excess)> = found.points.clone();
+    if above {
+        free.reverse();
+    }
+    let safe_end = if above { range.high } else { range.low };
+    let stay = free.iter().take_while(|(_, excess)| excess.pass <= 0.0);
+    free.truncate(stay.count());
+    let mut of = AdviceSearch {
+        probe,
+        quantity,
+        range,
+        free,
+        cache: MemberCache::default(),
+        asked: Vec::new(),
+    };
+    let safe_from = if probe.spoiled { None } else { of.safe_from()? };
+    let beyond = |value: f64| safe_from.is_some_and(|from| (value >= from) == above);
+    let counted = |values: &[f64]| values.iter().filter(|value| beyond(**value)).count();
+    let scanned: Vec<f64> = of.free.iter().map(|(value, _)| *value).collect();
+    let reason = match safe_from {
+        Some(_) => None,
+        None => Some((probe.hindrance)(safe_end)?),
+    };
+    let mut advice = Advice {
+        safe_from,
+        until: safe_end,
+        by_rule: counted(&of.asked),
+        by_nominal_runs: counted(&scanned),
+        reason,
+        text: String::new(),
+    };
+    advice.text = text(&advice, quantity, range);
+    Ok(advice)
+}
+
+impl AdviceSearch<'_> {
+    fn safe_from(&mut self) -> Result<Option<f64>, Error> {
+        let mut passing = self.nominal_passes()?;
+        let members = self.probe.with_members;
+        if members && let Some(last) = self.last_with_ensemble(&passing)? {
+            passing.truncate(last + 1);
+        } else if members {
+            passing.clear();
+        }
+        // The digits that it deserves, to the safe side; which is a value of its own to ask.
+        while let Some(place) = passing.pop() {
+            let value = self.rounded(self.free[place].0);
+            if self.passes(value)? && self.checked(&passing)? {
+                return Ok(Some(value));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Asks the rule without an ensemble from the safe end on until it is no pass; returns the
+    /// places of the values that pass.
+    fn nominal_passes(&mut self) -> Result<Vec<usize>, Error> {
+        let mut passing = Vec::new();
+        let mut in_doubt = false;
+        for place in self.places() {
+            let value = self.free[place].0;
+            let found = (self.probe.nominal)(value, ROOM)?;
+            in_doubt |= found.in_doubt;
+            if !found.passes {
+                break;
+            }
+            self.asked.push(value);
+            passing.push(place);
+        }
+        // Where readings were seen to disagree, or the peak jumps, they may do so at any value.
+        let threshold = self.probe.threshold_rad;
+        let peak = |(_, excess): &(f64, Excess)| excess.pass + threshold;
+        let in_danger = |point: &(f64, Excess)| DOUBTED * peak(point) > ROOM * threshold;
+        let jumps = |pair: &[(f64, Excess)]| {
+            let (a, b) = (peak(&pair[0]), peak(&pair[1]));
+            pair.iter().any(in_danger) && (a - b).abs() > JUMP * a.max(b)
+        };
+        in_doubt |= self.free.windows(2).any(jumps);
+        if in_doubt && let Some(first) = self.free.iter().position(in_danger) {
+            passing.retain(|place| *place < first);
+        }
+        Ok(passing)
+    }
+
+    /// Places of the values to ask, from the safe end on, closer together towards the other.
+    fn places(&self) -> Vec<usize> {
+        let (Some(first), Some(last)) = (self.free.first(), self.free.last()) else {
+            return Vec::new();
+        };
+        let (from, to) = (self.range.place(first.0), self.range.place(last.0));
+        let asked = if self.probe.long { ASKED / 4 } else { ASKED };
+        let mut places = Vec::with_capacity(asked + 1);
+        for index in 0..=asked {
+            let rest = 1.0 - index as f64 / asked as f64;
+            let wanted = (rest * rest * (to - from)).abs();
+            let before =
+                |(value, _): &(f64, Excess)| (self.range.place(*value) - to).abs() >= wanted;
+            places.push(self.free.partition_point(before).saturating_sub(1));
+        }
+        places.dedup();
+        places
+    }
+
+    /// Returns the last of the values, counted from the safe end, that passes with an ensemble:
+    /// from the other end back in steps that double, then by halves.
+    fn last_with_ensemble(&mut self, passing: &[usize]) -> Result<Option<usize>, Error> {
+        let mut fails = passing.len();
+        let mut step = 1;
+        let mut passes = loop {
+            let Some(index) = passing.len().checked_sub(step) else {
+                if fails == 0 || !self.passes(self.free[passing[0]].0)? {
+                    return Ok(None);
+                }
+                break 0;
+            };
+            if self.passes(self.free[passing[index]].0)? {
+                break index;
+            }
+            fails = index;
+            step *= 2;
+        };
+        while fails - passes > 1 {
+            let middle = usize::midpoint(passes, fails);
+            if self.passes(self.free[passing[middle]].0)? {
+                passes = middle;
+            } else {
+                fails = middle;
+            }
+        }
+        Ok(Some(passes))
+    }
+
+    /// Asks the rule at some of the values that are safer yet, the nearest first.
+    fn checked(&mut self, passing: &[usize]) -> Result<bool, Error> {
+        if !self.probe.with_members {
+            return Ok(true);
+        }
+        for step in 0..CHECKED {
+            let Some(index) = passing.len().checked_sub(1 << step) else {
+                break;
+            };
+            if !self.passes(self.free[passing[index]].0)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    fn passes(&mut self, value: f64) -> Result<bool, Error> {
+        let passes = (self.probe.rule)(value, (ROOM, Some(MEMBERS_ASKED)), &mut self.cache)?;
+        if passes {
+            self.asked.push(value);
+        }
+        Ok(passes)
+    }
+
+    /// Returns the value rounded to the safe side, within the range.
+    fn rounded(&self, value: f64) -> f64 {
+        let (low, high) = (self.range.low, self.range.high);
+        if value <= 0.0 || !value.is_finite() {
+            return value;
+        }
+        let exponent = libm::floor(libm::log10(value)) as i32;
+        // A power of ten below one is not exact: its inverse is.
+        let digits = DIGITS - 1 - exponent;
+        let unit = libm::pow(10.0, f64::from(digits.abs()));
+        let (times, over) = if digits >= 0 {
+            (unit, 1.0)
+        } else {
+            (1.0, unit)
+        };
+        let whole = value * times / over;
+        let whole = if self.quantity.is_safer_above() {
+            whole.ceil()
+        } else {
+            whole.floor()
+        };
+        (whole * over / times).clamp(low, high)
+    }
+}
+
+/// Says it in a sentence, with the present value.
+fn text(advice: &Advice, quantity: Quantity, range: &SearchRange) -> String {
+    let unit = match quantity.unit() {
+        "" => String::new(),
+        unit => format!(" {unit}"),
+    };
+    let title = quantity.title();
+    let until = plain(advice.until, 3);
+    let direction = if quantity.is_safer_above() {
+        "up"
+    } else {
+        "down"
+    };
+    match (advice.safe_from, &advice.reason) {
+        (Some(from), _) => format!(
+            "Every {title} searched from {}{unit} {direction} to {until}{unit} passes: {} values by the rule with a tenth of the limit to spare, {} by the nominal lever; present: {}{unit}.",
+            short(from),
+            advice.by_rule,
+            advice.by_nominal_runs,
+            short(range.present),
+        ),
+        (None, reason) => format!(
+            "No {title} was found from which on every value {direction} to {until}{unit} passes{}.",
+            reason
+                .as_ref()
+                .map_or_else(String::new, |why| format!(": {why}"))
+        ),
+    }
+}
+
+/// Returns a number with four digits at most, without zeros at its end.
+fn short(value: f64) -> String {
+    let digits = (1..=4).find(|digits| {
+        let read: f64 = plain(value, *digits).parse().unwrap_or(f64::NAN);
+        (read - value).abs() <= 1e-9 * value.abs()
+    });
+    plain(value, digits.unwrap_or(4))
+}
+
+impl Advice {
+    /// Returns the advice where nothing was asked.
+    pub(super) fn unasked(until: f64, reason: &str) -> Self {
+        Self {
+            safe_from: None,
+            until,
+            by_rule: 0,
+            by_nominal_runs: 0,
+            reason: Some(reason.into()),
+            text: String::new(),
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! Guards the advice: the value from which on every value searched passes.
+
+use super::*;
+
+/// Whether the whole rule says pass with the quantity at a value.
+fn rule_passes(
+    quantity: Quantity,
+    (design, input): (&Design, &Conditioned),
+    policy: &Policy,
+    value: f64,
+) -> bool {
+    let (changed, scale) = altered(quantity, design, value);
+    let mut scaled = input.clone();
+    for samples in [&mut scaled.raw.samples, &mut scaled.used.samples] {
+        samples.iter_mut().for_each(|a| *a *= scale);
+    }
+    assess(&scaled, &[], &changed, policy).unwrap().answer == Answer::Pass
+}
+
+/// Every value at and beyond the advised one that is tried passes by the whole rule; none of the 50
+/// is one that the search tried. Returns how many advices there were.
+#[track_caller]
+fn check_advice(seed: u64, members: u32, model: ModelChoice) -> usize {
+    let (design, signal) = case(seed);
+    let mut asked = options(model);
+    asked.basis = Basis::Verdict;
+    asked.points = None;
+    asked.policy.members = members;
+    let input = conditioned(signal);
+    let found = margins(&input, &[], &design, &asked).unwrap();
+    let mut numbers = Numbers(seed);
+    let mut advised = 0;
+    for answer in &found.answers {
+        let advice = &answer.advice;
+        assert_eq!(advice.safe_from.is_none(), advice.reason.is_some());
+        let Some(from) = advice.safe_from else {
+            continue;
+        };
+        advised += 1;
+        let logarithmic = from > 0.0 && advice.until > 0.0;
+        for number in 0..50 {
+            // The half of them in the tenth next to the value.
+            let reach = if number % 2 == 0 { 0.1 } else { 1.0 };
+            let share = if number == 0 {
+                0.0
+            } else {
+                reach * numbers.next()
+            };
+            let value = if logarithmic {
+                from * libm::pow(advice.until / from, share)
+            } else {
+                from + (advice.until - from) * share
+            };
+            assert!(
+                rule_passes(answer.quantity, (&design, &input), &asked.policy, value),
+                "seed {seed}, {members} members, {}: {value} is no pass; advised: {}",
+                answer.title,
+                advice.text
+            );
+        }
+    }
+    advised
+}
+
+#[test]
+fn prop_every_value_beyond_the_advice_passes() {
+    let scenes: u64 = std::env::var("LATCHGATE_SCENES")
+        .ok()
+        .and_then(|number| number.parse().ok())
+        .unwrap_or(6);
+    let mut advised = 0;
+    for seed in 100..100 + scenes {
+        let members = [0, 128, 600][(seed % 3) as usize];
+        let model = [ModelChoice::Auto, only(StopModel::Rigid)][(seed % 2) as usize];
+        advised += check_advice(seed, members, model);
+    }
+    assert!(advised as u64 > 2 * scenes, "{advised} advices of {scenes}");
+}
+
+/// A preload is advised in the same words and with the same value by a report and by a search for
+/// margins.
+#[test]
+fn verif_a_report_and_a_margin_advise_alike() {
+    for seed in [3, 8] {
+        let (design, signal) = case(seed);
+        let input = conditioned(signal);
+        let mut asked = options(ModelChoice::Auto);
+        asked.basis = Basis::Verdict;
+        asked.points = None;
+        asked.policy.members = 300;
+        let found = margins(&input, &[], &design, &asked).unwrap();
+        let control = Control::default();
+        let of_report =
+            margin::preload_answer(&input, &[], &design, &asked.policy, false, &control).unwrap();
+        let advice = &of(&found, Quantity::Preload).advice;
+        assert_eq!(of_report.safe_from_nm, advice.safe_from);
+        assert_eq!(of_report.text, advice.text);
+        assert!(advice.safe_from.is_some(), "{}", advice.text);
+    }
+}
+
+/// A bias that may push the lever open by itself leaves no scale that passes, and that is said.
+#[test]
+fn verif_a_bias_that_opens_alone_is_named() {
+    let (design, signal) = case(3);
+    let mut input = conditioned(signal);
+    input.bias_standard_error_m_s2 = 2.0 * design.lever.lift_off_acceleration_m_s2();
+    let mut asked = options(ModelChoice::Auto);
+    asked.basis = Basis::Verdict;
+    asked.policy.members = 128;
+    let found = margins(&input, &[], &design, &asked).unwrap();
+    let scale = of(&found, Quantity::Scale);
+    assert_eq!(scale.advice.safe_from, None);
+    let reason = scale.advice.reason.as_deref().unwrap();
+    assert!(reason.starts_with("the bias alone opens"), "{reason}");
+}
+
+/// A stopped search keeps what it found and says of the rest that it was not asked.
+#[test]
+fn verif_a_stopped_search_keeps_what_it_has() {
+    let (design, signal) = case(3);
+    let input = conditioned(signal);
+    let asked = options(only(StopModel::Rigid));
+    let control = Control {
+        threads: 1,
+        proceed: &|part| part.is_none_or(|part| part < 0.3),
+    };
+    let found = margin::margins(&input, &[], &design, &asked, &control).unwrap();
+    assert!(found.stopped);
+    let whole = margins(&input, &[], &design, &asked).unwrap();
+    assert_eq!(found.answers[..2], whole.answers[..2]);
+    assert!(
+        found.answers[4]
+            .reason
+            .as_deref()
+            .unwrap()
+            .contains("stopped")
+    );
+}
+
+/// Runs that a search for margins makes are counted: five of a recording of 2 000 samples that rings.
+#[test]
+fn verif_the_work_of_a_search_is_bounded() {
+    let ringing = |k: i32| {
+        let t = f64::from(k) / 1e4;
+        -60.0 * STANDARD_GRAVITY * libm::exp(-t / 0.02) * libm::sin(700.0 * t)
+    };
+    let input = conditioned(signal(10_000.0, (0..2000).map(ringing).collect()));
+    let mut asked = options(ModelChoice::Auto);
+    asked.points = None;
+    let found = margins(&input, &[], &Design::reference(), &asked).unwrap();
+    for answer in &found.answers {
+        assert!(answer.values <= 2100, "{}: {}", answer.title, answer.values);
+    }
+}
