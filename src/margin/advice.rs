@@ -55,14 +55,14 @@ const DIGITS: i32 = 3;
 pub(super) const MEMBERS_ASKED: u32 = 128;
 
 /// A part of the limit that must suffice, and the members that are asked at most.
-pub(super) type Asked = (f64, Option<u32>);
+pub(super) type RoomAndMembers = (f64, Option<u32>);
 
 /// The ways to ask about a value of one quantity.
 pub(super) struct AdviceProbe<'a> {
     /// What the rule says of the nominal lever, with a part of the limit.
     pub(super) nominal: &'a dyn Fn(f64, f64) -> Result<NominalPass, Error>,
     /// Whether the whole rule says pass.
-    pub(super) rule: &'a dyn Fn(f64, Asked, &mut MemberCache) -> Result<bool, Error>,
+    pub(super) rule: &'a dyn Fn(f64, RoomAndMembers, &mut MemberCache) -> Result<bool, Error>,
     /// What stands in the way of a pass.
     pub(super) hindrance: &'a dyn Fn(f64) -> Result<String, Error>,
     pub(super) threshold_rad: f64,

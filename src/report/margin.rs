@@ -1,6 +1,6 @@
 //! What `latchgate margin` hands over: its text, and the files of its report.
 
-use super::margin_words::{advised, direction, shown};
+use super::margin_words::{advised, direction, never, shown};
 use super::number::plain;
 use super::words;
 use super::{escape, html, json, plot};
@@ -209,24 +209,6 @@ pub fn text(document: &MarginDocument, report: Option<&Path>) -> String {
 
 /// Findings that the terminal shows.
 const FINDINGS_SHOWN: usize = 2;
-
-/// Returns each quantity without an advice, and why, those with the same reason together.
-pub(super) fn never(document: &MarginDocument) -> Vec<(String, String)> {
-    let mut found: Vec<(String, String)> = Vec::new();
-    for answer in &document.answers {
-        let Some(why) = &answer.advice.reason else {
-            continue;
-        };
-        match found.iter_mut().find(|(_, known)| known == why) {
-            Some((titles, _)) => {
-                titles.push_str(", ");
-                titles.push_str(&answer.title);
-            }
-            None => found.push((answer.title.to_string(), why.clone())),
-        }
-    }
-    found
-}
 
 fn table(out: &mut String, document: &MarginDocument) {
     let mut rows = vec![[

@@ -1,5 +1,6 @@
 //! What the terminal and the page of `latchgate margin` say of an answer in the same words.
 
+use super::margin_document::MarginDocument;
 use super::number::plain;
 use crate::margin::Margin;
 
@@ -69,4 +70,22 @@ pub(super) fn direction(answer: &Margin) -> &'static str {
         (false, true) => "passes just above",
         (false, false) => "passes just below",
     }
+}
+
+/// Returns each quantity without an advice, and why, those with the same reason together.
+pub(super) fn never(document: &MarginDocument) -> Vec<(String, String)> {
+    let mut found: Vec<(String, String)> = Vec::new();
+    for answer in &document.answers {
+        let Some(why) = &answer.advice.reason else {
+            continue;
+        };
+        match found.iter_mut().find(|(_, known)| known == why) {
+            Some((titles, _)) => {
+                titles.push_str(", ");
+                titles.push_str(&answer.title);
+            }
+            None => found.push((answer.title.to_string(), why.clone())),
+        }
+    }
+    found
 }
