@@ -151,12 +151,28 @@ pub(super) fn what(pair: &Pair) -> String {
         });
     match (of_peak, pair.row.verdict) {
         // The peak beside its limit says it all.
-        (Some(peak), Answer::Pass | Answer::Fail) => format!("{peak}{required}"),
+        (Some(peak), Answer::Pass | Answer::Fail) => {
+            format!("{peak}{}{required}", share(&pair.row).unwrap_or_default())
+        }
         (peak, _) => format!(
             "{}{required}{exception}; {reason}",
             peak.unwrap_or_default()
         ),
     }
+}
+
+/// Returns the share of scattered levers that cross, where the peak alone does not tell the answer.
+fn share(row: &Row) -> Option<String> {
+    let (lower, upper) = row.share?;
+    let apart = (row.peak_angle_rad? - row.threshold_rad).abs();
+    let tells = apart > row.uncertainty_rad?;
+    (!tells).then(|| {
+        format!(
+            "{} to {} % of scattered levers cross; ",
+            number::plain(100.0 * lower, 3),
+            number::plain(100.0 * upper, 3)
+        )
+    })
 }
 
 /// Returns the peak with its error and the limit.

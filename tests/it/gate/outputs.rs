@@ -2,6 +2,7 @@
 
 use super::{STANDS, Yard, strong};
 use crate::support::{finish, program, table};
+use latchgate::gate::{self, GateSummary};
 use std::fs;
 use std::process::Command;
 
@@ -54,9 +55,10 @@ fn cli_names_do_not_break_out_of_any_output() {
     assert!(page.contains("a]]&gt;&lt;b&gt;.csv"));
 }
 
-/// The file after the schema of the Jenkins xUnit plugin, and as a second parser reads it.
+/// The file after the schema of the Jenkins xUnit plugin, and as a second parser reads it; returns
+/// the number of tests in it.
 #[track_caller]
-fn check_xml(yard: &Yard) {
+fn check_xml(yard: &Yard) -> usize {
     let schema = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/junit-10.xsd");
     let file = yard.out("junit.xml");
     let done = finish(
@@ -78,6 +80,89 @@ fn check_xml(yard: &Yard) {
         }
     }
     assert!((1..=5000).contains(&tests), "{tests} tests");
+    tests
+}
+
+/// A summary of so many recordings and designs, of which every pair is the one pair of `yard`.
+fn many(yard: &Yard, recordings: usize, designs: usize) -> GateSummary {
+    let mut summary: GateSummary = serde_json::from_value(yard.summary()).unwrap();
+    let (recording, design) = (summary.recordings.remove(0), summary.designs.remove(0));
+    let pair = summary.pairs.remove(0);
+    summary.recordings.clear();
+    summary.pairs.clear();
+    for row in 0..recordings {
+        let mut recording = recording.clone();
+        recording.name = format!("r{row:05}.csv");
+        for column in 0..designs {
+            let mut pair = pair.clone();
+            pair.recording.clone_from(&recording.name);
+            pair.design = format!("d{column:02}");
+            summary.pairs.push(pair);
+        }
+        summary.recordings.push(recording);
+    }
+    summary.designs = (0..designs)
+        .map(|column| {
+            let mut design = design.clone();
+            design.name = format!("d{column:02}");
+            design
+        })
+        .collect();
+    summary
+}
+
+/// No file grows past what its readers take, and what is left out is said.
+#[test]
+fn cli_outputs_of_very_many_pairs_stay_within_their_limits() {
+    let yard = Yard::new("many");
+    let gate = |required: &str| {
+        format!(
+            "require = \"{required}\"\n[[recordings]]\nfiles = \"fail.csv\"\nopens_when = \"negative\"\n\
+             members = 0\n[[designs]]\nname = \"paper\"\n"
+        )
+    };
+    // 5 001 pairs that are not as required: the rest is one failing test.
+    assert_eq!(yard.gate(&gate("pass"), &[]).code, 1);
+    let failing = many(&yard, 1667, 3);
+    fs::write(yard.out("junit.xml"), gate::junit::render(&failing)).unwrap();
+    assert_eq!(check_xml(&yard), 5000);
+    let text = yard.text("junit.xml");
+    assert_eq!(text.matches("<failure ").count(), 5000);
+    assert!(
+        text.contains("2 further pairs are not as required"),
+        "{}",
+        text.len()
+    );
+    assert!(gate::markdown::render(&failing).len() <= 60_000);
+    assert_eq!(
+        gate::markdown::annotations(&failing)
+            .matches("::error")
+            .count(),
+        10
+    );
+    assert!(gate::text::render(&failing, None).lines().count() < 40);
+    // As many that stand: one test per recording.
+    assert_eq!(yard.gate(&gate("fail"), &[]).code, 0);
+    let standing = many(&yard, 1667, 3);
+    fs::write(yard.out("junit.xml"), gate::junit::render(&standing)).unwrap();
+    assert_eq!(check_xml(&yard), 1667);
+    assert!(yard.text("junit.xml").contains("3 of 3 designs stand"));
+    // Past 50 000 cells the page shows the worst of each row and column.
+    let none = std::collections::BTreeMap::new();
+    let page = gate::page::render(&many(&yard, 2501, 20), &none);
+    assert!(
+        page.contains("only the worst of each recording"),
+        "{}",
+        page.len()
+    );
+    assert!(page.len() < 2_000_000, "{}", page.len());
+    let page = gate::page::render(&many(&yard, 250, 20), &none);
+    assert!(!page.contains("only the worst of each recording"));
+    assert_eq!(
+        page.matches("d19").count(),
+        1 + 250,
+        "a head and a cell of each row"
+    );
 }
 
 /// The same bytes on any number of threads, in any folder, locale and time zone, with a store that
