@@ -74,6 +74,8 @@ fn verif_every_setting_of_a_request_is_written_and_read_back() {
         "design",
         "set",
     ];
+    // Of the run of a gate, not of a question.
+    let of_gates = ["allow_removed", "out", "store"];
     let known: BTreeSet<&str> = Setting::ALL.iter().map(|setting| setting.key()).collect();
     let here: BTreeSet<&str> = value
         .as_object()
@@ -81,6 +83,7 @@ fn verif_every_setting_of_a_request_is_written_and_read_back() {
         .keys()
         .map(String::as_str)
         .chain(of_margin)
+        .chain(of_gates)
         .collect();
     assert_eq!(here, known, "a setting that no request holds, or another");
 
