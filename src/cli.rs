@@ -2,6 +2,7 @@
 //!
 //! - `args`: the command line as a whole: options of every command, and the commands;
 //! - `command_line`: words of a shell's command line, written and read;
+//! - `compare`: `latchgate compare`: two verdicts side by side, as far as they differ;
 //! - `design`: the design that the command line asks for: a file, or the paper's, with overrides;
 //! - `failure`: why a command ended without an answer of its own;
 //! - `gate`: `latchgate gate`: many recordings and designs, one exit code;
@@ -24,6 +25,7 @@
 
 pub mod args;
 mod command_line;
+mod compare;
 mod design;
 mod failure;
 pub mod gate;
@@ -69,6 +71,7 @@ pub fn main() -> ExitCode {
         Command::Margin(own) => margin::command(own, &arguments.common),
         Command::Gate(own) => gate::command(own, &arguments.common),
         Command::Verify(own) => verify::command(own, &arguments.common),
+        Command::Compare(own) => compare::command(own, &arguments.common),
         Command::Study(own) => study::command(&own.study, &arguments.common),
         Command::Init(own) => init::command(own),
         Command::Limits => limits::command(&arguments.common),

@@ -393,6 +393,22 @@ pub fn velocity_change_m_s(signal: &Signal) -> f64 {
     (inner - ends) / signal.rate.hertz()
 }
 
+/// Returns the change of velocity since the first sample at each sample [m/s], of a signal that is
+/// linear between its samples.
+#[must_use]
+pub fn velocity_m_s(signal: &Signal) -> Vec<f64> {
+    let mut sum = 0.0;
+    let mut before = None;
+    let samples = signal.samples.iter();
+    samples
+        .map(|sample| {
+            sum += before.map_or(0.0, |before: f64| 0.5 * (before + sample));
+            before = Some(*sample);
+            sum / signal.rate.hertz()
+        })
+        .collect()
+}
+
 fn in_si(channel: &Channel) -> Result<Signal, Error> {
     let factor = channel
         .unit

@@ -181,6 +181,42 @@ pub struct Channel {
     pub findings: Vec<Finding>,
 }
 
+/// What file or card says of the test and of the sensor; `None` where they say nothing.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct TestFacts {
+    /// The test: its number, and what it was.
+    pub test: Option<String>,
+    /// The vehicle, or the vehicles.
+    pub vehicle: Option<String>,
+    /// The laboratory.
+    pub laboratory: Option<String>,
+    /// The day of the test, as it is written.
+    pub date: Option<String>,
+    /// The speed, with its unit.
+    pub speed: Option<String>,
+    /// The sensor: make, serial number, calibration, full scale.
+    pub sensor: Option<String>,
+    /// Where the sensor sits, in the format's codes or in words.
+    pub location: Option<String>,
+}
+
+impl TestFacts {
+    /// Returns these facts, and those of `other` where these say nothing.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            test: self.test.or(other.test),
+            vehicle: self.vehicle.or(other.vehicle),
+            laboratory: self.laboratory.or(other.laboratory),
+            date: self.date.or(other.date),
+            speed: self.speed.or(other.speed),
+            sensor: self.sensor.or(other.sensor),
+            location: self.location.or(other.location),
+        }
+    }
+}
+
 /// What a file says of a channel beside its samples; `None` where it says nothing.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stated {
@@ -197,6 +233,9 @@ pub struct Stated {
     /// What was written of the channel in free words, as it is shown.
     #[serde(default)]
     pub remarks: Vec<String>,
+    /// What is said of the test and of the sensor.
+    #[serde(default)]
+    pub test: TestFacts,
 }
 
 impl Channel {

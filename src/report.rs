@@ -5,8 +5,10 @@
 //! no more. The time that a run took is shown nowhere but in `verdict.json`, so that the same
 //! input gives the same bytes.
 //!
+//! - `codes`: places and axes of sensors spelt out, by tables beside it;
 //! - `document`: the documents that a replay answers with, block by block;
 //! - `escape`: makes text from files safe to show: in markup and on a terminal;
+//! - `folder`: a report's folder, which holds the earlier report, the new one or none;
 //! - `html`: `report.html`: one file that opens offline, in light and dark, and prints on A4;
 //! - `json`: `verdict.json`: the document, key by key, with all digits of its numbers;
 //! - `margin`: what `latchgate margin` hands over: its text, and the files of its report;
@@ -15,13 +17,18 @@
 //! - `number`: numbers for people: significant digits, true minus signs, powers of ten;
 //! - `page`: what every page of ours begins and ends with;
 //! - `plot`: plots in SVG: the same drawing stands inline in the report and alone in a file;
+//! - `series`: signal and trajectories as a table, sample by sample;
+//! - `sheet`: the style of pages: screen in light and dark, paper in light alone;
 //! - `sparkline`: a signal in one line of a terminal;
 //! - `study`: files of a study: rows as CSV, headline figures as JSON, a chart as SVG;
+//! - `terminal`: lines of a terminal: wrapped, coloured, in tables;
 //! - `text`: the verdict for a terminal;
 //! - `words`: words that the terminal and the page share.
 
+mod codes;
 pub mod document;
 pub mod escape;
+mod folder;
 pub mod html;
 pub mod json;
 pub mod margin;
@@ -30,18 +37,19 @@ mod margin_words;
 pub mod number;
 pub mod page;
 pub mod plot;
+pub mod series;
+mod sheet;
 pub mod sparkline;
 pub mod study;
+pub mod terminal;
 pub mod text;
 mod words;
 
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::Error;
 pub use document::Document;
 pub use margin_document::MarginDocument;
 
 use crate::verdict::Evidence;
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 /// File name of the report.
@@ -50,79 +58,66 @@ pub const REPORT_FILE: &str = "report.html";
 /// File name of the verdict.
 pub const VERDICT_FILE: &str = "verdict.json";
 
-/// Returns the files of a report, names with bytes: `report.html`, `verdict.json` and each plot as
-/// `.svg`, the report first. Who keeps them decides where.
+/// File name of the series.
+pub const SERIES_FILE: &str = "series.csv";
+
+/// File name of the note that says which recording was replayed: its path as it was given, from
+/// the folder where that was.
+pub const SOURCE_FILE: &str = "recording.path";
+
+/// Returns the identity of the report in a folder, if there is one.
+#[must_use]
+pub fn id_in(dir: &Path) -> Option<String> {
+    let text = std::fs::read_to_string(dir.join(VERDICT_FILE)).ok()?;
+    let document: serde_json::Value = serde_json::from_str(&text).ok()?;
+    document["report_id"].as_str().map(String::from)
+}
+
+/// Returns the files of a report, names with bytes: `report.html`, each plot as `.svg`, the
+/// series and `verdict.json`, the page first and the document last. Who keeps them decides where.
 #[must_use]
 pub fn files(document: &Document, evidence: Option<&Evidence>) -> Vec<(String, Vec<u8>)> {
     let figures = plot::figures(document, evidence);
     let page = html::page(document, evidence, &figures);
-    let mut files = vec![
-        (REPORT_FILE.to_string(), page.into_bytes()),
-        (
-            VERDICT_FILE.to_string(),
-            json::render(document).into_bytes(),
-        ),
-    ];
+    let mut files = vec![(REPORT_FILE.to_string(), page.into_bytes())];
     for figure in &figures {
         let name = format!("{}.svg", figure.name);
         files.push((name, figure.stand_alone().into_bytes()));
     }
+    if let Some(evidence) = evidence {
+        let table = series::csv(&evidence.series);
+        files.push((SERIES_FILE.to_string(), table.into_bytes()));
+    }
+    files.push((
+        VERDICT_FILE.to_string(),
+        json::render(document).into_bytes(),
+    ));
     files
 }
 
-/// Writes [`files`] into `dir`, which is created if absent, and returns the paths, the report's
-/// first.
-///
-/// Files of these names that an earlier run left in `dir` are removed before the first is
-/// written, so that a run that fails half-way, or has less to draw, never leaves an older
-/// verdict or plot beside a newer one.
+/// Writes [`files`] into `dir`, which is created if absent, in place of those of an earlier report,
+/// and returns the paths, the page's first. Whoever looks finds the earlier report, this one or
+/// none. `recording` is the path that was replayed, kept for whoever verifies.
 ///
 /// # Errors
 ///
-/// [`ErrorKind::Io`] if `dir` cannot be made or a file not be removed or written.
+/// [`ErrorKind::Io`](crate::error::ErrorKind::Io) if `dir` cannot be made or a file not be replaced
+/// or written.
 pub fn write(
     dir: &Path,
     document: &Document,
     evidence: Option<&Evidence>,
+    recording: Option<&Path>,
 ) -> Result<Vec<PathBuf>, Error> {
-    let earlier: Vec<String> = [REPORT_FILE, VERDICT_FILE]
+    let ours: Vec<String> = [REPORT_FILE, VERDICT_FILE, SERIES_FILE, SOURCE_FILE]
         .into_iter()
         .map(String::from)
         .chain(plot::NAMES.iter().map(|name| format!("{name}.svg")))
         .collect();
-    replace(dir, &earlier, files(document, evidence))
-}
-
-/// Removes the files of an earlier report from `dir`, made if absent, then writes the new ones.
-fn replace(
-    dir: &Path,
-    earlier: &[impl AsRef<Path>],
-    files: Vec<(String, Vec<u8>)>,
-) -> Result<Vec<PathBuf>, Error> {
-    fs::create_dir_all(dir).map_err(|error| failed("make the report folder", dir, &error))?;
-    for name in earlier {
-        let path = dir.join(name);
-        match fs::remove_file(&path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                return Err(failed("replace the earlier report", &path, &error));
-            }
-            _ => {}
-        }
+    let mut files = files(document, evidence);
+    if let Some(path) = recording {
+        let note = format!("{}\n", path.display());
+        files.insert(1, (SOURCE_FILE.to_string(), note.into_bytes()));
     }
-    let mut written = Vec::with_capacity(files.len());
-    for (name, content) in files {
-        let path = dir.join(name);
-        fs::write(&path, content).map_err(|error| failed("write the report", &path, &error))?;
-        written.push(path);
-    }
-    tracing::info!(dir = %dir.display(), files = written.len(), "report written");
-    Ok(written)
-}
-
-fn failed(action: &'static str, path: &Path, error: &io::Error) -> Error {
-    Error::from(ErrorKind::Io {
-        action,
-        reason: error.to_string(),
-    })
-    .at(Place::file(path.display().to_string()))
+    folder::put(dir, &ours, &files)
 }

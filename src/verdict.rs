@@ -7,7 +7,7 @@
 //! `interpolation` error, and what bounds prove of them (`proof`); one record of each stop and sign
 //! with all that it came to (`variant`); the ensembles (`looks`, or `early` where only a pass
 //! matters); the reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the sentences
-//! (`replay_findings`, `reasons`, `ladder`).
+//! (`replay_findings`, `reasons`, `ladder`); `series` lays signal and trajectories side by side.
 //!
 //! - `assess`: from a conditioned channel to an answer: which runs are made, and what they say
 //!   together.
@@ -31,6 +31,7 @@ mod reasons;
 mod replay_findings;
 mod runs;
 pub mod screen;
+mod series;
 pub(crate) mod usable_span;
 mod variant;
 pub mod what_if;
@@ -43,6 +44,7 @@ pub use filters::FilterRow;
 pub use ladder::Ladder;
 pub use policy::{AssessExtras, ModelChoice, Polarity, Policy, Variant};
 pub use quantile_band::QuantileBand;
+pub use series::{SampledSeries, SeriesRun};
 pub use what_if::WhatIf;
 
 use crate::conditioning::Signal;
@@ -189,6 +191,8 @@ pub struct Evidence {
     pub used: Signal,
     /// Trajectories, the nominal run's first.
     pub traces: Vec<Trace>,
+    /// Signal, velocity and trajectories sample by sample.
+    pub series: SampledSeries,
     /// The spread of members around the nominal run.
     pub quantile_band: Option<QuantileBand>,
     /// Amplitude spectrum before conditioning.

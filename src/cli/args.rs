@@ -2,7 +2,9 @@
 
 use super::gate::GateArguments;
 use super::init::InitArguments;
-use super::options::{Common, InspectArguments, MarginArguments, ReplayArguments, VerifyArguments};
+use super::options::{
+    Common, CompareArguments, InspectArguments, MarginArguments, ReplayCommand, VerifyArguments,
+};
 use super::study::Study;
 use clap::{Args, Parser, Subcommand};
 
@@ -26,11 +28,20 @@ pub struct Arguments {
     pub command: Command,
 }
 
+/// What is asked of `replay` most.
+const EXAMPLES_REPLAY: &str = "\
+Examples:
+  latchgate replay burst.csv
+  latchgate replay v07292.EV5 --channel 'DSRF YG' --opens-when negative --open
+  latchgate replay signals/*.csv --design latch.toml
+  latchgate replay burst.csv --set lever.preload_torque_nm=2.82 --series burst-series.csv";
+
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Replay one recording: verdict and report
-    Replay(Box<ReplayArguments>),
+    /// Replay recordings: a verdict and a report each
+    #[command(after_help = EXAMPLES_REPLAY)]
+    Replay(Box<ReplayCommand>),
     /// List channels, rates, units, peaks and findings; judges nothing
     Inspect(InspectArguments),
     /// How far the verdict is from changing, and what design would change it
@@ -52,6 +63,8 @@ pub enum Command {
     /// it took is compared, every number to its last digit. Exit codes: 0 same, 1 different, 4
     /// could not.
     Verify(VerifyArguments),
+    /// Show what differs between two verdicts: settings, design, results; 0 same, 1 different
+    Compare(CompareArguments),
     /// What the methods cost and how far they are off, and where each of them fails
     Study(StudyArguments),
     /// Write a commented card, design or gate file to start from, never over an existing file
@@ -82,6 +95,7 @@ pub struct CompletionsArguments {
 /// Options of `man`.
 #[derive(Debug, Clone, Args)]
 pub struct ManArguments {
-    /// Command whose page to print [default: the page of latchgate itself]
-    pub command: Option<String>,
+    /// Command whose page to print, for example study bifurcation [default: the page of latchgate
+    /// itself]
+    pub command: Vec<String>,
 }

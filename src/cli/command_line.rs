@@ -1,16 +1,6 @@
 //! Words of a shell's command line, written and read.
 
-/// Quotes a word for a POSIX shell where it needs it.
-pub(super) fn quoted(word: &str) -> String {
-    let plain = |c: char| {
-        c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.' | '/' | '=' | ':' | ',' | '+')
-    };
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_string()
-    } else {
-        format!("'{}'", word.replace('\'', "'\\''"))
-    }
-}
+pub(super) use crate::report::escape::shell as quoted;
 
 /// Splits a command line as a POSIX shell would where only single quotes and `\'` quote.
 pub(super) fn words(line: &str) -> Option<Vec<String>> {

@@ -23,27 +23,27 @@ pub(super) fn completions(own: &CompletionsArguments) -> Result<u8, Failure> {
 pub(super) fn man(own: &ManArguments) -> Result<u8, Failure> {
     let mut root = Arguments::command();
     root.build();
-    let page = match &own.command {
-        None => root,
-        Some(name) => match root.find_subcommand(name) {
-            Some(found) => found.clone().name(format!("latchgate-{name}")),
-            None => {
-                let known: Vec<&str> = root
-                    .get_subcommands()
-                    .map(clap::Command::get_name)
-                    .collect();
-                return Err(Failure::Usage(
-                    ErrorKind::UnknownName {
-                        what: "command",
-                        found: name.clone(),
-                        nearest: nearest_name(name, &known),
-                        known: known.join(", "),
-                    }
-                    .into(),
-                ));
-            }
-        },
-    };
+    let mut page = root;
+    let mut name = String::from("latchgate");
+    for word in &own.command {
+        let Some(found) = page.find_subcommand(word) else {
+            let known: Vec<&str> = page
+                .get_subcommands()
+                .map(clap::Command::get_name)
+                .collect();
+            return Err(Failure::Usage(
+                ErrorKind::UnknownName {
+                    what: "command",
+                    found: word.clone(),
+                    nearest: nearest_name(word, &known),
+                    known: known.join(", "),
+                }
+                .into(),
+            ));
+        };
+        name = format!("{name}-{word}");
+        page = found.clone().name(name.clone());
+    }
     let mut roff = Vec::new();
     clap_mangen::Man::new(page)
         .render(&mut roff)

@@ -4,11 +4,12 @@ use super::failure::{COULD_NOT, Failure};
 use super::options::{Common, MarginArguments};
 use super::output;
 use super::progress::Progress;
-use super::replay::{asked_design, default_folder};
+use super::replay::{asked_design, folder_name};
 use super::values::OutputFormat;
 use crate::pipeline;
 use crate::recording::Limits;
 use crate::report;
+use std::path::Path;
 use std::time::Instant;
 
 /// Runs the command; returns the exit code.
@@ -31,7 +32,10 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
     } = outcome.map_err(Failure::of_data)?;
     document.run.elapsed_s = started.elapsed().as_secs_f64();
     let folder = (!own.replay.no_report).then(|| {
-        let folder = || default_folder(&document.recording.file, &design.name);
+        let folder = || {
+            let name = folder_name(&document.recording.file, &design.name, "");
+            Path::new("reports/out").join(name)
+        };
         own.replay.out.clone().unwrap_or_else(folder)
     });
     if let Some(folder) = &folder {

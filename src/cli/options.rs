@@ -1,8 +1,8 @@
 //! Options that commands share, and what they ask as data.
 
 use super::values::{
-    Grid, LogSettings, MethodArgument, ModelArgument, OutputFormat, Resample, parse_grid,
-    parse_limit, parse_log, parse_resample,
+    ColorArgument, Grid, Known, LogSettings, MethodArgument, ModelArgument, OutputFormat, Resample,
+    parse_grid, parse_limit, parse_log, parse_resample,
 };
 use crate::conditioning::{BiasWindow, FilterChoice, FilterStandard};
 use crate::error::Error;
@@ -32,8 +32,9 @@ fn count(least: u32, most: u32) -> impl Fn(&str) -> Result<u32, String> + Clone 
 
 /// Options of every command.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Global")]
 pub struct Common {
-    /// Say more on stderr: -v info, -vv debug, -vvv trace
+    /// Say how the answer came about, and more on stderr: -v info, -vv debug, -vvv trace
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
     /// Log to stderr as [text|json][:LEVEL], LEVEL one of error, warn, info, debug, trace
@@ -45,6 +46,9 @@ pub struct Common {
     /// Form of the answer on stdout
     #[arg(long, global = true, value_enum, ignore_case = true, default_value_t = OutputFormat::Text)]
     pub format: OutputFormat,
+    /// When the answer is coloured
+    #[arg(long, global = true, value_enum, ignore_case = true, value_name = "WHEN", default_value_t = ColorArgument::Auto)]
+    pub color: ColorArgument,
     /// Change a limit on input, for example text_bytes=512MiB; latchgate limits lists them
     #[arg(long, global = true, value_name = "KEY=VALUE", value_parser = parse_limit)]
     pub limit: Vec<String>,
@@ -85,12 +89,13 @@ impl Common {
 
 /// How a recording is read.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Input")]
 pub struct ReadArguments {
     /// Recording to read; - for standard input
     #[arg(value_name = "RECORDING")]
     pub recording: PathBuf,
     /// Format of the recording, if it shall not be detected [possible values: csv, ev5, iso-mme, lvm, mcap]
-    #[arg(long, value_name = "FORMAT")]
+    #[arg(long, value_name = "FORMAT", hide_possible_values = true, value_parser = Known(|text: &str| Ok::<_, String>(text.to_string()), &["csv", "ev5", "iso-mme", "lvm", "mcap"]))]
     pub input_format: Option<String>,
     /// Column name or 1-based number, or MCAP topic:field.path [default: the one lateral acceleration]
     #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
@@ -104,7 +109,7 @@ pub struct ReadArguments {
     )]
     pub time_column: Option<String>,
     /// Unit of the time column [default: as the file states, else s]
-    #[arg(long, value_name = "s|ms|us|ns", value_parser = parse_time_unit)]
+    #[arg(long, value_name = "s|ms|us|ns", hide_possible_values = true, value_parser = Known(parse_time_unit, &["s", "ms", "us", "ns"]))]
     pub time_unit: Option<TimeUnit>,
     /// Line of a text table that names its columns; lines above it are no samples [default: found]
     #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), conflicts_with = "skip_lines", allow_hyphen_values = true)]
@@ -113,7 +118,7 @@ pub struct ReadArguments {
     #[arg(long, value_name = "N", value_parser = count(0, u32::MAX), allow_hyphen_values = true)]
     pub skip_lines: Option<u32>,
     /// Decimal mark of a text table; the other mark may then separate thousands [default: found]
-    #[arg(long, value_name = ".|,", value_parser = parse_decimal)]
+    #[arg(long, value_name = ".|,", hide_possible_values = true, value_parser = Known(parse_decimal, &[".", ","]))]
     pub decimal: Option<DecimalMark>,
     /// Sample rate where the file holds no time [Hz]
     #[arg(long, value_name = "HZ", value_parser = parse_positive, allow_hyphen_values = true)]
@@ -122,7 +127,7 @@ pub struct ReadArguments {
     #[arg(long, value_name = "S", value_parser = parse_finite, allow_hyphen_values = true)]
     pub time_zero: Option<f64>,
     /// Unit of acceleration [default: as header, units row, card or format states]
-    #[arg(long, value_name = "g|m/s2|mm/s2|mm/ms2|ft/s2|kilo-g", value_parser = parse_unit)]
+    #[arg(long, value_name = "g|m/s2|mm/s2|mm/ms2|ft/s2|kilo-g", hide_possible_values = true, value_parser = Known(parse_unit, &["g", "m/s2", "mm/s2", "mm/ms2", "ft/s2", "kilo-g"]))]
     pub unit: Option<AccelerationUnit>,
     /// Remark that a person has read and accepts, by its text as it is shown; it does not block any
     /// more, and that is told. May be given several times
@@ -177,61 +182,61 @@ pub struct ReplayArguments {
     pub read: ReadArguments,
     /// Sign of the recorded acceleration that opens the lever; both: judge each, the worse counts
     /// [default: the card; else both are judged and must agree]
-    #[arg(long, value_name = "negative|positive|both", value_parser = parse_polarity)]
+    #[arg(help_heading = "Signal", long, value_name = "negative|positive|both", hide_possible_values = true, value_parser = Known(parse_polarity, &["negative", "positive", "both"]))]
     pub opens_when: Option<CardPolarity>,
     /// Window whose mean is removed, START..END in s, or none [default: all samples at t <= -1 ms
     /// if they span at least 5 ms]
-    #[arg(long, value_name = "START..END|none", value_parser = parse_bias, allow_hyphen_values = true)]
+    #[arg(help_heading = "Signal", long, value_name = "START..END|none", hide_possible_values = true, value_parser = Known(parse_bias, &["none"]), allow_hyphen_values = true)]
     pub bias: Option<BiasWindow>,
     /// Channel frequency class [default: cfc1000 where the rate is at least 10 kHz, else none]
-    #[arg(long, value_name = "none|cfc60|cfc180|cfc600|cfc1000", value_parser = parse_filter)]
+    #[arg(help_heading = "Signal", long, value_name = "none|cfc60|cfc180|cfc600|cfc1000", hide_possible_values = true, value_parser = Known(parse_filter, &["none", "cfc60", "cfc180", "cfc600", "cfc1000"]))]
     pub filter: Option<FilterChoice>,
     /// Filter constant and end treatment
-    #[arg(long, value_name = "iso6487|saej211", value_parser = parse_standard, default_value = "iso6487")]
+    #[arg(help_heading = "Signal", long, value_name = "iso6487|saej211", hide_possible_values = true, value_parser = Known(parse_standard, &["iso6487", "saej211"]), default_value = "iso6487")]
     pub filter_standard: FilterStandard,
     /// Rate fed to the model [Hz], or native
-    #[arg(long, value_name = "HZ|native", value_parser = parse_resample, default_value = "native", allow_hyphen_values = true)]
+    #[arg(help_heading = "Signal", long, value_name = "HZ|native", hide_possible_values = true, value_parser = Known(parse_resample, &["native"]), default_value = "native", allow_hyphen_values = true)]
     pub resample: Resample,
     /// Judge only crossings inside START..END in s; the whole record drives the lever
-    #[arg(long, value_name = "START..END", value_parser = parse_window, allow_hyphen_values = true)]
+    #[arg(help_heading = "Signal", long, value_name = "START..END", value_parser = parse_window, allow_hyphen_values = true)]
     pub window: Option<(f64, f64)>,
     /// Design file (TOML) [default: the paper's lever]
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = "Design", long, value_name = "FILE")]
     pub design: Option<PathBuf>,
     /// Override of one design key, for example lever.preload_torque_nm=2.82
-    #[arg(long, value_name = "KEY=VALUE")]
+    #[arg(help_heading = "Design", long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Stop model; auto: the answer both give, undecided where they differ
-    #[arg(long, value_enum, ignore_case = true, default_value_t = ModelArgument::Auto)]
+    #[arg(help_heading = "Design", long, value_enum, ignore_case = true, default_value_t = ModelArgument::Auto)]
     pub model: ModelArgument,
     /// Integrator; all but event-driven are there to be compared with
-    #[arg(long, value_enum, ignore_case = true, default_value_t = MethodArgument::EventDriven)]
+    #[arg(help_heading = "Decision", long, value_enum, ignore_case = true, default_value_t = MethodArgument::EventDriven)]
     pub method: MethodArgument,
     /// Steps of the fixed-step methods per natural period of the lever
-    #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), default_value_t = STEPS_PER_PERIOD_DEFAULT, allow_hyphen_values = true)]
+    #[arg(help_heading = "Decision", long, value_name = "N", value_parser = count(1, u32::MAX), default_value_t = STEPS_PER_PERIOD_DEFAULT, allow_hyphen_values = true)]
     pub steps_per_period: u32,
     /// Error that event-driven and dopri5 let pass in a step [rad] [default: 1e-17; dopri5: 1e-9,
     /// absolute and relative, 1e-14 at least]
-    #[arg(long, value_name = "RAD", value_parser = parse_tolerance, allow_hyphen_values = true)]
+    #[arg(help_heading = "Decision", long, value_name = "RAD", value_parser = parse_tolerance, allow_hyphen_values = true)]
     pub tolerance: Option<f64>,
     /// Largest ensemble of levers scattered as design and input are uncertain; it ends earlier
     /// where fewer decide; 0: the nominal runs alone
-    #[arg(long, value_name = "N", default_value_t = MEMBERS_DEFAULT, value_parser = count(0, MEMBERS_MAX), allow_hyphen_values = true)]
+    #[arg(help_heading = "Decision", long, value_name = "N", default_value_t = MEMBERS_DEFAULT, value_parser = count(0, MEMBERS_MAX), allow_hyphen_values = true)]
     pub members: u32,
     /// Seed of the ensemble
-    #[arg(long, value_name = "N", default_value_t = SEED_DEFAULT, value_parser = parse_count, allow_hyphen_values = true)]
+    #[arg(help_heading = "Decision", long, value_name = "N", default_value_t = SEED_DEFAULT, value_parser = parse_count, allow_hyphen_values = true)]
     pub seed: u64,
     /// Initial angle [rad] [default: at rest on the stop]
-    #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_hyphen_values = true)]
+    #[arg(help_heading = "Decision", long, value_name = "RAD", value_parser = parse_phi0, allow_hyphen_values = true)]
     pub phi0: Option<f64>,
     /// Initial angular velocity [rad/s] [default: at rest]
-    #[arg(long, value_name = "RAD_S", value_parser = parse_velocity, allow_hyphen_values = true)]
+    #[arg(help_heading = "Decision", long, value_name = "RAD_S", value_parser = parse_velocity, allow_hyphen_values = true)]
     pub omega0: Option<f64>,
-    /// Folder of the report [default: reports/out/RECORDING-DESIGN]
-    #[arg(long, value_name = "DIR")]
+    /// Folder of the report [default: reports/out/RECORDING-DESIGN-ID]
+    #[arg(help_heading = "Output", long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Write no report
-    #[arg(long, conflicts_with = "out")]
+    #[arg(help_heading = "Output", long, conflicts_with = "out")]
     pub no_report: bool,
 }
 
@@ -262,6 +267,28 @@ impl ReplayArguments {
             ..self.read.request(common)?
         })
     }
+}
+
+/// Recordings to replay, and how.
+#[derive(Debug, Clone, Args)]
+pub struct ReplayCommand {
+    /// What is replayed.
+    #[command(flatten)]
+    pub replay: ReplayArguments,
+    /// Further recordings; each is judged by itself, and a table is printed
+    #[arg(value_name = "RECORDING")]
+    pub further: Vec<PathBuf>,
+    /// Write time, acceleration, velocity and each run's angle to this file, as CSV
+    #[arg(
+        help_heading = "Output",
+        long,
+        value_name = "FILE",
+        conflicts_with = "further"
+    )]
+    pub series: Option<PathBuf>,
+    /// Open the report when it is written
+    #[arg(help_heading = "Output", long, conflicts_with = "no_report")]
+    pub open: bool,
 }
 
 /// Options of `margin`.
@@ -321,6 +348,17 @@ pub struct VerifyArguments {
     /// or in the current folder]
     #[arg(long, value_name = "FILE", allow_hyphen_values = true)]
     pub recording: Option<PathBuf>,
+}
+
+/// Options of `compare`.
+#[derive(Debug, Clone, Args)]
+pub struct CompareArguments {
+    /// A verdict.json of latchgate replay
+    #[arg(value_name = "A/verdict.json")]
+    pub one: PathBuf,
+    /// Another one
+    #[arg(value_name = "B/verdict.json")]
+    pub other: PathBuf,
 }
 
 /// Options of `inspect`.

@@ -1,10 +1,17 @@
 //! The only place that prints.
 
+use super::options::Common;
+use super::values::ColorArgument;
 use crate::error::{Error, ErrorKind, Place};
+use crate::report::terminal::Look;
 use crate::setting::Setting;
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::path::Path;
+use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Columns beyond which no text is read well.
+const WIDEST: usize = 120;
 
 /// Whether stdout was closed when the process began.
 static STDOUT_IS_CLOSED: AtomicBool = AtomicBool::new(false);
@@ -36,6 +43,49 @@ pub(super) fn with_options(text: &str) -> String {
         }
     }
     text
+}
+
+/// Returns how an answer looks on what it is written to.
+pub(super) fn look(common: &Common) -> Look {
+    let terminal = io::stdout().is_terminal();
+    let width =
+        terminal_size::terminal_size_of(io::stdout()).map(|(width, _)| usize::from(width.0));
+    let unwanted = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    let dumb = std::env::var_os("TERM").is_some_and(|name| name == "dumb");
+    Look {
+        width: width.filter(|_| terminal).map(|width| width.min(WIDEST)),
+        colour: match common.color {
+            ColorArgument::Always => true,
+            ColorArgument::Never => false,
+            ColorArgument::Auto => terminal && !unwanted && !dumb,
+        },
+        links: terminal && !dumb,
+        detail: common.verbose > 0,
+        worded: with_options,
+    }
+}
+
+/// Opens a file with the program that the desk has for it.
+pub(super) fn open(path: &Path) {
+    let opener = if cfg!(target_os = "macos") {
+        "open"
+    } else if cfg!(windows) {
+        "explorer"
+    } else {
+        "xdg-open"
+    };
+    let begun = Command::new(opener)
+        .arg(path)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn();
+    if let Err(error) = begun {
+        talk(&format!(
+            "latchgate: {}: cannot be opened with {opener}: {error}",
+            path.display()
+        ));
+    }
 }
 
 /// Writes an answer for people to stdout, settings worded as options.

@@ -1,59 +1,181 @@
-//! `latchgate replay`: one recording, one design, one verdict.
+//! `latchgate replay`: recordings, one design, a verdict each.
 
 use super::command_line::quoted;
 use super::design::design;
-use super::failure::Failure;
-use super::options::{Common, ReplayArguments};
+use super::failure::{COULD_NOT, Failure};
+use super::options::{Common, ReplayArguments, ReplayCommand};
 use super::output;
 use super::progress::Progress;
 use super::values::OutputFormat;
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use crate::model::Design;
 use crate::pipeline::{self, Extras, Offer, Outcome};
-use crate::recording::Limits;
-use crate::report::{self, escape};
+use crate::recording::{Limits, Source};
+use crate::report::{self, escape, text};
 use crate::request::Request;
 use crate::verdict::Answer;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+/// A recording's answer, and where its report lies.
+struct ReplayedFile {
+    outcome: Outcome,
+    report: Option<PathBuf>,
+    /// Why its report could not be written.
+    unwritten: Option<Error>,
+}
+
 /// Runs the command; returns the exit code.
-pub(super) fn command(own: &ReplayArguments, common: &Common) -> Result<u8, Failure> {
-    let started = Instant::now();
+pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failure> {
     // What the command line alone shows to be wrong comes before what a file says.
-    let request = own.request(common).map_err(Failure::Usage)?;
-    let design = asked_design(own, &request, common)?;
-    let source = own.read.source();
-    let extras = Extras {
-        // The nominal run alone, for a program that reads one number, is not to wait for more.
-        filter_table: own.members > 0 || !own.no_report,
-        preload_answer: !own.no_report,
-        evidence: !own.no_report,
-    };
+    let request = own.replay.request(common).map_err(Failure::Usage)?;
+    let design = asked_design(&own.replay, &request, common)?;
+    let first = &own.replay.read.recording;
+    let recordings: Vec<&Path> = std::iter::once(first)
+        .chain(&own.further)
+        .map(PathBuf::as_path)
+        .collect();
     let progress = Progress::new("replay");
-    let mut outcome = progress.watch("replay", common.thread_count(), |control| {
-        let limits = Limits::default();
-        pipeline::judge(&source, &request, &design, extras, &limits, control)
-    });
+    let mut judged = Vec::with_capacity(recordings.len());
+    for (index, recording) in recordings.iter().enumerate() {
+        let step = match recordings.len() {
+            1 => "replay".to_string(),
+            many => format!("replay {} of {many}", index + 1),
+        };
+        let started = Instant::now();
+        let mut outcome = progress.watch(&step, common.thread_count(), |control| {
+            let source = source(recording);
+            let extras = Extras {
+                filter_table: true,
+                preload_answer: true,
+                evidence: !own.replay.no_report || own.series.is_some(),
+            };
+            pipeline::judge(
+                &source,
+                &request,
+                &design,
+                extras,
+                &Limits::default(),
+                control,
+            )
+        });
+        if outcome.was_stopped() {
+            return Err(Failure::Interrupted);
+        }
+        outcome.document.run.elapsed_s = started.elapsed().as_secs_f64();
+        judged.push(kept(own, recording, recordings.len() > 1, outcome));
+    }
     drop(progress);
-    if outcome.was_stopped() {
-        return Err(Failure::Interrupted);
-    }
-    outcome.document.run.elapsed_s = started.elapsed().as_secs_f64();
-    let folder = report_folder(own, &outcome);
-    if let Some(folder) = &folder {
-        report::write(folder, &outcome.document, outcome.evidence.as_ref())
-            .map_err(Failure::Data)?;
-    }
-    match common.format {
-        OutputFormat::Json => output::document(&report::json::render(&outcome.document)),
-        OutputFormat::Text => {
-            output::text(&report::text::render(&outcome.document, folder.as_deref()))
+    answer(&judged, common).map_err(Failure::Data)?;
+    for (recording, judged) in recordings.iter().zip(&judged) {
+        say(recording, judged);
+        if let (true, Some(report)) = (own.open, &judged.report) {
+            output::open(&report.join(report::REPORT_FILE));
         }
     }
-    .map_err(Failure::Data)?;
-    say_why_unusable(own, &outcome);
-    Ok(outcome.document.verdict.exit_code())
+    Ok(exit_code(&judged))
+}
+
+/// Returns the source: `-` is standard input, anything else a path.
+fn source(recording: &Path) -> Source {
+    if recording == Path::new("-") {
+        Source::Stdin
+    } else {
+        Source::File(recording.to_path_buf())
+    }
+}
+
+/// Writes the report, if there is to be one; what was not judged has none.
+fn kept(own: &ReplayCommand, recording: &Path, several: bool, outcome: Outcome) -> ReplayedFile {
+    let mut judged = ReplayedFile {
+        outcome,
+        report: None,
+        unwritten: None,
+    };
+    if let (Some(path), Some(evidence)) = (&own.series, &judged.outcome.evidence) {
+        judged.unwritten = report::series::write(path, &evidence.series).err();
+    }
+    let document = &judged.outcome.document;
+    if own.replay.no_report || judged.outcome.refusal.is_some() {
+        return judged;
+    }
+    let name = folder_name(
+        &document.recording.file,
+        &document.design.name,
+        &document.report_id,
+    );
+    let folder = match &own.replay.out {
+        Some(out) if several => out.join(name),
+        Some(out) => out.clone(),
+        None => Path::new("reports/out").join(name),
+    };
+    let evidence = judged.outcome.evidence.as_ref();
+    let path = (recording != Path::new("-")).then_some(recording);
+    let earlier = report::id_in(&folder);
+    match report::write(&folder, document, evidence, path) {
+        Ok(_) => {
+            if earlier.is_some_and(|earlier| earlier != document.report_id) {
+                let folder = folder.display();
+                output::talk(&format!(
+                    "latchgate: {folder}: an earlier report was replaced"
+                ));
+            }
+            judged.report = Some(folder);
+        }
+        Err(error) => judged.unwritten = Some(error),
+    }
+    judged
+}
+
+/// Prints the answer: one document or text, or a table of several.
+fn answer(judged: &[ReplayedFile], common: &Common) -> Result<(), Error> {
+    let look = output::look(common);
+    match (common.format, judged) {
+        (OutputFormat::Json, [one]) => {
+            output::document(&report::json::render(&one.outcome.document))
+        }
+        (OutputFormat::Json, several) => {
+            let worst = several.iter().map(|judged| judged.outcome.document.verdict);
+            let worst = worst.min_by_key(|answer| text::rank(*answer));
+            let documents: Vec<Value> = several
+                .iter()
+                .map(|judged| json!(judged.outcome.document))
+                .collect();
+            output::document(&report::json::render(&json!({
+                "schema": "latchgate.verdicts/1",
+                "verdict": worst.map(Answer::name),
+                "verdicts": documents,
+            })))
+        }
+        // What was not judged is told on stderr.
+        (OutputFormat::Text, [one]) if one.outcome.refusal.is_some() => Ok(()),
+        (OutputFormat::Text, [one]) => {
+            let document = &one.outcome.document;
+            output::document(&text::render(document, one.report.as_deref(), look))
+        }
+        (OutputFormat::Text, several) => {
+            let rows: Vec<text::TableRow> = several
+                .iter()
+                .map(|judged| text::TableRow {
+                    document: &judged.outcome.document,
+                    judged: judged.outcome.refusal.is_none(),
+                    report: judged.report.as_deref(),
+                })
+                .collect();
+            output::document(&text::table(&rows, look))
+        }
+    }
+}
+
+/// Returns the worst exit code, in the order 4, 1, 3, 0.
+fn exit_code(judged: &[ReplayedFile]) -> u8 {
+    if judged.iter().any(|judged| judged.unwritten.is_some()) {
+        return COULD_NOT;
+    }
+    let answers = judged.iter().map(|judged| judged.outcome.document.verdict);
+    let worst = answers.min_by_key(|answer| text::rank(*answer));
+    worst.map_or(COULD_NOT, Answer::exit_code)
 }
 
 /// Returns the design that the options ask for, checked together with the question.
@@ -73,29 +195,13 @@ pub(super) fn asked_design(
     Ok(design)
 }
 
-/// Returns where the report goes; `None` if there shall be none, or if there is nothing to say.
-fn report_folder(own: &ReplayArguments, outcome: &Outcome) -> Option<PathBuf> {
-    if own.no_report {
-        return None;
-    }
-    let document = &outcome.document;
-    let folder = own
-        .out
-        .clone()
-        .unwrap_or_else(|| default_folder(&document.recording.file, &document.design.name));
-    // A name that no file bears makes no folder; but an older report, perhaps a pass, must not
-    // outlive a run that found its recording gone.
-    let nothing_there = |error: &Error| matches!(error.kind(), ErrorKind::Io { .. });
-    let absent = outcome.refusal.as_ref().is_some_and(nothing_there) && !folder.exists();
-    (!absent).then_some(folder)
-}
-
-/// Says on stderr why there is no answer, and which channels there are to choose from.
-fn say_why_unusable(own: &ReplayArguments, outcome: &Outcome) {
-    let document = &outcome.document;
-    if let Some(error) = &outcome.refusal {
+/// Says on stderr why there is no answer, and which channels there are to choose from, or why
+/// there is no report.
+fn say(recording: &Path, judged: &ReplayedFile) {
+    let document = &judged.outcome.document;
+    if let Some(error) = &judged.outcome.refusal {
         output::talk(&format!("latchgate: {error}"));
-        let lines = offers(&own.read.recording, &outcome.offers);
+        let lines = offers(recording, &judged.outcome.offers);
         if !lines.is_empty() {
             output::talk(lines.trim_end());
         }
@@ -106,6 +212,9 @@ fn say_why_unusable(own: &ReplayArguments, outcome: &Outcome) {
             .map_or("", |reason| reason.text.as_str());
         let file = &document.recording.file;
         output::talk(&format!("latchgate: {file}: unusable: {reason}"));
+    }
+    if let Some(error) = &judged.unwritten {
+        output::talk(&format!("latchgate: {error}"));
     }
 }
 
@@ -160,13 +269,15 @@ fn further_options(words: impl Iterator<Item = String>, recording: &str) -> Stri
     rest
 }
 
-/// `reports/out/<recording>-<design>`, of characters that any file system takes.
-pub(super) fn default_folder(recording: &str, design: &str) -> PathBuf {
+/// Returns the name of a report's folder, `<recording>-<design>-<id>`, of characters that any file
+/// system takes.
+pub(super) fn folder_name(recording: &str, design: &str, id: &str) -> String {
     let name = if recording == "-" { "stdin" } else { recording };
+    let id: String = id.chars().take(8).collect();
     // A folder's name has 255 bytes at most, and a letter up to four.
-    let plain: String = format!("{name}-{design}")
+    let mut plain: String = format!("{name}-{design}")
         .chars()
-        .take(60)
+        .take(50)
         .map(|c| {
             if c.is_alphanumeric() || matches!(c, '.' | '_' | '-') {
                 c
@@ -175,5 +286,9 @@ pub(super) fn default_folder(recording: &str, design: &str) -> PathBuf {
             }
         })
         .collect();
-    Path::new("reports/out").join(plain)
+    if !id.is_empty() {
+        plain.push('-');
+        plain.push_str(&id);
+    }
+    plain
 }

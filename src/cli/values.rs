@@ -6,6 +6,8 @@ use crate::replay::Method;
 use crate::request;
 use crate::verdict::ModelChoice;
 use clap::ValueEnum;
+use clap::builder::{PossibleValue, TypedValueParser};
+use std::ffi::OsStr;
 use tracing::level_filters::LevelFilter;
 
 /// Form of an answer.
@@ -15,6 +17,46 @@ pub enum OutputFormat {
     Text,
     /// One JSON document.
     Json,
+}
+
+/// What reads a value, and the words that it may be, for completions; it may be others, too.
+#[derive(Debug, Clone)]
+pub struct Known<T>(
+    /// What reads it.
+    pub fn(&str) -> Result<T, String>,
+    /// The words.
+    pub &'static [&'static str],
+);
+
+impl<T: Clone + Send + Sync + 'static> TypedValueParser for Known<T> {
+    type Value = T;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        argument: Option<&clap::Arg>,
+        value: &OsStr,
+    ) -> Result<T, clap::Error> {
+        let read = self.0;
+        (move |text: &str| read(text)).parse_ref(command, argument, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(
+            self.1.iter().map(|word| PossibleValue::new(*word)),
+        ))
+    }
+}
+
+/// When colours are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ColorArgument {
+    /// On a terminal, unless `NO_COLOR` is set.
+    Auto,
+    /// Always.
+    Always,
+    /// Never.
+    Never,
 }
 
 /// Form of the log.

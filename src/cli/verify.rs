@@ -9,7 +9,7 @@ use super::values::OutputFormat;
 use crate::error::{Error, ErrorKind, Place};
 use crate::model::Design;
 use crate::pipeline::{self, Difference, Stored, Verification};
-use crate::recording::Source;
+use crate::recording::{Limits, Source};
 use crate::report::{self, escape};
 use crate::request::Request;
 use clap::Parser;
@@ -97,12 +97,12 @@ fn text(verification: &Verification) -> String {
     out
 }
 
-fn place(path: &Path) -> Place {
+pub(super) fn place(path: &Path) -> Place {
     Place::file(path.display().to_string())
 }
 
 /// Reads a verdict, within bounds.
-fn read(path: &Path) -> Result<Vec<u8>, Error> {
+pub(super) fn read(path: &Path) -> Result<Vec<u8>, Error> {
     let mut bytes = Vec::new();
     std::fs::File::open(path)
         .and_then(|file| file.take(VERDICT_BYTES + 1).read_to_end(&mut bytes))
@@ -188,27 +188,55 @@ fn asked_by_command(stored: &Stored) -> Result<Request, Error> {
 }
 
 /// Returns the recording: the one that is named, else that of the verdict's name beside the
-/// verdict or in the current folder.
+/// verdict, where the report notes that it was when it was replayed, or in the current folder. Of
+/// several the one that has the verdict's bytes is taken.
 fn recording(own: &VerifyArguments, stored: &Stored) -> Result<PathBuf, Error> {
     if let Some(path) = &own.recording {
         return existing(path);
     }
-    // A name alone: a verdict does not say where on this machine to look.
     let name = Path::new(stored.file()).file_name().unwrap_or_default();
-    let beside = own.verdict.parent().unwrap_or(Path::new("")).join(name);
-    let here = PathBuf::from(name);
-    let found = [&beside, &here]
-        .into_iter()
-        .find(|path| !name.is_empty() && path.exists());
+    let folder = own.verdict.parent().unwrap_or(Path::new(""));
+    let mut places = vec![folder.join(name)];
+    places.extend(noted(folder, name));
+    places.push(PathBuf::from(name));
+    places.retain(|path| !name.is_empty() && path.exists());
+    let same = |path: &&PathBuf| {
+        let source = Source::File((*path).clone());
+        source
+            .sha256_within(Limits::default().text_bytes)
+            .as_deref()
+            == stored.sha256()
+    };
+    let found = match places.as_slice() {
+        [_, _, ..] => places.iter().find(same).or(places.first()),
+        _ => places.first(),
+    };
     found.cloned().ok_or_else(|| {
         Error::from(ErrorKind::Io {
             action: "find the recording",
             reason: format!(
-                "no file or folder {name:?} beside the verdict or in the current folder; name it with --recording"
+                "no file or folder {name:?} beside the verdict, where it was replayed or in the current folder; name it with --recording"
             ),
         })
         .at(place(&own.verdict))
     })
+}
+
+/// Returns where the recording may lie by the note beside a report, a path from the folder where
+/// it was replayed: from here, and from each folder that the report lies in. A note of another
+/// name is none of this recording.
+fn noted(folder: &Path, name: &std::ffi::OsStr) -> Vec<PathBuf> {
+    const PATH_BYTES: u64 = 4096;
+    let mut note = String::new();
+    let read = std::fs::File::open(folder.join(report::SOURCE_FILE))
+        .and_then(|file| file.take(PATH_BYTES).read_to_string(&mut note));
+    let path = Path::new(note.trim_end_matches('\n'));
+    if read.is_err() || path.file_name() != Some(name) {
+        return Vec::new();
+    }
+    let whole = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
+    let above = whole.ancestors().map(|above| above.join(path));
+    std::iter::once(path.to_path_buf()).chain(above).collect()
 }
 
 fn existing(path: &Path) -> Result<PathBuf, Error> {

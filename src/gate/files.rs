@@ -123,6 +123,7 @@ fn full(
         &folder.join(&own),
         &outcome.document,
         outcome.evidence.as_ref(),
+        Some(&recording.path),
     )?;
     Ok(Some(((pair.recording.clone(), pair.design.clone()), own)))
 }

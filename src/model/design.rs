@@ -62,6 +62,11 @@ pub struct Design {
     pub tolerance: BTreeMap<String, f64>,
     /// Uncertainty of the input.
     pub input: InputUncertainty,
+    /// Keys that an override gave another value than the design file, or the paper, has.
+    pub modified: Vec<String>,
+    /// The values that the overrides took the place of, where there were any.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub modified_from: BTreeMap<String, f64>,
 }
 
 /// A design as a document states it, before it is checked.
@@ -74,6 +79,8 @@ struct DesignAsWritten {
     criterion: Criterion,
     tolerance: BTreeMap<String, f64>,
     input: InputUncertainty,
+    modified: Vec<String>,
+    modified_from: BTreeMap<String, f64>,
 }
 
 impl Default for DesignAsWritten {
@@ -85,6 +92,8 @@ impl Default for DesignAsWritten {
             criterion,
             tolerance,
             input,
+            modified,
+            modified_from,
         } = Design::reference();
         Self {
             name,
@@ -93,6 +102,8 @@ impl Default for DesignAsWritten {
             criterion,
             tolerance,
             input,
+            modified,
+            modified_from,
         }
     }
 }
@@ -108,6 +119,8 @@ impl TryFrom<DesignAsWritten> for Design {
             criterion: written.criterion,
             tolerance: written.tolerance,
             input: written.input,
+            modified: written.modified,
+            modified_from: written.modified_from,
         };
         design.validate()?;
         Ok(design)
@@ -134,6 +147,8 @@ impl Design {
             criterion: Criterion::default(),
             tolerance: BTreeMap::from([("restitution".to_string(), 0.02)]),
             input: InputUncertainty::default(),
+            modified: Vec::new(),
+            modified_from: BTreeMap::new(),
         }
     }
 
@@ -211,10 +226,39 @@ impl Design {
             })
         })?;
         let criterion = self.criterion;
+        let before = self.number(key);
         self.set_number(key, parsed)?;
+        self.mark(key, before);
         let stated = criterion.raised_from_rad.unwrap_or(criterion.threshold_rad);
         self.criterion.raised_from_rad = (self.criterion.threshold_rad > stated).then_some(stated);
         Ok(())
+    }
+
+    /// Returns the number of a key such as `lever.mass_kg` or `tolerance.mass_kg`.
+    #[must_use]
+    pub fn number(&self, key: &str) -> Option<f64> {
+        match key.strip_prefix("tolerance.") {
+            Some(key) => self.tolerance.get(key).copied(),
+            None => DesignParameter::named(key).map(|known| self.value(known)),
+        }
+    }
+
+    /// Notes that `key` was overridden, unless it has its first value again.
+    fn mark(&mut self, key: &str, before: Option<f64>) {
+        let known = self.modified.iter().position(|known| known == key);
+        let first = match known {
+            Some(_) => self.modified_from.get(key).copied(),
+            None => before,
+        };
+        if self.number(key) == first {
+            self.modified.retain(|known| known != key);
+            self.modified_from.remove(key);
+        } else if known.is_none() {
+            self.modified.push(key.to_string());
+            self.modified.sort();
+            self.modified_from
+                .extend(first.map(|first| (key.to_string(), first)));
+        }
     }
 
     /// Returns the limit of the angle that is judged without overrides and within what a latch can

@@ -5,7 +5,7 @@ use crate::conditioning::{self, Conditioned, cfc};
 use crate::error::{Error, ErrorKind};
 use crate::margin::PreloadAnswer;
 use crate::model::Design;
-use crate::recording::{Card, Channel, Finding, Severity, Source};
+use crate::recording::{Card, Channel, Finding, Severity, Source, TestFacts};
 use crate::report::document::{ConditioningBlock, Document, RecordingBlock, RunBlock};
 use crate::request::Request;
 use crate::units::{AccelerationUnit, STANDARD_GRAVITY};
@@ -23,6 +23,7 @@ pub(super) struct RecordingFacts {
     pub(super) recording: RecordingBlock,
     pub(super) findings: Vec<Finding>,
     pub(super) polarity: Polarity,
+    pub(super) test: TestFacts,
 }
 
 impl RecordingFacts {
@@ -36,6 +37,7 @@ impl RecordingFacts {
             },
             findings: Vec::new(),
             polarity: Polarity::Undeclared,
+            test: TestFacts::default(),
         };
         // Without a card, what the request declares holds.
         facts.declare(Card::default());
@@ -52,6 +54,7 @@ impl RecordingFacts {
     }
 
     pub(super) fn describe(&mut self, channel: &Channel) {
+        self.test = self.card.test.clone().or(channel.stated.test.clone());
         let block = &mut self.recording;
         block.channel = Some(channel.name.clone());
         block.unit = channel.unit.map(|unit| AccelerationUnit::name(unit).into());
@@ -216,6 +219,7 @@ fn empty(facts: &RecordingFacts, conditioned: Option<&Conditioned>, design: &Des
         } else {
             DECISION_RULE.as_str().into()
         },
+        test: facts.test.clone(),
         request: facts.request.clone(),
         run: run_block(),
     }

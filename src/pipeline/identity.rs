@@ -28,6 +28,12 @@ pub(super) fn report_id_of(
     request: &Request,
     design: &Design,
 ) -> String {
+    let mut design = json!(design);
+    if let Some(keys) = design.as_object_mut()
+        && keys["modified"].as_array().is_some_and(Vec::is_empty)
+    {
+        keys.remove("modified");
+    }
     let question = json!({
         "schema": "latchgate.question/1",
         "numbers_revision": numbers_revision,

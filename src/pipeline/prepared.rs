@@ -63,7 +63,7 @@ impl Outcome {
     ///     &Control::default(),
     /// );
     /// let names: Vec<String> = outcome.files().into_iter().map(|(name, _)| name).collect();
-    /// assert_eq!(names[..2], ["report.html", "verdict.json"]);
+    /// assert_eq!(names, ["report.html", "verdict.json"]);
     /// ```
     #[must_use]
     pub fn files(&self) -> Vec<(String, Vec<u8>)> {

@@ -137,6 +137,12 @@ impl Stored {
         self.document["recording"]["file"].as_str().unwrap_or("")
     }
 
+    /// Returns the hash of the recording's bytes.
+    #[must_use]
+    pub fn sha256(&self) -> Option<&str> {
+        self.document["recording"]["sha256"].as_str()
+    }
+
     /// Returns what goes with the verdict and is made again with it.
     fn extras(&self) -> Extras {
         let filters = self.document["filters"].as_array();
@@ -213,6 +219,16 @@ fn design(document: &Value) -> Result<Design, Error> {
         }
     }
     design.criterion.raised_from_rad = raised_from_rad;
+    design.modified.clear();
+    design.modified_from.clear();
+    for key in whole["modified"].as_array().into_iter().flatten() {
+        let key = key.as_str().ok_or_else(|| absent("modified", key))?;
+        design.modified.push(key.into());
+    }
+    for (key, value) in whole["modified_from"].as_object().into_iter().flatten() {
+        let number = value.as_f64().ok_or_else(|| absent(key, value))?;
+        design.modified_from.insert(key.clone(), number);
+    }
     design.validate()?;
     Ok(design)
 }

@@ -1,5 +1,6 @@
 //! Cards: a recording's full name plus `.toml`, saying what the file itself does not.
 
+use super::TestFacts;
 use super::limits::Limits;
 use super::source::{Source, sha256};
 use super::text::line_at;
@@ -10,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 
 /// The keys a card may hold.
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 19] = [
     "channel",
     "unit",
     "opens_when",
@@ -21,6 +22,12 @@ const KEYS: [&str; 13] = [
     "range_g",
     "synthetic",
     "accepted_remarks",
+    "test",
+    "vehicle",
+    "laboratory",
+    "date",
+    "sensor",
+    "location",
     "source",
     "licence",
     "notes",
@@ -49,6 +56,8 @@ pub struct Card {
     pub synthetic: bool,
     /// Remarks that a person has read and accepts, as they are shown.
     pub accepted_remarks: Vec<String>,
+    /// What it says of test and sensor.
+    pub test: TestFacts,
     /// Where it comes from.
     pub source: Option<String>,
     /// Its licence.
@@ -137,6 +146,20 @@ impl Card {
                 self.range_g = Some(found);
             }
             "synthetic" => self.synthetic = take(key, value, "true or false")?,
+            "date" if value.is_datetime() => {
+                self.test.date = value.as_datetime().map(ToString::to_string);
+            }
+            "test" | "vehicle" | "laboratory" | "date" | "sensor" | "location" => {
+                let slot = match key {
+                    "test" => &mut self.test.test,
+                    "vehicle" => &mut self.test.vehicle,
+                    "laboratory" => &mut self.test.laboratory,
+                    "date" => &mut self.test.date,
+                    "sensor" => &mut self.test.sensor,
+                    _ => &mut self.test.location,
+                };
+                *slot = Some(take(key, value, TEXT)?);
+            }
             "accepted_remarks" => {
                 self.accepted_remarks = take(key, value, "a list of texts in quotes")?;
             }

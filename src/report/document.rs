@@ -4,7 +4,7 @@ use crate::margin::PreloadAnswer;
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::recording::card::CardPolarity;
-use crate::recording::{Finding, Part};
+use crate::recording::{Finding, Part, TestFacts};
 use crate::replay::Run;
 use crate::request::{PolaritySource, Request};
 use crate::units::OpensWhen;
@@ -157,6 +157,9 @@ pub struct Document {
     pub design: Design,
     /// The decision rule in words.
     pub decision_rule: Cow<'static, str>,
+    /// What file and card say of the test.
+    #[serde(default)]
+    pub test: TestFacts,
     /// The question; `verify` and services repeat it from here.
     pub request: Request,
     /// Version and time; last.

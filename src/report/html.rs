@@ -1,7 +1,8 @@
 //! `report.html`: one file that opens offline, in light and dark, and prints on A4.
 //!
-//! The page needs no script and fetches nothing. The verdict stands first, then what it rests
-//! on; findings that block an answer come before everything else.
+//! The page fetches nothing and is complete without its script, which lets the first plot be read
+//! off and zoomed. Page one decides: verdict, event, findings, test and design. Page two says how
+//! sure that is. The rest is folded; in print it stands where it was unfolded.
 //!
 //! `card` is the head of the page, `results` what the runs say, `ensemble` the scattered levers,
 //! `sources` what all rests on; `margin` is the page of margins. `markup` escapes every text,
@@ -12,21 +13,15 @@ mod ensemble;
 mod margin;
 mod markup;
 mod results;
-mod sheet;
 mod sources;
 
 pub(super) use self::margin::page as margin_page;
 use self::markup::Page;
+use super::page::PageFrame;
 use super::plot::{self, Figure};
-use super::words;
-use crate::recording::Severity;
+use super::{series, sheet, words};
 use crate::report::Document;
 use crate::verdict::Evidence;
-
-/// Returns the rules that all pages share.
-pub(super) fn page_style() -> String {
-    sheet::style("")
-}
 
 /// Returns the report as one self-contained HTML document.
 #[must_use]
@@ -36,58 +31,87 @@ pub fn render(document: &Document, evidence: Option<&Evidence>) -> String {
 
 /// As [`render`], with plots that are already drawn.
 pub(super) fn page(document: &Document, evidence: Option<&Evidence>, figures: &[Figure]) -> String {
-    let identity = words::identity(document);
-    let bytes: usize = figures.iter().map(Figure::size).sum();
-    let mut page = Page::with_capacity(bytes + 64 * 1024);
-    page.raw("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n");
-    page.raw("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n");
-    page.raw("<meta name=\"color-scheme\" content=\"light dark\"/>\n");
-    page.raw("<meta name=\"generator\" content=\"latchgate ");
-    page.text(&document.run.version);
-    page.raw("\"/>\n<title>");
-    page.text(words::answer(document.verdict));
-    page.text(" · ");
-    page.text(&document.recording.file);
-    page.raw(" · latchgate</title>\n<style>\n");
-    page.raw(&sheet::style(&identity));
-    page.raw("</style>\n</head>\n<body>\n<main>\n");
-
-    card::head(&mut page, document, &identity);
-    card::verdict(&mut page, document);
-    let blocked = document
-        .findings
-        .iter()
-        .any(|finding| finding.severity == Severity::Blocking);
-    if blocked {
-        results::findings(&mut page, document);
-    }
-    plots(&mut page, evidence, figures);
-    ensemble::ensemble(
-        &mut page,
-        document,
-        figures.iter().find(|figure| figure.name == plot::DRIVERS),
+    let name = words::report_name(document);
+    let data = evidence.and_then(|evidence| {
+        let data = plot::event_data(document, evidence)?;
+        Some((data, series::csv(&evidence.series)))
+    });
+    let title = format!(
+        "{} · {} · latchgate",
+        words::answer(document.verdict),
+        document.recording.file
     );
-    results::runs(&mut page, document);
-    results::impacts(&mut page, document);
-    results::budget(&mut page, document);
-    ensemble::filters(&mut page, document);
-    results::screens(&mut page, document);
-    results::ladder(&mut page, document);
-    if !blocked {
-        results::findings(&mut page, document);
+    let style = sheet::of_report(&name);
+    let frame = PageFrame {
+        title: &title,
+        style: &style,
+        script: if data.is_some() { SCRIPT } else { "" },
+    };
+    let bytes: usize = figures.iter().map(Figure::size).sum();
+    let bytes = bytes + data.as_ref().map_or(0, |(_, table)| table.len());
+    let mut page = Page::with_capacity(bytes + 96 * 1024);
+    page.raw(&frame.head());
+    page.raw("<main>\n");
+    first_page(&mut page, document, figures, &name);
+    second_page(&mut page, document);
+    appendix(&mut page, document, evidence, figures);
+    sources::end(&mut page, &name);
+    page.raw("</main>\n");
+    if let Some((data, table)) = data {
+        block(&mut page, "event-data", "application/json", &data);
+        // A page that holds very long series would open slowly; they stand beside it.
+        if table.len() > SERIES_BYTES {
+            block(&mut page, "series", "text/csv", "");
+        } else {
+            block(&mut page, "series", "text/csv", &table);
+        }
     }
-    sources::recording(&mut page, document);
-    sources::conditioning(&mut page, document);
-    sources::design(&mut page, document);
-    sources::provenance(&mut page, document);
-    sources::limits(&mut page, document);
-    sources::end(&mut page, &identity);
-    page.raw("</main>\n</body>\n</html>\n");
+    page.raw(&frame.tail());
     page.into_string()
 }
 
-fn plots(page: &mut Page, evidence: Option<&Evidence>, figures: &[Figure]) {
-    page.section("plots", "Signal and response");
+/// Bytes of series that a page takes in.
+const SERIES_BYTES: usize = 6 << 20;
+
+/// What lets the first plot be read off and zoomed.
+const SCRIPT: &str = include_str!("html/event.js");
+
+/// Writes a block of data that nothing runs.
+fn block(page: &mut Page, id: &str, kind: &str, text: &str) {
+    page.raw(&format!("<script type=\"{kind}\" id=\"{id}\">"));
+    // Names of what was measured do not stand here, so that nothing ends the block but its end.
+    page.raw(&text.replace('<', "\\u003c").replace('&', "\\u0026"));
+    page.raw("</script>\n");
+}
+
+fn figure<'a>(figures: &'a [Figure], name: &str) -> Option<&'a Figure> {
+    figures.iter().find(|figure| figure.name == name)
+}
+
+/// Writes what decides.
+fn first_page(page: &mut Page, document: &Document, figures: &[Figure], name: &str) {
+    card::head(page, document, name);
+    card::verdict(page, document);
+    if let Some(event) = figure(figures, plot::EVENT) {
+        page.figure(event);
+    }
+    results::main_findings(page, document);
+    sources::judged(page, document);
+}
+
+/// Writes how sure the answer is.
+fn second_page(page: &mut Page, document: &Document) {
+    page.raw("<div class=\"second\">\n");
+    results::budget(page, document);
+    ensemble::ensemble(page, document);
+    ensemble::filters(page, document);
+    sources::limits(page, document);
+    page.raw("</div>\n");
+}
+
+/// Writes everything else, folded.
+fn appendix(page: &mut Page, document: &Document, evidence: Option<&Evidence>, figures: &[Figure]) {
+    page.section("appendix", "Appendix");
     if figures.is_empty() {
         page.paragraph(if evidence.is_none() {
             "Nothing was conditioned or replayed, so there is nothing to draw."
@@ -95,11 +119,49 @@ fn plots(page: &mut Page, evidence: Option<&Evidence>, figures: &[Figure]) {
             "The recording holds nothing that could be drawn."
         });
     }
+    page.note("Unfold what is to be printed with the report.");
+    let parts: [(&str, &str, &dyn Fn(&mut Page)); 10] = [
+        ("reasons", "Why, and how far the decision went", &|page| {
+            card::why(page, document);
+            results::ladder(page, document);
+        }),
+        ("runs", "Runs compared", &|page| {
+            results::runs(page, document)
+        }),
+        ("impacts", "Impacts of the nominal run", &|page| {
+            results::impacts(page, document)
+        }),
+        ("inputs", "What the peak is sensitive to", &|page| {
+            ensemble::sensitivity(page, document, figure(figures, plot::DRIVERS));
+        }),
+        ("bounds", "Bounds that need no integration", &|page| {
+            results::screens(page, document)
+        }),
+        ("all-findings", "All findings", &|page| {
+            results::findings(page, document)
+        }),
+        ("plots", "Signal and response, all plots", &|page| {
+            plots(page, figures)
+        }),
+        ("recording", "Recording and conditioning", &|page| {
+            sources::recording(page, document);
+            sources::conditioning(page, document);
+        }),
+        ("design", "Design", &|page| sources::design(page, document)),
+        ("provenance", "How to repeat it", &|page| {
+            sources::provenance(page, document)
+        }),
+    ];
+    for (id, title, write) in parts {
+        page.fold(id, title, write);
+    }
+    page.end_section();
+}
+
+fn plots(page: &mut Page, figures: &[Figure]) {
     for figure in figures {
-        // What drives the peak stands beside the ensemble.
-        if figure.name != plot::DRIVERS {
+        if ![plot::DRIVERS, plot::EVENT].contains(&figure.name) {
             page.figure(figure);
         }
     }
-    page.end_section();
 }

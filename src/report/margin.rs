@@ -69,7 +69,7 @@ pub fn write(
     document: &MarginDocument,
     margins: &Margins,
 ) -> Result<Vec<PathBuf>, Error> {
-    super::replace(dir, &FILES, files(document, margins))
+    super::folder::put(dir, &FILES, &files(document, margins))
 }
 
 /// A number with all its digits, or nothing.
@@ -161,7 +161,8 @@ pub fn text(document: &MarginDocument, report: Option<&Path>) -> String {
     let _ = write!(
         subject,
         ", design {}, limit {} rad",
-        document.design.name, document.threshold_rad
+        words::design(&document.design).replace('\u{00A0}', " "),
+        document.threshold_rad
     );
     line(&mut out, "recording", &subject);
     out.push('\n');

@@ -2,7 +2,7 @@
 //! is run or fetched.
 
 use super::escape;
-use super::html::page_style;
+use super::sheet;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use sha2::{Digest, Sha256};
@@ -23,12 +23,12 @@ impl PageFrame<'_> {
     /// own style and script run and nothing else.
     #[must_use]
     pub fn head(&self) -> String {
-        let style = format!("{}{}", page_style(), self.style);
+        let style = format!("{}{}", sheet::style(""), self.style);
         let (of_style, of_script) = (hash(&style), hash(self.script));
         let title = escape::markup(self.title);
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
-             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src '{of_style}'; script-src '{of_script}'; base-uri 'none'; form-action 'none'\"/>\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src '{of_style}'; script-src '{of_script}'; img-src data:; base-uri 'none'; form-action 'none'\"/>\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
              <meta name=\"color-scheme\" content=\"light dark\"/>\n\
              <title>{title}</title>\n<style>{style}</style>\n</head>\n<body>\n"

@@ -4,7 +4,7 @@
 //! dark and print; alone the drawing carries its own colours for light and dark. Paths keep
 //! hundredths of a unit, and long signals keep every extremum (see [`thin`]).
 //!
-//! Of reports: `acceleration`, `angle`, `spread`, `drivers`, `phase`, `spectrogram` and `spectra`;
+//! Of reports: `event`, `acceleration`, `angle`, `spread`, `drivers`, `phase`, `spectrogram` and `spectra`;
 //! of margins: `margin`; of studies: the folder `study`. All stand in a `frame` with its `axis` on a
 //! `canvas`; `heat` and `raster` make pictures of cells and points, `thin` shortens curves, `style`
 //! holds colours and rules.
@@ -14,6 +14,7 @@ mod angle;
 mod axis;
 mod canvas;
 mod drivers;
+mod event;
 mod frame;
 mod heat;
 mod margin;
@@ -39,11 +40,15 @@ use crate::report::words;
 use crate::verdict::Evidence;
 use std::fmt::Write as _;
 
+/// Name of the plot that stands on the first page.
+pub const EVENT: &str = event::NAME;
+
 /// Name of the plot that stands beside the ensemble.
 pub const DRIVERS: &str = drivers::NAME;
 
 /// Every plot's name, in the order of the report; its file is the name plus `.svg`.
-pub const NAMES: [&str; 7] = [
+pub const NAMES: [&str; 8] = [
+    event::NAME,
     acceleration::NAME,
     angle::NAME,
     spread::NAME,
@@ -123,6 +128,12 @@ impl Figure {
     }
 }
 
+/// Returns what a script needs to draw the first page's plot anew, as JSON.
+pub(super) fn event_data(document: &Document, evidence: &Evidence) -> Option<String> {
+    let (_, data) = event::draw(&PlotContext::new(document, evidence))?;
+    Some(data.to_string())
+}
+
 /// Draws every plot that the evidence has data for, in the order of [`NAMES`].
 #[must_use]
 pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> {
@@ -131,6 +142,7 @@ pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> 
     };
     let context = PlotContext::new(document, evidence);
     [
+        event::draw(&context).map(|(figure, _)| figure),
         acceleration::draw(&context),
         angle::draw(&context),
         spread::draw(&context),
@@ -212,7 +224,7 @@ fn origin(document: &Document) -> String {
         text.push_str(" · ");
         text.push_str(&shorten(channel));
     }
-    text.push_str(" · ");
-    text.push_str(&shorten(&words::identity(document)));
+    text.push_str(" · report ");
+    text.push_str(&words::report_name(document));
     text
 }

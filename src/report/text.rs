@@ -1,238 +1,291 @@
 //! The verdict for a terminal.
 
 use super::number::plain;
-use super::words::margin;
-use super::words::{self, DIGITS};
-use super::{REPORT_FILE, escape};
-use crate::replay::Run;
+use super::terminal::{self, Look, TerminalLines};
+use super::words;
+use super::{REPORT_FILE, VERDICT_FILE};
+use crate::recording::{Finding, Severity};
 use crate::report::Document;
 use crate::verdict::Answer;
-use std::fmt::Write as _;
 use std::path::Path;
 
-/// Returns the verdict as a few aligned lines: the word first, then peak, limit, margin, first
-/// crossing, impacts, stops, reasons, findings, and where the report is, if one was written
-/// into `report`. Numbers are ASCII, so that they can be copied into other programs.
+/// Findings that are told unasked.
+const FINDINGS: usize = 3;
+
+/// Letters of a finding that is told unasked and blocks nothing.
+const LETTERS: usize = 140;
+
+/// Returns the verdict in a few lines: what it is and what that means, what was judged, peak and
+/// limit angle, what it rests on, the gravest findings, where the report is, if one was written
+/// into `report`, and how to verify it. With [`Look::detail`] it says how the answer came about.
 #[must_use]
-pub fn render(document: &Document, report: Option<&Path>) -> String {
-    let mut out = String::with_capacity(2048);
-    out.push_str(words::answer(document.verdict));
-    out.push('\n');
+pub fn render(document: &Document, report: Option<&Path>, look: Look) -> String {
+    let mut out = TerminalLines::new(look);
+    out.headline(document.verdict, &words::headline(document));
     let recording = &document.recording;
-    let mut subject = recording.file.clone();
-    if let Some(channel) = &recording.channel {
-        let _ = write!(subject, ", channel {channel}");
+    let channel = recording.channel.as_ref();
+    let channel = channel.map_or(String::new(), |channel| format!(", channel {channel}"));
+    out.line("recording", &format!("{}{channel}", recording.file));
+    let test: Vec<String> = words::test_facts(document)
+        .into_iter()
+        .map(|(_, value)| value)
+        .collect();
+    if !test.is_empty() && look.detail {
+        out.line("test", &test.join("; "));
+    } else if let Some(first) = document.test.test.as_ref().or(test.first()) {
+        out.line("test", first);
     }
-    let _ = write!(subject, ", design {}", document.design.name);
-    line(&mut out, "recording", &subject);
-    let limit = format!("{} rad", document.threshold_rad);
-    match &document.nominal {
-        Some(run) => nominal(&mut out, document, run, &limit),
-        None => {
-            line(&mut out, "peak", "none: nothing was replayed");
-            line(&mut out, "limit", &limit);
+    out.line("design", &words::design(&document.design));
+    if document.verdict != Answer::Unusable {
+        judged(&mut out, document);
+    }
+    findings(&mut out, document, look.detail);
+    if look.detail {
+        detail(&mut out, document);
+    }
+    if let Some(report) = report {
+        out.raw("report", &look.path(&report.join(REPORT_FILE)));
+        let verdict = report.join(VERDICT_FILE).display().to_string();
+        out.line(
+            "verify",
+            &format!("latchgate verify {}", super::escape::shell(&verdict)),
+        );
+    }
+    out.into_string()
+}
+
+/// Writes what a recording that can carry an answer comes to.
+fn judged(out: &mut TerminalLines, document: &Document) {
+    let several = document.polarities.len() > 1;
+    if several {
+        for row in words::directions(document) {
+            out.line(row.sign, &format!("{}: {}", row.word, row.text));
+        }
+        out.line("limit", &words::limit_angle(document));
+    } else if let Some(run) = &document.nominal {
+        let peak = words::peak(document, run);
+        out.line(
+            "peak",
+            &format!("{peak}; limit angle {}", words::limit_angle(document)),
+        );
+        if let Some(text) = words::stops(document) {
+            out.line("stops", &text);
         }
     }
-    runs(&mut out, document);
-    ensemble(&mut out, document);
+    if let Some(ensemble) = &document.ensemble {
+        out.line("varied", &words::varied(ensemble));
+    }
+    if let Some(preload) = &document.preload_answer {
+        out.line("advice", &preload.text);
+    }
+    out.line("direction", &words::direction(document));
+}
+
+/// Writes the findings: the gravest, or all of them.
+fn findings(out: &mut TerminalLines, document: &Document, all: bool) {
+    if document.findings.is_empty() {
+        out.line("findings", "none");
+        return;
+    }
+    let mut findings: Vec<&Finding> = document.findings.iter().collect();
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    let told = |finding: &&&Finding| all || words::always_told(finding);
+    let shown: Vec<&&Finding> = findings.iter().filter(told).collect();
+    let most = if all { usize::MAX } else { FINDINGS };
+    let mut name = "findings";
+    for finding in shown.iter().take(most) {
+        let at = finding
+            .at_s
+            .map_or_else(String::new, |at| format!(" at {}", words::instant(at)));
+        let text = words::sentence(&finding.text);
+        let whole = all || finding.severity == Severity::Blocking || words::is_remark(finding);
+        let text = if whole { text } else { shortened(&text) };
+        out.graded(
+            name,
+            finding.severity,
+            &format!("{}{at}: {text}", finding.code),
+        );
+        name = "";
+    }
+    let rest = findings.len() - shown.len().min(most);
+    if rest > 0 {
+        let more = if shown.is_empty() { "" } else { " more" };
+        let notes = if shown.len() <= most {
+            "note"
+        } else {
+            "finding"
+        };
+        let many = if rest == 1 { "" } else { "s" };
+        out.line(name, &format!("{rest}{more} {notes}{many}; -v tells them"));
+    }
+}
+
+fn shortened(text: &str) -> String {
+    if text.chars().count() <= LETTERS {
+        return text.to_string();
+    }
+    let cut: String = text.chars().take(LETTERS).collect();
+    let end = cut.rfind(' ').unwrap_or(cut.len());
+    format!("{} …", cut[..end].trim_end_matches([',', ';', ':']))
+}
+
+/// Writes how the answer came about.
+fn detail(out: &mut TerminalLines, document: &Document) {
+    for (index, reason) in document.why.iter().enumerate() {
+        let name = if index == 0 { "why" } else { "" };
+        out.line(name, &words::sentence(&reason.text));
+    }
+    if document.verdict == Answer::Unusable {
+        return;
+    }
+    if let Some(run) = &document.nominal {
+        out.line("impacts", &words::impacts(run));
+        if let Some(coast) = run.coast_peak_angle_rad {
+            let coast = words::bounded_angle(coast);
+            out.line(
+                "coast",
+                &format!("after the record ends the lever could still reach {coast}"),
+            );
+        }
+    }
     if let Some(ladder) = &document.ladder {
-        line(
-            &mut out,
+        out.line(
             "decided by",
             &format!("{}. {}", ladder.rung.name(), ladder.text),
         );
     }
-    if let Some(preload) = &document.preload_answer {
-        line(&mut out, "design", &preload.text);
-    }
-    for (index, reason) in document.why.iter().enumerate() {
-        let name = if index == 0 { "why" } else { "" };
-        line(&mut out, name, &words::sentence(&reason.text));
-    }
-    findings(&mut out, document);
-    if let Some(report) = report {
-        let path = report.join(REPORT_FILE).display().to_string();
-        line(&mut out, "report", &path);
-    }
-    out
-}
-
-/// Writes a name and what belongs to it; whatever `text` holds, it stays on its line.
-fn line(out: &mut String, name: &str, text: &str) {
-    let _ = writeln!(out, "  {name:<15} {}", escape::terminal(text));
-}
-
-fn nominal(out: &mut String, document: &Document, run: &Run, limit: &str) {
-    if document.verdict == Answer::Unusable {
-        line(
-            out,
-            "caution",
-            "the recording carries no answer; the figures below are no evidence of a pass",
-        );
-    }
-    line(
-        out,
-        "peak",
-        &format!(
-            "{} rad at {} ({}, {})",
-            plain(run.peak_angle_rad, DIGITS),
-            time(run.peak_time_s),
-            words::stop(run.model),
-            words::opens(run.opens_when)
-        ),
-    );
-    line(out, "limit", limit);
-    let (margin, share) = margin(document.threshold_rad, run.peak_angle_rad);
-    line(
-        out,
-        "margin",
-        &format!(
-            "{} rad ({} % of the limit)",
-            plain(margin, DIGITS),
-            plain(share, 4)
-        ),
-    );
-    let crossing = run.first_crossing_s.map_or_else(
-        || "none".to_string(),
-        |at| {
-            format!(
-                "{}, above the limit for {} in all",
-                time(at),
-                time(run.time_above_threshold_s)
-            )
-        },
-    );
-    line(out, "first crossing", &crossing);
-    line(out, "impacts", &run.impacts.to_string());
-    if let Some(coast) = run.coast_peak_angle_rad {
-        line(
-            out,
-            "coast",
-            &format!(
-                "to {} rad at most after the last judged sample",
-                plain(coast, DIGITS)
-            ),
-        );
-    }
-}
-
-fn runs(out: &mut String, document: &Document) {
-    let describe = |run: &Run| {
-        let crossing = run.first_crossing_s.map_or_else(
-            || "does not cross the limit".to_string(),
-            |at| format!("first crosses the limit at {}", time(at)),
-        );
-        format!("peak {} rad, {crossing}", plain(run.peak_angle_rad, DIGITS))
-    };
-    if document.polarities.is_empty() {
-        for (stop, run) in &document.models {
-            line(out, &format!("{} stop", stop.name()), &describe(run));
-        }
-    }
-    for (sign, stops) in &document.polarities {
-        for (stop, run) in stops {
-            line(
-                out,
-                &format!("{} stop", stop.name()),
-                &format!("{} opens: {}", sign.name(), describe(run)),
-            );
-        }
-    }
-}
-
-/// How many of the scattered levers cross, what drives the peak, and the filters in a line.
-fn ensemble(out: &mut String, document: &Document) {
     if let Some(ensemble) = &document.ensemble {
-        let percent = |share: f64| plain(100.0 * share, 3);
-        let spread = ensemble.peak_angle_rad.map_or_else(String::new, |peak| {
-            format!(
-                "; peak {} to {} rad in 9 of 10",
-                plain(peak.p05, 3),
-                plain(peak.p95, 3)
-            )
-        });
-        let coasting = match ensemble.exceeded_in_coast {
-            0 => String::new(),
-            members => format!("; {members} more coast beyond it afterwards"),
-        };
-        line(
-            out,
-            "ensemble",
-            &format!(
-                "{} of {} members cross the limit{}, {} to {} % of all{coasting}{spread}",
-                ensemble.exceeded,
-                ensemble.members,
-                words::until(ensemble).replace('\u{00A0}', " "),
-                percent(ensemble.p_lower),
-                percent(ensemble.p_upper)
-            ),
-        );
         let drivers: Vec<String> = ensemble
             .drivers
             .iter()
             .filter_map(|driver| {
+                let correlation = plain(driver.rank_correlation?, 2);
                 Some(format!(
-                    "{} ({})",
-                    driver.parameter,
-                    plain(driver.rank_correlation?, 2)
+                    "{} ({correlation})",
+                    words::parameter(&driver.parameter)
                 ))
             })
             .take(3)
             .collect();
         if !drivers.is_empty() {
-            line(
-                out,
-                "driven by",
-                &format!("{} by rank correlation", drivers.join(", ")),
-            );
+            let text = format!("to {} (rank correlation)", drivers.join(", "));
+            out.line("sensitive", &text);
         }
     }
     let filters: Vec<String> = document
         .filters
         .iter()
         .filter_map(|row| {
-            Some(format!(
-                "{} {} ({})",
-                row.filter,
-                row.verdict?.name(),
-                plain(row.peak_angle_rad?, 3)
-            ))
+            let peak = words::bounded_angle(row.peak_angle_rad?);
+            Some(format!("{} {} ({peak})", row.filter, row.verdict?.name()))
         })
         .collect();
     if !filters.is_empty() {
-        line(out, "by filter", &filters.join(", "));
+        out.line("by filter", &filters.join(", "));
+    }
+    out.line("report id", &document.report_id);
+}
+
+/// A recording that was judged, or not, in a table of several.
+#[derive(Debug, Clone, Copy)]
+pub struct TableRow<'a> {
+    /// What came of it.
+    pub document: &'a Document,
+    /// Whether it was judged.
+    pub judged: bool,
+    /// Where its report lies.
+    pub report: Option<&'a Path>,
+}
+
+/// Returns a table of several recordings, the worst first, and a line that sums it up.
+#[must_use]
+pub fn table(rows: &[TableRow<'_>], look: Look) -> String {
+    let mut order: Vec<&TableRow> = rows.iter().collect();
+    order.sort_by_key(|row| rank(row.document.verdict));
+    let heads = [
+        "verdict",
+        "recording",
+        "peak",
+        "opens at",
+        "findings",
+        "channel",
+        "report",
+    ];
+    let mut cells = vec![heads.map(String::from).to_vec()];
+    cells.extend(order.into_iter().map(|row| table_row(row, look)));
+    // What a narrow terminal has no room for stands in the reports.
+    let mut table = terminal::table(&cells, &[2, 3]);
+    while look
+        .width
+        .is_some_and(|width| terminal::widest(&table) > width)
+        && cells[0].len() > 3
+    {
+        cells.iter_mut().for_each(|row| row.truncate(row.len() - 1));
+        table = terminal::table(&cells, &[2, 3]);
+    }
+    let sum: Vec<String> = [
+        Answer::Unusable,
+        Answer::Fail,
+        Answer::Undecided,
+        Answer::Pass,
+    ]
+    .into_iter()
+    .filter_map(|answer| {
+        let number = rows.iter().filter(|row| row.document.verdict == answer);
+        let number = number.count();
+        (number > 0).then(|| format!("{number} {}", answer.name()))
+    })
+    .collect();
+    let worst = rows.iter().map(|row| row.document.verdict);
+    let worst = worst.min_by_key(|answer| rank(*answer));
+    let head = worst.map_or_else(String::new, |worst| look.verdict(worst));
+    format!(
+        "{head}  {} recordings: {}\n{table}",
+        rows.len(),
+        sum.join(", ")
+    )
+}
+
+/// Returns the place of an answer among several, the worst first.
+#[must_use]
+pub fn rank(answer: Answer) -> u8 {
+    match answer {
+        Answer::Unusable => 0,
+        Answer::Fail => 1,
+        Answer::Undecided => 2,
+        Answer::Pass => 3,
     }
 }
 
-fn findings(out: &mut String, document: &Document) {
-    if document.findings.is_empty() {
-        line(out, "findings", "none");
-        return;
-    }
-    let mut findings: Vec<_> = document.findings.iter().collect();
-    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
-    for (index, finding) in findings.into_iter().enumerate() {
-        let word = finding.severity.name();
-        let at = finding
-            .at_s
-            .map(|at| format!(" at {}", time(at)))
-            .unwrap_or_default();
-        line(
-            out,
-            if index == 0 { "findings" } else { "" },
-            &format!(
-                "{word} {}{at}: {}",
-                finding.code,
-                words::sentence(&finding.text)
-            ),
-        );
-    }
-}
-
-fn time(seconds: f64) -> String {
-    if seconds.abs() < 10.0 {
-        format!("{} ms", plain(seconds * 1e3, DIGITS))
+fn table_row(row: &TableRow<'_>, look: Look) -> Vec<String> {
+    let document = row.document;
+    let shown = |text: &str| super::escape::terminal(text).into_owned();
+    let none = || "–".to_string();
+    let run = document.nominal.as_ref();
+    // Of an answer that hangs on the opening direction neither run is the one.
+    let one = document.verdict != Answer::Undecided || document.polarities.len() < 2;
+    let run = run.filter(|_| one && document.verdict != Answer::Unusable);
+    let peak = run.map_or_else(none, |run| words::short_peak(document, run));
+    let opens = run.and_then(|run| run.first_crossing_s);
+    let report = row.report.map(|folder| folder.join(REPORT_FILE));
+    let verdict = if row.judged {
+        look.verdict(document.verdict)
     } else {
-        format!("{} s", plain(seconds, 7))
-    }
+        "! NOT JUDGED".into()
+    };
+    vec![
+        verdict,
+        shown(&document.recording.file),
+        peak.replace('\u{00A0}', " "),
+        opens
+            .map_or_else(none, words::brief_time)
+            .replace('\u{00A0}', " "),
+        words::findings_count(document),
+        document
+            .recording
+            .channel
+            .as_deref()
+            .map_or_else(none, shown),
+        report.map_or_else(none, |path| look.path(&path)),
+    ]
 }

@@ -1,13 +1,20 @@
 //! Words that the terminal and the page share.
 
+use crate::model::Design;
+use crate::model::parameters::PARAMETERS;
 use crate::model::stop::StopModel;
-use crate::recording::Severity;
+use crate::recording::{Finding, Severity};
+use crate::replay::Run;
 use crate::report::Document;
+use crate::report::codes;
+use crate::report::document::ConditioningBlock;
 use crate::report::number::{exact, milliseconds, significant, trimmed};
 use crate::request::PolaritySource;
-use crate::units::OpensWhen;
-use crate::verdict::{Answer, Ensemble, ErrorBudget};
+use crate::units::{OpensWhen, STANDARD_GRAVITY};
+use crate::verdict::{Answer, Ensemble, ErrorBudget, RunAnswer};
 use serde::Serialize;
+use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_2;
 
 /// Digits of a result shown to people.
 pub(super) const DIGITS: usize = 5;
@@ -22,30 +29,358 @@ pub(super) fn answer(answer: Answer) -> &'static str {
     }
 }
 
-/// Returns what the verdict means, in half a sentence. Without an ensemble it claims no more
-/// than that the errors of the computation are covered.
-pub(super) fn meaning(document: &Document) -> &'static str {
-    let ensemble = document.ensemble.is_some();
-    match document.verdict {
-        Answer::Pass if ensemble => "the lever stays below the limit, uncertainty included",
-        Answer::Pass => "the nominal lever stays below the limit, numerical error included",
-        Answer::Fail if ensemble => "the lever crosses the limit, uncertainty included",
-        Answer::Fail => "the nominal lever crosses the limit, numerical error included",
-        Answer::Undecided if ends_too_early(document) => {
-            "the lever may cross the limit after the last judged sample"
+/// Returns what the verdict means in a sentence: what the lever does, or what would decide it, or
+/// why there is no answer. Without an ensemble it claims no more than the nominal lever does.
+pub(super) fn headline(document: &Document) -> String {
+    let lever = match document.ensemble {
+        Some(_) => "The lever",
+        None => "The nominal lever",
+    };
+    let first = document.why.first();
+    match (document.verdict, &document.nominal) {
+        (Answer::Pass, Some(run)) => {
+            let share = trimmed(
+                100.0 * run.peak_angle_rad.max(0.0) / document.threshold_rad,
+                2,
+            );
+            format!("{lever} stays: it reaches {share}\u{00A0}% of the limit angle.")
         }
-        Answer::Undecided => "the uncertainty of input, model or method spans the limit",
-        Answer::Unusable => "the recording cannot carry an answer",
+        (Answer::Fail, Some(run)) => {
+            let opening = document.models.values().chain(
+                document
+                    .polarities
+                    .values()
+                    .flat_map(|stops| stops.values()),
+            );
+            let crossings = opening.chain([run]).filter_map(|run| run.first_crossing_s);
+            let earliest = crossings.fold(f64::INFINITY, f64::min);
+            if earliest.is_finite() {
+                format!("{lever} opens at {}.", brief_time(earliest))
+            } else {
+                format!("{lever} opens, varied within its tolerances.")
+            }
+        }
+        (Answer::Undecided, _) => would_decide(document),
+        _ => first.map_or_else(String::new, |reason| sentence(&reason.text)),
     }
 }
 
-fn ends_too_early(document: &Document) -> bool {
-    document.why.first().is_some_and(|reason| {
-        matches!(
-            &*reason.code,
-            "coast-reaches-limit" | "members-coast-beyond"
+/// Says what would decide an undecided verdict.
+fn would_decide(document: &Document) -> String {
+    let Some(first) = document.why.first() else {
+        return "Nothing decides.".into();
+    };
+    match &*first.code {
+        "polarity-decides" | "polarity-undeclared" => {
+            let each: Vec<String> = directions(document)
+                .into_iter()
+                .map(|row| format!("{} if {} acceleration opens", row.word, row.sign))
+                .collect();
+            format!(
+                "State the opening direction, the setting `opens_when`: {}.",
+                each.join(", ")
+            )
+        }
+        "stop-model-decides" => {
+            "The rigid and the soft stop answer differently; the setting `model` says which one the latch has.".into()
+        }
+        "members-cross" | "few-members-cross" | "most-members-cross" => {
+            let share = document.ensemble.as_ref().map_or_else(String::new, varied);
+            format!("{share}: too many for a pass, too few for a fail. Smaller tolerances, or a design farther from the limit angle, would decide.")
+        }
+        "coast-reaches-limit" | "members-coast-beyond" => {
+            "The lever still moves where the record ends and may open later; a longer recording would decide.".into()
+        }
+        "uncertainty-spans-threshold" => {
+            "The error of the computation reaches across the limit angle; a recording sampled more densely would decide.".into()
+        }
+        _ => sentence(&first.text),
+    }
+}
+
+/// What an opening direction comes to.
+pub(super) struct DirectionRow {
+    /// The sign of the recorded acceleration that opens.
+    pub(super) sign: &'static str,
+    /// The answer, as a word in small letters: in capitals it would be found for the verdict.
+    pub(super) word: &'static str,
+    /// What the lever does.
+    pub(super) text: String,
+}
+
+/// Returns what each opening direction comes to.
+pub(super) fn directions(document: &Document) -> Vec<DirectionRow> {
+    let row = |(sign, stops): (&OpensWhen, &BTreeMap<StopModel, Run>)| {
+        let of_sign = document.answers.iter();
+        let of_sign = of_sign.filter(|answer| answer.opens_when == *sign);
+        let answers: Vec<Answer> = of_sign.map(|answer| answer.answer).collect();
+        let word = match answers.as_slice() {
+            [first, rest @ ..] if rest.iter().all(|other| other == first) => first.name(),
+            _ => "undecided",
+        };
+        let largest = stops
+            .values()
+            .max_by(|one, other| one.peak_angle_rad.total_cmp(&other.peak_angle_rad));
+        DirectionRow {
+            sign: sign.name(),
+            word,
+            text: largest.map_or_else(String::new, |run| {
+                let does = run.first_crossing_s.map_or_else(
+                    || "the nominal lever stays".into(),
+                    |at| format!("opens at {}", brief_time(at)),
+                );
+                format!("{does}, {}", peak(document, run))
+            }),
+        }
+    };
+    document.polarities.iter().map(row).collect()
+}
+
+/// Returns which sign of the recorded acceleration opens, and who says so.
+pub(super) fn direction(document: &Document) -> String {
+    let source = document.recording.opens_when_source.name();
+    match (&document.recording.opens_when, &document.nominal) {
+        (Some(declared), _) => format!(
+            "opens on {} acceleration, declared by {source}",
+            declared.name()
+        ),
+        (None, _) => "not declared; both signs were judged".into(),
+    }
+}
+
+/// Returns what each stop comes to, where both were run.
+pub(super) fn stops(document: &Document) -> Option<String> {
+    if document.models.len() < 2 {
+        return document
+            .nominal
+            .as_ref()
+            .map(|run| format!("{} alone", stop(run.model)));
+    }
+    let each: Vec<String> = document
+        .models
+        .values()
+        .map(|run| match run.first_crossing_s {
+            Some(at) => format!("{} opens at {}", stop(run.model), brief_time(at)),
+            None => format!("{} stays, {}", stop(run.model), short_peak(document, run)),
+        })
+        .collect();
+    Some(each.join("; "))
+}
+
+/// Returns how many of the varied levers open.
+pub(super) fn varied(ensemble: &Ensemble) -> String {
+    format!(
+        "{} of {} levers varied within tolerances open{} ({}{})",
+        ensemble.exceeded,
+        ensemble.members,
+        until(ensemble),
+        share(ensemble),
+        match ensemble.exceeded_in_coast {
+            0 => String::new(),
+            members => format!("; {members} more may open later"),
+        }
+    )
+}
+
+/// Returns the share of all varied levers that open, as its bound.
+pub(super) fn share(ensemble: &Ensemble) -> String {
+    if ensemble.p_lower > 0.5 {
+        format!(
+            "at least {}\u{00A0}% of all such",
+            percent(ensemble.p_lower)
         )
-    })
+    } else {
+        format!("at most {}\u{00A0}% of all such", percent(ensemble.p_upper))
+    }
+}
+
+/// Returns what the computation's error is against the distance to the limit angle, and the
+/// largest influence that it does not count.
+pub(super) fn computation(document: &Document, run: &Run) -> Option<String> {
+    let error = trimmed(uncertainty(document, run)?, 2);
+    let beyond = run.peak_angle_rad > FRAC_PI_2;
+    let distance = (document.threshold_rad - run.peak_angle_rad.min(FRAC_PI_2)).abs();
+    let more = if beyond { "more than " } else { "" };
+    let largest = budget(document)
+        .into_iter()
+        .skip(2)
+        .filter_map(|row| Some((row.name, row.value?.abs())))
+        .max_by(|one, other| one.1.total_cmp(&other.1));
+    let largest = largest.map_or_else(String::new, |(name, value)| {
+        let value = trimmed(value, 2);
+        format!(" Largest other influence: {name}, {value}\u{00A0}rad (not included).")
+    });
+    Some(format!(
+        "Computation error ±{error}\u{00A0}rad; distance to the limit angle {more}{}\u{00A0}rad.{largest}",
+        trimmed(distance, 2)
+    ))
+}
+
+/// Returns a text with a capital first.
+pub(super) fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    first.chain(letters).collect()
+}
+
+/// Returns how the signal was conditioned, in a line.
+pub(super) fn conditioned(block: &ConditioningBlock) -> String {
+    let filter = match block.filter.strip_prefix("cfc") {
+        Some(class) => format!("CFC\u{00A0}{class}"),
+        None => "no filter".into(),
+    };
+    let bias = match block.bias_window_s {
+        Some(_) => {
+            let bias = trimmed(block.bias_m_s2 / STANDARD_GRAVITY, 2);
+            format!("bias {bias}\u{00A0}g removed")
+        }
+        None => "no bias removed".into(),
+    };
+    let peak = block.peak_g.map_or_else(String::new, |peak| {
+        format!(", peak {}\u{00A0}g", trimmed(peak, 4))
+    });
+    format!("{filter}, {bias}{peak}")
+}
+
+/// Returns what is known of the test, names with values.
+pub(super) fn test_facts(document: &Document) -> Vec<(&'static str, String)> {
+    let test = &document.test;
+    let location = test.location.as_ref().map(|code| {
+        codes::spelt(code).map_or_else(|| code.clone(), |words| format!("{words} ({code})"))
+    });
+    [
+        ("Test", test.test.clone()),
+        ("Vehicle", test.vehicle.clone()),
+        ("Date", test.date.clone()),
+        ("Laboratory", test.laboratory.clone()),
+        ("Speed", test.speed.clone()),
+        ("Sensor", test.sensor.clone()),
+        ("Location", location),
+    ]
+    .into_iter()
+    .filter_map(|(name, value)| Some((name, value?)))
+    .collect()
+}
+
+/// Returns a peak with its uncertainty and its degrees; beyond 90° that alone.
+pub(super) fn peak(document: &Document, run: &Run) -> String {
+    if run.peak_angle_rad > FRAC_PI_2 {
+        return "largest angle > 90°".into();
+    }
+    let error = uncertainty(document, run);
+    format!(
+        "largest angle {}\u{00A0}rad ({}°)",
+        with_error(run.peak_angle_rad, error),
+        trimmed(run.peak_angle_rad.to_degrees(), 3)
+    )
+}
+
+/// As [`peak`], in a cell of a table.
+pub(super) fn short_peak(document: &Document, run: &Run) -> String {
+    if run.peak_angle_rad > FRAC_PI_2 {
+        return "> 90°".into();
+    }
+    format!(
+        "{}\u{00A0}rad",
+        with_error(run.peak_angle_rad, uncertainty(document, run))
+    )
+}
+
+/// Returns an angle without known error, with its degrees; beyond 90° that alone.
+pub(super) fn bounded_angle(radians: f64) -> String {
+    if radians > FRAC_PI_2 {
+        return "> 90°".into();
+    }
+    format!(
+        "{}\u{00A0}rad ({}°)",
+        trimmed(radians, 3),
+        trimmed(radians.to_degrees(), 3)
+    )
+}
+
+/// Returns U of a run's peak.
+pub(super) fn uncertainty(document: &Document, run: &Run) -> Option<f64> {
+    let own =
+        |answer: &&RunAnswer| answer.model == run.model && answer.opens_when == run.opens_when;
+    document.answers.iter().find(own)?.uncertainty_rad
+}
+
+/// Returns a value with its uncertainty, rounded up, and the digits that this allows, four at most.
+pub(super) fn with_error(value: f64, error: Option<f64>) -> String {
+    let place = |number: f64| libm::log10(number.abs()).floor();
+    let most = if value == 0.0 {
+        4.0
+    } else {
+        3.0 - place(value)
+    };
+    let Some(error) = error.filter(|error| error.is_finite() && *error > 0.0) else {
+        return trimmed(value, 4);
+    };
+    let decimals = (1.0 - place(error)).min(most).clamp(0.0, 9.0);
+    let unit = libm::pow(10.0, -decimals);
+    let error = (error / unit).ceil() * unit;
+    let digits = decimals as usize;
+    let text = format!("{value:.digits$}\u{00A0}±\u{00A0}{error:.digits$}");
+    text.replace('-', "\u{2212}")
+}
+
+/// Returns the limit angle with its degrees.
+pub(super) fn limit_angle(document: &Document) -> String {
+    let degrees = trimmed(document.threshold_rad.to_degrees(), 3);
+    format!("{} ({degrees}°)", limit(document))
+}
+
+/// Returns an instant or duration with four digits.
+pub(super) fn brief_time(seconds: f64) -> String {
+    if seconds.abs() < 10.0 {
+        format!("{}\u{00A0}ms", trimmed(seconds * 1e3, 4))
+    } else {
+        format!("{}\u{00A0}s", trimmed(seconds, 6))
+    }
+}
+
+/// Returns how often the lever strikes its stop.
+pub(super) fn impacts(run: &Run) -> String {
+    match run.impacts {
+        0 => "the lever does not strike its stop".into(),
+        1 => "the lever strikes its stop once".into(),
+        many => format!("the lever strikes its stop {many} times"),
+    }
+}
+
+/// Tells whether a finding holds a laboratory's words.
+pub(super) fn is_remark(finding: &Finding) -> bool {
+    finding.code.contains("remark")
+}
+
+/// Tells whether a finding is told even in short.
+pub(super) fn always_told(finding: &Finding) -> bool {
+    finding.severity > Severity::Info || is_remark(finding)
+}
+
+/// Counts the findings: `1 blocking, 2 warnings`.
+pub(super) fn findings_count(document: &Document) -> String {
+    let number = |severity| {
+        let of = document
+            .findings
+            .iter()
+            .filter(|finding| finding.severity == severity);
+        of.count()
+    };
+    let parts: Vec<String> = [
+        (number(Severity::Blocking), "blocking", "blocking"),
+        (number(Severity::Warning), "warning", "warnings"),
+        (number(Severity::Info), "note", "notes"),
+    ]
+    .into_iter()
+    .filter(|(number, _, _)| *number > 0)
+    .map(|(number, one, many)| format!("{number} {}", if number == 1 { one } else { many }))
+    .collect();
+    if parts.is_empty() {
+        "none".into()
+    } else {
+        parts.join(", ")
+    }
 }
 
 /// Returns up to when members were judged, where a fault ends that before the record does.
@@ -148,27 +483,52 @@ pub(super) fn polarity_sentence(document: &Document) -> String {
     }
 }
 
-/// Returns the report's identity: the first twelve digits of the recording's hash and the
-/// design's name, letters, digits, `-`, `_` and `.` kept.
-pub(super) fn identity(document: &Document) -> String {
-    let mut id: String = document
-        .recording
-        .sha256
-        .as_deref()
-        .unwrap_or("unread")
-        .chars()
-        .filter(char::is_ascii_alphanumeric)
-        .take(12)
+/// Returns the name of a report: the first eight digits of its identity, which stand in its
+/// folder's name, its page and its plots.
+pub(super) fn report_name(document: &Document) -> String {
+    let digits = document.report_id.chars();
+    digits.filter(char::is_ascii_alphanumeric).take(8).collect()
+}
+
+/// Returns the design's name with the keys that were overridden, their values and what these took
+/// the place of: `paper, modified: preload torque 5 N m (0.1)`.
+pub(super) fn design(design: &Design) -> String {
+    let keys: Vec<String> = design
+        .modified
+        .iter()
+        .map(|key| modified(design, key))
         .collect();
-    id.push('-');
-    id.extend(document.design.name.chars().take(60).map(|c| {
-        if c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.') {
-            c
-        } else {
-            '-'
-        }
-    }));
-    id
+    if keys.is_empty() {
+        return design.name.clone();
+    }
+    format!("{}, modified: {}", design.name, keys.join("; "))
+}
+
+fn modified(design: &Design, key: &str) -> String {
+    let (tolerance, name) = match key.strip_prefix("tolerance.") {
+        Some(name) => ("tolerance of ", name),
+        None => ("", key),
+    };
+    let known = PARAMETERS
+        .iter()
+        .find(|known| known.name == name || known.key() == name);
+    let what = known.map_or_else(
+        || name.to_string(),
+        |known| {
+            let mut letters = known.what.chars();
+            let first = letters.next().into_iter().flat_map(char::to_lowercase);
+            first.chain(letters).collect()
+        },
+    );
+    let unit = known.map_or("", |known| known.unit).trim_matches('1');
+    let unit = unit.replace(' ', "·");
+    let number = |value: Option<f64>| value.map_or_else(|| "none".into(), exact);
+    let blank = if unit.is_empty() { "" } else { "\u{00A0}" };
+    format!(
+        "{tolerance}{what} {}{blank}{unit} ({})",
+        number(design.number(key)),
+        number(design.modified_from.get(key).copied())
+    )
 }
 
 /// Returns a share [-] in percent, with the digits that matter near the bounds of the rule.

@@ -16,8 +16,8 @@ use super::usable_span::{UsableSpan, window_samples};
 use super::variant::VariantResult;
 use super::what_if::{self, WhatIf};
 use super::{
-    Answer, ErrorBudget, Evidence, Reason, RunAnswer, ScreenedRun, Trace, budget, looks,
-    quantile_band, reasons,
+    Answer, ErrorBudget, Evidence, Reason, RunAnswer, SampledSeries, ScreenedRun, Trace, budget,
+    looks, quantile_band, reasons,
 };
 use crate::conditioning::{Conditioned, spectrum};
 use crate::error::Error;
@@ -398,10 +398,12 @@ impl Assessing<'_> {
             _ => None,
         };
         let Conditioned { raw, used, .. } = self.conditioned;
+        let traces = traces(results, nominal.variant);
         Ok(Some(Evidence {
             raw: raw.clone(),
             used: used.clone(),
-            traces: traces(results, nominal.variant),
+            series: SampledSeries::of(raw, used, &traces),
+            traces,
             quantile_band,
             spectrum_raw: spectrum::amplitude_spectrum(raw),
             spectrum_used: spectrum::amplitude_spectrum(used),

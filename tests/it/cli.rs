@@ -407,7 +407,10 @@ fn cli_wrong_usage_is_told_before_any_file_is_opened() {
         );
     };
     check_usage(&["replay"], "<RECORDING>");
-    check_usage(&["replay", "a.csv", "b.csv"], "unexpected argument 'b.csv'");
+    check_usage(
+        &["inspect", "a.csv", "b.csv"],
+        "unexpected argument 'b.csv'",
+    );
     check_usage(
         &["replya", "a.csv"],
         "a similar subcommand exists: 'replay'",

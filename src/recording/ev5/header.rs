@@ -4,7 +4,7 @@ use crate::error::{Error, Place};
 use crate::recording::held::{self, Statement};
 use crate::recording::remarks::{self, Remark, Span};
 use crate::recording::words::{Words, word_list};
-use crate::recording::{Finding, Limits, Stated, encoding, text, time_base};
+use crate::recording::{Finding, Limits, Stated, TestFacts, encoding, text, time_base};
 use crate::units::{AccelerationUnit, SampleRate};
 
 /// Fields of a line of instrumentation.
@@ -29,6 +29,8 @@ pub(super) struct CurveEntry {
     pub(super) number: u32,
     /// All fields, codes among them in capitals.
     fields: Vec<String>,
+    /// What is said of the test.
+    test: TestFacts,
 }
 
 // Places of fields in a line.
@@ -40,6 +42,9 @@ const AXIS: usize = 5;
 const X_UNIT: usize = 6;
 pub(super) const Y_UNIT: usize = 7;
 const PREFILTER: usize = 8;
+/// Make and serial number of the sensor, and the day of its calibration.
+const MAKE: usize = 9;
+const CALIBRATED: usize = 10;
 const RATING: usize = 11;
 /// Largest magnitude, in percent of the rating.
 const PEAK_PERCENT: usize = 12;
@@ -61,17 +66,20 @@ impl TestInstruments {
         text::check_line_lengths(&bytes, limits)?;
         let content = String::from_utf8_lossy(&bytes);
         let mut entries: Vec<CurveEntry> = Vec::new();
-        let mut inside = false;
+        let mut section = String::new();
+        let mut test = TestSections::default();
         for (number, line) in text::lines(&content) {
             let line = line.trim();
             if line.is_empty() || line.starts_with('#') {
+                test.comment(line);
                 continue;
             }
-            if let Some(section) = line.strip_prefix("-----") {
-                inside = section.trim_end_matches('-').trim() == "INSTRUMENTATION";
+            if let Some(name) = line.strip_prefix("-----") {
+                section = name.trim_end_matches('-').trim().to_string();
                 continue;
             }
-            if !inside {
+            if section != "INSTRUMENTATION" {
+                test.line(&section, line);
                 continue;
             }
             let place = Place::default().line(number);
@@ -89,11 +97,90 @@ impl TestInstruments {
             }
             entries.push(entry);
         }
+        for entry in &mut entries {
+            entry.test = test.of(entry);
+        }
         Ok(Self { entries })
     }
 
     pub(super) fn find(&self, number: u32) -> Option<&CurveEntry> {
         self.entries.iter().find(|entry| entry.number == number)
+    }
+}
+
+/// What the sections before the instrumentation say.
+#[derive(Debug, Default)]
+struct TestSections {
+    number: Option<String>,
+    facts: TestFacts,
+    /// Number, year and identification of each vehicle.
+    vehicles: Vec<(u32, String)>,
+}
+
+impl TestSections {
+    /// Takes in a comment: the database writes the test's number there.
+    fn comment(&mut self, line: &str) {
+        if let Some((_, number)) = line.split_once("Test Number:") {
+            let number = number.trim().trim_start_matches('0');
+            self.number = (!number.is_empty()).then(|| number.to_string());
+        }
+    }
+
+    /// Takes in a line of another section.
+    fn line(&mut self, section: &str, line: &str) {
+        let fields: Vec<&str> = line.split('|').map(str::trim).collect();
+        let field = |index: usize| {
+            let text = fields.get(index).copied().unwrap_or("");
+            (!text.is_empty() && text != "0").then(|| text.to_string())
+        };
+        match section {
+            "TEST" => {
+                let numbered = self.number.clone().into_iter().chain(field(1));
+                let test: Vec<String> = numbered.collect();
+                self.facts = TestFacts {
+                    test: (!test.is_empty()).then(|| test.join(", ")),
+                    date: field(3),
+                    laboratory: field(4),
+                    speed: field(14).map(|speed| format!("{speed} km/h")),
+                    ..TestFacts::default()
+                };
+            }
+            "VEHICLE" => {
+                if let Some(number) = fields[0].parse().ok() {
+                    let year = field(3).into_iter();
+                    let identity = field(6).map(|identity| format!("VIN {identity}"));
+                    let words: Vec<String> = year.chain(identity).collect();
+                    self.vehicles.push((number, words.join(", ")));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Returns what is said of the test of a curve and of its sensor.
+    fn of(&self, entry: &CurveEntry) -> TestFacts {
+        let vehicle = self
+            .vehicles
+            .iter()
+            .find(|(number, _)| *number == entry.vehicle);
+        let said = |name: &str, text: &str| {
+            let empty = text.is_empty() || text == "0";
+            (!empty).then(|| format!("{name}{text}"))
+        };
+        let range = entry
+            .rating()
+            .map(|rating| format!("range {rating} {}", entry.of(Y_UNIT)));
+        let sensor: Vec<String> = said("", entry.of(MAKE))
+            .into_iter()
+            .chain(said("calibrated ", entry.of(CALIBRATED)))
+            .chain(range)
+            .collect();
+        TestFacts {
+            vehicle: vehicle.map(|(number, words)| format!("vehicle {number}: {words}")),
+            sensor: (!sensor.is_empty()).then(|| sensor.join(", ")),
+            location: Some(format!("{} {}", entry.of(ATTACHMENT), entry.of(AXIS))),
+            ..self.facts.clone()
+        }
     }
 }
 
@@ -137,6 +224,7 @@ impl CurveEntry {
             vehicle,
             number,
             fields,
+            test: TestFacts::default(),
         })
     }
 
@@ -252,6 +340,7 @@ impl CurveEntry {
             filter_class: None,
             status: some(self.of(STATUS)),
             remarks: Vec::new(),
+            test: self.test.clone(),
         }
     }
 

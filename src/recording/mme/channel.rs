@@ -1,6 +1,7 @@
 //! Channel files: header and samples.
 
 use crate::error::{Error, ErrorKind, Place};
+use crate::recording::TestFacts;
 use crate::recording::code::{self, CLASSES, Code};
 use crate::recording::csv::header::Column;
 use crate::recording::draft::UniformSamples;
@@ -322,6 +323,20 @@ impl ChannelHeader {
         Some(letter.unwrap_or(class).to_string()).filter(|class| !class.is_empty())
     }
 
+    /// Returns what the header says of test and sensor.
+    fn test_facts(&self) -> TestFacts {
+        let one = |key: &str| self.value(key).map(ToString::to_string);
+        let sensor: Vec<String> = ["Transducer type", "Transducer id"]
+            .into_iter()
+            .filter_map(one)
+            .collect();
+        TestFacts {
+            sensor: (!sensor.is_empty()).then(|| sensor.join(", ")),
+            location: one("Channel code"),
+            ..TestFacts::default()
+        }
+    }
+
     /// Returns what the header states beside the samples, and says what of it cannot be read.
     pub(super) fn stated(&self, findings: &mut Vec<Finding>) -> Stated {
         let mut positive = |key: &str| {
@@ -348,6 +363,7 @@ impl ChannelHeader {
             filter_class: class.filter(is_one).or_else(of_code),
             status: self.value("Data status").map(ToString::to_string),
             remarks: Vec::new(),
+            test: self.test_facts(),
         }
     }
 

@@ -15,7 +15,7 @@ use std::fmt::Write as _;
 
 /// Draws the bounds of the share of levers that cross against those of the rule, a bar for each
 /// stop and polarity.
-pub(super) fn gauge(page: &mut Page, document: &Document) {
+fn gauge(page: &mut Page, document: &Document) {
     let Some(shown) = &document.ensemble else {
         return;
     };
@@ -27,7 +27,7 @@ pub(super) fn gauge(page: &mut Page, document: &Document) {
     // Writing into a String cannot fail.
     let _ = write!(
         svg,
-        "<svg class=\"gauge share\" viewBox=\"0 0 860 {bottom}\" style=\"height:auto\" aria-hidden=\"true\">"
+        "<svg class=\"gauge share\" viewBox=\"0 0 860 {bottom}\" aria-hidden=\"true\">"
     );
     let mut y = 20.0;
     for ensemble in all {
@@ -76,7 +76,7 @@ pub(super) fn gauge(page: &mut Page, document: &Document) {
     page.raw(&svg);
     page.raw("<p class=\"sum\">");
     page.text(&share_sentence(shown));
-    page.raw(" <a href=\"#ensemble\">Ensemble</a></p>\n");
+    page.raw("</p>\n");
 }
 
 fn all<'a>(document: &'a Document, shown: &'a Ensemble) -> &'a [Ensemble] {
@@ -118,24 +118,13 @@ fn interval(ensemble: &Ensemble) -> String {
     )
 }
 
-/// Writes the ensemble of each stop and polarity, and what drives the shown one.
-pub(super) fn ensemble(page: &mut Page, document: &Document, drivers: Option<&Figure>) {
+/// Writes the ensemble of each stop and opening direction.
+pub(super) fn ensemble(page: &mut Page, document: &Document) {
     let Some(shown) = &document.ensemble else {
         return;
     };
-    page.section(
-        "ensemble",
-        "Ensemble: levers scattered as design and input are uncertain",
-    );
-    let looks = looks_in_words(|look| match (look / 1000, look % 1000) {
-        (0..10, _) => look.to_string(),
-        (thousands, rest) => format!("{thousands} {rest:03}"),
-    });
-    page.paragraph(&format!(
-        "Each member is the design and the recording with independent normal draws, truncated at \
-         three standard deviations; the first is the nominal lever. The rule looks at them after \
-         {looks} and stops where it can decide."
-    ));
+    page.section("ensemble", "Levers varied within tolerances");
+    gauge(page, document);
     page.table(
         "ensembles",
         &[
@@ -167,20 +156,34 @@ pub(super) fn ensemble(page: &mut Page, document: &Document, drivers: Option<&Fi
              crossing in the lower one.",
         );
     }
+    page.end_section();
+}
+
+/// Writes what drives the peak, parameter by parameter.
+pub(super) fn sensitivity(page: &mut Page, document: &Document, drivers: Option<&Figure>) {
+    let Some(shown) = &document.ensemble else {
+        return;
+    };
     if let Some(figure) = drivers {
         page.figure(figure);
     } else {
         page.note(&words::drivers_sentence(shown));
     }
     inputs(page, document, shown);
+    let looks = looks_in_words(|look| match (look / 1000, look % 1000) {
+        (0..10, _) => look.to_string(),
+        (thousands, rest) => format!("{thousands} {rest:03}"),
+    });
     page.note(&format!(
-        "Draws: {}; seed {}. Each bound holds at {}\u{00A0}% confidence (Clopper and Pearson), so that \
-         the four looks together err in at most 5\u{00A0}% of cases.",
+        "Each member is the design and the recording with independent normal draws, truncated at \
+         three standard deviations; the first is the nominal lever. The rule looks at them after \
+         {looks} and stops where it can decide. Draws: {}; seed {}. Each bound holds at \
+         {}\u{00A0}% confidence (Clopper and Pearson), so that the four looks together err in at \
+         most 5\u{00A0}% of cases.",
         shown.generator,
         shown.seed,
         trimmed(100.0 * shown.confidence, 4)
     ));
-    page.end_section();
 }
 
 fn row(page: &mut Page, ensemble: &Ensemble, threshold: f64) {
@@ -313,10 +316,10 @@ pub(super) fn filters(page: &mut Page, document: &Document) {
     if document.filters.is_empty() {
         return;
     }
-    page.section("filters", "The same recording after each filter");
+    page.section("filters", "After each filter");
     page.table(
         "filters",
-        &["Filter", "Nominal runs say", "#Peak angle [rad]", ""],
+        &["Filter", "Nominal levers", "#Largest angle [rad]", "Remark"],
     );
     for row in &document.filters {
         page.raw(if row.chosen {

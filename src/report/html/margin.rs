@@ -1,12 +1,12 @@
 //! The page of `latchgate margin`.
 
 use super::markup::Page;
-use super::sheet;
 use crate::margin::Quantity;
 use crate::report::MarginDocument;
 use crate::report::margin_words::{advised, bracket, change, direction, never, shown, with_unit};
 use crate::report::number::{ABSENT, significant};
 use crate::report::plot::{Figure, MARGIN_RULES};
+use crate::report::sheet;
 use crate::report::words;
 
 /// Returns the page as one self-contained HTML document.
@@ -27,7 +27,7 @@ pub(in crate::report) fn page(document: &MarginDocument, figures: &[Figure]) -> 
     if let Some(channel) = &recording.channel {
         page.text(&format!("channel {channel} · "));
     }
-    page.text(&format!("design {}", document.design.name));
+    page.text(&format!("design {}", words::design(&document.design)));
     page.raw("</p>\n</div>\n<div class=\"id\">\n<p>latchgate ");
     page.text(&document.run.version);
     page.raw("</p>\n</div>\n</header>\n");

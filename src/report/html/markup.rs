@@ -38,6 +38,29 @@ impl Page {
         self.raw("</h2>\n");
     }
 
+    /// Adds a part that is folded at first; one with nothing in it is left out.
+    pub(super) fn fold(&mut self, id: &str, title: &str, write: &dyn Fn(&mut Self)) {
+        let before = self.out.len();
+        self.raw("<details id=\"");
+        self.raw(id);
+        self.raw("\">\n<summary>");
+        self.text(title);
+        self.raw("</summary>\n");
+        let empty = self.out.len();
+        write(self);
+        if self.out.len() == empty {
+            self.out.truncate(before);
+        } else {
+            self.raw("</details>\n");
+        }
+    }
+
+    /// Adds a heading within a folded part.
+    pub(super) fn heading(&mut self, title: &str) {
+        self.element("h3", "", title);
+        self.raw("\n");
+    }
+
     pub(super) fn end_section(&mut self) {
         self.raw("</section>\n");
     }
@@ -88,11 +111,19 @@ impl Page {
         self.raw("\">\n<thead><tr>");
         for head in heads {
             match head.strip_prefix('#') {
-                Some(head) => self.element("th", "number", head),
-                None => self.element("th", "", head),
+                Some(head) => self.column("number", head),
+                None => self.column("", head),
             }
         }
         self.raw("</tr></thead>\n<tbody>\n");
+    }
+
+    fn column(&mut self, class: &str, head: &str) {
+        self.raw("<th scope=\"col\" class=\"");
+        self.raw(class);
+        self.raw("\">");
+        self.text(head);
+        self.raw("</th>");
     }
 
     pub(super) fn end_table(&mut self) {

@@ -21,7 +21,6 @@ pub(super) fn runs(page: &mut Page, document: &Document) {
     if runs.is_empty() {
         return;
     }
-    page.section("runs", "Runs compared");
     let heads: Vec<String> = runs
         .iter()
         .map(|run| {
@@ -48,7 +47,6 @@ pub(super) fn runs(page: &mut Page, document: &Document) {
             document.request.model.name()
         ));
     }
-    page.end_section();
 }
 
 /// Writes a row for each quantity of the runs.
@@ -68,7 +66,7 @@ fn quantities(page: &mut Page, document: &Document, runs: &[&Run]) {
     };
     let error = |value: Option<f64>| value.map_or_else(|| ABSENT.into(), |v| significant(v, 3));
     let rows: [(&str, Show); 18] = [
-        ("By itself", &|run| {
+        ("Verdict alone", &|run| {
             answer(run).map_or_else(|| ABSENT.into(), |answer| answer.answer.name().into())
         }),
         ("Peak angle [rad]", &|run| number(run.peak_angle_rad)),
@@ -95,7 +93,7 @@ fn quantities(page: &mut Page, document: &Document, runs: &[&Run]) {
         ("Angular velocity there [rad/s]", &|run| {
             number(run.final_velocity_rad_s)
         }),
-        ("Moving there", &|run| yes_no(run.moving_at_end)),
+        ("Still moving at the end", &|run| yes_no(run.moving_at_end)),
         ("Coast peak afterwards [rad]", &|run| {
             optional(run.coast_peak_angle_rad, &number)
         }),
@@ -158,11 +156,9 @@ pub(super) fn impacts(page: &mut Page, document: &Document) {
     let Some(run) = &document.nominal else {
         return;
     };
-    page.section("impacts", "Impacts of the nominal run");
     let listed = &run.impact_list[..run.impact_list.len().min(IMPACTS_LISTED)];
     if listed.is_empty() {
         page.paragraph("The lever never struck its stop faster than 0.001 rad/s.");
-        page.end_section();
         return;
     }
     let shown = &listed[..listed.len().min(IMPACTS_SHOWN)];
@@ -199,7 +195,6 @@ pub(super) fn impacts(page: &mut Page, document: &Document) {
             listed.len()
         ));
     }
-    page.end_section();
 }
 
 fn impact_columns(page: &mut Page, class: &str, list: &[[f64; 2]], first: usize, rows: usize) {
@@ -226,12 +221,12 @@ pub(super) fn budget(page: &mut Page, document: &Document) {
     let Some(run) = &document.nominal else {
         return;
     };
-    page.section("budget", "Where the peak’s uncertainty comes from");
+    page.section("budget", "How sure is the largest angle");
     let (margin, _) = margin(document.threshold_rad, run.peak_angle_rad);
     page.paragraph(&format!(
-        "Each part is a change of the nominal peak, measured by running the lever again. The \
-         margin to compare it with is {} rad.",
-        significant(margin, DIGITS)
+        "Each part is a change of the nominal lever’s largest angle, by a rerun; distance to the \
+         limit angle {}\u{00A0}rad.",
+        significant(margin.abs(), 3)
     ));
     page.table(
         "budget",
@@ -284,7 +279,6 @@ fn bound(page: &mut Page, name: &str, value: &str, here: &str) {
 /// Writes the closed-form bounds.
 pub(super) fn screens(page: &mut Page, document: &Document) {
     let screens = &document.screens;
-    page.section("bounds", "Bounds that need no integration");
     page.table("bounds", &["Bound", "#Value", "Here"]);
     let peak = document
         .conditioning
@@ -336,7 +330,6 @@ pub(super) fn screens(page: &mut Page, document: &Document) {
         screened(page, run);
     }
     page.end_table();
-    page.end_section();
 }
 
 /// Writes which rung decided, and how far each stop and polarity was followed.
@@ -344,7 +337,6 @@ pub(super) fn ladder(page: &mut Page, document: &Document) {
     let Some(ladder) = &document.ladder else {
         return;
     };
-    page.section("ladder", "How far the decision went");
     page.paragraph(&format!(
         "Decided by: {}. {}",
         ladder.rung.name(),
@@ -355,7 +347,7 @@ pub(super) fn ladder(page: &mut Page, document: &Document) {
             "findings",
             &[
                 "Stop and sign",
-                "By itself",
+                "Verdict alone",
                 "Rests on",
                 "Why nothing finer",
             ],
@@ -379,7 +371,6 @@ pub(super) fn ladder(page: &mut Page, document: &Document) {
         "Samples replayed for the decision, nominal runs, their fourfold and ensembles together: {}.",
         count(ladder.samples_replayed)
     ));
-    page.end_section();
 }
 
 /// Writes what the bounds say of one stop and polarity.
@@ -418,12 +409,55 @@ fn screened(page: &mut Page, run: &ScreenedRun) {
     page.raw("</tr>\n");
 }
 
+/// Findings of the first page.
+const FINDINGS_SHOWN: usize = 5;
+
+/// Writes what blocks or warns, and what the laboratory says; the rest is counted.
+pub(super) fn main_findings(page: &mut Page, document: &Document) {
+    page.section("findings", "Findings");
+    let mut told: Vec<&Finding> = document
+        .findings
+        .iter()
+        .filter(|finding| words::always_told(finding))
+        .collect();
+    told.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    if !told.is_empty() {
+        page.raw("<ul class=\"found\">\n");
+    }
+    for finding in told.iter().take(FINDINGS_SHOWN) {
+        page.raw("<li>");
+        let class = format!("badge {}", finding.severity.name());
+        page.element("span", &class, words::severity(finding.severity));
+        page.raw(" ");
+        page.text(&words::sentence(&finding.text));
+        if let Some(at) = finding.at_s {
+            page.text(&format!(" From {}.", instant(at)));
+        }
+        page.element("code", "", &finding.code);
+        page.raw("</li>\n");
+    }
+    if !told.is_empty() {
+        page.raw("</ul>\n");
+    }
+    let rest = document.findings.len() - told.len().min(FINDINGS_SHOWN);
+    page.raw("<p class=\"sum\">");
+    page.text(&match (told.len(), rest) {
+        (0, 0) => "Nothing odd was found in the recording, its conditioning or its replay.".into(),
+        (0, rest) => format!("No warnings. Notes: {rest}. "),
+        (_, 0) => String::new(),
+        (_, rest) => format!("Further findings: {rest}. "),
+    });
+    if rest > 0 {
+        page.raw("<a href=\"#all-findings\">All findings</a>");
+    }
+    page.raw("</p>\n");
+    page.end_section();
+}
+
 /// Writes the findings, the weightiest first.
 pub(super) fn findings(page: &mut Page, document: &Document) {
-    page.section("findings", "Findings");
     if document.findings.is_empty() {
         page.paragraph("Nothing odd was found in the recording, its conditioning or its replay.");
-        page.end_section();
         return;
     }
     let mut findings: Vec<&Finding> = document.findings.iter().collect();
@@ -449,5 +483,4 @@ pub(super) fn findings(page: &mut Page, document: &Document) {
         "Blocking findings forbid a pass; the verdict is unusable unless the lever was lost \
          before the data went bad. Warnings and notes change no verdict.",
     );
-    page.end_section();
 }

@@ -8,10 +8,43 @@ use crate::report::number::{ABSENT, count, exact, significant, trimmed};
 use crate::report::words::{self, DIGITS, instant};
 use crate::units::STANDARD_GRAVITY;
 
+/// Writes what was judged: test, channel, design, and who checked it.
+pub(super) fn judged(page: &mut Page, document: &Document) {
+    let recording = &document.recording;
+    page.section("judged", "What was judged");
+    page.raw("<div class=\"sides\">\n");
+    page.facts();
+    for (name, value) in words::test_facts(document) {
+        page.fact(name, &value);
+    }
+    page.fact("File", &recording.file);
+    if let Some(channel) = &recording.channel {
+        page.fact("Channel", channel);
+    }
+    page.end_table();
+    page.facts();
+    page.fact("Design", &words::design(&document.design));
+    page.fact("Opening direction", &words::direction(document));
+    if let Some(block) = &document.conditioning {
+        page.fact("Signal", &words::conditioned(block));
+        page.fact(
+            "Velocity change",
+            &format!("{}\u{00A0}m/s", trimmed(block.velocity_change_m_s, 3)),
+        );
+    }
+    page.end_table();
+    page.raw("</div>\n<div class=\"sign\">");
+    for word in ["Checked by", "Date", "Signature"] {
+        page.element("span", "", word);
+    }
+    page.raw("</div>\n");
+    page.end_section();
+}
+
 /// Writes what was read.
 pub(super) fn recording(page: &mut Page, document: &Document) {
     let recording = &document.recording;
-    page.section("recording", "Recording");
+    page.heading("Recording");
     page.facts();
     page.fact("File", &recording.file);
     page.code_fact("SHA-256", recording.sha256.as_deref().unwrap_or("not read"));
@@ -61,15 +94,13 @@ pub(super) fn recording(page: &mut Page, document: &Document) {
         None => page.fact("Card", "none"),
     }
     page.end_table();
-    page.end_section();
 }
 
 /// Writes how it was conditioned.
 pub(super) fn conditioning(page: &mut Page, document: &Document) {
-    page.section("conditioning", "Conditioning");
+    page.heading("Conditioning");
     let Some(block) = &document.conditioning else {
         page.paragraph("Nothing was conditioned.");
-        page.end_section();
         return;
     };
     page.facts();
@@ -113,7 +144,6 @@ pub(super) fn conditioning(page: &mut Page, document: &Document) {
         "units, faults, bias, resampling, filter; the sign enters last, in the model",
     );
     page.end_table();
-    page.end_section();
 }
 
 /// Writes the bias that was removed, with its error.
@@ -185,9 +215,8 @@ fn filter(page: &mut Page, block: &ConditioningBlock) {
 /// Writes the design with its tolerances.
 pub(super) fn design(page: &mut Page, document: &Document) {
     let design = &document.design;
-    page.section("design", "Design");
     page.raw("<p>");
-    page.element("strong", "", &design.name);
+    page.element("strong", "", &words::design(design));
     page.raw("</p>\n");
     page.table(
         "design",
@@ -205,8 +234,24 @@ pub(super) fn design(page: &mut Page, document: &Document) {
             Slot::InputScale | Slot::InputBias => ABSENT.to_string(),
             Slot::Lever(_) | Slot::Stop(_) | Slot::Threshold => exact(design.value(parameter)),
         };
-        page.raw("<tr>");
-        page.element("th", "", parameter.what);
+        let of = |key: &String| {
+            key == parameter.name || key.strip_prefix("tolerance.") == Some(parameter.key())
+        };
+        let modified = design.modified.iter().any(of);
+        page.raw(if modified {
+            "<tr class=\"nominal\">"
+        } else {
+            "<tr>"
+        });
+        page.element(
+            "th",
+            "",
+            &format!(
+                "{}{}",
+                parameter.what,
+                if modified { ", modified" } else { "" }
+            ),
+        );
         page.element("td", "", parameter.symbol);
         page.element("td", "number", &value);
         page.element("td", "", parameter.unit);
@@ -223,13 +268,11 @@ pub(super) fn design(page: &mut Page, document: &Document) {
         "Model: I₀ φ″ + c φ′ + k φ = −T₀ − m a L cos φ; φ ≥ 0 on a rigid stop, spring and damper \
          in place of the stop on a soft one.",
     );
-    page.end_section();
 }
 
 /// Writes what is needed to repeat the verdict and to see how it was decided.
 pub(super) fn provenance(page: &mut Page, document: &Document) {
     let request = &document.request;
-    page.section("provenance", "How it was decided, and how to repeat it");
     page.raw("<p class=\"statement\">");
     page.text(&document.decision_rule);
     page.raw("</p>\n");
@@ -283,17 +326,22 @@ pub(super) fn provenance(page: &mut Page, document: &Document) {
         &format!("{}\u{00A0}m/s², exact", exact(STANDARD_GRAVITY)),
     );
     page.fact("latchgate", &format!("version {}", document.run.version));
+    page.code_fact("Report", &document.report_id);
+    let file = crate::report::escape::shell(&document.recording.file);
+    page.code_fact(
+        "Verify",
+        &format!("latchgate verify verdict.json --recording {file}"),
+    );
     page.fact(
         "All digits",
         &format!("verdict.json beside this report, {}", document.schema),
     );
     page.end_table();
-    page.end_section();
 }
 
 /// Writes what this report does not say.
 pub(super) fn limits(page: &mut Page, document: &Document) {
-    page.section("limits", "Limits");
+    page.section("limits", "What this report does not say");
     page.raw("<div class=\"statement\">\n");
     page.paragraph(
         "The model has one degree of freedom: a lever, its spring and its stop. It knows no \
@@ -306,19 +354,16 @@ pub(super) fn limits(page: &mut Page, document: &Document) {
     );
     page.paragraph(&format!(
         "The results relate only to the recording {} and the design {} named above.",
-        document.recording.file, document.design.name
+        document.recording.file,
+        words::design(&document.design)
     ));
     page.raw("</div>\n");
     page.end_section();
 }
 
-/// Writes room for a signature, and the end.
-pub(super) fn end(page: &mut Page, identity: &str) {
-    page.raw("<div class=\"sign\">");
-    for word in ["Checked by", "Date", "Signature"] {
-        page.element("span", "", word);
-    }
-    page.raw("</div>\n<p class=\"end\">End of report ");
-    page.text(identity);
+/// Writes the end.
+pub(super) fn end(page: &mut Page, name: &str) {
+    page.raw("<p class=\"end\">End of report ");
+    page.text(name);
     page.raw("</p>\n");
 }

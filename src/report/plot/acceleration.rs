@@ -70,7 +70,7 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
         name: NAME,
         title: title.into(),
         caption: format!(
-            "As recorded (grey) and as the lever feels it (blue): {}.{peak}",
+            "As recorded (grey) and as the lever feels it (black): {}.{peak}",
             used_text(context)
         ),
         description: format!(
@@ -123,7 +123,7 @@ fn faults<'a>(context: &PlotContext<'a>) -> Vec<(f64, &'a str)> {
         .collect()
 }
 
-fn used_text(context: &PlotContext) -> String {
+pub(super) fn used_text(context: &PlotContext) -> String {
     let Some(block) = &context.document.conditioning else {
         return "as used".into();
     };

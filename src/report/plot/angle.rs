@@ -3,15 +3,39 @@
 use super::canvas::{Anchor, Canvas};
 use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Sample};
 use super::{Figure, PlotContext, acceleration, thin};
+use crate::model::stop::StopModel;
 use crate::replay::Run;
 use crate::report::number::exact;
 use crate::report::words::{self, angle, time};
+use crate::units::OpensWhen;
 use crate::verdict::Trace;
 
 pub(super) const NAME: &str = "angle";
 
-/// Classes of the traces, the nominal run's first.
-pub(super) const TRACES: [&str; 4] = ["trace-0", "trace-1", "trace-2", "trace-3"];
+/// Most traces of a drawing: two stops, each with two opening directions.
+const TRACES: usize = 4;
+
+/// Returns the class of each run: a colour for each stop, the same in every picture, and another
+/// dash for a second opening direction.
+pub(super) fn classes(
+    runs: impl Iterator<Item = (StopModel, OpensWhen)>,
+) -> impl Iterator<Item = &'static str> {
+    let mut first = None;
+    runs.map(move |(model, opens_when)| {
+        let same = *first.get_or_insert(opens_when) == opens_when;
+        match (model, same) {
+            (StopModel::Rigid, true) => "run-rigid",
+            (StopModel::Rigid, false) => "run-rigid other",
+            (StopModel::Soft, true) => "run-soft",
+            (StopModel::Soft, false) => "run-soft other",
+        }
+    })
+}
+
+/// As [`classes`], of traces.
+pub(super) fn trace_classes(traces: &[&Trace]) -> Vec<&'static str> {
+    classes(traces.iter().map(|trace| (trace.model, trace.opens_when))).collect()
+}
 
 const DEGREES_PER_RADIAN: f64 = 180.0 / std::f64::consts::PI;
 
@@ -120,14 +144,14 @@ pub(super) fn drawn_traces<'a>(context: &PlotContext<'a>) -> Vec<&'a Trace> {
         .traces
         .iter()
         .filter(|trace| !trace.points.is_empty())
-        .take(TRACES.len())
+        .take(TRACES)
         .collect()
 }
 
 pub(super) fn legend(traces: &[&Trace], nominal: bool) -> Vec<LegendEntry> {
     traces
         .iter()
-        .zip(TRACES)
+        .zip(trace_classes(traces))
         .enumerate()
         .map(|(index, (trace, class))| {
             let stop = words::stop(trace.model);
@@ -179,7 +203,7 @@ impl Drawing<'_> {
         panel.level(canvas, "zero", 0.0);
         panel.begin_inside(canvas, clip);
         let scale = self.context.time_scale;
-        for (trace, class) in self.traces.iter().zip(TRACES) {
+        for (trace, class) in self.traces.iter().zip(trace_classes(self.traces)) {
             let points = thin::columns(
                 trace
                     .points

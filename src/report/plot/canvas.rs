@@ -67,6 +67,11 @@ impl Canvas {
         self.out.push_str(")\">\n");
     }
 
+    pub(super) fn begin_group(&mut self, class: &str) {
+        self.open("g", class);
+        self.out.push_str(">\n");
+    }
+
     pub(super) fn end_group(&mut self) {
         self.out.push_str("</g>\n");
     }

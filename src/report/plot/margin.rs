@@ -33,7 +33,7 @@ pub(in crate::report) fn figures(document: &MarginDocument, margins: &Margins) -
 const NAMED_MS: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
 
 /// Classes of the curves of limits, by stop.
-const CLASSES: [&str; 2] = ["trace-0", "trace-1"];
+const CLASSES: [&str; 2] = ["run-rigid", "run-soft"];
 
 fn limit(limit: &LimitCurve) -> Figure {
     let height = 560.0;

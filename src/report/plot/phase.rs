@@ -1,6 +1,6 @@
 //! Phase plane: angular velocity against angle.
 
-use super::angle::{TRACES, drawn_traces, legend};
+use super::angle::{drawn_traces, legend, trace_classes};
 use super::canvas::{Anchor, Canvas};
 use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Scale};
 use super::{Figure, PlotContext, thin};
@@ -46,7 +46,7 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     panel.level(&mut canvas, "zero", 0.0);
     panel.upright(&mut canvas, "zero", 0.0);
     panel.begin_inside(&mut canvas, "phase-plane-clip");
-    for (trace, class) in traces.iter().zip(TRACES) {
+    for (trace, class) in traces.iter().zip(trace_classes(&traces)) {
         let points: Vec<(f64, f64)> = trace
             .points
             .iter()

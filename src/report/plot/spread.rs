@@ -4,9 +4,10 @@ use super::angle::result_sentence;
 use super::canvas::Canvas;
 use super::frame::{self, Frame, LEFT, LegendEntry, Sample};
 use super::{Figure, PlotContext, acceleration, thin};
+use crate::model::stop::StopModel;
 use crate::report::number::{count, exact};
 use crate::report::words;
-use crate::verdict::Trace;
+use crate::verdict::{QuantileBand, Trace};
 
 pub(super) const NAME: &str = "spread";
 
@@ -35,10 +36,11 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     let low = angles().fold(0.0, f64::min);
     let range = (low - (high - low) * 0.03, high + (high - low) * 0.10);
 
+    let (ribbon, run) = classes(band);
     let entries = [
-        LegendEntry::new(Sample::Patch("ribbon"), "9 of 10 levers at each instant"),
+        LegendEntry::new(Sample::Patch(ribbon), "9 of 10 levers at each instant"),
         LegendEntry::line("median", "median"),
-        LegendEntry::line("trace-0", "nominal run"),
+        LegendEntry::line(run, "nominal run"),
         LegendEntry::line("limit", "limit"),
     ];
     let mut canvas = Canvas::with_capacity(64 * 1024);
@@ -85,6 +87,14 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     })
 }
 
+/// Returns the classes of the band and of the run within it, in the colour of their stop.
+fn classes(band: &QuantileBand) -> (&'static str, &'static str) {
+    match band.model {
+        StopModel::Rigid => ("ribbon of-rigid", "run-rigid"),
+        StopModel::Soft => ("ribbon of-soft", "run-soft"),
+    }
+}
+
 /// Draws the band, the nominal run and the median.
 fn curves(canvas: &mut Canvas, context: &PlotContext, panel: &Frame, nominal: Option<&Trace>) {
     let Some(band) = &context.evidence.quantile_band else {
@@ -101,7 +111,8 @@ fn curves(canvas: &mut Canvas, context: &PlotContext, panel: &Frame, nominal: Op
     let outline = along(&band.p95)
         .into_iter()
         .chain(along(&band.p05).into_iter().rev());
-    canvas.polyline("ribbon", outline);
+    let (ribbon, run) = classes(band);
+    canvas.polyline(ribbon, outline);
     if let Some(trace) = nominal {
         let points = thin::columns(
             trace
@@ -110,7 +121,7 @@ fn curves(canvas: &mut Canvas, context: &PlotContext, panel: &Frame, nominal: Op
                 .map(|point| panel.place(point.time_s * scale, point.angle_rad)),
             0.5,
         );
-        canvas.polyline("trace-0", points.into_iter());
+        canvas.polyline(run, points.into_iter());
     }
     canvas.polyline("median", along(&band.p50).into_iter());
 }

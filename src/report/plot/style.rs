@@ -56,18 +56,23 @@ pub const RULES: &str = "\
 .plot .edge{fill:none;stroke:var(--muted);stroke-width:1;stroke-dasharray:2 3}
 .plot .fault{fill:none;stroke:var(--fail);stroke-width:1.5;stroke-dasharray:2 3}
 .plot .limit{fill:none;stroke:var(--fail);stroke-width:1.75;stroke-dasharray:9 4}
-.plot .ribbon{fill:var(--first);opacity:.2}
+.plot .ribbon{opacity:.2}
+.plot .ribbon.of-rigid{fill:var(--first)}
+.plot .ribbon.of-soft{fill:var(--second)}
 .plot .median{fill:none;stroke:var(--third);stroke-width:2;stroke-dasharray:6 3;stroke-linejoin:round}
 .plot .raises{fill:var(--second)}
 .plot .lowers{fill:var(--first)}
 .plot .chance{fill:var(--grid)}
 .plot .impact{stroke:var(--ink);stroke-width:1}
 .plot .raw{fill:none;stroke:var(--raw);stroke-width:1;stroke-linejoin:round}
-.plot .used{fill:none;stroke:var(--first);stroke-width:1.35;stroke-linejoin:round}
-.plot .trace-0{fill:none;stroke:var(--first);stroke-width:2.4;stroke-linejoin:round}
-.plot .trace-1{fill:none;stroke:var(--second);stroke-width:1.4;stroke-dasharray:7 4;stroke-linejoin:round}
-.plot .trace-2{fill:none;stroke:var(--third);stroke-width:1.4;stroke-dasharray:2 3;stroke-linejoin:round}
-.plot .trace-3{fill:none;stroke:var(--fourth);stroke-width:1.4;stroke-dasharray:9 3 2 3;stroke-linejoin:round}
+.plot .used{fill:none;stroke:var(--ink);stroke-width:1.35;stroke-linejoin:round}
+.plot .velocity{fill:none;stroke:var(--third);stroke-width:1.6;stroke-linejoin:round}
+.plot .run-rigid{fill:none;stroke:var(--first);stroke-width:2;stroke-linejoin:round}
+.plot .run-soft{fill:none;stroke:var(--second);stroke-width:2;stroke-linejoin:round}
+.plot .other{stroke-width:1.6;stroke-dasharray:6 4}
+.plot .contact{fill:none;stroke:var(--muted);stroke-width:1}
+.plot .crossing{fill:none;stroke:var(--fail);stroke-width:1.25}
+.plot .peak{fill:none;stroke:var(--muted);stroke-width:1;stroke-dasharray:2 3}
 .plot .mark{fill:var(--paper);stroke:var(--ink);stroke-width:1.75}
 .plot .cross{fill:var(--fail);stroke:var(--paper);stroke-width:1}
 .plot image{image-rendering:auto}

@@ -11,91 +11,308 @@ pub(super) fn listing(folder: &Path) -> Vec<String> {
     names
 }
 
-const REPORT_FILES: [&str; 9] = [
+const REPORT_FILES: [&str; 11] = [
     "acceleration.svg",
     "amplitude-spectra.svg",
     "angle.svg",
     "drivers.svg",
+    "event.svg",
     "phase-plane.svg",
     "report.html",
+    "series.csv",
     "spectrogram.svg",
     "spread.svg",
     "verdict.json",
 ];
 
+/// The files of a report with the note of where the recording was.
+fn kept() -> Vec<&'static str> {
+    let mut names = REPORT_FILES.to_vec();
+    names.push("recording.path");
+    names.sort_unstable();
+    names
+}
+
+fn id_of(folder: &Path) -> String {
+    let text = fs::read_to_string(folder.join("verdict.json")).unwrap();
+    let document: Value = serde_json::from_str(&text).unwrap();
+    document["report_id"].as_str().unwrap().to_string()
+}
+
 #[test]
 fn cli_reports_go_where_they_are_asked_to_and_nowhere_else() {
     let folder = Folder::new("reports");
     let run = |arguments: &[&str]| finish(program().args(arguments).current_dir(folder.path()));
+    let out = folder.path().join("reports/out");
     let file = signal_file("surviving.csv");
     let quiet = run(&["replay", &file, "--no-report"]);
     assert_eq!(quiet.code, 0);
-    assert!(!quiet.out.contains("  report "));
     assert!(listing(folder.path()).is_empty());
 
+    // The text is the same but for the lines with paths.
     let done = run(&["replay", &file]);
-    let default = "reports/out/surviving.csv-paper";
+    let report = |line: &&str| !(line.contains("reports/out") || line.contains("verify"));
+    let words: Vec<&str> = done.out.lines().filter(report).collect();
+    assert_eq!(words, quiet.out.lines().collect::<Vec<_>>());
+
+    // The folder's name carries the identity, and so do page and plots.
+    let names = listing(&out);
+    let [name] = names.as_slice() else {
+        panic!("{names:?}")
+    };
+    let id = id_of(&out.join(name));
+    assert_eq!(*name, format!("surviving.csv-paper-{}", &id[..8]));
+    assert_eq!(listing(&out.join(name)), kept());
+    assert_eq!(listing(folder.path()), ["reports"]);
     assert!(
         done.out
-            .contains(&format!("  report          {default}/report.html\n")),
-        "{}",
-        done.out
+            .contains(&format!("reports/out/{name}/report.html\n"))
     );
-    assert_eq!(listing(&folder.path().join(default)), REPORT_FILES);
-    assert_eq!(listing(folder.path()), ["reports"]);
+    let verify = format!("latchgate verify reports/out/{name}/verdict.json\n");
+    assert!(done.out.contains(&verify), "{}", done.out);
+    for file in ["report.html", "angle.svg"] {
+        let text = fs::read_to_string(out.join(name).join(file)).unwrap();
+        assert!(text.contains(&id[..8]), "{file}");
+    }
 
-    let out = run(&[
+    // Another question has another folder, and names what is modified.
+    let heavier = run(&["replay", &file, "--set", "lever.mass_kg=0.16"]);
+    assert_eq!(listing(&out).len(), 2);
+    let modified = "design       paper, modified: mass 0.16 kg (0.1475)\n";
+    assert!(heavier.out.contains(modified), "{}", heavier.out);
+    let other = listing(&out)
+        .into_iter()
+        .find(|other| other != name)
+        .unwrap();
+    let page = fs::read_to_string(out.join(&other).join("report.html")).unwrap();
+    assert!(page.contains("paper, modified: mass 0.16") && page.contains("Mass, modified"));
+
+    let there = folder.path().join("there/it is");
+    let set = ["--set", "name=../a/b c", "--format", "json"];
+    let json = run(&[&["replay", &file, "--out", "there/it is"], &set[..]].concat());
+    assert_eq!(listing(&there), kept());
+    let stored = fs::read_to_string(there.join("verdict.json")).unwrap();
+    assert_eq!(without_run(&stored), without_run(&json.out));
+
+    // A run that judges nothing touches no report and makes no folder.
+    let cut = folder.write("cut.csv", "time_s,acc_y_g\n0,1\n0.0001,x\n");
+    for (recording, options) in [
+        (cut.as_str(), &[][..]),
+        ("missing.csv", &[]),
+        (file.as_str(), &["--channel", "nope"]),
+    ] {
+        let before = fs::read(there.join("verdict.json")).unwrap();
+        let words = ["replay", recording, "--out", "there/it is"];
+        let refused = run(&[&words, options].concat());
+        assert_eq!((refused.code, refused.out.as_str()), (4, ""));
+        assert_eq!(refused.err.lines().count(), 1, "{}", refused.err);
+        assert_eq!(listing(&there), kept());
+        assert_eq!(fs::read(there.join("verdict.json")).unwrap(), before);
+        assert_eq!(
+            run(&[&["replay", recording, "--out", "fresh"], options].concat()).code,
+            4
+        );
+        assert!(!folder.path().join("fresh").exists());
+    }
+
+    // What others put into the folder stays, and another's report is not replaced in silence.
+    fs::write(there.join("notes.txt"), "mine").unwrap();
+    let again = run(&["replay", &file, "--out", "there/it is"]);
+    assert!(
+        again.err.contains("an earlier report was replaced"),
+        "{}",
+        again.err
+    );
+    assert_ne!(
+        stored,
+        fs::read_to_string(there.join("verdict.json")).unwrap()
+    );
+    assert!(there.join("notes.txt").exists());
+    assert_eq!(listing(&there).len(), kept().len() + 1);
+}
+
+/// The series that is asked for is that of the report's folder.
+#[test]
+fn cli_the_series_is_that_of_the_report() {
+    let folder = Folder::new("series");
+    let file = signal_file("surviving.csv");
+    let run = |words: &[&str]| finish(program().args(words).current_dir(folder.path()));
+    let asked = [
         "replay",
         &file,
+        "--members",
+        "0",
+        "--series",
+        "s.csv",
         "--out",
-        "there/it is",
-        "--set",
-        "name=a/b c",
+        "report",
+    ];
+    assert_eq!(run(&asked).code, 0);
+    let alone = fs::read(folder.path().join("s.csv")).unwrap();
+    assert!(alone == fs::read(folder.path().join("report/series.csv")).unwrap());
+    let without = [
+        "replay",
+        &file,
+        "--members",
+        "0",
+        "--series",
+        "t.csv",
+        "--no-report",
+    ];
+    assert_eq!(run(&without).code, 0);
+    assert!(alone == fs::read(folder.path().join("t.csv")).unwrap());
+    assert_eq!(run(&["replay", &file, &file, "--series", "u.csv"]).code, 2);
+}
+
+/// Two verdicts side by side: only what differs, settings and design before results.
+#[test]
+fn cli_two_verdicts_are_compared() {
+    let folder = Folder::new("compare");
+    let file = signal_file("burst.csv");
+    let run = |words: &[&str]| finish(program().args(words).current_dir(folder.path()));
+    let base = ["replay", &file, "--members", "0", "--out"];
+    assert_eq!(run(&[&base[..], &["a"]].concat()).code, 1);
+    let other = ["b", "--set", "lever.mass_kg=0.15", "--filter", "none"];
+    assert_eq!(run(&[&base[..], &other].concat()).code, 1);
+    let same = run(&["compare", "a/verdict.json", "a/verdict.json"]);
+    assert_eq!((same.code, same.out.split(' ').next()), (0, Some("SAME")));
+    let done = run(&["compare", "a/verdict.json", "b/verdict.json"]);
+    assert_eq!((done.code, done.err.as_str()), (1, ""));
+    let at = |words: &str| {
+        done.out
+            .find(words)
+            .unwrap_or_else(|| panic!("{words}: {}", done.out))
+    };
+    assert!(at("request.filter") < at("design.lever.mass_kg"));
+    assert!(at("design.lever.mass_kg") < at("nominal.peak_angle_rad"));
+    assert!(!done.out.contains("spring_stiffness") && !done.out.contains("elapsed"));
+    let json = run(&[
+        "compare",
+        "a/verdict.json",
+        "b/verdict.json",
         "--format",
         "json",
     ]);
-    assert_eq!(listing(&folder.path().join("there/it is")), REPORT_FILES);
-    assert_eq!(
-        listing(&folder.path().join("reports/out")),
-        ["surviving.csv-paper"]
-    );
-    let stored = fs::read_to_string(folder.path().join("there/it is/verdict.json")).unwrap();
-    assert_eq!(without_run(&stored), without_run(&out.out));
+    assert_eq!(json.document()["same"], false);
+    assert_eq!(run(&["compare", "a/verdict.json", "a/series.csv"]).code, 4);
+}
 
-    run(&["replay", &file, "--set", "name=../a/b c"]);
-    assert_eq!(
-        listing(&folder.path().join("reports/out")),
-        ["surviving.csv-.._a_b_c", "surviving.csv-paper"]
-    );
+/// A verdict is printed even where its report cannot be written.
+#[test]
+fn cli_a_verdict_does_not_wait_for_its_report() {
+    let folder = Folder::new("unwritable");
+    let blocked = folder.write("cut.csv", "a file where the folder should be");
+    let done = latchgate(&["replay", &signal_file("burst.csv"), "--out", &blocked]);
+    assert_eq!(done.code, 4);
+    assert!(done.out.starts_with("✗ FAIL"), "{}", done.out);
+    let said = "cut.csv: cannot make the report folder";
+    assert!(done.err.contains(said));
+    assert_eq!(done.err.lines().count(), 1, "{}", done.err);
+}
 
-    // A pass does not outlive a later run into its folder that had no answer.
-    let place = folder.path().join("there/it is");
-    let cut = folder.write("cut.csv", "time_s,acc_y_g\n0,1\n0.0001,x\n");
-    for recording in [cut.as_str(), "missing.csv"] {
-        run(&["replay", &file, "--out", "there/it is"]);
-        assert_eq!(listing(&place), REPORT_FILES);
-        let refused = run(&["replay", recording, "--out", "there/it is"]);
-        assert_eq!(refused.code, 4);
-        assert_eq!(listing(&place), ["report.html", "verdict.json"]);
-        let page = fs::read_to_string(place.join("report.html")).unwrap();
-        assert!(
-            page.contains("UNUSABLE") && !page.contains("PASS"),
-            "{recording}"
-        );
+/// Several recordings: a report each, a table with the worst first, the worst exit code.
+#[test]
+fn cli_several_recordings_are_a_table() {
+    let folder = Folder::new("several");
+    let [pass, fail] = ["surviving.csv", "burst.csv"].map(signal_file);
+    let run = |words: &[&str]| finish(program().args(words).current_dir(folder.path()));
+    let done = run(&["replay", &pass, &fail]);
+    assert_eq!((done.code, done.err.as_str()), (1, ""));
+    let lines: Vec<&str> = done.out.lines().collect();
+    assert_eq!(lines[0], "✗ FAIL  2 recordings: 1 fail, 1 pass");
+    assert!(lines[2].starts_with("✗ FAIL") && lines[3].starts_with("✓ PASS"));
+    assert_eq!(listing(&folder.path().join("reports/out")).len(), 2);
+    let with_missing = run(&["replay", &pass, "missing.csv", "--no-report"]);
+    assert_eq!(with_missing.code, 4);
+    assert!(with_missing.out.contains("! NOT JUDGED  missing.csv"));
+    assert_eq!(with_missing.err.lines().count(), 1);
+    let both = run(&["replay", &pass, &fail, "--format", "json", "--no-report"]);
+    let document = both.document();
+    assert_eq!(document["verdict"], "fail");
+    assert_eq!(document["verdicts"][0]["verdict"], "pass");
+    assert_eq!(document["verdicts"][1]["recording"]["file"], "burst.csv");
+}
+
+/// Where a report is written, whoever looks finds the earlier one, the new one or none, whole:
+/// runs that are killed at any instant, and runs that write at once, do no harm.
+#[test]
+fn prop_a_report_is_there_whole_or_not_at_all() {
+    let folder = Folder::new("killed");
+    let out = folder.path().join("report");
+    let begin = |preload: usize| {
+        let set = format!("lever.preload_torque_nm=0.{preload}");
+        let mut run = program();
+        run.args([
+            "replay",
+            &signal_file("surviving.csv"),
+            "--set",
+            &set,
+            "--out",
+        ])
+        .arg(&out)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
+        run.spawn().unwrap()
+    };
+    let whole = || {
+        if !out.exists() {
+            return;
+        }
+        assert_eq!(listing(&out), kept());
+        let id = id_of(&out);
+        for name in ["report.html", "angle.svg", "spectrogram.svg"] {
+            let text = fs::read_to_string(out.join(name)).unwrap();
+            assert!(text.contains(&id[..8]), "{name} is another report's");
+            assert!(text.ends_with("</html>\n") || text.ends_with("</svg>\n"));
+        }
+    };
+    assert!(begin(11).wait().unwrap().success());
+    for round in 0..24_u64 {
+        let mut child = begin(12 + round as usize);
+        std::thread::sleep(std::time::Duration::from_millis(40 + 13 * round));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        whole();
     }
-    // A name that no file bears makes no folder.
-    assert_eq!(run(&["replay", "missing.csv", "--out", "fresh"]).code, 4);
-    assert!(!folder.path().join("fresh").exists());
+    let many: Vec<_> = (40..46).map(begin).collect();
+    for mut child in many {
+        assert!(child.wait().unwrap().success());
+    }
+    assert!(out.exists());
+    whole();
+}
 
-    let blocked = run(&["replay", &file, "--out", "cut.csv"]);
-    assert_eq!(blocked.code, 4);
-    assert!(
-        blocked
-            .err
-            .contains("cut.csv: cannot make the report folder"),
-        "{}",
-        blocked.err
+/// `verify` finds the recording beside the verdict, and from wherever the report lies below the
+/// folder where it was replayed.
+#[test]
+fn cli_verify_finds_the_recording_where_it_was_replayed() {
+    let folder = Folder::new("verify-where");
+    let data = folder.path().join("data");
+    fs::create_dir(&data).unwrap();
+    for name in ["surviving.csv", "surviving.csv.toml"] {
+        fs::copy(signal_file(name), data.join(name)).unwrap();
+    }
+    let run = |words: &[&str], at: &Path| finish(program().args(words).current_dir(at));
+    let done = run(
+        &["replay", "data/surviving.csv", "--members", "0"],
+        folder.path(),
     );
+    assert_eq!(done.code, 0, "{}", done.err);
+    let line = done
+        .out
+        .lines()
+        .find(|line| line.contains("latchgate verify"));
+    let verdict = line.unwrap().rsplit(' ').next().unwrap();
+    assert_eq!(run(&["verify", verdict], folder.path()).code, 0);
+    let from_elsewhere = folder.path().join(verdict);
+    let from_elsewhere = from_elsewhere.to_str().unwrap();
+    assert_eq!(run(&["verify", from_elsewhere], Path::new("/")).code, 0);
+    fs::copy(from_elsewhere, data.join("verdict.json")).unwrap();
+    assert_eq!(run(&["verify", "data/verdict.json"], folder.path()).code, 0);
+    // A note of another file is not followed.
+    let note = Path::new(from_elsewhere).with_file_name("recording.path");
+    fs::write(note, "/etc/hostname\n").unwrap();
+    assert_eq!(run(&["verify", from_elsewhere], Path::new("/")).code, 4);
 }
 
 #[test]

@@ -111,10 +111,8 @@ fn cli_file_names_need_not_be_utf_8() {
     );
     assert_eq!((done.code, done.err.as_str()), (0, ""));
     assert!(!done.out.contains('\x1b'), "{}", done.out);
-    assert_eq!(
-        listing(&folder.path().join("reports/out")),
-        ["pole___31m.csv-paper"]
-    );
+    let made = listing(&folder.path().join("reports/out"));
+    assert!(made.len() == 1 && made[0].starts_with("pole___31m.csv-paper-"));
     // A card is found beside a name that is no text.
     let mut card = name.to_os_string();
     card.push(".toml");

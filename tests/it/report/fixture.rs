@@ -346,6 +346,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         .max_by(|&a, &b| raw.samples[a].abs().total_cmp(&raw.samples[b].abs()))
         .unwrap();
     let document = Document {
+        test: latchgate::recording::TestFacts::default(),
         schema: "latchgate.verdict/1".into(),
         report_id: "5e1f".repeat(16),
         verdict,
@@ -465,6 +466,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         spectrum_raw: amplitudes(&raw),
         spectrum_used: amplitudes(&used),
         spectrogram: windows(&used),
+        series: latchgate::verdict::SampledSeries::of(&raw, &used, &traces),
         raw,
         used,
         traces,

@@ -2,20 +2,30 @@
 
 use crate::report::plot::style;
 
-/// Returns the style sheet. `identity` stands at the foot of every printed page; it holds
+/// Returns the rules of all pages. `identity` stands at the foot of every printed page; it holds
 /// nothing but letters, digits, `-`, `_` and `.`.
 pub(super) fn style(identity: &str) -> String {
     let light = style::variables(false);
     let dark = style::variables(true);
     let plots = style::RULES;
+    let foot = foot(identity);
     format!(
         ":root{{color-scheme:light dark;{light}}}\n\
          @media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n\
-         {PAGE}{plots}\
-         @page{{size:A4;margin:15mm 15mm 18mm;\
+         {PAGE}{plots}{foot}{PRINT}"
+    )
+}
+
+/// Returns the rules that a report adds to those of all pages.
+pub(super) fn of_report(identity: &str) -> String {
+    format!("{}{REPORT}", foot(identity))
+}
+
+fn foot(identity: &str) -> String {
+    format!(
+        "@page{{size:A4;margin:13mm 15mm 15mm;\
          @bottom-left{{content:\"latchgate report {identity}\";font:8pt sans-serif;color:#56616c}}\
-         @bottom-right{{content:\"page \" counter(page) \" of \" counter(pages);font:8pt sans-serif;color:#56616c}}}}\n\
-         {PRINT}"
+         @bottom-right{{content:\"page \" counter(page) \" of \" counter(pages);font:8pt sans-serif;color:#56616c}}}}\n"
     )
 }
 
@@ -54,10 +64,10 @@ figcaption{margin:4px 2px 0}
 .key dt{color:var(--muted);font-size:14px}
 .key dd{margin:0;font-size:14px;color:var(--muted)}
 .key dd.value{font-size:21px;line-height:1.35;font-weight:650;color:var(--ink)}
-.gauge{display:block;width:100%;height:38px;margin:12px 0 0}
+.gauge{display:block;width:100%;height:auto;margin:12px 0 0}
 .gauge text{font:12px system-ui,-apple-system,'Segoe UI',Roboto,'Helvetica Neue','DejaVu Sans',Arial,sans-serif;fill:var(--muted)}
 .gauge .track{fill:var(--grid)}
-.gauge .bar{fill:var(--tone)}
+.gauge .bar{fill:var(--tone,var(--first))}
 .gauge .mark{stroke:var(--ink);stroke-width:1.25}
 .gauge .limit{stroke:var(--ink);stroke-width:2.5}
 .why{margin:14px 0 0;padding:0;list-style:none}
@@ -139,7 +149,79 @@ header p,.key dt,.key dd,.sum,.answer .exit{font-size:8.4pt}
 .sum{margin-top:5pt}
 .sign{margin-top:34pt}
 .end{margin-top:18pt}
-details,summary{display:none}
+details:not([open]),.live{display:none}
 a{color:inherit;text-decoration:none}
+}
+";
+
+/// Rules of the report alone.
+const REPORT: &str = "\
+main{max-width:1000px}
+header{margin-bottom:12px}
+.card{padding:16px 22px 12px}
+.answer strong{font-size:38px}
+.answer svg{width:54px;height:54px}
+.answer span{font-size:17px}
+.key{margin:14px 0 2px}
+.key.two{grid-template-columns:repeat(2,1fr)}
+.why{margin:10px 0 0;font-size:14.5px}
+.why li{padding:4px 0}
+#event{margin:14px 0 6px}
+h2{margin:22px 0 6px;font-size:17px}
+.found{margin:4px 0;padding:0;list-style:none;font-size:14.5px}
+.found li{padding:3px 0}
+.found code{color:var(--muted);margin-left:8px;font-size:12.5px}
+#judged .facts{margin:2px 0;font-size:14px}
+#judged .facts th{width:34%}
+#judged .facts td,#judged .facts th{padding-top:3px;padding-bottom:3px}
+#judged .sign{margin-top:44px}
+#appendix{margin-top:34px}
+details{border-bottom:1px solid var(--rule);margin:0;padding:7px 0}
+summary{font-size:15px}
+.live{display:flex;flex-wrap:wrap;gap:6px 8px;align-items:center;margin:2px 0 4px;font-size:13.5px}
+.live button,.live a{font:inherit;color:var(--ink);background:var(--shade);border:1px solid var(--axis);border-radius:6px;padding:3px 9px;cursor:pointer;text-decoration:none}
+.live button[aria-pressed=false]{opacity:.5;text-decoration:line-through}
+.live output{flex-basis:100%;min-height:3em;white-space:pre-line;font-variant-numeric:tabular-nums;color:var(--ink)}
+#event svg{touch-action:pan-y;cursor:crosshair;outline-offset:3px}
+.plot .cursor{stroke:var(--ink);stroke-width:1.25}
+.plot .cursor.two{stroke-dasharray:5 3}
+.plot .dot{fill:var(--ink)}
+@media screen and (max-width:720px){
+.answer span{font-size:15px}
+figure{overflow-x:auto}
+details figure svg{min-width:640px}
+table{font-size:13px}
+}
+@media print{
+.live{display:none}
+.second,#appendix{break-before:page}
+main:not(:has(details[open])) #appendix,main:not(:has(details[open])) .end{display:none}
+header{margin-bottom:5pt}
+header h1{font-size:12pt}
+header p{font-size:8pt}
+.card{padding:6pt 10pt 4pt}
+.answer{gap:9pt}
+.answer strong{font-size:19pt}
+.answer span{font-size:9.5pt}
+.answer svg{width:30pt;height:30pt}
+.key{margin:5pt 0 0;gap:6pt 12pt}
+.key div{padding-top:3pt}
+.key dt,.key dd{font-size:7.8pt;line-height:1.35}
+.key dd.value{font-size:11.5pt}
+.why{margin-top:3pt;font-size:8.2pt}
+.why li{padding:1pt 0}
+h2{margin:7pt 0 2pt;font-size:10.5pt;padding-bottom:1.5pt}
+p,.statement p{font-size:8.4pt;margin:3pt 0}
+#event{margin:5pt 0 0}
+#event svg{max-height:94mm;margin:0 auto}
+#event figcaption{display:none}
+.found{font-size:8.2pt;margin:2pt 0}
+.found li{padding:1pt 0}
+.sum{margin-top:2pt}
+#judged .facts,table,.ensembles,.inputs{font-size:8pt}
+#judged .facts td,#judged .facts th,th,td{padding-top:1.5pt;padding-bottom:1.5pt}
+#judged .sign{margin-top:22pt}
+.sign span{font-size:8pt}
+summary{font-weight:650;color:var(--ink);list-style:none}
 }
 ";

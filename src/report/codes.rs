@@ -1,0 +1,66 @@
+//! Places and axes of sensors spelt out, by tables in `codes/` that are added to without a look at
+//! the program: a code, a blank, its words.
+
+/// Codes of NHTSA's databases: attachments, then what follows them.
+const NHTSA: &str = include_str!("codes/nhtsa.txt");
+
+/// Main locations of ISO/TS 13499.
+const ISO_MME: &str = include_str!("codes/iso-mme.txt");
+
+/// Returns the words of a place with its axis: of an attachment with its axis, `DSRF YG`, or of a
+/// channel code of 16 characters; `None` where the tables do not know it.
+pub(super) fn spelt(code: &str) -> Option<String> {
+    let code = code.trim();
+    if code.len() == 16 && code.is_ascii() && !code.contains(' ') {
+        let place = word(ISO_MME, &code[2..6])?;
+        let side = match code.as_bytes()[1] {
+            b'1' | b'4' | b'7' => ", left",
+            b'3' | b'6' | b'9' => ", right",
+            _ => "",
+        };
+        return Some(format!("{place}{side}{}", axis(&code[14..15])));
+    }
+    let (place, direction) = code.split_once(' ')?;
+    Some(format!("{}{}", word(NHTSA, place)?, axis(direction)))
+}
+
+fn axis(direction: &str) -> String {
+    let letter = direction.chars().next().map(|c| match c {
+        '1' => 'X',
+        '2' => 'Y',
+        '3' => 'Z',
+        other => other.to_ascii_uppercase(),
+    });
+    match letter {
+        Some(letter @ ('X' | 'Y' | 'Z')) if direction.ends_with(['L', 'l']) => {
+            format!(", {letter} (local axes)")
+        }
+        Some(letter @ ('X' | 'Y' | 'Z')) => format!(", {letter}"),
+        _ => String::new(),
+    }
+}
+
+fn word(table: &'static str, code: &str) -> Option<&'static str> {
+    let lines = table.lines().filter(|line| !line.starts_with('#'));
+    let mut known = lines.filter_map(|line| line.split_once(' '));
+    let found = known.find(|(known, _)| known.eq_ignore_ascii_case(code));
+    found.map(|(_, words)| words)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::spelt;
+
+    #[test]
+    fn val_codes_are_spelt_out_by_their_tables() {
+        for (code, words) in [
+            ("DSRF YG", Some("door sill, right front, Y")),
+            ("VECG YG", Some("vehicle centre of gravity, Y")),
+            ("11SILLLE0000ACYP", Some("door sill, left, Y")),
+            ("ZZZZ YG", None),
+            ("somewhere", None),
+        ] {
+            assert_eq!(spelt(code).as_deref(), words, "{code}");
+        }
+    }
+}
