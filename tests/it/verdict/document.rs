@@ -312,7 +312,7 @@ fn cli_the_first_sentences_tell_a_crash_engineer_what_he_needs() {
         [
             "The lever reaches at most 0.02918 rad, 29.2 % of the limit of 0.1 rad, at 24.579 ms (soft stop, negative acceleration opens).",
             "Scattered as design and input are uncertain, the limit is crossed by 0 of 128 levers, at most 3.366 % of all such (soft stop, negative opens); a pass allows 5 %.",
-            "The error of the computation, ±1.4e-5 rad (integration ",
+            "The error of the computation, ±1.5e-5 rad (integration ",
         ],
     );
     check(
