@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::model::Design;
 use crate::pipeline::{self, Extras, Offer, Outcome};
 use crate::recording::{Limits, Source};
-use crate::report::{self, escape, text};
+use crate::report::{self, Document, escape, text};
 use crate::request::Request;
 use crate::verdict::Answer;
 use serde_json::{Value, json};
@@ -37,6 +37,8 @@ pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failur
         .map(PathBuf::as_path)
         .collect();
     let progress = Progress::new("replay");
+    // A search of its own, for readers of one answer; a program asks for the margin.
+    let advises = common.format == OutputFormat::Text && recordings.len() == 1;
     let mut judged = Vec::with_capacity(recordings.len());
     for (index, recording) in recordings.iter().enumerate() {
         let step = match recordings.len() {
@@ -48,7 +50,7 @@ pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failur
             let source = source(recording);
             let extras = Extras {
                 filter_table: true,
-                preload_answer: true,
+                preload_answer: advises || !own.replay.no_report,
                 evidence: !own.replay.no_report || own.series.is_some(),
             };
             pipeline::judge(
@@ -128,19 +130,25 @@ fn kept(own: &ReplayCommand, recording: &Path, several: bool, outcome: Outcome) 
     judged
 }
 
+/// Returns the document as it is printed: the same, whether a report was written or not.
+fn printed(judged: &ReplayedFile) -> Document {
+    Document {
+        preload_answer: None,
+        ..judged.outcome.document.clone()
+    }
+}
+
 /// Prints the answer: one document or text, or a table of several.
 fn answer(judged: &[ReplayedFile], common: &Common) -> Result<(), Error> {
     let look = output::look(common);
     match (common.format, judged) {
-        (OutputFormat::Json, [one]) => {
-            output::document(&report::json::render(&one.outcome.document))
-        }
+        (OutputFormat::Json, [one]) => output::document(&report::json::render(&printed(one))),
         (OutputFormat::Json, several) => {
             let worst = several.iter().map(|judged| judged.outcome.document.verdict);
             let worst = worst.min_by_key(|answer| text::rank(*answer));
             let documents: Vec<Value> = several
                 .iter()
-                .map(|judged| json!(judged.outcome.document))
+                .map(|judged| json!(printed(judged)))
                 .collect();
             output::document(&report::json::render(&json!({
                 "schema": "latchgate.verdicts/1",
