@@ -109,6 +109,9 @@ fn second_page(page: &mut Page, document: &Document) {
     page.raw("</div>\n");
 }
 
+/// A part of the page: its name, its title, and what writes it.
+type Part<'a> = (&'a str, &'a str, &'a dyn Fn(&mut Page));
+
 /// Writes everything else, folded.
 fn appendix(page: &mut Page, document: &Document, evidence: Option<&Evidence>, figures: &[Figure]) {
     page.section("appendix", "Appendix");
@@ -120,7 +123,7 @@ fn appendix(page: &mut Page, document: &Document, evidence: Option<&Evidence>, f
         });
     }
     page.note("Unfold what is to be printed with the report.");
-    let parts: [(&str, &str, &dyn Fn(&mut Page)); 10] = [
+    let parts: [Part<'_>; 10] = [
         ("reasons", "Why, and how far the decision went", &|page| {
             card::why(page, document);
             results::ladder(page, document);

@@ -213,7 +213,9 @@ fn cli_replay_and_margin_advise_one_preload() {
         "json",
     ];
     replay.extend(members);
-    let answer = latchgate(&replay).document();
+    latchgate(&replay);
+    let stored = std::fs::read_to_string(out.join("verdict.json")).unwrap();
+    let answer: serde_json::Value = serde_json::from_str(&stored).unwrap();
     let json = [
         "margin",
         &file,

@@ -126,7 +126,7 @@ fn peak_and_uncertainty(signal: &Signal, stop: StopModel) -> (f64, f64) {
     (own.peak_angle_rad, own.numerical_error_rad + interpolation)
 }
 
-/// What the budget states of a regular motion: the change by the fourfold, half of what the
+/// What the budget states of a regular motion: the change by the fourfold, what the
 /// fourfold changes the twofold, and what corners and jumps between samples may do.
 fn interpolation_rad(signal: &Signal, peak: impl Fn(&Signal) -> f64) -> f64 {
     let own = peak(signal);
@@ -145,7 +145,7 @@ fn interpolation_rad(signal: &Signal, peak: impl Fn(&Signal) -> f64) -> f64 {
         (peak(&moved) - own).abs()
     });
     (peak(&fourfold) - own).abs()
-        + 0.5 * (peak(&fourfold) - peak(&twofold)).abs()
+        + (peak(&fourfold) - peak(&twofold)).abs()
         + corners[0].max(corners[1])
 }
 

@@ -146,7 +146,7 @@ impl TestSections {
                 };
             }
             "VEHICLE" => {
-                if let Some(number) = fields[0].parse().ok() {
+                if let Ok(number) = fields[0].parse() {
                     let year = field(3).into_iter();
                     let identity = field(6).map(|identity| format!("VIN {identity}"));
                     let words: Vec<String> = year.chain(identity).collect();

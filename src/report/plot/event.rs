@@ -259,7 +259,7 @@ fn view(context: &PlotContext) -> (f64, f64) {
         include(0.0);
     }
     let length = span.1 - span.0;
-    if !(length > 0.0) || length > 0.8 * (last - first) {
+    if length.is_nan() || length <= 0.0 || length > 0.8 * (last - first) {
         return (first, last);
     }
     (
