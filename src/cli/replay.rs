@@ -49,7 +49,7 @@ pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failur
         let mut outcome = progress.watch(&step, common.thread_count(), |control| {
             let source = source(recording);
             let extras = Extras {
-                filter_table: true,
+                filter_table: advises || !own.replay.no_report || request.members > 0,
                 preload_answer: advises || !own.replay.no_report,
                 evidence: !own.replay.no_report || own.series.is_some(),
             };
@@ -130,12 +130,15 @@ fn kept(own: &ReplayCommand, recording: &Path, several: bool, outcome: Outcome) 
     judged
 }
 
-/// Returns the document as it is printed: the same, whether a report was written or not.
+/// Returns the document as it is printed: the same, whether a report was written or not. A question of
+/// nominal runs alone is a program's, that wants it soon: it has no filter table.
 fn printed(judged: &ReplayedFile) -> Document {
-    Document {
-        preload_answer: None,
-        ..judged.outcome.document.clone()
+    let mut document = judged.outcome.document.clone();
+    document.preload_answer = None;
+    if document.request.members == 0 {
+        document.filters.clear();
     }
+    document
 }
 
 /// Prints the answer: one document or text, or a table of several.

@@ -110,7 +110,7 @@ fn second_page(page: &mut Page, document: &Document) {
 }
 
 /// A part of the page: its name, its title, and what writes it.
-type Part<'a> = (&'a str, &'a str, &'a dyn Fn(&mut Page));
+type PagePart<'a> = (&'a str, &'a str, &'a dyn Fn(&mut Page));
 
 /// Writes everything else, folded.
 fn appendix(page: &mut Page, document: &Document, evidence: Option<&Evidence>, figures: &[Figure]) {
@@ -123,7 +123,7 @@ fn appendix(page: &mut Page, document: &Document, evidence: Option<&Evidence>, f
         });
     }
     page.note("Unfold what is to be printed with the report.");
-    let parts: [Part<'_>; 10] = [
+    let parts: [PagePart<'_>; 10] = [
         ("reasons", "Why, and how far the decision went", &|page| {
             card::why(page, document);
             results::ladder(page, document);
