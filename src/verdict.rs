@@ -19,7 +19,7 @@ pub(crate) mod early;
 pub mod ensemble;
 pub(crate) mod faults;
 pub mod filters;
-mod interpolation;
+pub(crate) mod interpolation;
 pub mod ladder;
 mod looks;
 pub(crate) mod meter;

@@ -12,6 +12,7 @@ use crate::error::Error;
 use crate::units::plain;
 use crate::verdict::assess::NominalPass;
 use crate::verdict::early::MemberCache;
+use crate::verdict::interpolation::doubt_part;
 use serde::{Deserialize, Serialize};
 
 /// From where on every value searched passes by the whole rule.
@@ -40,9 +41,6 @@ const JUMP: f64 = 0.5;
 
 /// Part of the limit within which a value must pass.
 const ROOM: f64 = 0.9;
-
-/// Times its largest angle that a lever in doubt may reach by the rule.
-const DOUBTED: f64 = 2.5;
 
 /// Values beyond the one advised at which the ensemble is asked as well.
 const CHECKED: usize = 4;
@@ -164,7 +162,8 @@ impl AdviceSearch<'_> {
         // Where readings were seen to disagree, or the peak jumps, they may do so at any value.
         let threshold = self.probe.threshold_rad;
         let peak = |(_, excess): &(f64, Excess)| excess.pass + threshold;
-        let in_danger = |point: &(f64, Excess)| DOUBTED * peak(point) > ROOM * threshold;
+        let reach = 1.0 + doubt_part(self.probe.with_members);
+        let in_danger = |point: &(f64, Excess)| reach * peak(point) > ROOM * threshold;
         let jumps = |pair: &[(f64, Excess)]| {
             let (a, b) = (peak(&pair[0]), peak(&pair[1]));
             pair.iter().any(in_danger) && (a - b).abs() > JUMP * a.max(b)

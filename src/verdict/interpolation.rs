@@ -24,11 +24,12 @@ const REGULAR_PART: f64 = 0.35;
 /// Change of a second-order error in the limit, by that from one sample to four.
 const LIMIT: f64 = 16.0 / 15.0;
 
-/// Times the largest angle seen by which a peak is in doubt where refinement does not end: by the nominal
-/// run alone, and with an ensemble, in which chaos shows as scatter. In 257 such scenes of 3000 the
-/// formula went 3.4 times as far beyond the samples' own peak, once.
-const DOUBT_PART_ALONE: f64 = 4.0;
-const DOUBT_PART: f64 = 1.5;
+/// Returns the times the largest angle seen by which a peak is in doubt where refinement does not end:
+/// by the nominal run alone, or with an ensemble, in which chaos shows as scatter. In 257 such scenes of
+/// 3000 the formula went 3.4 times as far beyond the samples' own peak, once.
+pub(crate) fn doubt_part(with_members: bool) -> f64 {
+    if with_members { 1.5 } else { 4.0 }
+}
 
 /// The same where refinement ends and corners alone change the order of impacts; twice it was needed.
 const CORNER_DOUBT_PART: f64 = 1.5;
@@ -258,10 +259,7 @@ impl RunSetup<'_> {
             let run = || self.read(SampleReading::Sixteenfold, *variant);
             wanted.then(run).transpose()
         })?;
-        let doubt_part = match self.policy.members {
-            0 => DOUBT_PART_ALONE,
-            _ => DOUBT_PART,
-        };
+        let doubt_part = doubt_part(self.policy.members > 0);
         let measured = peaks.iter().zip(&finest).map(|((_, peaks), finest)| {
             peaks.bound(finest.as_ref().map(ReadPeak::of).as_ref(), doubt_part)
         });
