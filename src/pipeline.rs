@@ -58,7 +58,7 @@ pub use crate::model::Design;
 pub use crate::model::stop::StopModel;
 pub use crate::parallel::Control;
 pub use crate::recording::card::CardPolarity;
-pub use crate::recording::{Card, Finding, Limits, Severity, Source};
+pub use crate::recording::{Card, Finding, Limits, Severity, Source, read_within};
 pub use crate::replay::{Method, Run};
 pub use crate::report::{Document, MarginDocument, document};
 pub use crate::request::{MarginRequest, PolaritySource, Request};

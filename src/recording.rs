@@ -57,7 +57,7 @@ pub use finding::{Finding, Severity};
 pub use lateral::is_lateral;
 pub use limits::Limits;
 pub use remarks::AcceptedRemark;
-pub use source::{Part, Source};
+pub use source::{Part, Source, read_within};
 
 use crate::error::{Error, ErrorKind, Place};
 use crate::parallel::Control;

@@ -1,11 +1,10 @@
 //! The design that the command line asks for: a file, or the paper's, with overrides.
 
 use super::failure::Failure;
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Error, Place};
 use crate::model::Design;
-use crate::pipeline::design_from_bytes;
+use crate::pipeline::{design_from_bytes, read_within};
 use crate::recording::Limits;
-use std::io::Read;
 use std::path::Path;
 
 /// Reads the design file, if one is named, and applies the overrides.
@@ -39,15 +38,7 @@ fn read(path: &Path, limits: &Limits) -> Result<Design, Error> {
     let file = path
         .file_name()
         .map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)
-        .and_then(|file| file.take(limits.settings_bytes + 1).read_to_end(&mut bytes))
-        .map_err(|error| {
-            Error::from(ErrorKind::Io {
-                action: "read the design file",
-                reason: error.to_string(),
-            })
-            .at(Place::file(file.as_str()))
-        })?;
+    let most = ("settings_bytes", limits.settings_bytes);
+    let bytes = read_within(path, &file, "read the design file", most)?;
     design_from_bytes(&file, &bytes, limits)
 }

@@ -8,11 +8,9 @@ use super::values::{OutputFormat, parse_date};
 use crate::error::{Error, ErrorKind, Place};
 use crate::gate::files::Reports;
 use crate::gate::{self, Asked, Baseline, GateFile, GateSummary, Plan, Store};
-use crate::recording::Limits;
+use crate::recording::{Limits, read_within};
 use clap::{Args, ValueEnum};
 use std::collections::BTreeSet;
-use std::fs;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -94,7 +92,7 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
     let baseline = own
         .baseline
         .as_deref()
-        .map(baseline)
+        .map(|path| baseline(path, &limits))
         .transpose()
         .map_err(Failure::Data)?;
     let store = store(own, path).map_err(Failure::Data)?;
@@ -204,33 +202,23 @@ fn plan(path: &Path, limits: &Limits) -> Result<Option<Plan>, Failure> {
 }
 
 fn read(path: &Path, limits: &Limits) -> Result<Vec<u8>, Error> {
-    let place = || Place::file(path.display().to_string());
-    let mut bytes = Vec::new();
-    fs::File::open(path)
-        .and_then(|file| file.take(limits.settings_bytes + 1).read_to_end(&mut bytes))
-        .map_err(|error| unreadable("read the gate file", path, &error))?;
-    if bytes.len() as u64 > limits.settings_bytes {
-        return Err(Error::from(ErrorKind::LimitExceeded {
-            limit: "settings_bytes",
-            value: limits.settings_bytes,
-            found: "a larger gate file".into(),
-        })
-        .at(place()));
-    }
-    Ok(bytes)
+    let most = ("settings_bytes", limits.settings_bytes);
+    read_within(
+        path,
+        &path.display().to_string(),
+        "read the gate file",
+        most,
+    )
 }
 
-fn unreadable(action: &'static str, path: &Path, error: &std::io::Error) -> Error {
-    Error::from(ErrorKind::Io {
-        action,
-        reason: error.to_string(),
-    })
-    .at(Place::file(path.display().to_string()))
-}
-
-fn baseline(path: &Path) -> Result<Baseline, Error> {
-    let bytes = fs::read(path).map_err(|error| unreadable("read the baseline", path, &error))?;
-    Baseline::from_json(&path.display().to_string(), &bytes)
+/// A summary grows with its pairs, and so may be as large as a table of text.
+fn baseline(path: &Path, limits: &Limits) -> Result<Baseline, Error> {
+    let shown = path.display().to_string();
+    let most = ("text_bytes", limits.text_bytes);
+    Baseline::from_json(
+        &shown,
+        &read_within(path, &shown, "read the baseline", most)?,
+    )
 }
 
 /// Opens the store, and says what is damaged in it.

@@ -9,7 +9,7 @@ use super::values::OutputFormat;
 use crate::error::{Error, ErrorKind, Place};
 use crate::model::Design;
 use crate::pipeline::{self, Difference, Stored, Verification};
-use crate::recording::{Limits, Source};
+use crate::recording::{Limits, Source, read_within};
 use crate::report::{self, escape};
 use crate::request::Request;
 use clap::Parser;
@@ -103,25 +103,8 @@ pub(super) fn place(path: &Path) -> Place {
 
 /// Reads a verdict, within bounds.
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, Error> {
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)
-        .and_then(|file| file.take(VERDICT_BYTES + 1).read_to_end(&mut bytes))
-        .map_err(|error| {
-            Error::from(ErrorKind::Io {
-                action: "read the verdict",
-                reason: error.to_string(),
-            })
-            .at(place(path))
-        })?;
-    if bytes.len() as u64 > VERDICT_BYTES {
-        return Err(Error::from(ErrorKind::LimitExceeded {
-            limit: "verdict_bytes",
-            value: VERDICT_BYTES,
-            found: "a larger file".into(),
-        })
-        .at(place(path)));
-    }
-    Ok(bytes)
+    let most = ("verdict_bytes", VERDICT_BYTES);
+    read_within(path, &path.display().to_string(), "read the verdict", most)
 }
 
 /// The command line that an older verdict holds.

@@ -2,10 +2,9 @@
 
 use super::file::{DesignEntry, Exception, GateFile, RecordingsEntry, malformed};
 use crate::error::{Error, ErrorKind, Place};
-use crate::pipeline::{Answer, Design, Limits, Request, design_from_bytes};
+use crate::pipeline::{Answer, Design, Limits, Request, design_from_bytes, read_within};
 use glob::{MatchOptions, Pattern};
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// What a gate judges, and what it requires.
@@ -353,17 +352,8 @@ fn design(entry: &DesignEntry, folder: &Path, limits: &Limits) -> Result<Design,
     let mut design = match &entry.file {
         None => Design::reference(),
         Some(file) => {
-            let path = folder.join(file);
-            let mut bytes = Vec::new();
-            std::fs::File::open(&path)
-                .and_then(|file| file.take(limits.settings_bytes + 1).read_to_end(&mut bytes))
-                .map_err(|error| {
-                    Error::from(ErrorKind::Io {
-                        action: "read the design file",
-                        reason: error.to_string(),
-                    })
-                    .at(Place::file(file.as_str()))
-                })?;
+            let most = ("settings_bytes", limits.settings_bytes);
+            let bytes = read_within(&folder.join(file), file, "read the design file", most)?;
             design_from_bytes(file, &bytes, limits)?
         }
     };

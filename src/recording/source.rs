@@ -25,6 +25,29 @@ pub enum Source {
     Memory(Memory),
 }
 
+/// Reads a file that is no recording, of at most as many bytes as the named limit says; errors name
+/// the file `shown` and say what was to be done, as in "read the design file".
+///
+/// # Errors
+///
+/// [`ErrorKind::Io`] if it cannot be read, [`ErrorKind::LimitExceeded`] if it is larger.
+pub fn read_within(
+    path: &Path,
+    shown: &str,
+    action: &'static str,
+    (limit, value): (&'static str, u64),
+) -> Result<Vec<u8>, Error> {
+    let mut bytes = Vec::new();
+    File::open(path)
+        .and_then(|file| file.take(value.saturating_add(1)).read_to_end(&mut bytes))
+        .map_err(|error| io_error(action, &error).at(Place::file(shown)))?;
+    if bytes.len() as u64 > value {
+        let error = Error::over(limit, value, "a larger file");
+        return Err(error.at(Place::file(shown)));
+    }
+    Ok(bytes)
+}
+
 /// A recording in memory: one file, or the files of a folder. Clones share the bytes.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Memory {

@@ -221,9 +221,6 @@ fn scene(case: usize) -> Found {
     let first = of(0.1);
     let stated = first.answers[0].uncertainty_rad.unwrap();
     let peak = first.nominal.peak_angle_rad;
-    if std::env::var_os("LATCHGATE_SCENES").is_some() {
-        println!("SCENE {case} {peak:e} {truth:e} {stated:e}");
-    }
     let (mut passes, mut wrong) = (0, 0);
     for near in [truth, peak, peak + stated] {
         for _ in 0..3 {
