@@ -47,6 +47,7 @@ mod words;
 
 use crate::error::Error;
 pub use document::Document;
+pub(crate) use folder::Unplaced;
 pub use margin_document::MarginDocument;
 
 use crate::verdict::Evidence;

@@ -5,10 +5,10 @@ use super::summary::{GateSummary, Pair};
 use super::{junit, markdown, page};
 use crate::error::{Error, ErrorKind, Place};
 use crate::pipeline::{Control, Extras, Limits, Prepared, Source};
-use crate::report;
+use crate::report::{self, Unplaced};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Most full reports: one costs as much time as a hundred rows, and a megabyte.
 pub const REPORTS_MAX: usize = 50;
@@ -54,11 +54,12 @@ pub fn write(
         pairs.truncate(REPORTS_MAX);
     }
     let left_out = all - pairs.len();
-    let beside = beside(folder)?;
+    let beside = Unplaced::beside(folder)?;
     let written = control
         .try_map(&pairs, |pair| {
-            control
-                .unmeasured(|control| full(&beside, plan, pair, limits, &control.with_threads(1)))
+            control.unmeasured(|control| {
+                full(beside.path(), plan, pair, limits, &control.with_threads(1))
+            })
         })
         .and_then(|folders| {
             let found: BTreeMap<Named, String> = folders.into_iter().flatten().collect();
@@ -69,17 +70,14 @@ pub fn write(
                 ("index.html", page::render(summary, &found)),
             ];
             files.iter().try_for_each(|(name, text)| {
-                let path = beside.join(name);
+                let path = beside.path().join(name);
                 fs::write(&path, text)
                     .map_err(|error| failed("write the gate's report", &path, &error))
             })
         });
-    let placed = written.and_then(|()| place(&beside, folder));
-    if placed.is_err() {
-        // What is left of a run that failed says nothing.
-        let _ = fs::remove_dir_all(&beside);
-    }
-    placed.map(|()| left_out)
+    written?;
+    beside.settle(folder, |_| others(folder))?;
+    Ok(left_out)
 }
 
 /// A pair by recording and design.
@@ -128,25 +126,6 @@ fn full(
     Ok(Some(((pair.recording.clone(), pair.design.clone()), own)))
 }
 
-/// Makes an empty folder beside `folder`.
-fn beside(folder: &Path) -> Result<PathBuf, Error> {
-    if let Some(parent) = folder.parent() {
-        fs::create_dir_all(parent)
-            .map_err(|error| failed("make the report folder", parent, &error))?;
-    }
-    let mut number = 0_u32;
-    loop {
-        let mut name = folder.as_os_str().to_os_string();
-        name.push(format!(".{}-{number}.part", std::process::id()));
-        let path = PathBuf::from(name);
-        match fs::create_dir(&path) {
-            Ok(()) => return Ok(path),
-            Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => number += 1,
-            Err(error) => return Err(failed("make the report folder", &path, &error)),
-        }
-    }
-}
-
 /// Files and folders that a gate writes: all that may stand in a folder that is replaced.
 const OURS: [&str; 5] = [
     "summary.json",
@@ -156,29 +135,20 @@ const OURS: [&str; 5] = [
     REPORTS,
 ];
 
-/// Puts the finished folder in the place of an older one.
-fn place(beside: &Path, folder: &Path) -> Result<(), Error> {
-    let unplaced = |error: std::io::Error| failed("put the report in place", folder, &error);
-    if let Ok(entries) = fs::read_dir(folder) {
-        let names: BTreeSet<String> = entries
-            .flatten()
-            .map(|entry| entry.file_name().to_string_lossy().into_owned())
-            .collect();
-        if let Some(other) = names.iter().find(|name| !OURS.contains(&name.as_str())) {
-            return Err(Error::from(ErrorKind::Malformed {
-                expected: "a folder of a gate's own, since it is replaced".into(),
-                found: format!("`{other}` in it"),
-                hint: "name another folder with the setting `out`".into(),
-            })
-            .at(Place::file(folder.display().to_string())));
-        }
-        let mut old = beside.as_os_str().to_os_string();
-        old.push(".old");
-        fs::rename(folder, &old).map_err(unplaced)?;
-        fs::rename(beside, folder).map_err(unplaced)?;
-        return fs::remove_dir_all(&old).map_err(unplaced);
-    }
-    fs::rename(beside, folder).map_err(unplaced)
+/// Refuses to replace a folder that holds what no gate wrote.
+fn others(folder: &Path) -> Option<Result<(), Error>> {
+    let names: BTreeSet<String> = fs::read_dir(folder)
+        .ok()?
+        .flatten()
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .collect();
+    let other = names.iter().find(|name| !OURS.contains(&name.as_str()))?;
+    let error = Error::from(ErrorKind::Malformed {
+        expected: "a folder of a gate's own, since it is replaced".into(),
+        found: format!("`{other}` in it"),
+        hint: "name another folder with the setting `out`".into(),
+    });
+    Some(Err(error.at(Place::file(folder.display().to_string()))))
 }
 
 fn failed(action: &'static str, path: &Path, error: &std::io::Error) -> Error {

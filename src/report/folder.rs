@@ -9,6 +9,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 /// Attempts to put a report in its place while others put theirs there.
 const ATTEMPTS: u32 = 100;
 
+/// What is done where a folder cannot be made.
+const MAKE: &str = "make the report folder";
+
 /// Number of the next folder that this process writes beside another.
 static NEXT: AtomicU32 = AtomicU32::new(0);
 
@@ -25,84 +28,114 @@ pub(super) fn put(
     ours: &[impl AsRef<str>],
     files: &[(String, Vec<u8>)],
 ) -> Result<Vec<PathBuf>, Error> {
-    let make = |path: &Path| {
-        fs::create_dir_all(path).map_err(|error| failed("make the report folder", dir, &error))
-    };
     if dir.exists() && !dir.is_dir() {
         let error = io::Error::from(io::ErrorKind::NotADirectory);
-        return Err(failed("make the report folder", dir, &error));
+        return Err(failed(MAKE, dir, &error));
     }
     // Of `.` and `..` there is no beside.
-    let parent = if dir.file_name().is_none() {
-        make(dir)?;
-        dir
+    let whole = dir.file_name().is_some();
+    let beside = if whole {
+        Unplaced::beside(dir)?
     } else {
-        dir.parent().unwrap_or(Path::new(""))
+        fs::create_dir_all(dir).map_err(|error| failed(MAKE, dir, &error))?;
+        Unplaced::new(dir)?
     };
-    if !parent.as_os_str().is_empty() {
-        make(parent)?;
-    }
-    let beside = Unplaced(parent.join(unique()));
-    make(&beside.0)?;
     for (name, content) in files {
-        let path = beside.0.join(name);
+        let path = beside.path.join(name);
         fs::write(&path, content).map_err(|error| failed("write the report", &path, &error))?;
     }
-    settle(&beside.0, dir, parent, ours, files)?;
+    beside.settle(dir, |beside| {
+        (!whole || holds_others(dir, ours)).then(|| exchange(beside, dir, ours, files))
+    })?;
     Ok(files.iter().map(|(name, _)| dir.join(name)).collect())
 }
 
-/// Returns a name that no other run of this machine takes.
-fn unique() -> String {
-    let number = NEXT.fetch_add(1, Ordering::Relaxed);
-    format!(".latchgate-{}-{number}.part", std::process::id())
+/// A folder in the making. It goes with its end, unless it has taken another's place.
+pub(crate) struct Unplaced {
+    parent: PathBuf,
+    path: PathBuf,
 }
-
-/// A folder that goes with its end, unless it has taken another's place.
-struct Unplaced(PathBuf);
 
 impl Drop for Unplaced {
     fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
+        let _ = fs::remove_dir_all(&self.path);
     }
 }
 
-/// Lets the folder `beside` take the place of `dir`.
-fn settle(
-    beside: &Path,
-    dir: &Path,
-    parent: &Path,
-    ours: &[impl AsRef<str>],
-    files: &[(String, Vec<u8>)],
-) -> Result<(), Error> {
-    let cannot = |error: io::Error| failed("replace the earlier report", dir, &error);
-    for _ in 0..ATTEMPTS {
-        if parent == dir || holds_others(dir, ours) {
-            return exchange(beside, dir, ours, files);
+impl Unplaced {
+    /// Makes an empty folder beside `dir`, under a name that no other run of this machine takes.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Io`] if it or the folder above cannot be made.
+    pub(crate) fn beside(dir: &Path) -> Result<Self, Error> {
+        let parent = dir.parent().unwrap_or(Path::new(""));
+        if !parent.as_os_str().is_empty() {
+            fs::create_dir_all(parent).map_err(|error| failed(MAKE, dir, &error))?;
         }
-        let Err(error) = fs::rename(beside, dir) else {
-            return Ok(());
-        };
-        if !dir.is_dir() {
-            return Err(failed("make the report folder", dir, &error));
-        }
-        let old = Unplaced(parent.join(unique()));
-        match fs::rename(dir, &old.0) {
-            Ok(()) => {}
-            // Another run was quicker.
-            Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
-            Err(error) => return Err(cannot(error)),
-        }
-        match fs::rename(beside, dir) {
-            Ok(()) => return Ok(()),
-            Err(_) if dir.is_dir() => {}
-            Err(error) => {
-                let _ = fs::rename(&old.0, dir);
-                return Err(cannot(error));
-            }
+        Self::new(parent)
+    }
+
+    fn new(parent: &Path) -> Result<Self, Error> {
+        let made = Self::unmade(parent);
+        fs::create_dir_all(&made.path).map_err(|error| failed(MAKE, &made.path, &error))?;
+        Ok(made)
+    }
+
+    fn unmade(parent: &Path) -> Self {
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        let name = format!(".latchgate-{}-{number}.part", std::process::id());
+        Self {
+            parent: parent.to_path_buf(),
+            path: parent.join(name),
         }
     }
-    Err(cannot(io::Error::other("others keep writing into it")))
+
+    /// Returns where the folder lies until it is placed.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Lets the folder take the place of `dir`, unless `otherwise`, asked at each attempt, knows
+    /// what to do with it.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Io`] if it cannot, and those of `otherwise`.
+    pub(crate) fn settle(
+        self,
+        dir: &Path,
+        otherwise: impl Fn(&Path) -> Option<Result<(), Error>>,
+    ) -> Result<(), Error> {
+        let cannot = |error: io::Error| failed("replace the earlier report", dir, &error);
+        for _ in 0..ATTEMPTS {
+            if let Some(done) = otherwise(&self.path) {
+                return done;
+            }
+            let Err(error) = fs::rename(&self.path, dir) else {
+                return Ok(());
+            };
+            if !dir.is_dir() {
+                return Err(failed(MAKE, dir, &error));
+            }
+            let old = Self::unmade(&self.parent);
+            match fs::rename(dir, &old.path) {
+                Ok(()) => {}
+                // Another run was quicker.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                Err(error) => return Err(cannot(error)),
+            }
+            match fs::rename(&self.path, dir) {
+                Ok(()) => return Ok(()),
+                Err(_) if dir.is_dir() => {}
+                Err(error) => {
+                    let _ = fs::rename(&old.path, dir);
+                    return Err(cannot(error));
+                }
+            }
+        }
+        Err(cannot(io::Error::other("others keep writing into it")))
+    }
 }
 
 /// Tells whether a folder holds anything but files of the names `ours`.
