@@ -8,6 +8,7 @@
 //! - `plan`: the words made plain: recordings in order, designs by name, what is required of each
 //!   pair;
 //! - `store`: decisions that were made before, and those made now, kept for the next run;
+//! - `pairs`: the pairs of a gate, read from the store when they are wanted;
 //! - `run`: the decisions of all pairs;
 //! - `baseline`: what changed since another summary;
 //! - `rule`: the decisions held against what is required;
@@ -22,6 +23,7 @@ pub mod init;
 pub mod junit;
 pub mod markdown;
 pub mod page;
+pub mod pairs;
 pub mod plan;
 pub mod rule;
 pub mod run;
@@ -32,8 +34,9 @@ pub mod text;
 
 pub use baseline::Baseline;
 pub use file::GateFile;
+pub use pairs::{PairStanding, Pairs};
 pub use plan::Plan;
 pub use rule::{Asked, hold};
 pub use run::{JudgedRecording, run};
 pub use store::Store;
-pub use summary::{GateSummary, PairStanding};
+pub use summary::GateSummary;

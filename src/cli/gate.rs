@@ -12,6 +12,7 @@ use crate::recording::{Limits, read_within};
 use clap::{Args, ValueEnum};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Options of `gate`.
@@ -95,10 +96,10 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
         .map(|path| baseline(path, &limits))
         .transpose()
         .map_err(Failure::Data)?;
-    let store = store(own, path).map_err(Failure::Data)?;
+    let store = Arc::new(store(own, path).map_err(Failure::Data)?);
     let progress = Progress::new("gate").that_keeps();
     let judged = progress.watch("gate", common.thread_count(), |control| {
-        gate::run(&plan, &limits, store.as_ref(), control)
+        gate::run(&plan, &limits, &store, control)
     });
     let judged = judged.map_err(Failure::of_data)?;
     let cached: usize = judged.iter().map(|judged| judged.cached).sum();
@@ -109,7 +110,7 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
         allow_removed: own.allow_removed,
         no_worse: own.no_worse,
     };
-    let summary = gate::hold(&plan, judged, asked);
+    let summary = gate::hold(&plan, &judged, &store, asked).map_err(Failure::Data)?;
     let folder = own.out.clone().unwrap_or_else(|| default_folder(path));
     let reports = match own.reports {
         ReportsArgument::None => Reports::None,
@@ -146,22 +147,24 @@ fn print(
     written: bool,
 ) -> Result<(), Error> {
     match common.format {
-        OutputFormat::Json => output::document(&summary.to_json())?,
+        OutputFormat::Json => {
+            let mut text = Vec::new();
+            summary.write_json(&mut text)?;
+            output::document(&String::from_utf8_lossy(&text))?;
+        }
         OutputFormat::Text => {
             let folder = folder.join("index.html").display().to_string();
-            output::text(&gate::text::render(
-                summary,
-                written.then_some(folder.as_str()),
-            ))?;
+            let folder = written.then_some(folder.as_str());
+            output::text(&gate::text::render(summary, folder)?)?;
         }
     }
     match own.annotate {
         // Workflow commands are read from either stream; a JSON document is to stay one.
         Some(Annotations::Github) if common.format == OutputFormat::Json => {
-            output::talk(gate::markdown::annotations(summary).trim_end());
+            output::talk(gate::markdown::annotations(summary)?.trim_end());
             Ok(())
         }
-        Some(Annotations::Github) => output::document(&gate::markdown::annotations(summary)),
+        Some(Annotations::Github) => output::document(&gate::markdown::annotations(summary)?),
         None => Ok(()),
     }
 }
@@ -222,17 +225,17 @@ fn baseline(path: &Path, limits: &Limits) -> Result<Baseline, Error> {
 }
 
 /// Opens the store, and says what is damaged in it.
-fn store(own: &GateArguments, gate: &Path) -> Result<Option<Store>, Error> {
+fn store(own: &GateArguments, gate: &Path) -> Result<Store, Error> {
     if own.no_store {
-        return Ok(None);
+        return Ok(Store::unkept());
     }
     let beside = || gate.parent().unwrap_or(Path::new("")).join(".latchgate");
     let folder = own.store.clone().unwrap_or_else(beside);
-    let store = Store::open(&folder, |_| true)?;
+    let store = Store::open(&folder)?;
     for damage in store.damages() {
         output::talk(&format!("latchgate: store: {damage}"));
     }
-    Ok(Some(store))
+    Ok(store)
 }
 
 fn init(folder: &Path, limits: &Limits, common: &Common) -> Result<u8, Failure> {

@@ -1,13 +1,15 @@
 //! What changed since another summary.
 
-use super::summary::{Changes, GateSummary, Moved, Pair, PairStanding};
+use super::pairs::{Pair, PairStanding};
+use super::summary::{Changes, GateSummary, Moved};
 use crate::error::{Error, ErrorKind, Place};
 use crate::pipeline::{Answer, Row};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// An earlier summary.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Baseline {
+    /// By recording and design.
     pairs: BTreeMap<(String, String), Pair>,
     numbers_revision: u32,
 }
@@ -35,9 +37,14 @@ impl Baseline {
             })
             .at(Place::file(name)));
         }
-        let named = |pair: Pair| ((pair.recording.clone(), pair.design.clone()), pair);
+        let mut pairs = BTreeMap::new();
+        summary.pairs.each(|pair| {
+            let name = (pair.recording.clone(), pair.design.clone());
+            pairs.insert(name, pair.clone());
+            Ok::<(), Error>(())
+        })?;
         Ok(Self {
-            pairs: summary.pairs.into_iter().map(named).collect(),
+            pairs,
             numbers_revision: summary.numbers_revision,
         })
     }
@@ -68,45 +75,69 @@ impl Baseline {
         })
     }
 
-    /// Tells what changed.
+    /// Begins a comparison.
     #[must_use]
-    pub fn compare(&self, pairs: &[Pair]) -> Changes {
-        let mut found = Changes {
-            numbers_revision: self.numbers_revision,
-            ..Changes::default()
-        };
-        let mut gone = self.pairs.clone();
-        for pair in pairs {
-            let name = (pair.recording.clone(), pair.design.clone());
-            let Some(before) = gone.remove(&name) else {
-                found.added.push(name);
-                continue;
-            };
-            let bad = |pair: &Pair| {
-                matches!(
-                    pair.standing,
-                    PairStanding::NotAsRequired | PairStanding::NoWorse
-                )
-            };
-            match (bad(&before), bad(pair)) {
-                (false, true) => found.newly_failing.push(name.clone()),
-                (true, false) => found.fixed.push(name.clone()),
-                _ => {}
-            }
-            if let (Some(before_rad), Some(now_rad)) =
-                (before.row.peak_angle_rad, pair.row.peak_angle_rad)
-                && (now_rad - before_rad).abs() > uncertainty(&before.row) + uncertainty(&pair.row)
-            {
-                found.moved.push(Moved {
-                    recording: name.0,
-                    design: name.1,
-                    before_rad,
-                    now_rad,
-                });
-            }
+    pub fn comparison(&self) -> BaselineComparison<'_> {
+        BaselineComparison {
+            baseline: self,
+            seen: BTreeSet::new(),
+            found: Changes {
+                numbers_revision: self.numbers_revision,
+                ..Changes::default()
+            },
         }
-        found.removed = gone.into_keys().collect();
-        found
+    }
+}
+
+/// A comparison of a baseline with pairs that come one by one.
+#[derive(Debug)]
+pub struct BaselineComparison<'a> {
+    baseline: &'a Baseline,
+    seen: BTreeSet<&'a (String, String)>,
+    found: Changes,
+}
+
+impl BaselineComparison<'_> {
+    /// Holds a pair against that of the baseline.
+    pub fn see(&mut self, pair: &Pair) {
+        let name = (pair.recording.clone(), pair.design.clone());
+        let found = &mut self.found;
+        let Some((known, before)) = self.baseline.pairs.get_key_value(&name) else {
+            found.added.push(name);
+            return;
+        };
+        self.seen.insert(known);
+        let bad = |pair: &Pair| {
+            matches!(
+                pair.standing,
+                PairStanding::NotAsRequired | PairStanding::NoWorse
+            )
+        };
+        match (bad(before), bad(pair)) {
+            (false, true) => found.newly_failing.push(name.clone()),
+            (true, false) => found.fixed.push(name.clone()),
+            _ => {}
+        }
+        if let (Some(before_rad), Some(now_rad)) =
+            (before.row.peak_angle_rad, pair.row.peak_angle_rad)
+            && (now_rad - before_rad).abs() > uncertainty(&before.row) + uncertainty(&pair.row)
+        {
+            found.moved.push(Moved {
+                recording: name.0,
+                design: name.1,
+                before_rad,
+                now_rad,
+            });
+        }
+    }
+
+    /// Returns what changed.
+    #[must_use]
+    pub fn changes(mut self) -> Changes {
+        let all = self.baseline.pairs.keys();
+        let gone = all.filter(|name| !self.seen.contains(name));
+        self.found.removed = gone.cloned().collect();
+        self.found
     }
 }
 

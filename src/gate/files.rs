@@ -1,13 +1,15 @@
 //! The files of a gate: summary, its renderings, and the full reports of what is not as required.
 
+use super::pairs::Pair;
 use super::plan::Plan;
-use super::summary::{GateSummary, Pair};
+use super::summary::{GateSummary, unwritten};
 use super::{junit, markdown, page};
 use crate::error::{Error, ErrorKind, Place};
 use crate::pipeline::{Control, Extras, Limits, Prepared, Source};
 use crate::report::{self, Unplaced};
-use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write as _};
 use std::path::Path;
 
 /// Most full reports: one costs as much time as a hundred rows, and a megabyte.
@@ -44,64 +46,56 @@ pub fn write(
     limits: &Limits,
     control: &Control<'_>,
 ) -> Result<usize, Error> {
-    let mut pairs: Vec<&Pair> = match reports {
+    let mut numbers: Vec<usize> = match reports {
         Reports::None => Vec::new(),
-        Reports::Failing => summary.worst(),
-        Reports::All => summary.pairs.iter().collect(),
+        Reports::Failing => summary.pairs.worst(),
+        Reports::All => (0..summary.pairs.len()).collect(),
     };
-    let all = pairs.len();
+    let all = numbers.len();
     if reports == Reports::Failing {
-        pairs.truncate(REPORTS_MAX);
+        numbers.truncate(REPORTS_MAX);
     }
-    let left_out = all - pairs.len();
+    let left_out = all - numbers.len();
     let beside = Unplaced::beside(folder)?;
-    let written = control
-        .try_map(&pairs, |pair| {
-            control.unmeasured(|control| {
-                full(beside.path(), plan, pair, limits, &control.with_threads(1))
-            })
+    let folders = control.try_map(&numbers, |&number| {
+        control.unmeasured(|control| {
+            let pair = summary.pairs.get(number)?;
+            let control = control.with_threads(1);
+            full(beside.path(), plan, number, &pair, limits, &control)
         })
-        .and_then(|folders| {
-            let found: BTreeMap<Named, String> = folders.into_iter().flatten().collect();
-            let files = [
-                ("summary.json", summary.to_json()),
-                ("junit.xml", junit::render(summary)),
-                ("summary.md", markdown::render(summary)),
-                ("index.html", page::render(summary, &found)),
-            ];
-            files.iter().try_for_each(|(name, text)| {
-                let path = beside.path().join(name);
-                fs::write(&path, text)
-                    .map_err(|error| failed("write the gate's report", &path, &error))
-            })
-        });
-    written?;
+    })?;
+    let folders = numbers.into_iter().zip(folders).collect();
+    let file = |name: &str| {
+        let path = beside.path().join(name);
+        let made = File::create(&path).map(BufWriter::new);
+        made.map_err(|error| failed(&path, &error))
+    };
+    let end = |mut out: BufWriter<File>| out.flush().map_err(unwritten);
+    let mut out = file("summary.json")?;
+    summary.write_json(&mut out).and_then(|()| end(out))?;
+    let mut out = file("junit.xml")?;
+    junit::write(summary, &mut out).and_then(|()| end(out))?;
+    let mut out = file("index.html")?;
+    page::write(summary, &folders, &mut out).and_then(|()| end(out))?;
+    let mut out = file("summary.md")?;
+    let text = markdown::render(summary)?;
+    out.write_all(text.as_bytes()).map_err(unwritten)?;
+    end(out)?;
     beside.settle(folder, |_| others(folder))?;
     Ok(left_out)
 }
 
-/// A pair by recording and design.
-type Named = (String, String);
-
-/// Writes the full report of a pair; returns its folder by recording and design.
+/// Writes the full report of a pair; returns its folder, relative to `folder`.
 fn full(
     folder: &Path,
     plan: &Plan,
+    number: usize,
     pair: &Pair,
     limits: &Limits,
     control: &Control<'_>,
-) -> Result<Option<(Named, String)>, Error> {
-    let recording = plan
-        .recordings
-        .iter()
-        .find(|recording| recording.name == pair.recording);
-    let design = plan
-        .designs
-        .iter()
-        .find(|design| design.name == pair.design);
-    let (Some(recording), Some(design)) = (recording, design) else {
-        return Ok(None);
-    };
+) -> Result<String, Error> {
+    let recording = &plan.recordings[number / plan.designs.len()];
+    let design = &plan.designs[number % plan.designs.len()];
     let source = Source::File(recording.path.clone());
     let extras = Extras {
         filter_table: true,
@@ -123,7 +117,7 @@ fn full(
         outcome.evidence.as_ref(),
         Some(&recording.path),
     )?;
-    Ok(Some(((pair.recording.clone(), pair.design.clone()), own)))
+    Ok(own)
 }
 
 /// Files and folders that a gate writes: all that may stand in a folder that is replaced.
@@ -151,9 +145,9 @@ fn others(folder: &Path) -> Option<Result<(), Error>> {
     Some(Err(error.at(Place::file(folder.display().to_string()))))
 }
 
-fn failed(action: &'static str, path: &Path, error: &std::io::Error) -> Error {
+fn failed(path: &Path, error: &io::Error) -> Error {
     Error::from(ErrorKind::Io {
-        action,
+        action: "write the gate's report",
         reason: error.to_string(),
     })
     .at(Place::file(path.display().to_string()))

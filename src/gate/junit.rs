@@ -5,8 +5,10 @@
 //! The schema `junit-10.xsd` of the Jenkins xUnit plugin, of which `time`, `timestamp` and
 //! `hostname` are left out, so that the same answers give the same bytes.
 
-use super::summary::{GateSummary, Pair, PairStanding};
+use super::pairs::{Pair, PairStanding, Pairs};
+use super::summary::{GateSummary, unwritten};
 use super::text;
+use crate::error::Error;
 use crate::pipeline::Answer;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
@@ -19,9 +21,16 @@ const TESTS_MAX: usize = 5000;
 /// Longest message [characters].
 const MESSAGE_MAX: usize = 2000;
 
-/// A test of the file.
-struct Case {
-    suite: String,
+/// A test of the file, and what it is of.
+enum Case {
+    /// A pair, by its number.
+    Pair(usize),
+    /// Anything else.
+    Other(Written),
+}
+
+/// A test as it is written.
+struct Written {
     name: String,
     outcome: TestOutcome,
     message: String,
@@ -40,105 +49,141 @@ enum TestOutcome {
     Skipped,
 }
 
-/// Returns the file. All that is not as required comes first; where there are more pairs than a
+/// Writes the file. All that is not as required comes first; where there are more pairs than a
 /// file may hold tests, the others stand as one test per recording.
-#[must_use]
-pub fn render(summary: &GateSummary) -> String {
-    let mut suites: BTreeMap<String, Vec<Case>> = BTreeMap::new();
-    for case in cases(summary) {
-        suites.entry(case.suite.clone()).or_default().push(case);
-    }
-    let mut writer = Writer::new_with_indent(Vec::new(), b' ', 1);
-    // Writing into memory does not fail.
-    let _ = write(&mut writer, summary, &suites);
-    let mut text = String::from_utf8_lossy(&writer.into_inner()).into_owned();
-    text.push('\n');
-    text
+///
+/// # Errors
+///
+/// [`crate::error::ErrorKind::Io`] if it cannot be written, or a decision no longer be read.
+pub fn write(summary: &GateSummary, out: impl io::Write) -> Result<(), Error> {
+    let suites = suites(summary);
+    let mut writer = Writer::new_with_indent(out, b' ', 1);
+    document(&mut writer, summary, &suites)
+        .and_then(|()| writer.get_mut().write_all(b"\n"))
+        .map_err(unwritten)
 }
 
-fn cases(summary: &GateSummary) -> Vec<Case> {
-    let mut found: Vec<Case> = summary
+/// Tests by the name of their suite.
+type Suites<'a> = BTreeMap<&'a str, Vec<Case>>;
+
+fn suites(summary: &GateSummary) -> Suites<'_> {
+    let pairs = &summary.pairs;
+    let mut own: Vec<Case> = summary
         .problems
         .iter()
-        .map(|problem| Case {
-            suite: "gate".into(),
-            name: problem.code.clone(),
-            outcome: TestOutcome::Error,
-            message: problem.text.clone(),
-            text: String::new(),
+        .map(|problem| {
+            Case::Other(Written {
+                name: problem.code.clone(),
+                outcome: TestOutcome::Error,
+                message: problem.text.clone(),
+                text: String::new(),
+            })
         })
         .collect();
-    let worst = summary.worst();
-    let all = found.len() + summary.pairs.len();
-    if all <= TESTS_MAX {
-        let mut pairs: Vec<&Pair> = summary.pairs.iter().collect();
-        pairs.sort_by_key(|pair| pair.rank());
-        found.extend(pairs.into_iter().map(of_pair));
-        return found;
+    let worst = pairs.worst();
+    let all = own.len() + pairs.len();
+    let mut listed: Vec<usize> = (0..pairs.len()).collect();
+    let mut recordings = Vec::new();
+    if all > TESTS_MAX {
+        let room = TESTS_MAX.saturating_sub(own.len() + 1);
+        own.truncate(TESTS_MAX - 1);
+        listed = worst[..worst.len().min(room)].to_vec();
+        if listed.len() < worst.len() {
+            own.push(Case::Other(further(worst.len() - listed.len())));
+        } else {
+            recordings = per_recording(summary, TESTS_MAX - own.len() - listed.len());
+        }
     }
-    let room = TESTS_MAX.saturating_sub(found.len() + 1);
-    found.truncate(TESTS_MAX - 1);
-    let shown = worst.len().min(room);
-    found.extend(worst[..shown].iter().map(|pair| of_pair(pair)));
-    if shown < worst.len() {
-        found.push(Case {
-            suite: "gate".into(),
-            name: "further pairs".into(),
-            outcome: TestOutcome::Failure,
-            message: format!(
-                "{} further pairs are not as required; summary.json lists them",
-                worst.len() - shown
-            ),
-            text: String::new(),
-        });
-        return found;
+    listed.sort_by_key(|&number| pairs.rank(number));
+    let mut suites = Suites::new();
+    for (name, cases) in [("gate", own), ("recordings", recordings)] {
+        if !cases.is_empty() {
+            suites.insert(name, cases);
+        }
     }
-    let room = TESTS_MAX - found.len();
-    let mut standing: BTreeMap<&str, usize> = BTreeMap::new();
-    for pair in summary.pairs.iter().filter(|pair| pair.exit_code() == 0) {
-        *standing.entry(&pair.recording).or_default() += 1;
+    let designs = summary.designs.len().max(1);
+    for number in listed {
+        let design = &summary.designs[number % designs];
+        suites
+            .entry(&design.name)
+            .or_default()
+            .push(Case::Pair(number));
     }
-    let recordings = summary.recordings.iter().take(room).map(|recording| Case {
-        suite: "recordings".into(),
-        name: recording.name.clone(),
-        outcome: TestOutcome::Passed,
-        message: String::new(),
-        text: format!(
-            "{} of {} designs stand",
-            standing.get(recording.name.as_str()).unwrap_or(&0),
-            summary.designs.len()
-        ),
-    });
-    found.extend(recordings);
-    found
+    suites
 }
 
-fn of_pair(pair: &Pair) -> Case {
-    let outcome = match (pair.standing, pair.row.verdict) {
+fn further(left: usize) -> Written {
+    Written {
+        name: "further pairs".into(),
+        outcome: TestOutcome::Failure,
+        message: format!("{left} further pairs are not as required; summary.json lists them"),
+        text: String::new(),
+    }
+}
+
+/// One test per recording, at most `most`, of how many designs stand.
+fn per_recording(summary: &GateSummary, most: usize) -> Vec<Case> {
+    let designs = summary.designs.len();
+    let marks = summary.pairs.marks().chunks(designs.max(1));
+    let counted = marks.map(|of_recording| {
+        of_recording
+            .iter()
+            .filter(|mark| mark.exit_code() == 0)
+            .count()
+    });
+    let named = summary.recordings.iter().zip(counted).take(most);
+    named
+        .map(|(recording, standing)| {
+            Case::Other(Written {
+                name: recording.name.clone(),
+                outcome: TestOutcome::Passed,
+                message: String::new(),
+                text: format!("{standing} of {designs} designs stand"),
+            })
+        })
+        .collect()
+}
+
+fn outcome(standing: PairStanding, verdict: Answer) -> TestOutcome {
+    match (standing, verdict) {
         (PairStanding::AsRequired, _) => TestOutcome::Passed,
         (PairStanding::Allowed | PairStanding::NoWorse, _) => TestOutcome::Skipped,
         (PairStanding::NotAsRequired, Answer::Unusable) => TestOutcome::Error,
         (PairStanding::NotAsRequired, _) => TestOutcome::Failure,
-    };
+    }
+}
+
+impl Case {
+    fn outcome(&self, pairs: &Pairs) -> TestOutcome {
+        match self {
+            Self::Pair(number) => {
+                let mark = &pairs.marks()[*number];
+                outcome(mark.standing, mark.verdict)
+            }
+            Self::Other(written) => written.outcome,
+        }
+    }
+}
+
+fn of_pair(pair: &Pair) -> Written {
     let what = format!("{}: {}", pair.row.verdict.name(), text::what(pair));
-    Case {
-        suite: pair.design.clone(),
+    Written {
         name: pair.recording.clone(),
-        outcome,
+        outcome: outcome(pair.standing, pair.row.verdict),
         message: what.clone(),
         text: format!("{what}\nreport_id {}", pair.row.report_id),
     }
 }
 
-fn write(
-    writer: &mut Writer<Vec<u8>>,
+fn document(
+    writer: &mut Writer<impl io::Write>,
     summary: &GateSummary,
-    suites: &BTreeMap<String, Vec<Case>>,
+    suites: &Suites<'_>,
 ) -> io::Result<()> {
     let count = |cases: &[Case], outcome: TestOutcome| {
         cases
             .iter()
-            .filter(|case| case.outcome == outcome)
+            .filter(|case| case.outcome(&summary.pairs) == outcome)
             .count()
             .to_string()
     };
@@ -156,7 +201,13 @@ fn write(
                 .with_attribute(("errors", count(cases, TestOutcome::Error).as_str()))
                 .with_attribute(("skipped", count(cases, TestOutcome::Skipped).as_str()));
             suite.write_inner_content(|writer| {
-                cases.iter().try_for_each(|case| test(writer, case))
+                cases.iter().try_for_each(|case| match case {
+                    Case::Other(written) => test(writer, name, written),
+                    Case::Pair(number) => {
+                        let pair = summary.pairs.get(*number).map_err(io::Error::other)?;
+                        test(writer, name, &of_pair(&pair))
+                    }
+                })
             })?;
         }
         Ok(())
@@ -164,14 +215,11 @@ fn write(
     Ok(())
 }
 
-fn test(writer: &mut Writer<Vec<u8>>, case: &Case) -> io::Result<()> {
+fn test(writer: &mut Writer<impl io::Write>, suite: &str, case: &Written) -> io::Result<()> {
     let element = writer
         .create_element("testcase")
         .with_attribute(("name", clean(&case.name).as_str()))
-        .with_attribute((
-            "classname",
-            format!("latchgate.{}", clean(&case.suite)).as_str(),
-        ));
+        .with_attribute(("classname", format!("latchgate.{}", clean(suite)).as_str()));
     let kind = match case.outcome {
         TestOutcome::Passed => None,
         TestOutcome::Failure => Some(("failure", "not-as-required")),

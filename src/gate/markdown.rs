@@ -1,7 +1,9 @@
 //! The summary in Markdown, for comments and step summaries, and annotations.
 
-use super::summary::{GateSummary, Pair, PairStanding};
+use super::pairs::PairStanding;
+use super::summary::GateSummary;
 use super::text;
+use crate::error::Error;
 use std::fmt::Write as _;
 
 /// Most characters: comments end at 65 536.
@@ -18,8 +20,11 @@ const TEXT_MAX: usize = 400;
 const ANNOTATIONS_MAX: usize = 10;
 
 /// Returns the summary: the answer, the worst ten pairs, exceptions, changes, counts.
-#[must_use]
-pub fn render(summary: &GateSummary) -> String {
+///
+/// # Errors
+///
+/// [`crate::error::ErrorKind::Io`] if a decision can no longer be read.
+pub fn render(summary: &GateSummary) -> Result<String, Error> {
     let mut out = String::new();
     let mark = if summary.exit_code == 0 { "✅" } else { "❌" };
     let _ = writeln!(out, "## {mark} latchgate {}\n", code(&summary.gate));
@@ -34,31 +39,20 @@ pub fn render(summary: &GateSummary) -> String {
             summary.problems.len() - LISTED
         );
     }
-    table(
-        &mut out,
-        summary,
-        "Not as required, the worst first",
-        &summary.worst(),
-    );
-    let of = |standing: PairStanding| -> Vec<&Pair> {
-        summary
-            .pairs
-            .iter()
-            .filter(|pair| pair.standing == standing)
-            .collect()
-    };
-    table(
-        &mut out,
-        summary,
-        "Let through by an exception",
-        &of(PairStanding::Allowed),
-    );
-    table(
-        &mut out,
-        summary,
-        "Not as required, but no worse than the baseline",
-        &of(PairStanding::NoWorse),
-    );
+    let pairs = &summary.pairs;
+    for (title, numbers) in [
+        ("Not as required, the worst first", pairs.worst()),
+        (
+            "Let through by an exception",
+            pairs.standing(PairStanding::Allowed),
+        ),
+        (
+            "Not as required, but no worse than the baseline",
+            pairs.standing(PairStanding::NoWorse),
+        ),
+    ] {
+        table(&mut out, summary, title, &numbers)?;
+    }
     if let Some(baseline) = &summary.baseline {
         let _ = writeln!(out, "\n### Since the baseline\n");
         for (what, pairs) in [
@@ -98,23 +92,28 @@ pub fn render(summary: &GateSummary) -> String {
         summary.designs.len(),
         summary.version
     );
-    cut(out)
+    Ok(cut(out))
 }
 
-fn table(out: &mut String, summary: &GateSummary, title: &str, pairs: &[&Pair]) {
-    if pairs.is_empty() {
-        return;
+fn table(
+    out: &mut String,
+    summary: &GateSummary,
+    title: &str,
+    numbers: &[usize],
+) -> Result<(), Error> {
+    if numbers.is_empty() {
+        return Ok(());
     }
     let _ = writeln!(
         out,
         "\n### {title}\n\n| answer | recording | design | |\n| --- | --- | --- | --- |"
     );
     let mut shown = 0;
-    for alike in text::told_alike(pairs).take(LISTED) {
-        let pair = alike[0];
-        let designs = match alike {
-            [pair] => code(&pair.design),
-            _ => prose(&text::designs(alike, summary)),
+    for alike in text::told_alike(&summary.pairs, numbers, LISTED)? {
+        let pair = &alike.first;
+        let designs = match alike.numbers.len() {
+            1 => code(&pair.design),
+            _ => prose(&alike.designs(summary)),
         };
         let _ = writeln!(
             out,
@@ -123,15 +122,16 @@ fn table(out: &mut String, summary: &GateSummary, title: &str, pairs: &[&Pair]) 
             code(&pair.recording),
             prose(&text::what(pair))
         );
-        shown += alike.len();
+        shown += alike.numbers.len();
     }
-    if pairs.len() > shown {
+    if numbers.len() > shown {
         let _ = writeln!(
             out,
             "\n{} further ones in summary.json.",
-            pairs.len() - shown
+            numbers.len() - shown
         );
     }
+    Ok(())
 }
 
 /// Returns a name as code, in which nothing pings, links or ends a table's cell.
@@ -191,24 +191,28 @@ fn cut(text: String) -> String {
 }
 
 /// Returns annotations as GitHub Actions reads them from a step's output, ten at most.
-#[must_use]
-pub fn annotations(summary: &GateSummary) -> String {
-    let mut lines: Vec<String> = summary
-        .problems
-        .iter()
+///
+/// # Errors
+///
+/// [`crate::error::ErrorKind::Io`] if a decision can no longer be read.
+pub fn annotations(summary: &GateSummary) -> Result<String, Error> {
+    let problems = summary.problems.iter();
+    let mut lines: Vec<String> = problems
         .map(|problem| annotation(&problem.code, &problem.text))
+        .take(ANNOTATIONS_MAX)
         .collect();
-    let worst = summary.worst();
-    lines.extend(worst.iter().map(|pair| {
+    let worst = summary.pairs.worst();
+    for &number in worst.iter().take(ANNOTATIONS_MAX - lines.len()) {
+        let pair = summary.pairs.get(number)?;
         let title = format!(
             "{}: {} with {}",
             pair.row.verdict.name(),
             pair.recording,
             pair.design
         );
-        annotation(&title, &text::what(pair))
-    }));
-    let all = lines.len();
+        lines.push(annotation(&title, &text::what(&pair)));
+    }
+    let all = summary.problems.len() + worst.len();
     if all > ANNOTATIONS_MAX {
         lines.truncate(ANNOTATIONS_MAX - 1);
         let more = format!(
@@ -217,7 +221,7 @@ pub fn annotations(summary: &GateSummary) -> String {
         );
         lines.push(annotation("latchgate", &more));
     }
-    lines.concat()
+    Ok(lines.concat())
 }
 
 fn annotation(title: &str, message: &str) -> String {

@@ -1,11 +1,14 @@
 //! The summary as one page that opens offline: a matrix of recordings and designs.
 
-use super::summary::{GateSummary, Pair, PairStanding};
+use super::pairs::{Pair, PairStanding};
+use super::summary::{GateSummary, unwritten};
 use super::text;
+use crate::error::Error;
 use crate::pipeline::Answer;
 use crate::report::{escape, number, page};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
+use std::io;
 
 /// Cells up to which the whole matrix is shown; beyond, the worst of each recording and design.
 const CELLS_MAX: usize = 50_000;
@@ -19,10 +22,19 @@ const STYLE: &str = include_str!("page.css");
 /// Sorting and filtering; the page is complete without it.
 const SCRIPT: &str = include_str!("page.js");
 
-/// Returns the page. `reports` holds the folder of each full report, by recording and design,
-/// relative to the page.
-#[must_use]
-pub fn render(summary: &GateSummary, reports: &BTreeMap<(String, String), String>) -> String {
+/// Folders of full reports, relative to the page, by the number of their pair.
+pub type ReportFolders = BTreeMap<usize, String>;
+
+/// Writes the page.
+///
+/// # Errors
+///
+/// [`crate::error::ErrorKind::Io`] if it cannot be written, or a decision no longer be read.
+pub fn write(
+    summary: &GateSummary,
+    reports: &ReportFolders,
+    mut file: impl io::Write,
+) -> Result<(), Error> {
     let mut out = String::new();
     let frame = page::PageFrame {
         title: &format!("latchgate gate {}", summary.gate),
@@ -57,42 +69,36 @@ pub fn render(summary: &GateSummary, reports: &BTreeMap<(String, String), String
     }
     counts(&mut out, summary);
     out.push_str("</section>\n");
-    list(
-        &mut out,
-        summary,
-        "worst",
-        "Not as required, the worst first",
-        &summary.worst(),
-        reports,
-    );
-    let of = |standing: PairStanding| -> Vec<&Pair> {
-        summary
-            .pairs
-            .iter()
-            .filter(|pair| pair.standing == standing)
-            .collect()
-    };
-    list(
-        &mut out,
-        summary,
-        "exceptions",
-        "Let through by an exception",
-        &of(PairStanding::Allowed),
-        reports,
-    );
-    list(
-        &mut out,
-        summary,
-        "no-worse",
-        "Not as required, but no worse than the baseline",
-        &of(PairStanding::NoWorse),
-        reports,
-    );
+    let pairs = &summary.pairs;
+    for (id, title, numbers) in [
+        ("worst", "Not as required, the worst first", pairs.worst()),
+        (
+            "exceptions",
+            "Let through by an exception",
+            pairs.standing(PairStanding::Allowed),
+        ),
+        (
+            "no-worse",
+            "Not as required, but no worse than the baseline",
+            pairs.standing(PairStanding::NoWorse),
+        ),
+    ] {
+        if !numbers.is_empty() {
+            let _ = write!(out, "<section id=\"{id}\">\n<h2>{title}</h2>\n");
+            list(&mut out, summary, &numbers, reports)?;
+        }
+    }
     changes(&mut out, summary);
-    matrix(&mut out, summary, reports);
-    out.push_str("</main>\n");
-    out.push_str(&frame.tail());
-    out
+    matrix_head(&mut out, pairs.len() <= CELLS_MAX);
+    let mut put = |text: &str| file.write_all(text.as_bytes()).map_err(unwritten);
+    put(&out)?;
+    if pairs.len() <= CELLS_MAX {
+        matrix(summary, reports, &mut put)?;
+    } else {
+        worst_of_each(summary, &mut put)?;
+    }
+    put("</section>\n</main>\n")?;
+    put(&frame.tail())
 }
 
 fn counts(out: &mut String, summary: &GateSummary) {
@@ -120,25 +126,17 @@ fn counts(out: &mut String, summary: &GateSummary) {
 fn list(
     out: &mut String,
     summary: &GateSummary,
-    id: &str,
-    title: &str,
-    pairs: &[&Pair],
-    reports: &BTreeMap<(String, String), String>,
-) {
-    if pairs.is_empty() {
-        return;
-    }
-    let _ = write!(
-        out,
-        "<section id=\"{id}\">\n<h2>{title}</h2>\n<table class=\"pairs\"><thead><tr><th>answer</th><th>recording</th>\
-         <th>design</th><th>what</th><th>report</th></tr></thead>\n<tbody>\n"
+    numbers: &[usize],
+    reports: &ReportFolders,
+) -> Result<(), Error> {
+    out.push_str(
+        "<table class=\"pairs\"><thead><tr><th>answer</th><th>recording</th>\
+         <th>design</th><th>what</th><th>report</th></tr></thead>\n<tbody>\n",
     );
     let mut shown = 0;
-    for alike in text::told_alike(pairs).take(LISTED) {
-        let pair = alike[0];
-        let report = alike
-            .iter()
-            .find_map(|pair| reports.get(&(pair.recording.clone(), pair.design.clone())));
+    for alike in text::told_alike(&summary.pairs, numbers, LISTED)? {
+        let pair = &alike.first;
+        let report = alike.numbers.iter().find_map(|number| reports.get(number));
         let link = report.map_or_else(String::new, |folder| {
             format!(
                 "<a href=\"{}/report.html\">open</a>",
@@ -150,20 +148,21 @@ fn list(
             "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{link}</td></tr>",
             answer(pair.row.verdict),
             escape::markup(&pair.recording),
-            escape::markup(&text::designs(alike, summary)),
+            escape::markup(&alike.designs(summary)),
             escape::markup(&text::what(pair))
         );
-        shown += alike.len();
+        shown += alike.numbers.len();
     }
     out.push_str("</tbody></table>\n");
-    if pairs.len() > shown {
+    if numbers.len() > shown {
         let _ = writeln!(
             out,
             "<p class=\"note\">{} further ones in summary.json.</p>",
-            pairs.len() - shown
+            numbers.len() - shown
         );
     }
     out.push_str("</section>\n");
+    Ok(())
 }
 
 /// An answer with its sign, so that colour is not all that tells.
@@ -232,8 +231,7 @@ fn changes(out: &mut String, summary: &GateSummary) {
     out.push_str("</section>\n");
 }
 
-fn matrix(out: &mut String, summary: &GateSummary, reports: &BTreeMap<(String, String), String>) {
-    let whole = summary.pairs.len() <= CELLS_MAX;
+fn matrix_head(out: &mut String, whole: bool) {
     let _ = write!(
         out,
         "<section id=\"matrix\">\n<h2>Recordings and designs</h2>\n<p class=\"note\">Each cell holds the answer and the margin: how far \
@@ -248,122 +246,116 @@ fn matrix(out: &mut String, summary: &GateSummary, reports: &BTreeMap<(String, S
             " Of this many pairs only the worst of each recording and of each design are shown."
         }
     );
-    let mut kept: BTreeMap<(&str, &str), &Pair> = BTreeMap::new();
-    if whole {
-        kept.extend(
-            summary
-                .pairs
-                .iter()
-                .map(|pair| ((pair.recording.as_str(), pair.design.as_str()), pair)),
-        );
-    } else {
-        let mut worst: BTreeMap<(bool, &str), &Pair> = BTreeMap::new();
-        for pair in &summary.pairs {
-            for key in [
-                (false, pair.recording.as_str()),
-                (true, pair.design.as_str()),
-            ] {
-                let held = worst.entry(key).or_insert(pair);
-                if pair.rank() < held.rank() {
-                    *held = pair;
-                }
-            }
-        }
-        kept.extend(
-            worst
-                .into_values()
-                .map(|pair| ((pair.recording.as_str(), pair.design.as_str()), pair)),
-        );
-    }
-    if whole {
-        table(out, summary, &kept, reports);
-    } else {
-        let pairs: BTreeSet<_> = kept.values().map(|pair| pair.rank()).collect();
-        let by_rank: BTreeMap<_, _> = kept.values().map(|pair| (pair.rank(), *pair)).collect();
-        out.push_str("<table class=\"pairs\"><thead><tr><th>answer</th><th>recording</th><th>design</th><th>margin</th></tr></thead><tbody>\n");
-        for pair in pairs.iter().filter_map(|rank| by_rank.get(rank)) {
-            let _ = writeln!(
-                out,
-                "<tr data-name=\"{1}\"><td>{0}</td><td>{1}</td><td>{2}</td><td class=\"number\">{3}</td></tr>",
-                answer(pair.row.verdict),
-                escape::markup(&pair.recording),
-                escape::markup(&pair.design),
-                percent(pair)
-            );
-        }
-        out.push_str("</tbody></table>\n");
-    }
-    out.push_str("</section>\n");
 }
 
-fn table(
-    out: &mut String,
+/// Writes a list of the worst pair of each recording and of each design.
+fn worst_of_each(
     summary: &GateSummary,
-    kept: &BTreeMap<(&str, &str), &Pair>,
-    reports: &BTreeMap<(String, String), String>,
-) {
-    out.push_str("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Matrix of recordings and designs\"><table class=\"matrix\"><thead><tr><th scope=\"col\">recording</th>");
+    put: &mut impl FnMut(&str) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let pairs = &summary.pairs;
+    let designs = summary.designs.len().max(1);
+    let mut worst: BTreeMap<(bool, usize), usize> = BTreeMap::new();
+    for number in 0..pairs.len() {
+        for key in [(false, number / designs), (true, number % designs)] {
+            let held = worst.entry(key).or_insert(number);
+            if pairs.rank(number) < pairs.rank(*held) {
+                *held = number;
+            }
+        }
+    }
+    put(
+        "<table class=\"pairs\"><thead><tr><th>answer</th><th>recording</th><th>design</th><th>margin</th></tr></thead><tbody>\n",
+    )?;
+    let ranked: BTreeSet<_> = worst
+        .into_values()
+        .map(|number| pairs.rank(number))
+        .collect();
+    for (_, _, number) in ranked {
+        let pair = pairs.get(number)?;
+        put(&format!(
+            "<tr data-name=\"{1}\"><td>{0}</td><td>{1}</td><td>{2}</td><td class=\"number\">{3}</td></tr>\n",
+            answer(pair.row.verdict),
+            escape::markup(&pair.recording),
+            escape::markup(&pair.design),
+            percent(&pair)
+        ))?;
+    }
+    put("</tbody></table>\n")
+}
+
+/// Writes the whole matrix, a row per recording.
+fn matrix(
+    summary: &GateSummary,
+    reports: &ReportFolders,
+    put: &mut impl FnMut(&str) -> Result<(), Error>,
+) -> Result<(), Error> {
+    put(
+        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Matrix of recordings and designs\"><table class=\"matrix\"><thead><tr><th scope=\"col\">recording</th>",
+    )?;
     for design in &summary.designs {
-        let _ = write!(
-            out,
+        put(&format!(
             "<th scope=\"col\">{}</th>",
             escape::markup(&design.name)
-        );
+        ))?;
     }
-    out.push_str("</tr></thead>\n<tbody>\n");
-    for recording in &summary.recordings {
-        let cells: Vec<&Pair> = summary
-            .designs
-            .iter()
-            .filter_map(|design| {
-                kept.get(&(recording.name.as_str(), design.name.as_str()))
-                    .copied()
-            })
-            .collect();
-        let worst = cells.iter().map(|pair| pair.exit_code()).max().unwrap_or(0);
-        let least = cells
-            .iter()
-            .filter_map(|pair| pair.row.margin())
-            .fold(f64::INFINITY, f64::min);
+    put("</tr></thead>\n<tbody>\n")?;
+    let designs = summary.designs.len();
+    for (row, recording) in summary.recordings.iter().enumerate() {
+        let first = row * designs;
+        let cells = summary.pairs.some(first..first + designs)?;
+        let folders = (first..).map(|number| reports.get(&number));
+        put(&matrix_row(&recording.name, cells.iter().zip(folders)))?;
+    }
+    put("</tbody></table></div>\n")
+}
+
+fn matrix_row<'a>(
+    name: &str,
+    cells: impl Iterator<Item = (&'a Pair, Option<&'a String>)> + Clone,
+) -> String {
+    let worst = cells.clone().map(|(pair, _)| pair.exit_code()).max();
+    let least = cells
+        .clone()
+        .filter_map(|(pair, _)| pair.row.margin())
+        .fold(f64::INFINITY, f64::min);
+    let mut out = format!(
+        "<tr data-name=\"{0}\" data-bad=\"{1}\" data-margin=\"{2:.4}\"><th scope=\"row\">{0}</th>",
+        escape::markup(name),
+        u8::from(worst.unwrap_or(0) != 0),
+        least.clamp(-1e6, 1e6)
+    );
+    for (pair, folder) in cells {
+        let bad = if pair.exit_code() == 0 { "" } else { " bad" };
+        let what = format!(
+            "{} with {}: {}, {}",
+            pair.recording,
+            pair.design,
+            pair.row.verdict.name(),
+            text::what(pair)
+        );
+        let inner = format!(
+            "<span aria-hidden=\"true\">{}</span> {}",
+            glyph(pair.row.verdict),
+            percent(pair)
+        );
+        let inner = match folder {
+            Some(folder) => format!(
+                "<a href=\"{}/report.html\">{inner}</a>",
+                escape::markup(folder)
+            ),
+            None => inner,
+        };
         let _ = write!(
             out,
-            "<tr data-name=\"{0}\" data-bad=\"{1}\" data-margin=\"{2:.4}\"><th scope=\"row\">{0}</th>",
-            escape::markup(&recording.name),
-            u8::from(worst != 0),
-            least.clamp(-1e6, 1e6)
+            "<td class=\"{} m{}{bad}\" title=\"{}\">{inner}</td>",
+            pair.row.verdict.name(),
+            shade(pair),
+            escape::markup(&what)
         );
-        for pair in cells {
-            let bad = if pair.exit_code() == 0 { "" } else { " bad" };
-            let what = format!(
-                "{} with {}: {}, {}",
-                pair.recording,
-                pair.design,
-                pair.row.verdict.name(),
-                text::what(pair)
-            );
-            let inner = format!(
-                "<span aria-hidden=\"true\">{}</span> {}",
-                glyph(pair.row.verdict),
-                percent(pair)
-            );
-            let inner = match reports.get(&(pair.recording.clone(), pair.design.clone())) {
-                Some(folder) => format!(
-                    "<a href=\"{}/report.html\">{inner}</a>",
-                    escape::markup(folder)
-                ),
-                None => inner,
-            };
-            let _ = write!(
-                out,
-                "<td class=\"{} m{}{bad}\" title=\"{}\">{inner}</td>",
-                pair.row.verdict.name(),
-                shade(pair),
-                escape::markup(&what)
-            );
-        }
-        out.push_str("</tr>\n");
     }
-    out.push_str("</tbody></table></div>\n");
+    out.push_str("</tr>\n");
+    out
 }
 
 /// One of five shades by the margin: 0 beyond the limit or without a peak, 4 far below it.

@@ -6,6 +6,7 @@ use crate::pipeline::{Answer, Design, Limits, Request, design_from_bytes, read_w
 use glob::{MatchOptions, Pattern};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What a gate judges, and what it requires.
 #[derive(Debug, Clone)]
@@ -29,14 +30,14 @@ pub struct PlannedRecording {
     pub name: String,
     /// Where it lies.
     pub path: PathBuf,
-    /// How it is read, conditioned and judged.
-    pub request: Request,
+    /// How it is read, conditioned and judged: that of all recordings of an entry.
+    pub request: Arc<Request>,
 }
 
 /// A rule that matches pairs by name.
 #[derive(Debug, Clone)]
 struct Rule {
-    pairs: Pairs,
+    pairs: PairPattern,
     verdict: Answer,
 }
 
@@ -45,7 +46,7 @@ struct Rule {
 pub struct PlannedException {
     /// Where it stands in the gate file.
     pub place: Place,
-    pairs: Pairs,
+    pairs: PairPattern,
     /// Why.
     pub reason: String,
     /// Last day on which it holds, `YYYY-MM-DD`.
@@ -54,7 +55,7 @@ pub struct PlannedException {
 
 /// Patterns of a recording's and a design's name.
 #[derive(Debug, Clone)]
-struct Pairs {
+struct PairPattern {
     recordings: Pattern,
     designs: Pattern,
 }
@@ -66,7 +67,7 @@ const NAMES: MatchOptions = MatchOptions {
     require_literal_leading_dot: false,
 };
 
-impl Pairs {
+impl PairPattern {
     fn new(recordings: &str, designs: &str) -> Result<Self, Error> {
         Ok(Self {
             recordings: pattern(recordings)?,
@@ -168,8 +169,8 @@ impl Plan {
         })
     }
 
-    fn pairs(&self, recordings: &str, designs: &str, what: &str) -> Result<Pairs, Error> {
-        let pairs = Pairs::new(recordings, designs)?;
+    fn pairs(&self, recordings: &str, designs: &str, what: &str) -> Result<PairPattern, Error> {
+        let pairs = PairPattern::new(recordings, designs)?;
         let matched = |pattern: &Pattern, name: &str| pattern.matches_with(name, NAMES);
         let mut own = self.recordings.iter();
         if !own.any(|recording| matched(&pairs.recordings, &recording.name)) {
@@ -210,6 +211,7 @@ fn recordings(
 ) -> Vec<PlannedRecording> {
     let mut found: BTreeMap<String, PlannedRecording> = BTreeMap::new();
     for entry in entries {
+        let request = Arc::new(entry.request.clone());
         for files in &entry.files {
             let paths = match paths(files, folder) {
                 Ok(paths) => paths,
@@ -223,7 +225,7 @@ fn recordings(
                 let planned = PlannedRecording {
                     name: name.clone(),
                     path,
-                    request: entry.request.clone(),
+                    request: Arc::clone(&request),
                 };
                 match found.get(&name) {
                     Some(earlier) if !is_same(earlier, &planned) => {

@@ -1,12 +1,14 @@
 //! Decisions held against what is required: exceptions, baseline, exit code.
 
-use super::baseline::Baseline;
+use super::baseline::{Baseline, BaselineComparison};
+use super::pairs::{COULD_NOT, Pair, PairMark, PairStanding, Pairs, severity};
 use super::plan::Plan;
 use super::run::JudgedRecording;
-use super::summary::{
-    COULD_NOT, Counts, GateProblem, GateSummary, Pair, PairStanding, SummaryRecording, severity,
-};
-use crate::pipeline::{Answer, NUMBERS_REVISION, Row};
+use super::store::Store;
+use super::summary::{Counts, GateProblem, GateSummary, SummaryRecording};
+use crate::error::Error;
+use crate::pipeline::{Answer, NUMBERS_REVISION};
+use std::sync::Arc;
 
 /// What is asked of a summary beside its gate.
 #[derive(Debug, Clone, Copy, Default)]
@@ -22,22 +24,45 @@ pub struct Asked<'a> {
 }
 
 /// Holds the decisions of a plan against what it requires.
-#[must_use]
-pub fn hold(plan: &Plan, judged: Vec<JudgedRecording>, asked: Asked<'_>) -> GateSummary {
-    let mut pairs = Vec::with_capacity(plan.recordings.len() * plan.designs.len());
-    let mut recordings = Vec::with_capacity(plan.recordings.len());
-    for (recording, judged) in plan.recordings.iter().zip(judged) {
-        recordings.push(SummaryRecording {
-            name: recording.name.clone(),
-            sha256: judged.sha256,
-            channel: judged.channel,
-        });
-        for (design, row) in plan.designs.iter().zip(judged.rows) {
-            pairs.push(pair(plan, &recording.name, &design.name, row, asked));
-        }
-    }
-    let mut problems = exceptions(plan, &pairs, asked.date);
-    let comparison = asked.baseline.map(|baseline| baseline.compare(&pairs));
+///
+/// # Errors
+///
+/// [`crate::error::ErrorKind::Io`] if a decision can no longer be read.
+pub fn hold(
+    plan: &Plan,
+    judged: &[JudgedRecording],
+    store: &Arc<Store>,
+    asked: Asked<'_>,
+) -> Result<GateSummary, Error> {
+    let mut counts = Counts::default();
+    let mut needed = vec![false; plan.exceptions.len()];
+    let mut comparison = asked.baseline.map(Baseline::comparison);
+    let pairs = Pairs::stored(
+        Arc::clone(store),
+        plan.recordings
+            .iter()
+            .map(|recording| recording.name.clone())
+            .collect(),
+        plan.designs
+            .iter()
+            .map(|design| design.name.clone())
+            .collect(),
+        plan.exceptions
+            .iter()
+            .map(|own| (own.reason.clone(), own.until.clone()))
+            .collect(),
+        judged,
+        |pair| {
+            let exception = stand(plan, pair, asked, &mut needed);
+            counts.add(pair.standing, pair.row.verdict);
+            if let Some(comparison) = &mut comparison {
+                comparison.see(pair);
+            }
+            exception
+        },
+    )?;
+    let mut problems = exceptions(plan, &needed, asked.date);
+    let comparison = comparison.map(BaselineComparison::changes);
     if let Some(comparison) = comparison.as_ref().filter(|_| !asked.allow_removed) {
         problems.extend(comparison.removed.iter().map(|(recording, design)| GateProblem {
             code: "pair-vanished".into(),
@@ -47,76 +72,78 @@ pub fn hold(plan: &Plan, judged: Vec<JudgedRecording>, asked: Asked<'_>) -> Gate
             ),
         }));
     }
-    let counts = counts(&pairs);
     if counts.unusable == counts.pairs {
         problems.push(GateProblem {
             code: "nothing-judged".into(),
             text: "no pair was judged: this is never a pass".into(),
         });
     }
-    let of_pairs = pairs.iter().map(Pair::exit_code);
+    let of_pairs = pairs.marks().iter().map(PairMark::exit_code);
     let of_problems = problems.iter().map(|_| COULD_NOT);
     let exit_code = of_pairs
         .chain(of_problems)
         .max_by_key(|code| severity(*code));
-    GateSummary {
+    let named = plan.recordings.iter().zip(judged);
+    Ok(GateSummary {
         schema: "latchgate.gate/1".into(),
         gate: plan.gate.clone(),
         exit_code: exit_code.unwrap_or(COULD_NOT),
         counts,
         problems,
         designs: plan.designs.clone(),
-        recordings,
+        recordings: named
+            .map(|(recording, judged)| SummaryRecording {
+                name: recording.name.clone(),
+                sha256: judged.sha256.clone(),
+                channel: judged.channel.clone(),
+            })
+            .collect(),
         pairs,
         baseline: comparison,
         version: env!("CARGO_PKG_VERSION").into(),
         numbers_revision: NUMBERS_REVISION,
-    }
+    })
 }
 
-fn pair(plan: &Plan, recording: &str, design: &str, row: Row, asked: Asked<'_>) -> Pair {
-    let required = plan.required(recording, design);
-    let exception = plan
-        .exceptions
-        .iter()
-        .find(|exception| exception.matches(recording, design) && *asked.date <= *exception.until)
-        .filter(|_| row.verdict == Answer::Undecided);
-    let standing = if row.verdict == required {
+/// Says what is required of a pair and where it stands; returns the exception that lets it through.
+/// Exceptions that some pair needs are marked in `needed`.
+fn stand(plan: &Plan, pair: &mut Pair, asked: Asked<'_>, needed: &mut [bool]) -> Option<u16> {
+    pair.required = plan.required(&pair.recording, &pair.design);
+    let undecided = pair.row.verdict == Answer::Undecided && pair.required != Answer::Undecided;
+    let mut through = None;
+    for (number, exception) in plan.exceptions.iter().enumerate().filter(|_| undecided) {
+        if exception.matches(&pair.recording, &pair.design) {
+            needed[number] = true;
+            if *asked.date <= *exception.until {
+                through = through.or(u16::try_from(number).ok());
+            }
+        }
+    }
+    let (recording, design) = (&pair.recording, &pair.design);
+    pair.standing = if pair.row.verdict == pair.required {
         PairStanding::AsRequired
-    } else if exception.is_some() {
+    } else if let Some(number) = through {
+        let exception = &plan.exceptions[usize::from(number)];
+        pair.exception = Some((exception.reason.clone(), exception.until.clone()));
         PairStanding::Allowed
     } else if asked.no_worse
-        && asked
-            .baseline
-            .is_some_and(|baseline| baseline.was_no_better(recording, design, required, &row))
+        && asked.baseline.is_some_and(|baseline| {
+            baseline.was_no_better(recording, design, pair.required, &pair.row)
+        })
     {
         PairStanding::NoWorse
     } else {
         PairStanding::NotAsRequired
     };
-    Pair {
-        recording: recording.into(),
-        design: design.into(),
-        required,
-        exception: exception
-            .filter(|_| standing == PairStanding::Allowed)
-            .map(|exception| (exception.reason.clone(), exception.until.clone())),
-        standing,
-        row,
-    }
+    through
 }
 
 /// Finds exceptions that expired, or that no pair needs.
-fn exceptions(plan: &Plan, pairs: &[Pair], date: &str) -> Vec<GateProblem> {
+fn exceptions(plan: &Plan, needed: &[bool], date: &str) -> Vec<GateProblem> {
     let mut problems = Vec::new();
-    for exception in &plan.exceptions {
+    for (exception, needed) in plan.exceptions.iter().zip(needed) {
         let place = &exception.place;
         let reason = &exception.reason;
-        let undecided = |pair: &&Pair| {
-            pair.row.verdict == Answer::Undecided
-                && pair.required != Answer::Undecided
-                && exception.matches(&pair.recording, &pair.design)
-        };
         if date > exception.until.as_str() {
             problems.push(GateProblem {
                 code: "exception-expired".into(),
@@ -126,7 +153,7 @@ fn exceptions(plan: &Plan, pairs: &[Pair], date: &str) -> Vec<GateProblem> {
                     exception.until
                 ),
             });
-        } else if !pairs.iter().any(|pair| undecided(&pair)) {
+        } else if !needed {
             problems.push(GateProblem {
                 code: "exception-not-needed".into(),
                 text: format!(
@@ -138,24 +165,20 @@ fn exceptions(plan: &Plan, pairs: &[Pair], date: &str) -> Vec<GateProblem> {
     problems
 }
 
-fn counts(pairs: &[Pair]) -> Counts {
-    let mut counts = Counts {
-        pairs: pairs.len(),
-        ..Counts::default()
-    };
-    for pair in pairs {
-        *match pair.standing {
-            PairStanding::AsRequired => &mut counts.as_required,
-            PairStanding::Allowed => &mut counts.allowed,
-            PairStanding::NoWorse => &mut counts.no_worse,
-            PairStanding::NotAsRequired => &mut counts.not_as_required,
+impl Counts {
+    fn add(&mut self, standing: PairStanding, verdict: Answer) {
+        self.pairs += 1;
+        *match standing {
+            PairStanding::AsRequired => &mut self.as_required,
+            PairStanding::Allowed => &mut self.allowed,
+            PairStanding::NoWorse => &mut self.no_worse,
+            PairStanding::NotAsRequired => &mut self.not_as_required,
         } += 1;
-        *match pair.row.verdict {
-            Answer::Pass => &mut counts.pass,
-            Answer::Fail => &mut counts.fail,
-            Answer::Undecided => &mut counts.undecided,
-            Answer::Unusable => &mut counts.unusable,
+        *match verdict {
+            Answer::Pass => &mut self.pass,
+            Answer::Fail => &mut self.fail,
+            Answer::Undecided => &mut self.undecided,
+            Answer::Unusable => &mut self.unusable,
         } += 1;
     }
-    counts
 }

@@ -1,12 +1,12 @@
 //! The decisions of all pairs: recordings side by side, one thread each.
 
 use super::plan::{Plan, PlannedRecording};
-use super::store::Store;
+use super::store::{RowAddress, Store};
 use crate::error::{Error, ErrorKind};
 use crate::pipeline::{Control, Design, Limits, Prepared, Row, Source};
 
-/// Rows of a recording that are kept together, so that a kill costs no more than their work.
-const KEPT_TOGETHER: usize = 256;
+/// Rows of a recording that are kept together: what a kill costs, and what is read again for one.
+const KEPT_TOGETHER: usize = 64;
 
 /// What became of one recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,16 +15,16 @@ pub struct JudgedRecording {
     pub sha256: Option<String>,
     /// The channel that was judged.
     pub channel: Option<String>,
-    /// One row per design, in the plan's order.
-    pub rows: Vec<Row>,
+    /// Where the row of each design lies, in the plan's order.
+    pub rows: Vec<RowAddress>,
     /// How many of them come from the store.
     pub cached: usize,
 }
 
 /// Judges every recording of a plan with every design, each recording opened once.
 ///
-/// What was judged before is taken from `store`; what is judged now is kept there as soon as it is
-/// known, so that a run that is stopped loses little.
+/// What was judged before lies in `store`; what is judged now is put there as soon as it is known, so
+/// that a run that is stopped loses little.
 ///
 /// # Errors
 ///
@@ -33,7 +33,7 @@ pub struct JudgedRecording {
 pub fn run(
     plan: &Plan,
     limits: &Limits,
-    store: Option<&Store>,
+    store: &Store,
     control: &Control<'_>,
 ) -> Result<Vec<JudgedRecording>, Error> {
     control.try_map(&plan.recordings, |recording| {
@@ -49,7 +49,7 @@ fn judged(
     recording: &PlannedRecording,
     designs: &[Design],
     limits: &Limits,
-    store: Option<&Store>,
+    store: &Store,
     control: &Control<'_>,
 ) -> Result<JudgedRecording, Error> {
     let source = Source::File(recording.path.clone());
@@ -58,10 +58,15 @@ fn judged(
         Err(refused) if *refused.error.kind() == ErrorKind::Stopped => return Err(refused.error),
         // It takes no time to find out again, and may be mended until then.
         Err(refused) => {
+            let mut rows = Vec::with_capacity(designs.len());
+            for some in designs.chunks(KEPT_TOGETHER) {
+                let refusals: Vec<Row> = some.iter().map(|design| refused.row(design)).collect();
+                rows.extend(store.put_aside(&refusals)?);
+            }
             return Ok(JudgedRecording {
                 sha256: refused.recording().sha256.clone(),
                 channel: None,
-                rows: designs.iter().map(|design| refused.row(design)).collect(),
+                rows,
                 cached: 0,
             });
         }
@@ -73,26 +78,24 @@ fn judged(
         cached: 0,
     };
     for some in designs.chunks(KEPT_TOGETHER) {
+        let known: Vec<Option<RowAddress>> = some
+            .iter()
+            .map(|design| store.find(&prepared.report_id(design)))
+            .collect();
         let mut fresh = Vec::new();
-        let first = judged.rows.len();
-        for design in some {
-            let known = store.and_then(|store| store.get(&prepared.report_id(design)));
-            match known {
-                Some(row) => {
-                    judged.cached += 1;
-                    judged.rows.push(row.clone());
-                }
-                None => {
-                    fresh.push(judged.rows.len() - first);
-                    judged.rows.push(prepared.row(design, control)?);
-                }
-            }
-        }
-        if let Some(store) = store {
-            let rows = &judged.rows[first..];
-            let fresh: Vec<&Row> = fresh.into_iter().map(|index| &rows[index]).collect();
-            store.put(&fresh)?;
-        }
+        let mut unknown = some.iter().zip(&known).filter(|(_, known)| known.is_none());
+        let judging: Result<(), Error> = unknown.try_for_each(|(design, _)| {
+            fresh.push(prepared.row(design, control)?);
+            Ok(())
+        });
+        // What is done is kept, also where the rest is stopped.
+        let mut put = store.put(&fresh)?.into_iter();
+        judging?;
+        judged.cached += some.len() - fresh.len();
+        let all = known
+            .into_iter()
+            .filter_map(|known| known.or_else(|| put.next()));
+        judged.rows.extend(all);
     }
     Ok(judged)
 }

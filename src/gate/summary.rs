@@ -1,14 +1,13 @@
 //! What became of each pair and of the whole: the document of a gate.
 
-use crate::pipeline::{Answer, Design, Row};
+use super::pairs::Pairs;
+use crate::error::{Error, ErrorKind};
+use crate::pipeline::Design;
 use serde::{Deserialize, Serialize};
-use std::cmp::Reverse;
-
-/// Exit code of a gate of which something could not be done, or in which nothing was judged.
-pub const COULD_NOT: u8 = 4;
+use std::io;
 
 /// summary.json, key by key.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct GateSummary {
     /// `latchgate.gate/1`.
     pub schema: String,
@@ -26,7 +25,7 @@ pub struct GateSummary {
     /// The recordings.
     pub recordings: Vec<SummaryRecording>,
     /// Each recording with each design, in the order of their names.
-    pub pairs: Vec<Pair>,
+    pub pairs: Pairs,
     /// What changed since the baseline; `None` without one.
     pub baseline: Option<Changes>,
     /// Version of latchgate.
@@ -78,20 +77,6 @@ pub struct SummaryRecording {
     pub channel: Option<String>,
 }
 
-/// Where a pair stands with what is required of it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PairStanding {
-    /// It answers as required.
-    AsRequired,
-    /// It is undecided, and an exception lets it through.
-    Allowed,
-    /// It is not as required, but was not in the baseline either and is no worse.
-    NoWorse,
-    /// It is not as required.
-    NotAsRequired,
-}
-
 /// What changed since a baseline.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Changes {
@@ -122,84 +107,24 @@ pub struct Moved {
     pub now_rad: f64,
 }
 
-/// One recording with one design.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Pair {
-    /// Name of the recording.
-    pub recording: String,
-    /// Name of the design.
-    pub design: String,
-    /// What is required.
-    pub required: Answer,
-    /// Where it stands.
-    pub standing: PairStanding,
-    /// Reason and last day of the exception that lets it through.
-    pub exception: Option<(String, String)>,
-    /// The decision.
-    pub row: Row,
-}
-
-impl Pair {
-    /// Returns the exit code that the pair alone would give: 0 where it stands.
-    #[must_use]
-    pub fn exit_code(&self) -> u8 {
-        match (self.standing, self.row.verdict) {
-            (PairStanding::NotAsRequired, Answer::Unusable) => COULD_NOT,
-            (PairStanding::NotAsRequired, Answer::Undecided) => Answer::Undecided.exit_code(),
-            // A pass where a fail was required is a failure of the gate.
-            (PairStanding::NotAsRequired, _) => Answer::Fail.exit_code(),
-            _ => 0,
-        }
-    }
-
-    /// Orders pairs, the worst first: by exit code, then by margin, then by name.
-    #[must_use]
-    pub fn rank(&self) -> (Reverse<u8>, i64, &str, &str) {
-        // Of a pass where a fail was required the largest margin is the worst.
-        let sign = if self.required == Answer::Fail {
-            -1.0
-        } else {
-            1.0
-        };
-        let margin = self.row.margin().map_or(f64::MIN, |margin| sign * margin);
-        let ordered = (margin.clamp(-1e9, 1e9) * 1e6) as i64;
-        (
-            Reverse(severity(self.exit_code())),
-            ordered,
-            &self.recording,
-            &self.design,
-        )
-    }
-}
-
-/// Orders exit codes as contracts have it: 4 is worse than 1, 1 than 3, 3 than 0.
-pub(super) fn severity(code: u8) -> u8 {
-    match code {
-        0 => 0,
-        3 => 1,
-        1 => 2,
-        _ => 3,
-    }
-}
-
 impl GateSummary {
-    /// Returns the pairs that are not as required, the worst first.
-    #[must_use]
-    pub fn worst(&self) -> Vec<&Pair> {
-        let mut found: Vec<&Pair> = self
-            .pairs
-            .iter()
-            .filter(|pair| pair.exit_code() != 0)
-            .collect();
-        found.sort_by_key(|pair| pair.rank());
-        found
+    /// Writes the document: keys in the order of the type.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Io`] if it cannot be written, or a row no longer be read.
+    pub fn write_json(&self, mut out: impl io::Write) -> Result<(), Error> {
+        serde_json::to_writer_pretty(&mut out, self)
+            .map_err(io::Error::from)
+            .and_then(|()| out.write_all(b"\n"))
+            .map_err(unwritten)
     }
+}
 
-    /// Returns the document: keys in the order of the type, one line per pair.
-    #[must_use]
-    pub fn to_json(&self) -> String {
-        let mut text = serde_json::to_string_pretty(self).unwrap_or_default();
-        text.push('\n');
-        text
-    }
+/// Says that an output of a gate could not be written.
+pub(super) fn unwritten(error: io::Error) -> Error {
+    Error::from(ErrorKind::Io {
+        action: "write the gate's report",
+        reason: error.to_string(),
+    })
 }

@@ -1,6 +1,8 @@
 //! The summary for a terminal.
 
-use super::summary::{GateSummary, Pair, PairStanding};
+use super::pairs::{Pair, PairStanding, Pairs};
+use super::summary::GateSummary;
+use crate::error::Error;
 use crate::pipeline::{Answer, Row};
 use crate::report::{escape, number};
 use std::f64::consts::FRAC_PI_2;
@@ -13,8 +15,11 @@ const LISTED: usize = 20;
 const TEXT_MAX: usize = 240;
 
 /// Returns the summary: the answer first, then what is wrong, the worst first, then the counts.
-#[must_use]
-pub fn render(summary: &GateSummary, folder: Option<&str>) -> String {
+///
+/// # Errors
+///
+/// [`crate::error::ErrorKind::Io`] if a decision can no longer be read.
+pub fn render(summary: &GateSummary, folder: Option<&str>) -> Result<String, Error> {
     let mut out = String::new();
     let counts = &summary.counts;
     let answer = if summary.exit_code == 0 {
@@ -36,15 +41,10 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> String {
         summary.problems.len().saturating_sub(LISTED),
         "problems",
     );
-    let worst = summary.worst();
-    lines(&mut out, summary, &worst, LISTED);
-    let allowed: Vec<&Pair> = summary
-        .pairs
-        .iter()
-        .filter(|pair| pair.standing == PairStanding::Allowed)
-        .collect();
+    lines(&mut out, summary, &summary.pairs.worst(), LISTED)?;
+    let allowed = summary.pairs.standing(PairStanding::Allowed);
     // Exceptions are never left out.
-    lines(&mut out, summary, &allowed, usize::MAX);
+    lines(&mut out, summary, &allowed, usize::MAX)?;
     if let Some(baseline) = &summary.baseline {
         let _ = writeln!(
             out,
@@ -65,7 +65,7 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> String {
     if let Some(folder) = folder {
         let _ = writeln!(out, "  {:<10} {}", "report", escape::terminal(folder));
     }
-    out
+    Ok(out)
 }
 
 fn further(out: &mut String, left: usize, what: &str) {
@@ -74,46 +74,76 @@ fn further(out: &mut String, left: usize, what: &str) {
     }
 }
 
-/// Writes pairs, at most `most` lines of them.
-fn lines(out: &mut String, summary: &GateSummary, pairs: &[&Pair], most: usize) {
+/// Writes the pairs of these numbers, at most `most` lines of them.
+fn lines(
+    out: &mut String,
+    summary: &GateSummary,
+    numbers: &[usize],
+    most: usize,
+) -> Result<(), Error> {
     let mut shown = 0;
-    for alike in told_alike(pairs).take(most) {
-        let pair = alike[0];
+    for alike in told_alike(&summary.pairs, numbers, most)? {
+        let pair = &alike.first;
         let mut said = what(pair);
         if let Some((cut, _)) = said.char_indices().nth(TEXT_MAX) {
             said.truncate(cut);
             said.push('…');
         }
-        let text = format!(
-            "{} with {}: {said}",
-            pair.recording,
-            designs(alike, summary)
-        );
+        let text = format!("{} with {}: {said}", pair.recording, alike.designs(summary));
         let _ = writeln!(
             out,
             "  {:<10} {}",
             pair.row.verdict.name(),
             escape::terminal(&text)
         );
-        shown += alike.len();
+        shown += alike.numbers.len();
     }
-    further(out, pairs.len() - shown, "pairs");
+    further(out, numbers.len() - shown, "pairs");
+    Ok(())
 }
 
-/// Groups neighbours of one recording of which the same is to be said.
-pub(super) fn told_alike<'a, 'b>(pairs: &'b [&'a Pair]) -> impl Iterator<Item = &'b [&'a Pair]> {
-    pairs.chunk_by(|a, b| {
-        a.recording == b.recording && a.row.verdict == b.row.verdict && what(a) == what(b)
-    })
+/// Neighbours of one recording of which the same is to be said.
+pub(super) struct Alike {
+    pub(super) first: Pair,
+    pub(super) numbers: Vec<usize>,
 }
 
-/// Returns the designs of such a group.
-pub(super) fn designs(alike: &[&Pair], summary: &GateSummary) -> String {
-    match alike {
-        [pair] => pair.design.clone(),
-        all if all.len() == summary.designs.len() => format!("each of the {} designs", all.len()),
-        [first, others @ ..] => format!("{} and {} other designs", first.design, others.len()),
-        [] => String::new(),
+/// Groups the pairs of these numbers, into at most `most` groups.
+pub(super) fn told_alike(
+    pairs: &Pairs,
+    numbers: &[usize],
+    most: usize,
+) -> Result<Vec<Alike>, Error> {
+    let mut found: Vec<Alike> = Vec::new();
+    for &number in numbers {
+        let full = found.len() == most;
+        let pair = pairs.get(number)?;
+        let alike = |other: &Pair| {
+            other.recording == pair.recording
+                && other.row.verdict == pair.row.verdict
+                && what(other) == what(&pair)
+        };
+        match found.last_mut() {
+            Some(last) if alike(&last.first) => last.numbers.push(number),
+            _ if full => break,
+            _ => found.push(Alike {
+                first: pair,
+                numbers: vec![number],
+            }),
+        }
+    }
+    Ok(found)
+}
+
+impl Alike {
+    /// Returns the designs.
+    pub(super) fn designs(&self, summary: &GateSummary) -> String {
+        let first = &self.first.design;
+        match self.numbers.len() {
+            1 => first.clone(),
+            all if all == summary.designs.len() => format!("each of the {all} designs"),
+            some => format!("{first} and {} other designs", some - 1),
+        }
     }
 }
 
