@@ -110,7 +110,7 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
         allow_removed: own.allow_removed,
         no_worse: own.no_worse,
     };
-    let summary = gate::hold(&plan, &judged, &store, asked).map_err(Failure::Data)?;
+    let summary = gate::hold(&plan, judged, &store, asked).map_err(Failure::Data)?;
     let folder = own.out.clone().unwrap_or_else(|| default_folder(path));
     let reports = match own.reports {
         ReportsArgument::None => Reports::None,

@@ -26,7 +26,7 @@ enum Case {
     /// A pair, by its number.
     Pair(usize),
     /// Anything else.
-    Other(Written),
+    Other(Box<Written>),
 }
 
 /// A test as it is written.
@@ -72,12 +72,12 @@ fn suites(summary: &GateSummary) -> Suites<'_> {
         .problems
         .iter()
         .map(|problem| {
-            Case::Other(Written {
+            Case::Other(Box::new(Written {
                 name: problem.code.clone(),
                 outcome: TestOutcome::Error,
                 message: problem.text.clone(),
                 text: String::new(),
-            })
+            }))
         })
         .collect();
     let worst = pairs.worst();
@@ -89,7 +89,7 @@ fn suites(summary: &GateSummary) -> Suites<'_> {
         own.truncate(TESTS_MAX - 1);
         listed = worst[..worst.len().min(room)].to_vec();
         if listed.len() < worst.len() {
-            own.push(Case::Other(further(worst.len() - listed.len())));
+            own.push(Case::Other(Box::new(further(worst.len() - listed.len()))));
         } else {
             recordings = per_recording(summary, TESTS_MAX - own.len() - listed.len());
         }
@@ -134,12 +134,12 @@ fn per_recording(summary: &GateSummary, most: usize) -> Vec<Case> {
     let named = summary.recordings.iter().zip(counted).take(most);
     named
         .map(|(recording, standing)| {
-            Case::Other(Written {
+            Case::Other(Box::new(Written {
                 name: recording.name.clone(),
                 outcome: TestOutcome::Passed,
                 message: String::new(),
                 text: format!("{standing} of {designs} designs stand"),
-            })
+            }))
         })
         .collect()
 }

@@ -1,7 +1,6 @@
 //! The pairs of a gate: what is asked of all of them stands in memory, the rest is read when it is
 //! wanted.
 
-use super::run::JudgedRecording;
 use super::store::{RowAddress, Store};
 use crate::error::Error;
 use crate::pipeline::{Answer, Row};
@@ -150,20 +149,20 @@ impl Pairs {
         }
     }
 
-    /// Reads the rows of judged recordings once, in order, and calls `held` for the pair of each
-    /// with numbers of recording and design; it says what is required and where the pair stands.
+    /// Reads the rows of each recording once, in order, and calls `held` for each pair; it says what
+    /// is required, where the pair stands, and which exception lets it through.
     pub(super) fn stored(
         store: Arc<Store>,
         recordings: Vec<String>,
         designs: Vec<String>,
         exceptions: Vec<(String, String)>,
-        judged: &[JudgedRecording],
+        rows: Vec<Vec<RowAddress>>,
         mut held: impl FnMut(&mut Pair) -> Option<u16>,
     ) -> Result<Self, Error> {
         let mut marks = Vec::with_capacity(recordings.len() * designs.len());
         let mut addresses = Vec::with_capacity(marks.capacity());
-        for (recording, judged) in recordings.iter().zip(judged) {
-            let rows = store.rows(&judged.rows)?;
+        for (recording, own) in recordings.iter().zip(rows) {
+            let rows = store.rows(&own)?;
             for (design, row) in designs.iter().zip(rows) {
                 let mut pair = Pair {
                     recording: recording.clone(),
@@ -176,7 +175,7 @@ impl Pairs {
                 let exception = held(&mut pair);
                 marks.push(PairMark::of(&pair, exception));
             }
-            addresses.extend(&judged.rows);
+            addresses.extend(own);
         }
         Ok(Self {
             marks,

@@ -30,10 +30,24 @@ pub struct Asked<'a> {
 /// [`crate::error::ErrorKind::Io`] if a decision can no longer be read.
 pub fn hold(
     plan: &Plan,
-    judged: &[JudgedRecording],
+    judged: Vec<JudgedRecording>,
     store: &Arc<Store>,
     asked: Asked<'_>,
 ) -> Result<GateSummary, Error> {
+    let mut rows = Vec::with_capacity(judged.len());
+    let recordings = plan
+        .recordings
+        .iter()
+        .zip(judged)
+        .map(|(recording, judged)| {
+            rows.push(judged.rows);
+            SummaryRecording {
+                name: recording.name.clone(),
+                sha256: judged.sha256,
+                channel: judged.channel,
+            }
+        });
+    let recordings = recordings.collect();
     let mut counts = Counts::default();
     let mut needed = vec![false; plan.exceptions.len()];
     let mut comparison = asked.baseline.map(Baseline::comparison);
@@ -51,7 +65,7 @@ pub fn hold(
             .iter()
             .map(|own| (own.reason.clone(), own.until.clone()))
             .collect(),
-        judged,
+        rows,
         |pair| {
             let exception = stand(plan, pair, asked, &mut needed);
             counts.add(pair.standing, pair.row.verdict);
@@ -83,7 +97,6 @@ pub fn hold(
     let exit_code = of_pairs
         .chain(of_problems)
         .max_by_key(|code| severity(*code));
-    let named = plan.recordings.iter().zip(judged);
     Ok(GateSummary {
         schema: "latchgate.gate/1".into(),
         gate: plan.gate.clone(),
@@ -91,13 +104,7 @@ pub fn hold(
         counts,
         problems,
         designs: plan.designs.clone(),
-        recordings: named
-            .map(|(recording, judged)| SummaryRecording {
-                name: recording.name.clone(),
-                sha256: judged.sha256.clone(),
-                channel: judged.channel.clone(),
-            })
-            .collect(),
+        recordings,
         pairs,
         baseline: comparison,
         version: env!("CARGO_PKG_VERSION").into(),

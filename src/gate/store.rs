@@ -51,7 +51,7 @@ pub struct Store {
     /// `None` where nothing is to be kept.
     folder: Option<PathBuf>,
     /// The first half of each `report_id` that was kept before, and where its row lies, in order.
-    index: Vec<(u128, RowAddress)>,
+    index: Vec<(IdKey, RowAddress)>,
     /// Damages found on opening, one sentence each.
     damages: Vec<String>,
     blocks: Mutex<Blocks>,
@@ -312,8 +312,11 @@ fn unkept(error: io::Error) -> Error {
 }
 
 /// The first half of a `report_id`.
-fn key_of(report_id: &str) -> Option<u128> {
-    u128::from_str_radix(report_id.get(..32)?, 16).ok()
+type IdKey = [u8; 16];
+
+fn key_of(report_id: &str) -> Option<IdKey> {
+    let half = u128::from_str_radix(report_id.get(..32)?, 16).ok()?;
+    Some(half.to_be_bytes())
 }
 
 /// Makes a file that no other process has.

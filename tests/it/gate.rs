@@ -278,3 +278,22 @@ fn cli_the_schema_is_the_one_of_the_documents() {
         "renew with LATCHGATE_RENEW=1"
     );
 }
+
+/// The gate that the documents show and continuous integration runs.
+#[test]
+fn cli_the_sample_gate_stands() {
+    let folder = Folder::new("gate-sample");
+    let gate = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/gate/gate.toml");
+    let done = finish(program().current_dir(folder.path()).args([
+        "gate",
+        gate,
+        "--no-store",
+        "--reports",
+        "none",
+        "--out",
+        "out",
+    ]));
+    assert_eq!(done.code, 0, "{}{}", done.out, done.err);
+    assert!(done.out.contains("all 6 pairs stand"), "{}", done.out);
+    assert!(done.out.contains("pass 4, fail 2"), "{}", done.out);
+}
