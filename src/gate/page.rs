@@ -13,6 +13,12 @@ use std::io;
 /// Cells up to which the whole matrix is shown; beyond, the worst of each recording and design.
 const CELLS_MAX: usize = 50_000;
 
+/// Designs up to which a matrix fits on an upright sheet.
+const UPRIGHT_DESIGNS_MAX: usize = 8;
+
+/// Designs up to which it fits on a sheet at all.
+const PRINTED_DESIGNS_MAX: usize = 20;
+
 /// Pairs that are listed above the matrix.
 const LISTED: usize = 50;
 
@@ -89,7 +95,7 @@ pub fn write(
         }
     }
     changes(&mut out, summary);
-    matrix_head(&mut out, pairs.len() <= CELLS_MAX);
+    matrix_head(&mut out, summary);
     let mut put = |text: &str| file.write_all(text.as_bytes()).map_err(unwritten);
     put(&out)?;
     if pairs.len() <= CELLS_MAX {
@@ -231,10 +237,16 @@ fn changes(out: &mut String, summary: &GateSummary) {
     out.push_str("</section>\n");
 }
 
-fn matrix_head(out: &mut String, whole: bool) {
+fn matrix_head(out: &mut String, summary: &GateSummary) {
+    let whole = summary.pairs.len() <= CELLS_MAX;
+    let wide = if whole && summary.designs.len() > UPRIGHT_DESIGNS_MAX {
+        " class=\"wide\""
+    } else {
+        ""
+    };
     let _ = write!(
         out,
-        "<section id=\"matrix\">\n<h2>Recordings and designs</h2>\n<p class=\"note\">Each cell holds the answer and the margin: how far \
+        "<section id=\"matrix\"{wide}>\n<h2>Recordings and designs</h2>\n<p class=\"note\">Each cell holds the answer and the margin: how far \
          the nominal peak stays below the limit angle, its error taken off, in percent of the limit. A ring marks what is not as required.{}</p>\n\
          <div class=\"tools\" hidden><label>Recordings <input type=\"search\" id=\"filter\" placeholder=\"part of a name\"></label> \
          <label><input type=\"checkbox\" id=\"only\"> only what is not as required</label> \
@@ -290,8 +302,19 @@ fn matrix(
     reports: &ReportFolders,
     put: &mut impl FnMut(&str) -> Result<(), Error>,
 ) -> Result<(), Error> {
+    let many = summary.designs.len() > PRINTED_DESIGNS_MAX;
+    if many {
+        put(
+            "<p class=\"paper note\">The matrix is too wide to be printed; summary.json holds every pair.</p>\n",
+        )?;
+    }
+    put(if many {
+        "<div class=\"scroll unprinted\""
+    } else {
+        "<div class=\"scroll\""
+    })?;
     put(
-        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Matrix of recordings and designs\"><table class=\"matrix\"><thead><tr><th scope=\"col\">recording</th>",
+        " tabindex=\"0\" role=\"region\" aria-label=\"Matrix of recordings and designs\"><table class=\"matrix\"><thead><tr><th scope=\"col\">recording</th>",
     )?;
     for design in &summary.designs {
         put(&format!(
