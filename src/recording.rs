@@ -388,10 +388,6 @@ pub struct ReadOutcome {
     remarks: Vec<Remark>,
 }
 
-/// Times beyond which a clock is none [s]: near the largest number there is, so that no sum of
-/// them runs over it.
-const LONGEST_S: f64 = 1e300;
-
 impl ReadOutcome {
     /// Makes findings of the remarks on the file as a whole.
     fn tell_remarks(&mut self, options: &ReadOptions, selection: Selection) {
@@ -414,35 +410,6 @@ impl ReadOutcome {
             let all: Vec<String> = of_channels.chain(remarks::shown(&self.remarks)).collect();
             self.findings.extend(remarks::not_found(accepted, &all));
         }
-    }
-
-    /// Leaves out channels whose last sample lies at no time that can be told, as an interval
-    /// in a damaged header makes it; an error where the one channel is such.
-    fn leave_out_the_endless(&mut self, selection: Selection) -> Result<(), Error> {
-        let mut refused = Vec::new();
-        self.channels.retain(|channel| {
-            let end_s = channel.time_s(channel.values.len());
-            let told = end_s.abs() < LONGEST_S;
-            if !told {
-                let error = Error::from(ErrorKind::OutOfRange {
-                    what: "the time of the last sample [s]".into(),
-                    expected: "a time".into(),
-                    found: format!("{end_s:e} at {:e} Hz", channel.rate.hertz()),
-                });
-                refused.push(error.at(Place::default().channel(channel.name.clone())));
-            }
-            told
-        });
-        for error in refused {
-            if selection == Selection::Lateral {
-                return Err(error);
-            }
-            self.findings.push(Finding::warning(
-                "channel-left-out",
-                format!("{error}; it is left out"),
-            ));
-        }
-        Ok(())
     }
 }
 
@@ -565,9 +532,6 @@ fn outcomes(
     for (outcome, selection) in outcomes.iter_mut().zip(selections) {
         if let Ok(read) = outcome {
             read.tell_remarks(options, *selection);
-            if let Err(error) = read.leave_out_the_endless(*selection) {
-                *outcome = Err(error);
-            }
         }
     }
     if outcomes.iter().all(Result::is_err) {

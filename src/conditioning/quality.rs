@@ -17,7 +17,7 @@ mod noise;
 mod top;
 
 use super::{ConditioningOptions, Signal, bias};
-use crate::recording::Finding;
+use crate::recording::{Finding, Severity};
 use crate::units::STANDARD_GRAVITY;
 use noise::Noise;
 
@@ -27,9 +27,6 @@ const QUIET_QUANTA: f64 = 20.0;
 
 /// Largest part of the peak that samples before the event may reach if they shall tell noise.
 const QUIET_PART: f64 = 0.25;
-
-/// Part of the peak up to which a bend may be a rounded digit.
-const ROUNDING_PART: f64 = 3e-4;
 
 /// Part of the bends that change sides in noise; a motion of eight samples a period has as many.
 const TURNING_PART: f64 = 0.25;
@@ -68,7 +65,15 @@ pub fn findings(raw: &Signal, options: &ConditioningOptions) -> Vec<Finding> {
         found.extend(dead);
     } else {
         found.extend(top::clipping(&facts, options.range_g));
-        found.extend(held::held(&facts).or_else(|| held::stands_still(&facts)));
+        let held = held::held(&facts).or_else(|| held::stands_still(&facts));
+        // A clipped top stands still as well, and is told once.
+        let told = |held: &Finding| {
+            let before =
+                |one: &Finding| one.severity == Severity::Blocking && one.at_s <= held.at_s;
+            found.iter().any(before)
+        };
+        let held = held.filter(|held| !told(held));
+        found.extend(held);
         found.extend(held::drop_out(&facts));
         found.extend(top::wrap_around(&facts));
         found.extend(top::one_signed(&facts));
@@ -169,36 +174,6 @@ impl<'a> SignalFacts<'a> {
         let samples = self.samples.get(..self.pre_event)?;
         let first = samples.first()?;
         Some(samples.iter().all(|value| same(*value, *first)))
-    }
-
-    /// Tells whether the channel shows noise, as one that measures does: its samples before a
-    /// quiet event differ, or those of the whole record go up and down from one to the next.
-    fn has_noise(&self) -> bool {
-        let quiet = self.loudest_before() <= QUIET_PART * self.peak;
-        (self.silent_before() == Some(false) && quiet)
-            || (self.pre_event == 0 && self.trembles_at_rest())
-            || turns_like_noise(self.samples, ROUNDING_PART * self.peak)
-    }
-
-    /// Tells whether the samples up to the first loud one go up and down.
-    fn trembles_at_rest(&self) -> bool {
-        let loud = EVENT_PART * self.peak;
-        let quiet = self.samples.iter().take_while(|value| value.abs() <= loud);
-        let rest = &self.samples[..quiet.count()];
-        let turns = rest
-            .windows(3)
-            .filter(|three| (three[1] - three[0]) * (three[2] - three[1]) < 0.0);
-        turns.count() >= 3
-    }
-
-    /// Tells whether the channel stands perfectly still at rest, as a formula does and no
-    /// sensor.
-    fn is_still(&self) -> bool {
-        self.silent_before().unwrap_or_else(|| {
-            let runs = noise::equal_runs(self.samples, 8);
-            let mut firsts = runs.iter().map(|(first, _)| self.samples[*first].abs());
-            firsts.any(|level| level <= 0.01 * self.peak)
-        })
     }
 }
 

@@ -1,5 +1,6 @@
 //! Channel codes: 16 characters that say what was measured where.
 
+use crate::recording::Finding;
 use crate::recording::words::{Words, word_list};
 
 /// Locations on the structure of a vehicle that are plain.
@@ -56,9 +57,15 @@ impl Code {
         }
     }
 
-    /// Tells whether the sign diverges from SAE J211: directions 1, 2 and 3.
-    pub(super) fn diverges(&self) -> bool {
-        matches!(self.0[14], b'1' | b'2' | b'3')
+    /// Says that the sign diverges from SAE J211, as it does in directions 1, 2 and 3.
+    pub(super) fn sign_finding(&self) -> Option<Finding> {
+        let text = format!(
+            "{} has a direction whose sign diverges from SAE J211: state with the setting \
+             `opens_when` which sign of these samples opens",
+            self.text()
+        );
+        let diverges = matches!(self.0[14], b'1' | b'2' | b'3');
+        diverges.then(|| Finding::warning("sign-diverges", text))
     }
 
     /// Tells whether the sensor sits on a vehicle's structure, not in a dummy or on a barrier.
@@ -122,34 +129,8 @@ pub(super) fn class_of(letter: u8) -> Option<&'static str> {
 /// Tells whether `text` fits a pattern: `?` for one character, `[Y2]` for one of several, `*`
 /// for any number of them. Case counts not.
 pub(super) fn fits(pattern: &str, text: &str) -> bool {
-    let [pattern, text] = [pattern, text].map(|one| one.trim().to_uppercase().into_bytes());
-    // Where the pattern goes on after the part that stands for a byte.
-    let after = |at: usize, byte: u8| {
-        let end = pattern[at..].iter().position(|byte| *byte == b']');
-        match (pattern.get(at)?, end) {
-            (b'?', _) => Some(at + 1),
-            (b'[', Some(end)) => pattern[at + 1..at + end]
-                .contains(&byte)
-                .then_some(at + end + 1),
-            (own, _) => (*own == byte).then_some(at + 1),
-        }
-    };
-    let (mut at, mut next, mut star) = (0, 0, None);
-    while next < text.len() {
-        if pattern.get(at) == Some(&b'*') {
-            at += 1;
-            star = Some((at, next));
-        } else if let Some(behind) = after(at, text[next]) {
-            (at, next) = (behind, next + 1);
-        } else if let Some((behind, from)) = star {
-            // The last star takes one byte more.
-            (at, next) = (behind, from + 1);
-            star = Some((behind, next));
-        } else {
-            return false;
-        }
-    }
-    pattern[at..].iter().all(|byte| *byte == b'*')
+    let [pattern, text] = [pattern, text].map(|one| one.trim().to_uppercase());
+    glob::Pattern::new(&pattern).is_ok_and(|pattern| pattern.matches(&text))
 }
 
 #[cfg(test)]

@@ -8,7 +8,6 @@
 //! and so is a header that does not fit its rows. Units never come from a comment.
 //!
 //! - `begin`: where a table begins, and what separates its cells;
-//! - `cell`: what is said of a cell that cannot be used, and what to do about it;
 //! - `counter`: columns that count the rows: where no stamp tells the time, they alone show a
 //!   missing row;
 //! - `date`: stamps that are dates: `2024-05-01T10:00:00.0001`, as ISO 8601 writes them, with a
@@ -21,7 +20,6 @@
 //!   the state of a channel or notes row by row.
 
 mod begin;
-mod cell;
 mod counter;
 mod date;
 mod dialect;
@@ -93,9 +91,7 @@ impl TableText {
         if text.get(last) == Some(&b'#') {
             text.truncate(last);
         }
-        let separator = lines
-            .separator
-            .unwrap_or_else(|| begin::find_separator(&text, options.decimal));
+        let separator = begin::find_separator(&text, options.decimal);
         if separator == dialect::Separator::Blanks {
             dialect::collapse_blanks(&mut text);
         }
@@ -145,7 +141,7 @@ impl TableText {
         let mut values = std::mem::take(&mut rows.values);
         let counts = values.split_off(choice.columns.len());
         findings.extend(self.row_findings(&rows, &time));
-        let mut base = find_base(text, &rows, layout, &time, options, limits, &mut findings)?;
+        let mut base = find_base(&rows, layout, &time, options, limits, &mut findings)?;
         let counts = self.count_findings(&counters, counts, &rows, &base);
         let said = self.said(&choice.columns, &time, &rows, &base, limits)?;
         base.findings.extend(counts);
@@ -286,7 +282,11 @@ impl TableText {
                 .extend(flags.map(|(_, finding)| finding.clone()));
             let own = remarks.iter().filter(|(of, _)| *of == Some(index));
             draft.remarks.extend(own.map(|(_, remark)| remark.clone()));
-            channels.push(draft.finish(options.time_zero_s, &options.accepted_remarks));
+            match draft.finish(options.time_zero_s, &options.accepted_remarks) {
+                Ok(channel) => channels.push(channel),
+                Err(error) if selection == Selection::Lateral => return Err(error),
+                Err(error) => findings.push(draft::left_out(&layout.columns[index].name, &error)),
+            }
         }
         let of_all = remarks.into_iter().filter(|(of, _)| of.is_none());
         Ok(ReadOutcome {
@@ -429,7 +429,6 @@ struct Base {
 }
 
 fn find_base(
-    text: &[u8],
     rows: &Rows,
     layout: &TableLayout,
     time: &TimeSource,
@@ -462,8 +461,7 @@ fn find_base(
             SampleRate::from_hertz(stated)?,
         );
     }
-    let fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, limits)
-        .map_err(|error| at_longest_gap(error, text, rows, layout))?;
+    let fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, limits)?;
     let rate = fitted.rate.hertz();
     options.check_rate(
         rate,
@@ -542,30 +540,4 @@ fn coarse_base(
         )],
         fitted: None,
     })
-}
-
-/// Says where the longest gap stands if filling the gaps takes more samples than allowed.
-fn at_longest_gap(error: Error, text: &[u8], rows: &Rows, layout: &TableLayout) -> Error {
-    let ErrorKind::LimitExceeded { limit, value, .. } = error.kind() else {
-        return error;
-    };
-    let step = |index: usize| rows.stamps_s[index + 1] - rows.stamps_s[index];
-    let Some(longest) =
-        (0..rows.stamps_s.len().saturating_sub(1)).max_by(|a, b| step(*a).total_cmp(&step(*b)))
-    else {
-        return error;
-    };
-    let found = format!(
-        "more on a uniform time base: after the stamp {} s the next one comes {} s later",
-        rows.stamps_s[longest],
-        crate::units::plain(step(longest), 6)
-    );
-    let place = if rows.repeated.is_some() {
-        Place::default()
-    } else {
-        let row = layout.header_rows + longest + 1;
-        line_of_row(text, row).map_or(Place::default(), |line| Place::default().line(line))
-    };
-    let (limit, value) = (*limit, *value);
-    Error::over(limit, value, found).at(place)
 }

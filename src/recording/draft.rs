@@ -44,20 +44,33 @@ impl Draft {
 
     /// Makes findings of the remarks and moves the channel's clock so that `time_zero_s` becomes
     /// time 0.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::OutOfRange`] where the last sample lies at no time that can be told, as an interval
+    /// in a damaged header makes it.
     pub(super) fn finish(
         mut self,
         time_zero_s: Option<f64>,
         accepted: &[AcceptedRemark],
-    ) -> Channel {
+    ) -> Result<Channel, Error> {
         let zero = time_zero_s.unwrap_or(0.0);
         let span = self.clock.span();
+        if !((span.end_s - zero).abs() < LONGEST_S) {
+            let error = Error::from(ErrorKind::OutOfRange {
+                what: "the time of the last sample [s]".into(),
+                expected: "a time".into(),
+                found: format!("{:e} at {:e} Hz", span.end_s, self.clock.rate.hertz()),
+            });
+            return Err(error.at(Place::default().channel(self.name)));
+        }
         self.stated.remarks = remarks::shown(&self.remarks);
         remarks::tell_of_filters(&self.remarks, &mut self.stated, &mut self.findings);
         // First what a person says.
         let mut findings = remarks::findings(&self.remarks, accepted, span);
         findings.append(&mut self.findings);
         move_instants(&mut findings, zero);
-        Channel {
+        Ok(Channel {
             name: self.name,
             unit: self.unit.unit,
             unit_source: self.unit.source,
@@ -66,9 +79,13 @@ impl Draft {
             values: self.clock.values,
             stated: self.stated,
             findings,
-        }
+        })
     }
 }
+
+/// Times beyond which a clock is none [s]: near the largest number there is, so that no sum of
+/// them runs over it.
+const LONGEST_S: f64 = 1e300;
 
 /// Moves the instants of findings to a clock on which `zero_s` is 0.
 pub(super) fn move_instants(findings: &mut [Finding], zero_s: f64) {

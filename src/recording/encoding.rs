@@ -3,13 +3,7 @@
 use super::text::line_at;
 use super::{Finding, Limits};
 use crate::error::{Error, Place};
-
-/// Characters of Windows-1252 from 0x80 to 0x9F. The five bytes that it leaves undefined keep
-/// their Latin-1 control characters, as WHATWG's Encoding Standard has it.
-const WINDOWS_1252: [char; 32] = [
-    '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž', '\u{8f}',
-    '\u{90}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}', 'ž', 'Ÿ',
-];
+use encoding_rs::{DecoderResult, Encoding, UTF_16BE, UTF_16LE, WINDOWS_1252};
 
 /// Tells whether the head looks like text: marked UTF-16, or free of control characters
 /// other than tab, line ends and form feed.
@@ -28,12 +22,14 @@ pub(super) fn looks_like_text(head: &[u8]) -> bool {
 /// # Errors
 ///
 /// [`ErrorKind::LimitExceeded`] if the decoded text, together with the file's own bytes if these
-/// are UTF-16, takes more than `text_bytes`; [`ErrorKind::Malformed`] at the line where the bytes are not in the encoding that the file
+/// are not UTF-8, takes more than `text_bytes`; [`ErrorKind::Malformed`] at the line where the bytes are not in the encoding that the file
 /// is marked with, or hold a NUL character.
 pub(super) fn decode(bytes: Vec<u8>, limits: &Limits) -> Result<(Vec<u8>, Vec<Finding>), Error> {
     let mut findings = Vec::new();
     let mut text = if is_utf_16(&bytes) {
-        decode_utf_16(&bytes, limits)?
+        let little = bytes[0] == 0xFF;
+        let encoding = if little { UTF_16LE } else { UTF_16BE };
+        decoded(&bytes, encoding, 2, limits)?
     } else if bytes.starts_with(b"\xEF\xBB\xBF") {
         let mut body = bytes;
         body.drain(..3);
@@ -49,7 +45,7 @@ pub(super) fn decode(bytes: Vec<u8>, limits: &Limits) -> Result<(Vec<u8>, Vec<Fi
             "the text is not UTF-8 and was read as Windows-1252; only names and comments depend \
              on it",
         ));
-        decode_windows_1252(bytes, limits)?
+        decoded(&bytes, WINDOWS_1252, 0, limits)?
     };
     // Text files of DOS may end with Ctrl-Z.
     if text.last() == Some(&0x1A) {
@@ -67,66 +63,47 @@ pub(super) fn decode(bytes: Vec<u8>, limits: &Limits) -> Result<(Vec<u8>, Vec<Fi
     Ok((text, findings))
 }
 
+/// Decodes a text and refuses one with a line that is too long.
+pub(super) fn text_of(bytes: Vec<u8>, limits: &Limits) -> Result<(String, Vec<Finding>), Error> {
+    let (bytes, findings) = decode(bytes, limits)?;
+    let mut start = 0_u64;
+    for (index, line) in bytes.split(|byte| *byte == b'\n').enumerate() {
+        if line.len() as u64 > limits.line_bytes {
+            let place = Place::default().line(index as u64 + 1);
+            let place = place.byte(start + limits.line_bytes);
+            return Err(limits.over("line_bytes", "a longer line").at(place));
+        }
+        start += line.len() as u64 + 1;
+    }
+    let text = String::from_utf8(bytes);
+    let lossy = |bad: std::string::FromUtf8Error| String::from_utf8_lossy(bad.as_bytes()).into();
+    Ok((text.unwrap_or_else(lossy), findings))
+}
+
 fn is_utf_16(bytes: &[u8]) -> bool {
     bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF")
 }
 
-fn decode_utf_16(bytes: &[u8], limits: &Limits) -> Result<Vec<u8>, Error> {
-    let little = bytes[0] == 0xFF;
-    let pairs = bytes[2..].chunks(2);
-    let units = pairs.map(|pair| match (pair, little) {
-        ([low, high], true) | ([high, low], false) => u16::from_le_bytes([*low, *high]),
-        // Half of a pair of units, which is wrong alone.
-        _ => 0xD800,
-    });
-    let length = |unit: u16| match unit {
-        0..=0x7F => 1,
-        0x80..=0x7FF | 0xD800..=0xDFFF => 2,
-        _ => 3,
-    };
-    let needed: usize = units.clone().map(length).sum();
-    // Both are held while one is made of the other.
-    if (needed + bytes.len()) as u64 > limits.text_bytes {
-        return Err(too_long(limits));
+/// Decodes what stands behind a mark of so many bytes. The text is held beside the bytes while it is made.
+fn decoded(
+    bytes: &[u8],
+    encoding: &'static Encoding,
+    mark: usize,
+    limits: &Limits,
+) -> Result<Vec<u8>, Error> {
+    let room = limits.text_bytes.saturating_sub(bytes.len() as u64);
+    let room = usize::try_from(room).unwrap_or(usize::MAX);
+    let mut decoder = encoding.new_decoder_without_bom_handling();
+    let most = decoder.max_utf8_buffer_length_without_replacement(bytes.len());
+    let mut text = vec![0; most.map_or(room, |most| most.min(room))];
+    let (result, _, written) =
+        decoder.decode_to_utf8_without_replacement(&bytes[mark..], &mut text, true);
+    text.truncate(written);
+    match result {
+        DecoderResult::InputEmpty => Ok(text),
+        DecoderResult::OutputFull => Err(too_long(limits)),
+        DecoderResult::Malformed(..) => Err(wrong_encoding("UTF-16", line_at(&text, written))),
     }
-    let mut text = String::with_capacity(needed);
-    for character in char::decode_utf16(units) {
-        let wrong = |_| wrong_encoding("UTF-16", line_at(text.as_bytes(), text.len()));
-        let character = character.map_err(wrong)?;
-        text.push(character);
-    }
-    Ok(text.into_bytes())
-}
-
-/// Widens the bytes in place, from the end, so that no second copy of the file is held.
-fn decode_windows_1252(mut bytes: Vec<u8>, limits: &Limits) -> Result<Vec<u8>, Error> {
-    let of = |byte: u8| match byte {
-        0x80..=0x9F => WINDOWS_1252[usize::from(byte - 0x80)],
-        other => char::from(other),
-    };
-    let old = bytes.len();
-    let more: usize = bytes
-        .iter()
-        .filter(|byte| !byte.is_ascii())
-        .map(|byte| of(*byte).len_utf8() - 1)
-        .sum();
-    if (old + more) as u64 > limits.text_bytes {
-        return Err(too_long(limits));
-    }
-    bytes.reserve_exact(more);
-    bytes.resize(old + more, 0);
-    let mut end = bytes.len();
-    for index in (0..old).rev() {
-        if end == index + 1 {
-            // All that is left is ASCII and stands where it belongs.
-            break;
-        }
-        let mut buffer = [0; 4];
-        let encoded = of(bytes[index]).encode_utf8(&mut buffer).as_bytes();
-        end -= encoded.len();
-        bytes[end..end + encoded.len()].copy_from_slice(encoded);
-    }
-    Ok(bytes)
 }
 
 fn too_long(limits: &Limits) -> Error {

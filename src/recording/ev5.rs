@@ -17,7 +17,7 @@ mod curve;
 mod header;
 
 use super::draft::{self, Draft, UniformSamples, Unit};
-use super::lateral::{self, CodedChannel};
+use super::lateral::{self, ChannelOffer};
 use super::source::Reader;
 use super::{Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
 use super::{encoding, held};
@@ -25,7 +25,7 @@ use crate::error::{Error, ErrorKind, Place};
 use crate::units::SampleRate;
 use curve::Curve;
 use header::{CurveEntry, TestInstruments};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Recognises an `.EV5`, or a curve file by its numeric extension and its two columns.
 #[must_use]
@@ -190,22 +190,20 @@ fn header_beside(
     let Some((stem, _)) = curve.rsplit_once('.') else {
         return Ok(None);
     };
-    let named = ["EV5", "ev5"].map(|suffix| format!("{stem}.{suffix}"));
-    // A stem in other letters, as after a copy through a DOS disk. A folder too large to look
+    // The stem may be in other letters, as after a copy through a DOS disk. A folder too large to look
     // through holds no test.
-    let names = source.list(false, limits).unwrap_or_default();
-    let is_alike = |name: &&String| {
+    let is_alike = |name: &String| {
         let other = name.rsplit_once('.').map(|(other, _)| other);
         is_header_name(name) && other.is_some_and(|other| other.eq_ignore_ascii_case(stem))
     };
-    for name in named.iter().chain(names.iter().filter(is_alike)) {
-        if let Some(bytes) = source.read_beside(name, limits)? {
-            let test = TestInstruments::read(bytes, limits)
-                .map_err(|error| error.at(Place::file(name.clone())))?;
-            return Ok(Some((name.clone(), test)));
-        }
-    }
-    Ok(None)
+    let mut names = source.list(false, limits).unwrap_or_default().into_iter();
+    let Some(name) = names.find(is_alike) else {
+        return Ok(None);
+    };
+    let bytes = source.read_beside(&name, limits)?.unwrap_or_default();
+    let test = TestInstruments::read(bytes, limits);
+    let test = test.map_err(|error| error.at(Place::file(name.clone())))?;
+    Ok(Some((name, test)))
 }
 
 /// Reads a test from its `.EV5`; `parts` names that file where it is a part of the recording.
@@ -263,7 +261,7 @@ fn selected(
         return Ok(vec![index]);
     }
     let all = test.entries.len();
-    let is_there = |index: &usize| files.name_of(test.entries[*index].number).is_some();
+    let is_there = |index: &usize| files.has(test.entries[*index].number);
     let there: Vec<usize> = (0..all).filter(is_there).collect();
     if there.len() < all {
         let absent = all - there.len();
@@ -273,30 +271,26 @@ fn selected(
     Ok(there)
 }
 
-/// The curve files beside an `.EV5`.
-struct CurveFiles {
-    names: Vec<(u32, String)>,
-}
+/// The curve files beside an `.EV5`, by their number.
+struct CurveFiles(BTreeMap<u32, Vec<String>>);
 
 impl CurveFiles {
     fn find(source: &Reader, header_name: &str, limits: &Limits) -> Result<Self, Error> {
         let stem = header_name.rsplit_once('.').map_or("", |(stem, _)| stem);
-        let of_test = |name: &String| {
-            let own = name.rsplit_once('.').map(|(stem, _)| stem);
-            own.is_some_and(|own| own.eq_ignore_ascii_case(stem))
-        };
-        let names = source.list(false, limits)?.into_iter().filter(of_test);
-        let names = names.filter_map(|name| Some((curve::number_of(&name)?, name)));
-        Ok(Self {
-            names: names.collect(),
-        })
+        let mut files: BTreeMap<u32, Vec<String>> = BTreeMap::new();
+        for name in source.list(false, limits)? {
+            let own = name.rsplit_once('.').map_or("", |(own, _)| own);
+            if let Some(number) = curve::number_of(&name)
+                && own.eq_ignore_ascii_case(stem)
+            {
+                files.entry(number).or_default().push(name);
+            }
+        }
+        Ok(Self(files))
     }
 
-    fn name_of(&self, number: u32) -> Option<&str> {
-        self.names
-            .iter()
-            .find(|(known, _)| *known == number)
-            .map(|(_, name)| name.as_str())
+    fn has(&self, number: u32) -> bool {
+        self.0.contains_key(&number)
     }
 
     /// Returns the name of a curve's file, whether it is there or not.
@@ -305,16 +299,9 @@ impl CurveFiles {
     ///
     /// [`ErrorKind::Malformed`] where several files have the curve's number.
     fn only_name_of(&self, number: u32) -> Result<String, Error> {
-        let mut names: Vec<&str> = self
-            .names
-            .iter()
-            .filter(|(known, _)| *known == number)
-            .map(|(_, name)| name.as_str())
-            .collect();
-        names.sort_unstable();
-        match names.as_slice() {
+        match self.0.get(&number).map_or(&[][..], Vec::as_slice) {
             [] => Ok(format!("curve file .{number:03}")),
-            [only] => Ok((*only).to_string()),
+            [only] => Ok(only.clone()),
             several => Err(Error::malformed(
                 format!("one file of curve {number}"),
                 several.join(", "),
@@ -330,7 +317,7 @@ fn choose(
     files: &CurveFiles,
     options: &ReadOptions,
 ) -> Result<(usize, Option<Finding>), Error> {
-    let is_there = |entry: &CurveEntry| files.name_of(entry.number).is_some();
+    let is_there = |entry: &CurveEntry| files.has(entry.number);
     // A redundant channel counts only where its place has no primary one.
     let is_second = |entry: &CurveEntry| {
         let primary = |other: &&CurveEntry| !other.is_redundant() && other.place() == entry.place();
@@ -341,20 +328,20 @@ fn choose(
                 .filter(|other| is_there(other))
                 .any(|other| primary(&other))
     };
-    let one = |entry: &CurveEntry| CodedChannel {
-        name: entry.name(),
-        is_acceleration: entry.of(header::SENSOR) == "AC" && is_there(entry),
-        doubt: entry.doubt().or_else(|| {
-            is_second(entry).then(|| "it is redundant, its place has a primary one".into())
-        }),
+    let one = |entry: &CurveEntry| {
+        let second = || "it is redundant, its place has a primary one".to_string();
+        let doubt = entry.doubt();
+        let doubt = doubt.or_else(|| is_second(entry).then(second));
+        let is_acceleration = entry.of(header::SENSOR) == "AC" && is_there(entry);
+        ChannelOffer::of_code(entry.name(), is_acceleration, doubt)
     };
-    let coded: Vec<CodedChannel> = test.entries.iter().map(one).collect();
+    let coded: Vec<ChannelOffer> = test.entries.iter().map(one).collect();
     if let Some(wanted) = &options.channel {
         let fits = |index: &usize| test.entries[*index].answers_to(wanted);
         let found: Vec<usize> = (0..coded.len()).filter(fits).collect();
         return Ok((lateral::named(wanted, &found, &coded)?, None));
     }
-    Ok(lateral::take(&coded)?)
+    Ok(lateral::take(&coded, lateral::listed(&coded))?)
 }
 
 /// Turns a curve file into a channel, with what its line of the `.EV5` says.
@@ -402,7 +389,7 @@ fn channel(
         findings,
         remarks: entry.map(CurveEntry::remark).into_iter().collect(),
     };
-    Ok(draft.finish(options.time_zero_s, &options.accepted_remarks))
+    draft.finish(options.time_zero_s, &options.accepted_remarks)
 }
 
 impl UniformSamples {

@@ -66,6 +66,14 @@ impl Finding {
         self
     }
 
+    /// Warns of a channel that is not plainly a lateral acceleration of the structure.
+    pub(super) fn not_lateral(name: &str, doubt: &str) -> Self {
+        let text = format!(
+            "`{name}` is not plainly a lateral acceleration of the struck vehicle's structure: {doubt}"
+        );
+        Self::warning("channel-not-lateral", text)
+    }
+
     fn new(code: &'static str, severity: Severity, text: String) -> Self {
         Self {
             code: Cow::Borrowed(code),

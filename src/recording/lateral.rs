@@ -20,148 +20,133 @@ pub fn is_lateral(channel: &Channel) -> bool {
             || place.is_some_and(|place| axis(place) || named(place)))
 }
 
-/// Chooses among columns, each with its number, which counts what `counted` says. Taken is the one
-/// whose name is plainly that of a lateral acceleration of the structure, or the only one if
-/// nothing speaks against it; a filtered one only where nothing else could be meant. Anything else that is
-/// an acceleration by its unit, or could be one, is offered with what raises the doubt.
+/// A channel to choose from, as its words or its codes describe it.
+pub(super) struct ChannelOffer {
+    /// How it is offered, with what keeps it from being taken unasked.
+    candidate: Candidate,
+    /// Whether unit or code say another quantity.
+    is_foreign: bool,
+    /// Whether something speaks against it, not only nothing for it.
+    contradicted: bool,
+    /// Whether a word, unit or code says acceleration or the axis, and both.
+    hints: bool,
+    is_lateral: bool,
+    is_filtered: bool,
+}
+
+impl ChannelOffer {
+    /// Describes a channel by its code.
+    pub(super) fn of_code(name: String, is_acceleration: bool, doubt: Option<String>) -> Self {
+        Self {
+            is_foreign: !is_acceleration,
+            contradicted: !is_acceleration || doubt.is_some(),
+            hints: true,
+            is_lateral: true,
+            is_filtered: false,
+            candidate: Candidate::named(name).doubted(doubt),
+        }
+    }
+
+    /// Describes columns by their words, each with its number, which counts what `counted` says.
+    pub(super) fn of_words(columns: &[(usize, &Column)], counted: &str) -> Vec<Self> {
+        let one = |(number, column): &(usize, &Column)| {
+            let same = |(_, other): &&(usize, &Column)| other.name == column.name;
+            let candidate = match columns.iter().filter(same).count() {
+                1 => Candidate::named(&column.name),
+                _ => Candidate::numbered(&column.name, counted, *number),
+            };
+            Self {
+                candidate: candidate.doubted(column.doubt()),
+                is_foreign: column.has_foreign_unit(),
+                contradicted: column.contradiction().is_some(),
+                hints: column.hints_at_acceleration(),
+                is_lateral: column.says_lateral_acceleration(),
+                is_filtered: column.says_filtered(),
+            }
+        };
+        columns.iter().map(one).collect()
+    }
+}
+
+/// Takes the one channel that is plainly a lateral acceleration of the structure, or the only one if
+/// nothing speaks against it; a filtered one only where nothing else could be meant. Anything else
+/// that is an acceleration, or could be one, is offered with what raises the doubt.
 ///
 /// # Errors
 ///
-/// [`ErrorKind::AmbiguousChannel`] with the candidates, [`ErrorKind::NoChannel`] with all names
-/// where every unit says another quantity.
-pub(super) fn choose(
-    columns: &[(usize, &Column)],
-    counted: &str,
-    known: &str,
+/// [`ErrorKind::AmbiguousChannel`] with the candidates, [`ErrorKind::NoChannel`] with all that are
+/// `known` where every one is another quantity.
+pub(super) fn take(
+    all: &[ChannelOffer],
+    known: String,
 ) -> Result<(usize, Option<Finding>), ErrorKind> {
-    if let [(_, only)] = columns
-        && only.contradiction().is_none()
+    if let [only] = all
+        && !only.contradicted
     {
         return Ok((0, None));
     }
-    let of = |wanted: &dyn Fn(&Column) -> bool| -> Vec<usize> {
-        (0..columns.len())
-            .filter(|i| wanted(columns[*i].1))
-            .collect()
+    let of = |wanted: &dyn Fn(&ChannelOffer) -> bool| -> Vec<usize> {
+        let fits = |index: &usize| !all[*index].is_foreign && wanted(&all[*index]);
+        (0..all.len()).filter(fits).collect()
     };
-    let plain = of(&|column| column.doubt().is_none());
-    let mut offered = of(&|column| column.doubt().is_some() && !column.has_foreign_unit());
+    let rivals = of(&|_| true).len();
+    let plain = of(&|one| one.candidate.doubt.is_none());
+    let mut offered = of(&|one| one.candidate.doubt.is_some());
     // Without a unit a column could be anything, so that those that say more come alone.
-    let says_more = |i: &usize| columns[*i].1.hints_at_acceleration();
-    if offered.iter().any(says_more) {
-        offered.retain(says_more);
+    if offered.iter().any(|index| all[*index].hints) {
+        offered.retain(|index| all[*index].hints);
     }
+    let filtered = |index: &usize| all[*index].is_filtered;
     match plain.as_slice() {
         // What was filtered does not stand in for what was not.
-        [only]
-            if !columns[*only].1.says_filtered()
-                || offered.iter().all(|i| columns[*i].1.says_filtered()) =>
-        {
-            let (name, of) = (&columns[*only].1.name, columns.len());
+        [only] if !filtered(only) || offered.iter().all(filtered) => {
             let text = format!(
-                "`{name}` was chosen among {of} channels, since its name alone is plainly that of \
-                 a lateral acceleration of the structure"
+                "`{}` was chosen among {rivals} channels, since it alone is plainly a lateral \
+                 acceleration of the structure",
+                all[*only].candidate.name
             );
-            let finding = (of > 1).then(|| Finding::info("channel-chosen", text));
+            let finding = (rivals > 1).then(|| Finding::info("channel-chosen", text));
             return Ok((*only, finding));
         }
         [] | [_] => offered.extend(plain),
         _ => offered = plain,
     }
     if offered.is_empty() {
-        let all = !columns.is_empty() && columns.iter().all(|(_, one)| one.has_foreign_unit());
-        let why = if all {
-            " (by its unit none is an acceleration)"
-        } else {
-            ""
+        let why = match all {
+            [] => "",
+            _ => " (by its unit or code none is an acceleration)",
         };
-        return Err(ErrorKind::NoChannel {
-            known: format!("{known}{why}"),
-        });
+        let known = format!("{known}{why}");
+        return Err(ErrorKind::NoChannel { known });
     }
-    offered.sort_unstable_by_key(|i| (!columns[*i].1.says_lateral_acceleration(), *i));
-    let one = |index: &usize| {
-        let (number, column) = columns[*index];
-        let same = |(_, other): &&(usize, &Column)| other.name == column.name;
-        let candidate = if columns.iter().filter(same).count() > 1 {
-            Candidate::numbered(&column.name, counted, number)
-        } else {
-            Candidate::named(&column.name)
-        };
-        candidate.doubted(column.doubt())
-    };
-    Err(ErrorKind::AmbiguousChannel {
-        candidates: Candidates(offered.iter().map(one).collect()),
-    })
-}
-
-/// A channel whose codes say what it is.
-pub(super) struct CodedChannel {
-    pub(super) name: String,
-    pub(super) is_acceleration: bool,
-    /// What keeps it from being taken unasked.
-    pub(super) doubt: Option<String>,
-}
-
-/// Takes the one channel that is plainly a lateral acceleration of the structure. Of several a
-/// person chooses, and where there is none among all other accelerations.
-///
-/// # Errors
-///
-/// [`ErrorKind::AmbiguousChannel`] with those to choose from, [`ErrorKind::NoChannel`] where no
-/// channel is an acceleration.
-pub(super) fn take(coded: &[CodedChannel]) -> Result<(usize, Option<Finding>), ErrorKind> {
-    let of = |wanted: &dyn Fn(&CodedChannel) -> bool| -> Vec<usize> {
-        (0..coded.len())
-            .filter(|index| wanted(&coded[*index]))
-            .collect()
-    };
-    let all = of(&|one| one.is_acceleration);
-    let plain = of(&|one| one.is_acceleration && one.doubt.is_none());
-    match plain.as_slice() {
-        [only] => {
-            let text = format!(
-                "{} was chosen among {} channels of acceleration as the one lateral acceleration \
-                 of the structure",
-                coded[*only].name,
-                all.len()
-            );
-            let finding = Finding::info("channel-chosen", text);
-            Ok((*only, (all.len() > 1).then_some(finding)))
-        }
-        [] if all.is_empty() => Err(ErrorKind::NoChannel {
-            known: listed(coded),
-        }),
-        [] => Err(ambiguous(coded, &all)),
-        several => Err(ambiguous(coded, several)),
-    }
+    offered.sort_unstable_by_key(|index| (!all[*index].is_lateral, *index));
+    Err(ambiguous(all, &offered))
 }
 
 /// Returns the one channel among those `found` for the name that was `wanted`.
-pub(super) fn named(wanted: &str, found: &[usize], coded: &[CodedChannel]) -> Result<usize, Error> {
+pub(super) fn named(wanted: &str, found: &[usize], all: &[ChannelOffer]) -> Result<usize, Error> {
     match found {
         [only] => Ok(*only),
         [] => Err(ErrorKind::NoSuchChannel {
             wanted: wanted.to_string(),
-            known: listed(coded),
+            known: listed(all),
         }
         .into()),
-        several => Err(ambiguous(coded, several).into()),
+        several => Err(ambiguous(all, several).into()),
     }
 }
 
-fn listed(coded: &[CodedChannel]) -> String {
-    let any = coded.iter().any(|one| one.is_acceleration);
-    let shown = coded.iter().filter(|one| one.is_acceleration || !any);
-    Candidates::named(shown.map(|one| one.name.as_str())).to_string()
+/// Lists the accelerations, or all channels where there is none.
+pub(super) fn listed(all: &[ChannelOffer]) -> String {
+    let none = all.iter().all(|one| one.is_foreign);
+    let shown = all.iter().filter(|one| none || !one.is_foreign);
+    let plain = |one: &ChannelOffer| one.candidate.clone().doubted(None);
+    Candidates(shown.map(plain).collect()).to_string()
 }
 
-fn ambiguous(coded: &[CodedChannel], several: &[usize]) -> ErrorKind {
-    let candidate = |index: &usize| {
-        let one = &coded[*index];
-        Candidate::named(&one.name).doubted(one.doubt.clone())
-    };
+fn ambiguous(all: &[ChannelOffer], several: &[usize]) -> ErrorKind {
+    let candidates = several.iter().map(|index| all[*index].candidate.clone());
     ErrorKind::AmbiguousChannel {
-        candidates: Candidates(several.iter().map(candidate).collect()),
+        candidates: Candidates(candidates.collect()),
     }
 }

@@ -82,7 +82,7 @@ macro_rules! limits {
 }
 
 limits! {
-    text_bytes = 192 << 20, "bytes", "Bytes of a text recording, which is held in memory, and of what it decodes to; of UTF-16 both together; of any recording on standard input that is read twice.";
+    text_bytes = 192 << 20, "bytes", "Bytes of a text recording, which is held in memory, and of what it decodes to; of another encoding than UTF-8 both together; of any recording on standard input that is read twice.";
     line_bytes = 1 << 20, "bytes", "Bytes of one line of text.";
     lines = 8_200_000, "lines", "Lines of a text recording, headers and comments included.";
     samples = 8_000_000, "samples", "Samples kept per channel.";

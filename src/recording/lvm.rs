@@ -16,6 +16,7 @@ mod header;
 use super::csv::header::Column;
 use super::draft::{self, Draft, UniformSamples, Unit};
 use super::held::Statement;
+use super::lateral::ChannelOffer;
 use super::number::{Decimal, Marks, PrintedDigits};
 use super::remarks::Cells;
 use super::source::Reader;
@@ -25,7 +26,7 @@ use super::{
     Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, encoding, held,
     lateral, text,
 };
-use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
+use crate::error::{Error, ErrorKind, Place};
 use crate::units::SampleRate;
 use header::{Header, TimeColumns};
 
@@ -66,9 +67,7 @@ pub fn read(
     limits: &Limits,
 ) -> Result<Outcomes, Error> {
     options.refuse_other_clock("a LabVIEW file", "")?;
-    let (bytes, mut findings) = encoding::decode(source.read_text(limits)?, limits)?;
-    text::check_line_lengths(&bytes, limits)?;
-    let content = String::from_utf8_lossy(&bytes);
+    let (content, mut findings) = encoding::text_of(source.read_text(limits)?, limits)?;
     let (header, first_row) = Header::read(&content, limits)?;
     findings.extend(header.findings.iter().cloned());
     let file = LabviewFile {
@@ -129,12 +128,9 @@ impl LabviewFile<'_> {
                 }
                 let column = |index: &usize| (index + 1, &header.channels[*index].column);
                 let columns: Vec<(usize, &Column)> = filled.iter().map(column).collect();
-                let (index, finding) = lateral::choose(&columns, "channel", &header.list())?;
-                // Here units stand with every channel, so that forces do not compete.
-                let rivals = columns.iter().filter(|(_, one)| !one.has_foreign_unit());
-                outcome
-                    .findings
-                    .extend(finding.filter(|_| rivals.count() > 1));
+                let choices = ChannelOffer::of_words(&columns, "channel");
+                let (index, finding) = lateral::take(&choices, header.list())?;
+                outcome.findings.extend(finding);
                 vec![filled[index]]
             }
         };
@@ -387,7 +383,7 @@ impl LabviewFile<'_> {
         }
         findings.extend(table.cut.clone().map(|cut| cut.at(end_s)));
         let draft = Draft::of_words(column, unit, clock, findings);
-        Ok(draft.finish(options.time_zero_s, &options.accepted_remarks))
+        draft.finish(options.time_zero_s, &options.accepted_remarks)
     }
 
     /// Puts the samples of a channel on its uniform clock: by its column of stamps, else as the
@@ -457,20 +453,11 @@ fn interval_finding(stated: Option<SampleRate>, found: SampleRate) -> Option<Fin
 impl Header {
     /// Returns the one channel of a name or number.
     fn named(&self, wanted: &str) -> Result<usize, Error> {
-        let all = 0..self.channels.len();
+        let columns = self.channels.iter().zip(1..);
+        let columns: Vec<_> = columns.map(|(one, number)| (number, &one.column)).collect();
         let fits = |index: &usize| self.channels[*index].answers_to(wanted, *index);
-        let found: Vec<usize> = all.filter(fits).collect();
-        let candidate = |index: &usize| Candidate::numbered(wanted, "channel", index + 1);
-        Err(Error::from(match found.as_slice() {
-            [only] => return Ok(*only),
-            [] => ErrorKind::NoSuchChannel {
-                wanted: wanted.into(),
-                known: self.list(),
-            },
-            several => ErrorKind::AmbiguousChannel {
-                candidates: Candidates(several.iter().map(candidate).collect()),
-            },
-        }))
+        let found: Vec<usize> = (0..columns.len()).filter(fits).collect();
+        lateral::named(wanted, &found, &ChannelOffer::of_words(&columns, "channel"))
     }
 
     fn time_columns(&self) -> Vec<usize> {

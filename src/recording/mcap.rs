@@ -39,10 +39,11 @@ mod series;
 mod types;
 
 use super::csv::header::Column as Named;
+use super::draft;
+use super::lateral::{self, ChannelOffer};
 use super::remarks::{Remark, RemarkPlace};
 use super::source::Reader;
 use super::{Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
-use super::{draft, lateral};
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use ::mcap::McapError;
 use ::mcap::records::{Record, SchemaHeader, op};
@@ -138,59 +139,31 @@ fn read_some(source: &mut Reader, buffer: &mut [u8]) -> Result<usize, Error> {
 
 /// Says in our words what the framing of the file has wrong.
 fn framing(error: &McapError, log: &LogReader<'_>) -> Error {
-    let account = &log.account;
     let after = format!("after {} messages", log.messages);
     match error {
-        McapError::UnexpectedEof if account.footer => {
-            truncated("the end magic after the footer", "the end of the file")
+        McapError::BadMagic if !log.account.footer => {
+            damaged("MCAP's magic at the start of the file", "other bytes")
         }
-        McapError::UnexpectedEof if account.data_end => truncated(
-            "the rest of the summary, a footer and the end magic",
-            "the end of the file",
+        McapError::UnexpectedEof | McapError::BadMagic => Error::truncated(
+            "whole records up to the footer and the end magic",
+            format!("the end of the file {after}, or other bytes"),
         ),
-        McapError::UnexpectedEof => truncated(
-            "a whole record, and more up to the footer and the end magic",
-            &format!("the end of the file {after}"),
-        ),
-        McapError::BadMagic if account.footer => {
-            truncated("the end magic after the footer", "other bytes")
-        }
-        McapError::BadMagic => damaged("MCAP's magic at the start of the file", "other bytes"),
-        McapError::BytesAfterEndMagic => truncated(
+        McapError::BytesAfterEndMagic => Error::truncated(
             "the end of the file after the first footer and end magic",
             "more bytes, as when a log is written over an older, longer one",
         ),
-        McapError::RecordTooLarge { len: u64::MAX, .. } => truncated(
+        McapError::RecordTooLarge { len: u64::MAX, .. } => Error::truncated(
             "a record with its length",
-            &format!(
-                "a length field of all ones {after}: the writer ended before it closed the record"
-            ),
+            format!("a length field of all ones {after}: the writer ended before it closed it"),
         ),
-        McapError::RecordTooLarge { opcode, len } => {
-            too_large(&format!("a record {opcode:#04x} of {len} bytes"), log)
+        McapError::RecordTooLarge { .. } | McapError::ChunkTooLarge(_) => {
+            log.limits.over("mcap_record_bytes", error.to_string())
         }
-        McapError::ChunkTooLarge(len) => too_large(&format!("a chunk of {len} bytes"), log),
-        McapError::BadDataCrc { saved, calculated } => damaged(
-            format!("checksum {saved:08x} of the data"),
-            format!("{calculated:08x}"),
-        ),
-        McapError::BadSummaryCrc { saved, calculated } => damaged(
-            format!("checksum {saved:08x} of the summary"),
-            format!("{calculated:08x}"),
-        ),
-        other => damaged(format!("whole records {after}"), format!("{other}")),
+        other => {
+            let expected = format!("whole records, whose checksums fit, {after}");
+            damaged(expected, other.to_string())
+        }
     }
-}
-
-fn too_large(found: &str, log: &LogReader<'_>) -> Error {
-    log.limits.over(
-        "mcap_record_bytes",
-        format!("{found}, as its length field says"),
-    )
-}
-
-fn truncated(expected: &str, found: &str) -> Error {
-    Error::truncated(expected, found)
 }
 
 /// What the file has said of itself and what was seen.
@@ -590,7 +563,7 @@ impl<'a> LogReader<'a> {
         let (stated, by_channel) = (said.message_count, said.channel_message_counts);
         let holds = |expected: String, stated: u64, found: u64| match stated == found {
             true => Ok(()),
-            false => Err(truncated(&expected, &format!("{found}"))),
+            false => Err(Error::truncated(expected, format!("{found}"))),
         };
         let text = format!("{stated} messages, as the statistics say");
         holds(text, stated, self.messages)?;
@@ -613,22 +586,25 @@ impl<'a> LogReader<'a> {
         let account = &mut self.account;
         account.footer = true;
         if !account.data_end {
-            return Err(truncated("the end of the data before the footer", "none"));
+            return Err(Error::truncated(
+                "the end of the data before the footer",
+                "none",
+            ));
         }
         let Record::Footer(footer) = records::parse(op::FOOTER, data)? else {
             return Ok(());
         };
         let said = footer.summary_start;
         if (said != 0 || account.summarised) && said != account.summary {
-            return Err(truncated(
-                &format!("the summary at byte {said}, as the footer says"),
-                &format!("the end of the data at byte {}", account.summary),
+            return Err(Error::truncated(
+                format!("the summary at byte {said}, as the footer says"),
+                format!("the end of the data at byte {}", account.summary),
             ));
         }
         if account.indexed.0 > 0 && account.indexed != account.chunks {
-            return Err(truncated(
-                &format!("the {} chunks of the chunk index", account.indexed.0),
-                &format!("{} chunks, or others", account.chunks.0),
+            return Err(Error::truncated(
+                format!("the {} chunks of the chunk index", account.indexed.0),
+                format!("{} chunks, or others", account.chunks.0),
             ));
         }
         Ok(())
@@ -760,9 +736,8 @@ impl<'a> LogReader<'a> {
             (_, 0) => return Err(self.no_channel(topics.first().map(|(_, topic)| *topic))),
             (Some(_), _) => 0,
             (None, _) => {
-                lateral::choose(&columns, "channel id", &self.list())
-                    .map_err(untwinned)?
-                    .0
+                let choices = ChannelOffer::of_words(&columns, "channel id");
+                lateral::take(&choices, self.list()).map_err(untwinned)?.0
             }
         };
         let field = fields[index].1;

@@ -23,7 +23,7 @@ mod package;
 
 use super::code::VehicleSide;
 use super::draft::{self, Draft, UniformSamples, Unit};
-use super::lateral::CodedChannel;
+use super::lateral::ChannelOffer;
 use super::source::Reader;
 use super::{
     Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, encoding,
@@ -118,7 +118,10 @@ fn selected(
     let (index, finding) = match (&options.channel, given) {
         (Some(wanted), _) => (named(channels, given, wanted)?, None),
         (None, Some(given)) => (given, None),
-        (None, None) => lateral::take(&coded(channels))?,
+        (None, None) => {
+            let all = coded(channels);
+            lateral::take(&all, lateral::listed(&all))?
+        }
     };
     let header = &channels[index].header;
     let side = header
@@ -145,11 +148,14 @@ fn list<'a>(entries: impl Iterator<Item = &'a ChannelEntry>) -> String {
 }
 
 /// Returns the channels as they are offered.
-fn coded(channels: &[ChannelEntry]) -> Vec<CodedChannel> {
-    let one = |entry: &ChannelEntry| CodedChannel {
-        name: entry.label.clone(),
-        is_acceleration: entry.header.is_acceleration(),
-        doubt: entry.header.doubt(),
+fn coded(channels: &[ChannelEntry]) -> Vec<ChannelOffer> {
+    let one = |entry: &ChannelEntry| {
+        let header = &entry.header;
+        ChannelOffer::of_code(
+            entry.label.clone(),
+            header.is_acceleration(),
+            header.doubt(),
+        )
     };
     channels.iter().map(one).collect()
 }
@@ -213,7 +219,7 @@ impl TestReader<'_, '_> {
         let stated = header.stated(&mut findings);
         findings.extend(header.contradictions());
         findings.extend(stated.findings(clock.rate));
-        findings.extend(header.sign_finding());
+        findings.extend(header.code().and_then(|code| code.sign_finding()));
         let draft = Draft {
             name: entry.label.clone(),
             unit,
@@ -223,7 +229,7 @@ impl TestReader<'_, '_> {
             remarks: vec![header.remark()],
         };
         let accepted = &self.options.accepted_remarks;
-        Ok(Some(draft.finish(self.options.time_zero_s, accepted)))
+        draft.finish(self.options.time_zero_s, accepted).map(Some)
     }
 
     /// Reads the samples of a file and notes it as a part of the recording if it is one.

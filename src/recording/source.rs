@@ -37,14 +37,19 @@ pub fn read_within(
     action: &'static str,
     (limit, value): (&'static str, u64),
 ) -> Result<Vec<u8>, Error> {
-    let mut bytes = Vec::new();
-    File::open(path)
-        .and_then(|file| file.take(value.saturating_add(1)).read_to_end(&mut bytes))
+    let bytes = start_of(path, value.saturating_add(1))
         .map_err(|error| io_error(action, &error).at(Place::file(shown)))?;
     if bytes.len() as u64 > value {
         let error = Error::over(limit, value, "a larger file");
         return Err(error.at(Place::file(shown)));
     }
+    Ok(bytes)
+}
+
+/// Reads up to `most` bytes from the start of a file.
+fn start_of(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(most).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
@@ -158,9 +163,8 @@ impl Source {
         // A folder may be named with a slash at its end.
         let mut name = path.components().as_path().as_os_str().to_os_string();
         name.push(".toml");
-        let unreadable = |error: io::Error| io_error("read the card", &error);
-        let file = match File::open(name) {
-            Ok(file) => file,
+        match start_of(Path::new(&name), most) {
+            Ok(bytes) => Ok(Some(bytes)),
             Err(error)
                 if matches!(
                     error.kind(),
@@ -170,15 +174,10 @@ impl Source {
                         | io::ErrorKind::InvalidFilename
                 ) =>
             {
-                return Ok(None);
+                Ok(None)
             }
-            Err(error) => return Err(unreadable(error)),
-        };
-        let mut bytes = Vec::new();
-        file.take(most)
-            .read_to_end(&mut bytes)
-            .map_err(unreadable)?;
-        Ok(Some(bytes))
+            Err(error) => Err(io_error("read the card", &error)),
+        }
     }
 
     /// Returns the SHA-256 of a file that was refused before its end was read, if it is there and
@@ -316,13 +315,8 @@ impl Beside {
         if !std::fs::metadata(&path).is_ok_and(|metadata| metadata.is_file()) {
             return Ok(None);
         }
-        let place = Place::file(name);
-        let file = File::open(&path)
-            .map_err(|error| io_error("open the file", &error).at(place.clone()))?;
-        let mut bytes = Vec::new();
-        file.take(most)
-            .read_to_end(&mut bytes)
-            .map_err(|error| io_error("read the file", &error).at(place))?;
+        let bytes = start_of(&path, most)
+            .map_err(|error| io_error("read the file", &error).at(Place::file(name)))?;
         Ok(Some(bytes))
     }
 }

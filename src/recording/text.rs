@@ -1,24 +1,7 @@
 //! What readers of text share: lines within limits, decimal numbers as the file writes them.
 
-use super::Limits;
 use super::number::{self, Decimal, Marks, NumberFault, PrintedDigits};
 use crate::error::{Error, ErrorKind, Place};
-
-/// Refuses a text with a line that is too long.
-pub(super) fn check_line_lengths(text: &[u8], limits: &Limits) -> Result<(), Error> {
-    let mut start = 0_u64;
-    for (index, line) in text.split(|byte| *byte == b'\n').enumerate() {
-        if line.len() as u64 > limits.line_bytes {
-            return Err(limits
-                .over("line_bytes", "a longer line")
-                .at(Place::default()
-                    .line(index as u64 + 1)
-                    .byte(start + limits.line_bytes)));
-        }
-        start += line.len() as u64 + 1;
-    }
-    Ok(())
-}
 
 /// Returns the line, counted from 1, in which the byte at `position` stands.
 pub(super) fn line_at(text: &[u8], position: usize) -> u64 {
@@ -45,31 +28,87 @@ pub(super) fn last_digit(cell: &str) -> f64 {
 
 /// Reads a sample.
 pub(super) fn sample(cell: &str, decimal: &mut Decimal) -> Result<f64, Error> {
-    number::parse(cell.as_bytes(), decimal).map_err(|fault| {
-        let found = shown(cell);
-        let (expected, found, hint) = match fault {
-            NumberFault::NonFinite => return ErrorKind::NonFinite { found }.into(),
-            NumberFault::Empty => {
-                let hint = "a missing sample is not taken for zero; mend the export";
-                ("a number", "nothing".into(), hint)
-            }
-            NumberFault::Text => ("a number", format!("`{found}`"), "mend the export"),
-            NumberFault::OtherMark => {
-                let hint = "export again with decimal points";
-                (
-                    "the same decimal mark in all numbers",
-                    format!("`{found}`"),
-                    hint,
-                )
-            }
-        };
-        Error::malformed(expected, found, hint)
-    })
+    let cell = cell.as_bytes();
+    number::parse(cell, decimal).map_err(|fault| bad_cell(cell, fault))
+}
+
+/// Says what is wrong with a cell that should hold a number.
+pub(super) fn bad_cell(cell: &[u8], fault: NumberFault) -> Error {
+    let found = shown(cell);
+    let malformed = |expected: &str, found: String, hint: &str| ErrorKind::Malformed {
+        expected: expected.into(),
+        found,
+        hint: hint.into(),
+    };
+    match fault {
+        NumberFault::NonFinite => ErrorKind::NonFinite { found },
+        NumberFault::Empty => malformed(
+            "a number",
+            "an empty cell".into(),
+            "remove the row or fill the cell; a missing sample is not taken for zero",
+        ),
+        NumberFault::Text => malformed(
+            "a number",
+            format!("`{found}`{}", hidden(&found)),
+            hint_for(&found),
+        ),
+        NumberFault::OtherMark => malformed(
+            "the same decimal mark in all numbers",
+            format!("`{found}`"),
+            "a comma may be a decimal or a thousands mark; export with decimal points, or with ; between cells",
+        ),
+    }
+    .into()
+}
+
+/// Returns what to do about a cell that is no number.
+fn hint_for(cell: &str) -> &'static str {
+    let digits = cell.chars().any(|c| c.is_ascii_digit());
+    if digits && (cell.contains(':') || cell.matches('/').count() == 2) {
+        DATES
+    } else if digits && cell.contains([',', ';', '|', '\t']) {
+        ONE_CELL
+    } else if cell.replacen(['D', 'd'], "e", 1).parse::<f64>().is_ok() {
+        "write the exponent with E, as in 1.0E+00"
+    } else {
+        "mend the cell; lines of words begin with #"
+    }
+}
+
+/// What to do where a date is of a form that is not read.
+const DATES: &str = "dates are read as 2024-05-01T10:00:00.0001, date and time of day in one column; export them so, or as seconds, or leave the column out and state the setting `rate_hz`";
+
+/// What to do where a row is one cell.
+pub(super) const ONE_CELL: &str = "the row is one cell: export with a comma, a semicolon or a tab between cells, and without quotes around whole rows";
+
+/// Names the characters of a cell that cannot be seen or are taken for others.
+fn hidden(cell: &str) -> String {
+    let mut names: Vec<String> = cell
+        .chars()
+        .filter(|c| !c.is_ascii() && !c.is_alphanumeric())
+        .map(|c| format!("U+{:04X}", u32::from(c)))
+        .collect();
+    names.dedup();
+    names.truncate(4);
+    if names.is_empty() {
+        return String::new();
+    }
+    format!(", which holds {}", names.join(", "))
+}
+
+/// Says that a cell of a column of dates holds none.
+pub(super) fn no_date(cell: &[u8]) -> Error {
+    Error::malformed(
+        "a date and time such as 2024-05-01T10:00:00.0001, as in the rows before",
+        format!("`{}`", shown(cell)),
+        "mend the cell, or name another column with the setting `time_column`",
+    )
 }
 
 /// Shortens a text for a message.
-pub(super) fn shown(text: &str) -> String {
+pub(super) fn shown(text: impl AsRef<[u8]>) -> String {
     const MOST: usize = 60;
+    let text = String::from_utf8_lossy(text.as_ref());
     let text = text.trim();
     if text.chars().count() > MOST {
         format!("{}…", text.chars().take(MOST).collect::<String>())
@@ -90,7 +129,7 @@ impl ColumnMarks {
     /// Takes in a number that was read.
     pub(super) fn look(&mut self, cell: &[u8], place: impl FnOnce() -> Place) {
         if self.marks.look(cell) {
-            self.first = Some((place(), shown(&String::from_utf8_lossy(cell))));
+            self.first = Some((place(), shown(cell)));
         }
     }
 

@@ -418,10 +418,9 @@ impl ClockLine {
         limits: &Limits,
     ) -> Result<TimeBase, Error> {
         if samples as u64 > limits.samples {
-            return Err(limits.over(
-                "samples",
-                format!("{samples} samples on a uniform time base"),
-            ));
+            let odd = findings.first().map_or("", |finding| finding.text.as_str());
+            let found = format!("{samples} samples on a uniform time base ({odd})");
+            return Err(limits.over("samples", found));
         }
         Ok(TimeBase {
             start_s: self.start,

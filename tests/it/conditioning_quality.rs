@@ -70,13 +70,8 @@ fn verif_a_smooth_pulse_has_no_fault_and_its_clipped_copy_has() {
     check_faults(&pulse_signal(whole.clone()), &default, &[]);
     for part in [0.5, 0.7, 0.9, 0.95, 0.99] {
         let cut = clipped(&whole, (180.0 * part / 0.061_f64).round() * 0.061);
-        // Longer than 5 ms at one value is frozen as well.
-        let expected: &[&str] = if part < 0.93 {
-            &["clipping", "frozen"]
-        } else {
-            &["clipping"]
-        };
-        let found = check_faults(&pulse_signal(cut.clone()), &default, expected);
+        // However long it stands there, it is told once.
+        let found = check_faults(&pulse_signal(cut.clone()), &default, &["clipping"]);
         let first = cut
             .iter()
             .position(|value| *value >= cut.iter().copied().fold(0.0, f64::max))
@@ -84,7 +79,7 @@ fn verif_a_smooth_pulse_has_no_fault_and_its_clipped_copy_has() {
         assert_eq!(found[0].at_s, Some(-0.03 + first as f64 / 10_000.0));
         // Upside down it is the same.
         let turned = cut.iter().map(|value| -value).collect();
-        check_faults(&pulse_signal(turned), &default, expected);
+        check_faults(&pulse_signal(turned), &default, &["clipping"]);
     }
 }
 
@@ -308,50 +303,25 @@ fn trapezium(flat: i32) -> Vec<f64> {
 }
 
 #[test]
-fn verif_a_flat_top_without_evidence_is_no_clipping() {
-    let default = ConditioningOptions::default();
-    for flat in [10, 30] {
+fn verif_a_flat_top_blocks_until_a_person_says_that_a_formula_made_it() {
+    let synthetic = ConditioningOptions {
+        synthetic: true,
+        ..ConditioningOptions::default()
+    };
+    for flat in [10, 30, 200] {
         let record = pulse_signal(trapezium(flat));
-        let found = check_faults(&record, &default, &["flat-top"]);
-        assert!(
-            found
-                .iter()
-                .all(|finding| finding.severity != Severity::Blocking)
-        );
-        // Nor where it stands still for longer than a body could.
-        let long = check_faults(&pulse_signal(trapezium(200)), &default, &["flat-top"]);
-        assert!(
-            long.iter()
-                .any(|finding| finding.code == "frozen" && finding.severity == Severity::Warning)
-        );
-        // A declared range is evidence, ...
-        let ranged = ConditioningOptions {
-            range_g: Some(180.0),
-            ..ConditioningOptions::default()
-        };
-        check_faults(&record, &ranged, &["clipping"]);
-        // ... the noise of a channel that vanishes at the top is, ...
+        let found = check_faults(&record, &ConditioningOptions::default(), &["clipping"]);
+        assert!(found[0].text.contains("synthetic = true"), "{found:?}");
+        check_faults(&record, &synthetic, &[]);
+        // Noise that vanishes at the top says the same.
         let mut noisy = trapezium(flat);
         for (n, value) in noisy.iter_mut().enumerate() {
             if !(290..361 + flat as usize).contains(&n) {
                 *value += 0.05 * (n as f64 * 2.1).sin();
             }
         }
-        check_faults(&pulse_signal(noisy), &default, &["clipping"]);
-        // ... and so is the limit of a converter: 2¹¹ codes of 180 g / 2048.
-        let quantum = 180.0 * STANDARD_GRAVITY / 2048.0;
-        let coded = trapezium(flat)
-            .into_iter()
-            .enumerate()
-            .map(|(n, value)| {
-                if n == 310 {
-                    301.0 * quantum
-                } else {
-                    (value / quantum).round() * quantum
-                }
-            })
-            .collect();
-        check_faults(&pulse_signal(coded), &default, &["clipping"]);
+        let noisy = pulse_signal(noisy);
+        check_faults(&noisy, &ConditioningOptions::default(), &["clipping"]);
     }
 }
 
@@ -369,10 +339,11 @@ fn verif_a_drop_out_blocks_where_it_begins() {
         .find(|finding| finding.code == "drop-out")
         .unwrap();
     assert!((finding.at_s.unwrap() - 0.008).abs() < 1e-12);
-    // Between two pulses of a formula it may be meant.
+    // Between two pulses of a formula it may be meant: a person says so.
     let mut pause = trapezium(40);
     pause[340..344].fill(0.0);
-    check_warns(&pulse_signal(pause), "drop-out", true);
+    let found = findings(&pulse_signal(pause), &ConditioningOptions::default());
+    assert!(faults(&found).contains(&"drop-out"), "{found:#?}");
 }
 
 /// A push of `peak_g` for `width` samples at 10 kHz, with noise of about eight quanta of 10 mg.
@@ -710,8 +681,8 @@ fn val_real_channels_are_told_apart() {
     let dead = check_file(
         "recordings/nhtsa_v07292.038",
         STANDARD_GRAVITY,
-        &["clipping", "ends-inside-event"],
-        &["frozen"],
+        &["ends-inside-event"],
+        &["clipping"],
     );
     let clipped = check_file(
         "recordings/nhtsa_v07292.056",
@@ -719,8 +690,8 @@ fn val_real_channels_are_told_apart() {
         &[],
         &["clipping"],
     );
-    for (found, code, at_s) in [(dead, "frozen", 0.06456), (clipped, "clipping", 0.062)] {
-        for finding in found.iter().filter(|finding| finding.code == code) {
+    for (found, at_s) in [(dead, 0.06456), (clipped, 0.062)] {
+        for finding in found.iter().filter(|finding| finding.code == "clipping") {
             assert!((finding.at_s.unwrap() - at_s).abs() < 1e-9, "{finding:?}");
         }
     }

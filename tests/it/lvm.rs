@@ -225,7 +225,7 @@ fn val_what_cannot_be_read_is_refused_with_its_place() {
         &path,
         &with_channel("b"),
         |kind| matches!(kind, ErrorKind::NoSuchChannel { .. }),
-        &["Kraft, a quer"],
+        &["holds: a quer"],
     );
     assert_eq!(one(&path, &with_channel("2")).0.name, "a quer");
 }

@@ -4,7 +4,10 @@
 
 use crate::support::data;
 use latchgate::error::{Candidates, Error, ErrorKind};
-use latchgate::recording::{Channel, Limits, ReadOptions, Recording, Selection, Source, read};
+use latchgate::pipeline::Control;
+use latchgate::recording::{
+    Channel, Limits, ReadOptions, Recording, Selection, Source, read, read_both,
+};
 use latchgate::units::AccelerationUnit;
 
 #[path = "../../examples/support/imu.rs"]
@@ -764,6 +767,36 @@ fn val_a_gap_between_messages_blocks() {
     data.remove(20);
     let found = lateral(&file(&data, &[statistics(&[(1, 39)])]), &options(None)).unwrap();
     check_finding(&found.channels[0], "gap");
+}
+
+/// Neighbours that take more than `samples` lets in are left out, and the channel that is meant is
+/// read all the same; beyond what it takes alone nothing is.
+#[test]
+fn verif_neighbours_over_the_limit_do_not_take_the_channel_along() {
+    let bytes = file(&imu_data(100), &[statistics(&[(1, 100)])]);
+    let within = |samples: u64| {
+        let limits = Limits {
+            samples,
+            ..Limits::default()
+        };
+        let control = Control::default();
+        read_both(&source(&bytes), &options(None), &limits, &control)
+    };
+    let is_over = |result: Result<Recording, Error>| {
+        let kind = result.unwrap_err().kind().clone();
+        assert!(
+            matches!(kind, ErrorKind::LimitExceeded { limit, .. } if limit == "samples"),
+            "{kind}"
+        );
+    };
+    let whole = within(1000);
+    assert!(whole.every.unwrap().channels.len() > 3);
+    let reduced = within(200);
+    assert_eq!(reduced.chosen.unwrap(), whole.chosen.unwrap());
+    is_over(reduced.every);
+    let none = within(50);
+    is_over(none.chosen);
+    is_over(none.every);
 }
 
 // ---------------------------------------------------------------- real logs

@@ -56,7 +56,6 @@ const ALL: &[Real] = &[
         finds: &[
             ("laboratory-remark", Some(0.0646)),
             ("invalid-by-laboratory", Some(0.0646)),
-            ("frozen", Some(0.064_56)),
             ("clipping", Some(0.064_56)),
         ],
         says: &["NO VALID DATA AFTER 64.6 MILLISECONDS"],

@@ -142,21 +142,10 @@ pub(super) fn stands_still(facts: &SignalFacts<'_>) -> Option<Finding> {
         facts.raw.time_s(first + length - 1),
         1e3 * FROZEN_S
     );
-    let finding = if facts.is_still() {
-        Finding::warning(
-            "frozen",
-            format!(
-                "{seen}. The record stands as still at rest, which no sensor does: if a formula \
-                 made it, say `synthetic = true` in a card; if it was measured, sensor, cable or \
-                 recorder failed"
-            ),
-        )
-    } else {
-        Finding::blocking(
-            "frozen",
-            format!("{seen}; sensor, cable or recorder failed"),
-        )
-    };
+    let text = format!(
+        "{seen}; sensor, cable or recorder failed, or a formula made it (`synthetic = true` in a card)"
+    );
+    let finding = Finding::blocking("frozen", text);
     Some(finding.at(at_s))
 }
 
@@ -194,10 +183,5 @@ pub(super) fn drop_out(facts: &SignalFacts<'_>) -> Option<Finding> {
         "{lost} samples from {at_s:.5} s on are zero between loud ones of one sign: the values \
          were lost there"
     );
-    let finding = if facts.has_noise() {
-        Finding::blocking("drop-out", text)
-    } else {
-        Finding::warning("drop-out", text)
-    };
-    Some(finding.at(at_s))
+    Some(Finding::blocking("drop-out", text).at(at_s))
 }

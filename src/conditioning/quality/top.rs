@@ -41,10 +41,6 @@ const NOISY_RUN: usize = 20;
 /// Turns at zero that chance does not make in place of as many crossings: each is one of two.
 const TURNS: usize = 30;
 
-/// Largest relative distance of a clipped level from a power of two quanta: a bias that was
-/// taken off moves it.
-const CONVERTER_PART: f64 = 2e-3;
-
 /// Part of the whole span that a step takes if the converter wrapped around.
 const WRAP_PART: f64 = 0.6;
 
@@ -122,35 +118,20 @@ fn flat_top(facts: &SignalFacts<'_>, extreme: f64, range_g: Option<f64>) -> Opti
         in_g(extreme),
         facts.raw.time_s(first)
     );
-    let inside_range =
-        range_g.is_some_and(|range| extreme.abs() < WELL_INSIDE_PART * range * STANDARD_GRAVITY);
-    let evidence = if facts.has_noise() {
-        Some("where the channel's own noise vanishes")
-    } else if near_converter_limit(extreme.abs() / facts.quantum) {
-        Some("at the limit of a converter")
-    } else {
-        None
-    };
-    let finding = match evidence {
-        None => Finding::warning(
+    let inside = |range: &f64| extreme.abs() < WELL_INSIDE_PART * range * STANDARD_GRAVITY;
+    let finding = match range_g.filter(inside) {
+        Some(range) if length < CLIPPED_BEYOND_DOUBT => Finding::warning(
             "flat-top",
             format!(
-                "{seen}. Nothing else speaks of saturation: no range is declared, the level is no \
-                 converter's limit, and the record has no noise that vanishes there. A pulse made \
-                 by a formula may be meant so (`synthetic = true` in a card); of a measured one, \
-                 declare the range (`range_g`)"
+                "{seen}; the declared full scale of {range} g lies well above, so this may be chance"
             ),
         ),
-        Some(_) if inside_range && length < CLIPPED_BEYOND_DOUBT => Finding::warning(
-            "flat-top",
-            format!(
-                "{seen}; the declared full scale of {} g lies well above, so this may be chance",
-                range_g.unwrap_or_default()
-            ),
-        ),
-        Some(evidence) => Finding::blocking(
+        _ => Finding::blocking(
             "clipping",
-            format!("{seen}, {evidence}: the channel was saturated, and what lay beyond is lost"),
+            format!(
+                "{seen}: the channel was saturated, and what lay beyond is lost. A pulse made by a \
+                 formula may be meant so (`synthetic = true` in a card)"
+            ),
         ),
     };
     Some(finding.at(facts.raw.time_s(onset)))
@@ -182,8 +163,7 @@ fn cut_side(facts: &SignalFacts<'_>, extreme: f64) -> Option<Finding> {
         cut.len(),
         in_g(extreme)
     );
-    (count >= CUT_SAMPLES && cut.len() > 1 && facts.has_noise())
-        .then(|| Finding::blocking("clipping", text).at(at_s))
+    (count >= CUT_SAMPLES && cut.len() > 1).then(|| Finding::blocking("clipping", text).at(at_s))
 }
 
 /// A top that the last bit, or the noise before the event, holds, entered or left steeply: a limit
@@ -219,14 +199,6 @@ pub(super) fn flickering(facts: &SignalFacts<'_>) -> Option<Finding> {
             Some(Finding::warning("flat-top", text).at(at_s))
         })
         })
-}
-
-/// Tells whether a level is that of a converter of 9 to 24 bits at its end.
-fn near_converter_limit(quanta: f64) -> bool {
-    (8..=23).any(|bits| {
-        let full = f64::from(1_u32 << bits);
-        (quanta - full).abs() <= CONVERTER_PART * full
-    })
 }
 
 /// The record's extreme is the last code of a 12- to 24-bit converter: on a grid of quanta

@@ -2,7 +2,7 @@
 //! each, numbers among them. Above it stand names, or a preamble of which a person is asked.
 
 use super::date;
-use super::dialect::{Separator, is_row};
+use super::dialect::{Separator, is_row, uncommented};
 use super::header::{Column, is_known_unit};
 use crate::recording::number;
 use crate::units::DecimalMark;
@@ -65,46 +65,34 @@ pub(super) fn find(text: &[u8]) -> Option<Begin> {
             .map(|cell| String::from_utf8_lossy(cell).into_owned())
             .collect()
     };
-    let above = rows[..start].iter().rev().take(ABOVE);
-    let fitting: Vec<(u64, Vec<String>)> = above
-        .map(|(number, line)| (*number, words(line)))
-        .take_while(|(_, cells)| cells.len() == count)
+    let lines = text[..text.len().min(LOOKED_AT)].split(|byte| *byte == b'\n');
+    let lines: Vec<(u64, &[u8])> = (1..data).zip(lines).collect();
+    let above = lines
+        .iter()
+        .rev()
+        .filter(|(_, line)| !line.trim_ascii().is_empty());
+    // Some programs write the names as a comment.
+    let fitting: Vec<(u64, bool, Vec<String>)> = above
+        .take(ABOVE)
+        .map(|(number, line)| (*number, is_row(line), words(uncommented(line))))
+        .filter(|(_, _, cells)| cells.len() == count)
         .collect();
     let says_time =
         |cell: &String| !is_known_unit(cell) && Column::from_header(cell, 1).says_time();
-    let names = |(_, cells): &&(u64, Vec<String>)| cells.iter().any(says_time);
-    let no_units = |(_, cells): &&(u64, Vec<String>)| !cells.iter().any(|cell| is_known_unit(cell));
-    let header = fitting
-        .iter()
-        .find(names)
-        .or_else(|| fitting.iter().find(no_units));
-    Some(Begin {
-        header: header.map(|(number, _)| *number),
-        data,
-    })
-}
-
-/// Tells whether the line above the first row is a comment of as many words as the row has cells:
-/// names, as some programs write them.
-pub(super) fn is_commented_header(
-    text: &[u8],
-    row: u64,
-    separator: Separator,
-    count: usize,
-) -> bool {
-    let before = row
-        .checked_sub(2)
-        .and_then(|line| usize::try_from(line).ok());
-    let line = before.and_then(|line| text.split(|byte| *byte == b'\n').nth(line));
-    let comment = line
-        .and_then(|line| line.strip_prefix(b"#"))
-        .unwrap_or_default();
-    let names = cells(comment.trim_ascii(), separator);
-    count > 1
-        && names.len() == count
-        && names
-            .iter()
-            .any(|name| Column::from_header(&String::from_utf8_lossy(name), 1).says_time())
+    let names = fitting.iter().find(|one| one.2.iter().any(says_time));
+    let no_units =
+        |one: &&(u64, bool, Vec<String>)| one.1 && !one.2.iter().any(|cell| is_known_unit(cell));
+    let header = names.or_else(|| fitting.iter().find(no_units));
+    // `0,1,2`, as some exports number the columns.
+    let counted = cells(first, separator).into_iter().enumerate();
+    let counted = count > 1
+        && counted
+            .into_iter()
+            .all(|(at, cell)| cell == at.to_string().as_bytes());
+    let header = header
+        .map(|(number, ..)| *number)
+        .or(counted.then_some(data));
+    Some(Begin { header, data })
 }
 
 /// Splits a row, quotes taken off its cells; empty cells at its end are left out.

@@ -2,8 +2,7 @@
 //! read.
 
 use crate::error::{Error, Place};
-use crate::recording::Limits;
-use crate::recording::number;
+use crate::recording::{Limits, number, text};
 
 /// What separates the cells of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,8 +64,6 @@ pub(super) struct Interruptions {
 /// What the lines of a text are.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct LineScan {
-    /// The separator that a spreadsheet's `sep=;` names.
-    pub(super) separator: Option<Separator>,
     /// Whether a line is no row.
     interrupted: bool,
     /// The text of comments that are words, with their lines; of very many the first.
@@ -104,9 +101,7 @@ impl LineScan {
             if rows >= header_rows
                 && let Some(cell) = damaged_cell(line, separator, cells)
             {
-                found
-                    .damaged
-                    .get_or_insert((number, super::cell::shown(cell)));
+                found.damaged.get_or_insert((number, text::shown(cell)));
             }
             if rows >= header_rows && is_row_of_numbers(line, separator, cells) {
                 found.numbers += 1;
@@ -118,9 +113,7 @@ impl LineScan {
 
     /// Keeps what a comment says.
     fn keep(&mut self, line: u64, comment: &[u8]) {
-        let marks = |byte: &u8| matches!(byte, b'#' | b'%' | b'/' | b' ' | b'\t');
-        let skipped = comment.iter().take_while(|byte| marks(byte)).count();
-        let comment = comment[skipped..].trim_ascii_end();
+        let comment = uncommented(comment);
         if !comment.iter().any(u8::is_ascii_alphabetic) {
             return;
         }
@@ -134,75 +127,43 @@ impl LineScan {
     }
 }
 
-/// Reads a spreadsheet's line that names the separator, `sep=;`; `None` for any other line.
-fn named_separator(line: &[u8]) -> Option<Result<Separator, Error>> {
-    let bare = line
-        .strip_prefix(b"\"")
-        .and_then(|rest| rest.strip_suffix(b"\""))
-        .unwrap_or(line);
-    let (key, value) = bare.split_at_checked(4)?;
-    if !key.eq_ignore_ascii_case(b"sep=") || value.len() > 1 {
-        return None;
-    }
-    Some(match value {
-        b";" => Ok(Separator::Semicolon),
-        b"," => Ok(Separator::Comma),
-        b"" | b"\t" => Ok(Separator::Tab),
-        b" " => Ok(Separator::Blanks),
-        other => Err(Error::malformed(
-            "a comma, a semicolon, a tab or blanks between cells",
-            format!("`{}` by the line sep=", String::from_utf8_lossy(other)),
-            "export with one of them",
-        )),
-    })
-}
-
 /// Tells whether a comment holds `cells` numbers and nothing else.
 fn is_row_of_numbers(line: &[u8], separator: Separator, cells: usize) -> bool {
-    let marks = line
-        .iter()
-        .take_while(|byte| matches!(byte, b'#' | b'%' | b'/' | b' ' | b'\t'))
-        .count();
-    let body = line[marks..].trim_ascii_end();
-    let mut found = 0;
-    for cell in body.split(|byte| *byte == separator.byte()) {
-        found += 1;
-        if found > cells || !number::is_numeric(cell) {
-            return false;
-        }
-    }
-    found == cells
+    let mut found = uncommented(line).split(|byte| *byte == separator.byte());
+    found.clone().take(cells + 1).count() == cells && found.all(number::is_numeric)
+}
+
+/// Returns what a comment says, without its marks.
+pub(super) fn uncommented(line: &[u8]) -> &[u8] {
+    let marks = |byte: &&u8| matches!(**byte, b'#' | b'%' | b'/' | b' ' | b'\t');
+    line[line.iter().take_while(marks).count()..].trim_ascii_end()
 }
 
 /// Returns the first cell of a comment that is a row: what a spreadsheet writes for a number that has
 /// no room in its column (`####`) or could not be computed (`#NUM!`, `#N/A`).
 fn damaged_cell(line: &[u8], separator: Separator, cells: usize) -> Option<&[u8]> {
-    let mut all = line.trim_ascii().split(|byte| *byte == separator.byte());
-    let first = all.next()?.trim_ascii_end();
-    let hashes = first.iter().take_while(|byte| **byte == b'#').count();
-    let damaged = match &first[hashes..] {
-        [] => hashes > 1,
-        [name @ .., b'!' | b'?'] => !name.iter().any(u8::is_ascii_lowercase),
-        word => matches!(word, b"N/A" | b"NA" | b"NV" | b"N/D" | b"N/B"),
-    };
-    let mut others: Vec<&[u8]> = all.map(<[u8]>::trim_ascii).collect();
-    while others.len() >= cells && others.last().is_some_and(|cell| cell.is_empty()) {
-        others.pop();
+    let all = line.trim_ascii().split(|byte| *byte == separator.byte());
+    let mut all: Vec<&[u8]> = all.map(<[u8]>::trim_ascii).collect();
+    while all.len() > cells && all.last().is_some_and(|cell| cell.is_empty()) {
+        all.pop();
     }
+    let (first, others) = all.split_first()?;
+    let mark = |byte: &u8| byte.is_ascii_uppercase() || b"#/0!?".contains(byte);
+    let damaged = first.len() > 1 && first.starts_with(b"#") && first.iter().all(mark);
     // Behind a blank words go on in a comment, numbers in a row.
     let words = |cell: &&[u8]| !number::is_numeric(cell) && !cell.starts_with(b"#");
     let goes_on = separator == Separator::Blanks && others.iter().any(words);
-    (damaged && others.len() + 1 == cells && !goes_on).then_some(first)
+    (damaged && all.len() == cells && !goes_on).then_some(*first)
 }
 
-/// Returns the separator that a spreadsheet's first line names, if it is such a line. A tab may be
-/// named as it stands, so that only line ends are cut off at first.
-fn separator_line(line: &[u8]) -> Option<Result<Separator, Error>> {
-    let end = line
-        .iter()
-        .rposition(|byte| !matches!(byte, b'\r' | b'\n'))
-        .map_or(0, |last| last + 1);
-    named_separator(&line[..end]).or_else(|| named_separator(line.trim_ascii_end()))
+/// Tells whether a line is that of a spreadsheet which names the separator, `sep=;`.
+fn names_separator(line: &[u8]) -> bool {
+    let line = line.trim_ascii();
+    let bare = line.strip_prefix(b"\"").unwrap_or(line);
+    bare.len() < 7
+        && bare
+            .get(..4)
+            .is_some_and(|key| key.eq_ignore_ascii_case(b"sep="))
 }
 
 /// What a person says of the lines above the samples.
@@ -228,8 +189,7 @@ fn uncomment(line: &mut [u8]) {
 ///
 /// # Errors
 ///
-/// [`ErrorKind::LimitExceeded`] at the first line with too many bytes,
-/// [`ErrorKind::Malformed`] for a named separator that is not read.
+/// [`ErrorKind::LimitExceeded`] at the first line with too many bytes.
 pub(super) fn scan_lines(
     text: &mut [u8],
     above: Above,
@@ -267,9 +227,6 @@ pub(super) fn scan_lines(
             || start.starts_with(b"%")
             || start.starts_with(b"//");
         marked.interrupted |= no_row && !skipped;
-        if skipped && marked.separator.is_none() {
-            marked.separator = separator_line(start).and_then(Result::ok);
-        }
         if start.is_empty() {
             // The table reader skips a bare line end by itself, and it must stay one.
             if !matches!(line[0], b'\r' | b'\n') {
@@ -284,10 +241,8 @@ pub(super) fn scan_lines(
         }
         if !seen_row {
             seen_row = true;
-            if let Some(separator) = separator_line(start) {
-                marked.separator = Some(separator.map_err(|error| error.at(place(0)))?);
+            if names_separator(start) {
                 line[0] = b'#';
-                continue;
             }
         }
     }

@@ -197,14 +197,7 @@ impl Column {
     /// Warns of a name that is not plainly that of a lateral acceleration of the structure.
     pub(in crate::recording) fn not_lateral_finding(&self) -> Option<Finding> {
         let doubt = self.contradiction()?;
-        Some(Finding::warning(
-            "channel-not-lateral",
-            format!(
-                "the name of `{}` is not plainly that of a lateral acceleration of the struck \
-                 vehicle's structure: {doubt}",
-                self.name
-            ),
-        ))
+        Some(Finding::not_lateral(&self.name, &doubt))
     }
 
     /// Returns what the name says of the filter that was applied.
@@ -244,16 +237,7 @@ impl Column {
                 ),
             ));
         }
-        if let Some(code) = code_in(&self.name).filter(|code| code.diverges()) {
-            found.push(Finding::warning(
-                "sign-diverges",
-                format!(
-                    "{} has a direction whose sign diverges from SAE J211: state with \
-                     the setting `opens_when` which sign of these samples opens",
-                    code.text()
-                ),
-            ));
-        }
+        found.extend(code_in(&self.name).and_then(|code| code.sign_finding()));
         found
     }
 }

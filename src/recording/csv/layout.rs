@@ -1,14 +1,15 @@
 //! Layouts: which rows are header, which column is time, which one is the lateral acceleration.
 
 use super::begin::{self, Begin};
-use super::cell::{ONE_CELL, shown};
 use super::date;
 use super::dialect::Separator;
 use super::header::{Column, is_known_unit};
 use super::records::{self, Records};
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
-use crate::recording::number::{self, Decimal};
-use crate::recording::{Finding, Limits, ReadOptions, Selection, lateral};
+use crate::recording::lateral::{self, ChannelOffer};
+use crate::recording::number;
+use crate::recording::text::{ONE_CELL, shown};
+use crate::recording::{Finding, Limits, ReadOptions, Selection};
 use crate::units::{SampleRate, TimeUnit};
 use ::csv::ByteRecord;
 
@@ -62,8 +63,6 @@ pub(super) struct TableLayout {
     dated: Vec<bool>,
     /// Whether a header names the columns.
     named: bool,
-    /// The first cells of the first column, as numbers.
-    first_column: Vec<f64>,
 }
 
 impl TableLayout {
@@ -84,15 +83,13 @@ impl TableLayout {
         let stated = options.header_line.is_some() || options.skip_lines.is_some();
         let header_rows = match options.header_line {
             Some(line) => rows_of_header(text, &rows, line)?,
-            None => count_header_rows(text, &rows)?,
+            None => count_header_rows(text, &rows, stated)?,
         };
         let (header, data) = rows.split_at(header_rows);
         let first = &data[0];
         let (columns, named) = if header.is_empty() {
-            if !stated {
-                refuse_doubtful_start(text, separator, data, options)?;
-            }
-            (unnamed(filled_cells(first)), false)
+            let unnamed = (1..=filled_cells(first)).map(Column::unnamed);
+            (unnamed.collect(), false)
         } else {
             let named = name_columns(header, first).map_err(|found| {
                 let found = format!("{found} header cells over rows of {}", first.len());
@@ -120,10 +117,6 @@ impl TableLayout {
             dated: mostly(&columns, data, date::is_date),
             columns,
             named,
-            first_column: data
-                .iter()
-                .filter_map(|row| number::parse(row.get(0)?, &mut Decimal::Unknown).ok())
-                .collect(),
         })
     }
 
@@ -206,27 +199,21 @@ impl TableLayout {
         let of = |wanted: &dyn Fn(usize) -> bool| -> Vec<usize> {
             (0..self.columns.len()).filter(|i| wanted(*i)).collect()
         };
-        let mut found = of(&|i| self.numeric[i] && self.columns[i].says_time());
-        if found.is_empty() {
-            found = of(&|i| self.numeric[i] && self.columns[i].time_unit.is_some());
-        }
-        if found.is_empty() {
-            found = of(&|i| self.dated[i]);
-        }
+        let is_clock = |i: usize| {
+            let column = &self.columns[i];
+            self.dated[i] || (self.numeric[i] && (column.says_time() || column.time_unit.is_some()))
+        };
+        let mut found = of(&is_clock);
         if found.is_empty() && options.rate_hz.is_none() {
-            // Stamps that are no numbers, such as dates: reading them says so, at the cell.
+            // Stamps that are neither numbers nor dates: reading them says so, at the cell.
             found = of(&|i| self.columns[i].says_time());
         }
         if let [only] = found.as_slice() {
-            let twins = of(&|i| self.is_twin_of_time(i, *only));
-            if !twins.is_empty() {
-                found.extend(twins);
-                found.sort_unstable();
-            }
+            found = of(&|i| i == *only || self.is_twin_of_time(i, *only));
         }
         match found.as_slice() {
             [only] => Ok(Some(*only)),
-            [] => Ok(self.unnamed_time(options)),
+            [] => Ok(None),
             several => Err(Error::malformed(
                 "one time column",
                 self.list(several.iter().copied()),
@@ -236,29 +223,21 @@ impl TableLayout {
         }
     }
 
-    /// Tells whether a column beside the one of times may be another clock: by its unit, or by a
-    /// name that is that of the first with a number or a word behind it, such as `t.1`.
+    /// Tells whether a column beside the one of times may be another clock, by a name that is that of
+    /// the first with a number or a word behind it, such as `t.1`.
     fn is_twin_of_time(&self, index: usize, time: usize) -> bool {
         let column = &self.columns[index];
-        if index == time || !self.numeric[index] || self.dated[index] {
-            return false;
-        }
-        if column.time_unit.is_some() {
-            return true;
-        }
-        let first = self.columns[time].label.to_lowercase();
-        let own = column.label.to_lowercase();
-        let suffixed = own
-            .strip_prefix(&first)
-            .is_some_and(|rest| rest.starts_with(|c: char| !c.is_alphabetic()) || rest.is_empty());
-        column.unit_text.is_none() && !first.is_empty() && suffixed
+        let [first, own] = [time, index].map(|index| self.columns[index].label.to_lowercase());
+        let rest = own.strip_prefix(&first).filter(|_| !first.is_empty());
+        let suffixed = rest.is_some_and(|rest| !rest.starts_with(char::is_alphabetic));
+        suffixed && self.numeric[index] && column.unit_text.is_none()
     }
 
     /// Returns the columns that count the rows and are not read for anything else: those whose
     /// names say so, and without stamps also those whose numbers do; each with whether its name
     /// says so.
     pub(super) fn counters(&self, time: &TimeSource, wanted: &[usize]) -> Vec<(usize, bool)> {
-        const MOST: usize = 4;
+        const MOST: usize = 8;
         let stamped = match time {
             TimeSource::Column { index, .. } => Some(*index),
             TimeSource::Rate(_) => None,
@@ -269,38 +248,12 @@ impl TableLayout {
                 && self.numeric[*index]
                 && self.columns[*index].unit_text.is_none()
         };
-        let named = (0..self.columns.len())
-            .filter(free)
-            .filter(|index| self.is_index(*index))
-            .map(|index| (index, true));
-        let others = (0..self.columns.len())
-            .filter(free)
-            .filter(|index| stamped.is_none() && !self.is_index(*index))
-            .map(|index| (index, false));
-        named.take(MOST).chain(others.take(MOST)).collect()
-    }
-
-    /// Returns the first column if nothing is named and its numbers run like time.
-    fn unnamed_time(&self, options: &ReadOptions) -> Option<usize> {
-        let numbers = &self.first_column;
-        if self.named || self.columns.len() < 2 || numbers.is_empty() {
-            return None;
-        }
-        if self.counts_up(0) && options.time_unit.is_none() {
-            return None;
-        }
-        let steps: Vec<f64> = numbers.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        // One step back in many is a fault of the stamps, to be told where they are read.
-        let back = steps.iter().filter(|step| **step <= 0.0).count();
-        if back * 10 > steps.len() {
-            return None;
-        }
-        let per_second = options.time_unit.unwrap_or(TimeUnit::Second).per_second();
-        let agrees = options.rate_hz.is_none_or(|rate| {
-            let steps_off = |step: &f64| (step / per_second * rate - 1.0).abs();
-            steps.iter().filter(|step| steps_off(step) < 0.5).count() * 2 > steps.len()
-        });
-        agrees.then_some(0)
+        let all = (0..self.columns.len()).filter(free);
+        let mut all: Vec<_> = all.map(|index| (index, self.is_index(index))).collect();
+        all.retain(|(_, named)| *named || stamped.is_none());
+        all.sort_by_key(|(_, named)| !named);
+        all.truncate(MOST);
+        all
     }
 
     fn time_column(
@@ -318,47 +271,35 @@ impl TableLayout {
             });
         }
         let column = &self.columns[index];
-        let unit = match (options.time_unit, column.time_unit) {
-            (Some(stated), Some(own)) if stated != own => {
-                findings.push(Finding::warning(
-                    "time-unit-overridden",
-                    format!(
-                        "the {} says `{}` for `{}`, the option says `{}`, which was used",
-                        column.unit_source,
-                        own.name(),
-                        column.name,
-                        stated.name()
-                    ),
-                ));
-                Some(stated)
-            }
-            (Some(unit), _) | (None, Some(unit)) => Some(unit),
-            (None, None) => None,
-        };
-        if unit.is_none()
-            && (column.unit_text.is_some() || column.doubtful || column.name.contains(['(', '[']))
+        if let (Some(stated), Some(own)) = (options.time_unit, column.time_unit)
+            && stated != own
         {
+            let text = format!(
+                "the {} says `{}` for `{}`, the option says `{}`, which was used",
+                column.unit_source,
+                own.name(),
+                column.name,
+                stated.name()
+            );
+            findings.push(Finding::warning("time-unit-overridden", text));
+        }
+        let unit = options.time_unit.or(column.time_unit);
+        let silent = column.unit_text.is_none() && !column.doubtful;
+        if unit.is_none() && (!silent || column.name.contains(['(', '['])) {
+            let text = column.unit_text.as_ref();
+            let text = text.map_or(String::new(), |text| format!(" in `{text}`"));
             return Err(Error::malformed(
                 "a time in s, ms, us or ns",
-                format!(
-                    "`{}`{}",
-                    column.name,
-                    column
-                        .unit_text
-                        .as_ref()
-                        .map_or(String::new(), |text| format!(" in `{text}`"))
-                ),
+                format!("`{}`{text}", column.name),
                 "state its unit with the setting `time_unit` = s|ms|us|ns",
             ));
         }
         if unit.is_none() {
-            findings.push(Finding::info(
-                "time-unit-assumed",
-                format!(
-                    "nothing states the unit of the time column `{}`; seconds were assumed",
-                    column.name
-                ),
-            ));
+            let text = format!(
+                "nothing states the unit of the time column `{}`; seconds were assumed",
+                column.name
+            );
+            findings.push(Finding::info("time-unit-assumed", text));
         }
         Ok(TimeSource::Column {
             index,
@@ -412,18 +353,12 @@ impl TableLayout {
         let alone = others.clone().count() == 1;
         let meant = others
             .filter(|i| alone || self.numeric[*i] || self.columns[*i].says_lateral_acceleration());
-        self.lateral(&meant.collect::<Vec<usize>>())
-    }
-
-    fn lateral(&self, candidates: &[usize]) -> Result<ColumnChoice, Error> {
-        let columns: Vec<(usize, &Column)> = candidates
-            .iter()
-            .map(|index| (index + 1, &self.columns[*index]))
-            .collect();
-        let known = self.list(0..self.columns.len());
-        let (index, finding) = lateral::choose(&columns, "column", &known)?;
+        let meant: Vec<usize> = meant.collect();
+        let columns = meant.iter().map(|index| (index + 1, &self.columns[*index]));
+        let choices = ChannelOffer::of_words(&columns.collect::<Vec<_>>(), "column");
+        let (index, finding) = lateral::take(&choices, self.list(0..self.columns.len()))?;
         Ok(ColumnChoice {
-            columns: vec![candidates[index]],
+            columns: vec![meant[index]],
             // What an unnamed column is called says nothing.
             findings: finding.into_iter().filter(|_| self.named).collect(),
         })
@@ -441,10 +376,9 @@ impl TableLayout {
                     || (!small.is_empty() && column.label.to_lowercase() == small)
             },
         ];
+        let all = 0..self.columns.len();
         for way in ways {
-            let found: Vec<usize> = (0..self.columns.len())
-                .filter(|i| way(&self.columns[*i]))
-                .collect();
+            let found: Vec<usize> = all.clone().filter(|i| way(&self.columns[*i])).collect();
             match found.as_slice() {
                 [] => {}
                 [only] => return Ok(*only),
@@ -462,7 +396,7 @@ impl TableLayout {
         {
             return Ok(number - 1);
         }
-        let known = self.list(0..self.columns.len());
+        let known = self.list(all);
         Err(if what == "channel" {
             ErrorKind::NoSuchChannel {
                 wanted: wanted.to_string(),
@@ -480,29 +414,18 @@ impl TableLayout {
         .into())
     }
 
-    /// Tells whether a column is a running number.
+    /// Tells whether a column is a running number: by its name, or as the first one where only others
+    /// are named.
     fn is_index(&self, index: usize) -> bool {
-        self.columns[index].says_index() || self.counts_up(index)
-    }
-
-    /// Tells whether it is the first of several columns, has no name and counts
-    /// whole numbers.
-    fn counts_up(&self, index: usize) -> bool {
-        index == 0
-            && self.columns.len() > 1
-            && self.columns[0].label.is_empty()
-            && self.first_column.len() > 2
-            && self.first_column[0].fract() == 0.0
-            && self
-                .first_column
-                .windows(2)
-                .all(|pair| (pair[1] - pair[0] - 1.0).abs() < 1e-12)
+        let column = &self.columns[index];
+        let alone = self.columns.len() == 1;
+        column.says_index() || (index == 0 && self.named && !alone && column.label.is_empty())
     }
 
     /// Lists columns for a message, at most a screenful; equal names get their number.
     fn list(&self, indices: impl IntoIterator<Item = usize>) -> String {
         let one = |index: usize| {
-            let name = shown(self.columns[index].name.as_bytes());
+            let name = shown(&self.columns[index].name);
             let same = |other: &&Column| other.name == self.columns[index].name;
             match self.columns.iter().filter(same).count() {
                 1 => Candidate::named(name),
@@ -568,8 +491,9 @@ fn rows_of_header(text: &[u8], rows: &[ByteRecord], line: u32) -> Result<usize, 
         .ok_or_else(|| no_rows("no row of numbers follows the header"))
 }
 
-/// Counts the rows before the data: none, names, or names and units.
-fn count_header_rows(text: &[u8], rows: &[ByteRecord]) -> Result<usize, Error> {
+/// Counts the rows before the data: names, or names and units, or none where a person has `stated`
+/// where the table begins.
+fn count_header_rows(text: &[u8], rows: &[ByteRecord], stated: bool) -> Result<usize, Error> {
     let words = |row: &ByteRecord, expected: &str| {
         let cell = row.iter().find(|cell| !cell.trim_ascii().is_empty());
         let found = format!("`{}`", shown(cell.unwrap_or_default()));
@@ -579,17 +503,15 @@ fn count_header_rows(text: &[u8], rows: &[ByteRecord]) -> Result<usize, Error> {
         return Err(no_rows("the file holds no rows"));
     };
     if has_number(names) {
-        // Lines such as `Rate,10000` above a header are no samples.
-        let word = |cell: &[u8]| !number::is_numeric(cell) && !date::is_date(cell);
-        let filled = |cell: &&[u8]| !cell.trim_ascii().is_empty();
-        let is_header = |row: &ByteRecord| filled_cells(row) > 0 && row.iter().all(word);
-        let header = rows.iter().position(is_header).unwrap_or(rows.len());
-        if names.iter().any(|cell| filled(&cell) && word(cell))
-            && rows[header..].iter().any(has_number)
-        {
-            return words(names, "a header or numbers in the first row");
+        if stated {
+            return Ok(0);
         }
-        return Ok(0);
+        let cells: Vec<String> = names
+            .iter()
+            .map(|cell| format!("`{}`", shown(cell)))
+            .collect();
+        let expected = "a line that names the columns";
+        return Err(where_it_begins(text, names, expected, &cells.join(" and ")));
     }
     match (rows.get(1), rows.get(2)) {
         (None, _) => Err(no_rows("the file holds a header and no rows")),
@@ -629,18 +551,10 @@ fn name_columns(header: &[ByteRecord], first: &ByteRecord) -> Result<Vec<Column>
     if count > first.len() || filled_cells(first) > count {
         return Err(count);
     }
-    let is_unit = |cell: &[u8]| is_known_unit(&String::from_utf8_lossy(cell));
-    let filled = |cell: &&[u8]| !cell.trim_ascii().is_empty();
-    // A header of nothing but units, `s;g`, is a units row without names.
-    let units_alone = header.len() == 1 && names.iter().filter(filled).all(is_unit);
-    let name = |index: usize| match units_alone {
-        true => Column::unnamed(index + 1),
-        false => Column::from_header(&text_of(names, index), index + 1),
-    };
+    let name = |index: usize| Column::from_header(&text_of(names, index), index + 1);
     let mut columns: Vec<Column> = (0..count).map(name).collect();
     // Of further rows only one of units is read; descriptions are passed over.
-    let below = if units_alone { header } else { &header[1..] };
-    if let Some(units) = below.iter().find(|row| has_unit(row)) {
+    if let Some(units) = header[1..].iter().find(|row| has_unit(row)) {
         if filled_cells(units) > count {
             return Err(filled_cells(units));
         }
@@ -649,67 +563,6 @@ fn name_columns(header: &[ByteRecord], first: &ByteRecord) -> Result<Vec<Column>
         }
     }
     Ok(columns)
-}
-
-/// Refuses a first row without a header above it that may be none of samples: `0,5`, one number
-/// or two, and `0,1,2` over rows of which no other is whole, as some exports number columns.
-fn refuse_doubtful_start(
-    text: &[u8],
-    separator: Separator,
-    data: &[ByteRecord],
-    options: &ReadOptions,
-) -> Result<(), Error> {
-    let whole = |cell: &[u8]| {
-        let digits = cell.trim_ascii();
-        let digits = digits.strip_prefix(b"-").unwrap_or(digits);
-        !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
-    };
-    let (first, rows) = data.split_first().expect("a layout has a row");
-    let doubt = |expected: &str, hint: &str| {
-        let cells: Vec<String> = first.iter().map(shown).collect();
-        Err(
-            Error::malformed(expected, format!("`{}`", cells.join(",")), hint)
-                .at(line_of(text, first)),
-        )
-    };
-    let split = |row: &ByteRecord| {
-        row.len() == 2 && whole(&row[0]) && whole(&row[1]) && !row[1].starts_with(b"-")
-    };
-    if separator == Separator::Comma && options.decimal.is_none() && data.iter().all(split) {
-        return doubt(
-            "a separator that cannot be a decimal comma",
-            "state the setting `decimal` = . where the comma separates cells, or the setting `decimal` = , where it is none",
-        );
-    }
-    let line = line_of(text, first).line.unwrap_or(0);
-    if begin::is_commented_header(text, line, separator, filled_cells(first)) {
-        let hint = format!(
-            "state the setting `header_line` = {} if that line names them, or the setting \
-             `skip_lines` = {} if it does not",
-            line - 1,
-            line - 1
-        );
-        return doubt(
-            "names of the columns, which seem to stand in the comment above",
-            &hint,
-        );
-    }
-    let filled = first.iter().take(filled_cells(first));
-    let counts = filled
-        .enumerate()
-        .all(|(number, cell)| cell.trim_ascii() == number.to_string().as_bytes());
-    let others = |row: &ByteRecord| row.iter().skip(1).any(whole);
-    if counts && filled_cells(first) > 1 && !rows.is_empty() && !rows.iter().any(others) {
-        return doubt(
-            "a header of names, or rows of samples, not what counts the columns",
-            "state the setting `header_line` = 1 if it is a header, or the setting `skip_lines` = 0 if it is a sample",
-        );
-    }
-    Ok(())
-}
-
-fn unnamed(count: usize) -> Vec<Column> {
-    (1..=count).map(Column::unnamed).collect()
 }
 
 /// Returns the number of cells, empty ones at the end left out.

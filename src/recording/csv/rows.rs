@@ -1,13 +1,12 @@
 //! Rows: the stamps and the samples of the wanted columns.
 
-use super::cell::{bad_cell, no_date};
 use super::date;
 use super::dialect::{self, Separator};
 use super::layout::{TableLayout, TimeSource};
 use super::records::{self, Records};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::number::{self, Decimal, Marks, PrintedDigits};
-use crate::recording::text::ColumnMarks;
+use crate::recording::text::{ColumnMarks, bad_cell, no_date};
 use crate::recording::{Limits, ReadOptions, Selection};
 use crate::units::DecimalMark;
 use ::csv::ByteRecord;

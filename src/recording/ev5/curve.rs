@@ -39,9 +39,7 @@ pub(super) fn looks_like_curve(head: &[u8]) -> bool {
 
 impl Curve {
     pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Error> {
-        let (bytes, _) = encoding::decode(bytes, limits)?;
-        text::check_line_lengths(&bytes, limits)?;
-        let text_of_file = String::from_utf8_lossy(&bytes);
+        let (text_of_file, _) = encoding::text_of(bytes, limits)?;
         let mut curve = Self {
             stamps_s: Vec::new(),
             values: Vec::new(),

@@ -62,9 +62,7 @@ const CODES: [usize; 7] = [SENSOR, SEAT, ATTACHMENT, AXIS, X_UNIT, STATUS, RANK]
 
 impl TestInstruments {
     pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Error> {
-        let (bytes, _) = encoding::decode(bytes, limits)?;
-        text::check_line_lengths(&bytes, limits)?;
-        let content = String::from_utf8_lossy(&bytes);
+        let (content, _) = encoding::text_of(bytes, limits)?;
         let mut entries: Vec<CurveEntry> = Vec::new();
         let mut section = String::new();
         let mut test = TestSections::default();
@@ -366,9 +364,7 @@ impl CurveEntry {
     }
 
     pub(super) fn not_lateral_finding(&self) -> Option<Finding> {
-        let (name, doubt) = (self.name(), self.doubt()?);
-        let text = format!("{name} may be no lateral acceleration of the structure: {doubt}");
-        Some(Finding::warning("channel-not-lateral", text))
+        Some(Finding::not_lateral(&self.name(), &self.doubt()?))
     }
 
     /// Returns what the laboratory says of the curve in free words.

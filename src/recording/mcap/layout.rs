@@ -90,11 +90,6 @@ pub(super) fn names_lateral(path: &str) -> bool {
     !path.contains('[') && named(path).says_lateral_acceleration()
 }
 
-/// Tells whether a path's own words say lateral acceleration of the vehicle.
-pub(super) fn says_lateral(path: &str) -> bool {
-    names_lateral(path) && named(path).doubt().is_none()
-}
-
 /// Reads a path as a column's name, with the unit that its end may state (`ay_g`).
 fn named(path: &str) -> Named {
     let (parents, own) = path.rsplit_once('.').unwrap_or(("", path));

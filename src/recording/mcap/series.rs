@@ -3,7 +3,7 @@
 use super::json::{self, Leaf};
 use super::layout::{
     self, ESTIMATE, Extractor, FRAME, Laid, MessageLayout, Unfit, WantedFields, damaged_message,
-    name_of, says_lateral,
+    name_of,
 };
 use super::{cdr, protobuf, records};
 use crate::error::{Error, ErrorKind, Place};
@@ -13,7 +13,6 @@ use crate::recording::remarks::Remark;
 use crate::recording::time_base::TimeBase;
 use crate::recording::{Channel, Finding, Limits, ReadOptions};
 use crate::units::AccelerationUnit;
-use std::collections::BTreeSet;
 use std::rc::Rc;
 
 /// How much later than it was measured a message may be logged [ns].
@@ -52,7 +51,7 @@ pub(super) struct Finished {
     pub(super) is_read: bool,
     /// That the field which a person names is not there.
     pub(super) missing: Option<Error>,
-    /// That a further lateral acceleration turned up behind the first message.
+    /// That a later message had other fields than the first.
     pub(super) further: Option<Error>,
 }
 
@@ -76,10 +75,10 @@ pub(super) struct TopicSeries {
     frame: Option<f64>,
     /// Whether its messages have nothing that is wanted.
     is_other: bool,
-    /// That a further lateral acceleration turned up behind the first message.
+    /// That a later message had other fields than the first.
     further: Option<Error>,
-    /// Fingerprints of the fields that messages in JSON had, each looked at once.
-    shapes: BTreeSet<u64>,
+    /// Fingerprint of the fields that the first message in JSON had.
+    shape: Option<u64>,
     /// What a person wrote of the topic.
     pub(super) remarks: Vec<Remark>,
     /// The first thing wrong with the whole; nothing is read after it.
@@ -118,7 +117,7 @@ impl TopicSeries {
             frame: None,
             is_other: false,
             further: None,
-            shapes: BTreeSet::new(),
+            shape: None,
             remarks: Vec::new(),
             error: None,
         };
@@ -220,7 +219,7 @@ impl TopicSeries {
         let Some(layout) = self.layout.clone() else {
             return Ok(());
         };
-        self.extract(&layout, data, kept, limits)
+        self.extract(&layout, data, limits)
             .map_err(|error| error.at(place("")))?;
         for column in &mut self.columns {
             let error = column.error.take();
@@ -273,7 +272,6 @@ impl TopicSeries {
         &mut self,
         layout: &MessageLayout,
         data: &[u8],
-        kept: &mut Kept,
         limits: &Limits,
     ) -> Result<(), Error> {
         let longest = limits.mcap_string_bytes;
@@ -307,14 +305,10 @@ impl TopicSeries {
             }
             Extractor::Json(paths) => {
                 let shape = read_json(paths, data, slots, faulty)?;
-                if !self.wanted.every || !self.shapes.insert(shape) {
-                    return Ok(());
-                }
-                kept.meant += OVERHEAD;
-                if let Some(path) = further_lateral(paths, data)? {
+                if *self.shape.get_or_insert(shape) != shape {
                     let error = Error::malformed(
                         "the fields of the first message",
-                        format!("a further lateral acceleration, {path}"),
+                        "other fields, of which one may be another lateral acceleration",
                         "choose one with the setting `channel` = TOPIC:FIELD, or write each \
                          sensor to a topic of its own",
                     );
@@ -524,7 +518,7 @@ impl Column {
         draft.findings.append(&mut told);
         draft.remarks = remarks.to_vec();
         // The stamps count from time zero already, which in nanoseconds loses no digit.
-        Ok(draft.finish(None, &options.accepted_remarks))
+        draft.finish(None, &options.accepted_remarks)
     }
 }
 
@@ -533,19 +527,6 @@ fn place(topic: &str, number: u64, byte: u64, path: &str) -> Place {
     Place::default()
         .byte(byte)
         .channel(format!("{}, message {number}", name_of(topic, path)))
-}
-
-/// Returns the path of a lateral acceleration in a JSON message that is not among `paths`.
-fn further_lateral(paths: &[String], data: &[u8]) -> Result<Option<String>, Error> {
-    let mut further = None;
-    let mut found = |path: &str, leaf: Leaf| {
-        let numeric = matches!(leaf, Leaf::Number(_) | Leaf::Null);
-        if numeric && !paths.iter().any(|known| known == path) && says_lateral(path) {
-            further = Some(path.to_string());
-        }
-    };
-    json::walk(data, &mut found).map_err(|reason| damaged_message("a JSON message", &reason))?;
-    Ok(further)
 }
 
 /// Takes the numbers at `paths` from a JSON message. Returns a fingerprint of its fields; what is

@@ -221,22 +221,8 @@ impl ChannelHeader {
     }
 
     pub(super) fn not_lateral_finding(&self) -> Option<Finding> {
-        let label = text::shown(&self.label().unwrap_or_default());
-        let doubt = self.doubt()?;
-        let text = format!("`{label}` may be no lateral acceleration of the structure: {doubt}");
-        Some(Finding::warning("channel-not-lateral", text))
-    }
-
-    pub(super) fn sign_finding(&self) -> Option<Finding> {
-        let code = self.code.filter(Code::diverges)?;
-        Some(Finding::warning(
-            "sign-diverges",
-            format!(
-                "{} has a direction whose sign diverges from SAE J211: state with the setting \
-                 `opens_when` which sign of these samples opens",
-                code.text()
-            ),
-        ))
+        let label = text::shown(self.label().unwrap_or_default());
+        Some(Finding::not_lateral(&label, &self.doubt()?))
     }
 
     /// Returns the name of the channel that holds the times, if they are explicit.
@@ -550,9 +536,7 @@ pub(super) struct Samples {
 
 impl Samples {
     pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Error> {
-        let (bytes, _) = encoding::decode(bytes, limits)?;
-        text::check_line_lengths(&bytes, limits)?;
-        let content = String::from_utf8_lossy(&bytes);
+        let (content, _) = encoding::text_of(bytes, limits)?;
         let (mut values, mut holes): (Vec<f64>, Vec<(usize, usize)>) = (Vec::new(), Vec::new());
         let mut decimal = Decimal::Unknown;
         let mut digits = PrintedDigits::new();

@@ -101,10 +101,6 @@ static AFTER_WORDS: Words = word_list!("instant-after");
 static BESIDE: Folded = LazyLock::new(|| fold_all(&BESIDE_WORDS));
 static BESIDE_WORDS: Words = word_list!("instant-beside");
 
-/// All that may stand before the instant up to which samples are good.
-static UNTIL: Folded = LazyLock::new(|| fold_all(&UNTIL_WORDS));
-static UNTIL_WORDS: Words = word_list!("instant-until");
-
 fn fold_all(words: &Words) -> Vec<String> {
     words.iter().map(|word| folded(word)).collect()
 }
@@ -150,9 +146,9 @@ struct Token {
     to: usize,
     /// Where it stands in the text.
     at: (usize, usize),
-    /// Of a number its digits with a decimal point, and power of ten; `Some(None)` if it can be
-    /// read in two ways, such as 1,000.
-    number: Option<Option<(String, i32)>>,
+    /// Of a number its digits with a decimal point; `Some(None)` if it can be read in two ways, such
+    /// as 1,000.
+    number: Option<Option<String>>,
     /// Whether a letter or digit stands right before it.
     glued: bool,
     /// Whether more than blanks stands between it and the one before.
@@ -302,15 +298,13 @@ impl Told {
             return None;
         }
         // The exponent goes in before the number is read, so that 64.6 ms are 0.0646 s to the bit.
-        let instant = number.as_ref().and_then(|(digits, own)| {
-            let value: f64 = format!("{digits}e{}", own + exponent).parse().ok()?;
-            value.is_finite().then_some(value)
-        });
+        let seconds = |digits: &String| format!("{digits}e{exponent}").parse().ok();
+        let instant = number.as_ref().and_then(seconds);
         Some((index, last, instant))
     }
 
     /// Tells whether the samples are bad from the instant on: by "BAD AFTER …" with nothing else
-    /// in the text but faults and words that change nothing, or by "VALID UNTIL …" alone.
+    /// in the text but faults and words that change nothing.
     fn is_plain(&self, number: usize, unit: usize, faulty: &[bool]) -> bool {
         let in_one_breath = self.tokens[..=number]
             .iter()
@@ -326,10 +320,6 @@ impl Told {
                 .any(|known| known == self.word(&self.tokens[index]))
         };
         let known = |index: usize| faulty[index] || is_one_of(index, &BESIDE);
-        let head = &self.letters[..self.tokens[last].to];
-        if UNTIL.iter().any(|known| known == head) {
-            return unit + 1 == self.tokens.len();
-        }
         is_one_of(last, &AFTER)
             && faulty[..last].contains(&true)
             && (0..last).chain(unit + 1..self.tokens.len()).all(known)
@@ -383,7 +373,7 @@ fn begins_number(characters: &[(usize, char)], at: usize) -> bool {
 }
 
 /// Reads the number that begins at a place, and returns it with the place after it.
-fn read_number(characters: &[(usize, char)], start: usize) -> (Option<(String, i32)>, usize) {
+fn read_number(characters: &[(usize, char)], start: usize) -> (Option<String>, usize) {
     let character = |index: usize| characters.get(index).map(|(_, c)| *c);
     let is_digit = |index: usize| character(index).is_some_and(|c| c.is_ascii_digit());
     let mut digits = String::new();
@@ -392,7 +382,6 @@ fn read_number(characters: &[(usize, char)], start: usize) -> (Option<(String, i
         digits.push(if sign == '+' { '+' } else { '-' });
         at += 1;
     }
-    let first = at;
     let mut mark = None;
     let mut marks = 0;
     while let Some(next) = character(at) {
@@ -407,28 +396,9 @@ fn read_number(characters: &[(usize, char)], start: usize) -> (Option<(String, i
         }
         at += 1;
     }
-    // 1,000 may be a thousand; 0,005 and 1,00 are not.
-    let thousands = mark.is_some_and(|(mark, sign)| {
-        sign == ','
-            && at - mark == 4
-            && (1..=3).contains(&(mark - first))
-            && character(first) != Some('0')
-    });
-    // 1.0E-2, but not 10 EVENTS.
-    let mut exponent = 0_i32;
-    if matches!(character(at), Some('e' | 'E')) {
-        let signed = usize::from(matches!(character(at + 1), Some('-' | '+')));
-        if is_digit(at + 1 + signed) {
-            let from = at + 1;
-            at = from + signed;
-            while is_digit(at) {
-                at += 1;
-            }
-            let text: String = characters[from..at].iter().map(|(_, c)| *c).collect();
-            exponent = text.parse::<i32>().unwrap_or(0).clamp(-400, 400);
-        }
-    }
-    ((marks <= 1 && !thousands).then_some((digits, exponent)), at)
+    // 1,000 may be a thousand.
+    let thousands = mark.is_some_and(|(mark, sign)| sign == ',' && at - mark == 4);
+    ((marks <= 1 && !thousands).then_some(digits), at)
 }
 
 #[cfg(test)]
@@ -592,15 +562,11 @@ mod tests {
             ("Sensor failed at 80ms", 0.08),
             ("signal lost after 0.12 s", 0.12),
             ("NO VALID DATA AFTER .010 SECONDS", 0.01),
-            ("NO VALID DATA AFTER 1.0E-2 S", 0.01),
             ("NO VALID DATA AFTER 10 MILISECONDS", 0.01),
             ("OVER RANGE AT 10 M SEC", 0.01),
             ("CABLE CUT AT 75,5 msec", 0.0755),
             ("ungültig ab 10 ms", 0.01),
             ("Kabelbruch bei 10 Millisekunden", 0.01),
-            ("DATA VALID UNTIL 90 MS", 0.09),
-            ("valid until 80 ms", 0.08),
-            ("gültig bis 80 ms", 0.08),
             ("SPIKE AT 40 MS", 0.04),
             ("NO VALID DATA AFTER -5 MS", -0.005),
         ] {
@@ -625,7 +591,10 @@ mod tests {
             "ONLY 30 MS OF DATA",
             "USE FIRST 30 MS ONLY",
             "after 10 ms",
-            // Read in two ways.
+            "DATA VALID UNTIL 90 MS",
+            "gültig bis 80 ms",
+            // Read in two ways, or written as programs do.
+            "NO VALID DATA AFTER 1.0E-2 S",
             "NO VALID DATA AFTER 1,000 MS",
             "NO VALID DATA AFTER 1.000.5 MS",
         ] {

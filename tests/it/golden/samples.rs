@@ -34,15 +34,13 @@ pub(super) fn cases() -> Vec<Case> {
 
 fn saturation() -> Vec<Case> {
     let clipping = ["blocking clipping"];
-    // A top of more than 5 ms stands as still as a sensor that froze.
-    let frozen = ["blocking clipping", "blocking frozen"];
     vec![
         case("whole.csv", "", push),
         case("range-wide.csv", "range_g = 200.0\n", push),
-        case("clipped.csv", "", |k| push(k).min(20.0)).unusable(&frozen, &["saturated"]),
+        case("clipped.csv", "", |k| push(k).min(20.0)).unusable(&clipping, &["saturated"]),
         case("clipped-below.csv", "", |k| (-push(k)).max(-20.0))
             .positive_opens()
-            .unusable(&frozen, &["saturated"]),
+            .unusable(&clipping, &["saturated"]),
         case("beyond-range.csv", "range_g = 30.0\n", push).unusable(&clipping, &["full scale"]),
         case("clipped-short.csv", "", |k| push(k).min(29.0)).unusable(&clipping, &["saturated"]),
         // 2^12 quanta of 7 mg, the last code of a converter of 13 bits, and the last bit trembles.
@@ -55,7 +53,7 @@ fn saturation() -> Vec<Case> {
             };
             0.007 * (pulse.round() + (k * k).rem_euclid(3) as f64).min(4096.0)
         })
-        .unusable(&frozen, &["saturated"]),
+        .unusable(&clipping, &["saturated"]),
         // A flat top of a formula is none of a sensor.
         case("declared.csv", "synthetic = true\n", |k| push(k).min(20.0))
             .finds(&["info synthetic"]),
@@ -65,11 +63,10 @@ fn saturation() -> Vec<Case> {
             180..200 => (200 - k) as f64,
             _ => 0.0,
         })
-        .finds(&[
-            "warning flat-top",
-            "warning frozen",
-            "warning noise-unknown",
-        ]),
+        .unusable(
+            &["blocking clipping", "warning noise-unknown"],
+            &["synthetic = true"],
+        ),
     ]
 }
 
@@ -87,7 +84,6 @@ fn stretches() -> Vec<Case> {
         .unusable(
             &[
                 "blocking clipping",
-                "blocking frozen",
                 "blocking ends-inside-event",
                 "warning ends-early",
                 "warning implausible-velocity",

@@ -61,7 +61,7 @@ pub(super) fn breaks() -> Vec<Case> {
             &[":2", "no column tells their time"],
         )
         .options(&rate)
-        .options(&["--unit", "g"]),
+        .options(&["--unit", "g", "--skip-lines", "0"]),
     );
     cases
 }
