@@ -617,17 +617,6 @@ fn refused_by_content(head: &Head<'_>, is_text: bool) -> Option<(&'static str, &
         return Some(("JSON", way_out));
     }
     match head.bytes {
-        // The number with which catman's binary files begin.
-        [low, high, ..]
-            if (5007..=5014).contains(&u16::from_le_bytes([*low, *high]))
-                && !is_text
-                && head.file_name.to_ascii_lowercase().ends_with(".bin") =>
-        {
-            Some((
-                "HBM catman (.bin)",
-                "export the channel from catman as ASCII",
-            ))
-        }
         [first, 0, second, 0, ..] | [0, first, 0, second, ..]
             if first.is_ascii_graphic() && second.is_ascii_graphic() =>
         {
@@ -638,23 +627,14 @@ fn refused_by_content(head: &Head<'_>, is_text: bool) -> Option<(&'static str, &
     }
 }
 
-/// Tells whether a text is JSON. A bracket may begin a unit or a date in a table; in JSON a value
-/// follows it, and a comma follows a number.
+/// Tells whether a text is JSON. A bracket may begin a unit or a date in a table.
 fn is_json(text: &[u8]) -> bool {
     let text = text.trim_ascii_start();
     let rest = text.get(1..).unwrap_or_default().trim_ascii_start();
-    let number = |byte: &u8| byte.is_ascii_digit() || b"+-.eE".contains(byte);
-    match (text.first(), rest.first()) {
-        (Some(b'{'), Some(b'"' | b'}')) | (Some(b'['), Some(b'{' | b'[' | b'"')) => true,
-        (Some(b'['), Some(b'-' | b'0'..=b'9')) => {
-            let date = rest.get(4) == Some(&b'-');
-            let after = rest
-                .iter()
-                .find(|byte| !number(byte) && !byte.is_ascii_whitespace());
-            !date && after == Some(&b',')
-        }
-        _ => false,
-    }
+    matches!(
+        (text.first(), rest.first()),
+        (Some(b'{'), Some(b'"' | b'}')) | (Some(b'['), Some(b'{' | b'[' | b'"'))
+    )
 }
 
 fn find_format(head: &Head<'_>, named: Option<&str>) -> Result<&'static Format, Error> {

@@ -17,6 +17,11 @@ pub(super) fn looks_like_text(head: &[u8]) -> bool {
         .any(|byte| matches!(byte, 0x00..=0x08 | 0x0E..=0x1F | 0x7F))
 }
 
+/// Returns the start of a file as text, as its mark says, else as UTF-8.
+pub(super) fn head_of(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
+    encoding_rs::UTF_8.decode(bytes).0
+}
+
 /// Decodes a file to UTF-8 with `\n` or `\r\n` at its line ends.
 ///
 /// # Errors

@@ -36,19 +36,7 @@ const RATE_HINT: &str = "leave out the rate, or mend the header if it is the one
 /// Tells whether the file begins as LabVIEW's do.
 #[must_use]
 pub fn recognises(head: &Head<'_>) -> bool {
-    const MAGIC: &[u8] = b"LabVIEW Measurement";
-    let wide = |order: fn(u16) -> [u8; 2]| -> Vec<u8> {
-        let mark = order(0xFEFF).into_iter();
-        mark.chain(MAGIC.iter().flat_map(|byte| order(u16::from(*byte))))
-            .collect()
-    };
-    let start = head
-        .bytes
-        .strip_prefix(b"\xEF\xBB\xBF")
-        .unwrap_or(head.bytes);
-    start.starts_with(MAGIC)
-        || start.starts_with(&wide(u16::to_le_bytes))
-        || start.starts_with(&wide(u16::to_be_bytes))
+    encoding::head_of(head.bytes).starts_with("LabVIEW Measurement")
 }
 
 /// Reads a LabVIEW measurement file.

@@ -488,7 +488,11 @@ MSG: my_msgs/Empty
             let kind = check_error(&bytes, &options(Some(&name)), "/odd:pair[0..1].value");
             assert!(matches!(kind, ErrorKind::NoSuchChannel { .. }));
         }
-        let kind = check_error(&bytes, &options(Some("/odd:parts[2].value")), "element 2");
+        let kind = check_error(
+            &bytes,
+            &options(Some("/odd:parts[2].value")),
+            "a value of parts[2].value",
+        );
         assert!(matches!(kind, ErrorKind::Malformed { .. }));
     }
 }

@@ -4,7 +4,10 @@
 //! Read is plain CDR (XCDR version 1), which every ROS 2 middleware writes into logs.
 
 use super::ros::Dialect;
-use super::types::{Field, FieldKind, MessageTypes, Multiplicity, Number, Picker, Wanted, through};
+use super::types::{
+    Field, FieldKind, Leaf, MessageTypes, Multiplicity, Number, Sink, fingerprint, leads_on,
+    step_into,
+};
 
 /// Bytes of the header that tells the byte order.
 const HEADER: usize = 4;
@@ -12,18 +15,18 @@ const HEADER: usize = 4;
 /// header's alignment asks. A field of four bytes that the schema lacks is no padding.
 const PADDING: usize = 3;
 
-/// Walks through one message and puts the numbers that are picked into `slots`; `longest` is the
-/// longest text let in [byte].
+/// Walks through one message; of arrays only those with `wanted` elements are handed out, and of
+/// texts those that are wanted, each of at most `longest` [byte].
 ///
 /// # Errors
 ///
 /// What is wrong with the message, in words: expected, then found.
-pub(super) fn read(
-    picker: &Picker,
+pub(super) fn walk(
+    types: &MessageTypes,
     dialect: Dialect,
     message: &[u8],
-    slots: &mut [f64],
-    longest: u64,
+    (wanted, longest): (&[String], u64),
+    sink: Sink<'_>,
 ) -> Result<(), MessageFault> {
     let (body, little, padding) = match (dialect, message) {
         (Dialect::Ros1, _) => (message, true, 0),
@@ -42,14 +45,16 @@ pub(super) fn read(
         }
     };
     let mut cursor = CdrCursor {
-        types: &picker.types,
+        types,
+        wanted,
+        path: String::new(),
         body,
         at: 0,
         little,
         aligned: dialect == Dialect::Ros2,
         longest,
     };
-    cursor.message(&picker.types.root, &picker.wanted(), slots)?;
+    cursor.message(&types.root, sink)?;
     let left = body.len() - cursor.at;
     if left > padding {
         return Err(fault(
@@ -77,20 +82,11 @@ fn fault(expected: &str, found: &str) -> MessageFault {
     }
 }
 
-/// Returns a number that two texts share only by a chance of one in 2⁵³.
-pub(super) fn fingerprint(text: &[u8]) -> f64 {
-    (hash(text) >> 11) as f64
-}
-
-/// Returns the hash of a text (FNV-1a).
-pub(super) fn hash(text: &[u8]) -> u64 {
-    text.iter().fold(0xCBF2_9CE4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01B3)
-    })
-}
-
 struct CdrCursor<'a> {
     types: &'a MessageTypes,
+    wanted: &'a [String],
+    /// Path of the field at hand.
+    path: String,
     body: &'a [u8],
     at: usize,
     little: bool,
@@ -100,12 +96,7 @@ struct CdrCursor<'a> {
 }
 
 impl<'a> CdrCursor<'a> {
-    fn message(
-        &mut self,
-        name: &str,
-        wanted: &[Wanted<'_>],
-        slots: &mut [f64],
-    ) -> Result<(), MessageFault> {
+    fn message(&mut self, name: &str, sink: Sink<'_>) -> Result<(), MessageFault> {
         let types = self.types;
         let fields = types.types.get(name).map_or(&[][..], Vec::as_slice);
         if fields.is_empty() {
@@ -113,62 +104,47 @@ impl<'a> CdrCursor<'a> {
             return self.aligned(1, usize::from(self.aligned)).map(|_| ());
         }
         for field in fields {
-            self.field(field, &through(wanted, field), slots)?;
+            let before = self.path.len();
+            step_into(&mut self.path, &field.name);
+            self.field(field, sink)?;
+            self.path.truncate(before);
         }
         Ok(())
     }
 
     // Every element takes at least one byte, so that a count which promises more than the message
     // holds ends at the end of the message.
-    fn field(
-        &mut self,
-        field: &Field,
-        wanted: &[(Option<u64>, Wanted<'_>)],
-        slots: &mut [f64],
-    ) -> Result<(), MessageFault> {
+    fn field(&mut self, field: &Field, sink: Sink<'_>) -> Result<(), MessageFault> {
         let count = match field.count {
-            Multiplicity::One => 1,
+            Multiplicity::One => return self.element(&field.kind, sink),
             Multiplicity::Fixed(count) => count,
             Multiplicity::Sequence => self.length()?,
         };
-        if let Some(index) = wanted.iter().filter_map(|(index, _)| *index).max()
-            && index >= count
-        {
-            return Err(fault(
-                &format!("an element {index} in the sequence"),
-                &format!("{count} elements"),
-            ));
-        }
         let size = match &field.kind {
             FieldKind::Message(name) if self.types.empty.contains(name) => return Ok(()),
             FieldKind::Number(number) => number.size(),
             FieldKind::Bool => 1,
             _ => 0,
         };
-        if wanted.is_empty() && size > 0 && count > 0 {
+        if size > 0 && count > 0 && !leads_on(&self.path, self.wanted) {
             let count = usize::try_from(count).ok();
             let bytes = count.and_then(|count| count.checked_mul(size));
             return self.aligned(size, bytes.unwrap_or(usize::MAX)).map(|_| ());
         }
+        let before = self.path.len();
         for index in 0..count {
-            let here = wanted.iter();
-            let here = here.filter(|(at, _)| at.is_none_or(|at| at == index));
-            let here: Vec<Wanted<'_>> = here.map(|(_, wanted)| *wanted).collect();
-            self.element(&field.kind, &here, slots)?;
+            self.path.push_str(&format!("[{index}]"));
+            self.element(&field.kind, sink)?;
+            self.path.truncate(before);
         }
         Ok(())
     }
 
-    fn element(
-        &mut self,
-        kind: &FieldKind,
-        wanted: &[Wanted<'_>],
-        slots: &mut [f64],
-    ) -> Result<(), MessageFault> {
-        let value = match kind {
-            FieldKind::Message(name) => return self.message(name, wanted, slots),
-            FieldKind::Number(number) => self.number(*number)?,
-            FieldKind::Bool => f64::from(self.aligned(1, 1)?[0]),
+    fn element(&mut self, kind: &FieldKind, sink: Sink<'_>) -> Result<(), MessageFault> {
+        let leaf = match kind {
+            FieldKind::Message(name) => return self.message(name, sink),
+            FieldKind::Number(number) => Leaf::Number(self.number(*number)?),
+            FieldKind::Bool => self.aligned(1, 1).map(|_| Leaf::Boolean)?,
             FieldKind::Text | FieldKind::Other => {
                 let length = self.length()?;
                 if length > self.longest {
@@ -178,16 +154,14 @@ impl<'a> CdrCursor<'a> {
                     });
                 }
                 let text = self.aligned(1, usize::try_from(length).unwrap_or(usize::MAX))?;
-                if wanted.is_empty() {
+                if !self.wanted.contains(&self.path) {
                     return Ok(());
                 }
                 // The zero at the end, which some writers leave out, is none of the text.
-                fingerprint(text.strip_suffix(&[0]).unwrap_or(text))
+                Leaf::Text(fingerprint(text.strip_suffix(&[0]).unwrap_or(text)))
             }
         };
-        for (_, slot) in wanted {
-            slots[*slot] = value;
-        }
+        sink(&self.path, leaf);
         Ok(())
     }
 

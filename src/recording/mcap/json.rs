@@ -2,28 +2,16 @@
 //!
 //! Nothing is kept of what is not wanted, so that a large message costs time but no memory.
 
+use super::types::{Leaf, Sink, fingerprint, step_into};
 use serde::de::{DeserializeSeed, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::fmt;
-
-/// A scalar of a JSON message.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Leaf {
-    /// A number.
-    Number(f64),
-    /// A text: its [`super::cdr::fingerprint`].
-    Text(f64),
-    /// Nothing.
-    Null,
-    /// Yes or no.
-    Boolean,
-}
 
 /// Walks `message` and hands each scalar with its path, such as `a.b[2].c`, to `sink`.
 ///
 /// # Errors
 ///
 /// What is wrong with the text, in the words of the JSON parser.
-pub(super) fn walk(message: &[u8], sink: &mut dyn FnMut(&str, Leaf)) -> Result<(), String> {
+pub(super) fn walk(message: &[u8], sink: Sink<'_>) -> Result<(), String> {
     let mut deserializer = serde_json::Deserializer::from_slice(message);
     let mut path = String::new();
     JsonWalk {
@@ -37,7 +25,7 @@ pub(super) fn walk(message: &[u8], sink: &mut dyn FnMut(&str, Leaf)) -> Result<(
 
 struct JsonWalk<'a> {
     path: &'a mut String,
-    sink: &'a mut dyn FnMut(&str, Leaf),
+    sink: Sink<'a>,
 }
 
 impl JsonWalk<'_> {
@@ -79,7 +67,7 @@ impl<'de> Visitor<'de> for JsonWalk<'_> {
     }
 
     fn visit_str<E>(self, value: &str) -> Result<(), E> {
-        self.leaf(Leaf::Text(super::cdr::fingerprint(value.as_bytes())))
+        self.leaf(Leaf::Text(fingerprint(value.as_bytes())))
     }
 
     fn visit_unit<E>(self) -> Result<(), E> {
@@ -105,10 +93,7 @@ impl<'de> Visitor<'de> for JsonWalk<'_> {
     fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<(), A::Error> {
         let length = self.path.len();
         while let Some(key) = entries.next_key::<std::borrow::Cow<'de, str>>()? {
-            if length > 0 {
-                self.path.push('.');
-            }
-            self.path.push_str(&key);
+            step_into(self.path, &key);
             entries.next_value_seed(JsonWalk {
                 path: &mut *self.path,
                 sink: &mut *self.sink,

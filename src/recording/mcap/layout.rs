@@ -1,9 +1,9 @@
 //! Where in the messages of a type stands what is wanted of them, and in which unit.
 
-use super::json::{self, Leaf};
+use super::json;
 use super::protobuf;
 use super::ros::{self, Dialect, plain_name};
-use super::types::{Budget, FIELDS, FieldKind, MessageTypes, Picker, too_many_fields};
+use super::types::{Budget, FIELDS, FieldKind, Leaf, MessageTypes, too_many_fields};
 use crate::error::{Error, ErrorKind};
 use crate::recording::csv::header::Column as Named;
 use crate::units::AccelerationUnit;
@@ -143,19 +143,20 @@ const JSON_STAMPS: [[&str; 2]; 4] = [
     ["header.timestamp.sec", "header.timestamp.nsec"],
 ];
 
-/// How the numbers of a message are found.
+/// How messages are walked through.
 #[derive(Debug)]
-pub(super) enum Extractor {
-    Ros(Picker, Dialect),
-    /// With how many of the numbers have to be there.
-    Protobuf(Picker, usize),
-    Json(Vec<String>),
+pub(super) enum Messages {
+    Ros(MessageTypes, Dialect),
+    Protobuf(MessageTypes),
+    Json,
 }
 
 /// Where in a message of a type stands what is wanted of it; topics of one type share it.
 #[derive(Debug)]
 pub(super) struct MessageLayout {
-    pub(super) extractor: Extractor,
+    pub(super) messages: Messages,
+    /// The paths to what is wanted, in the order of the slots.
+    pub(super) paths: Vec<String>,
     /// The first of all fields that hold numbers.
     pub(super) known: Vec<String>,
     /// The fields, with their units.
@@ -166,16 +167,6 @@ pub(super) struct MessageLayout {
     pub(super) frame: bool,
     /// Whether the two numbers of a stamp come last.
     pub(super) stamped: bool,
-}
-
-impl MessageLayout {
-    /// Returns how many numbers are taken from a message.
-    pub(super) fn slots(&self) -> usize {
-        self.columns.len()
-            + usize::from(self.estimate)
-            + usize::from(self.frame)
-            + 2 * usize::from(self.stamped)
-    }
 }
 
 /// Why a message type has no layout.
@@ -276,19 +267,18 @@ fn typed_layout(
         }
     };
     let stamp = stamps.into_iter().find(|pair| pair.iter().all(is_number));
-    let wanted = columns.len();
     let stamped = stamp.is_some();
     paths.extend(stamp.into_iter().flatten());
     if let Language::Ros(dialect) = language {
         ros::check(&mut types, dialect, budget)?;
     }
-    let picker = Picker::new(types, paths);
     Ok(MessageLayout {
         known: listed(&numbers),
-        extractor: match language {
-            Language::Protobuf => Extractor::Protobuf(picker, wanted),
-            Language::Ros(dialect) => Extractor::Ros(picker, dialect),
+        messages: match language {
+            Language::Protobuf => Messages::Protobuf(types),
+            Language::Ros(dialect) => Messages::Ros(types, dialect),
         },
+        paths,
         columns,
         estimate,
         frame,
@@ -389,7 +379,8 @@ pub(super) fn json_layout(data: &[u8], wanted: &WantedFields) -> Result<MessageL
     paths.extend(stamp.into_iter().flatten().map(String::from));
     Ok(MessageLayout {
         known: listed(&numbers),
-        extractor: Extractor::Json(paths),
+        messages: Messages::Json,
+        paths,
         columns,
         estimate,
         frame,

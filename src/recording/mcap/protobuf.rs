@@ -8,7 +8,7 @@
 //! Protocol Buffers, "Encoding"; `descriptor.proto` for the field numbers.
 
 use super::types::{
-    Coding, Field, FieldKind, MessageTypes, Multiplicity, Number, Picker, Through, Wanted, through,
+    Coding, Field, FieldKind, Leaf, MessageTypes, Multiplicity, Number, Sink, leads_on, step_into,
     unreadable,
 };
 use crate::error::Error;
@@ -188,82 +188,74 @@ impl Field {
     }
 }
 
-/// Takes the numbers that are picked from a message. Where one of the first `needed` is missing, its place
-/// is returned; another is zero then.
+/// Walks through what stands on the way to the `wanted` numbers of a message of the type `name`, which
+/// stands at a path; a number that proto3 leaves out is zero.
 ///
 /// # Errors
 ///
 /// What is wrong with the message, in words: expected, then found.
-pub(super) fn read(
-    picker: &Picker,
-    needed: usize,
-    message: &[u8],
-    slots: &mut [f64],
-) -> Result<Vec<usize>, (String, String)> {
-    let mut values: Vec<Option<f64>> = vec![None; picker.paths.len()];
-    let root = &picker.types.root;
-    walk(&picker.types, root, message, &picker.wanted(), &mut values)?;
-    for (value, slot) in values.iter().zip(slots) {
-        *slot = value.unwrap_or(0.0);
-    }
-    let missing = (0..needed).filter(|place| values[*place].is_none());
-    Ok(missing.collect())
-}
-
-fn walk(
+pub(super) fn walk(
     types: &MessageTypes,
-    name: &str,
+    (name, path): (&str, &mut String),
     message: &[u8],
-    wanted: &[Wanted<'_>],
-    values: &mut [Option<f64>],
+    wanted: &[String],
+    sink: Sink<'_>,
 ) -> Result<(), (String, String)> {
-    let known = types.types.get(name).into_iter().flatten();
-    let known = known.map(|field| (field, through(wanted, field)));
-    let known = known.filter(|(_, inner)| !inner.is_empty());
-    // Of each field on a way, with the number of its elements that were seen.
-    let mut known: Vec<(&Field, Through<'_>, u64)> =
-        known.map(|(field, inner)| (field, inner, 0)).collect();
-    for (_, inner, _) in known.iter().filter(|(field, ..)| field.zero_if_absent) {
-        for (_, (_, slot)) in inner.iter().filter(|(_, (rest, _))| rest.is_empty()) {
-            values[*slot].get_or_insert(0.0);
-        }
-    }
+    let known = types.types.get(name).map_or(&[][..], Vec::as_slice);
+    // Elements of each field that were seen.
+    let mut seen = vec![0_u64; known.len()];
+    let before = path.len();
     for part in fields(message) {
+        path.truncate(before);
         let (tag, wire) =
             part.map_err(|error| ("a whole protobuf message".to_string(), error.to_string()))?;
-        let Some((field, inner, seen)) = known.iter_mut().find(|(field, ..)| field.tag == tag)
-        else {
+        let Some(at) = known.iter().position(|field| field.tag == tag) else {
             continue;
         };
-        let index = *seen;
-        let mut elements = 1;
-        let here = |at: &Option<u64>| at.is_none_or(|at| at == index);
+        let (field, index) = (&known[at], seen[at]);
+        step_into(path, &field.name);
+        if !leads_on(path, wanted) {
+            continue;
+        }
+        let repeated = field.count == Multiplicity::Sequence;
+        seen[at] = index.saturating_add(1);
         match (&wire, field.number()) {
             // Numbers of a repeated field may stand packed in one block.
-            (Wire::Bytes(block), Some((own, value))) if field.count == Multiplicity::Sequence => {
-                elements = packed(block, own, |place, bits| {
-                    for (_, (_, slot)) in inner.iter().filter(|(at, _)| *at == Some(index + place))
-                    {
-                        values[*slot] = Some(value(bits));
-                    }
+            (Wire::Bytes(block), Some((own, value))) if repeated => {
+                let elements = packed(block, own, |place, bits| {
+                    sink(
+                        &format!("{path}[{}]", index + place),
+                        Leaf::Number(value(bits)),
+                    );
                 })?;
+                seen[at] = index.saturating_add(elements);
+                continue;
             }
+            _ if repeated => path.push_str(&format!("[{index}]")),
+            _ => {}
+        }
+        match (wire, field.number()) {
             (single, Some((own, value))) => {
                 let bits = single.bits(own).ok_or_else(|| mismatch(field))?;
-                for (_, (_, slot)) in inner.iter().filter(|(at, _)| here(at)) {
-                    values[*slot] = Some(value(bits));
-                }
+                sink(path, Leaf::Number(value(bits)));
             }
             (Wire::Bytes(content), None) => {
-                let deeper = inner.iter().filter(|(at, _)| here(at));
-                let deeper: Vec<Wanted<'_>> = deeper.map(|(_, wanted)| *wanted).collect();
-                if let (FieldKind::Message(name), false) = (&field.kind, deeper.is_empty()) {
-                    walk(types, name, content, &deeper, values)?;
+                if let FieldKind::Message(name) = &field.kind {
+                    walk(types, (name, path), content, wanted, sink)?;
                 }
             }
             _ => return Err(mismatch(field)),
         }
-        *seen = index.saturating_add(elements);
+    }
+    path.truncate(before);
+    let absent = known
+        .iter()
+        .zip(seen)
+        .filter(|(field, seen)| *seen == 0 && field.zero_if_absent);
+    for (field, _) in absent.filter(|(field, _)| field.number().is_some()) {
+        step_into(path, &field.name);
+        sink(path, Leaf::Number(0.0));
+        path.truncate(before);
     }
     Ok(())
 }

@@ -1,11 +1,11 @@
 //! One topic's messages turned into numbers, each at its stamp.
 
-use super::json::{self, Leaf};
 use super::layout::{
-    self, ESTIMATE, Extractor, FRAME, Laid, MessageLayout, Unfit, WantedFields, damaged_message,
+    self, ESTIMATE, FRAME, Laid, MessageLayout, Messages, Unfit, WantedFields, damaged_message,
     name_of,
 };
-use super::{cdr, protobuf, records};
+use super::types::{Leaf, hash};
+use super::{cdr, json, protobuf, records};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column as Named;
 use crate::recording::draft::{Draft, UniformSamples, Unit};
@@ -146,7 +146,7 @@ impl TopicSeries {
             error: None,
         };
         self.columns = layout.columns.iter().map(column).collect();
-        self.slots = vec![0.0; layout.slots()];
+        self.slots = vec![0.0; layout.paths.len()];
         kept.meant += OVERHEAD * self.columns.len() as u64;
         self.layout = Some(layout);
     }
@@ -274,49 +274,70 @@ impl TopicSeries {
         data: &[u8],
         limits: &Limits,
     ) -> Result<(), Error> {
-        let longest = limits.mcap_string_bytes;
-        let odd = |fault: cdr::MessageFault| match fault.too_long {
-            Some(length) => records::too_long(longest, length, "message"),
-            None => damaged_message(&fault.expected, &fault.found),
-        };
-        let slots = &mut self.slots;
-        let columns = &mut self.columns;
-        let mut faulty = |slot: usize, error: Error| match columns.get_mut(slot) {
-            // Of one field alone; the others go on.
-            Some(column) => {
-                column.error.get_or_insert(error);
-                Ok(())
-            }
-            None => Err(error),
-        };
-        match &layout.extractor {
-            Extractor::Ros(picker, dialect) => {
-                cdr::read(picker, *dialect, data, slots, longest).map_err(odd)
-            }
-            Extractor::Protobuf(picker, needed) => {
-                let missing = protobuf::read(picker, *needed, data, slots);
-                let missing =
-                    missing.map_err(|(expected, found)| damaged_message(&expected, &found));
-                for slot in missing? {
-                    let expected = format!("a value of {}", picker.paths[slot]);
-                    faulty(slot, damaged_message(&expected, "none in the message"))?;
+        let paths = &layout.paths;
+        let mut leaves: Vec<Option<Leaf>> = vec![None; paths.len()];
+        let (mut twice, mut shape) = (None, 0_u64);
+        let is_json = matches!(layout.messages, Messages::Json);
+        let mut found = |path: &str, leaf: Leaf| {
+            for (slot, wanted) in leaves.iter_mut().zip(paths) {
+                if wanted == path && slot.replace(leaf).is_some() && is_json {
+                    twice = Some(path.to_string());
                 }
-                Ok(())
             }
-            Extractor::Json(paths) => {
-                let shape = read_json(paths, data, slots, faulty)?;
-                if *self.shape.get_or_insert(shape) != shape {
-                    let error = Error::malformed(
-                        "the fields of the first message",
-                        "other fields, of which one may be another lateral acceleration",
-                        "choose one with the setting `channel` = TOPIC:FIELD, or write each \
-                         sensor to a topic of its own",
-                    );
-                    self.further.get_or_insert(error);
-                }
-                Ok(())
+            let numeric = matches!(leaf, Leaf::Number(_) | Leaf::Null);
+            if is_json && numeric && !path.contains('[') {
+                shape = shape.wrapping_add(hash(path.as_bytes()));
             }
+        };
+        walk(&layout.messages, data, (paths, limits), &mut found)?;
+        if let Some(path) = twice {
+            let expected = format!("the field {path} once");
+            return Err(damaged_message(&expected, "it twice"));
         }
+        if *self.shape.get_or_insert(shape) != shape {
+            let error = Error::malformed(
+                "the fields of the first message",
+                "other fields, of which one may be another lateral acceleration",
+                "choose one with the setting `channel` = TOPIC:FIELD, or write each sensor to a \
+                 topic of its own",
+            );
+            self.further.get_or_insert(error);
+        }
+        let frame = FRAME.join(".");
+        for (place, (leaf, path)) in leaves.into_iter().zip(paths).enumerate() {
+            let non_finite = |kind: &str| {
+                let found = format!("{kind} in {path}");
+                ErrorKind::NonFinite { found }.into()
+            };
+            let error: Error = match leaf {
+                Some(Leaf::Number(value)) => {
+                    self.slots[place] = value;
+                    continue;
+                }
+                Some(Leaf::Text(fingerprint)) if *path == frame => {
+                    self.slots[place] = fingerprint;
+                    continue;
+                }
+                Some(Leaf::Text(_)) => non_finite("a text"),
+                Some(Leaf::Null) => non_finite("null"),
+                Some(Leaf::Boolean) => non_finite("a boolean"),
+                // A stamp of protobuf that is not written is zero.
+                None if !is_json && place >= self.columns.len() => {
+                    self.slots[place] = 0.0;
+                    continue;
+                }
+                None => {
+                    let expected = format!("a value of {path}");
+                    damaged_message(&expected, "none in the message")
+                }
+            };
+            match self.columns.get_mut(place) {
+                // Of one field alone; the others go on.
+                Some(column) => column.error.get_or_insert(error),
+                None => return Err(error),
+            };
+        }
+        Ok(())
     }
 
     /// Returns the name of the first field.
@@ -529,57 +550,36 @@ fn place(topic: &str, number: u64, byte: u64, path: &str) -> Place {
         .channel(format!("{}, message {number}", name_of(topic, path)))
 }
 
-/// Takes the numbers at `paths` from a JSON message. Returns a fingerprint of its fields; what is
-/// wrong at one path is handed to `faulty`.
-fn read_json(
-    paths: &[String],
+/// Walks through a message.
+fn walk(
+    messages: &Messages,
     data: &[u8],
-    slots: &mut [f64],
-    mut faulty: impl FnMut(usize, Error) -> Result<(), Error>,
-) -> Result<u64, Error> {
-    let mut leaves: Vec<Option<Leaf>> = vec![None; paths.len()];
-    let (mut twice, mut shape) = (None, 0_u64);
-    let mut found = |path: &str, leaf: Leaf| {
-        for (slot, wanted) in leaves.iter_mut().zip(paths) {
-            if wanted == path && slot.replace(leaf).is_some() {
-                twice = Some(path.to_string());
-            }
+    (wanted, limits): (&[String], &Limits),
+    found: &mut dyn FnMut(&str, Leaf),
+) -> Result<(), Error> {
+    let longest = limits.mcap_string_bytes;
+    match messages {
+        Messages::Ros(types, dialect) => {
+            let walked = cdr::walk(types, *dialect, data, (wanted, longest), found);
+            walked.map_err(|fault| match fault.too_long {
+                Some(length) => records::too_long(longest, length, "message"),
+                None => damaged_message(&fault.expected, &fault.found),
+            })
         }
-        if matches!(leaf, Leaf::Number(_) | Leaf::Null) && !path.contains('[') {
-            shape = shape.wrapping_add(cdr::hash(path.as_bytes()));
+        Messages::Protobuf(types) => {
+            let walked = protobuf::walk(
+                types,
+                (&types.root, &mut String::new()),
+                data,
+                wanted,
+                found,
+            );
+            walked.map_err(|(expected, found)| damaged_message(&expected, &found))
         }
-    };
-    json::walk(data, &mut found).map_err(|reason| damaged_message("a JSON message", &reason))?;
-    if let Some(path) = twice {
-        return Err(damaged_message(
-            &format!("the field {path} once"),
-            "it twice",
-        ));
+        Messages::Json => {
+            json::walk(data, found).map_err(|reason| damaged_message("a JSON message", &reason))
+        }
     }
-    let frame = FRAME.join(".");
-    for (place, ((leaf, path), slot)) in leaves.into_iter().zip(paths).zip(slots).enumerate() {
-        let kind = match leaf {
-            Some(Leaf::Number(value)) => {
-                *slot = value;
-                continue;
-            }
-            Some(Leaf::Text(fingerprint)) if *path == frame => {
-                *slot = fingerprint;
-                continue;
-            }
-            Some(Leaf::Text(_)) => "a text",
-            Some(Leaf::Null) => "null",
-            Some(Leaf::Boolean) => "a boolean",
-            None => {
-                let expected = format!("the field {path}, as in the first message");
-                faulty(place, damaged_message(&expected, "none"))?;
-                continue;
-            }
-        };
-        let found = format!("{kind} in {path}");
-        faulty(place, ErrorKind::NonFinite { found }.into())?;
-    }
-    Ok(shape)
 }
 
 /// Returns a stamp in whole nanoseconds.

@@ -187,42 +187,45 @@ pub(super) struct MessageTypes {
     pub(super) empty: BTreeSet<String>,
 }
 
-/// A part of a way that is still to go, and the slot for the number at its end.
-pub(super) type Wanted<'a> = (&'a [Segment], usize);
-
-/// Numbers that are taken from each message of a type.
-#[derive(Debug)]
-pub(super) struct Picker {
-    pub(super) types: MessageTypes,
-    pub(super) paths: Vec<String>,
-    ways: Vec<Vec<Segment>>,
+/// A scalar of a message.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Leaf {
+    /// A number.
+    Number(f64),
+    /// A text: its [`fingerprint`].
+    Text(f64),
+    /// Nothing.
+    Null,
+    /// Yes or no.
+    Boolean,
 }
 
-impl Picker {
-    /// Takes the number at each path into the slot of its place.
-    pub(super) fn new(types: MessageTypes, paths: Vec<String>) -> Self {
-        let ways = paths.iter().map(|path| segments(path).unwrap_or_default());
-        let ways = ways.collect();
-        Self { types, paths, ways }
-    }
+/// Where the scalars of a message go, each with its path, such as `a.b[2].c`.
+pub(super) type Sink<'a> = &'a mut dyn FnMut(&str, Leaf);
 
-    /// Returns the ways to all numbers.
-    pub(super) fn wanted(&self) -> Vec<Wanted<'_>> {
-        let ways = self.ways.iter().map(Vec::as_slice);
-        ways.enumerate().map(|(slot, way)| (way, slot)).collect()
+/// Adds a field to a path.
+pub(super) fn step_into(path: &mut String, name: &str) {
+    if !path.is_empty() {
+        path.push('.');
     }
+    path.push_str(name);
 }
 
-/// Ways through a field, each with the index that is asked for.
-pub(super) type Through<'a> = Vec<(Option<u64>, Wanted<'a>)>;
+/// Tells whether one of the wanted paths is this one or may go on from it.
+pub(super) fn leads_on(path: &str, wanted: &[String]) -> bool {
+    wanted.iter().any(|one| one.starts_with(path))
+}
 
-/// Returns those of several ways that begin with a field.
-pub(super) fn through<'a>(wanted: &[Wanted<'a>], field: &Field) -> Through<'a> {
-    let inner = wanted.iter().filter_map(|(way, slot)| {
-        let (first, rest) = way.split_first()?;
-        (first.name == field.name).then_some((first.index, (rest, *slot)))
-    });
-    inner.collect()
+/// Returns a number that two texts share only by a chance of one in 2⁵³.
+pub(super) fn fingerprint(text: &[u8]) -> f64 {
+    (hash(text) >> 11) as f64
+}
+
+/// Returns the hash of a text (FNV-1a).
+pub(super) fn hash(text: &[u8]) -> u64 {
+    text.iter().fold(0xCBF2_9CE4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01B3)
+    })
 }
 
 impl MessageTypes {

@@ -56,16 +56,7 @@ pub(super) fn looks_like_channel(head: &[u8]) -> bool {
         line.split_once(':')
             .is_some_and(|(key, _)| key.trim().eq_ignore_ascii_case("Channel code"))
     };
-    let text = match head {
-        [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] => {
-            let whole = &head[..head.len() - head.len() % 2];
-            encoding::decode(whole.to_vec(), &Limits::default())
-                .map(|(text, _)| text)
-                .unwrap_or_default()
-        }
-        _ => head.to_vec(),
-    };
-    String::from_utf8_lossy(&text)
+    encoding::head_of(head)
         .split(['\n', '\r'])
         .filter(|line| !line.is_empty())
         .take(64)
