@@ -122,3 +122,27 @@ pub fn write(
     }
     folder::put(dir, &ours, &files)
 }
+
+/// File name of the page of two verdicts.
+pub const COMPARE_FILE: &str = "compare.html";
+
+/// Writes the page that shows two verdicts side by side into `dir`, and returns its path. `tables`
+/// are their series, where both have them.
+///
+/// # Errors
+///
+/// As [`write`].
+pub fn write_comparison(
+    dir: &Path,
+    documents: [&Document; 2],
+    tables: Option<[&series::SeriesTable; 2]>,
+    differences: &[html::DifferenceRow],
+) -> Result<PathBuf, Error> {
+    let page = html::overlay_page(documents, tables, differences);
+    let files = [(COMPARE_FILE.to_string(), page.into_bytes())];
+    let paths = folder::put(dir, &[COMPARE_FILE], &files)?;
+    Ok(paths
+        .into_iter()
+        .next()
+        .unwrap_or_else(|| dir.join(COMPARE_FILE)))
+}

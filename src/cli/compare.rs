@@ -6,10 +6,13 @@ use super::output;
 use super::values::OutputFormat;
 use super::verify::{place, read};
 use crate::error::{Error, ErrorKind};
-use crate::report::{self, escape, number, terminal};
+use crate::recording::{Limits, read_within};
+use crate::report::html::DifferenceRow;
+use crate::report::series::SeriesTable;
+use crate::report::{self, Document, escape, number, terminal};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Exit code for verdicts that differ.
 const DIFFERENT: u8 = 1;
@@ -44,6 +47,7 @@ pub(super) fn command(own: &CompareArguments, common: &Common) -> Result<u8, Fai
             walk(part, key, values, &mut found);
         }
     }
+    let written = (!own.no_report).then(|| page(own, &documents, &found));
     let text = match common.format {
         OutputFormat::Json => {
             let rows: Vec<Value> = found
@@ -60,10 +64,68 @@ pub(super) fn command(own: &CompareArguments, common: &Common) -> Result<u8, Fai
                 "differences": rows,
             }))
         }
-        OutputFormat::Text => table(&found, &documents),
+        OutputFormat::Text => {
+            let page = written.as_ref().and_then(|written| written.as_ref().ok());
+            let line = page.map(|path| format!("page  {}\n", path.display()));
+            table(&found, &documents) + &line.unwrap_or_default()
+        }
     };
     output::document(&text).map_err(Failure::Data)?;
+    // What differs is told even where the page could not be written.
+    written.transpose().map_err(Failure::Data)?;
     Ok(if found.is_empty() { 0 } else { DIFFERENT })
+}
+
+/// Writes the page of both, with the series that lie beside them; returns its path.
+fn page(
+    own: &CompareArguments,
+    verdicts: &[Map<String, Value>; 2],
+    found: &[Differing],
+) -> Result<PathBuf, Error> {
+    let paths = [&own.one, &own.other];
+    let mut documents = Vec::new();
+    let mut tables = Vec::new();
+    for (path, verdict) in paths.into_iter().zip(verdicts) {
+        let document: Document =
+            serde_json::from_value(Value::Object(verdict.clone())).map_err(|error| {
+                Error::from(ErrorKind::Malformed {
+                    expected: "a verdict of this version, for the page".into(),
+                    found: error.to_string(),
+                    hint: "replay the recording again".into(),
+                })
+                .at(place(path))
+            })?;
+        let beside = path.with_file_name(report::SERIES_FILE);
+        // Nothing was replayed where there is no nominal run.
+        if document.nominal.is_some() && beside.exists() {
+            let shown = beside.display().to_string();
+            let most = ("text_bytes", Limits::default().text_bytes);
+            let text = read_within(&beside, &shown, "read the series", most)?;
+            tables.push(SeriesTable::from_csv(&text).map_err(|error| error.at(place(&beside)))?);
+        }
+        documents.push(document);
+    }
+    let rows: Vec<DifferenceRow> = found
+        .iter()
+        .map(|row| DifferenceRow {
+            part: row.part.into(),
+            key: row.key.clone(),
+            values: row
+                .values
+                .each_ref()
+                .map(|value| short_value(value.as_ref(), PAGE_CELL)),
+        })
+        .collect();
+    let ids = [&documents[0], &documents[1]].map(|document| short(&document.report_id));
+    let default = || Path::new("reports/out").join(format!("compare-{}-{}", ids[0], ids[1]));
+    let folder = own.out.clone().unwrap_or_else(default);
+    let tables = <[SeriesTable; 2]>::try_from(tables).ok();
+    let tables = tables.as_ref().map(|tables| tables.each_ref());
+    report::write_comparison(&folder, [&documents[0], &documents[1]], tables, &rows)
+}
+
+fn short(id: &str) -> String {
+    id.chars().take(8).filter(char::is_ascii_hexdigit).collect()
 }
 
 /// Reads a verdict.
@@ -85,9 +147,11 @@ fn verdict(path: &Path) -> Result<Map<String, Value>, Failure> {
     }
 }
 
-/// Notes the values that differ; lists are taken whole.
+/// Notes the values that differ; lists are taken whole, but for those of what has a code.
 fn walk(part: &'static str, key: &str, values: [Option<&Value>; 2], found: &mut Vec<Differing>) {
-    if let [Some(Value::Object(one)), Some(Value::Object(other))] = values {
+    if let [Some(one), Some(other)] = values.map(|value| value.and_then(by_code)) {
+        walk(part, key, [Some(&one), Some(&other)], found);
+    } else if let [Some(Value::Object(one)), Some(Value::Object(other))] = values {
         let keys: BTreeSet<&String> = one.keys().chain(other.keys()).collect();
         for inner in keys {
             let name = format!("{key}.{inner}");
@@ -102,10 +166,24 @@ fn walk(part: &'static str, key: &str, values: [Option<&Value>; 2], found: &mut 
     }
 }
 
+/// Returns a list of reasons or findings as a table of their texts by code.
+fn by_code(list: &Value) -> Option<Value> {
+    let mut texts: Map<String, Value> = Map::new();
+    for entry in list.as_array()? {
+        let (code, text) = (entry.get("code")?.as_str()?, entry.get("text")?.as_str()?);
+        let all = match texts.get(code).and_then(Value::as_str) {
+            Some(earlier) => format!("{earlier} {text}"),
+            None => text.to_string(),
+        };
+        texts.insert(code.into(), all.into());
+    }
+    Some(Value::Object(texts))
+}
+
 fn table(found: &[Differing], documents: &[Map<String, Value>; 2]) -> String {
     let word = |index: usize, key: &str| documents[index][key].as_str().unwrap_or("–").to_string();
     let head = |index: usize| {
-        let id: String = word(index, "report_id").chars().take(8).collect();
+        let id = short(&word(index, "report_id"));
         format!("{} ({id})", word(index, "verdict").to_uppercase())
     };
     let mut rows = vec![vec![String::new(), String::new(), head(0), head(1)]];
@@ -113,7 +191,9 @@ fn table(found: &[Differing], documents: &[Map<String, Value>; 2]) -> String {
     for row in found {
         let name = if row.part == part { "" } else { row.part };
         part = row.part;
-        let [one, other] = row.values.each_ref().map(|value| shown(value.as_ref()));
+        let values = row.values.each_ref();
+        let [one, other] =
+            values.map(|value| escape::terminal(&short_value(value.as_ref(), CELL)).into_owned());
         rows.push(vec![name.into(), row.key.clone(), one, other]);
     }
     if found.is_empty() {
@@ -122,9 +202,12 @@ fn table(found: &[Differing], documents: &[Map<String, Value>; 2]) -> String {
     terminal::table(&rows, &[])
 }
 
-/// Returns a value in a cell: numbers in six digits, lists by their length.
-fn shown(value: Option<&Value>) -> String {
-    const LETTERS: usize = 36;
+/// Letters of a value in a cell of a terminal, and of the page.
+const CELL: usize = 36;
+const PAGE_CELL: usize = 400;
+
+/// Returns a value in at most so many letters: numbers in six digits, long lists by their length.
+fn short_value(value: Option<&Value>, letters: usize) -> String {
     let text = match value {
         None | Some(Value::Null) => "–".into(),
         Some(Value::Number(number)) => match number.as_f64() {
@@ -135,7 +218,9 @@ fn shown(value: Option<&Value>) -> String {
         Some(Value::Array(list)) if list.len() > 3 => format!("{} entries", list.len()),
         Some(other) => other.to_string(),
     };
-    let short: String = text.chars().take(LETTERS).collect();
-    let rest = if short.len() < text.len() { "…" } else { "" };
-    format!("{}{rest}", escape::terminal(&short))
+    let mut short: String = text.chars().take(letters).collect();
+    if short.len() < text.len() {
+        short.push('…');
+    }
+    short
 }

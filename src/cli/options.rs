@@ -359,6 +359,12 @@ pub struct CompareArguments {
     /// Another one
     #[arg(value_name = "B/verdict.json")]
     pub other: PathBuf,
+    /// Folder of the page [default: reports/out/compare-A-B, by the ids of the reports]
+    #[arg(long, value_name = "DIR", help_heading = "Output")]
+    pub out: Option<PathBuf>,
+    /// Write no page
+    #[arg(long, help_heading = "Output")]
+    pub no_report: bool,
 }
 
 /// Options of `inspect`.

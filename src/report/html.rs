@@ -5,18 +5,21 @@
 //! sure that is. The rest is folded; in print it stands where it was unfolded.
 //!
 //! `card` is the head of the page, `results` what the runs say, `ensemble` the scattered levers,
-//! `sources` what all rests on; `margin` is the page of margins. `markup` escapes every text,
+//! `sources` what all rests on; `margin` is the page of margins, `overlay` that of two verdicts. `markup` escapes every text,
 //! `sheet` is the style.
 
 mod card;
 mod ensemble;
 mod margin;
 mod markup;
+mod overlay;
 mod results;
 mod sources;
 
 pub(super) use self::margin::page as margin_page;
 use self::markup::Page;
+pub use self::overlay::DifferenceRow;
+pub(super) use self::overlay::page as overlay_page;
 use super::page::PageFrame;
 use super::plot::{self, Figure};
 use super::{series, sheet, words};

@@ -5,7 +5,7 @@
 //! hundredths of a unit, and long signals keep every extremum (see [`thin`]).
 //!
 //! Of reports: `event`, `acceleration`, `angle`, `spread`, `drivers`, `phase`, `spectrogram` and `spectra`;
-//! of margins: `margin`; of studies: the folder `study`. All stand in a `frame` with its `axis` on a
+//! of two verdicts: `overlay`; of margins: `margin`; of studies: the folder `study`. All stand in a `frame` with its `axis` on a
 //! `canvas`; `heat` and `raster` make pictures of cells and points, `thin` shortens curves, `style`
 //! holds colours and rules.
 
@@ -18,6 +18,7 @@ mod event;
 mod frame;
 mod heat;
 mod margin;
+pub(super) mod overlay;
 mod phase;
 mod raster;
 mod spectra;

@@ -38,6 +38,64 @@ pub fn csv(series: &SampledSeries) -> String {
     out
 }
 
+/// The series of a report as far as two verdicts are compared by them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SeriesTable {
+    /// Instants, at least two, ascending [s].
+    pub time_s: Vec<f64>,
+    /// Acceleration as used [m/s²].
+    pub used_m_s2: Vec<f64>,
+    /// Its integral [m/s].
+    pub velocity_m_s: Vec<f64>,
+    /// Angle of the first run, which is the nominal one [rad].
+    pub angle_rad: Vec<f64>,
+}
+
+impl SeriesTable {
+    /// Reads back what [`csv`] wrote.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Malformed`] if it is no such table.
+    pub fn from_csv(text: &[u8]) -> Result<Self, Error> {
+        let malformed = |found: String| {
+            Error::from(ErrorKind::Malformed {
+                expected: "the series of a report".into(),
+                found,
+                hint: "replay the recording again; its report holds the series".into(),
+            })
+        };
+        let mut reader = csv::Reader::from_reader(text);
+        let heads = reader
+            .headers()
+            .map_err(|error| malformed(error.to_string()))?;
+        let of = |name: &str| heads.iter().position(|head| head.starts_with(name));
+        let names = ["time_s", "acceleration_used_m_s2", "velocity_m_s", "angle_"];
+        let columns = names.map(of);
+        let mut read = names.map(|_| Vec::new());
+        for record in reader.records() {
+            let record = record.map_err(|error| malformed(error.to_string()))?;
+            for ((column, name), values) in columns.iter().zip(names).zip(&mut read) {
+                let cell = column.and_then(|column| record.get(column));
+                let value = cell.and_then(|cell| cell.parse::<f64>().ok());
+                let line = || record.position().map_or(0, csv::Position::line);
+                values
+                    .push(value.ok_or_else(|| malformed(format!("no {name} in line {}", line())))?);
+            }
+        }
+        let [time_s, used_m_s2, velocity_m_s, angle_rad] = read;
+        if time_s.len() < 2 || !time_s.is_sorted_by(|a, b| a < b) {
+            return Err(malformed("instants that do not ascend".into()));
+        }
+        Ok(Self {
+            time_s,
+            used_m_s2,
+            velocity_m_s,
+            angle_rad,
+        })
+    }
+}
+
 /// Writes [`csv`] to a file.
 ///
 /// # Errors

@@ -63,7 +63,7 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     }
     opening_side(&mut canvas, context, &panel);
     panel.frame(&mut canvas);
-    frame::footer(&mut canvas, context, height);
+    frame::footer(&mut canvas, &context.origin, height);
 
     let peak = peak_sentence(context);
     Some(Figure {

@@ -88,7 +88,7 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
         );
     }
     drawing.marks(&mut canvas, &main, zoom.as_ref());
-    frame::footer(&mut canvas, context, height);
+    frame::footer(&mut canvas, &context.origin, height);
 
     let result = result_sentence(context);
     Some(Figure {

@@ -60,7 +60,7 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
         "rank correlation with the peak [−]",
     );
     canvas.text("muted", (TO + 10.0, bottom + 42.0), Anchor::Start, "share");
-    frame::footer(&mut canvas, context, height);
+    frame::footer(&mut canvas, &context.origin, height);
     let list: Vec<String> = rows
         .iter()
         .map(|(driver, correlation)| {

@@ -23,24 +23,46 @@ const HEIGHTS: [f64; 3] = [150.0, 110.0, 190.0];
 const GAP: f64 = 16.0;
 
 /// An instant that is marked in all panels.
-struct EventMark {
-    at_s: f64,
-    text: String,
-    class: &'static str,
+pub(super) struct EventMark {
+    pub(super) at_s: f64,
+    pub(super) text: String,
+    pub(super) class: &'static str,
 }
 
-/// A curve of a panel: its class, its name, its values at the samples, in the panel's unit.
-struct EventCurve {
-    class: &'static str,
-    name: String,
-    values: Vec<f64>,
+/// A curve of a panel: its class, its name, its column in the page's table of series, its values at
+/// the samples in the table's unit.
+pub(super) struct EventCurve<'a> {
+    pub(super) class: &'static str,
+    pub(super) name: String,
+    pub(super) column: usize,
+    pub(super) values: &'a [f64],
 }
 
-/// A panel: its title, its least and largest value in view, its curves.
-struct EventPanel {
+/// A panel: its title, its curves, the factor from the table's unit to the one shown, and its least
+/// and largest value in view.
+pub(super) struct EventPanel<'a> {
     title: String,
+    curves: Vec<EventCurve<'a>>,
+    factor: f64,
     range: (f64, f64),
-    curves: Vec<EventCurve>,
+}
+
+/// Acceleration, velocity and angle over one time axis.
+pub(super) struct EventDrawing<'a> {
+    pub(super) title: &'a str,
+    /// Samples of all curves [s].
+    pub(super) time_s: &'a [f64],
+    /// What is shown at first [s].
+    pub(super) view: (f64, f64),
+    /// The panels; the last is that of the angle.
+    pub(super) panels: [EventPanel<'a>; 3],
+    /// The limit angle [rad], and how it is named.
+    pub(super) limit: (f64, String),
+    pub(super) marks: Vec<EventMark>,
+    /// Factor from seconds to the time shown, and its unit.
+    pub(super) time_unit: (f64, &'static str),
+    /// What identifies the drawing away from its page.
+    pub(super) origin: &'a str,
 }
 
 /// Draws the figure, and returns with it what a script needs to draw it anew.
@@ -50,91 +72,183 @@ pub(super) fn draw(context: &PlotContext) -> Option<(Figure, Value)> {
         return None;
     }
     let view = view(context);
-    let panels = panels(context, view);
-    let marks = marks(context, view);
-    let mut canvas = Canvas::with_capacity(96 * 1024);
-    let entries: Vec<LegendEntry> = panels
-        .iter()
-        .flat_map(|panel| &panel.curves)
-        .map(|curve| LegendEntry::line(curve.class, curve.name.clone()))
-        .chain([LegendEntry::line("limit", limit_name(context))])
-        .collect();
-    let title = "Acceleration, velocity and angle of the lever";
-    canvas.begin_group("legend");
-    let head = frame::header(&mut canvas, LEFT, title, &[], &entries);
-    canvas.end_group();
-    canvas.begin_group("drawn");
-    let rows = rows(&marks, context, view);
-    let lines = rows.iter().copied().max().map_or(0, |row| row + 1);
-    let mut top = head + 8.0 + 18.0 * lines as f64;
-    let first_top = top;
-    let mut drawn = Vec::new();
-    let unit_view = (view.0 * context.time_scale, view.1 * context.time_scale);
-    let label = context.time_label();
-    for (index, (panel, height)) in panels.iter().zip(HEIGHTS).enumerate() {
-        let time = Scale::Linear(unit_view.0, unit_view.1);
-        let place = Frame::wide(
-            (top, top + height),
-            time,
-            Scale::Linear(panel.range.0, panel.range.1),
-        );
-        let last = index + 1 == panels.len();
-        place.grid(&mut canvas, last.then_some(&*label), Some(&panel.title));
-        place.level(&mut canvas, "zero", 0.0);
-        place.begin_inside(&mut canvas, ["event-a", "event-v", "event-phi"][index]);
-        if last {
-            place.level(&mut canvas, "limit", context.document.threshold_rad);
-        }
-        for curve in &panel.curves {
-            place.function(&mut canvas, curve.class, points(context, curve));
-        }
-        canvas.end_group();
-        for mark in &marks {
-            place.upright(&mut canvas, mark.class, mark.at_s * context.time_scale);
-        }
-        if last {
-            place.right_scale(&mut canvas, f64::to_degrees(1.0), "angle φ [°]");
-        }
-        place.frame(&mut canvas);
-        drawn.push(
-            json!({"top": top, "bottom": top + height, "title": panel.title,
-            "range": [panel.range.0, panel.range.1]}),
-        );
-        top += height + GAP;
-    }
-    let bottom = top - GAP;
-    let axis = super::axis::Axis::linear(unit_view.0, unit_view.1, LEFT, RIGHT);
-    for (mark, row) in marks.iter().zip(&rows) {
-        let x = axis.place(mark.at_s * context.time_scale);
-        let y = first_top - 6.0 - 18.0 * *row as f64;
-        canvas.line(mark.class, (x, y + 1.0), (x, first_top));
-        canvas.text(
-            "muted",
-            (held(x, &mark.text), y - 2.0),
-            Anchor::Middle,
-            &mark.text,
-        );
-    }
-    canvas.end_group();
-    let height = bottom + frame::FOOTER;
-    frame::footer(&mut canvas, context, height);
-    let sentence = angle::result_sentence(context);
-    let figure = Figure {
-        name: NAME,
-        title: title.into(),
-        caption: caption(context, &panels),
-        description: format!(
-            "Acceleration, its integral and the angle of the lever over time, from {} to {}. {sentence}",
-            words::instant(view.0),
-            words::instant(view.1)
+    let drawing = EventDrawing {
+        title: "Acceleration, velocity and angle of the lever",
+        time_s: &series.time_s,
+        view,
+        panels: panels(context, view),
+        limit: (
+            context.document.threshold_rad,
+            limit_name(context.document.threshold_rad),
         ),
-        height,
-        body: canvas.into_string(),
+        marks: marks(context, view),
+        time_unit: (context.time_scale, context.time_unit),
+        origin: &context.origin,
     };
-    Some((figure, script_data(context, view, &panels, drawn, &marks)))
+    let sentence = angle::result_sentence(context);
+    let caption = caption(context, &drawing.panels);
+    let description = format!(
+        "Acceleration, its integral and the angle of the lever over time, from {} to {}. {sentence}",
+        words::instant(view.0),
+        words::instant(view.1)
+    );
+    Some(drawing.draw(caption, description))
 }
 
-fn caption(context: &PlotContext, panels: &[EventPanel]) -> String {
+impl EventDrawing<'_> {
+    /// Draws the figure, and returns with it what a script needs to draw it anew.
+    pub(super) fn draw(&self, caption: String, description: String) -> (Figure, Value) {
+        let mut canvas = Canvas::with_capacity(96 * 1024);
+        let curves = self.panels.iter().flat_map(|panel| &panel.curves);
+        let mut entries: Vec<LegendEntry> = curves
+            .map(|curve| LegendEntry::line(curve.class, curve.name.clone()))
+            .collect();
+        entries.push(LegendEntry::line("limit", self.limit.1.clone()));
+        canvas.begin_group("legend");
+        let head = frame::header(&mut canvas, LEFT, self.title, &[], &entries);
+        canvas.end_group();
+        canvas.begin_group("drawn");
+        let rows = self.rows();
+        let lines = rows.iter().copied().max().map_or(0, |row| row + 1);
+        let first_top = head + 8.0 + 18.0 * lines as f64;
+        let (bottom, drawn) = self.draw_panels(&mut canvas, first_top);
+        self.draw_labels(&mut canvas, &rows, first_top);
+        canvas.end_group();
+        let height = bottom + frame::FOOTER;
+        frame::footer(&mut canvas, self.origin, height);
+        let figure = Figure {
+            name: NAME,
+            title: self.title.into(),
+            caption,
+            description,
+            height,
+            body: canvas.into_string(),
+        };
+        (figure, self.script_data(drawn))
+    }
+
+    /// Returns where the last panel ends, and the places of all.
+    fn draw_panels(&self, canvas: &mut Canvas, first_top: f64) -> (f64, Vec<Value>) {
+        let (scale, unit) = self.time_unit;
+        let mut top = first_top;
+        let mut drawn = Vec::new();
+        let label = format!("time [{unit}]");
+        for (index, (panel, height)) in self.panels.iter().zip(HEIGHTS).enumerate() {
+            let time = Scale::Linear(self.view.0 * scale, self.view.1 * scale);
+            let place = Frame::wide(
+                (top, top + height),
+                time,
+                Scale::Linear(panel.range.0, panel.range.1),
+            );
+            let last = index + 1 == self.panels.len();
+            place.grid(canvas, last.then_some(&*label), Some(&panel.title));
+            place.level(canvas, "zero", 0.0);
+            place.begin_inside(canvas, ["event-a", "event-v", "event-phi"][index]);
+            if last {
+                place.level(canvas, "limit", self.limit.0);
+            }
+            for curve in &panel.curves {
+                let points = self.time_s.iter().zip(curve.values);
+                let points = points.map(|(at, value)| (at * scale, value * panel.factor));
+                place.function(canvas, curve.class, points);
+            }
+            canvas.end_group();
+            for mark in &self.marks {
+                place.upright(canvas, mark.class, mark.at_s * scale);
+            }
+            if last {
+                place.right_scale(canvas, f64::to_degrees(1.0), "angle φ [°]");
+            }
+            place.frame(canvas);
+            drawn.push(
+                json!({"top": top, "bottom": top + height, "title": panel.title,
+                "range": [panel.range.0, panel.range.1]}),
+            );
+            top += height + GAP;
+        }
+        (top - GAP, drawn)
+    }
+
+    fn draw_labels(&self, canvas: &mut Canvas, rows: &[usize], first_top: f64) {
+        let axis = self.axis();
+        for (mark, row) in self.marks.iter().zip(rows) {
+            let x = axis.place(mark.at_s * self.time_unit.0);
+            let y = first_top - 6.0 - 18.0 * *row as f64;
+            canvas.line(mark.class, (x, y + 1.0), (x, first_top));
+            canvas.text(
+                "muted",
+                (held(x, &mark.text), y - 2.0),
+                Anchor::Middle,
+                &mark.text,
+            );
+        }
+    }
+
+    fn axis(&self) -> super::axis::Axis {
+        let (scale, _) = self.time_unit;
+        super::axis::Axis::linear(self.view.0 * scale, self.view.1 * scale, LEFT, RIGHT)
+    }
+
+    /// Returns the row above the panels in which each mark's label stands, so that none meets another.
+    fn rows(&self) -> Vec<usize> {
+        let axis = self.axis();
+        let mut taken: Vec<Vec<(f64, f64)>> = Vec::new();
+        self.marks
+            .iter()
+            .map(|mark| {
+                let middle = held(axis.place(mark.at_s * self.time_unit.0), &mark.text);
+                let half = width(&mark.text) / 2.0 + 6.0;
+                let own = (middle - half, middle + half);
+                let free = |row: &Vec<(f64, f64)>| {
+                    row.iter().all(|other| own.1 < other.0 || own.0 > other.1)
+                };
+                let row = taken.iter().position(free).unwrap_or(taken.len());
+                if row == taken.len() {
+                    taken.push(Vec::new());
+                }
+                taken[row].push(own);
+                row
+            })
+            .collect()
+    }
+
+    /// Returns geometry and marks; the numbers themselves stand in the series.
+    fn script_data(&self, drawn: Vec<Value>) -> Value {
+        let places = drawn.into_iter().zip(&self.panels);
+        let panels: Vec<Value> = places
+            .map(|(mut place, panel)| {
+                let curves: Vec<Value> = panel
+                    .curves
+                    .iter()
+                    .map(|curve| {
+                        json!({"column": curve.column, "class": curve.class, "name": curve.name})
+                    })
+                    .collect();
+                place["curves"] = json!(curves);
+                place["factor"] = json!(panel.factor);
+                place
+            })
+            .collect();
+        let marks: Vec<Value> = self
+            .marks
+            .iter()
+            .map(|mark| json!({"at": mark.at_s, "text": mark.text, "class": mark.class}))
+            .collect();
+        json!({
+            "left": LEFT,
+            "right": RIGHT,
+            "span": [self.time_s[0], self.time_s[self.time_s.len() - 1]],
+            "view": [self.view.0, self.view.1],
+            "scale": self.time_unit.0,
+            "unit": self.time_unit.1,
+            "limit": self.limit.0,
+            "panels": panels,
+            "marks": marks,
+        })
+    }
+}
+
+fn caption(context: &PlotContext, panels: &[EventPanel<'_>]) -> String {
     let cut = panels.last().is_some_and(|panel| {
         context
             .document
@@ -158,29 +272,6 @@ fn held(x: f64, text: &str) -> f64 {
 
 fn width(text: &str) -> f64 {
     text.chars().count() as f64 * (frame::LETTER - 1.2)
-}
-
-/// Returns the row above the panels in which each mark's label stands, so that none meets another.
-fn rows(marks: &[EventMark], context: &PlotContext, view: (f64, f64)) -> Vec<usize> {
-    let scale = context.time_scale;
-    let axis = super::axis::Axis::linear(view.0 * scale, view.1 * scale, LEFT, RIGHT);
-    let mut taken: Vec<Vec<(f64, f64)>> = Vec::new();
-    marks
-        .iter()
-        .map(|mark| {
-            let middle = held(axis.place(mark.at_s * scale), &mark.text);
-            let half = width(&mark.text) / 2.0 + 6.0;
-            let own = (middle - half, middle + half);
-            let free =
-                |row: &Vec<(f64, f64)>| row.iter().all(|other| own.1 < other.0 || own.0 > other.1);
-            let row = taken.iter().position(free).unwrap_or(taken.len());
-            if row == taken.len() {
-                taken.push(Vec::new());
-            }
-            taken[row].push(own);
-            row
-        })
-        .collect()
 }
 
 fn marks(context: &PlotContext, view: (f64, f64)) -> Vec<EventMark> {
@@ -268,41 +359,38 @@ fn view(context: &PlotContext) -> (f64, f64) {
     )
 }
 
-fn panels(context: &PlotContext, view: (f64, f64)) -> [EventPanel; 3] {
+fn panels<'a>(context: &PlotContext<'a>, view: (f64, f64)) -> [EventPanel<'a>; 3] {
     let series = &context.evidence.series;
-    let in_g = |values: &[f64]| {
-        values
-            .iter()
-            .map(|value| value / STANDARD_GRAVITY)
-            .collect()
-    };
     let acceleration = vec![
         EventCurve {
             class: "raw",
             name: "as recorded".into(),
-            values: in_g(&series.recorded_m_s2),
+            column: 1,
+            values: &series.recorded_m_s2,
         },
         EventCurve {
             class: "used",
             name: acceleration::used_text(context),
-            values: in_g(&series.used_m_s2),
+            column: 2,
+            values: &series.used_m_s2,
         },
     ];
     let velocity = vec![EventCurve {
         class: "velocity",
         name: "velocity ∫a dt".into(),
-        values: series.velocity_m_s.clone(),
+        column: 3,
+        values: &series.velocity_m_s,
     }];
-    let angles = series
-        .runs
-        .iter()
-        .zip(angle::classes(
-            series.runs.iter().map(|run| (run.model, run.opens_when)),
-        ))
-        .map(|(run, class)| EventCurve {
+    let classes = angle::classes(series.runs.iter().map(|run| (run.model, run.opens_when)));
+    // The angular velocity follows the angle.
+    let columns = (4..).step_by(2);
+    let angles = series.runs.iter().zip(classes).zip(columns);
+    let angles = angles
+        .map(|((run, class), column)| EventCurve {
             class,
             name: run_name(context, run),
-            values: run.angle_rad.clone(),
+            column,
+            values: &run.angle_rad,
         })
         .collect();
     let side = match &context.document.nominal {
@@ -312,17 +400,46 @@ fn panels(context: &PlotContext, view: (f64, f64)) -> [EventPanel; 3] {
         },
         _ => "",
     };
-    let panel = |title: String, curves: Vec<EventCurve>, reach: Option<f64>| EventPanel {
-        range: range(context, &curves, view, reach),
-        title,
-        curves,
-    };
     let limit = context.document.threshold_rad;
+    let shown = (&*series.time_s, view);
+    let in_g = 1.0 / STANDARD_GRAVITY;
     [
-        panel(format!("a [g]{side}"), acceleration, None),
-        panel("velocity [m/s]".into(), velocity, None),
-        panel("angle φ [rad]".into(), angles, Some(limit)),
+        EventPanel::new(format!("a [g]{side}"), acceleration, in_g, shown, None),
+        EventPanel::new("velocity [m/s]".into(), velocity, 1.0, shown, None),
+        EventPanel::new("angle φ [rad]".into(), angles, 1.0, shown, Some(limit)),
     ]
+}
+
+impl<'a> EventPanel<'a> {
+    /// Shows the least and largest value in view, zero included; of the angle at most a few times
+    /// the limit angle, which is included.
+    pub(super) fn new(
+        title: String,
+        curves: Vec<EventCurve<'a>>,
+        factor: f64,
+        (time_s, view): (&[f64], (f64, f64)),
+        limit: Option<f64>,
+    ) -> Self {
+        let seen = curves
+            .iter()
+            .flat_map(|curve| time_s.iter().zip(curve.values));
+        let seen = seen
+            .filter(|(at, _)| (view.0..=view.1).contains(*at))
+            .map(|(_, value)| value * factor);
+        let (low, high) = frame::extent(seen);
+        let (mut low, mut high) = (low.min(0.0), high.max(0.0));
+        if let Some(limit) = limit {
+            high = high.clamp(1.2 * limit, REACH * limit);
+            low = low.max(-0.5 * limit);
+        }
+        let room = 0.06 * (high - low).max(1e-9);
+        Self {
+            title,
+            curves,
+            factor,
+            range: (low - room, high + room),
+        }
+    }
 }
 
 fn run_name(context: &PlotContext, run: &SeriesRun) -> String {
@@ -337,92 +454,6 @@ fn run_name(context: &PlotContext, run: &SeriesRun) -> String {
     }
 }
 
-fn limit_name(context: &PlotContext) -> String {
-    format!(
-        "limit angle {}\u{00A0}rad",
-        exact(context.document.threshold_rad)
-    )
-}
-
-/// Returns the least and largest value in view, zero included; of the angle at most a few times
-/// the limit angle, which is included.
-fn range(
-    context: &PlotContext,
-    curves: &[EventCurve],
-    view: (f64, f64),
-    limit: Option<f64>,
-) -> (f64, f64) {
-    let time = &context.evidence.series.time_s;
-    let seen = curves
-        .iter()
-        .flat_map(|curve| time.iter().zip(&curve.values));
-    let seen = seen
-        .filter(|(at, _)| (view.0..=view.1).contains(*at))
-        .map(|(_, value)| *value);
-    let (low, high) = frame::extent(seen);
-    let (mut low, mut high) = (low.min(0.0), high.max(0.0));
-    if let Some(limit) = limit {
-        high = high.clamp(1.2 * limit, REACH * limit);
-        low = low.max(-0.5 * limit);
-    }
-    let room = 0.06 * (high - low).max(1e-9);
-    (low - room, high + room)
-}
-
-/// Returns the points of a curve in the unit of time shown.
-fn points<'a>(
-    context: &'a PlotContext,
-    curve: &'a EventCurve,
-) -> impl Iterator<Item = (f64, f64)> + 'a {
-    let time = context.evidence.series.time_s.iter();
-    let scale = context.time_scale;
-    time.zip(&curve.values)
-        .map(move |(at, value)| (at * scale, *value))
-}
-
-/// Returns geometry and marks; the numbers themselves stand in the series.
-fn script_data(
-    context: &PlotContext,
-    view: (f64, f64),
-    panels: &[EventPanel],
-    drawn: Vec<Value>,
-    marks: &[EventMark],
-) -> Value {
-    let time = &context.evidence.series.time_s;
-    let mut column = 1;
-    let drawn: Vec<Value> = drawn
-        .into_iter()
-        .zip(panels)
-        .enumerate()
-        .map(|(index, (mut place, panel))| {
-            let curves: Vec<Value> = panel
-                .curves
-                .iter()
-                .map(|curve| {
-                    let own = column;
-                    // The angular velocity follows the angle.
-                    column += if index == 2 { 2 } else { 1 };
-                    json!({"column": own, "class": curve.class, "name": curve.name})
-                })
-                .collect();
-            place["curves"] = json!(curves);
-            place["factor"] = json!(if index == 0 {
-                1.0 / STANDARD_GRAVITY
-            } else {
-                1.0
-            });
-            place
-        })
-        .collect();
-    json!({
-        "left": LEFT,
-        "right": RIGHT,
-        "span": [time[0], time[time.len() - 1]],
-        "view": [view.0, view.1],
-        "scale": context.time_scale,
-        "unit": context.time_unit,
-        "limit": context.document.threshold_rad,
-        "panels": drawn,
-        "marks": marks.iter().map(|mark| json!({"at": mark.at_s, "text": mark.text, "class": mark.class})).collect::<Vec<_>>(),
-    })
+pub(super) fn limit_name(limit: f64) -> String {
+    format!("limit angle {}\u{00A0}rad", exact(limit))
 }

@@ -375,9 +375,9 @@ pub(super) fn header(
 pub(super) const FOOTER: f64 = 66.0;
 
 /// Writes at the bottom right what the drawing belongs to.
-pub(super) fn footer(canvas: &mut Canvas, context: &PlotContext, height: f64) {
+pub(super) fn footer(canvas: &mut Canvas, origin: &str, height: f64) {
     let at = (RIGHT, height - 6.0);
-    canvas.text("origin", at, Anchor::End, &context.origin);
+    canvas.text("origin", at, Anchor::End, origin);
 }
 
 /// Returns the least and largest of finite values; infinite ones, the least above the largest, of

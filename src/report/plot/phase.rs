@@ -69,7 +69,7 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
         &format!("limit {} rad", exact(threshold)),
     );
     panel.frame(&mut canvas);
-    frame::footer(&mut canvas, context, height);
+    frame::footer(&mut canvas, &context.origin, height);
 
     Some(Figure {
         name: NAME,

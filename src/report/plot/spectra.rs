@@ -65,7 +65,7 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     canvas.end_group();
     frequencies(&mut canvas, &panel, class, design_hz);
     panel.frame(&mut canvas);
-    frame::footer(&mut canvas, context, height);
+    frame::footer(&mut canvas, &context.origin, height);
 
     let filter = match (class, design_hz) {
         (Some(class), Some(design)) => format!(

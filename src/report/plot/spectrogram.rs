@@ -62,7 +62,7 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     panel.frame(&mut canvas);
     let bar = (RIGHT + 10.0, panel.top, panel.bottom);
     heat::decibel_bar(&mut canvas, bar, (low_db, high_db), "dB re 1 g")?;
-    frame::footer(&mut canvas, context, height);
+    frame::footer(&mut canvas, &context.origin, height);
 
     let resolution = format!(
         "windows of {}, lines {} Hz apart",

@@ -61,7 +61,7 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
         &format!("limit {} rad", exact(threshold)),
     );
     panel.frame(&mut canvas);
-    frame::footer(&mut canvas, context, height);
+    frame::footer(&mut canvas, &context.origin, height);
     let members = count(u64::try_from(band.members).unwrap_or(u64::MAX));
     let which = format!(
         "{}, {}",

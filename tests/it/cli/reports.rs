@@ -203,6 +203,43 @@ fn cli_two_verdicts_are_compared() {
         "json",
     ]);
     assert_eq!(json.document()["same"], false);
+    // The page holds both curves of each panel, and the table they are drawn from.
+    let pages: Vec<_> = fs::read_dir(folder.path().join("reports/out"))
+        .unwrap()
+        .collect();
+    assert_eq!(pages.len(), 2, "A with itself, and with B");
+    let line = done.out.lines().last().unwrap();
+    let page = line.strip_prefix("page  ").expect(line);
+    let page = fs::read_to_string(folder.path().join(page)).unwrap();
+    for class in ["verdict-a", "verdict-b"] {
+        assert_eq!(
+            page.matches(&format!("<path class=\"{class}\"")).count(),
+            3,
+            "{class}"
+        );
+    }
+    assert!(
+        page.contains("request.filter") && page.contains("id=\"series\">time_s,a_acceleration")
+    );
+    // Without the series of one there is no curve, and that is said.
+    fs::remove_file(folder.path().join("b/series.csv")).unwrap();
+    assert_eq!(
+        run(&["compare", "a/verdict.json", "b/verdict.json", "--out", "c"]).code,
+        1
+    );
+    let page = fs::read_to_string(folder.path().join("c/compare.html")).unwrap();
+    assert!(page.contains("There are no curves") && !page.contains("<path class=\"verdict-a\""));
+    // A page that cannot be written costs the exit code, not the answer.
+    fs::write(folder.path().join("blocked"), "a file").unwrap();
+    let done = run(&[
+        "compare",
+        "a/verdict.json",
+        "b/verdict.json",
+        "--out",
+        "blocked",
+    ]);
+    assert_eq!(done.code, 4);
+    assert!(done.out.contains("request.filter") && done.err.contains("make the report folder"));
     assert_eq!(run(&["compare", "a/verdict.json", "a/series.csv"]).code, 4);
 }
 
