@@ -18,6 +18,7 @@
 //! - `progress`: what a command is doing and how far it has come, on a terminal, and Ctrl-C,
 //!   which ends it;
 //! - `replay`: `latchgate replay`: one recording, one design, one verdict;
+//! - `serve`: `latchgate serve`: the service, a program of its own;
 //! - `study`: `latchgate study`: one file per study, one line each in [`Study`] and in its
 //!   `analysis`;
 //! - `values`: values of options that only the command line knows, and how they are read;
@@ -39,6 +40,7 @@ pub mod options;
 mod output;
 mod progress;
 mod replay;
+mod serve;
 pub mod study;
 pub mod values;
 mod verify;
@@ -75,6 +77,7 @@ pub fn main() -> ExitCode {
         Command::Study(own) => study::command(&own.study, &arguments.common),
         Command::Init(own) => init::command(own),
         Command::Limits => limits::command(&arguments.common),
+        Command::Serve(own) => serve::command(own),
         Command::Completions(own) => manual::completions(own),
         Command::Man(own) => manual::man(own),
     };

@@ -7,6 +7,7 @@ use super::options::{
 };
 use super::study::Study;
 use clap::{Args, Parser, Subcommand};
+use std::ffi::OsString;
 
 /// Replays measured crash accelerations through a model of a door-latch lever and says, with
 /// evidence, whether the door stays shut.
@@ -71,6 +72,11 @@ pub enum Command {
     Init(InitArguments),
     /// List every limit on input, with its value and how to change it
     Limits,
+    /// Serve recordings and verdicts over HTTP, with a page for people
+    ///
+    /// Starts latchgate-serve, a program of its own, which lies beside this one or on the path; every
+    /// option is that program's. It is built by: cargo build --release -p latchgate-service
+    Serve(ServeArguments),
     /// Print completions for a shell
     Completions(CompletionsArguments),
     /// Print the manual page of latchgate or of one of its commands
@@ -83,6 +89,18 @@ pub struct StudyArguments {
     /// The study.
     #[command(subcommand)]
     pub study: Study,
+}
+
+/// Options of `serve`.
+#[derive(Debug, Clone, Args)]
+pub struct ServeArguments {
+    /// Options and commands of latchgate-serve, for example --listen 127.0.0.1:8420 --data DIR
+    #[arg(
+        value_name = "SERVICE_OPTIONS",
+        trailing_var_arg = true,
+        allow_hyphen_values = true
+    )]
+    pub options: Vec<OsString>,
 }
 
 /// Options of `completions`.

@@ -849,3 +849,32 @@ fn cli_negative_numbers_with_exponents_are_values() {
         assert_eq!(found, Some(expected), "{option}");
     }
 }
+
+/// The service is a program of its own: where it does not lie beside, the command says how to build it.
+#[test]
+#[cfg(unix)]
+fn cli_serve_starts_the_program_beside_or_says_how_to_build_it() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new("serve");
+    let program = folder.path().join("latchgate");
+    fs::copy(env!("CARGO_BIN_EXE_latchgate"), &program).unwrap();
+    let serve = || {
+        let output = Command::new(&program)
+            .args(["serve", "--listen", "127.0.0.1:0"])
+            .env("PATH", "")
+            .output()
+            .unwrap();
+        let text = [output.stdout, output.stderr].concat();
+        (output.status.code(), String::from_utf8(text).unwrap())
+    };
+    let (code, text) = serve();
+    assert_eq!(code, Some(4), "{text}");
+    assert!(
+        text.contains("cargo run --release -p latchgate-service"),
+        "{text}"
+    );
+    let service = folder.path().join("latchgate-serve");
+    fs::write(&service, "#!/bin/sh\necho \"$@\"\nexit 7\n").unwrap();
+    fs::set_permissions(&service, fs::Permissions::from_mode(0o755)).unwrap();
+    assert_eq!(serve(), (Some(7), "--listen 127.0.0.1:0\n".into()));
+}

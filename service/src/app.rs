@@ -1,0 +1,185 @@
+//! What every handler shares.
+
+use crate::auth::{Door, Visitor};
+use crate::config::Config;
+use crate::pool::Crew;
+use crate::problem::Problem;
+use crate::store::{BlobFolder, Blobs, Ledger, SqliteLedger, StoreError};
+use axum::http::StatusCode;
+use std::fs::{self, File};
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+/// What every handler shares.
+#[derive(Clone)]
+pub struct App(Arc<Parts>);
+
+/// The parts of the service.
+pub struct Parts {
+    /// The configuration.
+    pub config: Config,
+    /// Recordings, jobs, results, designs, tokens.
+    pub ledger: Arc<dyn Ledger>,
+    /// Bytes.
+    pub blobs: Arc<dyn Blobs>,
+    /// Children.
+    pub crew: Crew,
+    /// Tokens and rates.
+    pub door: Door,
+    /// What was served.
+    pub traffic: Traffic,
+    /// Set when the service ends: no more work is taken.
+    pub ends: AtomicBool,
+}
+
+/// Requests by what became of them.
+#[derive(Debug, Default)]
+pub struct Traffic {
+    /// Answered with what was asked for.
+    pub answered: AtomicU64,
+    /// Refused.
+    pub refused: AtomicU64,
+    /// Not answered because of a fault here.
+    pub failed: AtomicU64,
+    /// Under way.
+    pub open: AtomicU64,
+}
+
+impl std::ops::Deref for App {
+    type Target = Parts;
+
+    fn deref(&self) -> &Parts {
+        &self.0
+    }
+}
+
+impl App {
+    /// Puts the parts together.
+    #[must_use]
+    pub fn new(config: Config, store: Store, crew: Crew) -> Self {
+        Self(Arc::new(Parts {
+            config,
+            ledger: store.ledger,
+            blobs: store.blobs,
+            crew,
+            door: Door::default(),
+            traffic: Traffic::default(),
+            ends: AtomicBool::new(false),
+        }))
+    }
+
+    /// Does something that may wait for the disk.
+    ///
+    /// # Errors
+    ///
+    /// As `work`; a problem if it ends without saying so.
+    pub async fn on_disk<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&Parts) -> Result<T, StoreError> + Send + 'static,
+    ) -> Result<T, Problem> {
+        let app = self.clone();
+        let done = tokio::task::spawn_blocking(move || work(&app)).await;
+        match done {
+            Ok(outcome) => Ok(outcome?),
+            Err(error) => {
+                tracing::error!(%error, "work on the disk ended");
+                let reason = "work on the disk ended".into();
+                Err(StoreError::Broken { reason }.into())
+            }
+        }
+    }
+
+    /// Refuses to take more in where the disk is nearly full or the service ends.
+    ///
+    /// # Errors
+    ///
+    /// The problem that says so.
+    pub fn admit_bytes(&self, bytes: u64) -> Result<(), Problem> {
+        if self.ends.load(Ordering::Relaxed) {
+            let text = "the service is ending; try again";
+            return Err(Problem::busy(StatusCode::SERVICE_UNAVAILABLE, text, 2));
+        }
+        let free = self.blobs.free_bytes().map_err(Problem::from)?;
+        if free < self.config.free_bytes.saturating_add(bytes) {
+            return Err(StoreError::Full.into());
+        }
+        Ok(())
+    }
+
+    /// Refuses a job of a visitor who has asked too much, or where too many wait.
+    ///
+    /// # Errors
+    ///
+    /// The problem that says so.
+    pub fn admit_job(&self, visitor: &Visitor) -> Result<(), Problem> {
+        self.admit_bytes(1 << 20)?;
+        let load = self.ledger.load(&visitor.name)?;
+        if load.own >= self.config.own_queue {
+            let text = format!("{} of this token's jobs wait; let some end first", load.own);
+            return Err(Problem::busy(StatusCode::TOO_MANY_REQUESTS, text, 5));
+        }
+        if load.queued >= self.config.queue {
+            let text = format!("{} jobs wait; try again", load.queued);
+            return Err(Problem::busy(StatusCode::SERVICE_UNAVAILABLE, text, 5));
+        }
+        Ok(())
+    }
+}
+
+/// The store of one data folder.
+pub struct Store {
+    /// The ledger.
+    pub ledger: Arc<dyn Ledger>,
+    /// The blobs.
+    pub blobs: Arc<dyn Blobs>,
+    /// Held as long as this process is the one that serves the folder.
+    _lock: Option<File>,
+}
+
+impl Store {
+    /// Opens the store to serve it; one process may.
+    ///
+    /// # Errors
+    ///
+    /// What is in the way, in a sentence.
+    pub fn open(data: &Path) -> Result<Self, String> {
+        let shown = data.display();
+        let cannot = |error: io::Error| format!("{shown}: {error}");
+        fs::create_dir_all(data).map_err(cannot)?;
+        private(data).map_err(cannot)?;
+        let lock = File::create(data.join("lock")).map_err(cannot)?;
+        rustix::fs::flock(&lock, rustix::fs::FlockOperation::NonBlockingLockExclusive)
+            .map_err(|_| format!("{shown}: another process serves this folder"))?;
+        let told = |error: StoreError| format!("{shown}: {error}");
+        Ok(Self {
+            ledger: Arc::new(SqliteLedger::open(&data.join("ledger.sqlite")).map_err(told)?),
+            blobs: Arc::new(BlobFolder::open(&data.join("blobs")).map_err(told)?),
+            _lock: Some(lock),
+        })
+    }
+
+    /// Opens the store beside a process that may be serving it.
+    ///
+    /// # Errors
+    ///
+    /// What is in the way, in a sentence.
+    pub fn beside(data: &Path) -> Result<Self, String> {
+        let shown = data.display();
+        fs::create_dir_all(data).map_err(|error| format!("{shown}: {error}"))?;
+        private(data).map_err(|error| format!("{shown}: {error}"))?;
+        let told = |error: StoreError| format!("{shown}: {error}");
+        Ok(Self {
+            ledger: Arc::new(SqliteLedger::open(&data.join("ledger.sqlite")).map_err(told)?),
+            blobs: Arc::new(BlobFolder::beside(&data.join("blobs"))),
+            _lock: None,
+        })
+    }
+}
+
+/// Lets nobody but the owner into the folder.
+fn private(folder: &Path) -> io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    fs::set_permissions(folder, fs::Permissions::from_mode(0o700))
+}

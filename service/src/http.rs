@@ -1,0 +1,137 @@
+//! The HTTP interface: routes, who may use them, and what every answer carries.
+//!
+//! - `guard`: who is let in, same-origin checks, headers of every answer;
+//! - `server`: connections under deadlines, and the end of service;
+//! - `operations`: health, readiness, limits, counters, the description of the interface;
+//! - `recordings`: uploads;
+//! - `upload`: how an upload becomes files;
+//! - `verdicts`: questions, answers and their files;
+//! - `jobs`: questions under way;
+//! - `designs`: designs by name and version;
+//! - `files`: stored bytes as answers.
+
+mod designs;
+mod files;
+mod guard;
+mod jobs;
+mod operations;
+mod recordings;
+mod server;
+mod upload;
+mod verdicts;
+
+pub use server::serve;
+
+use crate::app::App;
+use crate::auth::Scope;
+use crate::pages;
+use crate::problem::Problem;
+use axum::Router;
+use axum::extract::DefaultBodyLimit;
+use axum::http::StatusCode;
+use utoipa::OpenApi;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+/// Bytes of a question at most.
+const QUESTION_BYTES: usize = 1 << 20;
+
+/// The routes that take no part in the description of the interface, and what they need; `None`
+/// where nobody is asked who they are.
+const PAGES: &[(&str, &str, Option<Scope>)] = &[];
+
+/// The routes of the interface, and what they need.
+const INTERFACE: &[(&str, &str, Option<Scope>)] = &[
+    ("GET", "/healthz", None),
+    ("GET", "/readyz", None),
+    ("GET", "/openapi.json", Some(Scope::Read)),
+    ("GET", "/metrics", Some(Scope::Admin)),
+    ("GET", "/v1/limits", Some(Scope::Read)),
+    ("GET", "/v1/recordings", Some(Scope::Read)),
+    ("POST", "/v1/recordings", Some(Scope::Submit)),
+    ("GET", "/v1/recordings/{id}", Some(Scope::Read)),
+    ("GET", "/v1/verdicts", Some(Scope::Read)),
+    ("POST", "/v1/verdicts", Some(Scope::Submit)),
+    ("POST", "/v1/what-if", Some(Scope::Submit)),
+    ("GET", "/v1/verdicts/{report_id}", Some(Scope::Read)),
+    ("GET", "/v1/verdicts/{report_id}/series", Some(Scope::Read)),
+    ("GET", "/v1/verdicts/{report_id}/{file}", Some(Scope::Read)),
+    ("GET", "/v1/jobs/{id}", Some(Scope::Read)),
+    ("GET", "/v1/jobs/{id}/events", Some(Scope::Read)),
+    ("GET", "/v1/designs", Some(Scope::Read)),
+    ("POST", "/v1/designs", Some(Scope::Submit)),
+    ("GET", "/v1/designs/{name}", Some(Scope::Read)),
+];
+
+/// Lists every route: method, path, and what it needs.
+pub fn declared() -> impl Iterator<Item = (&'static str, &'static str, Option<Scope>)> {
+    INTERFACE.iter().chain(PAGES).copied()
+}
+
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "latchgate",
+        description = "Recordings in, verdicts out. Errors are problem documents (RFC 9457)."
+    ),
+    components(schemas(Problem))
+)]
+struct Description;
+
+fn interface() -> OpenApiRouter<App> {
+    OpenApiRouter::with_openapi(Description::openapi())
+        .routes(routes!(operations::healthz))
+        .routes(routes!(operations::readyz))
+        .routes(routes!(operations::openapi))
+        .routes(routes!(operations::metrics))
+        .routes(routes!(operations::limits))
+        .routes(routes!(recordings::list, recordings::submit))
+        .routes(routes!(recordings::get))
+        .routes(routes!(verdicts::list, verdicts::submit))
+        .routes(routes!(verdicts::what_if))
+        .routes(routes!(verdicts::get))
+        .routes(routes!(verdicts::series))
+        .routes(routes!(verdicts::file))
+        .routes(routes!(jobs::get))
+        .routes(routes!(jobs::events))
+        .routes(routes!(designs::list, designs::submit))
+        .routes(routes!(designs::get))
+}
+
+/// Returns the description of the interface, made from the code.
+#[must_use]
+pub fn openapi() -> String {
+    let (_, description) = interface().split_for_parts();
+    let mut text = description
+        .to_pretty_json()
+        .expect("a description has text keys only");
+    text.push('\n');
+    text
+}
+
+/// Returns the service as one thing that answers requests.
+pub fn router(app: App) -> Router {
+    let (routes, _) = interface().split_for_parts();
+    routes
+        .merge(pages::routes())
+        .fallback(|| async { Problem::not_found("page of this address") })
+        .method_not_allowed_fallback(|| async {
+            let text = "this address does not take this method; see /openapi.json";
+            Problem::new(
+                StatusCode::METHOD_NOT_ALLOWED,
+                "method",
+                "Method not allowed",
+                text,
+            )
+        })
+        .layer(DefaultBodyLimit::max(QUESTION_BYTES))
+        .layer(tower_http::timeout::RequestBodyTimeoutLayer::new(
+            app.config.body_time,
+        ))
+        .layer(axum::middleware::from_fn_with_state(
+            app.clone(),
+            guard::watch,
+        ))
+        .layer(tower_http::catch_panic::CatchPanicLayer::new())
+        .with_state(app)
+}

@@ -1,0 +1,130 @@
+//! Designs by name and version; a version never changes.
+
+use crate::app::App;
+use crate::clock::now_ms;
+use crate::pool::{design_of, request_of};
+use crate::problem::Problem;
+use crate::store::StoredDesign;
+use axum::Json;
+use axum::extract::{Path, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use utoipa::ToSchema;
+
+/// A design to keep.
+#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DesignSubmission {
+    /// Name: letters, digits, `.`, `-` and `_`.
+    name: String,
+    /// The tables of a design file.
+    #[schema(value_type = Object)]
+    design: Value,
+}
+
+/// A design that is kept.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub(super) struct KeptDesign {
+    /// Name.
+    name: String,
+    /// Version, counted from 1.
+    version: i64,
+    /// Name and version, as questions use them.
+    reference: String,
+    /// Every number of it.
+    #[schema(value_type = Object)]
+    design: Value,
+    /// When it came [ms since 1970].
+    created_ms: i64,
+}
+
+impl From<StoredDesign> for KeptDesign {
+    fn from(stored: StoredDesign) -> Self {
+        Self {
+            reference: format!("{}@{}", stored.name, stored.version),
+            name: stored.name,
+            version: stored.version,
+            design: stored.design,
+            created_ms: stored.created_ms,
+        }
+    }
+}
+
+/// Designs that are kept.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub(super) struct DesignList {
+    /// By name, the newest version first.
+    designs: Vec<KeptDesign>,
+}
+
+/// Finds a design by `name` or `name@version`.
+pub(super) async fn find(app: &App, reference: &str) -> Result<StoredDesign, Problem> {
+    let unknown = || Problem::not_found(&format!("design {reference}; see /v1/designs"));
+    let (name, version) = match reference.rsplit_once('@') {
+        Some((name, version)) => (name, Some(version.parse::<i64>().map_err(|_| unknown())?)),
+        None => (reference, None),
+    };
+    let name = name.to_string();
+    let found = app
+        .on_disk(move |parts| parts.ledger.design(&name, version))
+        .await?;
+    found.ok_or_else(unknown)
+}
+
+/// Lists the designs.
+#[utoipa::path(
+    get, path = "/v1/designs",
+    responses((status = 200, description = "The designs", body = DesignList))
+)]
+pub(super) async fn list(State(app): State<App>) -> Result<Json<DesignList>, Problem> {
+    let stored = app.on_disk(|parts| parts.ledger.designs()).await?;
+    let designs = stored.into_iter().map(KeptDesign::from).collect();
+    Ok(Json(DesignList { designs }))
+}
+
+/// Keeps a design; one that says the same as the newest version is that version.
+#[utoipa::path(
+    post, path = "/v1/designs", request_body = DesignSubmission,
+    responses(
+        (status = 201, description = "It is kept", body = KeptDesign),
+        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
+        (status = "5XX", description = "Not now", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub(super) async fn submit(
+    State(app): State<App>,
+    submitted: Result<Json<DesignSubmission>, axum::extract::rejection::JsonRejection>,
+) -> Result<Response, Problem> {
+    let Json(submitted) = submitted.map_err(|error| Problem::bad_request(error.body_text()))?;
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
+    let name = submitted.name;
+    if name.is_empty() || name.len() > 64 || !name.chars().all(plain) {
+        let text = "name: up to 64 letters, digits, `.`, `-` and `_`";
+        return Err(Problem::bad_request(text));
+    }
+    app.admit_bytes(1 << 20)?;
+    let design = design_of(&submitted.design, &request_of(&json!({}))?)?;
+    let design = json!(design);
+    let stored = app
+        .on_disk(move |parts| parts.ledger.put_design(&name, &design, now_ms()))
+        .await?;
+    Ok((StatusCode::CREATED, Json(KeptDesign::from(stored))).into_response())
+}
+
+/// Finds a design: its newest version, or the one that `name@version` names.
+#[utoipa::path(
+    get, path = "/v1/designs/{name}",
+    params(("name" = String, Path, description = "Name, or name@version")),
+    responses(
+        (status = 200, description = "The design", body = KeptDesign),
+        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub(super) async fn get(
+    State(app): State<App>,
+    Path(name): Path<String>,
+) -> Result<Json<KeptDesign>, Problem> {
+    Ok(Json(find(&app, &name).await?.into()))
+}

@@ -1,0 +1,106 @@
+//! Stored bytes as answers: read to their end and found to have their hash before the first is sent.
+
+use crate::app::App;
+use crate::problem::Problem;
+use crate::store::{StoredFile, StoredResult};
+use axum::body::{Body, Bytes};
+use axum::http::header::{self, HeaderValue};
+use axum::response::Response;
+use std::io::Read;
+use tokio::sync::mpsc;
+use tokio_stream::wrappers::ReceiverStream;
+
+/// Bytes that are sent at a time.
+const PIECE: usize = 64 << 10;
+
+/// What a report's page may do: show itself, and nothing beyond.
+const SANDBOX: &str = "sandbox allow-scripts; default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
+
+/// Sends a stored file piece by piece.
+pub(super) async fn send(app: &App, file: &StoredFile) -> Result<Response, Problem> {
+    let (sha256, length) = (file.sha256.clone(), file.bytes);
+    let mut opened = app.on_disk(move |parts| parts.blobs.open(&sha256)).await?;
+    let (pieces, sent) = mpsc::channel::<Result<Bytes, std::io::Error>>(2);
+    tokio::task::spawn_blocking(move || {
+        loop {
+            let mut piece = vec![0; PIECE];
+            let read = match opened.read(&mut piece) {
+                Ok(0) => return,
+                Ok(count) => {
+                    piece.truncate(count);
+                    Ok(piece.into())
+                }
+                Err(error) => Err(error),
+            };
+            let ends = read.is_err();
+            if pieces.blocking_send(read).is_err() || ends {
+                return;
+            }
+        }
+    });
+    let mut response = Response::new(Body::from_stream(ReceiverStream::new(sent)));
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_LENGTH, HeaderValue::from(length));
+    headers.insert(
+        header::CONTENT_TYPE,
+        HeaderValue::from_static(kind(&file.name)),
+    );
+    Ok(response)
+}
+
+/// Returns the media type of a report's file.
+fn kind(name: &str) -> &'static str {
+    match name.rsplit('.').next() {
+        Some("html") => "text/html; charset=utf-8",
+        Some("svg") => "image/svg+xml",
+        Some("csv") => "text/csv; charset=utf-8",
+        Some("json") => "application/json",
+        _ => "application/octet-stream",
+    }
+}
+
+/// Sends a file of a report: it never changes, and may do nothing in a browser but be looked at.
+pub(super) async fn send_of_report(
+    app: &App,
+    result: &StoredResult,
+    name: &str,
+    download: bool,
+) -> Result<Response, Problem> {
+    let file = result.files.get(name);
+    let file = file.ok_or_else(|| Problem::not_found("such file in this report"))?;
+    let mut response = send(app, file).await?;
+    let headers = response.headers_mut();
+    let tag = format!("\"{}-{name}\"", result.report_id);
+    if let Ok(tag) = HeaderValue::from_str(&tag) {
+        headers.insert(header::ETAG, tag);
+    }
+    let lasting = HeaderValue::from_static("private, max-age=31536000, immutable");
+    headers.insert(header::CACHE_CONTROL, lasting);
+    let sandbox = HeaderValue::from_static(SANDBOX);
+    headers.insert(header::CONTENT_SECURITY_POLICY, sandbox);
+    if download || name.ends_with(".csv") {
+        headers.insert(header::CONTENT_DISPOSITION, attachment(result, name));
+    }
+    Ok(response)
+}
+
+/// Names a download after recording, design and report, in letters that any system takes.
+pub(super) fn attachment(result: &StoredResult, name: &str) -> HeaderValue {
+    let summary = &result.summary;
+    let whole = format!("{}-{}", summary.file, summary.design);
+    let plain: String = whole
+        .chars()
+        .take(60)
+        .map(|c| {
+            if c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_') {
+                c
+            } else {
+                '_'
+            }
+        })
+        .collect();
+    let plain = plain.trim_start_matches('.');
+    let id = result.report_id.get(..8).unwrap_or("");
+    let text = format!("attachment; filename=\"{plain}-{id}-{name}\"");
+    HeaderValue::from_str(&text).unwrap_or(HeaderValue::from_static("attachment"))
+}

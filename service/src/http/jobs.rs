@@ -1,0 +1,142 @@
+//! Questions under way: how far they are, asked once or told as it goes.
+
+use crate::app::App;
+use crate::pool::Progress;
+use crate::problem::Problem;
+use crate::store::JobState;
+use axum::Json;
+use axum::extract::{Path, State};
+use axum::http::{StatusCode, header};
+use axum::response::sse::{Event, KeepAlive, Sse};
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::convert::Infallible;
+use tokio_stream::wrappers::WatchStream;
+use tokio_stream::{Stream, StreamExt};
+use utoipa::ToSchema;
+
+/// How far a job is.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub(super) struct JobStanding {
+    /// The job.
+    job: String,
+    /// `queued`, `running`, `done` or `refused`.
+    state: String,
+    /// Where its steps are told as they happen (server-sent events).
+    events: String,
+    /// The report, once it is done.
+    report_id: Option<String>,
+    /// Where the verdict is, once it is done.
+    verdict: Option<String>,
+    /// Why there is none, where it was refused.
+    #[schema(value_type = Option<Object>)]
+    problem: Option<Value>,
+}
+
+impl JobStanding {
+    fn of(job: &str, state: &JobState) -> Self {
+        let report_id = match state {
+            JobState::Done { report_id } => Some(report_id.clone()),
+            _ => None,
+        };
+        Self {
+            job: job.into(),
+            state: state.name().into(),
+            events: format!("/v1/jobs/{job}/events"),
+            verdict: report_id.as_ref().map(|id| format!("/v1/verdicts/{id}")),
+            report_id,
+            problem: match state {
+                JobState::Refused { problem } => Some(problem.clone()),
+                _ => None,
+            },
+        }
+    }
+}
+
+/// Says that a question became a job.
+pub(super) fn accepted(job: &str, state: &JobState) -> Response {
+    let place = [(header::LOCATION, format!("/v1/jobs/{job}"))];
+    let standing = Json(JobStanding::of(job, state));
+    (StatusCode::ACCEPTED, place, standing).into_response()
+}
+
+/// Reads a problem back.
+pub(super) fn problem_of(problem: Value) -> Problem {
+    serde_json::from_value(problem).unwrap_or_else(|_| Problem::not_found("answer"))
+}
+
+async fn state_of(app: &App, id: &str) -> Result<JobState, Problem> {
+    let wanted = id.to_string();
+    let job = app.on_disk(move |parts| parts.ledger.job(&wanted)).await?;
+    Ok(job.ok_or_else(|| Problem::not_found("such job"))?.state)
+}
+
+/// Says how far a job is.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}",
+    params(("id" = String, Path, description = "The job")),
+    responses(
+        (status = 200, description = "How far it is", body = JobStanding),
+        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub(super) async fn get(
+    State(app): State<App>,
+    Path(id): Path<String>,
+) -> Result<Json<JobStanding>, Problem> {
+    let state = state_of(&app, &id).await?;
+    Ok(Json(JobStanding::of(&id, &state)))
+}
+
+/// Tells how far a job is as it goes: `progress` events with `part`, then one `done` or `refused`.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/events",
+    params(("id" = String, Path, description = "The job")),
+    responses(
+        (status = 200, description = "Events", body = String, content_type = "text/event-stream"),
+        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
+    )
+)]
+pub(super) async fn events(
+    State(app): State<App>,
+    Path(id): Path<String>,
+) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, Problem> {
+    let watched = app.crew.watch(&id);
+    // It may have ended before anybody watched.
+    let state = state_of(&app, &id).await?;
+    let now = Progress { state, part: None };
+    let steps = tokio_stream::once(now).chain(WatchStream::from_changes(watched));
+    // A stream that has told the end has no more to tell.
+    let steps = until_ended(steps);
+    let told = steps.map(move |progress| Ok(event(&id, &progress)));
+    Ok(Sse::new(told).keep_alive(KeepAlive::default()))
+}
+
+/// Ends a stream right after the step that ends the job.
+fn until_ended(
+    steps: impl Stream<Item = Progress> + Send + 'static,
+) -> impl Stream<Item = Progress> + Send + 'static {
+    let (tell, told) = tokio::sync::mpsc::channel(4);
+    tokio::spawn(async move {
+        let mut steps = std::pin::pin!(steps);
+        while let Some(step) = steps.next().await {
+            let ends = step.state.has_ended();
+            if tell.send(step).await.is_err() || ends {
+                return;
+            }
+        }
+    });
+    tokio_stream::wrappers::ReceiverStream::new(told)
+}
+
+fn event(id: &str, progress: &Progress) -> Event {
+    let mut data = json!(JobStanding::of(id, &progress.state));
+    data["part"] = json!(progress.part);
+    let name = match &progress.state {
+        JobState::Done { .. } => "done",
+        JobState::Refused { .. } => "refused",
+        _ => "progress",
+    };
+    Event::default().event(name).data(data.to_string())
+}

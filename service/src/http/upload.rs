@@ -1,0 +1,225 @@
+//! How an upload becomes files: streamed to the disk, hashed on the way, never read here.
+
+use crate::app::App;
+use crate::problem::Problem;
+use crate::store::{Blobs, Manifest, StoreError, StoredFile};
+use axum::body::{Body, Bytes};
+use axum::extract::{FromRequest, Multipart, Request};
+use axum::http::{StatusCode, header};
+use std::sync::Arc;
+use tokio::sync::{mpsc, oneshot};
+use tokio_stream::{Stream, StreamExt};
+
+/// Letters of a name.
+const NAME_LETTERS: usize = 200;
+
+/// Bytes of a card.
+const CARD_BYTES: u64 = 1 << 20;
+
+/// Takes an upload in: the raw file, or a form with `file`, `card` and further parts.
+///
+/// # Errors
+///
+/// A problem: too large, too many, too slow, a name that no file may have, a full disk.
+pub(super) async fn receive(
+    app: &App,
+    name: Option<String>,
+    request: Request,
+) -> Result<Manifest, Problem> {
+    let form = request
+        .headers()
+        .get(header::CONTENT_TYPE)
+        .and_then(|kind| kind.to_str().ok())
+        .is_some_and(|kind| kind.starts_with("multipart/form-data"));
+    let stated = request
+        .headers()
+        .get(header::CONTENT_LENGTH)
+        .and_then(|length| length.to_str().ok()?.parse().ok());
+    let most = app.config.upload_bytes;
+    // A form has lines around its parts.
+    if let Some(length) = stated
+        && length > most.saturating_add(if form { 1 << 20 } else { 0 })
+    {
+        return Err(too_large(most, &format!("{length} bytes")));
+    }
+    app.admit_bytes(stated.unwrap_or(0))?;
+    let received = async {
+        if form {
+            of_form(app, name, request).await
+        } else {
+            of_body(app, name, request.into_body()).await
+        }
+    };
+    match tokio::time::timeout(app.config.upload_time, received).await {
+        Ok(outcome) => outcome,
+        Err(_) => {
+            let text = format!(
+                "the upload took longer than {} s",
+                app.config.upload_time.as_secs()
+            );
+            Err(Problem::new(
+                StatusCode::REQUEST_TIMEOUT,
+                "too-slow",
+                "Too slow",
+                text,
+            ))
+        }
+    }
+}
+
+async fn of_body(app: &App, name: Option<String>, body: Body) -> Result<Manifest, Problem> {
+    let name = plain(&name.ok_or_else(|| {
+        Problem::bad_request("state the file's name, which readers go by: ?name=NAME")
+    })?)?;
+    let file = store(app, &name, body.into_data_stream(), app.config.upload_bytes).await?;
+    Ok(Manifest {
+        name,
+        files: vec![file],
+        card: None,
+    })
+}
+
+async fn of_form(app: &App, name: Option<String>, request: Request) -> Result<Manifest, Problem> {
+    let refused = |error: axum::extract::multipart::MultipartRejection| {
+        Problem::bad_request(error.body_text())
+    };
+    let mut form = Multipart::from_request(request, &())
+        .await
+        .map_err(refused)?;
+    let broken =
+        |error: axum::extract::multipart::MultipartError| Problem::bad_request(error.body_text());
+    let mut manifest = Manifest {
+        name: name.as_deref().map(plain).transpose()?.unwrap_or_default(),
+        files: Vec::new(),
+        card: None,
+    };
+    let mut left = app.config.upload_bytes;
+    while let Some(field) = form.next_field().await.map_err(broken)? {
+        let role = field.name().unwrap_or("").to_string();
+        let own = field.file_name().map(String::from);
+        let is_card = role == "card";
+        let own = match own {
+            Some(own) => plain(&own)?,
+            None if is_card => "card.toml".into(),
+            None => return Err(Problem::bad_request("each file of a form needs a name")),
+        };
+        if manifest.files.len() >= app.config.upload_files {
+            let most = app.config.upload_files as u64;
+            let way_out = "send the files of one test alone, or an archive";
+            let status = StatusCode::PAYLOAD_TOO_LARGE;
+            return Err(Problem::over(
+                status,
+                "upload_files",
+                most,
+                "more files".into(),
+                way_out,
+            ));
+        }
+        let most = if is_card { CARD_BYTES.min(left) } else { left };
+        let file = store(app, &own, field, most).await?;
+        left -= file.bytes.min(left);
+        if is_card {
+            manifest.card = Some(file);
+            continue;
+        }
+        if role == "file" && manifest.name.is_empty() {
+            manifest.name = own;
+        }
+        if manifest.files.iter().any(|known| known.name == file.name) {
+            return Err(Problem::bad_request(format!(
+                "two files of the name {}",
+                file.name
+            )));
+        }
+        manifest.files.push(file);
+    }
+    if manifest.files.is_empty() {
+        return Err(Problem::bad_request(
+            "the form holds no file; name its part `file`",
+        ));
+    }
+    if manifest.name.is_empty() {
+        let text = "name the part to read `file`, or the folder that the parts form: ?name=NAME";
+        return Err(Problem::bad_request(text));
+    }
+    manifest.files.sort();
+    Ok(manifest)
+}
+
+/// Writes a stream of bytes into a blob, on a thread that may wait for the disk.
+async fn store<E: std::fmt::Display>(
+    app: &App,
+    name: &str,
+    stream: impl Stream<Item = Result<Bytes, E>>,
+    most: u64,
+) -> Result<StoredFile, Problem> {
+    let (pieces, waiting) = mpsc::channel::<Bytes>(4);
+    let (ready, whole) = oneshot::channel();
+    let (blobs, name) = (Arc::clone(&app.blobs), name.to_string());
+    let written = tokio::task::spawn_blocking(move || write(&*blobs, &name, waiting, whole));
+    let mut stream = std::pin::pin!(stream);
+    let mut bytes = 0_u64;
+    while let Some(piece) = stream.next().await {
+        let piece = piece.map_err(|error| Problem::bad_request(format!("the upload: {error}")))?;
+        bytes += piece.len() as u64;
+        if bytes > most {
+            return Err(too_large(most, "a larger upload"));
+        }
+        if pieces.send(piece).await.is_err() {
+            break;
+        }
+    }
+    // Only a whole upload is kept.
+    let _ = ready.send(());
+    drop(pieces);
+    match written.await {
+        Ok(Ok(file)) => Ok(file),
+        Ok(Err(error)) => Err(error.into()),
+        Err(error) => Err(StoreError::Broken {
+            reason: error.to_string(),
+        }
+        .into()),
+    }
+}
+
+fn write(
+    blobs: &dyn Blobs,
+    name: &str,
+    mut waiting: mpsc::Receiver<Bytes>,
+    whole: oneshot::Receiver<()>,
+) -> Result<StoredFile, StoreError> {
+    let mut writer = blobs.begin()?;
+    while let Some(piece) = waiting.blocking_recv() {
+        writer.write(&piece)?;
+    }
+    let mut whole = whole;
+    if whole.try_recv().is_err() {
+        let reason = "the upload ended before its end".into();
+        return Err(StoreError::Broken { reason });
+    }
+    writer.finish(name)
+}
+
+fn too_large(most: u64, found: &str) -> Problem {
+    let way_out =
+        "cut the recording to what is needed, or raise `upload_mib` in the service's configuration";
+    Problem::over(
+        StatusCode::PAYLOAD_TOO_LARGE,
+        "upload_bytes",
+        most,
+        found.into(),
+        way_out,
+    )
+}
+
+/// Takes a name that a file of an upload may have: relative, with `/` between folders.
+fn plain(name: &str) -> Result<String, Problem> {
+    let odd = |c: char| c.is_control() || c == '\\';
+    let parts_fit = name.split('/').all(|part| !matches!(part, "" | "." | ".."));
+    if name.chars().count() <= NAME_LETTERS && parts_fit && !name.contains(odd) {
+        return Ok(name.into());
+    }
+    Err(Problem::bad_request(format!(
+        "a name of up to {NAME_LETTERS} letters with `/` between folders, no `..` and no `\\`"
+    )))
+}

@@ -1,0 +1,22 @@
+//! The HTTP service of latchgate: recordings in, verdicts kept, judged in jailed children.
+//!
+//! In reading order: `config` says how it runs, `http` and `pages` answer requests, `auth` says who
+//! may, `app` is what they share, `store` keeps what was taken in and answered, `pool` has children
+//! read and judge in a `jail`, `problem` words what went wrong, `run` are the commands.
+
+#![expect(
+    clippy::result_large_err,
+    reason = "a problem is made once for a request that is refused, and sent"
+)]
+
+pub mod app;
+pub mod auth;
+pub mod clock;
+pub mod config;
+pub mod http;
+pub mod jail;
+pub mod pages;
+pub mod pool;
+pub mod problem;
+pub mod run;
+pub mod store;

@@ -1,0 +1,27 @@
+//! A pool of children that read and judge, so that this process never reads what was uploaded.
+//!
+//! Each place of the pool is a thread that drives one child over pipes: an order goes in, with the
+//! recording's files if the child does not hold them; beats and one answer come out. A child that
+//! ends, is late or says what it should not is replaced, and its order answered with [`Lost`].
+//!
+//! - `words`: what parent and child say to each other;
+//! - `frame`: how it is framed;
+//! - `child`: the child's side: the loop of a worker;
+//! - `answer`: what a child answers to each order;
+//! - `trials`: what a child tries against its jail when asked to;
+//! - `slot`: the parent's side: one child, driven;
+//! - `crew`: all places, their queue, and the jobs of the ledger.
+
+mod answer;
+mod child;
+mod crew;
+mod frame;
+mod slot;
+mod trials;
+mod words;
+
+pub(crate) use answer::{design_of, request_of};
+pub use child::work as child_work;
+pub use crew::{Crew, CrewOptions, Progress};
+pub use slot::{ChildOptions, Delivered, Lost, Slot};
+pub use words::{Answer, Order, Trial};

@@ -1,0 +1,414 @@
+//! What a child answers to each order; the only place that reads an upload.
+
+use super::words::{Answer, Order};
+use crate::problem::{Problem, for_http};
+use crate::store::{Summary, sha256_hex};
+use latchgate::pipeline::{
+    self, Control, Design, Document, Extras, Limits, Outcome, Prepared, Request, Source,
+};
+use latchgate::report;
+use serde_json::{Map, Value, json};
+use std::time::Instant;
+
+/// Recordings whose prepared form is kept.
+const PREPARED: usize = 4;
+
+/// Lines of a text file that are shown beside what was read from it.
+const PREVIEW_LINES: usize = 24;
+
+/// Letters of such a line.
+const PREVIEW_LETTERS: usize = 200;
+
+/// Points of a plot at most.
+const PIXELS: usize = 8192;
+
+/// Files that go with an answer, names with bytes.
+pub(super) type Files = Vec<(String, Vec<u8>)>;
+
+/// What was prepared lately, the latest last.
+#[derive(Debug, Default)]
+pub(super) struct Desk {
+    prepared: Vec<(String, Prepared)>,
+    tables: Vec<(String, Table)>,
+}
+
+impl Desk {
+    /// Forgets what belongs to recordings that are no longer held.
+    pub(super) fn keep_only(&mut self, held: &[String]) {
+        self.prepared
+            .retain(|(key, _)| held.iter().any(|id| key.starts_with(id.as_str())));
+        self.tables.retain(|(key, _)| held.contains(key));
+    }
+
+    /// Answers an order about `source`, whose text `head` begins with.
+    pub(super) fn answer(
+        &mut self,
+        order: &Order,
+        source: &Source,
+        head: &[u8],
+        control: &Control<'_>,
+    ) -> (Answer, Files) {
+        let answered = match order {
+            Order::Inspect { request, .. } => inspect(source, request, head, control),
+            Order::Judge {
+                recording,
+                request,
+                design,
+            } => self.judge(recording, source, (request, design), control),
+            Order::WhatIf {
+                recording,
+                request,
+                design,
+            } => self.what_if(recording, source, (request, design), control),
+            Order::Series {
+                table,
+                from_s,
+                to_s,
+                pixels,
+            } => Ok(self.series(table, head, (*from_s, *to_s), *pixels)),
+            Order::Try { trial } => Ok((super::trials::attempt(*trial), Files::new())),
+        };
+        answered.unwrap_or_else(|problem| {
+            let problem = problem.to_value();
+            (Answer::Problem { problem }, Files::new())
+        })
+    }
+
+    fn judge(
+        &mut self,
+        recording: &str,
+        source: &Source,
+        question: (&Value, &Value),
+        control: &Control<'_>,
+    ) -> Result<(Answer, Files), Problem> {
+        let started = Instant::now();
+        let extras = Extras {
+            filter_table: true,
+            preload_answer: true,
+            evidence: true,
+        };
+        let mut outcome = self.outcome(recording, source, question, extras, control)?;
+        outcome.document.run.elapsed_s = started.elapsed().as_secs_f64();
+        let answer = Answer::Verdict {
+            report_id: outcome.document.report_id.clone(),
+            summary: Box::new(summary(&outcome.document)),
+            content_sha256: content_sha256(&outcome.document),
+        };
+        Ok((answer, outcome.files()))
+    }
+
+    fn what_if(
+        &mut self,
+        recording: &str,
+        source: &Source,
+        (request, design): (&Value, &Value),
+        control: &Control<'_>,
+    ) -> Result<(Answer, Files), Problem> {
+        let mut nominal = request.clone();
+        if let Some(settings) = nominal.as_object_mut() {
+            settings.insert("members".into(), json!(0));
+        }
+        let question = (&nominal, design);
+        let outcome = self.outcome(recording, source, question, Extras::default(), control)?;
+        let document = json!(outcome.document);
+        Ok((Answer::WhatIf { document }, Files::new()))
+    }
+
+    /// Judges; a recording that carries no answer is a problem.
+    fn outcome(
+        &mut self,
+        recording: &str,
+        source: &Source,
+        (request, design): (&Value, &Value),
+        extras: Extras,
+        control: &Control<'_>,
+    ) -> Result<Outcome, Problem> {
+        let asked = request_of(request)?;
+        let design = design_of(design, &asked)?;
+        let key = format!("{recording}{request}");
+        let known = self.prepared.iter().position(|(known, _)| *known == key);
+        let prepared = match known {
+            Some(at) => self.prepared.remove(at).1,
+            None => {
+                let limits = Limits::default();
+                match Prepared::open(source, &asked, &limits, control) {
+                    Ok(prepared) => prepared,
+                    Err(refused) => return Err(refusal(&refused.outcome(&design))),
+                }
+            }
+        };
+        let outcome = prepared.judge(&design, extras, control);
+        if self.prepared.len() >= PREPARED {
+            self.prepared.remove(0);
+        }
+        self.prepared.push((key, prepared));
+        match outcome.refusal {
+            Some(_) => Err(refusal(&outcome)),
+            None => Ok(outcome),
+        }
+    }
+
+    fn series(
+        &mut self,
+        table: &str,
+        text: &[u8],
+        range: (Option<f64>, Option<f64>),
+        pixels: Option<usize>,
+    ) -> (Answer, Files) {
+        if let Some(at) = self.tables.iter().position(|(key, _)| key == table) {
+            let known = self.tables.remove(at);
+            self.tables.push(known);
+        } else {
+            if self.tables.len() >= PREPARED {
+                self.tables.remove(0);
+            }
+            self.tables.push((table.into(), Table::read(text)));
+        }
+        let (_, known) = self.tables.last().expect("one was put there");
+        match pixels {
+            Some(pixels) => {
+                let series = known.thinned(range, pixels.clamp(2, PIXELS));
+                (Answer::Series { series }, Files::new())
+            }
+            None => {
+                let rows = known.rows_as_text(text, range);
+                (Answer::Rows, vec![("series.csv".into(), rows)])
+            }
+        }
+    }
+}
+
+/// Reads settings as keys and values state them.
+///
+/// # Errors
+///
+/// A problem that names the key and what it takes.
+pub(crate) fn request_of(request: &Value) -> Result<Request, Problem> {
+    serde_json::from_value::<Request>(request.clone())
+        .map_err(|error| error.to_string())
+        .and_then(|request| match request.check() {
+            Ok(()) => Ok(request),
+            Err(error) => Err(error.to_string()),
+        })
+        .map_err(|detail| Problem {
+            code: "bad-setting".into(),
+            ..Problem::bad_request(format!("request: {detail}"))
+        })
+}
+
+/// Reads a design as keys and values state it, and checks it with the question.
+///
+/// # Errors
+///
+/// A problem that names the key and what it takes.
+pub(crate) fn design_of(design: &Value, request: &Request) -> Result<Design, Problem> {
+    let bad = |detail: String| Problem {
+        code: "bad-design".into(),
+        ..Problem::bad_request(format!("design: {}", for_http(&detail)))
+    };
+    let mut design: Design =
+        serde_json::from_value(design.clone()).map_err(|error| bad(error.to_string()))?;
+    if design.name.is_empty() {
+        design.name = "design".into();
+    }
+    request
+        .check_design(&design)
+        .map_err(|error| bad(error.to_string()))?;
+    Ok(design)
+}
+
+fn refusal(outcome: &Outcome) -> Problem {
+    let mut problem = match &outcome.refusal {
+        Some(error) => Problem::of_recording(error),
+        None => Problem::bad_request("nothing was judged"),
+    };
+    problem.candidates = outcome
+        .offers
+        .iter()
+        .map(|offer| offer.channel.clone())
+        .collect();
+    problem.document = Some(json!(outcome.document));
+    problem
+}
+
+fn summary(document: &Document) -> Summary {
+    Summary {
+        file: document.recording.file.clone(),
+        channel: document.recording.channel.clone(),
+        design: document.design.name.clone(),
+        modified: document.design.modified.clone(),
+        design_version: None,
+        verdict: document.verdict.name().into(),
+        why: document
+            .why
+            .first()
+            .map_or_else(String::new, |reason| for_http(&reason.text)),
+        peak_angle_rad: document.nominal.as_ref().map(|run| run.peak_angle_rad),
+        threshold_rad: document.threshold_rad,
+        members: document
+            .ensemble
+            .as_ref()
+            .map_or(0, |ensemble| u64::from(ensemble.members)),
+    }
+}
+
+/// Hashes a document without what may differ between two runs.
+fn content_sha256(document: &Document) -> String {
+    let mut value = json!(document);
+    if let Some(keys) = value.as_object_mut() {
+        keys.remove("run");
+    }
+    sha256_hex(report::json::render(&value).as_bytes())
+}
+
+fn inspect(
+    source: &Source,
+    request: &Value,
+    head: &[u8],
+    control: &Control<'_>,
+) -> Result<(Answer, Files), Problem> {
+    let request = request_of(request)?;
+    let listing = pipeline::inspect(source, &request, &Limits::default(), control)
+        .map_err(|error| Problem::of_recording(&error));
+    let mut value = Map::new();
+    match listing {
+        Ok(listing) => {
+            let sparks = listing.channels.iter().map(|channel| channel.spark.clone());
+            let mut channels = json!(listing.channels);
+            for (channel, spark) in channels.as_array_mut().into_iter().flatten().zip(sparks) {
+                channel["spark"] = json!(spark);
+            }
+            value.insert("format".into(), json!(listing.recording.format));
+            value.insert("sha256".into(), json!(listing.recording.sha256));
+            value.insert("channel".into(), json!(listing.replay.channel));
+            let reason = listing.replay.reason.as_deref().map(for_http);
+            value.insert("reason".into(), json!(reason));
+            value.insert("channels".into(), channels);
+            value.insert("candidates".into(), json!(listing.replay.candidates));
+            value.insert("findings".into(), json!(listing.findings));
+        }
+        Err(problem) => {
+            for list in ["channels", "candidates", "findings"] {
+                value.insert(list.into(), json!([]));
+            }
+            value.insert("problem".into(), problem.to_value());
+        }
+    }
+    value.insert("preview".into(), json!(preview(head)));
+    let listing = Value::Object(value);
+    Ok((Answer::Listing { listing }, Files::new()))
+}
+
+/// Returns the first lines of a text file; none of another.
+fn preview(head: &[u8]) -> Vec<String> {
+    let head = &head[..head.len().min(64 << 10)];
+    if head.contains(&0) {
+        return Vec::new();
+    }
+    let text = String::from_utf8_lossy(head);
+    let lines = text.lines().take(PREVIEW_LINES);
+    lines
+        .map(|line| line.chars().take(PREVIEW_LETTERS).collect())
+        .collect()
+}
+
+/// A table of numbers under a line of names, its first column growing.
+#[derive(Debug, Default)]
+struct Table {
+    names: Vec<String>,
+    columns: Vec<Vec<f64>>,
+    /// Where each row begins in the text, and where the last one ends.
+    starts: Vec<usize>,
+}
+
+impl Table {
+    fn read(text: &[u8]) -> Self {
+        let mut table = Self::default();
+        let mut at = 0;
+        for line in text.split_inclusive(|byte| *byte == b'\n') {
+            let words = String::from_utf8_lossy(line);
+            let cells = words.trim_end().split(',');
+            if table.names.is_empty() {
+                table.names = cells.map(String::from).collect();
+                table.columns = vec![Vec::new(); table.names.len()];
+            } else {
+                table.starts.push(at);
+                let mut cells = cells;
+                for column in &mut table.columns {
+                    let cell = cells.next().and_then(|cell| cell.parse().ok());
+                    column.push(cell.unwrap_or(f64::NAN));
+                }
+            }
+            at += line.len();
+        }
+        table.starts.push(at);
+        table
+    }
+
+    /// Returns the rows of a range of time, from and to.
+    fn rows(&self, (from_s, to_s): (Option<f64>, Option<f64>)) -> std::ops::Range<usize> {
+        let Some(time) = self.columns.first() else {
+            return 0..0;
+        };
+        let first = from_s.map_or(0, |from| time.partition_point(|t| *t < from));
+        let end = to_s.map_or(time.len(), |to| time.partition_point(|t| *t <= to));
+        first..end.max(first)
+    }
+
+    /// Returns the line of names and the rows of a range as they stand.
+    fn rows_as_text(&self, text: &[u8], range: (Option<f64>, Option<f64>)) -> Vec<u8> {
+        let rows = self.rows(range);
+        let head = text.split_inclusive(|byte| *byte == b'\n').next();
+        let mut out = head.unwrap_or_default().to_vec();
+        if let (Some(from), Some(to)) = (self.starts.get(rows.start), self.starts.get(rows.end)) {
+            out.extend_from_slice(&text[*from..*to]);
+        }
+        out
+    }
+
+    /// Returns the columns of a range: as they stand where they fit, else of each of `pixels` pieces
+    /// the least and the largest value of each column, in the order in which they come.
+    fn thinned(&self, range: (Option<f64>, Option<f64>), pixels: usize) -> Value {
+        let rows = self.rows(range);
+        let count = rows.len();
+        let thinned = count > 2 * pixels;
+        let mut columns = Map::new();
+        for (index, (name, values)) in self.names.iter().zip(&self.columns).enumerate() {
+            let values = &values[rows.clone()];
+            let shown: Vec<f64> = if !thinned {
+                values.to_vec()
+            } else if index == 0 {
+                let instants = pieces(count, pixels);
+                instants
+                    .flat_map(|piece| {
+                        [values[piece.start], values[piece.start.midpoint(piece.end)]]
+                    })
+                    .collect()
+            } else {
+                pieces(count, pixels)
+                    .flat_map(|piece| extremes(&values[piece]))
+                    .collect()
+            };
+            columns.insert(name.clone(), json!(shown));
+        }
+        json!({"rows": count, "thinned": thinned, "columns": columns})
+    }
+}
+
+/// Divides `count` rows into `pieces` of nearly equal length.
+fn pieces(count: usize, pieces: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
+    (0..pieces).map(move |piece| piece * count / pieces..(piece + 1) * count / pieces)
+}
+
+fn extremes(values: &[f64]) -> [f64; 2] {
+    let (mut least, mut largest) = (0, 0);
+    for (index, value) in values.iter().enumerate() {
+        if *value < values[least] {
+            least = index;
+        }
+        if *value > values[largest] {
+            largest = index;
+        }
+    }
+    [values[least.min(largest)], values[least.max(largest)]]
+}

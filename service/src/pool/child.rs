@@ -1,0 +1,166 @@
+//! The child's side: reads orders from its standard input, answers on its standard output.
+
+use super::answer::Desk;
+use super::frame;
+use super::words::{Answer, Enclosed, Enclosure, Said, Told};
+use crate::jail;
+use latchgate::pipeline::{Control, Source};
+use std::io::{self, BufReader, Read, Write};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// Recordings and tables that a child holds.
+const HELD: usize = 6;
+
+/// Time between two beats.
+const BEAT: Duration = Duration::from_millis(200);
+
+/// A recording or table that the child holds.
+struct Held {
+    id: String,
+    source: Source,
+    /// The bytes of the file that is read.
+    head: Arc<[u8]>,
+    bytes: u64,
+}
+
+/// Shuts itself in and answers orders until its input ends.
+///
+/// # Errors
+///
+/// Any error of the pipes; the parent has gone, or says what no parent would.
+pub fn work(memory_bytes: u64) -> io::Result<()> {
+    let out = Mutex::new(io::stdout());
+    let mut input = BufReader::new(io::stdin());
+    say(
+        &out,
+        &Said::Hello {
+            jail: jail::enter(memory_bytes),
+        },
+    )?;
+    let mut held: Vec<Held> = Vec::new();
+    let mut desk = Desk::default();
+    while let Some(told) = frame::read::<Told>(&mut input)? {
+        jail::allow_cpu(told.cpu_s);
+        let id = told.order.needs().unwrap_or("").to_string();
+        if let Some(enclosed) = &told.enclosed {
+            let fresh = receive(&mut input, &id, enclosed)?;
+            held.retain(|held| held.id != id);
+            make_room(&mut held, fresh.bytes, memory_bytes / 4);
+            held.push(fresh);
+        } else if let Some(at) = held.iter().position(|held| held.id == id) {
+            let known = held.remove(at);
+            held.push(known);
+        }
+        let ids: Vec<String> = held.iter().map(|held| held.id.clone()).collect();
+        desk.keep_only(&ids);
+        let nothing = (Source::bytes("", *b""), Arc::from([]));
+        let (source, head) = held
+            .last()
+            .filter(|held| held.id == id)
+            .map_or(nothing, |held| {
+                (held.source.clone(), Arc::clone(&held.head))
+            });
+        let (answer, files) = beating(&out, |control| {
+            desk.answer(&told.order, &source, &head, control)
+        });
+        deliver(&out, answer, &files, ids)?;
+    }
+    Ok(())
+}
+
+fn say(out: &Mutex<io::Stdout>, said: &Said) -> io::Result<()> {
+    let mut out = out
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner);
+    frame::write(&mut *out, said)?;
+    out.flush()
+}
+
+/// Does a piece of work that says from time to time that it goes on.
+fn beating<T>(out: &Mutex<io::Stdout>, work: impl FnOnce(&Control<'_>) -> T) -> T {
+    let last = Mutex::new(Instant::now());
+    let proceed = |part: Option<f64>| {
+        let Ok(mut last) = last.try_lock() else {
+            return true;
+        };
+        if last.elapsed() < BEAT {
+            return true;
+        }
+        *last = Instant::now();
+        // Nobody listens any more: there is no use in going on.
+        say(out, &Said::Beat { part }).is_ok()
+    };
+    work(&Control {
+        threads: 1,
+        proceed: &proceed,
+    })
+}
+
+fn deliver(
+    out: &Mutex<io::Stdout>,
+    answer: Answer,
+    files: &[(String, Vec<u8>)],
+    holds: Vec<String>,
+) -> io::Result<()> {
+    let enclosed = files.iter().map(|(name, bytes)| Enclosed {
+        name: name.clone(),
+        bytes: bytes.len() as u64,
+    });
+    say(
+        out,
+        &Said::Answer {
+            answer,
+            files: enclosed.collect(),
+            holds,
+        },
+    )?;
+    let mut out = out
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner);
+    for (_, bytes) in files {
+        out.write_all(bytes)?;
+    }
+    out.flush()
+}
+
+/// Lets the oldest go until there is room for so many bytes more.
+fn make_room(held: &mut Vec<Held>, bytes: u64, most: u64) {
+    let of_all = |held: &[Held]| held.iter().map(|held| held.bytes).sum::<u64>();
+    while !held.is_empty() && (held.len() >= HELD || of_all(held) + bytes > most) {
+        held.remove(0);
+    }
+}
+
+fn receive(input: &mut impl Read, id: &str, enclosed: &Enclosure) -> io::Result<Held> {
+    let mut files = Vec::with_capacity(enclosed.files.len());
+    for file in &enclosed.files {
+        files.push((file.name.clone(), bytes_of(input, file)?));
+    }
+    let head = files
+        .iter()
+        .find(|(name, _)| *name == enclosed.name)
+        .map_or_else(|| Arc::from([]), |(_, bytes)| Arc::clone(bytes));
+    let mut source = Source::files(enclosed.name.clone(), files);
+    let mut bytes = enclosed.files.iter().map(|file| file.bytes).sum();
+    if let Some(card) = &enclosed.card {
+        source = source.with_card(bytes_of(input, card)?);
+        bytes += card.bytes;
+    }
+    Ok(Held {
+        id: id.into(),
+        source,
+        head,
+        bytes,
+    })
+}
+
+fn bytes_of(input: &mut impl Read, file: &Enclosed) -> io::Result<Arc<[u8]>> {
+    let length = usize::try_from(file.bytes).map_err(io::Error::other)?;
+    let mut bytes = Vec::with_capacity(length);
+    frame::copy(input, file.bytes, |piece| {
+        bytes.extend_from_slice(piece);
+        Ok(())
+    })?;
+    Ok(bytes.into())
+}

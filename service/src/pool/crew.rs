@@ -1,0 +1,451 @@
+//! All places of the pool: orders of people who wait come first, then the jobs of the ledger.
+
+use super::slot::{ChildOptions, Delivered, Lost, Slot};
+use super::words::{Answer, Order};
+use crate::clock::now_ms;
+use crate::jail::Jail;
+use crate::problem::Problem;
+use crate::store::{Blobs, Job, JobState, Ledger, Manifest, StoreError, StoredResult};
+use axum::http::StatusCode;
+use std::collections::{HashMap, VecDeque};
+use std::io;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use tokio::sync::{oneshot, watch};
+
+/// Attempts of an order that ends its child.
+const ATTEMPTS: i64 = 3;
+
+/// Time for which a job is held from sign of life to sign of life.
+const LEASE: Duration = Duration::from_secs(30);
+
+/// Time after which a place looks for jobs that nobody told it of.
+const LOOK: Duration = Duration::from_millis(500);
+
+/// Orders that wait for a place at most.
+const WAITING: usize = 64;
+
+/// How the pool is made up.
+#[derive(Debug, Clone)]
+pub struct CrewOptions {
+    /// How children are started and bounded.
+    pub child: ChildOptions,
+    /// Places for jobs; one more is kept for people who wait.
+    pub places: usize,
+}
+
+/// How far a job is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Progress {
+    /// Its state.
+    pub state: JobState,
+    /// The part that is done, 0 to 1, where that is known.
+    pub part: Option<f64>,
+}
+
+/// An order of someone who waits.
+struct Asked {
+    order: Order,
+    manifest: Option<Manifest>,
+    reply: oneshot::Sender<Result<Delivered, Lost>>,
+}
+
+/// What the counters of the pool say.
+#[derive(Debug, Default)]
+pub struct Counters {
+    /// Children that ended under an order.
+    pub children_lost: AtomicU64,
+    /// Jobs that were answered.
+    pub jobs_done: AtomicU64,
+    /// Jobs that have no answer.
+    pub jobs_refused: AtomicU64,
+    /// Time for which places were at work [ms].
+    pub busy_ms: AtomicU64,
+}
+
+struct Shared {
+    ledger: Arc<dyn Ledger>,
+    blobs: Arc<dyn Blobs>,
+    asked: Mutex<VecDeque<Asked>>,
+    bell: Condvar,
+    ends: AtomicBool,
+    watched: Mutex<HashMap<String, watch::Sender<Progress>>>,
+    counters: Counters,
+}
+
+/// The pool.
+pub struct Crew {
+    shared: Arc<Shared>,
+    threads: Mutex<Vec<JoinHandle<()>>>,
+    jail: Jail,
+}
+
+impl std::fmt::Debug for Crew {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Crew")
+            .field("jail", &self.jail)
+            .finish_non_exhaustive()
+    }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Crew {
+    /// Starts the pool, with one child to see what jail the kernel grants.
+    ///
+    /// # Errors
+    ///
+    /// [`io::Error`] if no child or no thread can be started.
+    pub fn start(
+        options: &CrewOptions,
+        ledger: Arc<dyn Ledger>,
+        blobs: Arc<dyn Blobs>,
+    ) -> io::Result<Self> {
+        let mut first = Slot::new(options.child.clone())?;
+        let jail = first
+            .start()
+            .map_err(|lost| io::Error::other(lost.to_string()))?
+            .ok_or_else(|| io::Error::other("a child was there before it was started"))?;
+        let shared = Arc::new(Shared {
+            ledger,
+            blobs,
+            asked: Mutex::default(),
+            bell: Condvar::new(),
+            ends: AtomicBool::new(false),
+            watched: Mutex::default(),
+            counters: Counters::default(),
+        });
+        let mut threads = Vec::new();
+        let slots = (0..options.places).map(|_| Slot::new(options.child.clone()));
+        for (number, slot) in std::iter::once(Ok(first)).chain(slots).enumerate() {
+            let (slot, shared) = (slot?, Arc::clone(&shared));
+            // The first place is for people who wait.
+            let takes_jobs = number > 0;
+            let thread = std::thread::Builder::new().name(format!("place-{number}"));
+            threads.push(thread.spawn(move || serve(&shared, slot, takes_jobs))?);
+        }
+        Ok(Self {
+            shared,
+            threads: Mutex::new(threads),
+            jail,
+        })
+    }
+
+    /// Returns what jail a child is in.
+    #[must_use]
+    pub fn jail(&self) -> &Jail {
+        &self.jail
+    }
+
+    /// Returns the counters.
+    #[must_use]
+    pub fn counters(&self) -> &Counters {
+        &self.shared.counters
+    }
+
+    /// Has an order carried out for someone who waits.
+    ///
+    /// # Errors
+    ///
+    /// A problem: too many wait, or the order ended its child.
+    pub async fn ask(
+        &self,
+        order: Order,
+        manifest: Option<Manifest>,
+    ) -> Result<Delivered, Problem> {
+        let mut attempt = 1;
+        loop {
+            let (reply, replied) = oneshot::channel();
+            {
+                let mut asked = locked(&self.shared.asked);
+                if asked.len() >= WAITING || self.shared.ends.load(Ordering::Relaxed) {
+                    let text = "too many wait for a place; try again";
+                    return Err(Problem::busy(StatusCode::SERVICE_UNAVAILABLE, text, 1));
+                }
+                asked.push_back(Asked {
+                    order: order.clone(),
+                    manifest: manifest.clone(),
+                    reply,
+                });
+            }
+            self.shared.bell.notify_all();
+            let lost = match replied.await {
+                Ok(Ok(delivered)) => return Ok(delivered),
+                Ok(Err(lost)) => lost,
+                Err(_) => {
+                    let text = "the service is ending; try again";
+                    return Err(Problem::busy(StatusCode::SERVICE_UNAVAILABLE, text, 1));
+                }
+            };
+            let again = matches!(lost, Lost::Ended { .. }) && attempt < ATTEMPTS;
+            if !again {
+                return Err(of_lost(lost, attempt));
+            }
+            attempt += 1;
+        }
+    }
+
+    /// Tells the places that a job waits.
+    pub fn ring(&self) {
+        self.shared.bell.notify_all();
+    }
+
+    /// Watches a job. Who has subscribed looks at the ledger once more, lest it ended before.
+    #[must_use]
+    pub fn watch(&self, job: &str) -> watch::Receiver<Progress> {
+        let queued = || {
+            let (state, part) = (JobState::Queued, None);
+            watch::Sender::new(Progress { state, part })
+        };
+        let mut watched = locked(&self.shared.watched);
+        watched.retain(|_, sender| sender.receiver_count() > 0);
+        let sender = watched.entry(job.into()).or_insert_with(queued);
+        sender.subscribe()
+    }
+
+    /// Lets each place finish what it does and take nothing more, then waits for them.
+    pub fn end(&self) {
+        self.shared.ends.store(true, Ordering::Relaxed);
+        self.shared.bell.notify_all();
+        for thread in locked(&self.threads).drain(..) {
+            let _ = thread.join();
+        }
+        locked(&self.shared.asked).clear();
+    }
+}
+
+/// Says that an order had no answer: a recording that ends its reader is unusable.
+fn of_lost(lost: Lost, attempts: i64) -> Problem {
+    match lost {
+        Lost::Store(error) => error.into(),
+        lost => {
+            let detail = format!(
+                "{lost}, {attempts} of {ATTEMPTS} times; cut the recording to what is needed, or \
+                 raise what a child may take in the service's configuration"
+            );
+            let status = StatusCode::UNPROCESSABLE_ENTITY;
+            let title = "Reading the recording ends its process";
+            let mut problem = Problem::new(status, "ends-its-reader", title, detail);
+            problem.verdict = Some("unusable".into());
+            problem
+        }
+    }
+}
+
+/// What a place does next.
+enum Next {
+    Asked(Box<Asked>),
+    Job(Box<Job>),
+    End,
+}
+
+fn serve(shared: &Shared, mut slot: Slot, takes_jobs: bool) {
+    loop {
+        let began;
+        match next(shared, &slot, takes_jobs) {
+            Next::End => return,
+            Next::Asked(asked) => {
+                began = Instant::now();
+                let Asked {
+                    order,
+                    manifest,
+                    reply,
+                } = *asked;
+                if !reply.is_closed() {
+                    let blobs = &*shared.blobs;
+                    let outcome = slot.order(&order, manifest.as_ref(), blobs, &mut |_| {});
+                    shared.count_lost(outcome.as_ref().err());
+                    let _ = reply.send(outcome);
+                }
+            }
+            Next::Job(job) => {
+                began = Instant::now();
+                shared.work(&mut slot, &job);
+            }
+        }
+        let took = u64::try_from(began.elapsed().as_millis()).unwrap_or(u64::MAX);
+        shared.counters.busy_ms.fetch_add(took, Ordering::Relaxed);
+    }
+}
+
+/// Waits for something to do.
+fn next(shared: &Shared, slot: &Slot, takes_jobs: bool) -> Next {
+    let mut asked = locked(&shared.asked);
+    loop {
+        if shared.ends.load(Ordering::Relaxed) {
+            return Next::End;
+        }
+        // One whose recording the child holds already comes first.
+        let held = |asked: &Asked| asked.order.needs().is_some_and(|id| slot.holds(id));
+        let at = asked.iter().position(held).unwrap_or(0);
+        if let Some(asked) = asked.remove(at) {
+            return Next::Asked(Box::new(asked));
+        }
+        if takes_jobs {
+            drop(asked);
+            let lease = now_ms() + LEASE.as_millis() as i64;
+            match shared.ledger.take(now_ms(), lease) {
+                Ok(Some(job)) => return Next::Job(Box::new(job)),
+                Ok(None) => {}
+                Err(error) => tracing::warn!(%error, "no job can be taken"),
+            }
+            asked = locked(&shared.asked);
+            if !asked.is_empty() {
+                continue;
+            }
+        }
+        asked = shared
+            .bell
+            .wait_timeout(asked, LOOK)
+            .unwrap_or_else(PoisonError::into_inner)
+            .0;
+    }
+}
+
+impl Shared {
+    fn count_lost(&self, lost: Option<&Lost>) {
+        if let Some(lost) = lost {
+            self.counters.children_lost.fetch_add(1, Ordering::Relaxed);
+            tracing::warn!(%lost, "an order has no answer");
+        }
+    }
+
+    fn tell(&self, job: &str, state: JobState, part: Option<f64>) {
+        let mut watched = locked(&self.watched);
+        let ended = state.has_ended();
+        if let Some(sender) = watched.get(job) {
+            sender.send_replace(Progress { state, part });
+            if ended {
+                watched.remove(job);
+            }
+        }
+    }
+
+    /// Carries a job out and writes down what came of it.
+    fn work(&self, slot: &mut Slot, job: &Job) {
+        self.tell(&job.id, JobState::Running, None);
+        let outcome = self.answer(slot, job);
+        let written = match outcome {
+            Ok(result) => {
+                let (id, attempt) = (&job.id, job.attempt);
+                self.ledger.finish(id, attempt, &result).map(|()| {
+                    self.counters.jobs_done.fetch_add(1, Ordering::Relaxed);
+                    let report_id = result.report_id;
+                    self.tell(id, JobState::Done { report_id }, Some(1.0));
+                })
+            }
+            Err(Unanswered::Refused(problem)) => self.refuse(job, *problem),
+            Err(Unanswered::Lost(lost)) => {
+                self.count_lost(Some(&lost));
+                self.lose(job, lost)
+            }
+        };
+        match written {
+            Ok(()) => {}
+            Err(StoreError::Fenced) => {
+                tracing::warn!(job = %job.id, attempt = job.attempt, "an attempt came too late");
+            }
+            // The lease runs out, and the job is taken again.
+            Err(error) => tracing::warn!(%error, job = %job.id, "an answer could not be kept"),
+        }
+    }
+
+    fn refuse(&self, job: &Job, problem: Problem) -> Result<(), StoreError> {
+        let problem = problem.to_value();
+        self.ledger.refuse(&job.id, job.attempt, &problem)?;
+        self.counters.jobs_refused.fetch_add(1, Ordering::Relaxed);
+        self.tell(&job.id, JobState::Refused { problem }, None);
+        Ok(())
+    }
+
+    fn lose(&self, job: &Job, lost: Lost) -> Result<(), StoreError> {
+        let failures = job.failures + 1;
+        let counts = match &lost {
+            Lost::Store(StoreError::Damaged { .. }) => return self.refuse(job, of_lost(lost, 1)),
+            Lost::Store(_) => false,
+            _ if failures >= ATTEMPTS => return self.refuse(job, of_lost(lost, failures)),
+            _ => true,
+        };
+        let pause = if counts { 200 << failures } else { 1000 };
+        let (id, attempt) = (&job.id, job.attempt);
+        self.ledger
+            .give_back(id, attempt, counts, now_ms() + pause)?;
+        self.tell(id, JobState::Queued, None);
+        Ok(())
+    }
+
+    fn answer(&self, slot: &mut Slot, job: &Job) -> Result<StoredResult, Unanswered> {
+        let question = &job.question;
+        let recording = self
+            .ledger
+            .recording(&question.recording)
+            .map_err(Lost::from)?;
+        let recording =
+            recording.ok_or_else(|| Unanswered::Refused(Problem::not_found("recording").into()))?;
+        let order = Order::Judge {
+            recording: question.recording.clone(),
+            request: question.request.clone(),
+            design: question.design.clone(),
+        };
+        let mut held = Instant::now();
+        let mut beat = |part: Option<f64>| {
+            self.tell(&job.id, JobState::Running, part);
+            if held.elapsed() > LEASE / 4 {
+                held = Instant::now();
+                let lease = now_ms() + LEASE.as_millis() as i64;
+                if let Err(error) = self.ledger.hold(&job.id, job.attempt, lease) {
+                    tracing::warn!(%error, job = %job.id, "a lease could not be held");
+                }
+            }
+        };
+        let manifest = Some(&recording.manifest);
+        let delivered = slot.order(&order, manifest, &*self.blobs, &mut beat)?;
+        match delivered.answer {
+            Answer::Verdict {
+                report_id,
+                summary,
+                content_sha256,
+            } if is_hash(&report_id) && is_hash(&content_sha256) => {
+                let mut summary = *summary;
+                summary.design_version.clone_from(&question.design_name);
+                let files = delivered.files.into_iter();
+                Ok(StoredResult {
+                    report_id,
+                    recording: question.recording.clone(),
+                    summary,
+                    files: files.map(|file| (file.name.clone(), file)).collect(),
+                    created_ms: now_ms(),
+                    content_sha256,
+                })
+            }
+            Answer::Problem { problem } => Err(Unanswered::Refused(
+                serde_json::from_value(problem).map_err(|error| Lost::Unclear {
+                    reason: error.to_string(),
+                })?,
+            )),
+            _ => Err(Unanswered::Lost(Lost::Unclear {
+                reason: "an answer to another order".into(),
+            })),
+        }
+    }
+}
+
+/// Why a job has no result.
+enum Unanswered {
+    Refused(Box<Problem>),
+    Lost(Lost),
+}
+
+impl From<Lost> for Unanswered {
+    fn from(lost: Lost) -> Self {
+        Self::Lost(lost)
+    }
+}
+
+fn is_hash(text: &str) -> bool {
+    text.len() == 64 && text.bytes().all(|byte| byte.is_ascii_hexdigit())
+}

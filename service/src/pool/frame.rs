@@ -1,0 +1,54 @@
+//! Frames: a length of four bytes, little-endian, then so many bytes of JSON.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::io::{self, Read, Write};
+
+/// Bytes of one frame at most.
+const FRAME_BYTES: u32 = 16 << 20;
+
+/// Bytes that are copied at a time.
+const PIECE: usize = 64 << 10;
+
+pub(super) fn write(out: &mut impl Write, words: &impl Serialize) -> io::Result<()> {
+    let text = serde_json::to_vec(words)?;
+    let length = u32::try_from(text.len())
+        .ok()
+        .filter(|length| *length <= FRAME_BYTES);
+    let length = length.ok_or_else(|| io::Error::other("a frame is too long"))?;
+    out.write_all(&length.to_le_bytes())?;
+    out.write_all(&text)
+}
+
+/// Reads a frame; `None` where the other side has ended between two of them.
+pub(super) fn read<T: DeserializeOwned>(input: &mut impl Read) -> io::Result<Option<T>> {
+    let mut length = [0; 4];
+    match input.read_exact(&mut length) {
+        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(None),
+        other => other?,
+    }
+    let length = u32::from_le_bytes(length);
+    if length > FRAME_BYTES {
+        return Err(io::Error::other("a frame is too long"));
+    }
+    let mut text = vec![0; length as usize];
+    input.read_exact(&mut text)?;
+    Ok(Some(serde_json::from_slice(&text)?))
+}
+
+/// Copies so many bytes, handing each piece on.
+pub(super) fn copy(
+    input: &mut impl Read,
+    bytes: u64,
+    mut take: impl FnMut(&[u8]) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut piece = vec![0; PIECE];
+    let mut left = bytes;
+    while left > 0 {
+        let wanted = usize::try_from(left).map_or(PIECE, |left| left.min(PIECE));
+        input.read_exact(&mut piece[..wanted])?;
+        take(&piece[..wanted])?;
+        left -= wanted as u64;
+    }
+    Ok(())
+}

@@ -1,0 +1,440 @@
+//! The parent's side: one child, driven over its pipes under a deadline.
+
+use super::frame;
+use super::words::{Answer, Enclosed, Enclosure, Order, Said, Told};
+use crate::jail::Jail;
+use crate::store::{Blobs, Manifest, StoreError, StoredFile};
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Read, Write};
+use std::os::unix::process::ExitStatusExt;
+use std::path::PathBuf;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// How children are started and bounded.
+#[derive(Debug, Clone)]
+pub struct ChildOptions {
+    /// The program, this one.
+    pub program: PathBuf,
+    /// Memory that a child may map [bytes].
+    pub memory_bytes: u64,
+    /// Time that an order may take.
+    pub order_time: Duration,
+    /// Time that a child may say nothing while it works.
+    pub silence: Duration,
+    /// Bytes of the files that a child may hand over with one answer.
+    pub answer_bytes: u64,
+}
+
+/// An answer, its files stored.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Delivered {
+    /// The answer.
+    pub answer: Answer,
+    /// Its files.
+    pub files: Vec<StoredFile>,
+}
+
+/// Why an order has no answer.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Lost {
+    /// The child ended.
+    #[error("the process that read the recording ended: {how}")]
+    Ended {
+        /// By which signal or exit code.
+        how: String,
+    },
+    /// The child took too long and was ended.
+    #[error("the process that read the recording took longer than {seconds} s and was ended")]
+    Late {
+        /// The time it had [s].
+        seconds: u64,
+    },
+    /// The child said what no child says, and was ended.
+    #[error("the process that read the recording gave no clear answer ({reason})")]
+    Unclear {
+        /// What was odd.
+        reason: String,
+    },
+    /// Something could not be stored or read back.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
+/// A child that runs.
+#[derive(Debug)]
+struct Running {
+    process: Arc<Mutex<Child>>,
+    input: BufWriter<ChildStdin>,
+    output: BufReader<ChildStdout>,
+    holds: Vec<String>,
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let mut process = locked(&self.process);
+        let _ = process.kill();
+        let _ = process.wait();
+    }
+}
+
+/// A place for one child, started when there is something to do.
+#[derive(Debug)]
+pub struct Slot {
+    options: ChildOptions,
+    running: Option<Running>,
+    watchdog: Watchdog,
+}
+
+impl Slot {
+    /// Makes a place.
+    ///
+    /// # Errors
+    ///
+    /// [`io::Error`] if no thread can be had.
+    pub fn new(options: ChildOptions) -> io::Result<Self> {
+        Ok(Self {
+            options,
+            running: None,
+            watchdog: Watchdog::new()?,
+        })
+    }
+
+    /// Tells whether the child holds a recording.
+    #[must_use]
+    pub fn holds(&self, id: &str) -> bool {
+        let holds = |running: &Running| running.holds.iter().any(|held| held == id);
+        self.running.as_ref().is_some_and(holds)
+    }
+
+    /// Starts a child if none runs, and returns how it is shut in where it is new.
+    ///
+    /// # Errors
+    ///
+    /// [`Lost`] if it cannot be started.
+    pub fn start(&mut self) -> Result<Option<Jail>, Lost> {
+        if let Some(running) = &self.running
+            && matches!(locked(&running.process).try_wait(), Ok(None))
+        {
+            return Ok(None);
+        }
+        self.running = None;
+        let mut running = spawn(&self.options).map_err(|error| Lost::Ended {
+            how: format!("it could not be started: {error}"),
+        })?;
+        let late = self.watchdog.guard(&running.process, self.options.silence);
+        let said = frame::read::<Said>(&mut running.output);
+        self.watchdog.leave();
+        match said {
+            Ok(Some(Said::Hello { jail })) => {
+                self.running = Some(running);
+                Ok(Some(jail))
+            }
+            Ok(Some(_)) => Err(Lost::Unclear {
+                reason: "no greeting".into(),
+            }),
+            Ok(None) | Err(_) => Err(self.end_of(running, &late)),
+        }
+    }
+
+    /// Gives an order and waits for its answer, whose files go into `blobs`. `beat` is told of each
+    /// sign of life.
+    ///
+    /// # Errors
+    ///
+    /// [`Lost`]: the child is gone, and the next order starts another.
+    pub fn order(
+        &mut self,
+        order: &Order,
+        manifest: Option<&Manifest>,
+        blobs: &dyn Blobs,
+        beat: &mut dyn FnMut(Option<f64>),
+    ) -> Result<Delivered, Lost> {
+        self.start()?;
+        let Some(mut running) = self.running.take() else {
+            return Err(Lost::Unclear {
+                reason: "no child".into(),
+            });
+        };
+        let needed = manifest.filter(|_| {
+            let id = order.needs().unwrap_or("");
+            !running.holds.iter().any(|held| held == id)
+        });
+        // Found damaged here, nothing was sent yet and the child may stay.
+        let files = match needed.map(|manifest| opened(manifest, blobs)).transpose() {
+            Ok(files) => files,
+            Err(error) => {
+                self.running = Some(running);
+                return Err(error.into());
+            }
+        };
+        let late = self.watchdog.guard(&running.process, self.options.silence);
+        let told = Told {
+            order: order.clone(),
+            enclosed: needed.map(enclosure),
+            cpu_s: self.options.order_time.as_secs(),
+        };
+        let outcome = tell(&mut running, &told, files)
+            .map_err(Heard::from)
+            .and_then(|()| self.listen(&mut running, blobs, beat));
+        self.watchdog.leave();
+        match outcome {
+            Ok(delivered) => {
+                self.running = Some(running);
+                Ok(delivered)
+            }
+            Err(Heard::Store(error)) => Err(error.into()),
+            Err(Heard::Odd(reason)) => Err(Lost::Unclear { reason }),
+            Err(Heard::Nothing) => Err(self.end_of(running, &late)),
+        }
+    }
+
+    /// Reads what the child says until it has answered.
+    fn listen(
+        &mut self,
+        running: &mut Running,
+        blobs: &dyn Blobs,
+        beat: &mut dyn FnMut(Option<f64>),
+    ) -> Result<Delivered, Heard> {
+        let until = Instant::now() + self.options.order_time;
+        loop {
+            match frame::read::<Said>(&mut running.output)? {
+                None => return Err(Heard::Nothing),
+                Some(Said::Hello { .. }) => return Err(Heard::Odd("a second greeting".into())),
+                Some(Said::Beat { part }) => {
+                    let left = until.saturating_duration_since(Instant::now());
+                    self.watchdog.guard_again(left.min(self.options.silence));
+                    beat(part);
+                }
+                Some(Said::Answer {
+                    answer,
+                    files,
+                    holds,
+                }) => {
+                    let files = self.take_files(running, files, blobs)?;
+                    running.holds = holds;
+                    return Ok(Delivered { answer, files });
+                }
+            }
+        }
+    }
+
+    fn take_files(
+        &self,
+        running: &mut Running,
+        files: Vec<Enclosed>,
+        blobs: &dyn Blobs,
+    ) -> Result<Vec<StoredFile>, Heard> {
+        let all = files
+            .iter()
+            .fold(0_u64, |sum, file| sum.saturating_add(file.bytes));
+        if all > self.options.answer_bytes || files.len() > 64 {
+            return Err(Heard::Odd(format!(
+                "{} files of {all} bytes, at most {}",
+                files.len(),
+                self.options.answer_bytes
+            )));
+        }
+        let mut stored = Vec::with_capacity(files.len());
+        for file in files {
+            if !is_plain(&file.name) {
+                return Err(Heard::Odd("a file without a plain name".into()));
+            }
+            let mut writer = blobs.begin().map_err(Heard::Store)?;
+            let mut failed = None;
+            frame::copy(&mut running.output, file.bytes, |piece| {
+                // The rest is read nevertheless, so that the child stays in step.
+                if failed.is_none() {
+                    failed = writer.write(piece).err();
+                }
+                Ok(())
+            })?;
+            match failed {
+                Some(error) => return Err(Heard::Store(error)),
+                None => stored.push(writer.finish(&file.name).map_err(Heard::Store)?),
+            }
+        }
+        Ok(stored)
+    }
+
+    /// Says how a child ended.
+    fn end_of(&self, running: Running, late: &AtomicBool) -> Lost {
+        let status = {
+            let mut process = locked(&running.process);
+            // Its output has ended; if it has not, it has nothing more to say.
+            std::thread::sleep(Duration::from_millis(5));
+            if let Ok(Some(status)) = process.try_wait() {
+                Ok(status)
+            } else {
+                let _ = process.kill();
+                process.wait()
+            }
+        };
+        if late.load(Ordering::Relaxed) {
+            return Lost::Late {
+                seconds: self.options.order_time.min(self.options.silence).as_secs(),
+            };
+        }
+        let how = match status {
+            Ok(status) => match (status.signal(), status.code()) {
+                (Some(signal), _) => format!("signal {signal}{}", meaning(signal)),
+                (_, code) => format!("exit code {}", code.unwrap_or_default()),
+            },
+            Err(error) => error.to_string(),
+        };
+        Lost::Ended { how }
+    }
+}
+
+/// What was heard instead of an answer.
+enum Heard {
+    Nothing,
+    Odd(String),
+    Store(StoreError),
+}
+
+impl From<io::Error> for Heard {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::BrokenPipe | io::ErrorKind::UnexpectedEof => Self::Nothing,
+            _ => Self::Odd(error.to_string()),
+        }
+    }
+}
+
+/// Says what mostly lies behind a signal.
+fn meaning(signal: i32) -> &'static str {
+    match signal {
+        libc::SIGABRT => ", as when it needs more memory than it may have",
+        libc::SIGKILL => ", as the system sends it when memory is short",
+        libc::SIGXCPU => ", more processor time than it may have",
+        libc::SIGSEGV => ", as when its stack is used up",
+        _ => "",
+    }
+}
+
+fn is_plain(name: &str) -> bool {
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
+    !name.is_empty() && name.len() <= 64 && !name.starts_with('.') && name.chars().all(plain)
+}
+
+fn locked(process: &Mutex<Child>) -> std::sync::MutexGuard<'_, Child> {
+    process
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+fn spawn(options: &ChildOptions) -> io::Result<Running> {
+    let mut child = Command::new(&options.program)
+        .arg("child")
+        .arg(options.memory_bytes.to_string())
+        .env_clear()
+        .current_dir("/")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()?;
+    let pipes = child.stdin.take().zip(child.stdout.take());
+    let (input, output) = pipes.ok_or_else(|| io::Error::other("no pipes"))?;
+    Ok(Running {
+        process: Arc::new(Mutex::new(child)),
+        input: BufWriter::new(input),
+        output: BufReader::new(output),
+        holds: Vec::new(),
+    })
+}
+
+fn enclosure(manifest: &Manifest) -> Enclosure {
+    let enclosed = |file: &StoredFile| Enclosed {
+        name: file.name.clone(),
+        bytes: file.bytes,
+    };
+    Enclosure {
+        name: manifest.name.clone(),
+        files: manifest.files.iter().map(enclosed).collect(),
+        card: manifest.card.as_ref().map(enclosed),
+    }
+}
+
+/// Opens the files of a recording, each found to have its hash, in the order of the enclosure.
+fn opened(manifest: &Manifest, blobs: &dyn Blobs) -> Result<Vec<(File, u64)>, StoreError> {
+    let files = manifest.files.iter().chain(&manifest.card);
+    files
+        .map(|file| Ok((blobs.open(&file.sha256)?, file.bytes)))
+        .collect()
+}
+
+fn tell(running: &mut Running, told: &Told, files: Option<Vec<(File, u64)>>) -> io::Result<()> {
+    frame::write(&mut running.input, told)?;
+    for (file, bytes) in files.into_iter().flatten() {
+        let mut file = file.take(bytes);
+        io::copy(&mut file, &mut running.input)?;
+    }
+    running.input.flush()
+}
+
+/// Ends a child that is late.
+#[derive(Debug)]
+struct Watchdog {
+    tell: Sender<Watch>,
+    guarded: Option<(Arc<Mutex<Child>>, Arc<AtomicBool>)>,
+}
+
+/// What the watchdog looks after.
+type Watch = Option<(Instant, Arc<Mutex<Child>>, Arc<AtomicBool>)>;
+
+impl Watchdog {
+    fn new() -> io::Result<Self> {
+        let (tell, told) = channel();
+        std::thread::Builder::new()
+            .name("watchdog".into())
+            .spawn(move || watch(&told))?;
+        Ok(Self {
+            tell,
+            guarded: None,
+        })
+    }
+
+    /// Ends `process` after some time unless told otherwise; returns a mark that says whether it did.
+    fn guard(&mut self, process: &Arc<Mutex<Child>>, time: Duration) -> Arc<AtomicBool> {
+        let late = Arc::new(AtomicBool::new(false));
+        self.guarded = Some((Arc::clone(process), Arc::clone(&late)));
+        self.guard_again(time);
+        late
+    }
+
+    fn guard_again(&self, time: Duration) {
+        if let Some((process, late)) = &self.guarded {
+            let watch = (Instant::now() + time, Arc::clone(process), Arc::clone(late));
+            let _ = self.tell.send(Some(watch));
+        }
+    }
+
+    fn leave(&mut self) {
+        self.guarded = None;
+        let _ = self.tell.send(None);
+    }
+}
+
+fn watch(told: &Receiver<Watch>) {
+    let mut watched: Watch = None;
+    loop {
+        let next = match &watched {
+            None => told.recv().map_err(|_| RecvTimeoutError::Disconnected),
+            Some((until, ..)) => told.recv_timeout(until.saturating_duration_since(Instant::now())),
+        };
+        match next {
+            Ok(next) => watched = next,
+            Err(RecvTimeoutError::Disconnected) => return,
+            Err(RecvTimeoutError::Timeout) => {
+                if let Some((_, process, late)) = watched.take() {
+                    late.store(true, Ordering::Relaxed);
+                    let _ = locked(&process).kill();
+                }
+            }
+        }
+    }
+}

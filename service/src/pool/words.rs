@@ -1,0 +1,188 @@
+//! What parent and child say to each other. Files follow the words that name them, byte by byte.
+
+use crate::jail::Jail;
+use crate::store::Summary;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// What a child is asked to do.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(tag = "order", rename_all = "kebab-case")]
+pub enum Order {
+    /// List what a recording holds, read as a request says.
+    Inspect {
+        /// The recording's identity.
+        recording: String,
+        /// How it is read.
+        request: Value,
+    },
+    /// Judge a recording and draw the report.
+    Judge {
+        /// The recording's identity.
+        recording: String,
+        /// How it is read, conditioned and judged.
+        request: Value,
+        /// The lever.
+        design: Value,
+    },
+    /// Judge by the nominal runs alone, and draw nothing.
+    WhatIf {
+        /// The recording's identity.
+        recording: String,
+        /// How it is read and conditioned.
+        request: Value,
+        /// The lever.
+        design: Value,
+    },
+    /// Thin a series for a plot.
+    Series {
+        /// What names the series; its one file is the table.
+        table: String,
+        /// From this instant [s].
+        from_s: Option<f64>,
+        /// To this instant [s].
+        to_s: Option<f64>,
+        /// Points of a line; `None` for the rows as they stand.
+        pixels: Option<usize>,
+    },
+    /// Try something that the jail must stop.
+    Try {
+        /// What.
+        trial: Trial,
+    },
+}
+
+impl Order {
+    /// Returns what names the files that the order needs.
+    #[must_use]
+    pub fn needs(&self) -> Option<&str> {
+        match self {
+            Self::Inspect { recording, .. }
+            | Self::Judge { recording, .. }
+            | Self::WhatIf { recording, .. } => Some(recording),
+            Self::Series { table, .. } => Some(table),
+            Self::Try { .. } => None,
+        }
+    }
+}
+
+/// What a child may try against its jail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Trial {
+    /// Open a file to read.
+    OpenFile,
+    /// Make a file.
+    WriteFile,
+    /// Connect by TCP.
+    Connect,
+    /// Send a datagram.
+    SendDatagram,
+    /// Start a program.
+    StartProgram,
+    /// Send a signal to its parent.
+    SignalParent,
+    /// Take 1 GiB of memory.
+    TakeMemory,
+    /// Compute without end.
+    TakeTime,
+}
+
+impl Trial {
+    /// Lists every trial.
+    pub const ALL: [Self; 8] = [
+        Self::OpenFile,
+        Self::WriteFile,
+        Self::Connect,
+        Self::SendDatagram,
+        Self::StartProgram,
+        Self::SignalParent,
+        Self::TakeMemory,
+        Self::TakeTime,
+    ];
+}
+
+/// A file that follows.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Enclosed {
+    pub(super) name: String,
+    pub(super) bytes: u64,
+}
+
+/// The recording that an order encloses.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Enclosure {
+    /// The name to read it under.
+    pub(super) name: String,
+    pub(super) files: Vec<Enclosed>,
+    pub(super) card: Option<Enclosed>,
+}
+
+/// An order with the recording it needs, if the child does not hold that.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Told {
+    pub(super) order: Order,
+    pub(super) enclosed: Option<Enclosure>,
+    /// Seconds of processor time that the order may take.
+    pub(super) cpu_s: u64,
+}
+
+/// What a child says.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(tag = "says", rename_all = "kebab-case")]
+pub(super) enum Said {
+    /// It is there, shut in as stated.
+    Hello { jail: Jail },
+    /// It works; the part that is done, 0 to 1, where that is known.
+    Beat { part: Option<f64> },
+    /// Its answer, with the files that follow and the recordings that it holds now.
+    Answer {
+        answer: Answer,
+        files: Vec<Enclosed>,
+        holds: Vec<String>,
+    },
+}
+
+/// A child's answer.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum Answer {
+    /// What a recording holds.
+    Listing {
+        /// The listing.
+        listing: Value,
+    },
+    /// A verdict; its report follows as files.
+    Verdict {
+        /// The report's identity.
+        report_id: String,
+        /// What lists show of it.
+        summary: Box<Summary>,
+        /// SHA-256 of the document without its `run`.
+        content_sha256: String,
+    },
+    /// The document of nominal runs.
+    WhatIf {
+        /// The document.
+        document: Value,
+    },
+    /// A series, thinned.
+    Series {
+        /// Columns by name.
+        series: Value,
+    },
+    /// Rows of a series as they stand; the table follows as a file.
+    Rows,
+    /// There is no answer.
+    Problem {
+        /// Why.
+        problem: Value,
+    },
+    /// What came of a trial.
+    Tried {
+        /// Whether it was stopped.
+        stopped: bool,
+        /// By what, or what it reached.
+        how: String,
+    },
+}

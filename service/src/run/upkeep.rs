@@ -1,0 +1,139 @@
+//! Backup, restore, and the check of everything that is stored.
+
+use crate::app::Store;
+use crate::store::{BlobFolder, Blobs, StoreError, StoredFile};
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io;
+use std::path::Path;
+
+/// Name of the ledger's file.
+const LEDGER: &str = "ledger.sqlite";
+
+/// Copies ledger and blobs into a folder that does not exist; the service may run meanwhile.
+pub(super) fn backup(data: &Path, folder: &Path) -> Result<String, String> {
+    if !data.join(LEDGER).is_file() {
+        return Err(format!("{}: there are no data here", data.display()));
+    }
+    let store = Store::beside(data)?;
+    let told = |error: io::Error| format!("{}: {error}", folder.display());
+    fs::create_dir(folder).map_err(told)?;
+    let copy = folder.join(LEDGER);
+    let from_store = |error: StoreError| error.to_string();
+    // The ledger first: what it names exists already, and nothing is ever taken away.
+    store.ledger.copy_to(&copy).map_err(from_store)?;
+    let copied = Store::beside(folder)?;
+    let (damaged, needed) = copied.ledger.check().map_err(from_store)?;
+    let mut lost = damaged;
+    let (mut files, mut bytes) = (0_u64, 0_u64);
+    let to = BlobFolder::open(&folder.join("blobs")).map_err(from_store)?;
+    for file in distinct(needed) {
+        match copy_blob(&*store.blobs, &to, &file) {
+            Ok(()) => {
+                files += 1;
+                bytes += file.bytes;
+            }
+            Err(StoreError::Damaged { what }) => lost.push(what),
+            Err(error) => return Err(error.to_string()),
+        }
+    }
+    File::open(&copy)
+        .and_then(|file| file.sync_all())
+        .map_err(told)?;
+    File::open(folder)
+        .and_then(|file| file.sync_all())
+        .map_err(told)?;
+    if lost.is_empty() {
+        return Ok(format!(
+            "{files} files of {bytes} bytes and the ledger are in {}",
+            folder.display()
+        ));
+    }
+    Err(format!(
+        "the copy lacks what is damaged: {}",
+        lost.join("; ")
+    ))
+}
+
+/// Takes a backup as the data.
+pub(super) fn restore(folder: &Path, data: &Path) -> Result<String, String> {
+    if !folder.join(LEDGER).is_file() {
+        return Err(format!("{}: no backup is here", folder.display()));
+    }
+    if data.join(LEDGER).exists() {
+        let shown = data.display();
+        return Err(format!(
+            "{shown}: there are data already; name another folder with --data, or move these away"
+        ));
+    }
+    let (whole, text) = fsck(folder)?;
+    if !whole {
+        return Err(format!(
+            "the backup is damaged, nothing was taken from it:\n{text}"
+        ));
+    }
+    fs::create_dir_all(data).map_err(|error| error.to_string())?;
+    let store = Store::beside(folder)?;
+    let from_store = |error: StoreError| error.to_string();
+    let (_, needed) = store.ledger.check().map_err(from_store)?;
+    let to = BlobFolder::open(&data.join("blobs")).map_err(from_store)?;
+    for file in distinct(needed) {
+        copy_blob(&*store.blobs, &to, &file).map_err(from_store)?;
+    }
+    // The ledger last: without it there are no data.
+    let unfinished = data.join("ledger.unfinished");
+    let _ = fs::remove_file(&unfinished);
+    store.ledger.copy_to(&unfinished).map_err(from_store)?;
+    File::open(&unfinished)
+        .and_then(|file| file.sync_all())
+        .and_then(|()| fs::rename(&unfinished, data.join(LEDGER)))
+        .and_then(|()| File::open(data)?.sync_all())
+        .map_err(|error| format!("{}: {error}", data.display()))?;
+    Ok(format!("{} holds what the backup held", data.display()))
+}
+
+/// Reads everything again; says whether all is whole, and what is not.
+pub(super) fn fsck(data: &Path) -> Result<(bool, String), String> {
+    if !data.join(LEDGER).is_file() {
+        return Err(format!("{}: there are no data here", data.display()));
+    }
+    let store = Store::beside(data)?;
+    let (mut damaged, needed) = store.ledger.check().map_err(|error| error.to_string())?;
+    let files = distinct(needed);
+    let mut bytes = 0;
+    for file in &files {
+        match store.blobs.open(&file.sha256) {
+            Ok(_) => bytes += file.bytes,
+            Err(StoreError::Damaged { what }) => damaged.push(format!("{what} ({})", file.name)),
+            Err(error) => return Err(error.to_string()),
+        }
+    }
+    let text = if damaged.is_empty() {
+        format!(
+            "{} files of {bytes} bytes and every row fit their hashes",
+            files.len()
+        )
+    } else {
+        format!("damaged:\n{}", damaged.join("\n"))
+    };
+    Ok((damaged.is_empty(), text))
+}
+
+fn distinct(files: Vec<StoredFile>) -> Vec<StoredFile> {
+    let by_hash = files.into_iter().map(|file| (file.sha256.clone(), file));
+    by_hash.collect::<BTreeMap<_, _>>().into_values().collect()
+}
+
+fn copy_blob(from: &dyn Blobs, to: &BlobFolder, file: &StoredFile) -> Result<(), StoreError> {
+    let mut bytes = from.open(&file.sha256)?;
+    let mut writer = to.begin()?;
+    let mut piece = vec![0; 64 << 10];
+    loop {
+        let count = io::Read::read(&mut bytes, &mut piece)?;
+        if count == 0 {
+            break;
+        }
+        writer.write(&piece[..count])?;
+    }
+    writer.finish(&file.name).map(|_| ())
+}

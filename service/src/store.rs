@@ -1,0 +1,411 @@
+//! What survives: recordings, jobs and results in SQLite, bytes in files named by their hash.
+//!
+//! Two traits divide the work. [`Ledger`] is what is known of recordings, jobs, results and
+//! designs; [`Blobs`] is bytes by their SHA-256. What either has acknowledged survives the end of
+//! the process and of power.
+//!
+//! - `ledger`: the ledger in SQLite, one writer that commits in groups;
+//! - `jobs`: jobs with lease, attempts and fencing;
+//! - `schema`: the tables;
+//! - `folder`: blobs in a folder;
+//! - `sum`: the hash that every row carries.
+
+mod folder;
+mod jobs;
+mod ledger;
+mod schema;
+mod sum;
+
+pub use folder::{BlobFolder, BlobWriter};
+pub use ledger::SqliteLedger;
+pub use sum::{Hex, sha256_hex};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io;
+use std::path::Path;
+
+/// Why something could not be stored or read back.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StoreError {
+    /// The disk is full.
+    #[error(
+        "the disk is full; free space where the data lie, nothing that was acknowledged is lost"
+    )]
+    Full,
+    /// What was read does not fit its hash.
+    #[error("{what} is damaged: its hash does not fit; restore it from a backup")]
+    Damaged {
+        /// What was read.
+        what: String,
+    },
+    /// Another attempt holds the job, or it has ended.
+    #[error("the job is held by another attempt")]
+    Fenced,
+    /// A name that is taken by something else.
+    #[error("{what} exists and says something else")]
+    Taken {
+        /// What exists.
+        what: String,
+    },
+    /// The database or the file system refuses.
+    #[error("the store does not work: {reason}")]
+    Broken {
+        /// The system's reason.
+        reason: String,
+    },
+}
+
+impl From<rusqlite::Error> for StoreError {
+    fn from(error: rusqlite::Error) -> Self {
+        use rusqlite::ErrorCode;
+        match error.sqlite_error_code() {
+            Some(ErrorCode::DiskFull) => Self::Full,
+            Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) => Self::Damaged {
+                what: "the database".into(),
+            },
+            _ => Self::Broken {
+                reason: error.to_string(),
+            },
+        }
+    }
+}
+
+impl From<io::Error> for StoreError {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => Self::Full,
+            _ => Self::Broken {
+                reason: error.to_string(),
+            },
+        }
+    }
+}
+
+/// A file of an upload.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct StoredFile {
+    /// Name, with `/` between folders.
+    pub name: String,
+    /// SHA-256 of its bytes.
+    pub sha256: String,
+    /// Number of bytes.
+    pub bytes: u64,
+}
+
+/// What was uploaded as one recording.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Name of the file to read, or of the folder that the files form.
+    pub name: String,
+    /// The files, in the order of their names.
+    pub files: Vec<StoredFile>,
+    /// The card.
+    pub card: Option<StoredFile>,
+}
+
+impl Manifest {
+    /// Returns the recording's identity: the same files under the same names have the same one.
+    #[must_use]
+    pub fn id(&self) -> String {
+        let mut manifest = self.clone();
+        manifest.files.sort();
+        let text = serde_json::to_string(&manifest).expect("a manifest is plain text and numbers");
+        sha256_hex(text.as_bytes())
+    }
+
+    /// Returns how many bytes it has.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.files
+            .iter()
+            .chain(&self.card)
+            .map(|file| file.bytes)
+            .sum()
+    }
+}
+
+/// A recording that was uploaded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StoredRecording {
+    /// Its identity.
+    pub id: String,
+    /// What was uploaded.
+    pub manifest: Manifest,
+    /// When it came [ms since 1970].
+    pub created_ms: i64,
+    /// What it holds as its reader lists it, or the problem that kept it from being read; `None`
+    /// before it was looked at.
+    pub listing: Option<Value>,
+}
+
+/// What a job asks.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Question {
+    /// The recording's identity.
+    pub recording: String,
+    /// How it is read, conditioned and judged, every setting written out.
+    pub request: Value,
+    /// The lever, every number written out.
+    pub design: Value,
+    /// Name and version of the design, where it came from the store.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub design_name: Option<String>,
+}
+
+/// How far a job is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum JobState {
+    /// It waits.
+    Queued,
+    /// A child works on it.
+    Running,
+    /// It has been answered with the report of that identity.
+    Done {
+        /// The report.
+        report_id: String,
+    },
+    /// There is no answer, for a reason that does not change.
+    Refused {
+        /// The reason, a problem document.
+        problem: Value,
+    },
+}
+
+impl JobState {
+    /// Tells whether nothing more will come.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        matches!(self, Self::Done { .. } | Self::Refused { .. })
+    }
+
+    /// Returns the word for it.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Queued => "queued",
+            Self::Running => "running",
+            Self::Done { .. } => "done",
+            Self::Refused { .. } => "refused",
+        }
+    }
+}
+
+/// A job as it is stored.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Job {
+    /// Hash of the question, under which the job is found.
+    pub id: String,
+    /// What it asks.
+    pub question: Question,
+    /// How far it is.
+    pub state: JobState,
+    /// Number of the attempt, counted up whenever a child takes it.
+    pub attempt: i64,
+    /// How often a child ended under it.
+    pub failures: i64,
+}
+
+/// A result that is kept.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StoredResult {
+    /// The report's identity.
+    pub report_id: String,
+    /// The recording's identity.
+    pub recording: String,
+    /// What lists show: file, channel, design, verdict, peak, limit.
+    pub summary: Summary,
+    /// The files of the report by name.
+    pub files: BTreeMap<String, StoredFile>,
+    /// When it was made [ms since 1970].
+    pub created_ms: i64,
+    /// SHA-256 of the document without its `run`.
+    pub content_sha256: String,
+}
+
+/// What a list shows of a verdict.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct Summary {
+    /// The file.
+    pub file: String,
+    /// The channel.
+    pub channel: Option<String>,
+    /// The design's name.
+    pub design: String,
+    /// Keys of the design that were changed.
+    pub modified: Vec<String>,
+    /// Name and version of the design, where it came from the store.
+    pub design_version: Option<String>,
+    /// The verdict.
+    pub verdict: String,
+    /// The first reason.
+    pub why: String,
+    /// Peak angle of the nominal run [rad].
+    pub peak_angle_rad: Option<f64>,
+    /// The limit angle [rad].
+    pub threshold_rad: f64,
+    /// Members of the ensemble that were judged; 0 for the nominal run alone.
+    pub members: u64,
+}
+
+/// What a list of results asks for; an absent field asks nothing.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ResultFilter {
+    /// The verdict.
+    pub verdict: Option<String>,
+    /// The recording's identity.
+    pub recording: Option<String>,
+    /// The design's name.
+    pub design: Option<String>,
+    /// A part of the file's, channel's or design's name.
+    pub text: Option<String>,
+    /// Entries before this number, the newest first.
+    pub before: Option<i64>,
+    /// Entries at most.
+    pub limit: u32,
+}
+
+/// A design that is kept under a name.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StoredDesign {
+    /// Name.
+    pub name: String,
+    /// Version, counted from 1 for each name.
+    pub version: i64,
+    /// The design.
+    pub design: Value,
+    /// When it came [ms since 1970].
+    pub created_ms: i64,
+}
+
+/// A token without its secret.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StoredToken {
+    /// SHA-256 of the token.
+    pub sha256: String,
+    /// Who holds it.
+    pub name: String,
+    /// What it may do, words with commas between.
+    pub scopes: String,
+    /// When it was made [ms since 1970].
+    pub created_ms: i64,
+    /// Whether it was taken back.
+    pub revoked: bool,
+}
+
+/// What is known of recordings, jobs, results, designs and tokens. Every change that returns has
+/// been written through to the disk.
+#[expect(
+    clippy::missing_errors_doc,
+    reason = "each call says the same: StoreError, if the disk or the database refuses"
+)]
+pub trait Ledger: Send + Sync {
+    /// Keeps a recording; false if it was known.
+    fn put_recording(
+        &self,
+        manifest: &Manifest,
+        owner: &str,
+        now_ms: i64,
+    ) -> Result<bool, StoreError>;
+    /// Notes what a recording holds.
+    fn put_listing(&self, id: &str, listing: &Value) -> Result<(), StoreError>;
+    /// Finds a recording.
+    fn recording(&self, id: &str) -> Result<Option<StoredRecording>, StoreError>;
+    /// Lists the newest recordings.
+    fn recordings(
+        &self,
+        before: Option<i64>,
+        limit: u32,
+    ) -> Result<Vec<(i64, StoredRecording)>, StoreError>;
+    /// Returns the bytes that an owner has uploaded.
+    fn bytes_of(&self, owner: &str) -> Result<u64, StoreError>;
+
+    /// Puts a job in the queue unless it is known; returns how it stands, and whether it is new.
+    fn submit(
+        &self,
+        id: &str,
+        question: &Question,
+        owner: &str,
+        now_ms: i64,
+    ) -> Result<(Job, bool), StoreError>;
+    /// Finds a job.
+    fn job(&self, id: &str) -> Result<Option<Job>, StoreError>;
+    /// Takes the next job that waits, until `lease_ms`.
+    fn take(&self, now_ms: i64, lease_ms: i64) -> Result<Option<Job>, StoreError>;
+    /// Holds a job until `lease_ms`, if this attempt still has it.
+    fn hold(&self, id: &str, attempt: i64, lease_ms: i64) -> Result<(), StoreError>;
+    /// Ends a job with a result, if this attempt still has it.
+    fn finish(&self, id: &str, attempt: i64, result: &StoredResult) -> Result<(), StoreError>;
+    /// Ends a job without an answer, if this attempt still has it.
+    fn refuse(&self, id: &str, attempt: i64, problem: &Value) -> Result<(), StoreError>;
+    /// Puts a job back whose child ended, to be taken from `not_before_ms` on; returns how often
+    /// that has happened to it.
+    fn give_back(
+        &self,
+        id: &str,
+        attempt: i64,
+        counts: bool,
+        not_before_ms: i64,
+    ) -> Result<i64, StoreError>;
+    /// Puts jobs back whose lease has passed; all that run if `every`.
+    fn reclaim(&self, now_ms: i64, every: bool) -> Result<usize, StoreError>;
+    /// Returns how many jobs wait and run, all of them and those of one owner.
+    fn load(&self, owner: &str) -> Result<Load, StoreError>;
+
+    /// Finds a result.
+    fn result(&self, report_id: &str) -> Result<Option<StoredResult>, StoreError>;
+    /// Lists results, the newest first.
+    fn results(&self, filter: &ResultFilter) -> Result<Vec<(i64, StoredResult)>, StoreError>;
+
+    /// Keeps a design under a name and returns its version: that of the newest, if it says the same.
+    fn put_design(
+        &self,
+        name: &str,
+        design: &Value,
+        now_ms: i64,
+    ) -> Result<StoredDesign, StoreError>;
+    /// Finds a version of a design, the newest if none is named.
+    fn design(&self, name: &str, version: Option<i64>) -> Result<Option<StoredDesign>, StoreError>;
+    /// Lists every version of every design, by name, the newest first.
+    fn designs(&self) -> Result<Vec<StoredDesign>, StoreError>;
+
+    /// Keeps a token.
+    fn put_token(&self, token: &StoredToken) -> Result<(), StoreError>;
+    /// Takes a token back; false if there is none of that name.
+    fn revoke_token(&self, name: &str) -> Result<bool, StoreError>;
+    /// Lists the tokens.
+    fn tokens(&self) -> Result<Vec<StoredToken>, StoreError>;
+
+    /// Writes a copy that holds together into a file that does not exist.
+    fn copy_to(&self, path: &Path) -> Result<(), StoreError>;
+    /// Reads every row, and returns what is damaged and the hashes of the blobs that are needed.
+    fn check(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError>;
+}
+
+/// How much there is to do.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Load {
+    /// Jobs that wait.
+    pub queued: u64,
+    /// Jobs that run.
+    pub running: u64,
+    /// Jobs of one owner that wait or run.
+    pub own: u64,
+}
+
+/// Bytes by their SHA-256.
+#[expect(
+    clippy::missing_errors_doc,
+    reason = "each call says the same: StoreError, if the disk or the database refuses"
+)]
+pub trait Blobs: Send + Sync {
+    /// Begins a blob of unknown hash.
+    fn begin(&self) -> Result<BlobWriter, StoreError>;
+    /// Opens a blob after its bytes were read and found to have the hash.
+    fn open(&self, sha256: &str) -> Result<File, StoreError>;
+    /// Returns the bytes that are free where the blobs lie.
+    fn free_bytes(&self) -> Result<u64, StoreError>;
+}

@@ -1,0 +1,175 @@
+//! Blobs as files of a folder, each named by its hash: written, synced, renamed, the folder synced.
+
+use super::sum::Hex;
+use super::{Blobs, StoreError, StoredFile};
+use sha2::{Digest, Sha256};
+use std::fs::{self, File, OpenOptions};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Bytes that are read and hashed at a time.
+const PIECE: usize = 64 << 10;
+
+/// A folder of blobs.
+#[derive(Debug)]
+pub struct BlobFolder {
+    root: PathBuf,
+    next: AtomicU64,
+}
+
+impl BlobFolder {
+    /// Opens a folder of blobs, made if absent; what an earlier process left unfinished goes.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] if it cannot be made or read.
+    pub fn open(root: &Path) -> Result<Self, StoreError> {
+        let unfinished = root.join("unfinished");
+        fs::create_dir_all(&unfinished)?;
+        for entry in fs::read_dir(&unfinished)? {
+            fs::remove_file(entry?.path())?;
+        }
+        sync_folder(root)?;
+        Ok(Self {
+            root: root.to_path_buf(),
+            next: AtomicU64::new(0),
+        })
+    }
+
+    /// Opens a folder of blobs that another process may be working in, to read.
+    #[must_use]
+    pub fn beside(root: &Path) -> Self {
+        Self {
+            root: root.to_path_buf(),
+            next: AtomicU64::new(0),
+        }
+    }
+
+    /// Returns where a blob lies.
+    #[must_use]
+    pub fn path(&self, sha256: &str) -> PathBuf {
+        let head = sha256.get(..2).unwrap_or("xx");
+        self.root.join(head).join(sha256)
+    }
+}
+
+impl Blobs for BlobFolder {
+    fn begin(&self) -> Result<BlobWriter, StoreError> {
+        let number = self.next.fetch_add(1, Ordering::Relaxed);
+        let name = format!("{}-{number}", std::process::id());
+        let path = self.root.join("unfinished").join(name);
+        let file = OpenOptions::new()
+            .write(true)
+            .create_new(true)
+            .open(&path)?;
+        Ok(BlobWriter {
+            root: self.root.clone(),
+            path,
+            file: Some(file),
+            hash: Sha256::new(),
+            bytes: 0,
+        })
+    }
+
+    fn open(&self, sha256: &str) -> Result<File, StoreError> {
+        let damaged = || StoreError::Damaged {
+            what: format!("blob {sha256}"),
+        };
+        if sha256.len() != 64 || !sha256.bytes().all(|byte| byte.is_ascii_hexdigit()) {
+            return Err(damaged());
+        }
+        let mut file = File::open(self.path(sha256)).map_err(|error| match error.kind() {
+            std::io::ErrorKind::NotFound => damaged(),
+            _ => error.into(),
+        })?;
+        let mut hash = Sha256::new();
+        let mut piece = vec![0; PIECE];
+        loop {
+            let count = file.read(&mut piece)?;
+            if count == 0 {
+                break;
+            }
+            hash.update(&piece[..count]);
+        }
+        if Hex(&hash.finalize()).to_string() != sha256 {
+            return Err(damaged());
+        }
+        file.seek(SeekFrom::Start(0))?;
+        Ok(file)
+    }
+
+    fn free_bytes(&self) -> Result<u64, StoreError> {
+        let space = rustix::fs::statvfs(&self.root).map_err(std::io::Error::from)?;
+        Ok(space.f_bavail.saturating_mul(space.f_frsize))
+    }
+}
+
+/// A blob that is being written; dropped before its end, it leaves nothing.
+#[derive(Debug)]
+pub struct BlobWriter {
+    root: PathBuf,
+    path: PathBuf,
+    file: Option<File>,
+    hash: Sha256,
+    bytes: u64,
+}
+
+impl BlobWriter {
+    /// Adds bytes.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] if they cannot be written.
+    pub fn write(&mut self, bytes: &[u8]) -> Result<(), StoreError> {
+        if let Some(file) = &mut self.file {
+            file.write_all(bytes)?;
+        }
+        self.hash.update(bytes);
+        self.bytes += bytes.len() as u64;
+        Ok(())
+    }
+
+    /// Returns how many bytes were written.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Puts the blob in its place; when this returns it is on the disk.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] if it cannot be synced or renamed.
+    pub fn finish(mut self, name: &str) -> Result<StoredFile, StoreError> {
+        let sha256 = Hex(&std::mem::take(&mut self.hash).finalize()).to_string();
+        if let Some(file) = self.file.take() {
+            file.sync_all()?;
+        }
+        let folder = self.root.join(&sha256[..2]);
+        if !folder.is_dir() {
+            fs::create_dir_all(&folder)?;
+            sync_folder(&self.root)?;
+        }
+        // One that is there may be damaged; the bytes at hand are not.
+        fs::rename(&self.path, folder.join(&sha256))?;
+        sync_folder(&folder)?;
+        Ok(StoredFile {
+            name: name.into(),
+            sha256,
+            bytes: self.bytes,
+        })
+    }
+}
+
+impl Drop for BlobWriter {
+    fn drop(&mut self) {
+        // Renamed, it is no longer there.
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+fn sync_folder(path: &Path) -> Result<(), StoreError> {
+    File::open(path)?.sync_all()?;
+    Ok(())
+}

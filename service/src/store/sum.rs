@@ -1,0 +1,25 @@
+//! The hash that every row carries, so that a damaged one is found and not served.
+
+use sha2::{Digest, Sha256};
+use std::fmt;
+
+/// Returns the SHA-256 of bytes, lower-case hexadecimal.
+#[must_use]
+pub fn sha256_hex(bytes: &[u8]) -> String {
+    Hex(&Sha256::digest(bytes)).to_string()
+}
+
+/// Bytes that are shown as lower-case hexadecimal.
+#[derive(Debug, Clone, Copy)]
+pub struct Hex<'a>(pub &'a [u8]);
+
+impl fmt::Display for Hex<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+/// Returns the hash of a row: of its key and its body, with their lengths between.
+pub(super) fn of_row(table: &str, key: &str, body: &str) -> String {
+    sha256_hex(format!("{table}\0{}\0{key}{body}", key.len()).as_bytes())
+}

@@ -1,0 +1,287 @@
+//! Who may do what.
+
+use crate::support::{Folder, Service, signal};
+use latchgate_service::auth::Scope;
+use latchgate_service::http::declared;
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use std::fs;
+use std::time::Duration;
+
+/// Fills a route's path in.
+fn path_of(route: &str) -> String {
+    route
+        .replace("{file}", "report.html")
+        .replace("{name}", "app.js")
+        .replace("{id}", &"0".repeat(64))
+        .replace("{report_id}", &"0".repeat(64))
+}
+
+/// Every route is declared with what it needs, and each token may do what its scopes say.
+#[test]
+fn cli_every_route_asks_for_its_scope() {
+    let folder = Folder::new();
+    let tokens: Vec<(Scope, String)> = Scope::ALL
+        .into_iter()
+        .map(|scope| (scope, folder.token(scope.name(), scope.name())))
+        .collect();
+    let service = Service::start(&folder, &[]);
+    for (method, route, needs) in declared() {
+        let path = path_of(route);
+        let asked = |token: Option<&str>| {
+            let client = match token {
+                Some(token) => service.client().bearer(token),
+                None => service.client(),
+            };
+            client.send(method, &path, &[]).status
+        };
+        let Some(needs) = needs else {
+            assert!(!matches!(asked(None), 401 | 403), "{method} {route}");
+            continue;
+        };
+        assert_eq!(asked(None), 401, "{method} {route} without a token");
+        assert_eq!(
+            asked(Some("lg_0")),
+            401,
+            "{method} {route} with another token"
+        );
+        for (scope, token) in &tokens {
+            let status = asked(Some(token));
+            assert!(status < 500, "{method} {route}: {status}");
+            assert_eq!(
+                status == 403,
+                *scope != needs,
+                "{method} {route} with {scope:?}: {status}"
+            );
+        }
+    }
+}
+
+/// The description lists no route that is not declared, and the other way round.
+#[test]
+fn tidy_every_described_route_is_declared() {
+    let description: Value = serde_json::from_str(&latchgate_service::http::openapi()).unwrap();
+    let mut described = BTreeSet::new();
+    for (path, methods) in description["paths"].as_object().unwrap() {
+        for method in methods.as_object().unwrap().keys() {
+            described.insert((method.to_uppercase(), path.clone()));
+        }
+    }
+    let declared: BTreeSet<(String, String)> = declared()
+        .map(|(method, path, _)| (method.to_string(), path.to_string()))
+        .collect();
+    let missing: Vec<_> = described.difference(&declared).collect();
+    assert!(missing.is_empty(), "described, not declared: {missing:?}");
+    let pages: Vec<_> = declared
+        .difference(&described)
+        .filter(|(_, path)| path.starts_with("/v1"))
+        .collect();
+    assert!(pages.is_empty(), "declared, not described: {pages:?}");
+}
+
+#[test]
+fn cli_a_token_is_taken_back() {
+    let folder = Folder::new();
+    let token = folder.token("lab", "read,submit");
+    let service = Service::start(&folder, &[]);
+    let client = service.client().bearer(&token);
+    client.get("/v1/verdicts").expect(200);
+    let (code, text) = folder.run(&["token", "list"]);
+    assert_eq!((code, text.trim()), (0, "lab  read,submit  valid"));
+    assert_eq!(folder.run(&["token", "revoke", "lab"]).0, 0);
+    crate::support::wait_for("taken back", Duration::from_secs(3), || {
+        client.get("/v1/verdicts").status == 401
+    });
+    assert_eq!(
+        folder.run(&["token", "create", "lab"]).0,
+        4,
+        "a name is never used again"
+    );
+}
+
+#[test]
+fn cli_beyond_the_loopback_a_token_must_exist() {
+    let folder = Folder::new();
+    let (code, text) = folder.run(&["--listen", "0.0.0.0:0"]);
+    assert_eq!(code, 4);
+    assert!(text.contains("token create"), "{text}");
+}
+
+/// A token stands in no file, no log and no answer.
+#[test]
+fn cli_a_token_is_kept_nowhere() {
+    let folder = Folder::new();
+    let token = folder.token("canary", "read,submit,admin");
+    let service = Service::start(&folder, &["log=trace"]);
+    let client = service.client().bearer(&token);
+    let id = client
+        .upload_bytes("burst.csv", &signal("burst.csv"), None)
+        .json()["id"]
+        .clone();
+    let asking = json!({"recording": id, "request": {"members": 0}});
+    let answer = client.post("/v1/verdicts?wait=60", &asking).expect(200);
+    assert!(!answer.text().contains(&token));
+    for path in ["/", "/metrics", "/v1/limits", "/v1/verdicts"] {
+        let text = String::from_utf8_lossy(&client.get(path).body).into_owned();
+        assert!(!text.contains(&token), "{path}");
+    }
+    client.get(&format!("/v1/verdicts?filter={}", &token[..20]));
+    let log = service.log.clone();
+    assert_eq!(service.end(), 0);
+    let secret = token.trim_start_matches("lg_").as_bytes().to_vec();
+    let mut open = vec![folder.0.clone()];
+    let mut looked = 0;
+    while let Some(path) = open.pop() {
+        if path.is_dir() {
+            open.extend(
+                fs::read_dir(path)
+                    .unwrap()
+                    .map(|entry| entry.unwrap().path()),
+            );
+            continue;
+        }
+        let bytes = fs::read(&path).unwrap();
+        looked += 1;
+        assert!(
+            !bytes.windows(secret.len()).any(|window| window == secret),
+            "{}",
+            path.display()
+        );
+    }
+    assert!(looked > 5 && fs::read_to_string(log).unwrap().contains("canary"));
+}
+
+#[test]
+fn cli_a_page_from_elsewhere_changes_nothing() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let upload = |client: &crate::support::Client| {
+        client
+            .send("POST", "/v1/recordings?name=a.csv", b"t_s,a_g\n0,1\n")
+            .status
+    };
+    assert_eq!(
+        upload(&client.clone().with("Origin", "http://elsewhere.example")),
+        403
+    );
+    assert_eq!(upload(&client.clone().with("Origin", "null")), 403);
+    assert_eq!(
+        upload(&client.clone().with("Sec-Fetch-Site", "cross-site")),
+        403
+    );
+    assert_eq!(
+        upload(&client.clone().with("Sec-Fetch-Site", "same-site")),
+        403
+    );
+    let own = format!("http://{}", service.address);
+    assert_eq!(upload(&client.clone().with("Origin", &own)), 201);
+    // A name that someone else points here is not known.
+    client
+        .with("Host", "elsewhere.example")
+        .get("/v1/verdicts")
+        .expect(421);
+}
+
+#[test]
+fn cli_every_answer_carries_its_headers() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    for path in ["/healthz", "/v1/verdicts", "/v1/nothing", "/openapi.json"] {
+        let answer = client.get(path);
+        let policy = answer.header("content-security-policy").unwrap();
+        assert!(
+            policy.starts_with("default-src 'self'") && !policy.contains("unsafe"),
+            "{path}"
+        );
+        assert_eq!(
+            answer.header("x-content-type-options"),
+            Some("nosniff"),
+            "{path}"
+        );
+    }
+    let id = client.upload("burst.csv")["id"].clone();
+    let asking = json!({"recording": id, "request": {"members": 0}});
+    let document = client
+        .post("/v1/verdicts?wait=60", &asking)
+        .expect(200)
+        .json();
+    let path = format!("/v1/verdicts/{}", document["report_id"].as_str().unwrap());
+    let page = client.get(&format!("{path}/report.html")).expect(200);
+    let policy = page.header("content-security-policy").unwrap();
+    assert!(
+        policy.starts_with("sandbox") && policy.contains("default-src 'none'"),
+        "{policy}"
+    );
+    let table = client.get(&format!("{path}/series.csv")).expect(200);
+    let name = table.header("content-disposition").unwrap();
+    assert!(
+        name.starts_with("attachment; filename=\"burst.csv-") && name.ends_with("-series.csv\""),
+        "{name}"
+    );
+}
+
+#[test]
+fn cli_a_token_has_its_rate_and_its_share() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["rate_per_s=1", "rate_burst=5"]);
+    let client = service.client();
+    let answers: Vec<_> = (0..8).map(|_| client.get("/healthz")).collect();
+    let refused: Vec<_> = answers
+        .iter()
+        .filter(|answer| answer.status == 429)
+        .collect();
+    assert!(refused.len() >= 2, "{} refused", refused.len());
+    assert!(
+        refused
+            .iter()
+            .all(|answer| answer.header("retry-after").is_some())
+    );
+    drop(service);
+    let service = Service::start(&folder, &["own_queue=1", "places=1"]);
+    let client = service.client();
+    let id = client.upload("burst.csv")["id"].clone();
+    let mut refused = 0;
+    for torque in 0..12 {
+        let set = format!("lever.preload_torque_nm=2.{torque:02}");
+        let answer = client.post(
+            "/v1/verdicts?wait=0",
+            &json!({"recording": id, "set": [set]}),
+        );
+        assert!(matches!(answer.status, 202 | 429), "{}", answer.status);
+        refused += u32::from(answer.status == 429);
+    }
+    assert!(refused > 0);
+}
+
+/// What a comparison takes says nothing of how much of a token is right.
+#[test]
+#[ignore = "of time, which a busy machine disturbs; run by name"]
+fn val_the_comparison_of_tokens_is_flat_in_time() {
+    use latchgate_service::auth::{Door, Seen};
+    use latchgate_service::store::SqliteLedger;
+    let folder = Folder::new();
+    let token = folder.token("lab", "read");
+    let ledger = SqliteLedger::open(&folder.data().join("ledger.sqlite")).unwrap();
+    let door = Door::default();
+    let last = if token.ends_with('0') { "1" } else { "0" };
+    let near = format!("{}{last}", &token[..token.len() - 1]);
+    let far = format!("lg_{}", "0".repeat(64));
+    let time = |presented: &str| {
+        let began = std::time::Instant::now();
+        for _ in 0..200 {
+            assert_eq!(door.look(&ledger, Some(presented)).unwrap(), Seen::Stranger);
+        }
+        began.elapsed().as_secs_f64()
+    };
+    let median = |presented: &str| {
+        let mut times: Vec<f64> = (0..101).map(|_| time(presented)).collect();
+        times.sort_by(f64::total_cmp);
+        times[50]
+    };
+    median(&near);
+    let (near, far) = (median(&near), median(&far));
+    println!("nearly right {near:.6} s, wholly wrong {far:.6} s of 200");
+    assert!((near / far - 1.0).abs() < 0.05, "{near} against {far}");
+}

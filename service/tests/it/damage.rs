@@ -1,0 +1,425 @@
+//! What survives: kills, a full disk, damaged files, the end of service.
+
+use crate::support::{Client, Folder, Service, signal, wait_for, without_run};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::fs;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+/// Questions whose answers are compared.
+const QUESTIONS: u64 = 12;
+
+/// Numbers that come out the same each time, of which tests draw their moments.
+struct Chance(u64);
+
+impl Chance {
+    fn below(&mut self, most: u64) -> u64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % most
+    }
+}
+
+fn asking(id: &Value, number: u64) -> Value {
+    let set = format!("lever.preload_torque_nm={}", 2.0 + 0.001 * number as f64);
+    json!({"recording": id, "request": {"members": 128, "opens_when": "negative"}, "set": [set]})
+}
+
+fn kills(default: u64) -> u64 {
+    std::env::var("LATCHGATE_SERVICE_KILLS").map_or(default, |text| text.parse().unwrap())
+}
+
+/// Answers of a service that nothing disturbs.
+fn undisturbed(numbers: u64) -> BTreeMap<u64, String> {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["wait_s=60"]);
+    let client = service.client();
+    let id = client.try_upload("burst.csv").unwrap()["id"].clone();
+    (0..numbers)
+        .map(|number| {
+            let answer = client
+                .post("/v1/verdicts", &asking(&id, number))
+                .expect(200);
+            (number, without_run(&answer.body))
+        })
+        .collect()
+}
+
+/// Asks until there is an answer.
+fn answer(client: &Client, asking: &Value) -> String {
+    let mut last = None;
+    for _ in 0..200 {
+        match client.try_send_json("/v1/verdicts?wait=20", asking) {
+            Ok(answer) if answer.status == 200 => return without_run(&answer.body),
+            other => last = Some(other.map(|answer| answer.text())),
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    panic!("no answer: {last:?}");
+}
+
+/// Killed at moments of no choice while it uploads and judges, the service loses nothing that it
+/// has acknowledged and answers as it would have. `LATCHGATE_SERVICE_KILLS` says how often.
+#[test]
+fn verif_kills_of_the_service_lose_nothing() {
+    let expected = undisturbed(QUESTIONS);
+    let folder = Folder::new();
+    let mut chance = Chance(1);
+    let mut acknowledged: Vec<Value> = Vec::new();
+    let mut ready = Duration::ZERO;
+    for round in 0..kills(6) {
+        let began = Instant::now();
+        let mut service = Service::start(&folder, &[]);
+        let client = service.client();
+        client.get("/readyz").expect(200);
+        ready = ready.max(began.elapsed());
+        // Whatever was acknowledged is there.
+        for id in acknowledged.iter().rev().take(20) {
+            client
+                .get(&format!("/v1/recordings/{}", id.as_str().unwrap()))
+                .expect(200);
+        }
+        let busy: Vec<_> = (0..3)
+            .map(|hand| {
+                let client = client.clone();
+                std::thread::spawn(move || load(&client, round, hand))
+            })
+            .collect();
+        std::thread::sleep(Duration::from_millis(20 + chance.below(400)));
+        service.child.kill().unwrap();
+        service.child.wait().unwrap();
+        for hand in busy {
+            acknowledged.extend(hand.join().unwrap());
+        }
+    }
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    for id in &acknowledged {
+        let recording = client.get(&format!("/v1/recordings/{}", id.as_str().unwrap()));
+        assert_eq!(
+            recording.expect(200).json()["channels"]
+                .as_array()
+                .unwrap()
+                .len(),
+            1
+        );
+    }
+    let id = client.try_upload("burst.csv").unwrap()["id"].clone();
+    for (number, expected) in &expected {
+        assert!(
+            answer(&client, &asking(&id, *number)) == *expected,
+            "question {number}"
+        );
+    }
+    let listed = client.get("/v1/verdicts?limit=200").json()["verdicts"]
+        .as_array()
+        .unwrap()
+        .len();
+    assert_eq!(listed, expected.len(), "none is there twice");
+    let whole = folder.run(&["fsck"]);
+    assert_eq!(whole.0, 0, "{}", whole.1);
+    println!(
+        "{} recordings acknowledged; ready after {ready:?} at most",
+        acknowledged.len()
+    );
+    assert!(ready < Duration::from_secs(2), "{ready:?}");
+}
+
+/// Uploads and asks until nobody answers; returns what was acknowledged.
+fn load(client: &Client, round: u64, hand: u64) -> Vec<Value> {
+    let mut acknowledged = Vec::new();
+    for number in 0.. {
+        let name = format!("r{round}-{hand}-{number}.csv");
+        let path = format!("/v1/recordings?name={name}");
+        let table = "t_s,acc_y_g\n0,1\n0.001,2\n0.002,1\n0.003,0\n";
+        let Ok(answer) = client.try_send("POST", &path, table.as_bytes()) else {
+            break;
+        };
+        if matches!(answer.status, 200 | 201) {
+            acknowledged.push(answer.json()["id"].clone());
+        }
+        let Ok(burst) = client.try_upload("burst.csv") else {
+            break;
+        };
+        let question = asking(&burst["id"], (round * 7 + hand * 3 + number) % QUESTIONS);
+        if client
+            .try_send_json("/v1/verdicts?wait=0", &question)
+            .is_err()
+        {
+            break;
+        }
+    }
+    acknowledged
+}
+
+/// Children that are killed at moments of no choice cost time, and change nothing.
+#[test]
+fn verif_kills_of_children_change_nothing() {
+    let expected = undisturbed(QUESTIONS);
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["places=2"]);
+    let client = service.client();
+    let id = client.try_upload("burst.csv").unwrap()["id"].clone();
+    let mut chance = Chance(2);
+    let (mut killed, wanted) = (0, kills(12));
+    let mut number = 0;
+    while killed < wanted {
+        client.post("/v1/verdicts?wait=0", &asking(&id, number % QUESTIONS));
+        number += 1;
+        std::thread::sleep(Duration::from_millis(chance.below(120)));
+        let children = service.children();
+        if let Some(child) = children.get(chance.below(children.len().max(1) as u64) as usize)
+            && Command::new("kill")
+                .args(["-9", child])
+                .status()
+                .unwrap()
+                .success()
+        {
+            killed += 1;
+        }
+    }
+    for (number, expected) in &expected {
+        assert!(
+            answer(&client, &asking(&id, *number)) == *expected,
+            "question {number}"
+        );
+    }
+    let listed = client.get("/v1/verdicts?limit=200").json()["verdicts"]
+        .as_array()
+        .unwrap()
+        .len();
+    assert_eq!(listed, expected.len());
+    println!("{killed} children killed");
+}
+
+#[test]
+fn verif_a_damaged_file_is_never_served() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let id = client.try_upload("burst.csv").unwrap()["id"].clone();
+    let question = json!({"recording": id, "request": {"members": 0}});
+    let document = client.post("/v1/verdicts?wait=60", &question).expect(200);
+    let path = format!(
+        "/v1/verdicts/{}",
+        document.json()["report_id"].as_str().unwrap()
+    );
+    let page = client.get(&format!("{path}/report.html")).expect(200).body;
+    let blob = blob_of(&folder, &page);
+    let mut damaged = page.clone();
+    damaged[1000] ^= 1;
+    fs::write(&blob, &damaged).unwrap();
+    let answer = client.get(&format!("{path}/report.html")).expect(500);
+    assert_eq!(answer.json()["code"], "damaged");
+    client.get(&path).expect(200);
+    let (code, text) = folder.run(&["fsck"]);
+    assert_eq!(code, 4);
+    assert!(text.contains("report.html"), "{text}");
+    // A damaged recording is not judged either; uploaded again it is whole.
+    fs::write(&blob, &page).unwrap();
+    let recording = blob_of(&folder, &signal("burst.csv"));
+    fs::write(&recording, b"t_s,acc_y_g\n").unwrap();
+    let other = json!({"recording": id, "request": {"members": 0, "filter": "cfc600"}});
+    // One that a child still holds was read whole.
+    for child in service.children() {
+        Command::new("kill").args(["-9", &child]).status().unwrap();
+    }
+    let refused = client.post("/v1/verdicts?wait=60", &other);
+    assert!(refused.status >= 400, "{}", refused.text());
+    assert_eq!(refused.json()["code"], "damaged");
+    client.try_upload("burst.csv").unwrap();
+    assert_eq!(folder.run(&["fsck"]).0, 0);
+    client.post("/v1/verdicts?wait=60", &other).expect(200);
+}
+
+fn blob_of(folder: &Folder, bytes: &[u8]) -> std::path::PathBuf {
+    let sha256 = latchgate_service::store::sha256_hex(bytes);
+    folder.data().join("blobs").join(&sha256[..2]).join(sha256)
+}
+
+#[test]
+fn cli_a_backup_is_taken_and_restored() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let id = client.try_upload("burst.csv").unwrap()["id"].clone();
+    let question = json!({"recording": id, "request": {"members": 0}});
+    let document = client.post("/v1/verdicts?wait=60", &question).expect(200);
+    let copy = folder.0.join("copy");
+    let (code, text) = folder.run(&["backup", copy.to_str().unwrap()]);
+    assert_eq!(code, 0, "{text}");
+    assert_eq!(
+        folder.run(&["backup", copy.to_str().unwrap()]).0,
+        4,
+        "never over another"
+    );
+    assert_eq!(
+        folder.run(&["restore", copy.to_str().unwrap()]).0,
+        4,
+        "never over data"
+    );
+    assert_eq!(service.end(), 0);
+    fs::remove_dir_all(folder.data()).unwrap();
+    let (code, text) = folder.run(&["restore", copy.to_str().unwrap()]);
+    assert_eq!(code, 0, "{text}");
+    let service = Service::start(&folder, &[]);
+    let path = document.header("location").unwrap();
+    assert_eq!(service.client().get(path).expect(200).body, document.body);
+}
+
+/// SIGTERM under load: whoever is being answered is answered whole.
+#[test]
+fn verif_the_end_of_service_cuts_no_answer() {
+    for round in 0..kills(3).min(20) {
+        let folder = Folder::new();
+        let service = Service::start(&folder, &["places=2"]);
+        let client = service.client();
+        let id = client.try_upload("burst.csv").unwrap()["id"].clone();
+        let busy: Vec<_> = (0..4)
+            .map(|hand| {
+                let (client, id) = (client.clone(), id.clone());
+                std::thread::spawn(move || {
+                    let mut whole = 0;
+                    for number in 0.. {
+                        let question = asking(&id, hand * 1000 + number);
+                        match client.try_send_json("/v1/verdicts?wait=20", &question) {
+                            // A cut answer is an error of its own.
+                            Err(error) => {
+                                let text = error.to_string();
+                                assert!(!text.contains("the answer is cut"), "{text}");
+                                break;
+                            }
+                            Ok(answer) if answer.status == 503 => break,
+                            Ok(answer) => {
+                                assert!(matches!(answer.status, 200 | 202), "{}", answer.text());
+                                whole += 1;
+                            }
+                        }
+                    }
+                    whole
+                })
+            })
+            .collect();
+        std::thread::sleep(Duration::from_millis(150 + 40 * round));
+        assert_eq!(service.end(), 0);
+        let whole: u32 = busy.into_iter().map(|hand| hand.join().unwrap()).sum();
+        assert!(whole > 0);
+    }
+}
+
+/// With 100 000 jobs waiting, a service that was killed is ready within two seconds.
+#[test]
+#[ignore = "fills a queue; run by name"]
+fn verif_a_long_queue_is_no_hindrance() {
+    use latchgate_service::store::{Ledger, Question, SqliteLedger};
+    let folder = Folder::new();
+    fs::create_dir_all(folder.data()).unwrap();
+    let ledger =
+        std::sync::Arc::new(SqliteLedger::open(&folder.data().join("ledger.sqlite")).unwrap());
+    let hands: Vec<_> = (0..16)
+        .map(|hand| {
+            let ledger = std::sync::Arc::clone(&ledger);
+            std::thread::spawn(move || {
+                for number in 0..6250 {
+                    let question = Question {
+                        recording: "0".repeat(64),
+                        request: json!({}),
+                        design: json!({"number": number}),
+                        design_name: None,
+                    };
+                    ledger
+                        .submit(&format!("{hand}-{number}"), &question, "lab", 0)
+                        .unwrap();
+                }
+            })
+        })
+        .collect();
+    for hand in hands {
+        hand.join().unwrap();
+    }
+    drop(ledger);
+    for _ in 0..3 {
+        let began = Instant::now();
+        let mut service = Service::start(&folder, &[]);
+        service.client().get("/readyz").expect(200);
+        let took = began.elapsed();
+        println!("ready after {took:?}");
+        assert!(took < Duration::from_secs(2), "{took:?}");
+        service.child.kill().unwrap();
+        service.child.wait().unwrap();
+    }
+}
+
+/// On a disk of 16 MiB: what does not fit is refused with 507, what was acknowledged stays
+/// readable, and service goes on within five seconds of there being space again.
+#[test]
+fn verif_a_full_disk_loses_nothing() {
+    let folder = Folder::new();
+    fs::create_dir_all(folder.data()).unwrap();
+    let data = folder.data().display().to_string();
+    // A disk of its own, seen by the service alone; `fill` is made and removed through it.
+    let mut command = Command::new("unshare");
+    let script = format!(
+        "mount -t tmpfs -o size=16m none {data} && \
+         exec {} --data {data} --set free_mib=0 --set log=warn \"$@\"",
+        crate::support::PROGRAM
+    );
+    command.args(["--mount", "--map-root-user", "sh", "-c", &script, "sh"]);
+    let service = Service::of(command, &folder);
+    let client = service.client();
+    let inside = format!("/proc/{}/root{data}", service.child.id());
+    let mut acknowledged = Vec::new();
+    let mut refused = 0;
+    let rows: String = (0..30_000)
+        .map(|row| format!("{:.4},{}\n", f64::from(row) * 1e-4, row % 7))
+        .collect();
+    for number in 0..80 {
+        let table = format!("t_s,acc_y_g\n{rows}{number},0\n");
+        let answer = client.send(
+            "POST",
+            &format!("/v1/recordings?name=n{number}.csv"),
+            table.as_bytes(),
+        );
+        match answer.status {
+            200 | 201 => acknowledged.push(answer.json()["id"].clone()),
+            507 => {
+                refused += 1;
+                assert!(answer.header("retry-after").is_some());
+            }
+            other => panic!("{other}: {}", answer.text()),
+        }
+    }
+    assert!(
+        refused > 0 && acknowledged.len() > 10,
+        "{refused} refused, {} kept",
+        acknowledged.len()
+    );
+    for id in &acknowledged {
+        client
+            .get(&format!("/v1/recordings/{}", id.as_str().unwrap()))
+            .expect(200);
+    }
+    let began = Instant::now();
+    // One of the files goes, as when someone clears the disk.
+    let blobs = format!("{inside}/blobs");
+    let largest = fs::read_dir(blobs).unwrap().flatten().find_map(|entry| {
+        let mut files = fs::read_dir(entry.path()).ok()?.flatten();
+        files.find(|file| file.metadata().is_ok_and(|data| data.len() > 100_000))
+    });
+    fs::remove_file(largest.unwrap().path()).unwrap();
+    wait_for("work is taken again", Duration::from_secs(5), || {
+        let path = "/v1/recordings?name=after.csv";
+        client
+            .send("POST", path, b"t_s,acc_y_g\n0,1\n0.001,2\n")
+            .status
+            == 201
+    });
+    println!(
+        "{} kept, {refused} refused, again after {:?}",
+        acknowledged.len(),
+        began.elapsed()
+    );
+}

@@ -1,0 +1,239 @@
+//! The store by itself: jobs under leases, fencing, rows and blobs that are found damaged.
+
+use crate::support::Folder;
+use latchgate_service::store::{
+    BlobFolder, Blobs, Job, JobState, Ledger, Manifest, Question, SqliteLedger, StoreError,
+    StoredFile, StoredResult, Summary, sha256_hex,
+};
+use serde_json::json;
+use std::io::Read;
+use std::sync::Arc;
+
+fn ledger(folder: &Folder) -> SqliteLedger {
+    SqliteLedger::open(&folder.0.join("ledger.sqlite")).unwrap()
+}
+
+fn question(number: usize) -> Question {
+    Question {
+        recording: "r".into(),
+        request: json!({"seed": number}),
+        design: json!({}),
+        design_name: None,
+    }
+}
+
+fn result(id: &str) -> StoredResult {
+    StoredResult {
+        report_id: id.into(),
+        recording: "r".into(),
+        summary: Summary::default(),
+        files: [].into(),
+        created_ms: 1,
+        content_sha256: "c".into(),
+    }
+}
+
+fn taken(ledger: &SqliteLedger, now_ms: i64) -> Job {
+    ledger
+        .take(now_ms, now_ms + 100)
+        .unwrap()
+        .expect("a job waits")
+}
+
+#[test]
+fn verif_an_attempt_that_lost_its_lease_changes_nothing() {
+    let folder = Folder::new();
+    let ledger = ledger(&folder);
+    assert!(ledger.submit("a", &question(1), "me", 0).unwrap().1);
+    assert!(
+        !ledger.submit("a", &question(1), "me", 0).unwrap().1,
+        "known"
+    );
+    let first = taken(&ledger, 10);
+    assert_eq!(ledger.take(20, 120).unwrap(), None, "one holds it");
+    assert_eq!(ledger.reclaim(50, false).unwrap(), 0, "the lease holds");
+    ledger.hold("a", first.attempt, 300).unwrap();
+    assert_eq!(
+        ledger.reclaim(200, false).unwrap(),
+        0,
+        "a heartbeat held it"
+    );
+    assert_eq!(ledger.reclaim(400, false).unwrap(), 1);
+    let second = taken(&ledger, 400);
+    assert_eq!((first.attempt, second.attempt), (1, 2));
+    for late in [
+        ledger.hold("a", first.attempt, 900),
+        ledger.finish("a", first.attempt, &result("x")),
+        ledger.refuse("a", first.attempt, &json!({})),
+        ledger.give_back("a", first.attempt, true, 0).map(|_| ()),
+    ] {
+        assert_eq!(late, Err(StoreError::Fenced));
+    }
+    assert_eq!(
+        ledger.result("x").unwrap(),
+        None,
+        "nothing of the late attempt is kept"
+    );
+    ledger.finish("a", second.attempt, &result("y")).unwrap();
+    let done = JobState::Done {
+        report_id: "y".into(),
+    };
+    assert_eq!(ledger.job("a").unwrap().unwrap().state, done);
+    assert_eq!(
+        ledger.finish("a", second.attempt, &result("z")),
+        Err(StoreError::Fenced)
+    );
+}
+
+#[test]
+fn verif_what_runs_at_the_end_of_a_process_waits_again() {
+    let folder = Folder::new();
+    let first = ledger(&folder);
+    first.submit("a", &question(1), "me", 0).unwrap();
+    let job = taken(&first, 10);
+    let second = ledger(&folder);
+    assert_eq!(second.reclaim(11, true).unwrap(), 1);
+    let again = taken(&second, 12);
+    assert_eq!(again.failures, job.failures, "no fault of the recording");
+}
+
+#[test]
+fn verif_a_job_given_back_waits_its_time() {
+    let folder = Folder::new();
+    let ledger = ledger(&folder);
+    for id in ["a", "b"] {
+        ledger.submit(id, &question(1), "me", 0).unwrap();
+    }
+    let job = taken(&ledger, 10);
+    assert_eq!(
+        ledger.give_back(&job.id, job.attempt, true, 500).unwrap(),
+        1
+    );
+    assert_eq!(taken(&ledger, 20).id, "b", "the others go on");
+    assert_eq!(ledger.take(499, 600).unwrap(), None);
+    assert_eq!(taken(&ledger, 500).failures, 1);
+    let load = ledger.load("me").unwrap();
+    assert_eq!((load.queued, load.running, load.own), (0, 2, 2));
+}
+
+/// Of many takers each job goes to one.
+#[test]
+fn verif_each_job_is_taken_once() {
+    let folder = Folder::new();
+    let ledger = Arc::new(ledger(&folder));
+    for number in 0..200 {
+        ledger
+            .submit(&format!("j{number}"), &question(number), "me", 0)
+            .unwrap();
+    }
+    let takers: Vec<_> = (0..4)
+        .map(|_| {
+            let ledger = Arc::clone(&ledger);
+            std::thread::spawn(move || {
+                let mut got = Vec::new();
+                while let Some(job) = ledger.take(1, 1000).unwrap() {
+                    got.push(job.id);
+                }
+                got
+            })
+        })
+        .collect();
+    let mut all: Vec<String> = takers
+        .into_iter()
+        .flat_map(|taker| taker.join().unwrap())
+        .collect();
+    all.sort();
+    all.dedup();
+    assert_eq!(all.len(), 200);
+}
+
+#[test]
+fn verif_a_damaged_row_is_never_served() {
+    let folder = Folder::new();
+    let ledger = ledger(&folder);
+    let file = StoredFile {
+        name: "a.csv".into(),
+        sha256: sha256_hex(b"x"),
+        bytes: 1,
+    };
+    let manifest = Manifest {
+        name: "a.csv".into(),
+        files: vec![file],
+        card: None,
+    };
+    let id = manifest.id();
+    assert!(ledger.put_recording(&manifest, "me", 1).unwrap());
+    ledger.put_listing(&id, &json!({"channels": []})).unwrap();
+    ledger.submit("a", &question(1), "me", 0).unwrap();
+    let job = taken(&ledger, 1);
+    ledger.finish("a", job.attempt, &result("x")).unwrap();
+    ledger.submit("b", &question(2), "me", 0).unwrap();
+    ledger.put_design("d", &json!({"lever": 1}), 1).unwrap();
+    assert_eq!(ledger.check().unwrap().0, Vec::<String>::new());
+    let change = |sql: &str| {
+        let connection = rusqlite::Connection::open(folder.0.join("ledger.sqlite")).unwrap();
+        assert_eq!(connection.execute(sql, []).unwrap(), 1, "{sql}");
+    };
+    change("UPDATE recordings SET listing = replace(listing, '[]', '[1]')");
+    assert!(matches!(
+        ledger.recording(&id),
+        Err(StoreError::Damaged { .. })
+    ));
+    change("UPDATE results SET body = replace(body, '\"x\"', '\"y\"')");
+    assert!(matches!(
+        ledger.result("x"),
+        Err(StoreError::Damaged { .. })
+    ));
+    change("UPDATE jobs SET answer = '\"z\"' WHERE id = 'a'");
+    assert!(matches!(ledger.job("a"), Err(StoreError::Damaged { .. })));
+    change("UPDATE jobs SET body = replace(body, '2', '3') WHERE id = 'b'");
+    change("UPDATE designs SET version = 2");
+    assert!(matches!(
+        ledger.design("d", None),
+        Err(StoreError::Damaged { .. })
+    ));
+    assert_eq!(ledger.check().unwrap().0.len(), 5);
+    // A damaged job does not stop the others.
+    ledger.submit("c", &question(3), "me", 0).unwrap();
+    assert_eq!(ledger.take(1, 2).unwrap(), None, "set aside");
+    assert_eq!(taken(&ledger, 1).id, "c");
+}
+
+#[test]
+fn verif_a_blob_is_its_hash() {
+    let folder = Folder::new();
+    let blobs = BlobFolder::open(&folder.0).unwrap();
+    let put = |bytes: &[u8]| {
+        let mut writer = blobs.begin().unwrap();
+        writer.write(bytes).unwrap();
+        writer.finish("a").unwrap()
+    };
+    let file = put(b"some bytes");
+    assert_eq!(file.sha256, sha256_hex(b"some bytes"));
+    let mut text = String::new();
+    blobs
+        .open(&file.sha256)
+        .unwrap()
+        .read_to_string(&mut text)
+        .unwrap();
+    assert_eq!(text, "some bytes");
+    std::fs::write(blobs.path(&file.sha256), "sOme bytes").unwrap();
+    assert!(matches!(
+        blobs.open(&file.sha256),
+        Err(StoreError::Damaged { .. })
+    ));
+    // Uploaded again, it is whole again.
+    put(b"some bytes");
+    assert!(blobs.open(&file.sha256).is_ok());
+    drop(blobs.begin().unwrap());
+    assert_eq!(
+        std::fs::read_dir(folder.0.join("unfinished"))
+            .unwrap()
+            .count(),
+        0
+    );
+    assert!(matches!(
+        blobs.open("../../etc/passwd"),
+        Err(StoreError::Damaged { .. })
+    ));
+}
