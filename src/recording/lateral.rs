@@ -47,13 +47,21 @@ impl ChannelOffer {
         }
     }
 
-    /// Describes columns by their words, each with its number, which counts what `counted` says.
-    pub(super) fn of_words(columns: &[(usize, &Column)], counted: &str) -> Vec<Self> {
+    /// Describes columns by their words, each with its number, which counts what `counted` says and
+    /// may be one by which a person asks for it.
+    pub(super) fn of_words(
+        columns: &[(usize, &Column)],
+        (counted, asked): (&str, bool),
+    ) -> Vec<Self> {
         let one = |(number, column): &(usize, &Column)| {
             let same = |(_, other): &&(usize, &Column)| other.name == column.name;
             let candidate = match columns.iter().filter(same).count() {
                 1 => Candidate::named(&column.name),
-                _ => Candidate::numbered(&column.name, counted, *number),
+                _ => {
+                    let twin = Candidate::numbered(&column.name, counted, *number);
+                    let asked_as = twin.asked_as.clone().filter(|_| asked);
+                    Candidate { asked_as, ..twin }
+                }
             };
             Self {
                 candidate: candidate.doubted(column.doubt()),

@@ -116,7 +116,7 @@ impl LabviewFile<'_> {
                 }
                 let column = |index: &usize| (index + 1, &header.channels[*index].column);
                 let columns: Vec<(usize, &Column)> = filled.iter().map(column).collect();
-                let choices = ChannelOffer::of_words(&columns, "channel");
+                let choices = ChannelOffer::of_words(&columns, ("channel", true));
                 let (index, finding) = lateral::take(&choices, header.list())?;
                 outcome.findings.extend(finding);
                 vec![filled[index]]
@@ -445,7 +445,11 @@ impl Header {
         let columns: Vec<_> = columns.map(|(one, number)| (number, &one.column)).collect();
         let fits = |index: &usize| self.channels[*index].answers_to(wanted, *index);
         let found: Vec<usize> = (0..columns.len()).filter(fits).collect();
-        lateral::named(wanted, &found, &ChannelOffer::of_words(&columns, "channel"))
+        lateral::named(
+            wanted,
+            &found,
+            &ChannelOffer::of_words(&columns, ("channel", true)),
+        )
     }
 
     fn time_columns(&self) -> Vec<usize> {

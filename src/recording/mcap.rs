@@ -50,7 +50,7 @@ use ::mcap::records::{Record, SchemaHeader, op};
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use layout::{Laid, Schema, WantedFields};
 use records::{PREFIX_BYTES, damaged};
-use series::{Finished, Kept, TopicField, TopicSeries};
+use series::{Finished, Kept, LoggedMessage, TopicField, TopicSeries};
 use std::collections::BTreeMap;
 use std::io::Read;
 use types::Budget;
@@ -199,17 +199,6 @@ struct Topic {
     likely: bool,
     /// What was read of it, from its first message on.
     series: Option<TopicSeries>,
-}
-
-/// Takes back that a channel's id singles out one of several topics of a name: it does not.
-fn untwinned(kind: ErrorKind) -> ErrorKind {
-    let ErrorKind::AmbiguousChannel { mut candidates } = kind else {
-        return kind;
-    };
-    for twin in candidates.0.iter_mut().filter(|one| one.twin.is_some()) {
-        twin.asked_as = None;
-    }
-    ErrorKind::AmbiguousChannel { candidates }
 }
 
 /// The state of reading one file.
@@ -544,14 +533,13 @@ impl<'a> LogReader<'a> {
         if let Some(topic) = self.topics.get_mut(&channel_id)
             && let Some(series) = &mut topic.series
         {
-            series.push(
-                topic.messages,
-                header.log_time,
-                &content,
+            let message = LoggedMessage {
+                number: topic.messages,
+                log_time: header.log_time,
+                data: &content,
                 byte,
-                &mut self.kept,
-                self.limits,
-            )?;
+            };
+            series.push(&message, &mut self.kept, self.limits)?;
         }
         Ok(())
     }
@@ -681,7 +669,7 @@ impl<'a> LogReader<'a> {
     ) -> Result<ReadOutcome, Error> {
         let named = self.options.channel.as_ref();
         let name_of = |id: &u16| self.topics[id].name.as_str();
-        let mut topics: Vec<(u16, &Finished)> = read
+        let topics: Vec<(u16, &Finished)> = read
             .iter()
             .filter(|(id, likely, topic)| match named {
                 Some(_) => self.asked(name_of(id)).is_some(),
@@ -689,21 +677,6 @@ impl<'a> LogReader<'a> {
             })
             .map(|(id, _, topic)| (*id, topic))
             .collect();
-        // Of JSON that cannot be read nobody knows whether it is meant, unless nothing else can be.
-        let readable = |(id, topic): &(u16, &Finished)| {
-            topic.is_read || self.topics[id].encoding != "json" || named.is_some()
-        };
-        if topics.iter().any(readable) {
-            for (_, topic) in topics.iter().filter(|topic| !readable(topic)) {
-                let lost = topic
-                    .fields
-                    .iter()
-                    .filter_map(|one| Some((one, one.channel.as_ref().err()?)));
-                let lost = lost.map(|(one, error)| draft::left_out(&one.words.name, error));
-                outcome.findings.extend(lost);
-            }
-            topics.retain(readable);
-        }
         if let (Some(wanted), [_, _, ..]) = (named, topics.as_slice()) {
             let twin = |(id, _): &(u16, &Finished)| Candidate {
                 name: wanted.clone(),
@@ -736,8 +709,9 @@ impl<'a> LogReader<'a> {
             (_, 0) => return Err(self.no_channel(topics.first().map(|(_, topic)| *topic))),
             (Some(_), _) => 0,
             (None, _) => {
-                let choices = ChannelOffer::of_words(&columns, "channel id");
-                lateral::take(&choices, self.list()).map_err(untwinned)?.0
+                // A channel's id singles out none of several topics of a name.
+                let choices = ChannelOffer::of_words(&columns, ("channel id", false));
+                lateral::take(&choices, self.list())?.0
             }
         };
         let field = fields[index].1;

@@ -3,11 +3,13 @@
 //!
 //! Read is plain CDR (XCDR version 1), which every ROS 2 middleware writes into logs.
 
+use super::records;
 use super::ros::Dialect;
 use super::types::{
-    Field, FieldKind, Leaf, MessageTypes, Multiplicity, Number, Sink, fingerprint, leads_on,
-    step_into,
+    Field, FieldKind, Leaf, MessageTypes, Multiplicity, Number, Sink, damaged_message, fingerprint,
+    leads_on, step_into,
 };
+use crate::error::Error;
 
 /// Bytes of the header that tells the byte order.
 const HEADER: usize = 4;
@@ -20,25 +22,26 @@ const PADDING: usize = 3;
 ///
 /// # Errors
 ///
-/// What is wrong with the message, in words: expected, then found.
+/// [`crate::error::ErrorKind::Malformed`] where message and schema differ, the limit of a text that is too
+/// long.
 pub(super) fn walk(
     types: &MessageTypes,
     dialect: Dialect,
     message: &[u8],
     (wanted, longest): (&[String], u64),
     sink: Sink<'_>,
-) -> Result<(), MessageFault> {
+) -> Result<(), Error> {
     let (body, little, padding) = match (dialect, message) {
         (Dialect::Ros1, _) => (message, true, 0),
         (Dialect::Ros2, [0, order @ (0 | 1), _, _, body @ ..]) => (body, *order == 1, PADDING),
         (Dialect::Ros2, [high, low, _, _, ..]) => {
-            return Err(fault(
+            return Err(damaged_message(
                 "a CDR header of 00 00 or 00 01 (plain CDR)",
                 &format!("{high:02x} {low:02x}"),
             ));
         }
         (Dialect::Ros2, short) => {
-            return Err(fault(
+            return Err(damaged_message(
                 "a message with a CDR header of 4 bytes",
                 &format!("{} bytes", short.len()),
             ));
@@ -57,29 +60,12 @@ pub(super) fn walk(
     cursor.message(&types.root, sink)?;
     let left = body.len() - cursor.at;
     if left > padding {
-        return Err(fault(
+        return Err(damaged_message(
             "a message as long as its schema says",
             &format!("{left} bytes more"),
         ));
     }
     Ok(())
-}
-
-/// What is wrong with a message.
-#[derive(Debug)]
-pub(super) struct MessageFault {
-    pub(super) expected: String,
-    pub(super) found: String,
-    /// Length of a text that is longer than allowed [byte].
-    pub(super) too_long: Option<u64>,
-}
-
-fn fault(expected: &str, found: &str) -> MessageFault {
-    MessageFault {
-        expected: expected.to_string(),
-        found: found.to_string(),
-        too_long: None,
-    }
 }
 
 struct CdrCursor<'a> {
@@ -96,7 +82,7 @@ struct CdrCursor<'a> {
 }
 
 impl<'a> CdrCursor<'a> {
-    fn message(&mut self, name: &str, sink: Sink<'_>) -> Result<(), MessageFault> {
+    fn message(&mut self, name: &str, sink: Sink<'_>) -> Result<(), Error> {
         let types = self.types;
         let fields = types.types.get(name).map_or(&[][..], Vec::as_slice);
         if fields.is_empty() {
@@ -114,7 +100,7 @@ impl<'a> CdrCursor<'a> {
 
     // Every element takes at least one byte, so that a count which promises more than the message
     // holds ends at the end of the message.
-    fn field(&mut self, field: &Field, sink: Sink<'_>) -> Result<(), MessageFault> {
+    fn field(&mut self, field: &Field, sink: Sink<'_>) -> Result<(), Error> {
         let count = match field.count {
             Multiplicity::One => return self.element(&field.kind, sink),
             Multiplicity::Fixed(count) => count,
@@ -140,7 +126,7 @@ impl<'a> CdrCursor<'a> {
         Ok(())
     }
 
-    fn element(&mut self, kind: &FieldKind, sink: Sink<'_>) -> Result<(), MessageFault> {
+    fn element(&mut self, kind: &FieldKind, sink: Sink<'_>) -> Result<(), Error> {
         let leaf = match kind {
             FieldKind::Message(name) => return self.message(name, sink),
             FieldKind::Number(number) => Leaf::Number(self.number(*number)?),
@@ -148,10 +134,7 @@ impl<'a> CdrCursor<'a> {
             FieldKind::Text | FieldKind::Other => {
                 let length = self.length()?;
                 if length > self.longest {
-                    return Err(MessageFault {
-                        too_long: Some(length),
-                        ..fault("a shorter string", "a longer one")
-                    });
+                    return Err(records::too_long(self.longest, length, "message"));
                 }
                 let text = self.aligned(1, usize::try_from(length).unwrap_or(usize::MAX))?;
                 if !self.wanted.contains(&self.path) {
@@ -165,15 +148,15 @@ impl<'a> CdrCursor<'a> {
         Ok(())
     }
 
-    fn length(&mut self) -> Result<u64, MessageFault> {
+    fn length(&mut self) -> Result<u64, Error> {
         self.bits(4)
     }
 
-    fn number(&mut self, number: Number) -> Result<f64, MessageFault> {
+    fn number(&mut self, number: Number) -> Result<f64, Error> {
         Ok(number.value(self.bits(number.size())?))
     }
 
-    fn bits(&mut self, size: usize) -> Result<u64, MessageFault> {
+    fn bits(&mut self, size: usize) -> Result<u64, Error> {
         let mut array = [0; 8];
         array[..size].copy_from_slice(self.aligned(size, size)?);
         if !self.little {
@@ -183,7 +166,7 @@ impl<'a> CdrCursor<'a> {
     }
 
     /// Steps to a multiple of `size` [byte] and takes `count` bytes.
-    fn aligned(&mut self, size: usize, count: usize) -> Result<&'a [u8], MessageFault> {
+    fn aligned(&mut self, size: usize, count: usize) -> Result<&'a [u8], Error> {
         let start = if self.aligned {
             self.at.next_multiple_of(size)
         } else {
@@ -193,7 +176,7 @@ impl<'a> CdrCursor<'a> {
             .checked_add(count)
             .and_then(|end| self.body.get(start..end));
         let Some(taken) = taken else {
-            return Err(fault(
+            return Err(damaged_message(
                 &format!("a field at byte {} of the message", HEADER + start),
                 &format!(
                     "the end of the message at byte {}",

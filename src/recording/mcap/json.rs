@@ -2,7 +2,8 @@
 //!
 //! Nothing is kept of what is not wanted, so that a large message costs time but no memory.
 
-use super::types::{Leaf, Sink, fingerprint, step_into};
+use super::types::{Leaf, Sink, damaged_message, fingerprint, step_into};
+use crate::error::Error;
 use serde::de::{DeserializeSeed, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 
@@ -11,7 +12,7 @@ use std::fmt;
 /// # Errors
 ///
 /// What is wrong with the text, in the words of the JSON parser.
-pub(super) fn walk(message: &[u8], sink: Sink<'_>) -> Result<(), String> {
+pub(super) fn walk(message: &[u8], sink: Sink<'_>) -> Result<(), Error> {
     let mut deserializer = serde_json::Deserializer::from_slice(message);
     let mut path = String::new();
     JsonWalk {
@@ -20,7 +21,7 @@ pub(super) fn walk(message: &[u8], sink: Sink<'_>) -> Result<(), String> {
     }
     .deserialize(&mut deserializer)
     .and_then(|()| deserializer.end())
-    .map_err(|error| error.to_string())
+    .map_err(|error| damaged_message("a JSON message", &error.to_string()))
 }
 
 struct JsonWalk<'a> {

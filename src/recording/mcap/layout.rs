@@ -358,7 +358,7 @@ pub(super) fn json_layout(data: &[u8], wanted: &WantedFields) -> Result<MessageL
             }
         }
     };
-    json::walk(data, &mut found).map_err(|reason| damaged_message("a JSON message", &reason))?;
+    json::walk(data, &mut found)?;
     if too_many {
         return Err(too_many_fields().into());
     }
@@ -433,14 +433,6 @@ fn refused(expected: &str, found: &str) -> Error {
         expected,
         found,
         "export the topic as CSV, or record it with a current rosbag2",
-    )
-}
-
-pub(super) fn damaged_message(expected: &str, found: &str) -> Error {
-    Error::malformed(
-        expected,
-        found,
-        "the message and its schema contradict one another; record it again",
     )
 }
 

@@ -8,8 +8,8 @@
 //! Protocol Buffers, "Encoding"; `descriptor.proto` for the field numbers.
 
 use super::types::{
-    Coding, Field, FieldKind, Leaf, MessageTypes, Multiplicity, Number, Sink, leads_on, step_into,
-    unreadable,
+    Coding, Field, FieldKind, Leaf, MessageTypes, Multiplicity, Number, Sink, damaged_message,
+    leads_on, step_into, unreadable,
 };
 use crate::error::Error;
 
@@ -193,14 +193,14 @@ impl Field {
 ///
 /// # Errors
 ///
-/// What is wrong with the message, in words: expected, then found.
+/// [`crate::error::ErrorKind::Malformed`] where message and schema differ.
 pub(super) fn walk(
     types: &MessageTypes,
     (name, path): (&str, &mut String),
     message: &[u8],
     wanted: &[String],
     sink: Sink<'_>,
-) -> Result<(), (String, String)> {
+) -> Result<(), Error> {
     let known = types.types.get(name).map_or(&[][..], Vec::as_slice);
     // Elements of each field that were seen.
     let mut seen = vec![0_u64; known.len()];
@@ -208,7 +208,7 @@ pub(super) fn walk(
     for part in fields(message) {
         path.truncate(before);
         let (tag, wire) =
-            part.map_err(|error| ("a whole protobuf message".to_string(), error.to_string()))?;
+            part.map_err(|error| damaged_message("a whole protobuf message", &error.to_string()))?;
         let Some(at) = known.iter().position(|field| field.tag == tag) else {
             continue;
         };
@@ -260,27 +260,19 @@ pub(super) fn walk(
     Ok(())
 }
 
-fn mismatch(field: &Field) -> (String, String) {
-    (
-        format!("{} as the schema describes it", field.name),
-        "another wire type".into(),
-    )
+fn mismatch(field: &Field) -> Error {
+    let expected = format!("{} as the schema describes it", field.name);
+    damaged_message(&expected, "another wire type")
 }
 
 /// Hands out the numbers of a packed block with their places; returns how many there are.
-fn packed(
-    block: &[u8],
-    wire: u64,
-    mut take: impl FnMut(u64, u64),
-) -> Result<u64, (String, String)> {
+fn packed(block: &[u8], wire: u64, mut take: impl FnMut(u64, u64)) -> Result<u64, Error> {
     let mut left = block;
     let mut count = 0;
     while !left.is_empty() {
         let Some(bits) = take_bits(&mut left, wire) else {
-            return Err((
-                "whole numbers in a packed block".into(),
-                "the end of it".into(),
-            ));
+            let expected = "whole numbers in a packed block";
+            return Err(damaged_message(expected, "the end of it"));
         };
         take(count, bits);
         count += 1;

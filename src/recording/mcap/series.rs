@@ -1,11 +1,10 @@
 //! One topic's messages turned into numbers, each at its stamp.
 
 use super::layout::{
-    self, ESTIMATE, FRAME, Laid, MessageLayout, Messages, Unfit, WantedFields, damaged_message,
-    name_of,
+    self, ESTIMATE, FRAME, Laid, MessageLayout, Messages, Unfit, WantedFields, name_of,
 };
-use super::types::{Leaf, hash};
-use super::{cdr, json, protobuf, records};
+use super::types::{Leaf, damaged_message, hash};
+use super::{cdr, json, protobuf};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column as Named;
 use crate::recording::draft::{Draft, UniformSamples, Unit};
@@ -47,8 +46,6 @@ pub(super) struct Finished {
     pub(super) fields: Vec<TopicField>,
     /// Whether its messages have nothing that is wanted.
     pub(super) is_other: bool,
-    /// Whether its fields are known, so that a message was read.
-    pub(super) is_read: bool,
     /// That the field which a person names is not there.
     pub(super) missing: Option<Error>,
     /// That a later message had other fields than the first.
@@ -83,6 +80,15 @@ pub(super) struct TopicSeries {
     pub(super) remarks: Vec<Remark>,
     /// The first thing wrong with the whole; nothing is read after it.
     error: Option<Error>,
+}
+
+/// A message of a topic: its number, counted from 1, and the byte of its record.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LoggedMessage<'a> {
+    pub(super) number: u64,
+    pub(super) log_time: u64,
+    pub(super) data: &'a [u8],
+    pub(super) byte: u64,
 }
 
 /// Values that are kept of all topics.
@@ -153,17 +159,14 @@ impl TopicSeries {
     /// Takes in one message; what is wrong with it is kept until the series is asked for.
     pub(super) fn push(
         &mut self,
-        number: u64,
-        log_time: u64,
-        data: &[u8],
-        byte: u64,
+        message: &LoggedMessage<'_>,
         kept: &mut Kept,
         limits: &Limits,
     ) -> Result<(), Error> {
         if self.error.is_some() || self.is_other {
             return Ok(());
         }
-        if let Err(error) = self.take(number, log_time, data, byte, kept, limits) {
+        if let Err(error) = self.take(message, kept, limits) {
             self.error = Some(error);
             return Ok(());
         }
@@ -174,12 +177,12 @@ impl TopicSeries {
         kept.meant += self.columns.len() as u64 + 2 - neighbours;
         kept.neighbours += neighbours;
         let most = limits.samples.saturating_mul(KEPT_PER_SAMPLE);
-        let full = number > limits.samples;
+        let full = message.number > limits.samples;
         let over = || {
-            let found = format!("more, at message {number} of {}", self.topic);
+            let found = format!("more, at message {} of {}", message.number, self.topic);
             limits
                 .over("samples", found)
-                .at(Place::default().byte(byte))
+                .at(Place::default().byte(message.byte))
         };
         if (full && meant) || kept.meant > most {
             return Err(over());
@@ -200,17 +203,14 @@ impl TopicSeries {
 
     fn take(
         &mut self,
-        number: u64,
-        log_time: u64,
-        data: &[u8],
-        byte: u64,
+        message: &LoggedMessage<'_>,
         kept: &mut Kept,
         limits: &Limits,
     ) -> Result<(), Error> {
         let topic = self.topic.clone();
-        let place = |path: &str| place(&topic, number, byte, path);
+        let place = |path: &str| place(&topic, message, path);
         if self.layout.is_none() {
-            match layout::json_layout(data, &self.wanted) {
+            match layout::json_layout(message.data, &self.wanted) {
                 Ok(layout) => self.take_layout(Rc::new(layout), kept),
                 Err(Unfit::Unreadable(error)) => return Err(error.at(place(""))),
                 Err(unfit) => self.take_unfit(unfit),
@@ -219,7 +219,7 @@ impl TopicSeries {
         let Some(layout) = self.layout.clone() else {
             return Ok(());
         };
-        self.extract(&layout, data, limits)
+        self.extract(&layout, message.data, limits)
             .map_err(|error| error.at(place("")))?;
         for column in &mut self.columns {
             let error = column.error.take();
@@ -250,7 +250,7 @@ impl TopicSeries {
             let stamp = stamp_ns(pair).map_err(|error| error.at(place("header.stamp")))?;
             self.stamps.push(stamp);
         }
-        self.logged.push(log_time);
+        self.logged.push(message.log_time);
         for (column, value) in self.columns.iter_mut().zip(&self.slots) {
             if column.error.is_some() {
                 continue;
@@ -406,7 +406,6 @@ impl TopicSeries {
         Finished {
             fields: self.columns.into_iter().map(field).collect(),
             is_other: self.is_other,
-            is_read,
             missing,
             further: self.further,
         }
@@ -544,10 +543,10 @@ impl Column {
 }
 
 /// Returns where a message stands: the byte of its record and the channel with its number.
-fn place(topic: &str, number: u64, byte: u64, path: &str) -> Place {
-    Place::default()
-        .byte(byte)
-        .channel(format!("{}, message {number}", name_of(topic, path)))
+fn place(topic: &str, message: &LoggedMessage<'_>, path: &str) -> Place {
+    let (name, number) = (name_of(topic, path), message.number);
+    let place = Place::default().byte(message.byte);
+    place.channel(format!("{name}, message {number}"))
 }
 
 /// Walks through a message.
@@ -557,28 +556,16 @@ fn walk(
     (wanted, limits): (&[String], &Limits),
     found: &mut dyn FnMut(&str, Leaf),
 ) -> Result<(), Error> {
-    let longest = limits.mcap_string_bytes;
     match messages {
         Messages::Ros(types, dialect) => {
-            let walked = cdr::walk(types, *dialect, data, (wanted, longest), found);
-            walked.map_err(|fault| match fault.too_long {
-                Some(length) => records::too_long(longest, length, "message"),
-                None => damaged_message(&fault.expected, &fault.found),
-            })
+            let longest = limits.mcap_string_bytes;
+            cdr::walk(types, *dialect, data, (wanted, longest), found)
         }
         Messages::Protobuf(types) => {
-            let walked = protobuf::walk(
-                types,
-                (&types.root, &mut String::new()),
-                data,
-                wanted,
-                found,
-            );
-            walked.map_err(|(expected, found)| damaged_message(&expected, &found))
+            let root = (&*types.root, &mut String::new());
+            protobuf::walk(types, root, data, wanted, found)
         }
-        Messages::Json => {
-            json::walk(data, found).map_err(|reason| damaged_message("a JSON message", &reason))
-        }
+        Messages::Json => json::walk(data, found),
     }
 }
 

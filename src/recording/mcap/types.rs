@@ -53,6 +53,12 @@ pub(super) fn unreadable(expected: &str, found: &str) -> Error {
     )
 }
 
+/// Says what is wrong with a message.
+pub(super) fn damaged_message(expected: &str, found: &str) -> Error {
+    let hint = "the message and its schema contradict one another; record it again";
+    Error::malformed(expected, found, hint)
+}
+
 /// A number as messages store it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Number {
