@@ -281,14 +281,14 @@ const LEAST_PREFILTER_HZ: f64 = 1000.0;
 impl Stated {
     /// Says that a channel frequency class was applied before the samples were stored.
     fn class_finding(class: &str) -> Finding {
-        let text = format!(
-            "the laboratory has already filtered the channel with CFC {class}; what that took \
-             away no choice of filter brings back"
-        );
-        if HEAVY_CLASSES.contains(&class) {
-            Finding::warning("already-filtered", text)
-        } else {
-            Finding::info("already-filtered", text)
+        let by = format!("the laboratory has already filtered the channel with CFC {class}");
+        let finding = Finding::filtered(&by);
+        match HEAVY_CLASSES.contains(&class) {
+            true => finding,
+            false => Finding {
+                severity: Severity::Info,
+                ..finding
+            },
         }
     }
 
@@ -313,13 +313,9 @@ impl Stated {
                 ),
             ));
         } else if corner < LEAST_PREFILTER_HZ {
-            found.push(Finding::warning(
-                "already-filtered",
-                format!(
-                    "the analogue filter ends at {corner} Hz, below what CFC 1000 lets through; \
-                     what it took away no choice of filter brings back"
-                ),
-            ));
+            found.push(Finding::filtered(&format!(
+                "the analogue filter ends at {corner} Hz, below what CFC 1000 lets through"
+            )));
         }
         found
     }

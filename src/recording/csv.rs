@@ -208,14 +208,10 @@ impl TableText {
             );
             return Err(error.at(Place::default().line(line).column(1)));
         }
-        let lost = match (
-            found.numbers_at.filter(|_| found.numbers_inside),
-            found.broken_at,
-        ) {
-            (Some(line), _) => Some((line, "a comment that holds as many numbers as a row")),
-            (None, Some(line)) => Some((line, "a line that is empty or a comment")),
-            (None, None) => None,
-        };
+        let numbers = found.numbers_at;
+        let numbers = numbers.map(|line| (line, "a comment that holds as many numbers as a row"));
+        let broken = found.broken_at;
+        let lost = numbers.or(broken.map(|line| (line, "a line that is empty or a comment")));
         if let (TimeSource::Rate(_), Some((line, what))) = (time, lost) {
             return Err(Error::malformed(
                 "rows of samples without a break, since no column tells their time",
@@ -225,17 +221,10 @@ impl TableText {
             .at(Place::default().line(line)));
         }
         let told = |line| {
-            let (count, hold) = (
-                found.numbers,
-                if found.numbers == 1 {
-                    "comment holds"
-                } else {
-                    "comments hold"
-                },
-            );
             let text = format!(
-                "{count} {hold} as many numbers as a row, the first on line {line}; samples may \
-                 have been taken out by hand"
+                "{} comments hold as many numbers as a row, the first on line {line}; samples may \
+                 have been taken out by hand",
+                found.numbers
             );
             Finding::warning("rows-made-comments", text)
         };
@@ -259,8 +248,8 @@ impl TableText {
         let mut channels = Vec::with_capacity(choice.columns.len());
         for (index, result) in choice.columns.iter().copied().zip(values) {
             let values = match result {
-                ColumnResult::Kept(values) => values,
-                ColumnResult::LeftOut(why) => {
+                Ok(values) => values,
+                Err(why) => {
                     findings.push(draft::left_out(&layout.columns[index].name, &why));
                     continue;
                 }
@@ -338,10 +327,8 @@ impl TableText {
         let finding = |(&(column, named), counts): (&(usize, bool), ColumnResult)| {
             let name = &self.layout.columns[column].name;
             match counts {
-                ColumnResult::Kept(counts) => {
-                    counter::finding(name, &counts, (named, stamped), place)
-                }
-                ColumnResult::LeftOut(why) => (named && !stamped).then(|| {
+                Ok(counts) => counter::finding(name, &counts, (named, stamped), place),
+                Err(why) => (named && !stamped).then(|| {
                     let text = format!("`{name}` could not be held against the rows: {why}");
                     Finding::warning("index-gap", text)
                 }),
@@ -373,17 +360,11 @@ impl TableText {
             ));
         }
         if let Some((count, line)) = rows.repeated {
-            findings.push(Finding::warning(
-                "rows-repeated",
-                format!(
-                    "{count} {} to the last cell, the first on line {line}; each was taken once",
-                    if count == 1 {
-                        "row repeats the one before"
-                    } else {
-                        "rows repeat the ones before"
-                    }
-                ),
-            ));
+            let text = format!(
+                "{count} rows repeat the one before to the last cell, the first on line {line}; each \
+                 was taken once"
+            );
+            findings.push(Finding::warning("rows-repeated", text));
         }
         findings
     }

@@ -18,6 +18,7 @@ mod header;
 
 use super::draft::{self, Draft, UniformSamples, Unit};
 use super::lateral::{self, ChannelOffer};
+use super::mme::names::{has_suffix, number_of};
 use super::source::Reader;
 use super::{Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
 use super::{encoding, held};
@@ -43,12 +44,11 @@ pub fn recognises(head: &Head<'_>) -> bool {
     }
     is_header(head.bytes)
         || (is_header_name(head.file_name) && !curve::looks_like_curve(head.bytes))
-        || (curve::number_of(head.file_name).is_some() && curve::looks_like_curve(head.bytes))
+        || (number_of(head.file_name).is_some() && curve::looks_like_curve(head.bytes))
 }
 
 fn is_header_name(name: &str) -> bool {
-    name.rsplit_once('.')
-        .is_some_and(|(stem, end)| !stem.is_empty() && end.eq_ignore_ascii_case("ev5"))
+    has_suffix(name, "ev5")
 }
 
 fn is_header(head: &[u8]) -> bool {
@@ -122,7 +122,7 @@ fn read_bare(
     let bytes = source.read_text(limits)?;
     let entry = match header_beside(source, &name, limits)? {
         Some((header_name, test)) => {
-            let number = curve::number_of(&name);
+            let number = number_of(&name);
             let entry = number.and_then(|number| test.find(number));
             outcome.parts.insert(header_name.clone());
             outcome.findings.push(match entry {
@@ -155,7 +155,7 @@ fn read_bare(
         ", or read the file as a table with the setting `input_format` = csv",
     )?;
     if let Some(wanted) = &options.channel {
-        let number = curve::number_of(&name);
+        let number = number_of(&name);
         let fits = match &entry {
             Some(entry) => entry.answers_to(wanted),
             None => number.is_some() && wanted.trim().parse::<u32>().ok() == number,
@@ -280,7 +280,7 @@ impl CurveFiles {
         let mut files: BTreeMap<u32, Vec<String>> = BTreeMap::new();
         for name in source.list(false, limits)? {
             let own = name.rsplit_once('.').map_or("", |(own, _)| own);
-            if let Some(number) = curve::number_of(&name)
+            if let Some(number) = number_of(&name)
                 && own.eq_ignore_ascii_case(stem)
             {
                 files.entry(number).or_default().push(name);

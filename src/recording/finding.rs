@@ -74,6 +74,12 @@ impl Finding {
         Self::warning("channel-not-lateral", text)
     }
 
+    /// Warns of a channel that was filtered before it was stored, as `by` says.
+    pub(super) fn filtered(by: &str) -> Self {
+        let text = format!("{by}; what that took away no choice of filter brings back");
+        Self::warning("already-filtered", text)
+    }
+
     fn new(code: &'static str, severity: Severity, text: String) -> Self {
         Self {
             code: Cow::Borrowed(code),

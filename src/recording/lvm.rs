@@ -117,7 +117,7 @@ impl LabviewFile<'_> {
                 let column = |index: &usize| (index + 1, &header.channels[*index].column);
                 let columns: Vec<(usize, &Column)> = filled.iter().map(column).collect();
                 let choices = ChannelOffer::of_words(&columns, ("channel", true));
-                let (index, finding) = lateral::take(&choices, header.list())?;
+                let (index, finding) = lateral::take(&choices, lateral::listed(&choices))?;
                 outcome.findings.extend(finding);
                 vec![filled[index]]
             }
@@ -296,13 +296,7 @@ impl ChannelTable {
 /// should not be.
 fn check_shape(header: &Header, number: u64, cells: &[&str]) -> Result<(), Error> {
     let malformed = |expected: &str, found: String, hint: &str, column: usize| {
-        let (expected, hint) = (expected.into(), hint.into());
-        let kind = ErrorKind::Malformed {
-            expected,
-            found,
-            hint,
-        };
-        Err(Error::from(kind).at(at(number, column)))
+        Err(Error::malformed(expected, found, hint).at(at(number, column)))
     };
     let shown = |cell: &str| format!("`{}`", text::shown(cell));
     if Header::begins_again(cells) {

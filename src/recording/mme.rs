@@ -17,8 +17,7 @@
 
 mod archive;
 mod channel;
-
-mod names;
+pub(super) mod names;
 mod package;
 
 use super::code::VehicleSide;

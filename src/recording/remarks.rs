@@ -57,8 +57,6 @@ pub(super) enum RemarkPlace {
 pub(super) struct Remark {
     /// Without breaks of lines and with single blanks.
     text: String,
-    /// The same without blanks where a fixed width cut it.
-    uncut: Option<String>,
     place: RemarkPlace,
     /// Who says it, up to the text: "the laboratory says of this channel".
     teller: String,
@@ -72,7 +70,6 @@ impl Remark {
     pub(super) fn new(text: &str, place: RemarkPlace, teller: impl Into<String>) -> Self {
         Self {
             text: in_a_line(text),
-            uncut: None,
             place,
             teller: teller.into(),
         }
@@ -81,14 +78,8 @@ impl Remark {
     /// Takes what the laboratory says of a channel, perhaps cut into pieces at a fixed width.
     pub(super) fn of_channel<T: AsRef<str>>(pieces: &[T]) -> Self {
         let pieces: Vec<&str> = pieces.iter().map(AsRef::as_ref).collect();
-        Self {
-            uncut: (pieces.len() > 1).then(|| in_a_line(&pieces.concat())),
-            ..Self::new(
-                &pieces.join(" "),
-                RemarkPlace::Channel,
-                "the laboratory says of this channel",
-            )
-        }
+        let teller = "the laboratory says of this channel";
+        Self::new(&pieces.join(" "), RemarkPlace::Channel, teller)
     }
 
     /// Returns the text as it is shown and accepted.
@@ -105,28 +96,22 @@ impl Remark {
     /// Returns what says that the samples may be bad, and from when on [s]; `None` if nothing does.
     fn doubt(&self) -> Option<(String, Option<f64>)> {
         let read = reading::read(&self.text);
-        // Words that a cut took apart, or that lost their blank there.
-        let uncut = self.uncut.as_deref().map(reading::read);
-        let fault = read.fault.or_else(|| uncut.as_ref()?.fault.clone());
-        let instants = [Some(read.instant), uncut.map(|uncut| uncut.instant)];
-        let named: Vec<NamedInstant> = instants.into_iter().flatten().flatten().collect();
-        let from = match named.as_slice() {
-            [NamedInstant::BadFrom(at_s)] => Some(*at_s),
-            [NamedInstant::BadFrom(one), NamedInstant::BadFrom(other)] => Some(one.min(*other)),
+        let from = match read.instant {
+            Some(NamedInstant::BadFrom(at_s)) => Some(at_s),
             _ => None,
         };
         let from = match self.place {
             RemarkPlace::Channel | RemarkPlace::Apart => from,
-            RemarkPlace::Beside(at_s) | RemarkPlace::State(at_s) if named.is_empty() => at_s,
+            RemarkPlace::Beside(at_s) | RemarkPlace::State(at_s) if read.instant.is_none() => at_s,
             RemarkPlace::Beside(at_s) | RemarkPlace::State(at_s) => {
                 from.zip(at_s).map(|(a, b)| a.min(b))
             }
         };
-        let doubt = match (fault, self.place) {
+        let doubt = match (read.fault, self.place) {
             (Some(fault), _) => format!("\"{fault}\" is a fault word"),
             (None, RemarkPlace::State(_)) => "that is no word for a good sample".into(),
             (None, RemarkPlace::Apart) => return None,
-            (None, _) if named.is_empty() => return None,
+            (None, _) if read.instant.is_none() => return None,
             _ => "it names an instant".into(),
         };
         Some((doubt, from))
@@ -288,14 +273,10 @@ pub(super) fn tell_of_filters(
                 }
                 stated.filter_class.get_or_insert(class);
             }
-            Some(Filtered::Unclassed) => findings.push(Finding::warning(
-                "already-filtered",
-                format!(
-                    "the laboratory says that the channel was filtered, not with which class \
-                     (\"{}\"); what that took away no choice of filter brings back",
-                    remark.shown()
-                ),
-            )),
+            Some(Filtered::Unclassed) => findings.push(Finding::filtered(&format!(
+                "the laboratory says that the channel was filtered, not with which class (\"{}\")",
+                remark.shown()
+            ))),
             None => {}
         }
     }

@@ -287,10 +287,9 @@ fn zero_shift(facts: &SignalFacts<'_>) -> Option<Finding> {
             "zero-shift",
             format!(
                 "the mean of the last {:.1} ms lies {} from the mean before the event, and that of \
-                 the {:.1} ms before them as well: the zero may have shifted in the impact",
+                 as many before them as well: the zero may have shifted in the impact",
                 1e3 * length as f64 / facts.raw.rate.hertz(),
-                in_g(shift),
-                1e3 * length as f64 / facts.raw.rate.hertz()
+                in_g(shift)
             ),
         )
     })

@@ -52,11 +52,9 @@ fn begins_row(byte: u8) -> bool {
 pub(super) struct Interruptions {
     /// The first line that is no row between two rows of data.
     pub(super) broken_at: Option<u64>,
-    /// Comments that hold as many numbers as a row, the line of the first, and whether a row
-    /// follows one.
+    /// Comments that hold as many numbers as a row, and the line of the first.
     pub(super) numbers: usize,
     pub(super) numbers_at: Option<u64>,
-    pub(super) numbers_inside: bool,
     /// The first row that a spreadsheet made a comment.
     pub(super) damaged: Option<(u64, String)>,
 }
@@ -92,7 +90,6 @@ impl LineScan {
             if is_row(line) {
                 rows += 1;
                 found.broken_at = found.broken_at.or(open.take());
-                found.numbers_inside |= found.numbers_at.is_some();
                 continue;
             }
             if rows > header_rows {

@@ -226,19 +226,14 @@ impl Column {
     /// Returns what else the name says that bears on the samples: a filter without a class, a
     /// code whose sign is another one.
     pub(in crate::recording) fn name_findings(&self) -> Vec<Finding> {
-        let mut found = Vec::new();
-        if self.filter() == Some(Filtered::Unclassed) {
-            found.push(Finding::warning(
-                "already-filtered",
-                format!(
-                    "the name of `{}` says that the channel was filtered, not with which class; \
-                     what that took away no choice of filter brings back",
-                    self.name
-                ),
-            ));
-        }
-        found.extend(code_in(&self.name).and_then(|code| code.sign_finding()));
-        found
+        let unclassed = self.filter() == Some(Filtered::Unclassed);
+        let by = format!(
+            "the name of `{}` says that the channel was filtered, not with which class",
+            self.name
+        );
+        let filtered = unclassed.then(|| Finding::filtered(&by));
+        let sign = code_in(&self.name).and_then(|code| code.sign_finding());
+        filtered.into_iter().chain(sign).collect()
     }
 }
 

@@ -11,14 +11,9 @@ use crate::recording::{Limits, ReadOptions, Selection};
 use crate::units::DecimalMark;
 use ::csv::ByteRecord;
 
-/// What became of a wanted column.
-#[derive(Debug, Clone)]
-pub(super) enum ColumnResult {
-    /// Its samples, in its own unit.
-    Kept(Vec<f64>),
-    /// Why it holds no channel; only where every channel is read.
-    LeftOut(String),
-}
+/// What became of a wanted column: its samples, in its own unit, or why it holds no channel, which is so
+/// only where every channel is read.
+pub(super) type ColumnResult = Result<Vec<f64>, String>;
 
 /// Columns to read for one selection.
 #[derive(Debug, PartialEq)]
@@ -152,7 +147,7 @@ impl<'a> Gathering<'a> {
             rows: Rows {
                 stamps_s: Vec::new(),
                 printed_digit_s: 0.0,
-                values: vec![ColumnResult::Kept(Vec::new()); wanted.columns.len()],
+                values: vec![Ok(Vec::new()); wanted.columns.len()],
                 count: 0,
                 repeated: None,
                 coarse_digits_s: repeating.then(Vec::new),
@@ -202,7 +197,7 @@ impl<'a> Gathering<'a> {
         self.rows.count += 1;
         let columns = self.wanted.columns.iter().zip(&mut self.rows.values);
         for (place, ((column, result), marks)) in columns.zip(&mut self.marks).enumerate() {
-            let ColumnResult::Kept(samples) = result else {
+            let Ok(samples) = result else {
                 continue;
             };
             let is_sample = place < self.wanted.samples;
@@ -225,7 +220,7 @@ impl<'a> Gathering<'a> {
                     if is_sample && self.wanted.selection == Selection::Lateral {
                         return Err(error);
                     }
-                    *result = ColumnResult::LeftOut(error.to_string());
+                    *result = Err(error.to_string());
                 }
             }
         }
@@ -285,13 +280,11 @@ impl<'a> Gathering<'a> {
         }
         if self.table.decimal.is_none() && !self.stamp_marks.marks.decimal {
             for (result, marks) in self.rows.values.iter_mut().zip(&self.marks) {
-                if let (Err(error), ColumnResult::Kept(_)) =
-                    (marks.check(is_clear, THOUSANDS), &result)
-                {
+                if let (Err(error), Ok(_)) = (marks.check(is_clear, THOUSANDS), &result) {
                     if self.wanted.selection == Selection::Lateral {
                         return Err(error);
                     }
-                    *result = ColumnResult::LeftOut(error.to_string());
+                    *result = Err(error.to_string());
                 }
             }
         }

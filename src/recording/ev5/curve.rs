@@ -16,13 +16,6 @@ pub(super) struct Curve {
     pub(super) cut: Option<Finding>,
 }
 
-/// Returns the curve number in a file's extension: three digits or more.
-pub(super) fn number_of(file_name: &str) -> Option<u32> {
-    let (stem, end) = file_name.rsplit_once('.')?;
-    let digits = end.len() >= 3 && end.bytes().all(|byte| byte.is_ascii_digit());
-    (digits && !stem.is_empty()).then(|| end.parse().ok())?
-}
-
 /// Tells whether the first line is two numbers, divided by blanks or tabs.
 pub(super) fn looks_like_curve(head: &[u8]) -> bool {
     let text = String::from_utf8_lossy(head);

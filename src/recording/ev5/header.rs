@@ -308,24 +308,14 @@ impl CurveEntry {
         ) {
             return None;
         }
-        let unit = text::shown(self.of(X_UNIT));
-        Some(if confirmed {
-            Finding::warning(
-                "time-unit-overridden",
-                format!(
-                    "the header states `{unit}` as the unit of time (XUNITS); the stamps are \
-                     seconds, as this format has them and as indices and interval confirm"
-                ),
-            )
-        } else {
-            Finding::blocking(
-                "time-contradicted",
-                format!(
-                    "the header states `{unit}` as the unit of time (XUNITS); the stamps were \
-                     read as seconds, as this format has them, and indices and interval do not \
-                     confirm that"
-                ),
-            )
+        let seen = format!(
+            "the header states `{}` as the unit of time (XUNITS); the stamps were read as seconds, as \
+             this format has them, and indices and interval",
+            text::shown(self.of(X_UNIT))
+        );
+        Some(match confirmed {
+            true => Finding::warning("time-unit-overridden", format!("{seen} confirm that")),
+            false => Finding::blocking("time-contradicted", format!("{seen} do not confirm that")),
         })
     }
 
@@ -408,19 +398,20 @@ impl CurveEntry {
         let mut found = Vec::new();
         let whole = |number: f64| number.fract().total_cmp(&0.0).is_eq();
         let positive = |number: f64| number > 0.0;
-        for (key, text) in [("NFP", self.of(FIRST)), ("NLP", self.of(LAST))] {
-            Statement { key, text }.number(whole, &mut found);
-        }
-        let (key, text) = ("DELT", self.of(INTERVAL_US));
-        Statement { key, text }.number(positive, &mut found);
+        let zero = |number: f64| number >= 0.0;
         // A rating or a filter of 0 is none.
-        for (key, text) in [
-            ("INSRAT", self.of(RATING)),
-            ("CHLMAX", self.of(PEAK_PERCENT)),
-            ("PREFIL", self.of(PREFILTER)),
-        ] {
-            if !text.is_empty() {
-                Statement { key, text }.number(|number| number >= 0.0, &mut found);
+        let fields: [(&str, usize, &dyn Fn(f64) -> bool); 6] = [
+            ("NFP", FIRST, &whole),
+            ("NLP", LAST, &whole),
+            ("DELT", INTERVAL_US, &positive),
+            ("INSRAT", RATING, &zero),
+            ("CHLMAX", PEAK_PERCENT, &zero),
+            ("PREFIL", PREFILTER, &zero),
+        ];
+        for (key, field, fits) in fields {
+            let text = self.of(field);
+            if !text.is_empty() || matches!(field, FIRST | LAST | INTERVAL_US) {
+                Statement { key, text }.number(fits, &mut found);
             }
         }
         found

@@ -281,15 +281,6 @@ impl Header {
         Ok(())
     }
 
-    /// Lists the channels; twins carry their number.
-    pub(super) fn list(&self) -> String {
-        self.channels
-            .iter()
-            .map(|channel| channel.column.name.as_str())
-            .collect::<Vec<_>>()
-            .join(", ")
-    }
-
     /// Says what the numbers' decimal mark is, where it is a comma or not the declared one.
     pub(super) fn decimal_finding(&self, found: Decimal) -> Option<Finding> {
         let mark = match found {

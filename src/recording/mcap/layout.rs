@@ -214,7 +214,10 @@ fn typed_layout(
         "cdr" => ("ros2msg", Language::Ros(Dialect::Ros2)),
         "ros1" => ("ros1msg", Language::Ros(Dialect::Ros1)),
         "protobuf" => ("protobuf", Language::Protobuf),
-        other => return Err(refused_encoding(other).into()),
+        other => {
+            let expected = "messages encoded as cdr, ros1, protobuf or json";
+            return Err(refused(expected, &format!("`{other}`")).into());
+        }
     };
     let Some(schema) = schema else {
         let found = "none: the topic is without schema";
@@ -396,15 +399,6 @@ pub(super) struct Schema {
     pub(super) data: Vec<u8>,
     /// Whether a field's name says lateral acceleration, once that was asked.
     pub(super) has_lateral_field: Option<bool>,
-}
-
-/// Refuses a message encoding that is not read, by its name.
-fn refused_encoding(encoding: &str) -> Error {
-    Error::malformed(
-        "messages encoded as cdr, ros1, protobuf or json",
-        format!("`{encoding}`"),
-        "export the topic as CSV, or write it as JSON or ROS 2 messages",
-    )
 }
 
 /// Says that a topic's messages have no number at a path.

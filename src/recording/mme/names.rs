@@ -6,7 +6,7 @@ pub(super) fn is_test_file(name: &str) -> bool {
 }
 
 /// Tells whether a file's name has a suffix, in capitals or small letters.
-pub(super) fn has_suffix(name: &str, suffix: &str) -> bool {
+pub(in crate::recording) fn has_suffix(name: &str, suffix: &str) -> bool {
     suffix_of(name).is_some_and(|own| own.eq_ignore_ascii_case(suffix))
 }
 
@@ -23,7 +23,7 @@ pub(super) fn is_channel_file(name: &str) -> bool {
 }
 
 /// Returns the number that a channel file has as its suffix.
-pub(super) fn number_of(name: &str) -> Option<u32> {
+pub(in crate::recording) fn number_of(name: &str) -> Option<u32> {
     let digits = |suffix: &&str| suffix.len() >= 3 && suffix.bytes().all(|b| b.is_ascii_digit());
     suffix_of(name).filter(digits)?.parse().ok()
 }
