@@ -66,6 +66,11 @@ impl Finding {
         self
     }
 
+    /// Says from which instant on it holds, if that is known [s].
+    pub(super) fn since(self, at_s: Option<f64>) -> Self {
+        Self { at_s, ..self }
+    }
+
     /// Warns of a channel that is not plainly a lateral acceleration of the structure.
     pub(super) fn not_lateral(name: &str, doubt: &str) -> Self {
         let text = format!(

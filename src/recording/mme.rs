@@ -141,11 +141,6 @@ fn selected(
     Ok((vec![index], findings.collect()))
 }
 
-/// Lists channels for a message.
-fn list<'a>(entries: impl Iterator<Item = &'a ChannelEntry>) -> String {
-    Candidates::named(entries.map(|entry| entry.label.as_str())).to_string()
-}
-
 /// Returns the channels as they are offered.
 fn coded(channels: &[ChannelEntry]) -> Vec<ChannelOffer> {
     let one = |entry: &ChannelEntry| {
@@ -264,7 +259,7 @@ fn channel_of_times<'a>(
         [only] => Ok(Some(only)),
         several => Err(Error::malformed(
             format!("one channel of times named {}", text::shown(name)),
-            list(several.iter().copied()),
+            Candidates::named(several.iter().map(|entry| &*entry.label)).to_string(),
             "which of them holds is not known; leave the right one in the test, or name it \
                    by its file's number in the channel's header",
         )),

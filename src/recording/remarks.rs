@@ -125,13 +125,11 @@ impl Remark {
         let Some((doubt, from)) = self.doubt() else {
             let told =
                 !read.is_empty && (self.place != RemarkPlace::Apart || read.instant.is_some());
-            return told.then(|| Finding {
-                at_s: match self.place {
-                    RemarkPlace::Beside(at_s) => at_s,
-                    _ => None,
-                },
-                ..Finding::info("laboratory-remark", says)
-            });
+            let at_s = match self.place {
+                RemarkPlace::Beside(at_s) => at_s,
+                _ => None,
+            };
+            return told.then(|| Finding::info("laboratory-remark", says).since(at_s));
         };
         let outside = from.filter(|at_s| !span.holds(*at_s));
         let at_s = from.filter(|_| outside.is_none());
@@ -165,7 +163,7 @@ impl Remark {
                 )
             }
         };
-        Some(Finding { at_s, ..finding })
+        Some(finding.since(at_s))
     }
 }
 

@@ -58,7 +58,7 @@ pub(super) fn finding(
         true => Finding::warning("index-gap", format!("{text}, or the stamps were made anew")),
         false => Finding::blocking("index-gap", format!("{text}, and no column tells the time")),
     };
-    Some(Finding { at_s, ..finding })
+    Some(finding.since(at_s))
 }
 
 #[cfg(test)]

@@ -184,13 +184,7 @@ pub(super) fn of_columns(
                 row + 1
             );
             let blocking = Finding::blocking("invalid-by-laboratory", text);
-            (
-                of,
-                Finding {
-                    at_s: at_s(*row),
-                    ..blocking
-                },
-            )
+            (of, blocking.since(at_s(*row)))
         }));
     }
     (remarks, findings)

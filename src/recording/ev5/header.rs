@@ -384,13 +384,8 @@ impl CurveEntry {
             }
             _ => None,
         };
-        Some(Finding {
-            at_s: from,
-            ..Finding::blocking(
-                "invalid-by-laboratory",
-                format!("the laboratory states {word} (status {})", self.of(STATUS)),
-            )
-        })
+        let text = format!("the laboratory states {word} (status {})", self.of(STATUS));
+        Some(Finding::blocking("invalid-by-laboratory", text).since(from))
     }
 
     /// Says which of the fields that are held against the samples cannot be read.

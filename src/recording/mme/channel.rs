@@ -504,10 +504,9 @@ fn status_finding(status: &str, from: Option<f64>) -> Option<Finding> {
         "linearised data" | "linearized data" | "scaling factor applied" => {
             Some(Finding::info("channel-computed", text))
         }
-        "questionable data" | "channel failed" => Some(Finding {
-            at_s: from,
-            ..Finding::blocking("invalid-by-laboratory", text)
-        }),
+        "questionable data" | "channel failed" => {
+            Some(Finding::blocking("invalid-by-laboratory", text).since(from))
+        }
         _ => Some(Finding::blocking("invalid-by-laboratory", text)),
     }
 }

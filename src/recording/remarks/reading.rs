@@ -5,7 +5,6 @@
 //! in `N.G.`, but not in `BEARING`, since it begins and ends where a word of the text does.
 
 use crate::recording::words::{Words, list, word_list};
-use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::LazyLock;
 
@@ -51,39 +50,23 @@ pub(super) fn read(text: &str) -> Gist {
 /// A fault word, as it is compared.
 struct FaultWord {
     letters: String,
-    /// Whether letters may follow it in its word.
+    /// Whether letters may precede it in its word, or follow.
+    anywhere: bool,
     goes_on: bool,
 }
 
-/// The fault words that begin where a word does, by their first letter, and those that need not.
-struct FaultWords {
-    by_first: BTreeMap<char, Vec<FaultWord>>,
-    anywhere: Vec<FaultWord>,
-}
-
-static FAULT_WORDS: LazyLock<FaultWords> = LazyLock::new(|| {
-    let mut words = FaultWords {
-        by_first: BTreeMap::new(),
-        anywhere: Vec::new(),
-    };
-    for entry in list(word_list!(@text "fault-words")) {
-        let goes_on = entry.ends_with('*');
-        let plain = entry.trim_matches('*');
-        // An umlaut written out, and an E that begins the next word.
-        for letters in [folded(plain), plain.to_string()] {
-            let word = FaultWord { letters, goes_on };
-            let first = word
-                .letters
-                .chars()
-                .next()
-                .filter(|_| !entry.starts_with('*'));
-            match first {
-                Some(first) => words.by_first.entry(first).or_default().push(word),
-                None => words.anywhere.push(word),
-            }
-        }
-    }
-    words
+static FAULT_WORDS: LazyLock<Vec<FaultWord>> = LazyLock::new(|| {
+    let entries = list(word_list!(@text "fault-words")).into_iter();
+    // An umlaut written out, and an E that begins the next word.
+    let both = entries.flat_map(|entry| {
+        let word = entry.trim_matches('*');
+        [folded(word), word.to_string()].map(|letters| FaultWord {
+            letters,
+            anywhere: entry.starts_with('*'),
+            goes_on: entry.ends_with('*'),
+        })
+    });
+    both.collect()
 });
 
 /// A list whose entries are compared as texts are.
@@ -242,22 +225,21 @@ impl Told {
                 .is_ok()
         };
         let mut found = Vec::new();
-        for token in &self.tokens {
-            let rest = &self.letters[token.from..];
-            let first = rest
-                .chars()
-                .next()
-                .and_then(|first| FAULT_WORDS.by_first.get(&first));
-            for word in first.into_iter().flatten() {
-                let end = token.from + word.letters.len();
-                if rest.starts_with(&word.letters) && (word.goes_on || ends(end)) {
-                    found.push((token.from, end));
-                }
-            }
-        }
-        for word in &FAULT_WORDS.anywhere {
-            let places = self.letters.match_indices(&word.letters);
-            let places = places.map(|(from, letters)| (from, from + letters.len()));
+        for word in FAULT_WORDS.iter() {
+            let starts: Vec<usize> = if word.anywhere {
+                let places = self.letters.match_indices(&word.letters);
+                places.map(|(from, _)| from).collect()
+            } else {
+                let begins = |from: &usize| self.letters[*from..].starts_with(&word.letters);
+                self.tokens
+                    .iter()
+                    .map(|token| token.from)
+                    .filter(begins)
+                    .collect()
+            };
+            let places = starts
+                .into_iter()
+                .map(|from| (from, from + word.letters.len()));
             found.extend(places.filter(|(_, end)| word.goes_on || ends(*end)));
         }
         found
