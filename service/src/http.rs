@@ -15,11 +15,12 @@ mod files;
 mod guard;
 mod jobs;
 mod operations;
-mod recordings;
+pub(crate) mod recordings;
 mod server;
 mod upload;
-mod verdicts;
+pub(crate) mod verdicts;
 
+pub(crate) use guard::COOKIE;
 pub use server::serve;
 
 use crate::app::App;
@@ -38,7 +39,16 @@ const QUESTION_BYTES: usize = 1 << 20;
 
 /// The routes that take no part in the description of the interface, and what they need; `None`
 /// where nobody is asked who they are.
-const PAGES: &[(&str, &str, Option<Scope>)] = &[];
+const PAGES: &[(&str, &str, Option<Scope>)] = &[
+    ("GET", "/", Some(Scope::Read)),
+    ("GET", "/recordings/{id}", Some(Scope::Read)),
+    ("GET", "/verdicts/{report_id}", Some(Scope::Read)),
+    ("GET", "/compare", Some(Scope::Read)),
+    ("GET", "/login", None),
+    ("POST", "/login", None),
+    ("POST", "/logout", None),
+    ("GET", "/assets/{name}", None),
+];
 
 /// The routes of the interface, and what they need.
 const INTERFACE: &[(&str, &str, Option<Scope>)] = &[

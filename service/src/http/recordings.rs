@@ -133,7 +133,7 @@ pub(crate) async fn look(
         },
         // It stays kept; what it holds can be asked for again, but not if that ends its reader.
         Err(problem) => {
-            let lasts = problem.verdict.is_some();
+            let lasts = problem.code == "ends-its-reader";
             (nothing_read(problem.to_value()), lasts)
         }
     };

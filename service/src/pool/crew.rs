@@ -227,9 +227,16 @@ fn of_lost(lost: Lost, attempts: i64) -> Problem {
                 "{lost}, {attempts} of {ATTEMPTS} times; cut the recording to what is needed, or \
                  raise what a child may take in the service's configuration"
             );
+            // No child sends itself this signal: who asks again is answered anew.
+            let was_killed = matches!(&lost, Lost::Ended { how } if how.starts_with("signal 9"));
+            let code = if was_killed {
+                "reader-was-killed"
+            } else {
+                "ends-its-reader"
+            };
             let status = StatusCode::UNPROCESSABLE_ENTITY;
             let title = "Reading the recording ends its process";
-            let mut problem = Problem::new(status, "ends-its-reader", title, detail);
+            let mut problem = Problem::new(status, code, title, detail);
             problem.verdict = Some("unusable".into());
             problem
         }

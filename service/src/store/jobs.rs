@@ -131,11 +131,10 @@ pub(super) fn end(
     state: &str,
     answer: &Value,
 ) -> Result<(), StoreError> {
-    // What was damaged may be restored; it is asked again.
-    let program = if answer["code"] == "damaged" {
-        ""
-    } else {
-        PROGRAM
+    // What was damaged may be restored, and who killed a child may be gone; it is asked again.
+    let program = match answer["code"].as_str() {
+        Some("damaged" | "reader-was-killed") => "",
+        _ => PROGRAM,
     };
     let answer = text_of(answer);
     let sum = of_row(state, id, &answer);

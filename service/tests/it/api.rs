@@ -99,7 +99,9 @@ fn cli_settings_read_a_recording_otherwise() {
     let id = uploaded.json()["id"].as_str().unwrap().to_string();
     let path = |request: &str| format!("/v1/recordings/{id}?request={request}");
     let read = client
-        .get(&path("%7B%22skip_lines%22:1,%22decimal%22:%22,%22%7D"))
+        .get(&path(
+            "%7B%22skip_lines%22:1,%22decimal%22:%22,%22,%22time_column%22:%221%22%7D",
+        ))
         .expect(200)
         .json();
     assert_eq!(read["channels"][0]["samples"], 5, "{read}");

@@ -158,41 +158,40 @@ fn load(client: &Client, round: u64, hand: u64) -> Vec<Value> {
 /// Children that are killed at moments of no choice cost time, and change nothing.
 #[test]
 fn verif_kills_of_children_change_nothing() {
-    let expected = undisturbed(QUESTIONS);
+    let wanted = kills(12);
+    let expected = undisturbed(wanted);
     let folder = Folder::new();
     let service = Service::start(&folder, &["places=2"]);
     let client = service.client();
     let id = client.try_upload("burst.csv").unwrap()["id"].clone();
     let mut chance = Chance(2);
-    let (mut killed, wanted) = (0, kills(12));
-    let mut number = 0;
-    while killed < wanted {
-        client.post("/v1/verdicts?wait=0", &asking(&id, number % QUESTIONS));
-        number += 1;
-        std::thread::sleep(Duration::from_millis(chance.below(120)));
-        let children = service.children();
-        if let Some(child) = children.get(chance.below(children.len().max(1) as u64) as usize)
-            && Command::new("kill")
-                .args(["-9", child])
-                .status()
-                .unwrap()
-                .success()
-        {
-            killed += 1;
-        }
-    }
     for (number, expected) in &expected {
+        client.post("/v1/verdicts?wait=0", &asking(&id, *number));
+        std::thread::sleep(Duration::from_millis(chance.below(300)));
+        let mut killed = false;
+        while !killed {
+            let children = service.children();
+            let which = chance.below(children.len().max(1) as u64) as usize;
+            killed = children.get(which).is_some_and(|child| {
+                let kill = Command::new("kill").args(["-9", child]).status();
+                kill.unwrap().success()
+            });
+        }
         assert!(
             answer(&client, &asking(&id, *number)) == *expected,
             "question {number}"
         );
     }
-    let listed = client.get("/v1/verdicts?limit=200").json()["verdicts"]
-        .as_array()
-        .unwrap()
-        .len();
-    assert_eq!(listed, expected.len());
-    println!("{killed} children killed");
+    let counters = client.get("/metrics").text();
+    let lost = counters
+        .lines()
+        .find(|line| line.starts_with("latchgate_children_lost_total"));
+    println!("{wanted} children killed: {}", lost.unwrap());
+    let done = format!("latchgate_jobs_done_total {wanted}\n");
+    assert!(
+        counters.contains(&done),
+        "each question was answered once: {counters}"
+    );
 }
 
 #[test]
