@@ -1,7 +1,7 @@
 // The page of the service as a browser shows it: upload, channel, verdict, cursors, what-if, compare,
 // permalink, download; in light and dark, checked for accessibility, without any request elsewhere.
 //
-//     npm ci --ignore-scripts && node run.mjs      needs Chromium, and latchgate-serve as built
+//     service/tests/browser/run      needs Node.js, Chromium, and latchgate-serve as built
 //
 // Pictures are written to target/browser/.
 
@@ -13,7 +13,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { chromium } from 'playwright-core';
 
-const root = path.resolve(import.meta.dirname, '../../..');
+const root = process.env.LATCHGATE_ROOT;
 const program = process.env.LATCHGATE_SERVE || path.join(root, 'target/debug/latchgate-serve');
 const browserPath = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find((file) => file && existsSync(file));
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
