@@ -67,7 +67,9 @@ pub use candidates::Offer;
 pub use compare::{Difference, DifferenceKind};
 pub use design_file::design_from_bytes;
 pub use identity::NUMBERS_REVISION;
-pub use inspect::{Choice, ListedChannel, ListedFile, Listing, inspect};
+pub use inspect::{
+    ChannelStatus, Choice, ListedChannel, ListedFile, ListedSeries, Listing, inspect,
+};
 pub use margin::{MarginOutcome, margin};
 pub use prepared::{Extras, Outcome, Prepared, Refused};
 pub use row::Row;

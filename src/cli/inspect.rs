@@ -7,7 +7,7 @@ use super::progress::Progress;
 use super::replay::offers;
 use super::values::OutputFormat;
 use crate::error::ErrorKind;
-use crate::pipeline::{self, ListedChannel, Listing};
+use crate::pipeline::{self, ChannelStatus, ListedChannel, Listing};
 use crate::recording::{Finding, Limits};
 use crate::report::{escape, number};
 use std::fmt::Write as _;
@@ -38,7 +38,9 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
             text.push('\n');
             output::document(&text)
         }
-        OutputFormat::Text => output::text(&table(&listing, &own.read.recording)),
+        OutputFormat::Text => {
+            output::text(&table(&listing, &own.read.recording, common.verbose > 0))
+        }
     }
     .map_err(Failure::Data)?;
     Ok(0)
@@ -54,7 +56,7 @@ fn short(value: f64, digits: usize) -> String {
     }
 }
 
-fn table(listing: &Listing, asked: &Path) -> String {
+fn table(listing: &Listing, asked: &Path, all: bool) -> String {
     let source = &listing.recording;
     let mut text = format!(
         "{}  ({}, sha256 {})\n",
@@ -65,7 +67,7 @@ fn table(listing: &Listing, asked: &Path) -> String {
     channels(&mut text, &listing.channels);
     choice(&mut text, listing);
     text += &offers(asked, &listing.replay.offers);
-    findings(&mut text, listing);
+    findings(&mut text, listing, all);
     text
 }
 
@@ -73,13 +75,21 @@ fn table(listing: &Listing, asked: &Path) -> String {
 fn channels(text: &mut String, channels: &[ListedChannel]) {
     let mut rows = vec![
         [
-            "channel", "unit", "samples", "rate Hz", "from s", "to s", "peak", "at s", "shape",
+            "channel", "status", "unit", "samples", "rate Hz", "from s", "to s", "peak", "at s",
+            "shape",
         ]
         .map(String::from),
     ];
     for entry in channels {
         rows.push([
             escape::terminal(&entry.name).into_owned(),
+            match (entry.status, &entry.unit) {
+                (ChannelStatus::Taken, _) => "taken",
+                (ChannelStatus::Offered, _) => "offered",
+                (ChannelStatus::PassedOver, None) => "no unit",
+                (ChannelStatus::PassedOver, Some(_)) => "passed over",
+            }
+            .to_string(),
             entry.unit.as_deref().unwrap_or("?").to_string(),
             entry.samples.to_string(),
             short(entry.sample_rate_hz, 7),
@@ -90,7 +100,7 @@ fn channels(text: &mut String, channels: &[ListedChannel]) {
             entry.spark.clone(),
         ]);
     }
-    let widths: Vec<usize> = (0..9)
+    let widths: Vec<usize> = (0..10)
         .map(|column| {
             rows.iter()
                 .map(|row| row[column].chars().count())
@@ -103,8 +113,8 @@ fn channels(text: &mut String, channels: &[ListedChannel]) {
             let pad = " ".repeat(widths[column].saturating_sub(cell.chars().count()));
             // Words to the left, numbers to the right.
             let _ = match column {
-                0 | 1 => write!(text, "{cell}{pad}  "),
-                8 => write!(text, "{cell}"),
+                0..=2 => write!(text, "{cell}{pad}  "),
+                9 => write!(text, "{cell}"),
                 _ => write!(text, "{pad}{cell}  "),
             };
         }
@@ -134,8 +144,10 @@ fn choice(text: &mut String, listing: &Listing) {
 }
 
 /// Writes the findings, the gravest first; what several channels share, such as a clock, once.
-fn findings(text: &mut String, listing: &Listing) {
-    let of_channels = listing.channels.iter().flat_map(|entry| {
+/// Unless all are wanted, those of channels that a replay passes over are left out, and that is said.
+fn findings(text: &mut String, listing: &Listing, all: bool) {
+    let shown = |entry: &&ListedChannel| all || entry.status != ChannelStatus::PassedOver;
+    let of_channels = listing.channels.iter().filter(shown).flat_map(|entry| {
         let own = entry.findings.iter();
         own.map(move |finding| (Some(&entry.name), finding))
     });
@@ -173,6 +185,14 @@ fn findings(text: &mut String, listing: &Listing) {
             "{severity} {}{place}: {owner}{}",
             finding.code,
             escape::terminal(&finding.text)
+        );
+    }
+    let passed_over = listing.channels.iter().filter(|entry| !shown(entry));
+    let untold: usize = passed_over.map(|entry| entry.findings.len()).sum();
+    if untold > 0 {
+        let _ = writeln!(
+            text,
+            "{untold} findings on channels that are passed over: -v shows them"
         );
     }
 }

@@ -24,8 +24,32 @@ pub struct Listing {
     pub channels: Vec<ListedChannel>,
     /// The channel that a replay would take with the same settings, or why it takes none.
     pub replay: Choice,
+    /// The samples of that channel, as a replay reads them; `None` where it takes none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub series: Option<ListedSeries>,
     /// What was found odd in the file as a whole.
     pub findings: Vec<Finding>,
+}
+
+/// The samples of the channel that a replay takes, those of the series of its report.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ListedSeries {
+    /// Time of each [s].
+    pub time_s: Vec<f64>,
+    /// Acceleration as recorded [m/s²].
+    pub acceleration_recorded_m_s2: Vec<f64>,
+}
+
+/// What a replay would do with a channel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ChannelStatus {
+    /// It takes it.
+    Taken,
+    /// It asks whether it is meant.
+    Offered,
+    /// It passes it over.
+    PassedOver,
 }
 
 /// The file of a listing.
@@ -53,6 +77,9 @@ pub struct Choice {
     /// The same with their shapes.
     #[serde(skip)]
     pub offers: Vec<Offer>,
+    /// Their names as the file has them.
+    #[serde(skip)]
+    offered: Vec<String>,
 }
 
 /// A channel of a listing.
@@ -60,6 +87,8 @@ pub struct Choice {
 pub struct ListedChannel {
     /// Name.
     pub name: String,
+    /// What a replay would do with it.
+    pub status: ChannelStatus,
     /// Unit; `None` where nothing states one.
     pub unit: Option<Cow<'static, str>>,
     /// What states it.
@@ -166,6 +195,13 @@ fn choice(
                 reason: Some(error.to_string()),
                 candidates: offers.iter().map(|offer| offer.channel.clone()).collect(),
                 offers,
+                offered: match error.kind() {
+                    ErrorKind::AmbiguousChannel { candidates } => {
+                        let names = candidates.0.iter().map(|candidate| candidate.name.clone());
+                        names.collect()
+                    }
+                    _ => Vec::new(),
+                },
             };
         }
     };
@@ -194,11 +230,22 @@ fn choice(
         }),
         candidates: Vec::new(),
         offers: Vec::new(),
+        offered: Vec::new(),
     }
 }
 
 fn listing(recording: Recording, choice: Choice, conditioning: &ConditioningOptions) -> Listing {
     let beside = neighbours::findings(&recording.channels);
+    let status = |channel: &Channel| match &choice.channel {
+        Some(taken) if *taken == channel.name => ChannelStatus::Taken,
+        None if choice.offered.contains(&channel.name) => ChannelStatus::Offered,
+        _ => ChannelStatus::PassedOver,
+    };
+    let mut taken = recording
+        .channels
+        .iter()
+        .filter(|channel| status(channel) == ChannelStatus::Taken);
+    let series = taken.next().and_then(series);
     Listing {
         schema: "latchgate.inspect/1".into(),
         recording: ListedFile {
@@ -214,6 +261,7 @@ fn listing(recording: Recording, choice: Choice, conditioning: &ConditioningOpti
             .map(|(index, channel)| {
                 let own = beside.iter().filter(|(of, _)| *of == index);
                 listed(
+                    status(&channel),
                     channel,
                     conditioning,
                     own.map(|(_, finding)| finding.clone()),
@@ -221,11 +269,23 @@ fn listing(recording: Recording, choice: Choice, conditioning: &ConditioningOpti
             })
             .collect(),
         replay: choice,
+        series,
         findings: recording.findings,
     }
 }
 
+/// Returns the samples of a channel in the unit of a report's series.
+fn series(channel: &Channel) -> Option<ListedSeries> {
+    let factor = channel.unit?.metres_per_second_squared();
+    let count = channel.values.len();
+    Some(ListedSeries {
+        time_s: (0..count).map(|index| channel.time_s(index)).collect(),
+        acceleration_recorded_m_s2: channel.values.iter().map(|value| value * factor).collect(),
+    })
+}
+
 fn listed(
+    status: ChannelStatus,
     channel: Channel,
     conditioning: &ConditioningOptions,
     beside: impl Iterator<Item = Finding>,
@@ -254,6 +314,7 @@ fn listed(
     ListedChannel {
         spark: candidates::spark(&channel.values),
         name: channel.name,
+        status,
         unit: channel.unit.map(|unit| AccelerationUnit::name(unit).into()),
         unit_source: channel.unit_source.into(),
         samples: count,

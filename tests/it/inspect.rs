@@ -171,3 +171,80 @@ fn cli_replay_compares_neighbours() {
         assert_eq!(found, expected, "{document}");
     }
 }
+
+/// What is taken, offered and passed over stands in a column; findings of the rest are asked for.
+#[test]
+fn cli_inspect_tells_the_status_of_each_channel() {
+    let folder = Folder::new("inspect-status");
+    let text = three(1.0).replacen("door_y (g),sill_y (g)", "door_x (g),temperature", 1);
+    let path = folder.write("a.csv", text);
+    let done = latchgate(&["inspect", &path]);
+    assert_eq!(done.code, 0, "{}", done.err);
+    let statuses: Vec<&str> = done
+        .out
+        .lines()
+        .skip(2)
+        .take(3)
+        .map(|line| {
+            line.split("  ")
+                .filter(|cell| !cell.is_empty())
+                .nth(1)
+                .unwrap()
+                .trim()
+        })
+        .collect();
+    assert_eq!(
+        statuses,
+        ["taken", "passed over", "no unit"],
+        "{}",
+        done.out
+    );
+    assert!(!done.out.contains("door_x (g): "), "{}", done.out);
+    assert!(done.out.contains("-v shows them"), "{}", done.out);
+    let all = latchgate(&["inspect", &path, "-v"]);
+    assert!(
+        all.out.contains("door_x (g): ") && !all.out.contains("-v shows"),
+        "{}",
+        all.out
+    );
+    let several = inspected("offered", &three(1.0), &[]);
+    let statuses = several["channels"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|one| &one["status"]);
+    assert!(
+        statuses.into_iter().all(|status| status == "offered"),
+        "{several}"
+    );
+    assert_eq!(several["series"], Value::Null);
+}
+
+/// The samples that `inspect` gives are those of the series of a report, digit by digit.
+#[test]
+fn cli_inspect_and_the_series_of_a_report_hold_the_same_numbers() {
+    let folder = Folder::new("report-series");
+    let path = folder.write("a.csv", table(weak));
+    let listed = inspected("series", &table(weak), &[]);
+    let report = folder.path().join("out");
+    let report = report.to_str().unwrap();
+    let options = [
+        "--members",
+        "0",
+        "--opens-when",
+        "negative",
+        "--out",
+        report,
+    ];
+    latchgate(&[&["replay", &path], &options[..]].concat());
+    let table = std::fs::read_to_string(format!("{report}/series.csv")).unwrap();
+    let numbers = |key: &str| listed["series"][key].as_array().unwrap().iter();
+    let mut listed = numbers("time_s").zip(numbers("acceleration_recorded_m_s2"));
+    for line in table.lines().skip(1) {
+        let mut cells = line.split(',').map(|cell| cell.parse::<f64>().unwrap());
+        let (time, value) = listed.next().unwrap();
+        assert_eq!(cells.next(), time.as_f64(), "{line}");
+        assert_eq!(cells.next(), value.as_f64(), "{line}");
+    }
+    assert_eq!(listed.next(), None);
+}

@@ -29,6 +29,7 @@ mod damages;
 mod ev5;
 mod exports;
 mod fan;
+mod format_pages;
 mod fuzzed;
 mod gate;
 mod golden;
