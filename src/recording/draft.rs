@@ -56,7 +56,8 @@ impl Draft {
     ) -> Result<Channel, Error> {
         let zero = time_zero_s.unwrap_or(0.0);
         let span = self.clock.span();
-        if !((span.end_s - zero).abs() < LONGEST_S) {
+        let distance_s = (span.end_s - zero).abs();
+        if distance_s.is_nan() || distance_s >= LONGEST_S {
             let error = Error::from(ErrorKind::OutOfRange {
                 what: "the time of the last sample [s]".into(),
                 expected: "a time".into(),

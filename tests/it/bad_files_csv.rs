@@ -681,3 +681,14 @@ fn prop_mutated_files_never_panic() {
     );
     assert!(read < rounds * 19 / 20, "{read} of {rounds} were read");
 }
+
+/// Looking up the line of each repeated row took minutes.
+#[test]
+fn regress_a_row_repeated_very_often_is_read_in_one_pass() {
+    let text = format!(
+        "t_s,acc_y_g\n0.000,1\n{}0.002,1\n",
+        "0.001,1\n".repeat(300_000)
+    );
+    let table = read_table(text, &none(), Selection::Lateral).unwrap();
+    assert_eq!(table.channels[0].values.len(), 3);
+}

@@ -255,10 +255,11 @@ impl<'a> Gathering<'a> {
             return Ok(false);
         }
         let text = self.table.text;
-        let place = self.table.place(row, column);
+        // The line of a row is counted from the file's beginning, and so only where it is told.
+        let place = || self.table.place(row, column);
         if row_at(text, self.last_byte) == row_at(text, records::byte_of(row)) {
-            let first = place.line.unwrap_or(0);
-            let (rows, first) = self.rows.repeated.unwrap_or((0, first));
+            let known = self.rows.repeated;
+            let (rows, first) = known.unwrap_or_else(|| (0, place().line.unwrap_or(0)));
             self.rows.repeated = Some((rows + 1, first));
             return Ok(true);
         }
@@ -266,7 +267,7 @@ impl<'a> Gathering<'a> {
             previous,
             found: stamp,
         })
-        .at(place))
+        .at(place()))
     }
 
     /// Judges what only all rows together show: marks that may separate thousands.

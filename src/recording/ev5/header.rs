@@ -391,17 +391,18 @@ impl CurveEntry {
     /// Says which of the fields that are held against the samples cannot be read.
     pub(super) fn unread_findings(&self) -> Vec<Finding> {
         let mut found = Vec::new();
-        let whole = |number: f64| number.fract().total_cmp(&0.0).is_eq();
-        let positive = |number: f64| number > 0.0;
-        let zero = |number: f64| number >= 0.0;
+        type Fits = fn(f64) -> bool;
+        let whole: Fits = |number| number.fract().total_cmp(&0.0).is_eq();
+        let positive: Fits = |number| number > 0.0;
         // A rating or a filter of 0 is none.
-        let fields: [(&str, usize, &dyn Fn(f64) -> bool); 6] = [
-            ("NFP", FIRST, &whole),
-            ("NLP", LAST, &whole),
-            ("DELT", INTERVAL_US, &positive),
-            ("INSRAT", RATING, &zero),
-            ("CHLMAX", PEAK_PERCENT, &zero),
-            ("PREFIL", PREFILTER, &zero),
+        let zero: Fits = |number| number >= 0.0;
+        let fields = [
+            ("NFP", FIRST, whole),
+            ("NLP", LAST, whole),
+            ("DELT", INTERVAL_US, positive),
+            ("INSRAT", RATING, zero),
+            ("CHLMAX", PEAK_PERCENT, zero),
+            ("PREFIL", PREFILTER, zero),
         ];
         for (key, field, fits) in fields {
             let text = self.of(field);

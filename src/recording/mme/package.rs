@@ -66,7 +66,7 @@ fn check_one_test(names: &[String]) -> Result<(), Error> {
     if tests.len() <= 1 {
         return Ok(());
     }
-    let shown = tests.values().take(LISTED).map(|name| text::shown(name));
+    let shown = tests.values().take(LISTED).map(text::shown);
     let shown: Vec<String> = shown.collect();
     let found = format!("those of {}: {}", tests.len(), shown.join(", "));
     Err(Error::malformed(
@@ -264,7 +264,7 @@ impl Package {
                 return Err(limits.over("headers_bytes", ENDLESS).at(place));
             }
             let own = || file.rsplit('/').next().unwrap_or(&file).to_string();
-            let label = text::shown(&header.label().unwrap_or_else(own));
+            let label = text::shown(header.label().unwrap_or_else(own));
             entries.push(ChannelEntry {
                 label,
                 file,
