@@ -190,7 +190,10 @@ summary{font-size:15px}
 .answer span{font-size:15px}
 figure{overflow-x:auto}
 details figure svg{min-width:640px}
-table{font-size:13px}
+table{font-size:12px}
+th,td{white-space:normal;overflow-wrap:anywhere;padding-left:3px;padding-right:3px}
+.key{grid-template-columns:repeat(2,minmax(0,1fr))}
+.key dd,.answer strong{overflow-wrap:anywhere}
 }
 @media print{
 .live{display:none}

@@ -123,7 +123,7 @@ pub(super) fn ensemble(page: &mut Page, document: &Document) {
     let Some(shown) = &document.ensemble else {
         return;
     };
-    page.section("ensemble", "Levers varied within tolerances");
+    page.wide_section("ensemble", "Levers varied within tolerances");
     gauge(page, document);
     page.table(
         "ensembles",

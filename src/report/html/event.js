@@ -241,12 +241,12 @@
     const sign = base === null ? "" : "\u0394";
     const t = (time[at] - (base === null ? 0 : time[base])) * data.scale;
     parts.push(sign + "t " + figures(t, 6) + " " + data.unit);
-    data.panels.forEach((panel, own) => panel.curves.forEach((curve, k) => {
+    data.panels.forEach((panel, own) => panel.curves.forEach((curve) => {
       if (hidden.has(curve.column)) return;
       const value = change(curve.column, panel.factor);
-      if (own === 0) parts.push(sign + "a " + figures(value, 4) + " g " + (k === 0 ? "recorded" : "used"));
-      if (own === 1) parts.push(sign + "v " + figures(value, 4) + " m/s");
-      if (own === 2) parts.push(sign + "\u03c6 " + figures(value, 4) + " rad (" + figures(value * 180 / Math.PI, 3) + "\u00b0) " + curve.name);
+      const degrees = own === 2 ? " (" + figures(value * 180 / Math.PI, 3) + "\u00b0)" : "";
+      const text = sign + ["a ", "v ", "\u03c6 "][own] + figures(value, 4) + [" g ", " m/s ", " rad"][own] + degrees;
+      parts.push((text + " " + curve.read).replace(/ +/g, " ").trim());
     }));
     return parts.join(" \u00b7 ");
   }
@@ -285,6 +285,11 @@
   button("Zoom out", () => zoom(2, middle()));
   button("Event", event);
   button("Whole record", () => show(data.span[0], data.span[1]));
+  button("Second cursor", () => {
+    second = nearest(middle());
+    cursor = second;
+    point();
+  });
   button("Whole angle", (made) => {
     whole = !whole;
     made.textContent = whole ? "Around the limit angle" : "Whole angle";

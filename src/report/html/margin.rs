@@ -76,7 +76,7 @@ fn card(page: &mut Page, document: &MarginDocument) {
 }
 
 fn answers(page: &mut Page, document: &MarginDocument) {
-    page.section("margins", "What would change the answer");
+    page.wide_section("margins", "What would change the answer");
     flips(page, document);
     searched(page, document);
     if let Some(mass) = document.counterweight.mass_kg {
@@ -169,7 +169,7 @@ fn searched(page: &mut Page, document: &MarginDocument) {
 }
 
 fn boundaries(page: &mut Page, document: &MarginDocument) {
-    page.section("boundaries", "Changes of the nominal runs’ answer");
+    page.wide_section("boundaries", "Changes of the nominal runs’ answer");
     if document.boundaries.is_empty() {
         page.paragraph("None within the ranges searched.");
         page.end_section();

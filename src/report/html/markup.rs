@@ -31,9 +31,20 @@ impl Page {
     }
 
     pub(super) fn section(&mut self, id: &str, title: &str) {
+        self.begin_section(id, "", title);
+    }
+
+    /// As [`Self::section`], of a table that a phone scrolls sideways: keys are to reach it.
+    pub(super) fn wide_section(&mut self, id: &str, title: &str) {
+        self.begin_section(id, " tabindex=\"0\"", title);
+    }
+
+    fn begin_section(&mut self, id: &str, attributes: &str, title: &str) {
         self.raw("<section id=\"");
         self.raw(id);
-        self.raw("\">\n<h2>");
+        self.raw("\"");
+        self.raw(attributes);
+        self.raw(">\n<h2>");
         self.text(title);
         self.raw("</h2>\n");
     }

@@ -29,11 +29,12 @@ pub(super) struct EventMark {
     pub(super) class: &'static str,
 }
 
-/// A curve of a panel: its class, its name, its column in the page's table of series, its values at
+/// A curve of a panel: its class, its name, what stands behind its value where a cursor reads it off, its column in the page's table of series, its values at
 /// the samples in the table's unit.
 pub(super) struct EventCurve<'a> {
     pub(super) class: &'static str,
     pub(super) name: String,
+    pub(super) read: String,
     pub(super) column: usize,
     pub(super) values: &'a [f64],
 }
@@ -221,7 +222,10 @@ impl EventDrawing<'_> {
                     .curves
                     .iter()
                     .map(|curve| {
-                        json!({"column": curve.column, "class": curve.class, "name": curve.name})
+                        json!({
+                            "column": curve.column, "class": curve.class,
+                            "name": curve.name, "read": curve.read,
+                        })
                     })
                     .collect();
                 place["curves"] = json!(curves);
@@ -365,12 +369,14 @@ fn panels<'a>(context: &PlotContext<'a>, view: (f64, f64)) -> [EventPanel<'a>; 3
         EventCurve {
             class: "raw",
             name: "as recorded".into(),
+            read: "recorded".into(),
             column: 1,
             values: &series.recorded_m_s2,
         },
         EventCurve {
             class: "used",
             name: acceleration::used_text(context),
+            read: "used".into(),
             column: 2,
             values: &series.used_m_s2,
         },
@@ -378,6 +384,7 @@ fn panels<'a>(context: &PlotContext<'a>, view: (f64, f64)) -> [EventPanel<'a>; 3
     let velocity = vec![EventCurve {
         class: "velocity",
         name: "velocity ∫a dt".into(),
+        read: String::new(),
         column: 3,
         values: &series.velocity_m_s,
     }];
@@ -389,6 +396,7 @@ fn panels<'a>(context: &PlotContext<'a>, view: (f64, f64)) -> [EventPanel<'a>; 3
         .map(|((run, class), column)| EventCurve {
             class,
             name: run_name(context, run),
+            read: run_name(context, run),
             column,
             values: &run.angle_rad,
         })

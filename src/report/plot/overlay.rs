@@ -160,6 +160,7 @@ fn curves<'a>(what: &str, first: usize, values: &'a [Vec<f64>; 2]) -> Vec<EventC
     let each = (0..2).map(|own| EventCurve {
         class: CLASSES[own],
         name: format!("{what} {}", ["A", "B"][own]),
+        read: ["A", "B"][own].into(),
         column: first + own,
         values: &values[own],
     });

@@ -1,7 +1,7 @@
 // The page of the service as a browser shows it: upload, channel, verdict, cursors, what-if, compare,
 // permalink, download; in light and dark, checked for accessibility, without any request elsewhere.
 //
-//     service/tests/browser/run      needs Node.js, Chromium, and latchgate-serve as built
+//     tests/browser/run      needs Node.js, Chromium, and latchgate-serve as built
 //
 // Pictures are written to target/browser/.
 
