@@ -96,6 +96,8 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
         .map(|path| baseline(path, &limits))
         .transpose()
         .map_err(Failure::Data)?;
+    let folder = own.out.clone().unwrap_or_else(|| default_folder(path));
+    check_baseline(own, &folder)?;
     let store = Arc::new(store(own, path).map_err(Failure::Data)?);
     let progress = Progress::new("gate").that_keeps();
     let judged = progress.watch("gate", common.thread_count(), |control| {
@@ -111,7 +113,6 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
         no_worse: own.no_worse,
     };
     let summary = gate::hold(&plan, judged, &store, asked).map_err(Failure::Data)?;
-    let folder = own.out.clone().unwrap_or_else(|| default_folder(path));
     let reports = match own.reports {
         ReportsArgument::None => Reports::None,
         ReportsArgument::Failing => Reports::Failing,
@@ -222,6 +223,33 @@ fn baseline(path: &Path, limits: &Limits) -> Result<Baseline, Error> {
         &shown,
         &read_within(path, &shown, "read the baseline", most)?,
     )
+}
+
+/// Refuses a baseline that the run would replace: what it lets stand would be lost for the next.
+fn check_baseline(own: &GateArguments, folder: &Path) -> Result<(), Failure> {
+    let above = own.baseline.as_deref().and_then(Path::parent);
+    let same = |above: &Path| {
+        let above = if above.as_os_str().is_empty() {
+            Path::new(".")
+        } else {
+            above
+        };
+        match (above.canonicalize(), folder.canonicalize()) {
+            (Ok(above), Ok(folder)) => above == folder,
+            _ => false,
+        }
+    };
+    if !own.no_worse || !above.is_some_and(same) {
+        return Ok(());
+    }
+    Err(Failure::Usage(
+        Error::from(ErrorKind::Malformed {
+            expected: "a baseline outside the folder that the gate writes".into(),
+            found: format!("it in {}", folder.display()),
+            hint: "keep it elsewhere, or name another folder with the setting `out`".into(),
+        })
+        .at(Place::file("--baseline")),
+    ))
 }
 
 /// Opens the store, and says what is damaged in it.

@@ -53,7 +53,8 @@ impl Baseline {
         self.pairs.get(&(recording.to_string(), design.to_string()))
     }
 
-    /// Tells whether a pair was not as required, and no better than it is now.
+    /// Tells whether a pair was not as required, and no better than it is now. What could not be
+    /// judged, then or now, is never let stand by it.
     #[must_use]
     pub fn was_no_better(
         &self,
@@ -71,7 +72,8 @@ impl Baseline {
             let rank = |verdict: Answer| badness(verdict, required);
             let no_worse = rank(row.verdict) < rank(before.row.verdict)
                 || (row.verdict == before.row.verdict && !is_further(&before.row, row, required));
-            failed && before.required == required && no_worse
+            let judged = ![row.verdict, before.row.verdict].contains(&Answer::Unusable);
+            failed && judged && before.required == required && no_worse
         })
     }
 
@@ -155,11 +157,12 @@ fn badness(verdict: Answer, required: Answer) -> u8 {
     }
 }
 
-/// Tells whether the peak went further from what is required, by more than its uncertainty.
+/// Tells whether the peak went further beyond its limit than what is required, by more than its
+/// uncertainty.
 fn is_further(before: &Row, now: &Row, required: Answer) -> bool {
     match (before.peak_angle_rad, now.peak_angle_rad) {
         (Some(before_rad), Some(now_rad)) => {
-            let step = now_rad - before_rad;
+            let step = (now_rad - now.threshold_rad) - (before_rad - before.threshold_rad);
             let away = if required == Answer::Fail {
                 -step
             } else {

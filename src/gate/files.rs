@@ -109,6 +109,14 @@ fn full(
     if outcome.was_stopped() {
         return Err(ErrorKind::Stopped.into());
     }
+    if outcome.document.report_id != pair.row.report_id {
+        let error = Error::from(ErrorKind::Malformed {
+            expected: "the recording as it was judged".into(),
+            found: "another one, or another card, by the time of its report".into(),
+            hint: "run the gate again when nothing writes there".into(),
+        });
+        return Err(error.at(Place::file(pair.recording.as_str())));
+    }
     let id: String = pair.row.report_id.chars().take(12).collect();
     let own = format!("{REPORTS}/{id}");
     report::write(

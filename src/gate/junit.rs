@@ -88,8 +88,11 @@ fn suites(summary: &GateSummary) -> Suites<'_> {
         let room = TESTS_MAX.saturating_sub(own.len() + 1);
         own.truncate(TESTS_MAX - 1);
         listed = worst[..worst.len().min(room)].to_vec();
-        if listed.len() < worst.len() {
-            own.push(Case::Other(Box::new(further(worst.len() - listed.len()))));
+        // An exception is never left out while there is room.
+        let allowed = pairs.standing(PairStanding::Allowed);
+        listed.extend(allowed.into_iter().take(room - listed.len()));
+        if worst.len() > room {
+            own.push(Case::Other(Box::new(further(worst.len() - room))));
         } else {
             recordings = per_recording(summary, TESTS_MAX - own.len() - listed.len());
         }
@@ -121,7 +124,7 @@ fn further(left: usize) -> Written {
     }
 }
 
-/// One test per recording, at most `most`, of how many designs stand.
+/// One test per recording of which every pair stands, at most `most`; those of others are listed.
 fn per_recording(summary: &GateSummary, most: usize) -> Vec<Case> {
     let designs = summary.designs.len();
     let marks = summary.pairs.marks().chunks(designs.max(1));
@@ -131,7 +134,10 @@ fn per_recording(summary: &GateSummary, most: usize) -> Vec<Case> {
             .filter(|mark| mark.exit_code() == 0)
             .count()
     });
-    let named = summary.recordings.iter().zip(counted).take(most);
+    let named = summary.recordings.iter().zip(counted);
+    let named = named
+        .filter(|(_, standing)| *standing == designs)
+        .take(most);
     named
         .map(|(recording, standing)| {
             Case::Other(Box::new(Written {

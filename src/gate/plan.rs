@@ -60,6 +60,12 @@ struct PairPattern {
     designs: Pattern,
 }
 
+/// A design's name is one word, whatever stands in it.
+const DESIGNS: MatchOptions = MatchOptions {
+    require_literal_separator: false,
+    ..NAMES
+};
+
 /// `*` stops at a `/`, as in a shell; a leading dot is a letter like any other.
 const NAMES: MatchOptions = MatchOptions {
     case_sensitive: true,
@@ -76,8 +82,15 @@ impl PairPattern {
     }
 
     fn matches(&self, recording: &str, design: &str) -> bool {
-        self.recordings.matches_with(recording, NAMES) && self.designs.matches_with(design, NAMES)
+        names_recording(&self.recordings, recording) && self.designs.matches_with(design, DESIGNS)
     }
+}
+
+/// Tells whether a pattern names a recording: by its whole name, or by that of its file, which ends
+/// before the `#` of its channel.
+fn names_recording(pattern: &Pattern, name: &str) -> bool {
+    let mut files = name.match_indices('#').map(|(at, _)| &name[..at]);
+    pattern.matches_with(name, NAMES) || files.any(|file| pattern.matches_with(file, NAMES))
 }
 
 impl PlannedException {
@@ -171,13 +184,12 @@ impl Plan {
 
     fn pairs(&self, recordings: &str, designs: &str, what: &str) -> Result<PairPattern, Error> {
         let pairs = PairPattern::new(recordings, designs)?;
-        let matched = |pattern: &Pattern, name: &str| pattern.matches_with(name, NAMES);
         let mut own = self.recordings.iter();
-        if !own.any(|recording| matched(&pairs.recordings, &recording.name)) {
+        if !own.any(|recording| names_recording(&pairs.recordings, &recording.name)) {
             return Err(matches_nothing(what, "recordings", recordings));
         }
         let mut own = self.designs.iter();
-        if !own.any(|design| matched(&pairs.designs, &design.name)) {
+        if !own.any(|design| pairs.designs.matches_with(&design.name, DESIGNS)) {
             return Err(matches_nothing(what, "designs", designs));
         }
         Ok(pairs)
@@ -210,6 +222,7 @@ fn recordings(
     errors: &mut Vec<Error>,
 ) -> Vec<PlannedRecording> {
     let mut found: BTreeMap<String, PlannedRecording> = BTreeMap::new();
+    let mut places: BTreeMap<(PathBuf, Option<String>), String> = BTreeMap::new();
     for entry in entries {
         let request = Arc::new(entry.request.clone());
         for files in &entry.files {
@@ -227,7 +240,12 @@ fn recordings(
                     path,
                     request: Arc::clone(&request),
                 };
-                match found.get(&name) {
+                // One file may be named in two ways.
+                let place = planned.path.canonicalize();
+                let place = place.unwrap_or_else(|_| planned.path.clone());
+                let key = (place, planned.request.channel.clone());
+                let earlier = places.get(&key).unwrap_or(&name);
+                match found.get(earlier) {
                     Some(earlier) if !is_same(earlier, &planned) => {
                         let error = malformed(
                             &format!("`{name}` with one setting"),
@@ -236,7 +254,9 @@ fn recordings(
                         );
                         errors.push(error.at(entry.place.clone()));
                     }
-                    _ => {
+                    Some(_) => {}
+                    None => {
+                        places.insert(key, name.clone());
                         found.insert(name, planned);
                     }
                 }
@@ -278,6 +298,7 @@ fn paths(files: &str, folder: &Path) -> Result<Vec<PathBuf>, Error> {
             "write * for any letters, ** for any folders",
         )
     })?;
+    unnameable(folder, files)?;
     let mut found = BTreeSet::new();
     for path in matches {
         let path = path.map_err(|error| {
@@ -294,6 +315,39 @@ fn paths(files: &str, folder: &Path) -> Result<Vec<PathBuf>, Error> {
         return Err(nothing());
     }
     Ok(found.into_iter().collect())
+}
+
+/// Refuses a folder that a pattern looks through where a name in it is no UTF-8: no pattern matches
+/// it, and so it would be passed over without a word.
+fn unnameable(folder: &Path, files: &str) -> Result<(), Error> {
+    let parts: Vec<&str> = files.split('/').collect();
+    let plain = parts
+        .iter()
+        .take_while(|part| !part.contains(['*', '?', '[']));
+    let plain = plain.count();
+    let depth = if parts.contains(&"**") {
+        usize::MAX
+    } else {
+        parts.len() - plain
+    };
+    let mut open = vec![(folder.join(parts[..plain].join("/")), depth)];
+    while let Some((folder, depth)) = open.pop() {
+        for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
+            let name = entry.file_name();
+            if name.to_str().is_none() {
+                let found = format!("`{}` in {}", name.to_string_lossy(), folder.display());
+                return Err(malformed(
+                    "names in UTF-8 where a pattern looks",
+                    &found,
+                    "give the file another name; no pattern matches this one",
+                ));
+            }
+            if depth > 1 && entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+                open.push((entry.path(), depth - 1));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Tells whether a match is a recording: a file that is no card of another one, or the folder of

@@ -1,7 +1,7 @@
 //! Situations in which a gate elsewhere is known to look like a pass.
 
 use super::{STANDS, Yard};
-use crate::support::{finish, program};
+use crate::support::{finish, program, table};
 use std::fs;
 
 /// Runs a gate and checks exit code and message.
@@ -286,4 +286,88 @@ fn cli_a_full_disk_is_no_pass() {
         done.err
     );
     assert!(done.err.contains("No space left"), "{}", done.err);
+}
+
+/// What could not be judged in the baseline is no excuse for what opens now.
+#[test]
+fn regress_no_worse_lets_nothing_stand_that_was_not_judged() {
+    let yard = Yard::new("no-worse");
+    let gate = gate_of("[\"pass.csv\", \"fail.csv\"]");
+    let strong = fs::read_to_string(yard.folder.path().join("fail.csv")).unwrap();
+    yard.folder.write("fail.csv", "no table");
+    check(&yard, &gate, &[], 4, "unusable");
+    let before = yard.folder.write("before.json", yard.text("summary.json"));
+    let more = ["--baseline", &before, "--no-worse"];
+    check(&yard, &gate, &more, 4, "unusable");
+    yard.folder.write("fail.csv", strong);
+    check(&yard, &gate, &more, 1, "pass required");
+    // A limit that was lowered below the same peak makes it worse.
+    let design = |limit: &str| {
+        gate.clone() + &format!("set = {{ \"criterion.threshold_rad\" = {limit} }}\n")
+    };
+    check(&yard, &design("0.1"), &[], 1, "pass required");
+    let before = yard.folder.write("before.json", yard.text("summary.json"));
+    let more = ["--baseline", &before, "--no-worse"];
+    check(&yard, &design("0.1"), &more, 0, "no worse");
+    check(&yard, &design("0.02"), &more, 1, "pass required");
+    // A baseline that the run replaces would let stand anything the next time.
+    let own = yard.out("summary.json").display().to_string();
+    check(
+        &yard,
+        &gate,
+        &["--baseline", &own, "--no-worse"],
+        2,
+        "outside the folder",
+    );
+}
+
+/// A `/` in the name of a design or of a channel is a letter of it.
+#[test]
+fn regress_rules_reach_names_with_slashes() {
+    let yard = Yard::new("slashes");
+    let rule = "[[require]]\nrecordings = \"pass.csv\"\nverdict = \"fail\"\n";
+    let gate = gate_of("\"pass.csv\"").replace("\"paper\"", "\"rev/2\"") + rule;
+    check(&yard, &gate, &[], 1, "fail required");
+    let text = table(crate::support::weak).replacen("acc_y_g", "acc y (m/s2)", 1);
+    yard.folder.write("controls/a.csv", text);
+    let rule = "[[require]]\nrecordings = \"controls/*\"\nverdict = \"fail\"\n";
+    let gate = gate_of("\"controls/a.csv\"\nchannel = \"acc y (m/s2)\"") + rule;
+    check(&yard, &gate, &[], 1, "fail required");
+}
+
+/// No pattern matches a name that is no UTF-8: it is not passed over in silence.
+#[test]
+#[cfg(unix)]
+fn regress_names_that_no_pattern_matches_are_an_error() {
+    use std::os::unix::ffi::OsStrExt as _;
+
+    let yard = Yard::new("no-utf8");
+    yard.folder
+        .write("odd/pass.csv", table(crate::support::weak));
+    let name = std::ffi::OsStr::from_bytes(b"\xff\xfe.csv");
+    let odd = yard.folder.path().join("odd");
+    fs::copy(yard.folder.path().join("fail.csv"), odd.join(name)).unwrap();
+    for files in ["\"odd/*.csv\"", "\"**/*.csv\""] {
+        check(
+            &yard,
+            &gate_of(files),
+            &[],
+            4,
+            "names in UTF-8 where a pattern looks",
+        );
+    }
+}
+
+/// One file under two names with two settings is refused; with one setting it is judged once.
+#[test]
+fn regress_one_file_under_two_names_is_one_recording() {
+    let yard = Yard::new("two-names");
+    let twice = |second: &str| {
+        format!(
+            "{}[[recordings]]\nfiles = \"designs/../pass.csv\"\nopens_when = \"{second}\"\nmembers = 128\n",
+            gate_of("\"pass.csv\"")
+        )
+    };
+    check(&yard, &twice("positive"), &[], 4, "with one setting");
+    check(&yard, &twice("negative"), &[], 0, "all 1 pairs stand");
 }
