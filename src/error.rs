@@ -461,11 +461,13 @@ impl Error {
     #[must_use]
     pub fn at(mut self, place: Place) -> Self {
         let known = std::mem::take(&mut self.0.place);
+        // A line of one file is none of another.
+        let one_file = known.file.is_none() || place.file.is_none() || known.file == place.file;
         self.0.place = Place {
             file: known.file.or(place.file),
-            line: known.line.or(place.line),
-            column: known.column.or(place.column),
-            byte: known.byte.or(place.byte),
+            line: known.line.or(place.line.filter(|_| one_file)),
+            column: known.column.or(place.column.filter(|_| one_file)),
+            byte: known.byte.or(place.byte.filter(|_| one_file)),
             channel: known.channel.or(place.channel),
         };
         self

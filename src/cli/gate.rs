@@ -87,7 +87,8 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
     }
     // clap asks for the file where none of the two is given.
     let path = own.gate.as_deref().unwrap_or(Path::new(""));
-    let Some(plan) = plan(path, &limits)? else {
+    let folder = own.out.clone().unwrap_or_else(|| default_folder(path));
+    let Some(plan) = plan(path, &[folder.clone(), store_folder(own, path)], &limits)? else {
         return Ok(COULD_NOT);
     };
     let baseline = own
@@ -96,7 +97,6 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
         .map(|path| baseline(path, &limits))
         .transpose()
         .map_err(Failure::Data)?;
-    let folder = own.out.clone().unwrap_or_else(|| default_folder(path));
     check_baseline(own, &folder)?;
     let store = Arc::new(store(own, path).map_err(Failure::Data)?);
     let progress = Progress::new("gate").that_keeps();
@@ -171,7 +171,7 @@ fn print(
 }
 
 /// Reads and looks up a gate file; says everything that is wrong with it and returns `None`.
-fn plan(path: &Path, limits: &Limits) -> Result<Option<Plan>, Failure> {
+fn plan(path: &Path, own: &[PathBuf], limits: &Limits) -> Result<Option<Plan>, Failure> {
     let name = file_name(path);
     let bytes = read(path, limits).map_err(Failure::Data)?;
     let text = String::from_utf8(bytes).map_err(|_| {
@@ -192,7 +192,7 @@ fn plan(path: &Path, limits: &Limits) -> Result<Option<Plan>, Failure> {
     };
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let plan = GateFile::from_toml(&name, text, limits)
-        .and_then(|file| Plan::of(&name, &file, folder, limits));
+        .and_then(|file| Plan::of(&name, &file, folder, own, limits));
     match plan {
         Ok(plan) => Ok(Some(plan)),
         Err(errors) => {
@@ -252,14 +252,17 @@ fn check_baseline(own: &GateArguments, folder: &Path) -> Result<(), Failure> {
     ))
 }
 
+fn store_folder(own: &GateArguments, gate: &Path) -> PathBuf {
+    let beside = || gate.parent().unwrap_or(Path::new("")).join(".latchgate");
+    own.store.clone().unwrap_or_else(beside)
+}
+
 /// Opens the store, and says what is damaged in it.
 fn store(own: &GateArguments, gate: &Path) -> Result<Store, Error> {
     if own.no_store {
         return Ok(Store::unkept());
     }
-    let beside = || gate.parent().unwrap_or(Path::new("")).join(".latchgate");
-    let folder = own.store.clone().unwrap_or_else(beside);
-    let store = Store::open(&folder)?;
+    let store = Store::open(&store_folder(own, gate))?;
     for damage in store.damages() {
         output::talk(&format!("latchgate: store: {damage}"));
     }

@@ -91,6 +91,15 @@ pub fn write(
     ] {
         if !numbers.is_empty() {
             let _ = write!(out, "<section id=\"{id}\">\n<h2>{title}</h2>\n");
+            let told = numbers.iter().filter(|number| reports.contains_key(number));
+            let told = told.count();
+            if (1..numbers.len()).contains(&told) {
+                let _ = writeln!(
+                    out,
+                    "<p class=\"note\">The first {told} of {} have a full report.</p>",
+                    numbers.len()
+                );
+            }
             list(&mut out, summary, &numbers, reports)?;
         }
     }

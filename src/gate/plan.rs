@@ -102,7 +102,8 @@ impl PlannedException {
 }
 
 impl Plan {
-    /// Looks up what a gate file names, relative to `folder`.
+    /// Looks up what a gate file names, relative to `folder`. Patterns pass over the folders `own`,
+    /// where the gate writes.
     ///
     /// # Errors
     ///
@@ -113,6 +114,7 @@ impl Plan {
         gate: &str,
         file: &GateFile,
         folder: &Path,
+        own: &[PathBuf],
         limits: &Limits,
     ) -> Result<Self, Vec<Error>> {
         let mut errors = Vec::new();
@@ -125,7 +127,7 @@ impl Plan {
                 errors.push(malformed(what, "none", hint).at(Place::file(gate)));
             }
         }
-        let recordings = recordings(&file.recordings, folder, &mut errors);
+        let recordings = recordings(&file.recordings, folder, own, &mut errors);
         let designs = designs(&file.designs, folder, limits, &mut errors);
         let mut plan = Self {
             gate: gate.into(),
@@ -219,6 +221,7 @@ fn pattern(text: &str) -> Result<Pattern, Error> {
 fn recordings(
     entries: &[RecordingsEntry],
     folder: &Path,
+    own: &[PathBuf],
     errors: &mut Vec<Error>,
 ) -> Vec<PlannedRecording> {
     let mut found: BTreeMap<String, PlannedRecording> = BTreeMap::new();
@@ -226,7 +229,7 @@ fn recordings(
     for entry in entries {
         let request = Arc::new(entry.request.clone());
         for files in &entry.files {
-            let paths = match paths(files, folder) {
+            let paths = match paths(files, folder, own) {
                 Ok(paths) => paths,
                 Err(error) => {
                     errors.push(error.at(entry.place.clone()));
@@ -234,6 +237,14 @@ fn recordings(
                 }
             };
             for path in paths {
+                // Of a pipe or a device nobody knows when it ends.
+                let known = path.metadata();
+                if known.is_ok_and(|known| !known.is_file() && !known.is_dir()) {
+                    let found = format!("`{}`, which is neither", path.display());
+                    let error = malformed("a file or a folder", &found, "leave it out");
+                    errors.push(error.at(entry.place.clone()));
+                    continue;
+                }
                 let name = name_of(&path, folder, entry.request.channel.as_deref());
                 let planned = PlannedRecording {
                     name: name.clone(),
@@ -273,7 +284,7 @@ fn is_same(one: &PlannedRecording, two: &PlannedRecording) -> bool {
 }
 
 /// Returns the files and folders that a path or pattern names.
-fn paths(files: &str, folder: &Path) -> Result<Vec<PathBuf>, Error> {
+fn paths(files: &str, folder: &Path, own: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
     let nothing = || {
         malformed(
             &format!("a recording at `{files}`"),
@@ -299,6 +310,14 @@ fn paths(files: &str, folder: &Path) -> Result<Vec<PathBuf>, Error> {
         )
     })?;
     unnameable(folder, files)?;
+    let own: Vec<PathBuf> = own
+        .iter()
+        .filter_map(|folder| folder.canonicalize().ok())
+        .collect();
+    let is_own = |path: &Path| {
+        let path = path.canonicalize();
+        path.is_ok_and(|path| own.iter().any(|folder| path.starts_with(folder)))
+    };
     let mut found = BTreeSet::new();
     for path in matches {
         let path = path.map_err(|error| {
@@ -307,7 +326,7 @@ fn paths(files: &str, folder: &Path) -> Result<Vec<PathBuf>, Error> {
                 reason: error.to_string(),
             })
         })?;
-        if is_recording(&path) {
+        if is_recording(&path) && !is_own(&path) {
             found.insert(path);
         }
     }

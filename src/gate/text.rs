@@ -56,6 +56,13 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> Result<String, Err
             baseline.added.len(),
             baseline.removed.len()
         );
+        if baseline.numbers_revision != summary.numbers_revision {
+            let _ = writeln!(
+                out,
+                "  {:<10} its numbers are of revision {}, these of {}: peaks may have moved with the program",
+                "", baseline.numbers_revision, summary.numbers_revision
+            );
+        }
     }
     let _ = writeln!(
         out,

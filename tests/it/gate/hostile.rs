@@ -371,3 +371,39 @@ fn regress_one_file_under_two_names_is_one_recording() {
     check(&yard, &twice("positive"), &[], 4, "with one setting");
     check(&yard, &twice("negative"), &[], 0, "all 1 pairs stand");
 }
+
+/// What the gate wrote is no recording of the next run; a pipe is none at all.
+#[test]
+#[cfg(unix)]
+fn regress_own_folders_and_pipes_are_no_recordings() {
+    let yard = Yard::new("own-folders");
+    let gate = gate_of("\"**/pass.csv\"").replace("pass.csv", "*s*.csv");
+    let more = ["--reports", "all"];
+    check(&yard, &gate, &more, 0, "all 1 pairs stand");
+    check(&yard, &gate, &more, 0, "all 1 pairs stand");
+    let pipe = yard.folder.path().join("s-pipe.csv");
+    let made = finish(std::process::Command::new("mkfifo").arg(&pipe));
+    assert_eq!(made.code, 0, "{}", made.err);
+    check(&yard, &gate, &more, 4, "which is neither");
+    check(
+        &yard,
+        &gate_of("\"s-pipe.csv\""),
+        &[],
+        4,
+        "which is neither",
+    );
+}
+
+/// A line of the gate file does not stand behind the name of another file.
+#[test]
+fn regress_a_line_of_one_file_is_none_of_another() {
+    let yard = Yard::new("places");
+    let gate = gate_of("\"pass.csv\"").replace("name = \"paper\"", "file = \"gone.toml\"");
+    check(
+        &yard,
+        &gate,
+        &[],
+        4,
+        "gone.toml: cannot read the design file",
+    );
+}
