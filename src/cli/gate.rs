@@ -8,6 +8,7 @@ use super::values::{OutputFormat, parse_date};
 use crate::error::{Error, ErrorKind, Place};
 use crate::gate::files::Reports;
 use crate::gate::{self, Asked, Baseline, GateFile, GateSummary, Plan, Store};
+use crate::pipeline::Request;
 use crate::recording::{Limits, read_within};
 use clap::{Args, ValueEnum};
 use std::collections::BTreeSet;
@@ -103,7 +104,15 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
     let judged = progress.watch("gate", common.thread_count(), |control| {
         gate::run(&plan, &limits, &store, control)
     });
-    let judged = judged.map_err(Failure::of_data)?;
+    let judged = judged.map_err(Failure::of_data).inspect_err(|failure| {
+        if matches!(failure, Failure::Interrupted) && !own.no_store {
+            let kept = store_folder(own, path);
+            output::talk(&format!(
+                "latchgate: what was judged is kept in {}; the same command goes on from there",
+                kept.display()
+            ));
+        }
+    })?;
     let cached: usize = judged.iter().map(|judged| judged.cached).sum();
     let date = own.date.clone().unwrap_or_else(today);
     let asked = Asked {
@@ -112,7 +121,7 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
         allow_removed: own.allow_removed,
         no_worse: own.no_worse,
     };
-    let summary = gate::hold(&plan, judged, &store, asked).map_err(Failure::Data)?;
+    let mut summary = gate::hold(&plan, judged, &store, asked).map_err(Failure::Data)?;
     let reports = match own.reports {
         ReportsArgument::None => Reports::None,
         ReportsArgument::Failing => Reports::Failing,
@@ -122,6 +131,9 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
         gate::files::write(&folder, &plan, &summary, reports, &limits, control)
     });
     drop(progress);
+    if let Err(error) = &written {
+        summary.add_problem("report-not-written", &error.to_string());
+    }
     let printed = print(own, common, &summary, &folder, written.is_ok());
     if cached > 0 {
         output::talk(&format!(
@@ -137,6 +149,11 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
         ));
     }
     Ok(summary.exit_code)
+}
+
+/// Words the settings of a gate that are options of this command.
+fn worded(text: &str) -> String {
+    output::with_options_but(text, &Request::keys().collect::<Vec<_>>())
 }
 
 /// Prints the answer, even where its report could not be written.
@@ -156,7 +173,7 @@ fn print(
         OutputFormat::Text => {
             let folder = folder.join("index.html").display().to_string();
             let folder = written.then_some(folder.as_str());
-            output::text(&gate::text::render(summary, folder)?)?;
+            output::document(&worded(&gate::text::render(summary, folder)?))?;
         }
     }
     match own.annotate {
@@ -198,7 +215,7 @@ fn plan(path: &Path, own: &[PathBuf], limits: &Limits) -> Result<Option<Plan>, F
         Err(errors) => {
             let told: BTreeSet<String> = errors.iter().map(ToString::to_string).collect();
             for error in told {
-                output::talk(&format!("latchgate: {error}"));
+                output::talk_plainly(&worded(&format!("latchgate: {error}")));
             }
             Ok(None)
         }

@@ -27,10 +27,16 @@ pub extern "C" fn look_at_stdout() {
 /// Words the settings that a message names as options: ``the setting `filter` = none`` becomes
 /// `--filter none`.
 pub(super) fn with_options(text: &str) -> String {
+    with_options_but(text, &[])
+}
+
+/// As [`with_options`], but leaves the settings of these keys: of a gate they are keys of its file.
+pub(super) fn with_options_but(text: &str, keys: &[&str]) -> String {
     let mut text = text.to_string();
     // Most messages name none, and an answer may be long.
     if text.contains("the setting `") {
-        for setting in Setting::ALL {
+        let options = Setting::ALL.iter();
+        for setting in options.filter(|setting| !keys.contains(&setting.key())) {
             let named = setting.to_string();
             let option = match setting {
                 // One at a time.
@@ -125,8 +131,13 @@ pub(super) fn document(text: &str) -> Result<(), Error> {
 
 /// Writes a message to stderr, settings worded as options.
 pub(super) fn talk(text: &str) {
+    talk_plainly(&with_options(text));
+}
+
+/// Writes a message to stderr as it is.
+pub(super) fn talk_plainly(text: &str) {
     let mut err = io::stderr().lock();
-    let _ = writeln!(err, "{}", with_options(text));
+    let _ = writeln!(err, "{text}");
 }
 
 #[cfg(test)]

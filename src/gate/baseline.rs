@@ -120,15 +120,16 @@ impl BaselineComparison<'_> {
             (true, false) => found.fixed.push(name.clone()),
             _ => {}
         }
-        if let (Some(before_rad), Some(now_rad)) =
-            (before.row.peak_angle_rad, pair.row.peak_angle_rad)
-            && (now_rad - before_rad).abs() > uncertainty(&before.row) + uncertainty(&pair.row)
+        if let (Some(margin_before_rad), Some(margin_now_rad)) =
+            (margin(&before.row), margin(&pair.row))
+            && (margin_now_rad - margin_before_rad).abs()
+                > uncertainty(&before.row) + uncertainty(&pair.row)
         {
             found.moved.push(Moved {
                 recording: name.0,
                 design: name.1,
-                before_rad,
-                now_rad,
+                margin_before_rad,
+                margin_now_rad,
             });
         }
     }
@@ -141,6 +142,11 @@ impl BaselineComparison<'_> {
         self.found.removed = gone.cloned().collect();
         self.found
     }
+}
+
+/// Returns what is left of the limit at the peak [rad].
+fn margin(row: &Row) -> Option<f64> {
+    row.peak_angle_rad.map(|peak| row.threshold_rad - peak)
 }
 
 fn uncertainty(row: &Row) -> f64 {
@@ -157,16 +163,15 @@ fn badness(verdict: Answer, required: Answer) -> u8 {
     }
 }
 
-/// Tells whether the peak went further beyond its limit than what is required, by more than its
-/// uncertainty.
+/// Tells whether the margin went further from what is required, by more than its uncertainty.
 fn is_further(before: &Row, now: &Row, required: Answer) -> bool {
-    match (before.peak_angle_rad, now.peak_angle_rad) {
-        (Some(before_rad), Some(now_rad)) => {
-            let step = (now_rad - now.threshold_rad) - (before_rad - before.threshold_rad);
+    match (margin(before), margin(now)) {
+        (Some(margin_before), Some(margin_now)) => {
+            let lost = margin_before - margin_now;
             let away = if required == Answer::Fail {
-                -step
+                -lost
             } else {
-                step
+                lost
             };
             away > uncertainty(before) + uncertainty(now)
         }

@@ -99,14 +99,16 @@ impl GateFile {
             let start = error.span().map_or(0, |span| span.start);
             let before = text.as_bytes().iter().take(start);
             let line = 1 + before.filter(|byte| **byte == b'\n').count();
-            vec![
-                malformed(
-                    "TOML",
-                    error.message(),
-                    "write tables such as [[recordings]] and [[designs]]",
-                )
-                .at(Place::file(name).line(line as u64)),
-            ]
+            let hint = match error.message() {
+                // A key and tables of the same name, which TOML does not allow.
+                said if said.contains("duplicate key") => {
+                    "write each key of a table once; beside [[require]] tables, a [[require]] with \
+                     nothing but its `verdict`, before the others, speaks of all pairs"
+                }
+                _ => "write tables such as [[recordings]] and [[designs]]",
+            };
+            let place = Place::file(name).line(line as u64);
+            vec![malformed("TOML", error.message(), hint).at(place)]
         })?;
         let mut reading = FileReading {
             file: name,
@@ -167,20 +169,19 @@ impl FileReading<'_> {
     fn entries(&mut self, kind: &str, value: toml::Value) -> Vec<(usize, toml::Table)> {
         let list = match value {
             toml::Value::Array(list) => list,
-            other => vec![other],
+            other => {
+                let place = self.place_of(kind, None);
+                self.errors.push(not_tables(kind, &other).at(place));
+                return Vec::new();
+            }
         };
         let mut found = Vec::new();
         for (number, entry) in list.into_iter().enumerate() {
             match entry {
                 toml::Value::Table(table) => found.push((number, table)),
                 other => {
-                    let expected = match kind {
-                        "require" => "\"pass\", \"fail\" or [[require]] tables".to_string(),
-                        _ => format!("[[{kind}]] tables"),
-                    };
-                    let error = malformed(&expected, &told(&other), "mend the gate file");
                     let place = self.place_of(kind, Some(number));
-                    self.errors.push(error.at(place));
+                    self.errors.push(not_tables(kind, &other).at(place));
                 }
             }
         }
@@ -209,6 +210,14 @@ impl FileReading<'_> {
             None => place,
         }
     }
+}
+
+fn not_tables(kind: &str, found: &toml::Value) -> Error {
+    let expected = match kind {
+        "require" => "\"pass\", \"fail\" or [[require]] tables".to_string(),
+        _ => format!("[[{kind}]] tables"),
+    };
+    malformed(&expected, &told(found), "mend the gate file")
 }
 
 /// Takes one table in.
@@ -293,9 +302,14 @@ fn recordings(
 
 fn design(table: toml::Table, place: Place) -> Result<DesignEntry, Error> {
     let mut table = Entry::new(table, &OF_DESIGNS)?;
+    let name = table.text("name")?;
+    if name.as_deref().is_some_and(|name| name.trim().is_empty()) {
+        let hint = "name the design, or leave `name` out";
+        return Err(malformed("a `name`", "none", hint));
+    }
     Ok(DesignEntry {
         place,
-        name: table.text("name")?,
+        name,
         file: table.text("file")?,
         set: table.overrides("set")?,
     })

@@ -63,8 +63,8 @@ pub fn write(summary: &GateSummary, out: impl io::Write) -> Result<(), Error> {
         .map_err(unwritten)
 }
 
-/// Tests by the name of their suite.
-type Suites<'a> = BTreeMap<&'a str, Vec<Case>>;
+/// Tests by their suite: its name, after whether it is a design's, for a design may have any name.
+type Suites<'a> = BTreeMap<(bool, &'a str), Vec<Case>>;
 
 fn suites(summary: &GateSummary) -> Suites<'_> {
     let pairs = &summary.pairs;
@@ -101,14 +101,14 @@ fn suites(summary: &GateSummary) -> Suites<'_> {
     let mut suites = Suites::new();
     for (name, cases) in [("gate", own), ("recordings", recordings)] {
         if !cases.is_empty() {
-            suites.insert(name, cases);
+            suites.insert((false, name), cases);
         }
     }
     let designs = summary.designs.len().max(1);
     for number in listed {
         let design = &summary.designs[number % designs];
         suites
-            .entry(&design.name)
+            .entry((true, &design.name))
             .or_default()
             .push(Case::Pair(number));
     }
@@ -198,7 +198,7 @@ fn document(
         .create_element("testsuites")
         .with_attribute(("name", clean(&summary.gate).as_str()));
     root.write_inner_content(|writer| {
-        for (name, cases) in suites {
+        for ((_, name), cases) in suites {
             let suite = writer
                 .create_element("testsuite")
                 .with_attribute(("name", clean(name).as_str()))

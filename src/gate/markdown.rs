@@ -4,6 +4,7 @@ use super::pairs::PairStanding;
 use super::summary::GateSummary;
 use super::text;
 use crate::error::Error;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 /// Most characters: comments end at 65 536.
@@ -40,19 +41,19 @@ pub fn render(summary: &GateSummary) -> Result<String, Error> {
         );
     }
     let pairs = &summary.pairs;
-    for (title, numbers) in [
-        ("Not as required, the worst first", pairs.worst()),
-        (
-            "Let through by an exception",
-            pairs.standing(PairStanding::Allowed),
-        ),
-        (
-            "Not as required, but no worse than the baseline",
-            pairs.standing(PairStanding::NoWorse),
-        ),
-    ] {
-        table(&mut out, summary, title, &numbers)?;
-    }
+    table(
+        &mut out,
+        summary,
+        "Not as required, the worst first",
+        &pairs.worst(),
+    )?;
+    exceptions(&mut out, summary)?;
+    table(
+        &mut out,
+        summary,
+        "Not as required, but no worse than the baseline",
+        &pairs.standing(PairStanding::NoWorse),
+    )?;
     if let Some(baseline) = &summary.baseline {
         let _ = writeln!(out, "\n### Since the baseline\n");
         for (what, pairs) in [
@@ -76,7 +77,7 @@ pub fn render(summary: &GateSummary) -> Result<String, Error> {
         }
         let _ = writeln!(
             out,
-            "- {} peaks moved by more than their uncertainty",
+            "- {} margins moved by more than their uncertainty",
             baseline.moved.len()
         );
     }
@@ -130,6 +131,27 @@ fn table(
             "\n{} further ones in summary.json.",
             numbers.len() - shown
         );
+    }
+    Ok(())
+}
+
+/// Lists every exception that lets pairs through, with how many and the first.
+fn exceptions(out: &mut String, summary: &GateSummary) -> Result<(), Error> {
+    let mut found: BTreeMap<(String, String), (usize, String)> = BTreeMap::new();
+    for number in summary.pairs.standing(PairStanding::Allowed) {
+        let pair = summary.pairs.get(number)?;
+        let first = || format!("{} with {}", code(&pair.recording), code(&pair.design));
+        let exception = pair.exception.clone().unwrap_or_default();
+        found.entry(exception).or_insert_with(|| (0, first())).0 += 1;
+    }
+    if !found.is_empty() {
+        let _ = writeln!(
+            out,
+            "\n### Let through by an exception\n\n| until | reason | pairs | the first |\n| --- | --- | --- | --- |"
+        );
+    }
+    for ((reason, until), (count, first)) in &found {
+        let _ = writeln!(out, "| {until} | {} | {count} | {first} |", prose(reason));
     }
     Ok(())
 }

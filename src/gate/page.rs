@@ -228,7 +228,7 @@ fn changes(out: &mut String, summary: &GateSummary) {
     out.push_str("</tbody></table>\n");
     if !baseline.moved.is_empty() {
         out.push_str(
-            "<h3>Peaks that moved by more than their uncertainty</h3>\n<table class=\"pairs\"><thead><tr><th>recording</th><th>design</th>\
+            "<h3>Margins that moved by more than their uncertainty</h3>\n<table class=\"pairs\"><thead><tr><th>recording</th><th>design</th>\
              <th class=\"number\">before [rad]</th><th class=\"number\">now [rad]</th></tr></thead><tbody>\n",
         );
         for moved in baseline.moved.iter().take(LISTED) {
@@ -237,8 +237,8 @@ fn changes(out: &mut String, summary: &GateSummary) {
                 "<tr><td>{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td></tr>",
                 escape::markup(&moved.recording),
                 escape::markup(&moved.design),
-                number::significant(moved.before_rad, 4),
-                number::significant(moved.now_rad, 4)
+                number::significant(moved.margin_before_rad, 4),
+                number::significant(moved.margin_now_rad, 4)
             );
         }
         out.push_str("</tbody></table>\n");

@@ -99,6 +99,9 @@ pub struct PairMark {
     ordered: i64,
 }
 
+// docs/gate.md says what a pair leaves in memory: this, and the address of its row.
+const _: () = assert!(size_of::<PairMark>() + size_of::<RowAddress>() == 24);
+
 impl PairMark {
     pub(super) fn of(pair: &Pair, exception: Option<u16>) -> Self {
         let sign = if pair.required == Answer::Fail {

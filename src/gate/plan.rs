@@ -151,18 +151,33 @@ impl Plan {
                 Err(error) => errors.push(error.at(entry.place.clone())),
             }
         }
-        for recording in &plan.recordings {
-            for design in &plan.designs {
-                if let Err(error) = recording.request.check_design(design) {
-                    errors.push(error.at(Place::file(format!("design {}", design.name))));
-                }
-            }
-        }
-        errors.dedup();
+        plan.check_designs(&mut errors);
         if errors.is_empty() {
             Ok(plan)
         } else {
             Err(errors)
+        }
+    }
+
+    /// Holds the designs against the settings; an error that many designs share is told once.
+    fn check_designs(&self, errors: &mut Vec<Error>) {
+        let mut told: BTreeMap<String, (Error, BTreeSet<&str>)> = BTreeMap::new();
+        for recording in &self.recordings {
+            for design in &self.designs {
+                if let Err(error) = recording.request.check_design(design) {
+                    let told = told.entry(error.to_string());
+                    let (_, names) = told.or_insert_with(|| (error, BTreeSet::new()));
+                    names.insert(&design.name);
+                }
+            }
+        }
+        for (error, names) in told.into_values() {
+            let first = names.first().copied().unwrap_or_default();
+            let designs = match names.len() {
+                1 => format!("design {first}"),
+                some => format!("design {first} and {} others", some - 1),
+            };
+            errors.push(error.at(Place::file(designs)));
         }
     }
 
@@ -289,7 +304,8 @@ fn paths(files: &str, folder: &Path, own: &[PathBuf]) -> Result<Vec<PathBuf>, Er
         malformed(
             &format!("a recording at `{files}`"),
             "none",
-            "mend the path or pattern; it is relative to the gate file",
+            "mend the path or pattern; it is relative to the gate file, ** stands for folders (so \
+             **/* for all files below), and [[] for the letter [",
         )
     };
     let plain = folder.join(files);

@@ -119,10 +119,10 @@ fn stand(plan: &Plan, pair: &mut Pair, asked: Asked<'_>, needed: &mut [bool]) ->
     let undecided = pair.row.verdict == Answer::Undecided && pair.required != Answer::Undecided;
     let mut through = None;
     for (number, exception) in plan.exceptions.iter().enumerate().filter(|_| undecided) {
-        if exception.matches(&pair.recording, &pair.design) {
+        if through.is_none() && exception.matches(&pair.recording, &pair.design) {
             needed[number] = true;
             if *asked.date <= *exception.until {
-                through = through.or(u16::try_from(number).ok());
+                through = u16::try_from(number).ok();
             }
         }
     }
@@ -164,7 +164,8 @@ fn exceptions(plan: &Plan, needed: &[bool], date: &str) -> Vec<GateProblem> {
             problems.push(GateProblem {
                 code: "exception-not-needed".into(),
                 text: format!(
-                    "{place}: no pair that the exception \"{reason}\" names is undecided; take it out"
+                    "{place}: no pair that the exception \"{reason}\" names is undecided and without \
+                     an earlier exception; take it out"
                 ),
             });
         }

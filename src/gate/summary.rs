@@ -1,6 +1,6 @@
 //! What became of each pair and of the whole: the document of a gate.
 
-use super::pairs::Pairs;
+use super::pairs::{COULD_NOT, Pairs, severity};
 use crate::error::{Error, ErrorKind};
 use crate::pipeline::Design;
 use serde::{Deserialize, Serialize};
@@ -86,7 +86,7 @@ pub struct Changes {
     pub newly_failing: Vec<(String, String)>,
     /// Pairs that were not as required and are.
     pub fixed: Vec<(String, String)>,
-    /// Pairs whose peak moved by more than its uncertainty.
+    /// Pairs whose margin moved by more than its uncertainty.
     pub moved: Vec<Moved>,
     /// Pairs that the baseline does not have.
     pub added: Vec<(String, String)>,
@@ -94,20 +94,31 @@ pub struct Changes {
     pub removed: Vec<(String, String)>,
 }
 
-/// A pair whose peak moved by more than its uncertainty.
+/// A pair whose margin, its limit less its peak, moved by more than its uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Moved {
     /// Name of the recording.
     pub recording: String,
     /// Name of the design.
     pub design: String,
-    /// Peak of the baseline [rad].
-    pub before_rad: f64,
-    /// Peak now [rad].
-    pub now_rad: f64,
+    /// Margin of the baseline [rad].
+    pub margin_before_rad: f64,
+    /// Margin now [rad].
+    pub margin_now_rad: f64,
 }
 
 impl GateSummary {
+    /// Adds something wrong that is no pair's answer.
+    pub fn add_problem(&mut self, code: &str, text: &str) {
+        self.problems.push(GateProblem {
+            code: code.into(),
+            text: text.into(),
+        });
+        if severity(COULD_NOT) > severity(self.exit_code) {
+            self.exit_code = COULD_NOT;
+        }
+    }
+
     /// Writes the document: keys in the order of the type.
     ///
     /// # Errors

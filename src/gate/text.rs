@@ -48,7 +48,7 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> Result<String, Err
     if let Some(baseline) = &summary.baseline {
         let _ = writeln!(
             out,
-            "  {:<10} {} newly failing, {} fixed, {} peaks moved, {} added, {} gone",
+            "  {:<10} {} newly failing, {} fixed, {} margins moved, {} added, {} gone",
             "baseline",
             baseline.newly_failing.len(),
             baseline.fixed.len(),
@@ -59,7 +59,7 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> Result<String, Err
         if baseline.numbers_revision != summary.numbers_revision {
             let _ = writeln!(
                 out,
-                "  {:<10} its numbers are of revision {}, these of {}: peaks may have moved with the program",
+                "  {:<10} its numbers are of revision {}, these of {}: margins may have moved with the program",
                 "", baseline.numbers_revision, summary.numbers_revision
             );
         }

@@ -124,6 +124,24 @@ fn cli_words_of_a_gate_file_that_are_not_known_are_errors() {
             "say why",
         ),
         ("[[recordings]\n".into(), "gate.toml:1"),
+        (
+            STANDS.replace("[[recordings]]", "[recordings]"),
+            "expected [[recordings]] tables",
+        ),
+        (
+            format!("require = \"pass\"\n{STANDS}"),
+            "a [[require]] with nothing but its `verdict`",
+        ),
+        (
+            STANDS.replace("\"paper\"", "\" \""),
+            "name the design, or leave `name` out",
+        ),
+        (gate_of("\"designs[1]/*\""), "[[] for the letter ["),
+        // In a gate file a setting is a key, no option.
+        (
+            STANDS.replace("members = 128", "filter = \"cfc77\""),
+            "the setting `filter`",
+        ),
         (STANDS.replace("\"pass.csv\"", "7"), "`files` to be a text"),
         (
             STANDS.replace("name = \"paper\"", "set = [\"lever.mas_kg=1\"]"),
@@ -279,13 +297,13 @@ fn cli_a_full_disk_is_no_pass() {
             .current_dir(yard.folder.path()),
     );
     assert_eq!(done.code, 4, "{}{}", done.out, done.err);
+    let said = format!("{}{}", done.out, done.err);
     assert!(
-        done.out.contains("all 2 pairs stand"),
-        "{}{}",
-        done.out,
-        done.err
+        done.out
+            .starts_with("GATE NOT PASSED  all 2 pairs stand, 1 problem (exit 4)\n"),
+        "{said}"
     );
-    assert!(done.err.contains("No space left"), "{}", done.err);
+    assert!(done.err.contains("No space left"), "{said}");
 }
 
 /// What could not be judged in the baseline is no excuse for what opens now.
@@ -392,6 +410,63 @@ fn regress_own_folders_and_pipes_are_no_recordings() {
         4,
         "which is neither",
     );
+}
+
+/// One wrong setting is told once, however many designs it does not suit.
+#[test]
+fn cli_what_many_designs_share_is_told_once() {
+    let yard = Yard::new("told-once");
+    let mut gate = gate_of("[\"pass.csv\", \"fail.csv\"]");
+    for number in 0..20 {
+        gate +=
+            &format!("[[designs]]\nname = \"d{number:02}\"\nset = {{ \"input.scale\" = 0.4 }}\n");
+    }
+    let done = yard.gate(&gate, &[]);
+    assert_eq!(done.code, 4, "{}{}", done.out, done.err);
+    assert_eq!(done.err.lines().count(), 1, "{}", done.err);
+    assert!(
+        done.err.contains("design d00 and 19 others"),
+        "{}",
+        done.err
+    );
+}
+
+/// An exception that an earlier one makes needless is to go.
+#[test]
+fn cli_an_exception_behind_another_is_not_needed() {
+    let yard = Yard::new("behind");
+    let allow = |designs: &str| {
+        format!(
+            "[[allow]]\nrecordings = \"*\"\ndesigns = \"{designs}\"\nreason = \"{designs} waits\"\nuntil = 2027-01-01\n"
+        )
+    };
+    let gate = gate_of("\"doubt.csv\"") + &allow("*");
+    check(&yard, &gate, &[], 0, "by an exception");
+    check(
+        &yard,
+        &(gate + &allow("paper")),
+        &[],
+        4,
+        "the exception \"paper waits\" names is undecided and without",
+    );
+}
+
+/// The margin moves with the limit, where the peak stays.
+#[test]
+fn cli_a_limit_that_moved_is_a_margin_that_moved() {
+    let yard = Yard::new("moved");
+    let gate = |limit: &str| {
+        gate_of("\"pass.csv\"") + &format!("set = {{ \"criterion.threshold_rad\" = {limit} }}\n")
+    };
+    check(&yard, &gate("0.1"), &[], 0, "all 1 pairs stand");
+    let before = yard.folder.write("before.json", yard.text("summary.json"));
+    let more = ["--baseline", &before];
+    check(&yard, &gate("0.1"), &more, 0, "0 margins moved");
+    check(&yard, &gate("0.12"), &more, 0, "1 margins moved");
+    let moved = &yard.summary()["baseline"]["moved"][0];
+    let by =
+        moved["margin_now_rad"].as_f64().unwrap() - moved["margin_before_rad"].as_f64().unwrap();
+    assert!((by - 0.02).abs() < 1e-12, "{moved}");
 }
 
 /// A line of the gate file does not stand behind the name of another file.

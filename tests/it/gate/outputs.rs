@@ -55,6 +55,50 @@ fn cli_names_do_not_break_out_of_any_output() {
     assert!(page.contains("a]]&gt;&lt;b&gt;.csv"));
 }
 
+/// Every exception stands in every output; a design may be named as a suite of the gate's own.
+#[test]
+fn cli_every_exception_is_shown_everywhere() {
+    let yard = Yard::new("exceptions");
+    let mut gate = String::from(
+        "[[recordings]]\nfiles = \"doubt.csv\"\nopens_when = \"negative\"\nmembers = 128\n",
+    );
+    for number in 0..12 {
+        let name = if number == 0 {
+            "gate".into()
+        } else {
+            format!("d{number:02}")
+        };
+        gate += &format!(
+            "[[designs]]\nname = \"{name}\"\n[[allow]]\nrecordings = \"*\"\ndesigns = \"{name}\"\nreason = \"waits for {name}\"\nuntil = 2027-01-{:02}\n",
+            number + 1
+        );
+    }
+    let done = yard.gate(&gate, &["--date", "2027-01-01"]);
+    assert_eq!(done.code, 0, "{}{}", done.out, done.err);
+    let outputs =
+        ["summary.json", "junit.xml", "summary.md", "index.html"].map(|name| yard.text(name));
+    for text in std::iter::once(&done.out).chain(&outputs) {
+        for name in ["gate", "d01", "d11"] {
+            assert!(
+                text.contains(&format!("waits for {name}")),
+                "{name}: {text}"
+            );
+        }
+    }
+    // One exception expired: a problem of the gate, beside the design of that name.
+    let done = yard.gate(&gate, &["--date", "2027-01-02"]);
+    assert_eq!(done.code, 4, "{}{}", done.out, done.err);
+    check_xml(&yard);
+    let suites = yard.text("junit.xml");
+    assert_eq!(
+        suites
+            .matches("<testsuite name=\"gate\" tests=\"1\"")
+            .count(),
+        2,
+        "{suites}"
+    );
+}
+
 /// The file after the schema of the Jenkins xUnit plugin, and as a second parser reads it; returns
 /// the number of tests in it.
 #[track_caller]
