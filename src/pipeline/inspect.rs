@@ -80,6 +80,9 @@ pub struct Choice {
     /// Their names as the file has them.
     #[serde(skip)]
     offered: Vec<String>,
+    /// The channel itself: its name may be that of another one, too.
+    #[serde(skip)]
+    taken: Option<Channel>,
 }
 
 /// A channel of a listing.
@@ -202,6 +205,7 @@ fn choice(
                     }
                     _ => Vec::new(),
                 },
+                taken: None,
             };
         }
     };
@@ -231,21 +235,20 @@ fn choice(
         candidates: Vec::new(),
         offers: Vec::new(),
         offered: Vec::new(),
+        taken: recording.channels.into_iter().next(),
     }
 }
 
 fn listing(recording: Recording, choice: Choice, conditioning: &ConditioningOptions) -> Listing {
     let beside = neighbours::findings(&recording.channels);
-    let status = |channel: &Channel| match &choice.channel {
-        Some(taken) if *taken == channel.name => ChannelStatus::Taken,
+    let status = |channel: &Channel| match &choice.taken {
+        Some(taken) if taken.name == channel.name && taken.values == channel.values => {
+            ChannelStatus::Taken
+        }
         None if choice.offered.contains(&channel.name) => ChannelStatus::Offered,
         _ => ChannelStatus::PassedOver,
     };
-    let mut taken = recording
-        .channels
-        .iter()
-        .filter(|channel| status(channel) == ChannelStatus::Taken);
-    let series = taken.next().and_then(series);
+    let series = choice.taken.as_ref().and_then(series);
     Listing {
         schema: "latchgate.inspect/1".into(),
         recording: ListedFile {

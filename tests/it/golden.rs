@@ -365,9 +365,17 @@ fn differences(case: &Case, replayed: &Done, inspected: &Done) -> Vec<String> {
                 entry["name"] == *taken && entry["content_sha256"] == recording["content_sha256"]
             });
         same(
-            "listed by inspect",
-            entry.is_some().to_string(),
-            "true".into(),
+            "status in the list of inspect",
+            entry
+                .map_or(&Value::Null, |entry| &entry["status"])
+                .to_string(),
+            "\"taken\"".into(),
+        );
+        let series = listing["series"]["time_s"].as_array();
+        same(
+            "samples of inspect's series",
+            series.map_or(0, Vec::len).to_string(),
+            read.samples.to_string(),
         );
     }
     wrong
