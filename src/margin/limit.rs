@@ -26,6 +26,9 @@ const INTERVALS: u32 = 1000;
 /// Amplitudes that a search begins with.
 const AMPLITUDES: usize = 120;
 
+/// Amplitudes that are looked at together, from the smallest on.
+const AMPLITUDES_TAKEN: usize = 16;
+
 /// A half-sine pulse that just brings the lever to the threshold.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LimitPoint {
@@ -130,16 +133,17 @@ pub fn critical_pulse(
     let grid: Vec<f64> = (0..=AMPLITUDES)
         .map(|index| sum * libm::pow(10.0, 2.0 * index as f64 / AMPLITUDES as f64 - 1.0))
         .collect();
+    let scan = |amplitudes: &[f64]| {
+        let trials: Vec<LeverTrial> = amplitudes
+            .iter()
+            .map(|amplitude| LeverTrial::new(design, *amplitude))
+            .collect();
+        runs.scan(&trials)
+    };
     let found = search::changes(
-        &grid,
+        up_to_first(&grid, &scan)?,
         &Probe {
-            scan: &|amplitudes| {
-                let settings: Vec<LeverTrial> = amplitudes
-                    .iter()
-                    .map(|amplitude| LeverTrial::new(design, *amplitude))
-                    .collect();
-                runs.scan(&settings)
-            },
+            scan: &scan,
             exact: &|amplitude| runs.exact(&LeverTrial::new(design, amplitude)),
             width: &|amplitude| 1e-12 * amplitude,
             near_rad: 0.01 * design.criterion.threshold_rad,
@@ -162,6 +166,20 @@ pub fn critical_pulse(
             2.0 * amplitude * STANDARD_GRAVITY * duration_s / std::f64::consts::PI
         }),
     })
+}
+
+/// Returns the amplitudes up to the second beyond the first that passes no more: what larger ones do
+/// is not asked for.
+fn up_to_first<'a>(grid: &'a [f64], scan: &search::ScanFn<'_>) -> Result<&'a [f64], Error> {
+    let mut seen = 0;
+    for amplitudes in grid.chunks(AMPLITUDES_TAKEN) {
+        let found = scan(amplitudes)?;
+        if let Some(first) = found.iter().position(|excess| excess.pass > 0.0) {
+            return Ok(&grid[..grid.len().min(seen + first + 3)]);
+        }
+        seen += amplitudes.len();
+    }
+    Ok(grid)
 }
 
 /// Returns a half-sine pulse of one g in the opening direction.
