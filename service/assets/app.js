@@ -5,8 +5,8 @@ const tell = (text) => { at('told').textContent = text; setTimeout(() => { at('t
 const digits = (value, count = 4) => (Number.isFinite(value) ? String(Number(value.toPrecision(count))).replace('-', '−') : '–');
 const degrees = (radians) => (Math.abs(radians) > Math.PI / 2 ? '> 90°' : `${digits(radians)} rad (${digits(radians * 180 / Math.PI, 3)}°)`);
 
-async function asked(path, body) {
-  const answer = await fetch(path, body === undefined ? {} : { method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify(body) });
+async function asked(path, body, kind = 'application/json') {
+  const answer = await fetch(path, body === undefined ? {} : { method: 'POST', headers: { 'content-type': kind }, body: typeof body === 'string' ? body : JSON.stringify(body) });
   const json = await answer.json();
   if (!answer.ok) throw new Error(json.detail || answer.statusText);
   return { status: answer.status, json };
@@ -54,6 +54,48 @@ function dropZone(zone) {
 
 // ---------------------------------------------------------------- question
 
+const listed = (text) => text.split(',').map((part) => part.trim()).filter(Boolean);
+
+// Does what a form asks for; what is in the way is told beside it.
+function submitting(form, told, act) {
+  form.addEventListener('submit', async (event) => {
+    event.preventDefault(); told.textContent = '';
+    try { await act(new FormData(form)); } catch (error) { told.textContent = error.message; }
+  });
+}
+
+function gateForm(form) {
+  submitting(form, at('gate-told'), async (data) => {
+    const query = new URLSearchParams({ name: data.get('name') });
+    for (const key of ['baseline', 'no_worse']) if (data.get(key)) query.set(key, data.get(key));
+    const { json } = await asked(`/v1/gates?${query}`, data.get('text'), 'application/toml');
+    location.href = `/gates/${json.id}`;
+  });
+}
+
+function gateRunning(section) {
+  const bar = section.querySelector('progress');
+  const events = new EventSource(section.dataset.events);
+  events.addEventListener('progress', (event) => { bar.value = JSON.parse(event.data).decided; });
+  events.addEventListener('done', () => { events.close(); location.reload(); });
+}
+
+function designForm(form) {
+  submitting(form, at('design-told'), async (data) => {
+    const body = { name: data.get('name'), set: listed(data.get('set')) };
+    if (data.get('base')) body.design = data.get('base');
+    await asked('/v1/designs', body);
+    location.reload();
+  });
+}
+
+function pairButton(button) {
+  button.addEventListener('click', async () => {
+    button.disabled = true; at('pair-told').textContent = 'It is judged …';
+    try { location.href = `/verdicts/${(await judged(JSON.parse(button.dataset.asking), () => {})).report_id}`; } catch (error) { at('pair-told').textContent = error.message; button.disabled = false; }
+  });
+}
+
 // Asks and waits; resolves to the document.
 async function judged(body, step) {
   const first = await asked('/v1/verdicts?wait=1', body);
@@ -74,6 +116,9 @@ function question(form) {
     const wanted = search.value.toLowerCase();
     for (const row of at('channels').tBodies[0].rows) row.hidden = !row.textContent.toLowerCase().includes(wanted);
   });
+  const design = form.elements.design;
+  const differences = () => { at('design-differences').textContent = design.selectedOptions[0].dataset.differences ? `Differs from the paper's lever: ${design.selectedOptions[0].dataset.differences}` : ''; };
+  design.addEventListener('change', differences); differences();
   if (location.hash === '#known') tell('This recording was known already.');
   form.addEventListener('submit', async (event) => {
     event.preventDefault();
@@ -83,7 +128,7 @@ function question(form) {
     for (const key of ['channel', 'opens_when', 'filter', 'model']) if (data.get(key)) request[key] = data.get(key);
     const body = { recording: form.dataset.recording, request };
     if (data.get('design')) body.design = data.get('design');
-    const set = data.get('set').split(',').map((text) => text.trim()).filter(Boolean);
+    const set = listed(data.get('set'));
     if (set.length) body.set = set;
     bar.hidden = false; told.textContent = '';
     try {
@@ -360,5 +405,9 @@ async function compare(section) {
 if (at('drop')) dropZone(at('drop'));
 if (at('ask')) question(at('ask'));
 if (at('plots')) motion(at('plots')).catch((error) => tell(error.message));
+if (at('gate')) gateForm(at('gate'));
+if (at('gate-running')) gateRunning(at('gate-running'));
+if (at('design')) designForm(at('design'));
+if (at('pair')) pairButton(at('pair'));
 if (at('what-if')) whatIf(at('what-if'));
 if (at('compare')) compare(at('compare')).catch((error) => tell(error.message));

@@ -79,10 +79,22 @@ impl App {
         &self,
         work: impl FnOnce(&Parts) -> Result<T, StoreError> + Send + 'static,
     ) -> Result<T, Problem> {
+        self.apart(move |parts| Ok(work(parts)?)).await
+    }
+
+    /// Does something that may wait for the disk, or take its time.
+    ///
+    /// # Errors
+    ///
+    /// As `work`; a problem if it ends without saying so.
+    pub async fn apart<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&Parts) -> Result<T, Problem> + Send + 'static,
+    ) -> Result<T, Problem> {
         let app = self.clone();
         let done = tokio::task::spawn_blocking(move || work(&app)).await;
         match done {
-            Ok(outcome) => Ok(outcome?),
+            Ok(outcome) => outcome,
             Err(error) => {
                 tracing::error!(%error, "work on the disk ended");
                 let reason = "work on the disk ended".into();
@@ -108,19 +120,19 @@ impl App {
         Ok(())
     }
 
-    /// Refuses a job of a visitor who has asked too much, or where too many wait.
+    /// Refuses jobs of a visitor who has asked too much, or where too many wait.
     ///
     /// # Errors
     ///
     /// The problem that says so.
-    pub fn admit_job(&self, visitor: &Visitor) -> Result<(), Problem> {
+    pub fn admit_jobs(&self, visitor: &Visitor, count: u64) -> Result<(), Problem> {
         self.admit_bytes(1 << 20)?;
         let load = self.ledger.load(&visitor.name)?;
-        if load.own >= self.config.own_queue {
+        if load.own.saturating_add(count) > self.config.own_queue {
             let text = format!("{} of this token's jobs wait; let some end first", load.own);
             return Err(Problem::busy(StatusCode::TOO_MANY_REQUESTS, text, 5));
         }
-        if load.queued >= self.config.queue {
+        if load.queued.saturating_add(count) > self.config.queue {
             let text = format!("{} jobs wait; try again", load.queued);
             return Err(Problem::busy(StatusCode::SERVICE_UNAVAILABLE, text, 5));
         }

@@ -99,6 +99,11 @@ pub const KEYS: &[Key] = &[
         "Bytes that one token may upload in all [MiB].",
     ),
     key(
+        "gate_pairs",
+        "10000",
+        "Pairs of a recording and a design that one gate may have.",
+    ),
+    key(
         "rate_per_s",
         "200",
         "Requests of one token per second, on average.",
@@ -300,6 +305,8 @@ pub struct Config {
     pub own_queue: u64,
     /// Bytes that one token may upload.
     pub own_bytes: u64,
+    /// Pairs of one gate.
+    pub gate_pairs: u64,
     /// Requests of one token per second.
     pub rate_per_s: u64,
     /// Requests of one token at once.
@@ -356,6 +363,7 @@ impl Config {
             queue: layers.number("queue", 1, 1 << 40)?,
             own_queue: layers.number("own_queue", 1, 1 << 40)?,
             own_bytes: layers.mebibytes("own_mib", 1 << 40)?,
+            gate_pairs: layers.number("gate_pairs", 1, 1 << 20)?,
             rate_per_s: layers.number("rate_per_s", 1, 1 << 32)?,
             rate_burst: layers.number("rate_burst", 1, 1 << 32)?,
             free_bytes: layers.number("free_mib", 0, 1 << 40)? << 20,

@@ -7,11 +7,13 @@
 //! - `upload`: how an upload becomes files;
 //! - `verdicts`: questions, answers and their files;
 //! - `jobs`: questions under way;
+//! - `gates`: recordings and designs, each with each;
 //! - `designs`: designs by name and version;
 //! - `files`: stored bytes as answers.
 
-mod designs;
+pub(crate) mod designs;
 mod files;
+pub(crate) mod gates;
 mod guard;
 mod jobs;
 mod operations;
@@ -31,7 +33,7 @@ use axum::Router;
 use axum::extract::DefaultBodyLimit;
 use axum::http::StatusCode;
 use utoipa::OpenApi;
-use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::router::{OpenApiRouter, UtoipaMethodRouterExt};
 use utoipa_axum::routes;
 
 /// Bytes of a question at most.
@@ -44,6 +46,10 @@ const PAGES: &[(&str, &str, Option<Scope>)] = &[
     ("GET", "/recordings/{id}", Some(Scope::Read)),
     ("GET", "/verdicts/{report_id}", Some(Scope::Read)),
     ("GET", "/compare", Some(Scope::Read)),
+    ("GET", "/gates", Some(Scope::Read)),
+    ("GET", "/gates/{id}", Some(Scope::Read)),
+    ("GET", "/gates/{id}/runs/{number}", Some(Scope::Read)),
+    ("GET", "/designs", Some(Scope::Read)),
     ("GET", "/login", None),
     ("POST", "/login", None),
     ("POST", "/logout", None),
@@ -68,6 +74,11 @@ const INTERFACE: &[(&str, &str, Option<Scope>)] = &[
     ("GET", "/v1/verdicts/{report_id}/{file}", Some(Scope::Read)),
     ("GET", "/v1/jobs/{id}", Some(Scope::Read)),
     ("GET", "/v1/jobs/{id}/events", Some(Scope::Read)),
+    ("GET", "/v1/gates", Some(Scope::Read)),
+    ("POST", "/v1/gates", Some(Scope::Submit)),
+    ("GET", "/v1/gates/{id}", Some(Scope::Read)),
+    ("GET", "/v1/gates/{id}/events", Some(Scope::Read)),
+    ("GET", "/v1/gates/{id}/{file}", Some(Scope::Read)),
     ("GET", "/v1/designs", Some(Scope::Read)),
     ("POST", "/v1/designs", Some(Scope::Submit)),
     ("GET", "/v1/designs/{name}", Some(Scope::Read)),
@@ -95,7 +106,7 @@ fn interface() -> OpenApiRouter<App> {
         .routes(routes!(operations::openapi))
         .routes(routes!(operations::metrics))
         .routes(routes!(operations::limits))
-        .routes(routes!(recordings::list, recordings::submit))
+        .routes(routes!(recordings::list, recordings::submit).layer(DefaultBodyLimit::disable()))
         .routes(routes!(recordings::get))
         .routes(routes!(verdicts::list, verdicts::submit))
         .routes(routes!(verdicts::what_if))
@@ -104,6 +115,10 @@ fn interface() -> OpenApiRouter<App> {
         .routes(routes!(verdicts::file))
         .routes(routes!(jobs::get))
         .routes(routes!(jobs::events))
+        .routes(routes!(gates::list, gates::submit))
+        .routes(routes!(gates::get))
+        .routes(routes!(gates::events))
+        .routes(routes!(gates::file))
         .routes(routes!(designs::list, designs::submit))
         .routes(routes!(designs::get))
 }

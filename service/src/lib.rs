@@ -1,7 +1,8 @@
 //! The HTTP service of latchgate: recordings in, verdicts kept, judged in jailed children.
 //!
 //! In reading order: `config` says how it runs, `http` and `pages` answer requests, `auth` says who
-//! may, `app` is what they share, `store` keeps what was taken in and answered, `pool` has children
+//! may, `app` is what they share, `store` keeps what was taken in and answered, `gate` judges
+//! many of them, `pool` has children
 //! read and judge in a `jail`, `problem` words what went wrong, `run` are the commands.
 
 #![expect(
@@ -13,6 +14,7 @@ pub mod app;
 pub mod auth;
 pub mod clock;
 pub mod config;
+pub mod gate;
 pub mod http;
 pub mod jail;
 pub mod pages;

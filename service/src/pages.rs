@@ -3,9 +3,15 @@
 //! - `recording`: what a recording holds, and the form that asks for a verdict;
 //! - `verdict`: a verdict with its plots, cursors and what-if;
 //! - `compare`: runs side by side;
+//! - `gates`: gates with their matrix;
+//! - `designs`: designs by version;
+//! - `history`: the margin of a recording over designs;
 //! - `show`: numbers and words for people.
 
 mod compare;
+mod designs;
+mod gates;
+mod history;
 mod recording;
 mod show;
 mod verdict;
@@ -62,6 +68,10 @@ pub fn routes() -> Router<App> {
         .route("/recordings/{id}", get(recording::page))
         .route("/verdicts/{report_id}", get(verdict::page))
         .route("/compare", get(compare::page))
+        .route("/gates", get(gates::list))
+        .route("/gates/{id}", get(gates::page))
+        .route("/gates/{id}/runs/{number}", get(gates::run))
+        .route("/designs", get(designs::page))
         .route("/login", get(login_form).post(login))
         .route("/logout", post(logout))
         .route("/assets/{name}", get(asset))
@@ -111,6 +121,8 @@ fn whole(title: &str, body: &Markup) -> Markup {
                     nav aria-label="Pages" {
                         a.brand href="/" { "latchgate" }
                         a href="/" { "Verdicts" }
+                        a href="/gates" { "Gates" }
+                        a href="/designs" { "Designs" }
                         a href="/openapi.json" { "API" }
                     }
                 }
@@ -182,17 +194,14 @@ fn table(verdicts: &[VerdictEntry]) -> Markup {
 fn row(entry: &VerdictEntry) -> Markup {
     let summary = &entry.summary;
     let short = entry.report_id.get(..8).unwrap_or("");
-    let design = summary.design_version.as_ref().unwrap_or(&summary.design);
+    let design = summary.full_design();
     html! {
         tr {
             td { input type="checkbox" name="id" value=(entry.report_id) aria-label=(format!("Compare {} with {design}, report {short}", summary.file)); }
             td { a href=(format!("/verdicts/{}", entry.report_id)) { (show::verdict(&summary.verdict)) } }
             td { a href=(format!("/recordings/{}", entry.recording)) { (summary.file) } }
             td { (summary.channel.as_deref().unwrap_or("–")) }
-            td {
-                (design)
-                @if !summary.modified.is_empty() { " (changed: " (summary.modified.join(", ")) ")" }
-            }
+            td { (design) }
             td.number { (show::angle(summary.peak_angle_rad)) }
             td.number { (show::angle(Some(summary.threshold_rad))) }
             td { @if summary.members == 0 { "nominal run alone" } @else { (summary.members) " levers" } }

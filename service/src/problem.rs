@@ -74,6 +74,17 @@ pub struct ProblemLimit {
     pub found: String,
 }
 
+/// The answers of each route that are problems, as the description of the interface lists them.
+#[derive(Debug, utoipa::IntoResponses)]
+pub enum Refusals {
+    /// Refused.
+    #[response(status = "4XX", content_type = "application/problem+json")]
+    Refused(Problem),
+    /// Not now, or what is stored is damaged.
+    #[response(status = "5XX", content_type = "application/problem+json")]
+    NotNow(Problem),
+}
+
 impl Problem {
     /// Returns a problem of a kind.
     #[must_use]

@@ -204,15 +204,16 @@ fn show(layers: &Layers, origin: bool) -> Result<ExitCode, String> {
     say(lines.collect::<Vec<_>>().join("\n"))
 }
 
-fn child_options(config: &Config) -> Result<ChildOptions, String> {
-    let program = std::env::current_exe().map_err(|error| error.to_string())?;
-    Ok(ChildOptions {
+fn child_options(config: &Config) -> ChildOptions {
+    // The program that runs, also where another has taken its place on the disk meanwhile.
+    let program = PathBuf::from("/proc/self/exe");
+    ChildOptions {
         program,
         memory_bytes: config.child_memory_bytes,
         order_time: config.order_time,
         silence: config.silence,
         answer_bytes: config.answer_bytes,
-    })
+    }
 }
 
 fn log(config: &Config) {
@@ -241,7 +242,7 @@ fn serve(config: Config) -> Result<ExitCode, String> {
         ));
     }
     let options = CrewOptions {
-        child: child_options(&config)?,
+        child: child_options(&config),
         places: config.places,
     };
     let (ledger, blobs) = (Arc::clone(&store.ledger), Arc::clone(&store.blobs));
@@ -339,7 +340,7 @@ fn token(command: TokenCommand, data: &Path) -> Result<ExitCode, String> {
 
 /// Has a child try each thing that its jail must stop, and says what came of it.
 fn trials(config: &Config) -> Result<ExitCode, String> {
-    let mut options = child_options(config)?;
+    let mut options = child_options(config);
     // Trials are to end soon, and 1 GiB is to be too much.
     options.memory_bytes = options.memory_bytes.min(1 << 30);
     options.silence = Duration::from_secs(2);

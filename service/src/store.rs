@@ -6,11 +6,13 @@
 //!
 //! - `ledger`: the ledger in SQLite, one writer that commits in groups;
 //! - `jobs`: jobs with lease, attempts and fencing;
+//! - `gates`: gates and their pairs;
 //! - `schema`: the tables;
 //! - `folder`: blobs in a folder;
 //! - `sum`: the hash that every row carries.
 
 mod folder;
+mod gates;
 mod jobs;
 mod ledger;
 mod schema;
@@ -154,6 +156,22 @@ pub struct Question {
     /// Name and version of the design, where it came from the store.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub design_name: Option<String>,
+    /// Whether the decision alone is wanted, without report: a pair of a gate.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub decision_alone: bool,
+}
+
+impl Question {
+    /// Names the question: the same one has the same name, whoever asks.
+    #[must_use]
+    pub fn id(&self) -> String {
+        let plain = Self {
+            design_name: None,
+            ..self.clone()
+        };
+        let text = serde_json::to_string(&plain).expect("a question has text keys only");
+        sha256_hex(format!("{}{text}", latchgate::pipeline::NUMBERS_REVISION).as_bytes())
+    }
 }
 
 /// How far a job is.
@@ -168,6 +186,11 @@ pub enum JobState {
         /// The report.
         report_id: String,
     },
+    /// The decision that was wanted alone.
+    Decided {
+        /// A row, as the library writes it.
+        row: Value,
+    },
     /// There is no answer, for a reason that does not change.
     Refused {
         /// The reason, a problem document.
@@ -179,7 +202,7 @@ impl JobState {
     /// Tells whether nothing more will come.
     #[must_use]
     pub fn has_ended(&self) -> bool {
-        matches!(self, Self::Done { .. } | Self::Refused { .. })
+        !matches!(self, Self::Queued | Self::Running)
     }
 
     /// Returns the word for it.
@@ -188,7 +211,7 @@ impl JobState {
         match self {
             Self::Queued => "queued",
             Self::Running => "running",
-            Self::Done { .. } => "done",
+            Self::Done { .. } | Self::Decided { .. } => "done",
             Self::Refused { .. } => "refused",
         }
     }
@@ -245,10 +268,32 @@ pub struct Summary {
     pub why: String,
     /// Peak angle of the nominal run [rad].
     pub peak_angle_rad: Option<f64>,
+    /// Its U, numerical plus interpolation error [rad].
+    #[serde(default)]
+    pub uncertainty_rad: Option<f64>,
     /// The limit angle [rad].
     pub threshold_rad: f64,
     /// Members of the ensemble that were judged; 0 for the nominal run alone.
     pub members: u64,
+}
+
+impl Summary {
+    /// Returns how far the peak and its error stay below the limit, as part of the limit.
+    #[must_use]
+    pub fn margin(&self) -> Option<f64> {
+        let highest = self.peak_angle_rad? + self.uncertainty_rad.unwrap_or(0.0);
+        Some((self.threshold_rad - highest) / self.threshold_rad)
+    }
+
+    /// Names the design: with its version where it is kept, and with what was changed.
+    #[must_use]
+    pub fn full_design(&self) -> String {
+        let design = self.design_version.as_ref().unwrap_or(&self.design);
+        if self.modified.is_empty() {
+            return design.clone();
+        }
+        format!("{design}, changed: {}", self.modified.join(", "))
+    }
 }
 
 /// What a list of results asks for; an absent field asks nothing.
@@ -266,6 +311,64 @@ pub struct ResultFilter {
     pub before: Option<i64>,
     /// Entries at most.
     pub limit: u32,
+}
+
+/// A gate: stored recordings and designs, each with each, and what is required of them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StoredGate {
+    /// Hash of all that decides its outcome.
+    pub id: String,
+    /// Name.
+    pub name: String,
+    /// The gate file.
+    pub text: String,
+    /// Recordings in the order of their names in the gate.
+    pub recordings: Vec<GateRecording>,
+    /// Designs in the order of their names, every number written out.
+    pub designs: Vec<Value>,
+    /// The gate that it is compared with.
+    pub baseline: Option<String>,
+    /// Whether pairs of the baseline may be gone.
+    pub allow_removed: bool,
+    /// Whether what was not as required in the baseline and is no worse is let stand.
+    pub no_worse: bool,
+    /// The day against which exceptions are held, `YYYY-MM-DD`.
+    pub date: String,
+    /// When it came [ms since 1970].
+    pub created_ms: i64,
+}
+
+/// A recording of a gate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GateRecording {
+    /// Its name in the gate.
+    pub name: String,
+    /// The recording's identity.
+    pub id: String,
+    /// How it is read, conditioned and judged.
+    pub request: Value,
+}
+
+/// What came of a gate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GateOutcome {
+    /// The exit code that the command line would give.
+    pub exit_code: u8,
+    /// Pairs that are not as required.
+    pub not_as_required: u64,
+    /// Its files by name: `summary.json`, `junit.xml`, `summary.md`, `index.html`.
+    pub files: BTreeMap<String, StoredFile>,
+}
+
+/// How far a gate is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GateStanding {
+    /// The gate.
+    pub gate: StoredGate,
+    /// Pairs that are decided.
+    pub decided: u64,
+    /// What came of it, once all pairs are and somebody looked.
+    pub outcome: Option<GateOutcome>,
 }
 
 /// A design that is kept under a name.
@@ -339,6 +442,8 @@ pub trait Ledger: Send + Sync {
     fn hold(&self, id: &str, attempt: i64, lease_ms: i64) -> Result<(), StoreError>;
     /// Ends a job with a result, if this attempt still has it.
     fn finish(&self, id: &str, attempt: i64, result: &StoredResult) -> Result<(), StoreError>;
+    /// Ends a job of which the decision alone was wanted, if this attempt still has it.
+    fn decide(&self, id: &str, attempt: i64, row: &Value) -> Result<(), StoreError>;
     /// Ends a job without an answer, if this attempt still has it.
     fn refuse(&self, id: &str, attempt: i64, problem: &Value) -> Result<(), StoreError>;
     /// Puts a job back whose child ended, to be taken from `not_before_ms` on; returns how often
@@ -371,6 +476,26 @@ pub trait Ledger: Send + Sync {
     fn design(&self, name: &str, version: Option<i64>) -> Result<Option<StoredDesign>, StoreError>;
     /// Lists every version of every design, by name, the newest first.
     fn designs(&self) -> Result<Vec<StoredDesign>, StoreError>;
+
+    /// Keeps a gate and puts its pairs in the queue; false if it was known.
+    fn put_gate(
+        &self,
+        gate: &StoredGate,
+        pairs: Vec<Question>,
+        owner: &str,
+    ) -> Result<bool, StoreError>;
+    /// Finds a gate and how far it is.
+    fn gate(&self, id: &str) -> Result<Option<GateStanding>, StoreError>;
+    /// Lists gates, the newest first.
+    fn gates(
+        &self,
+        before: Option<i64>,
+        limit: u32,
+    ) -> Result<Vec<(i64, GateStanding)>, StoreError>;
+    /// Returns the jobs of a gate's pairs, by recording and design.
+    fn pairs(&self, id: &str) -> Result<Vec<Job>, StoreError>;
+    /// Keeps what came of a gate.
+    fn end_gate(&self, id: &str, outcome: &GateOutcome) -> Result<(), StoreError>;
 
     /// Keeps a token.
     fn put_token(&self, token: &StoredToken) -> Result<(), StoreError>;

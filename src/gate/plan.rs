@@ -118,6 +118,24 @@ impl Plan {
         limits: &Limits,
     ) -> Result<Self, Vec<Error>> {
         let mut errors = Vec::new();
+        let recordings = recordings(&file.recordings, folder, own, &mut errors);
+        let designs = designs(&file.designs, folder, limits, &mut errors);
+        Self::of_found(gate, file, recordings, designs, errors)
+    }
+
+    /// Holds what a gate file requires against recordings and designs that were looked up
+    /// elsewhere, both in the order of their names; `errors` tells what was found wrong on the way.
+    ///
+    /// # Errors
+    ///
+    /// `errors`, and all that does not fit as in [`Self::of`].
+    pub fn of_found(
+        gate: &str,
+        file: &GateFile,
+        recordings: Vec<PlannedRecording>,
+        designs: Vec<Design>,
+        mut errors: Vec<Error>,
+    ) -> Result<Self, Vec<Error>> {
         for (missing, what) in [
             (file.recordings.is_empty(), "[[recordings]]"),
             (file.designs.is_empty(), "[[designs]]"),
@@ -127,8 +145,6 @@ impl Plan {
                 errors.push(malformed(what, "none", hint).at(Place::file(gate)));
             }
         }
-        let recordings = recordings(&file.recordings, folder, own, &mut errors);
-        let designs = designs(&file.designs, folder, limits, &mut errors);
         let mut plan = Self {
             gate: gate.into(),
             recordings,

@@ -3,12 +3,13 @@
 use crate::app::App;
 use crate::clock::now_ms;
 use crate::pool::{design_of, request_of};
-use crate::problem::Problem;
+use crate::problem::{Problem, Refusals};
 use crate::store::StoredDesign;
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
+use latchgate::pipeline::{Design, Request};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use utoipa::ToSchema;
@@ -19,9 +20,13 @@ use utoipa::ToSchema;
 pub(super) struct DesignSubmission {
     /// Name: letters, digits, `.`, `-` and `_`.
     name: String,
-    /// The tables of a design file.
+    /// The tables of a design file, or `name@version` of one that is kept.
+    #[serde(default = "crate::http::verdicts::empty")]
     #[schema(value_type = Object)]
     design: Value,
+    /// Overrides, `lever.preload_torque_nm=2.82`.
+    #[serde(default)]
+    set: Vec<String>,
 }
 
 /// A design that is kept.
@@ -60,7 +65,7 @@ pub(super) struct DesignList {
 }
 
 /// Finds a design by `name` or `name@version`.
-pub(super) async fn find(app: &App, reference: &str) -> Result<StoredDesign, Problem> {
+pub(crate) async fn find(app: &App, reference: &str) -> Result<StoredDesign, Problem> {
     let unknown = || Problem::not_found(&format!("design {reference}; see /v1/designs"));
     let (name, version) = match reference.rsplit_once('@') {
         Some((name, version)) => (name, Some(version.parse::<i64>().map_err(|_| unknown())?)),
@@ -71,6 +76,30 @@ pub(super) async fn find(app: &App, reference: &str) -> Result<StoredDesign, Pro
         .on_disk(move |parts| parts.ledger.design(&name, version))
         .await?;
     found.ok_or_else(unknown)
+}
+
+/// Makes a design plain: tables, or one that is kept, with overrides; returns its name and version
+/// where it is kept.
+pub(super) async fn resolved(
+    app: &App,
+    design: &Value,
+    set: &[String],
+    request: &Request,
+) -> Result<(Design, Option<String>), Problem> {
+    let (design, name) = match design {
+        Value::String(name) => {
+            let stored = find(app, name).await?;
+            let full = format!("{}@{}", stored.name, stored.version);
+            (stored.design, Some(full))
+        }
+        design => (design.clone(), None),
+    };
+    let mut design = design_of(&design, request)?;
+    let changed = set.iter().try_for_each(|text| design.set(text));
+    changed
+        .and_then(|()| request.check_design(&design))
+        .map_err(|error| Problem::bad_request(format!("set: {error}")))?;
+    Ok((design, name))
 }
 
 /// Lists the designs.
@@ -89,8 +118,7 @@ pub(super) async fn list(State(app): State<App>) -> Result<Json<DesignList>, Pro
     post, path = "/v1/designs", request_body = DesignSubmission,
     responses(
         (status = 201, description = "It is kept", body = KeptDesign),
-        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
-        (status = "5XX", description = "Not now", body = Problem, content_type = "application/problem+json"),
+        Refusals,
     )
 )]
 pub(super) async fn submit(
@@ -105,7 +133,8 @@ pub(super) async fn submit(
         return Err(Problem::bad_request(text));
     }
     app.admit_bytes(1 << 20)?;
-    let design = design_of(&submitted.design, &request_of(&json!({}))?)?;
+    let request = request_of(&json!({}))?;
+    let (design, _) = resolved(&app, &submitted.design, &submitted.set, &request).await?;
     let design = json!(design);
     let stored = app
         .on_disk(move |parts| parts.ledger.put_design(&name, &design, now_ms()))
@@ -119,7 +148,7 @@ pub(super) async fn submit(
     params(("name" = String, Path, description = "Name, or name@version")),
     responses(
         (status = 200, description = "The design", body = KeptDesign),
-        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
+        Refusals,
     )
 )]
 pub(super) async fn get(

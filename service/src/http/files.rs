@@ -55,6 +55,8 @@ fn kind(name: &str) -> &'static str {
         Some("svg") => "image/svg+xml",
         Some("csv") => "text/csv; charset=utf-8",
         Some("json") => "application/json",
+        Some("xml") => "application/xml",
+        Some("md") => "text/markdown; charset=utf-8",
         _ => "application/octet-stream",
     }
 }
@@ -74,14 +76,19 @@ pub(super) async fn send_of_report(
     if let Ok(tag) = HeaderValue::from_str(&tag) {
         headers.insert(header::ETAG, tag);
     }
-    let lasting = HeaderValue::from_static("private, max-age=31536000, immutable");
-    headers.insert(header::CACHE_CONTROL, lasting);
-    let sandbox = HeaderValue::from_static(SANDBOX);
-    headers.insert(header::CONTENT_SECURITY_POLICY, sandbox);
+    contained(headers);
     if download || name.ends_with(".csv") {
         headers.insert(header::CONTENT_DISPOSITION, attachment(result, name));
     }
     Ok(response)
+}
+
+/// Says of a file that it never changes, and may do nothing beyond showing itself.
+pub(super) fn contained(headers: &mut header::HeaderMap) {
+    let lasting = HeaderValue::from_static("private, max-age=31536000, immutable");
+    headers.insert(header::CACHE_CONTROL, lasting);
+    let sandbox = HeaderValue::from_static(SANDBOX);
+    headers.insert(header::CONTENT_SECURITY_POLICY, sandbox);
 }
 
 /// Names a download after recording, design and report, in letters that any system takes.

@@ -2,7 +2,7 @@
 
 use crate::app::App;
 use crate::pool::Progress;
-use crate::problem::Problem;
+use crate::problem::{Problem, Refusals};
 use crate::store::JobState;
 use axum::Json;
 use axum::extract::{Path, State};
@@ -78,7 +78,7 @@ async fn state_of(app: &App, id: &str) -> Result<JobState, Problem> {
     params(("id" = String, Path, description = "The job")),
     responses(
         (status = 200, description = "How far it is", body = JobStanding),
-        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
+        Refusals,
     )
 )]
 pub(super) async fn get(
@@ -95,7 +95,7 @@ pub(super) async fn get(
     params(("id" = String, Path, description = "The job")),
     responses(
         (status = 200, description = "Events", body = String, content_type = "text/event-stream"),
-        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
+        Refusals,
     )
 )]
 pub(super) async fn events(
@@ -134,7 +134,7 @@ fn event(id: &str, progress: &Progress) -> Event {
     let mut data = json!(JobStanding::of(id, &progress.state));
     data["part"] = json!(progress.part);
     let name = match &progress.state {
-        JobState::Done { .. } => "done",
+        JobState::Done { .. } | JobState::Decided { .. } => "done",
         JobState::Refused { .. } => "refused",
         _ => "progress",
     };

@@ -2,7 +2,7 @@
 
 use crate::app::App;
 use crate::jail::Jail;
-use crate::problem::Problem;
+use crate::problem::{Problem, Refusals};
 use axum::Json;
 use axum::extract::State;
 use axum::http::{StatusCode, header};
@@ -24,7 +24,7 @@ pub(super) async fn healthz() -> &'static str {
     get, path = "/readyz",
     responses(
         (status = 200, description = "Work is taken", body = String),
-        (status = "5XX", description = "Not now", body = Problem, content_type = "application/problem+json"),
+        Refusals,
     )
 )]
 pub(super) async fn readyz(State(app): State<App>) -> Result<&'static str, Problem> {
@@ -129,6 +129,13 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
             "own_mib",
         ),
         (
+            "gate_pairs",
+            config.gate_pairs,
+            "pairs",
+            "Pairs of a recording and a design of one gate.",
+            "gate_pairs",
+        ),
+        (
             "rate",
             config.rate_per_s,
             "requests per second",
@@ -166,7 +173,7 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
     get, path = "/metrics",
     responses(
         (status = 200, description = "Counters", body = String, content_type = "text/plain"),
-        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
+        Refusals,
     )
 )]
 pub(super) async fn metrics(State(app): State<App>) -> Result<Response, Problem> {

@@ -5,7 +5,7 @@ use crate::app::App;
 use crate::auth::Visitor;
 use crate::clock::now_ms;
 use crate::pool::{Answer, Order};
-use crate::problem::Problem;
+use crate::problem::{Problem, Refusals};
 use crate::store::StoredRecording;
 use axum::Json;
 use axum::extract::{Extension, Path, Query, Request, State};
@@ -63,8 +63,7 @@ pub(super) struct Stated {
     responses(
         (status = 201, description = "It is kept", body = Recording),
         (status = 200, description = "It was known", body = Recording),
-        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
-        (status = "5XX", description = "Not now", body = Problem, content_type = "application/problem+json"),
+        Refusals,
     )
 )]
 pub(super) async fn submit(
@@ -78,18 +77,8 @@ pub(super) async fn submit(
     let used = app
         .on_disk(move |parts| parts.ledger.bytes_of(&owner))
         .await?;
-    if used >= most {
-        let status = StatusCode::INSUFFICIENT_STORAGE;
-        let way_out = "have recordings of this token moved away, or `own_mib` raised";
-        return Err(Problem::over(
-            status,
-            "own_bytes",
-            most,
-            format!("{used} bytes"),
-            way_out,
-        ));
-    }
-    let manifest = upload::receive(&app, stated.name, request).await?;
+    let left = most.saturating_sub(used);
+    let manifest = upload::receive(&app, stated.name, request, left).await?;
     let id = manifest.id();
     let owner = visitor.name.clone();
     let is_new = app
@@ -162,8 +151,7 @@ pub(super) struct Reading {
     params(("id" = String, Path, description = "The recording's identity"), Reading),
     responses(
         (status = 200, description = "What it holds", body = Recording),
-        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
-        (status = "5XX", description = "Not now", body = Problem, content_type = "application/problem+json"),
+        Refusals,
     )
 )]
 pub(super) async fn get(
@@ -214,7 +202,7 @@ pub(super) struct RecordingList {
     get, path = "/v1/recordings", params(Part),
     responses(
         (status = 200, description = "A part of the list", body = RecordingList),
-        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
+        Refusals,
     )
 )]
 pub(super) async fn list(

@@ -16,7 +16,8 @@ const NAME_LETTERS: usize = 200;
 /// Bytes of a card.
 const CARD_BYTES: u64 = 1 << 20;
 
-/// Takes an upload in: the raw file, or a form with `file`, `card` and further parts.
+/// Takes an upload in: the raw file, or a form with `file`, `card` and further parts. `left` is what
+/// its token may still upload [bytes].
 ///
 /// # Errors
 ///
@@ -25,6 +26,7 @@ pub(super) async fn receive(
     app: &App,
     name: Option<String>,
     request: Request,
+    left: u64,
 ) -> Result<Manifest, Problem> {
     let form = request
         .headers()
@@ -35,19 +37,23 @@ pub(super) async fn receive(
         .headers()
         .get(header::CONTENT_LENGTH)
         .and_then(|length| length.to_str().ok()?.parse().ok());
-    let most = app.config.upload_bytes;
+    let room = Room {
+        left: app.config.upload_bytes.min(left),
+        share: (left < app.config.upload_bytes).then_some(app.config.own_bytes),
+        most: app.config.upload_bytes,
+    };
     // A form has lines around its parts.
     if let Some(length) = stated
-        && length > most.saturating_add(if form { 1 << 20 } else { 0 })
+        && length > room.left.saturating_add(if form { 1 << 20 } else { 0 })
     {
-        return Err(too_large(most, &format!("{length} bytes")));
+        return Err(room.crossed(&format!("{length} bytes")));
     }
     app.admit_bytes(stated.unwrap_or(0))?;
     let received = async {
         if form {
-            of_form(app, name, request).await
+            of_form(app, name, request, room).await
         } else {
-            of_body(app, name, request.into_body()).await
+            of_body(app, name, request.into_body(), room).await
         }
     };
     match tokio::time::timeout(app.config.upload_time, received).await {
@@ -67,11 +73,42 @@ pub(super) async fn receive(
     }
 }
 
-async fn of_body(app: &App, name: Option<String>, body: Body) -> Result<Manifest, Problem> {
+/// How much of an upload is taken.
+#[derive(Clone, Copy)]
+struct Room {
+    /// Bytes.
+    left: u64,
+    /// What its token may upload in all, where that is what is left.
+    share: Option<u64>,
+    /// What one upload may have.
+    most: u64,
+}
+
+impl Room {
+    fn crossed(self, found: &str) -> Problem {
+        let found = found.to_string();
+        if let Some(share) = self.share {
+            let way_out = "have recordings of this token moved away, or `own_mib` raised";
+            let status = StatusCode::INSUFFICIENT_STORAGE;
+            return Problem::over(status, "own_bytes", share, found, way_out);
+        }
+        let way_out = "cut the recording to what is needed, or raise `upload_mib` in the \
+                       service's configuration";
+        let status = StatusCode::PAYLOAD_TOO_LARGE;
+        Problem::over(status, "upload_bytes", self.most, found, way_out)
+    }
+}
+
+async fn of_body(
+    app: &App,
+    name: Option<String>,
+    body: Body,
+    room: Room,
+) -> Result<Manifest, Problem> {
     let name = plain(&name.ok_or_else(|| {
         Problem::bad_request("state the file's name, which readers go by: ?name=NAME")
     })?)?;
-    let file = store(app, &name, body.into_data_stream(), app.config.upload_bytes).await?;
+    let file = store(app, &name, body.into_data_stream(), room).await?;
     Ok(Manifest {
         name,
         files: vec![file],
@@ -79,7 +116,12 @@ async fn of_body(app: &App, name: Option<String>, body: Body) -> Result<Manifest
     })
 }
 
-async fn of_form(app: &App, name: Option<String>, request: Request) -> Result<Manifest, Problem> {
+async fn of_form(
+    app: &App,
+    name: Option<String>,
+    request: Request,
+    mut room: Room,
+) -> Result<Manifest, Problem> {
     let refused = |error: axum::extract::multipart::MultipartRejection| {
         Problem::bad_request(error.body_text())
     };
@@ -93,7 +135,6 @@ async fn of_form(app: &App, name: Option<String>, request: Request) -> Result<Ma
         files: Vec::new(),
         card: None,
     };
-    let mut left = app.config.upload_bytes;
     while let Some(field) = form.next_field().await.map_err(broken)? {
         let role = field.name().unwrap_or("").to_string();
         let own = field.file_name().map(String::from);
@@ -115,9 +156,17 @@ async fn of_form(app: &App, name: Option<String>, request: Request) -> Result<Ma
                 way_out,
             ));
         }
-        let most = if is_card { CARD_BYTES.min(left) } else { left };
-        let file = store(app, &own, field, most).await?;
-        left -= file.bytes.min(left);
+        let own_room = if is_card && room.left > CARD_BYTES {
+            Room {
+                left: CARD_BYTES,
+                share: None,
+                most: CARD_BYTES,
+            }
+        } else {
+            room
+        };
+        let file = store(app, &own, field, own_room).await?;
+        room.left -= file.bytes.min(room.left);
         if is_card {
             manifest.card = Some(file);
             continue;
@@ -151,7 +200,7 @@ async fn store<E: std::fmt::Display>(
     app: &App,
     name: &str,
     stream: impl Stream<Item = Result<Bytes, E>>,
-    most: u64,
+    room: Room,
 ) -> Result<StoredFile, Problem> {
     let (pieces, waiting) = mpsc::channel::<Bytes>(4);
     let (ready, whole) = oneshot::channel();
@@ -162,8 +211,8 @@ async fn store<E: std::fmt::Display>(
     while let Some(piece) = stream.next().await {
         let piece = piece.map_err(|error| Problem::bad_request(format!("the upload: {error}")))?;
         bytes += piece.len() as u64;
-        if bytes > most {
-            return Err(too_large(most, "a larger upload"));
+        if bytes > room.left {
+            return Err(room.crossed("a larger upload"));
         }
         if pieces.send(piece).await.is_err() {
             break;
@@ -198,18 +247,6 @@ fn write(
         return Err(StoreError::Broken { reason });
     }
     writer.finish(name)
-}
-
-fn too_large(most: u64, found: &str) -> Problem {
-    let way_out =
-        "cut the recording to what is needed, or raise `upload_mib` in the service's configuration";
-    Problem::over(
-        StatusCode::PAYLOAD_TOO_LARGE,
-        "upload_bytes",
-        most,
-        found.into(),
-        way_out,
-    )
 }
 
 /// Takes a name that a file of an upload may have: relative, with `/` between folders.

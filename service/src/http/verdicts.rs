@@ -5,16 +5,13 @@ use super::jobs::{self, JobStanding};
 use crate::app::App;
 use crate::auth::Visitor;
 use crate::clock::now_ms;
-use crate::pool::{Answer, Order, design_of, request_of};
-use crate::problem::Problem;
-use crate::store::{
-    Job, JobState, Manifest, Question, ResultFilter, StoredResult, Summary, sha256_hex,
-};
+use crate::pool::{Answer, Order, request_of};
+use crate::problem::{Problem, Refusals};
+use crate::store::{Job, JobState, Manifest, Question, ResultFilter, StoredResult, Summary};
 use axum::Json;
 use axum::extract::{Extension, Path, Query, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use latchgate::pipeline::NUMBERS_REVISION;
 use latchgate::report::{SERIES_FILE, VERDICT_FILE};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -41,7 +38,7 @@ pub(crate) struct Asking {
     set: Vec<String>,
 }
 
-fn empty() -> Value {
+pub(super) fn empty() -> Value {
     json!({})
 }
 
@@ -56,38 +53,15 @@ pub(super) struct Waiting {
 /// Makes a question plain: every setting and every number of the design written out.
 async fn question(app: &App, asking: Asking) -> Result<Question, Problem> {
     let request = request_of(&asking.request)?;
-    let (design, design_name) = match &asking.design {
-        Value::String(name) => {
-            let stored = super::designs::find(app, name).await?;
-            let full = format!("{}@{}", stored.name, stored.version);
-            (stored.design, Some(full))
-        }
-        design => (design.clone(), None),
-    };
-    let mut design = design_of(&design, &request)?;
-    for assignment in &asking.set {
-        design
-            .set(assignment)
-            .map_err(|error| Problem::bad_request(format!("set: {error}")))?;
-    }
-    request
-        .check_design(&design)
-        .map_err(|error| Problem::bad_request(format!("set: {error}")))?;
+    let (design, design_name) =
+        super::designs::resolved(app, &asking.design, &asking.set, &request).await?;
     Ok(Question {
         recording: asking.recording,
         request: json!(request),
         design: json!(design),
         design_name,
+        decision_alone: false,
     })
-}
-
-/// Names a question: the same one has the same name, whoever asks.
-fn job_id(question: &Question) -> String {
-    let plain = Question {
-        design_name: None,
-        ..question.clone()
-    };
-    sha256_hex(format!("{NUMBERS_REVISION}{}", json!(plain)).as_bytes())
 }
 
 /// Asks for a verdict.
@@ -96,8 +70,7 @@ fn job_id(question: &Question) -> String {
     responses(
         (status = 200, description = "The verdict, the document of the command line", body = Object),
         (status = 202, description = "It is worked on; `Location` says where to look", body = JobStanding),
-        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
-        (status = "5XX", description = "Not now", body = Problem, content_type = "application/problem+json"),
+        Refusals,
     )
 )]
 pub(super) async fn submit(
@@ -108,7 +81,7 @@ pub(super) async fn submit(
 ) -> Result<Response, Problem> {
     let Json(asking) = asking.map_err(|error| Problem::bad_request(error.body_text()))?;
     let question = question(&app, asking).await?;
-    let id = job_id(&question);
+    let id = question.id();
     let wanted = id.clone();
     let known = app.on_disk(move |parts| parts.ledger.job(&wanted)).await?;
     if let Some(Job {
@@ -129,7 +102,7 @@ pub(super) async fn submit(
     }
     let admitting = app.clone();
     let owner = visitor.clone();
-    let admitted = tokio::task::spawn_blocking(move || admitting.admit_job(&owner)).await;
+    let admitted = tokio::task::spawn_blocking(move || admitting.admit_jobs(&owner, 1)).await;
     admitted.unwrap_or_else(|_| Err(Problem::not_found("place")))?;
     let mut watched = app.crew.watch(&id);
     let wanted = id.clone();
@@ -194,8 +167,7 @@ async fn answered(app: &App, report_id: &str) -> Result<Response, Problem> {
     post, path = "/v1/what-if", request_body = Asking,
     responses(
         (status = 200, description = "The document of the nominal runs alone", body = Object),
-        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
-        (status = "5XX", description = "Not now", body = Problem, content_type = "application/problem+json"),
+        Refusals,
     )
 )]
 pub(super) async fn what_if(
@@ -228,8 +200,7 @@ pub(super) async fn what_if(
     responses(
         (status = 200, description = "The document", body = Object),
         (status = 304, description = "As the client has it"),
-        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
-        (status = "5XX", description = "Damaged, or not now", body = Problem, content_type = "application/problem+json"),
+        Refusals,
     )
 )]
 pub(super) async fn get(
@@ -284,8 +255,7 @@ pub(super) struct FileWanted {
             (String = "text/html"), (String = "text/csv"), (String = "image/svg+xml"),
             (Object = "application/json"), (Vec<u8> = "application/octet-stream"))),
         (status = 304, description = "As the client has it"),
-        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
-        (status = "5XX", description = "Damaged, or not now", body = Problem, content_type = "application/problem+json"),
+        Refusals,
     )
 )]
 pub(super) async fn file(
@@ -372,8 +342,7 @@ pub(super) struct Series {
     params(("report_id" = String, Path, description = "The report's identity"), Range),
     responses(
         (status = 200, description = "The series", body = Series),
-        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
-        (status = "5XX", description = "Not now", body = Problem, content_type = "application/problem+json"),
+        Refusals,
     )
 )]
 pub(super) async fn series(
@@ -438,7 +407,7 @@ pub(crate) struct VerdictList {
     get, path = "/v1/verdicts", params(Wanted),
     responses(
         (status = 200, description = "A part of the list", body = VerdictList),
-        (status = "4XX", description = "Refused", body = Problem, content_type = "application/problem+json"),
+        Refusals,
     )
 )]
 pub(super) async fn list(

@@ -1,10 +1,13 @@
 //! What a recording holds, and the form that asks for a verdict.
 
-use super::{Failed, table, whole};
+use super::designs::reference;
+use super::history::margins;
+use super::{Failed, show, table, whole};
 use crate::app::App;
 use crate::http::recordings::{Recording, look};
 use crate::http::verdicts::{Wanted, listed};
 use axum::extract::{Path, Query, State};
+use latchgate::pipeline::Design;
 use maud::{Markup, html};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -52,12 +55,17 @@ pub(super) async fn page(
     let designs = app.on_disk(|parts| parts.ledger.designs()).await?;
     let wanted = Wanted {
         recording: Some(id),
+        limit: Some(200),
         ..Wanted::default()
     };
     let judged = listed(&app, wanted).await?;
-    let designs: Vec<String> = designs
+    let paper = json!(Design::reference());
+    let designs: Vec<(String, String)> = designs
         .iter()
-        .map(|design| format!("{}@{}", design.name, design.version))
+        .map(|design| {
+            let differences = show::differences(&design.design, &paper);
+            (reference(design), differences.join(", "))
+        })
         .collect();
     let body = html! {
         h1 { (recording.name) }
@@ -69,6 +77,7 @@ pub(super) async fn page(
             (question(&designs))
         }
         (findings("Findings", &recording.listing["findings"]))
+        (margins(&judged.verdicts))
         h2 { "Verdicts on this recording" }
         form method="get" action="/compare" { (table(&judged.verdicts)) }
     };
@@ -184,14 +193,14 @@ pub(super) fn findings(title: &str, list: &Value) -> Markup {
     }
 }
 
-fn question(designs: &[String]) -> Markup {
+fn question(designs: &[(String, String)]) -> Markup {
     html! {
         h2 { "Question" }
         div.fields {
             label { "Design "
                 select name="design" {
                     option value="" { "the paper's lever" }
-                    @for design in designs { option value=(design) { (design) } }
+                    @for (design, differences) in designs { option value=(design) data-differences=(differences) { (design) } }
                 }
             }
             @for (key, label, choices) in JUDGING {
@@ -203,6 +212,7 @@ fn question(designs: &[String]) -> Markup {
             }
             label { "Overrides of the design " input name="set" placeholder="lever.preload_torque_nm=2.82"; }
         }
+        p.muted id="design-differences" role="status" {}
         p { button.primary { "Judge" } }
         progress id="judging" hidden aria-label="Judging" {}
         p id="judging-told" role="alert" {}

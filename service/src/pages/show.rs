@@ -7,13 +7,17 @@ use std::f64::consts::FRAC_PI_2;
 
 /// Shows a verdict: a sign, a word, a colour.
 pub(super) fn verdict(word: &str) -> Markup {
-    let sign = match word {
+    html! { span.verdict.(word) { span aria-hidden="true" { (sign(word)) } " " (word.to_uppercase()) } }
+}
+
+/// Returns the sign of a verdict.
+pub(super) fn sign(word: &str) -> &'static str {
+    match word {
         "pass" => "✓",
         "fail" => "✗",
         "undecided" => "?",
         _ => "∅",
-    };
-    html! { span.verdict.(word) { span aria-hidden="true" { (sign) } " " (word.to_uppercase()) } }
+    }
 }
 
 /// Shows an angle, in radians with degrees beside; beyond a right angle only that it is.
@@ -60,6 +64,24 @@ pub(super) fn value(value: &Value) -> String {
         Value::String(text) => text.clone(),
         other => other.to_string(),
     }
+}
+
+/// Lists the numbers in which a design differs from another: key, value, and that of the other.
+pub(super) fn differences(design: &Value, base: &Value) -> Vec<String> {
+    let mut found = Vec::new();
+    for (table, values) in design.as_object().into_iter().flatten() {
+        for (key, own) in values.as_object().into_iter().flatten() {
+            let other = &base[table][key];
+            if own.is_number() && own.as_f64() != other.as_f64() {
+                found.push(format!(
+                    "{table}.{key} {} (was {})",
+                    value(own),
+                    value(other)
+                ));
+            }
+        }
+    }
+    found
 }
 
 /// Encodes a text as part of an address.

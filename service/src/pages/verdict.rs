@@ -72,8 +72,7 @@ pub(super) async fn page(
     let body = html! {
         h1 { (summary.file) " · " (summary.channel.as_deref().unwrap_or("no channel")) }
         p.muted {
-            "Design " strong { (summary.design_version.as_ref().unwrap_or(&summary.design)) }
-            @if !summary.modified.is_empty() { ", changed: " (summary.modified.join(", ")) }
+            "Design " strong { (summary.full_design()) }
             " · report " code { (report_id.get(..8).unwrap_or("")) }
             " · " a href=(format!("/recordings/{}", result.recording)) { "the recording" }
         }

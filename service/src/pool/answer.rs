@@ -4,7 +4,7 @@ use super::words::{Answer, Order};
 use crate::problem::{Problem, for_http};
 use crate::store::{Summary, sha256_hex};
 use latchgate::pipeline::{
-    self, Control, Design, Document, Extras, Limits, Outcome, Prepared, Request, Source,
+    self, Control, Design, Document, Extras, Limits, Outcome, Prepared, Refused, Request, Source,
 };
 use latchgate::report;
 use serde_json::{Map, Value, json};
@@ -55,6 +55,11 @@ impl Desk {
                 request,
                 design,
             } => self.judge(recording, source, (request, design), control),
+            Order::Decide {
+                recording,
+                request,
+                design,
+            } => self.decide(recording, source, (request, design), control),
             Order::WhatIf {
                 recording,
                 request,
@@ -97,6 +102,24 @@ impl Desk {
         Ok((answer, outcome.files()))
     }
 
+    fn decide(
+        &mut self,
+        recording: &str,
+        source: &Source,
+        (request, design): (&Value, &Value),
+        control: &Control<'_>,
+    ) -> Result<(Answer, Files), Problem> {
+        let asked = request_of(request)?;
+        let design = design_of(design, &asked)?;
+        let row = match self.prepared(recording, source, (request, &asked), control) {
+            Ok(prepared) => prepared
+                .row(&design, control)
+                .map_err(|error| Problem::of_recording(&error))?,
+            Err(refused) => refused.row(&design),
+        };
+        Ok((Answer::Decision { row: json!(row) }, Files::new()))
+    }
+
     fn what_if(
         &mut self,
         recording: &str,
@@ -125,27 +148,35 @@ impl Desk {
     ) -> Result<Outcome, Problem> {
         let asked = request_of(request)?;
         let design = design_of(design, &asked)?;
-        let key = format!("{recording}{request}");
-        let known = self.prepared.iter().position(|(known, _)| *known == key);
-        let prepared = match known {
-            Some(at) => self.prepared.remove(at).1,
-            None => {
-                let limits = Limits::default();
-                match Prepared::open(source, &asked, &limits, control) {
-                    Ok(prepared) => prepared,
-                    Err(refused) => return Err(refusal(&refused.outcome(&design))),
-                }
-            }
+        let outcome = match self.prepared(recording, source, (request, &asked), control) {
+            Ok(prepared) => prepared.judge(&design, extras, control),
+            Err(refused) => refused.outcome(&design),
         };
-        let outcome = prepared.judge(&design, extras, control);
-        if self.prepared.len() >= PREPARED {
-            self.prepared.remove(0);
-        }
-        self.prepared.push((key, prepared));
         match outcome.refusal {
             Some(_) => Err(refusal(&outcome)),
             None => Ok(outcome),
         }
+    }
+
+    /// Returns a recording as it was read and conditioned for a request, now or before.
+    fn prepared(
+        &mut self,
+        recording: &str,
+        source: &Source,
+        (stated, request): (&Value, &Request),
+        control: &Control<'_>,
+    ) -> Result<&Prepared, Box<Refused>> {
+        let key = format!("{recording}{stated}");
+        let known = self.prepared.iter().position(|(known, _)| *known == key);
+        let prepared = match known {
+            Some(at) => self.prepared.remove(at).1,
+            None => Prepared::open(source, request, &Limits::default(), control)?,
+        };
+        if self.prepared.len() >= PREPARED {
+            self.prepared.remove(0);
+        }
+        self.prepared.push((key, prepared));
+        Ok(&self.prepared.last().expect("one was put there").1)
     }
 
     fn series(
@@ -244,6 +275,12 @@ fn summary(document: &Document) -> Summary {
             .first()
             .map_or_else(String::new, |reason| for_http(&reason.text)),
         peak_angle_rad: document.nominal.as_ref().map(|run| run.peak_angle_rad),
+        uncertainty_rad: document.nominal.as_ref().and_then(|run| {
+            let mut answers = document.answers.iter();
+            let own =
+                answers.find(|own| own.model == run.model && own.opens_when == run.opens_when);
+            own?.uncertainty_rad
+        }),
         threshold_rad: document.threshold_rad,
         members: document
             .ensemble

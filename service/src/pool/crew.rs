@@ -227,12 +227,12 @@ fn of_lost(lost: Lost, attempts: i64) -> Problem {
                 "{lost}, {attempts} of {ATTEMPTS} times; cut the recording to what is needed, or \
                  raise what a child may take in the service's configuration"
             );
-            // No child sends itself this signal: who asks again is answered anew.
-            let was_killed = matches!(&lost, Lost::Ended { how } if how.starts_with("signal 9"));
-            let code = if was_killed {
-                "reader-was-killed"
-            } else {
-                "ends-its-reader"
+            // No child sends itself signal 9, and how long one takes depends on what else the
+            // machine does: who asks again is answered anew.
+            let code = match &lost {
+                Lost::Ended { how } if how.starts_with("signal 9") => "reader-was-killed",
+                Lost::Late { .. } => "reader-was-late",
+                _ => "ends-its-reader",
             };
             let status = StatusCode::UNPROCESSABLE_ENTITY;
             let title = "Reading the recording ends its process";
@@ -336,14 +336,20 @@ impl Shared {
     fn work(&self, slot: &mut Slot, job: &Job) {
         self.tell(&job.id, JobState::Running, None);
         let outcome = self.answer(slot, job);
+        let (id, attempt) = (&job.id, job.attempt);
+        let done = |state| {
+            self.counters.jobs_done.fetch_add(1, Ordering::Relaxed);
+            self.tell(id, state, Some(1.0));
+        };
         let written = match outcome {
-            Ok(result) => {
-                let (id, attempt) = (&job.id, job.attempt);
-                self.ledger.finish(id, attempt, &result).map(|()| {
-                    self.counters.jobs_done.fetch_add(1, Ordering::Relaxed);
-                    let report_id = result.report_id;
-                    self.tell(id, JobState::Done { report_id }, Some(1.0));
-                })
+            Ok(Answered::Judged(result)) => {
+                let written = self.ledger.finish(id, attempt, &result);
+                let report_id = result.report_id;
+                written.map(|()| done(JobState::Done { report_id }))
+            }
+            Ok(Answered::Decided(row)) => {
+                let written = self.ledger.decide(id, attempt, &row);
+                written.map(|()| done(JobState::Decided { row }))
             }
             Err(Unanswered::Refused(problem)) => self.refuse(job, *problem),
             Err(Unanswered::Lost(lost)) => {
@@ -385,7 +391,7 @@ impl Shared {
         Ok(())
     }
 
-    fn answer(&self, slot: &mut Slot, job: &Job) -> Result<StoredResult, Unanswered> {
+    fn answer(&self, slot: &mut Slot, job: &Job) -> Result<Answered, Unanswered> {
         let question = &job.question;
         let recording = self
             .ledger
@@ -393,10 +399,20 @@ impl Shared {
             .map_err(Lost::from)?;
         let recording =
             recording.ok_or_else(|| Unanswered::Refused(Problem::not_found("recording").into()))?;
-        let order = Order::Judge {
-            recording: question.recording.clone(),
-            request: question.request.clone(),
-            design: question.design.clone(),
+        let (recording_id, request) = (question.recording.clone(), question.request.clone());
+        let design = question.design.clone();
+        let order = if question.decision_alone {
+            Order::Decide {
+                recording: recording_id,
+                request,
+                design,
+            }
+        } else {
+            Order::Judge {
+                recording: recording_id,
+                request,
+                design,
+            }
         };
         let mut held = Instant::now();
         let mut beat = |part: Option<f64>| {
@@ -412,6 +428,7 @@ impl Shared {
         let manifest = Some(&recording.manifest);
         let delivered = slot.order(&order, manifest, &*self.blobs, &mut beat)?;
         match delivered.answer {
+            Answer::Decision { row } if question.decision_alone => Ok(Answered::Decided(row)),
             Answer::Verdict {
                 report_id,
                 summary,
@@ -420,14 +437,14 @@ impl Shared {
                 let mut summary = *summary;
                 summary.design_version.clone_from(&question.design_name);
                 let files = delivered.files.into_iter();
-                Ok(StoredResult {
+                Ok(Answered::Judged(Box::new(StoredResult {
                     report_id,
                     recording: question.recording.clone(),
                     summary,
                     files: files.map(|file| (file.name.clone(), file)).collect(),
                     created_ms: now_ms(),
                     content_sha256,
-                })
+                })))
             }
             Answer::Problem { problem } => Err(Unanswered::Refused(
                 serde_json::from_value(problem).map_err(|error| Lost::Unclear {
@@ -439,6 +456,12 @@ impl Shared {
             })),
         }
     }
+}
+
+/// What came of a job.
+enum Answered {
+    Judged(Box<StoredResult>),
+    Decided(serde_json::Value),
 }
 
 /// Why a job has no result.

@@ -25,6 +25,15 @@ pub enum Order {
         /// The lever.
         design: Value,
     },
+    /// Decide, and no more: a pair of a gate.
+    Decide {
+        /// The recording's identity.
+        recording: String,
+        /// How it is read, conditioned and judged.
+        request: Value,
+        /// The lever.
+        design: Value,
+    },
     /// Judge by the nominal runs alone, and draw nothing.
     WhatIf {
         /// The recording's identity.
@@ -59,6 +68,7 @@ impl Order {
         match self {
             Self::Inspect { recording, .. }
             | Self::Judge { recording, .. }
+            | Self::Decide { recording, .. }
             | Self::WhatIf { recording, .. } => Some(recording),
             Self::Series { table, .. } => Some(table),
             Self::Try { .. } => None,
@@ -160,6 +170,11 @@ pub enum Answer {
         summary: Box<Summary>,
         /// SHA-256 of the document without its `run`.
         content_sha256: String,
+    },
+    /// A decision alone.
+    Decision {
+        /// The row.
+        row: Value,
     },
     /// The document of nominal runs.
     WhatIf {

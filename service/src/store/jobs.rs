@@ -10,7 +10,8 @@ use serde_json::Value;
 /// What made a refusal; another program may answer where this one did not.
 const PROGRAM: &str = env!("CARGO_PKG_VERSION");
 
-const COLUMNS: &str = "id, body, sum, state, attempt, failures, answer, answer_sum, program";
+pub(super) const COLUMNS: &str =
+    "id, body, sum, state, attempt, failures, answer, answer_sum, program";
 
 /// Reads every job.
 pub(super) const EVERY: &str =
@@ -21,13 +22,14 @@ pub(super) fn job_of(row: &Row<'_>) -> Result<Job, StoreError> {
     let question: Question = confirmed("job", &id, &body, &sum)?;
     let word: String = row.get(3)?;
     let state = match word.as_str() {
-        "queued" => JobState::Queued,
+        "queued" | "later" => JobState::Queued,
         "running" => JobState::Running,
         _ => {
             let (answer, sum): (String, String) = (row.get(6)?, row.get(7)?);
             let answer: Value = confirmed(&word, &id, &answer, &sum)?;
             match answer {
                 Value::String(report_id) if word == "done" => JobState::Done { report_id },
+                row if word == "done" => JobState::Decided { row },
                 problem => JobState::Refused { problem },
             }
         }
@@ -61,9 +63,15 @@ pub(super) fn submit(
         params![id, PROGRAM],
     )?;
     let body = text_of(question);
+    // Of one question somebody waits for the answer; the many of a gate come after those.
+    let state = if question.decision_alone {
+        "later"
+    } else {
+        "queued"
+    };
     let added = connection.execute(
-        "INSERT OR IGNORE INTO jobs (id, owner, body, sum, state, not_before_ms) VALUES (?, ?, ?, ?, 'queued', ?)",
-        params![id, owner, body, of_row("job", id, &body), now_ms],
+        "INSERT OR IGNORE INTO jobs (id, owner, body, sum, state, not_before_ms) VALUES (?, ?, ?, ?, ?, ?)",
+        params![id, owner, body, of_row("job", id, &body), state, now_ms],
     )?;
     let job = find(connection, id)?.ok_or(StoreError::Fenced)?;
     Ok((job, added == 1))
@@ -71,7 +79,7 @@ pub(super) fn submit(
 
 pub(super) fn any_waits(connection: &Connection, now_ms: i64) -> Result<bool, StoreError> {
     let mut statement = connection.prepare_cached(
-        "SELECT 1 FROM jobs WHERE state = 'queued' AND not_before_ms <= ? LIMIT 1",
+        "SELECT 1 FROM jobs WHERE state IN ('queued', 'later') AND not_before_ms <= ? LIMIT 1",
     )?;
     Ok(statement.exists([now_ms])?)
 }
@@ -84,8 +92,9 @@ pub(super) fn take(
     let id: Option<String> = connection
         .prepare_cached(
             "UPDATE jobs SET state = 'running', attempt = attempt + 1, lease_ms = ?2
-             WHERE number = (SELECT number FROM jobs WHERE state = 'queued' AND not_before_ms <= ?1
-                             ORDER BY number LIMIT 1)
+             WHERE number = coalesce(
+                 (SELECT number FROM jobs WHERE state = 'queued' AND not_before_ms <= ?1 ORDER BY number LIMIT 1),
+                 (SELECT number FROM jobs WHERE state = 'later' AND not_before_ms <= ?1 ORDER BY number LIMIT 1))
              RETURNING id",
         )?
         .query_row(params![now_ms, lease_ms], |row| row.get(0))
@@ -131,9 +140,10 @@ pub(super) fn end(
     state: &str,
     answer: &Value,
 ) -> Result<(), StoreError> {
-    // What was damaged may be restored, and who killed a child may be gone; it is asked again.
+    // What was damaged may be restored, who killed a child may be gone, and a machine that was busy
+    // may be idle; it is asked again.
     let program = match answer["code"].as_str() {
-        Some("damaged" | "reader-was-killed") => "",
+        Some("damaged" | "reader-was-killed" | "reader-was-late") => "",
         _ => PROGRAM,
     };
     let answer = text_of(answer);
@@ -179,9 +189,10 @@ pub(super) fn load(connection: &Connection, owner: &str) -> Result<Load, StoreEr
         Ok(count.unsigned_abs())
     };
     let of_state = "SELECT count(*) FROM jobs WHERE state = ?1";
-    let own = "SELECT count(*) FROM jobs WHERE owner = ?1 AND state IN ('queued', 'running')";
+    let own =
+        "SELECT count(*) FROM jobs WHERE owner = ?1 AND state IN ('queued', 'later', 'running')";
     Ok(Load {
-        queued: count(of_state, "queued")?,
+        queued: count(of_state, "queued")? + count(of_state, "later")?,
         running: count(of_state, "running")?,
         own: count(own, owner)?,
     })

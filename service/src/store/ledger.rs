@@ -4,8 +4,8 @@
 use super::schema;
 use super::sum::of_row;
 use super::{
-    Job, Ledger, Load, Manifest, Question, ResultFilter, StoreError, StoredDesign, StoredFile,
-    StoredRecording, StoredResult, StoredToken, jobs,
+    GateOutcome, GateStanding, Job, Ledger, Load, Manifest, Question, ResultFilter, StoreError,
+    StoredDesign, StoredFile, StoredGate, StoredRecording, StoredResult, StoredToken, gates, jobs,
 };
 use rusqlite::{Connection, OpenFlags, OptionalExtension, Row, params};
 use serde::Serialize;
@@ -213,7 +213,7 @@ fn design_of(row: &Row<'_>) -> Result<StoredDesign, StoreError> {
 }
 
 /// Collects the rows of a query.
-fn rows<T>(
+pub(super) fn rows<T>(
     connection: &Connection,
     sql: &str,
     params: impl rusqlite::Params,
@@ -333,6 +333,11 @@ impl Ledger for SqliteLedger {
         })
     }
 
+    fn decide(&self, id: &str, attempt: i64, row: &Value) -> Result<(), StoreError> {
+        let (id, row) = (id.to_string(), row.clone());
+        self.write(move |connection| jobs::end(connection, &id, attempt, "done", &row))
+    }
+
     fn refuse(&self, id: &str, attempt: i64, problem: &Value) -> Result<(), StoreError> {
         let (id, problem) = (id.to_string(), problem.clone());
         self.write(move |connection| jobs::end(connection, &id, attempt, "refused", &problem))
@@ -418,6 +423,37 @@ impl Ledger for SqliteLedger {
                 design_of,
             )
         })
+    }
+
+    fn put_gate(
+        &self,
+        gate: &StoredGate,
+        pairs: Vec<Question>,
+        owner: &str,
+    ) -> Result<bool, StoreError> {
+        let (gate, owner) = (gate.clone(), owner.to_string());
+        self.write(move |connection| gates::put(connection, &gate, &pairs, &owner))
+    }
+
+    fn gate(&self, id: &str) -> Result<Option<GateStanding>, StoreError> {
+        self.read(|connection| gates::find(connection, id))
+    }
+
+    fn gates(
+        &self,
+        before: Option<i64>,
+        limit: u32,
+    ) -> Result<Vec<(i64, GateStanding)>, StoreError> {
+        self.read(|connection| gates::list(connection, before, limit))
+    }
+
+    fn pairs(&self, id: &str) -> Result<Vec<Job>, StoreError> {
+        self.read(|connection| gates::pairs(connection, id))
+    }
+
+    fn end_gate(&self, id: &str, outcome: &GateOutcome) -> Result<(), StoreError> {
+        let (id, outcome) = (id.to_string(), outcome.clone());
+        self.write(move |connection| gates::end(connection, &id, &outcome))
     }
 
     fn put_token(&self, token: &StoredToken) -> Result<(), StoreError> {
@@ -507,6 +543,18 @@ fn check(connection: &Connection) -> Result<(Vec<String>, Vec<StoredFile>), Stor
     let sql = "SELECT name, version, body, sum FROM designs";
     for found in rows(connection, sql, [], |row| Ok(design_of(row)))? {
         found.map(|_| ()).or_else(&mut note)?;
+    }
+    for found in rows(connection, gates::EVERY, [], |row| Ok(gates::gate_of(row)))? {
+        match found {
+            Ok((_, gate)) => {
+                needed.extend(
+                    gate.outcome
+                        .into_iter()
+                        .flat_map(|own| own.files.into_values()),
+                );
+            }
+            Err(error) => note(error)?,
+        }
     }
     for found in rows(connection, jobs::EVERY, [], |row| Ok(jobs::job_of(row)))? {
         found.map(|_| ()).or_else(&mut note)?;

@@ -1,7 +1,7 @@
 //! The tables. Each row's body is JSON text under a hash; the columns beside it serve searches.
 
 /// Version of the tables.
-pub(super) const VERSION: i64 = 1;
+pub(super) const VERSION: i64 = 2;
 
 /// Makes the tables.
 pub(super) const TABLES: &str = "
@@ -26,6 +26,12 @@ CREATE INDEX IF NOT EXISTS results_by_recording ON results (recording, number);
 CREATE TABLE IF NOT EXISTS designs (
     name TEXT NOT NULL, version INTEGER NOT NULL, body TEXT NOT NULL, sum TEXT NOT NULL,
     PRIMARY KEY (name, version));
+CREATE TABLE IF NOT EXISTS gates (
+    number INTEGER PRIMARY KEY AUTOINCREMENT, id TEXT NOT NULL UNIQUE, name TEXT NOT NULL,
+    body TEXT NOT NULL, sum TEXT NOT NULL, outcome TEXT, outcome_sum TEXT);
+CREATE TABLE IF NOT EXISTS pairs (
+    gate TEXT NOT NULL, number INTEGER NOT NULL, job TEXT NOT NULL,
+    PRIMARY KEY (gate, number)) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS tokens (
     sha256 TEXT PRIMARY KEY, name TEXT NOT NULL UNIQUE, scopes TEXT NOT NULL,
     created_ms INTEGER NOT NULL, revoked INTEGER NOT NULL DEFAULT 0);

@@ -245,6 +245,19 @@ fn cli_a_token_has_its_rate_and_its_share() {
             .all(|answer| answer.header("retry-after").is_some())
     );
     drop(service);
+    // A single upload cannot go beyond the share either, whether or not it says how long it is.
+    let service = Service::start(&folder, &["own_mib=1"]);
+    let client = service.client();
+    let table = format!("t_s,acc_y_g\n{}", "0.0001,1\n".repeat(200_000));
+    for answer in [
+        client.send("POST", "/v1/recordings?name=long.csv", table.as_bytes()),
+        client.upload_bytes("long.csv", table.as_bytes(), None),
+    ] {
+        let problem = answer.expect(507).json();
+        assert_eq!(problem["limit"]["name"], "own_bytes", "{problem}");
+        assert_eq!(problem["limit"]["value"], 1 << 20);
+    }
+    drop(service);
     let service = Service::start(&folder, &["own_queue=1", "places=1"]);
     let client = service.client();
     let id = client.upload("burst.csv")["id"].clone();

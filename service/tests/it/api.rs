@@ -87,6 +87,19 @@ fn cli_an_upload_is_known_again() {
     assert_ne!(other.expect(201).json()["id"], recording["id"]);
 }
 
+/// A form may be as large as the raw file: browsers send forms.
+#[test]
+fn cli_a_large_recording_is_taken_as_a_form() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["upload_mib=4"]);
+    let client = service.client();
+    let table = |rows: usize| format!("t_s,acc_y_g\n{}", "0.0001,1\n".repeat(rows));
+    let kept = client.upload_bytes("long.csv", table(300_000).as_bytes(), None);
+    assert!(kept.expect(201).json()["bytes"].as_u64().unwrap() > 2 << 20);
+    let refused = client.upload_bytes("longer.csv", table(700_000).as_bytes(), None);
+    assert_eq!(refused.expect(413).json()["limit"]["name"], "upload_bytes");
+}
+
 #[test]
 fn cli_settings_read_a_recording_otherwise() {
     let folder = Folder::new();

@@ -328,6 +328,7 @@ fn verif_a_long_queue_is_no_hindrance() {
                         request: json!({}),
                         design: json!({"number": number}),
                         design_name: None,
+                        decision_alone: false,
                     };
                     ledger
                         .submit(&format!("{hand}-{number}"), &question, "lab", 0)

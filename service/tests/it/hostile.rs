@@ -104,6 +104,9 @@ fn verif_a_question_that_takes_too_long_is_ended() {
             .contains("longer than 4 s"),
         "{answer}"
     );
+    // Another time it may be answered: it is worked on again, not refused from the store.
+    let asking = json!({"recording": slow.json()["id"], "request": {"opens_when": "both"}});
+    client.post("/v1/verdicts?wait=0", &asking).expect(202);
 }
 
 /// Uploads of each kind; `LATCHGATE_SERVICE_UPLOADS` says how many.

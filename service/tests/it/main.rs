@@ -12,6 +12,7 @@
 mod access;
 mod api;
 mod damage;
+mod gates;
 mod hostile;
 mod store;
 mod support;

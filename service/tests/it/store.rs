@@ -19,6 +19,7 @@ fn question(number: usize) -> Question {
         request: json!({"seed": number}),
         design: json!({}),
         design_name: None,
+        decision_alone: false,
     }
 }
 

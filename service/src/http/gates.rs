@@ -1,0 +1,270 @@
+//! Gates: every stored recording of a list with every stored design of another.
+
+use super::files;
+use crate::app::App;
+use crate::auth::Visitor;
+use crate::gate::{self, GateAsked};
+use crate::problem::{Problem, Refusals};
+use crate::store::GateStanding;
+use axum::Json;
+use axum::extract::{Extension, Path, Query, State};
+use axum::http::{StatusCode, header};
+use axum::response::sse::{Event, KeepAlive, Sse};
+use axum::response::{IntoResponse, Response};
+use serde::{Deserialize, Serialize};
+use std::convert::Infallible;
+use std::time::Duration;
+use tokio_stream::Stream;
+use tokio_stream::wrappers::ReceiverStream;
+use utoipa::{IntoParams, ToSchema};
+
+/// Time between two looks at a gate whose steps are told.
+const LOOK: Duration = Duration::from_millis(300);
+
+/// How a gate is asked.
+#[derive(Debug, Clone, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+pub(super) struct GateQuery {
+    /// Name, of up to 64 letters.
+    name: Option<String>,
+    /// The gate to compare with, by its identity.
+    baseline: Option<String>,
+    /// Pairs of the baseline may be gone.
+    allow_removed: Option<bool>,
+    /// What was not as required in the baseline and is no worse is let stand.
+    no_worse: Option<bool>,
+    /// The day against which exceptions are held, `YYYY-MM-DD`; today unless stated.
+    date: Option<String>,
+}
+
+/// How far a gate is.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub(crate) struct GateEntry {
+    /// Its identity.
+    pub(crate) id: String,
+    /// Name.
+    pub(crate) name: String,
+    /// `running` or `done`.
+    pub(crate) state: String,
+    /// Pairs of a recording and a design.
+    pub(crate) pairs: u64,
+    /// Pairs that are decided.
+    pub(crate) decided: u64,
+    /// What `latchgate gate` would end with, once it is done: 0 only if every pair is as required.
+    pub(crate) exit_code: Option<u8>,
+    /// Pairs that are not as required, once it is done.
+    pub(crate) not_as_required: Option<u64>,
+    /// The gate that it is compared with.
+    pub(crate) baseline: Option<String>,
+    /// When it came [ms since 1970].
+    pub(crate) created_ms: i64,
+    /// Addresses of its files, once it is done.
+    pub(crate) files: Vec<String>,
+}
+
+impl From<GateStanding> for GateEntry {
+    fn from(standing: GateStanding) -> Self {
+        let GateStanding {
+            gate,
+            decided,
+            outcome,
+        } = standing;
+        let names = outcome.iter().flat_map(|outcome| outcome.files.keys());
+        let files = names.map(|name| format!("/v1/gates/{}/{name}", gate.id));
+        Self {
+            files: files.collect(),
+            state: if outcome.is_some() { "done" } else { "running" }.into(),
+            pairs: (gate.recordings.len() * gate.designs.len()) as u64,
+            decided,
+            exit_code: outcome.as_ref().map(|outcome| outcome.exit_code),
+            not_as_required: outcome.map(|outcome| outcome.not_as_required),
+            id: gate.id,
+            name: gate.name,
+            baseline: gate.baseline,
+            created_ms: gate.created_ms,
+        }
+    }
+}
+
+/// Finds a gate, its outcome made where all pairs are decided.
+pub(crate) async fn find(app: &App, id: &str) -> Result<GateStanding, Problem> {
+    let wanted = id.to_string();
+    let standing = app
+        .on_disk(move |parts| parts.ledger.gate(&wanted))
+        .await?
+        .ok_or_else(|| Problem::not_found("such gate"))?;
+    app.apart(move |parts| gate::settled(parts, standing)).await
+}
+
+/// Submits a gate: the gate file of the command line, whose `files` name stored recordings by name,
+/// pattern or identity, and whose `file` names a stored design.
+#[utoipa::path(
+    post, path = "/v1/gates", params(GateQuery),
+    request_body(content = String, content_type = "application/toml"),
+    responses(
+        (status = 200, description = "It is done", body = GateEntry),
+        (status = 202, description = "It is worked on; `Location` says where to look", body = GateEntry),
+        Refusals,
+    )
+)]
+pub(super) async fn submit(
+    State(app): State<App>,
+    Extension(visitor): Extension<Visitor>,
+    Query(query): Query<GateQuery>,
+    text: Result<String, axum::extract::rejection::StringRejection>,
+) -> Result<Response, Problem> {
+    let text = text.map_err(|error| Problem::bad_request(error.body_text()))?;
+    let name = query.name.unwrap_or_else(|| "gate".into());
+    if name.is_empty() || name.chars().count() > 64 || name.contains(char::is_control) {
+        return Err(Problem::bad_request("name: up to 64 letters"));
+    }
+    let asked = GateAsked {
+        name,
+        text,
+        baseline: query.baseline,
+        allow_removed: query.allow_removed == Some(true),
+        no_worse: query.no_worse == Some(true),
+        date: query.date,
+    };
+    let submitting = app.clone();
+    let id = app
+        .apart(move |parts| {
+            let (gate, pairs) = gate::planned(parts, asked)?;
+            if parts.ledger.gate(&gate.id)?.is_none() {
+                submitting.admit_jobs(&visitor, pairs.len() as u64)?;
+                parts.ledger.put_gate(&gate, pairs, &visitor.name)?;
+            }
+            Ok(gate.id)
+        })
+        .await?;
+    app.crew.ring();
+    let entry = GateEntry::from(find(&app, &id).await?);
+    let status = match entry.exit_code {
+        Some(_) => StatusCode::OK,
+        None => StatusCode::ACCEPTED,
+    };
+    let place = [(header::LOCATION, format!("/v1/gates/{id}"))];
+    Ok((status, place, Json(entry)).into_response())
+}
+
+/// Which part of a list is wanted.
+#[derive(Debug, Clone, Default, Deserialize, IntoParams)]
+pub(crate) struct GatePart {
+    /// What the part before returned as `next`.
+    pub(crate) cursor: Option<i64>,
+    /// Entries, 1 to 200.
+    #[param(minimum = 1, maximum = 200)]
+    pub(crate) limit: Option<u32>,
+}
+
+/// Part of a list of gates, the newest first.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub(crate) struct GateList {
+    /// The gates.
+    pub(crate) gates: Vec<GateEntry>,
+    /// The `cursor` of the next part; absent at the end.
+    pub(crate) next: Option<i64>,
+}
+
+/// Lists gates, the newest first.
+#[utoipa::path(
+    get, path = "/v1/gates", params(GatePart),
+    responses((status = 200, description = "A part of the list", body = GateList), Refusals)
+)]
+pub(super) async fn list(
+    State(app): State<App>,
+    Query(part): Query<GatePart>,
+) -> Result<Json<GateList>, Problem> {
+    Ok(Json(listed(&app, part).await?))
+}
+
+pub(crate) async fn listed(app: &App, part: GatePart) -> Result<GateList, Problem> {
+    let limit = part.limit.unwrap_or(50).clamp(1, 200);
+    let found = app
+        .on_disk(move |parts| parts.ledger.gates(part.cursor, limit))
+        .await?;
+    let full = found.len() == limit as usize;
+    let next = found.last().filter(|_| full).map(|(number, _)| *number);
+    let gates = found.into_iter().map(|(_, standing)| standing.into());
+    let gates = gates.collect();
+    Ok(GateList { gates, next })
+}
+
+/// Says how far a gate is.
+#[utoipa::path(
+    get, path = "/v1/gates/{id}",
+    params(("id" = String, Path, description = "The gate's identity")),
+    responses((status = 200, description = "How far it is", body = GateEntry), Refusals)
+)]
+pub(super) async fn get(
+    State(app): State<App>,
+    Path(id): Path<String>,
+) -> Result<Json<GateEntry>, Problem> {
+    Ok(Json(find(&app, &id).await?.into()))
+}
+
+/// Tells how far a gate is as it goes: `progress` events, then one `done`.
+#[utoipa::path(
+    get, path = "/v1/gates/{id}/events",
+    params(("id" = String, Path, description = "The gate's identity")),
+    responses(
+        (status = 200, description = "Events", body = String, content_type = "text/event-stream"),
+        Refusals,
+    )
+)]
+pub(super) async fn events(
+    State(app): State<App>,
+    Path(id): Path<String>,
+) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, Problem> {
+    let mut entry = GateEntry::from(find(&app, &id).await?);
+    let (tell, told) = tokio::sync::mpsc::channel(4);
+    tokio::spawn(async move {
+        loop {
+            let done = entry.exit_code.is_some();
+            let data = serde_json::to_string(&entry).unwrap_or_default();
+            let name = if done { "done" } else { "progress" };
+            let event = Event::default().event(name).data(data);
+            if tell.send(Ok(event)).await.is_err() || done {
+                return;
+            }
+            let before = entry.decided;
+            while entry.decided == before && entry.exit_code.is_none() {
+                tokio::time::sleep(LOOK).await;
+                if tell.is_closed() {
+                    return;
+                }
+                match find(&app, &id).await {
+                    Ok(standing) => entry = standing.into(),
+                    Err(_) => return,
+                }
+            }
+        }
+    });
+    Ok(Sse::new(ReceiverStream::new(told)).keep_alive(KeepAlive::default()))
+}
+
+/// Sends a file of a gate: `summary.json`, `junit.xml`, `summary.md` or `index.html`.
+#[utoipa::path(
+    get, path = "/v1/gates/{id}/{file}",
+    params(
+        ("id" = String, Path, description = "The gate's identity"),
+        ("file" = String, Path, description = "Its name")
+    ),
+    responses(
+        (status = 200, description = "The file", content(
+            (String = "text/html"), (String = "text/markdown"), (String = "application/xml"),
+            (Object = "application/json"))),
+        Refusals,
+    )
+)]
+pub(super) async fn file(
+    State(app): State<App>,
+    Path((id, name)): Path<(String, String)>,
+) -> Result<Response, Problem> {
+    let outcome = find(&app, &id).await?.outcome;
+    let file = outcome.and_then(|outcome| outcome.files.get(&name).cloned());
+    let file = file.ok_or_else(|| Problem::not_found("such file of this gate, or not yet"))?;
+    let mut response = files::send(&app, &file).await?;
+    files::contained(response.headers_mut());
+    Ok(response)
+}
