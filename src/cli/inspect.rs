@@ -18,8 +18,9 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
     let request = own.read.request(common).map_err(Failure::Usage)?;
     request.check().map_err(Failure::Usage)?;
     let source = own.read.source();
-    let progress = Progress::new("inspect");
-    let listing = progress.watch("inspect", common.thread_count(), |control| {
+    let step = format!("inspect {}", source.name());
+    let progress = Progress::new(&step);
+    let listing = progress.watch(&step, common.thread_count(), |control| {
         pipeline::inspect(&source, &request, &Limits::default(), control)
     });
     drop(progress);

@@ -21,8 +21,9 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
         map.check(&design).map_err(Failure::Usage)?;
     }
     let source = own.replay.read.source();
-    let progress = Progress::new("margin").that_keeps();
-    let outcome = progress.watch("margin", common.thread_count(), |control| {
+    let step = format!("margin {}", source.name());
+    let progress = Progress::new(&step).that_keeps();
+    let outcome = progress.watch(&step, common.thread_count(), |control| {
         pipeline::margin(&source, &request, &design, &Limits::default(), control)
     });
     drop(progress);
@@ -33,7 +34,7 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
     document.run.elapsed_s = started.elapsed().as_secs_f64();
     let folder = (!own.replay.no_report).then(|| {
         let folder = || {
-            let name = folder_name(&document.recording.file, &design.name, "");
+            let name = folder_name(&document.recording.file, &design.name, &document.report_id);
             Path::new("reports/out").join(name)
         };
         own.replay.out.clone().unwrap_or_else(folder)

@@ -3,6 +3,7 @@
 use super::failure::INTERRUPTED;
 use super::output;
 use crate::parallel::Control;
+use crate::report::escape;
 use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -136,8 +137,9 @@ impl Progress {
             LINE_STANDS.store(true, Ordering::Relaxed);
             let _ = write!(
                 err,
-                "\r\x1b[K{}: {:.0} %{}",
-                state.step,
+                "\r\x1b[K{} {} {:.0} %{}",
+                named(&state.step),
+                bar(part),
                 100.0 * part,
                 left(state.began.elapsed(), part)
             );
@@ -147,6 +149,28 @@ impl Progress {
             KEEPING.store(true, Ordering::Relaxed);
         }
         !stopped()
+    }
+}
+
+/// Characters of a bar.
+const BAR: usize = 20;
+
+/// Characters of a step's name, so that the line fits a terminal of 80 columns.
+const NAMED: usize = 40;
+
+/// Draws how much of a step is done.
+fn bar(part: f64) -> String {
+    let done = (part.clamp(0.0, 1.0) * BAR as f64) as usize;
+    format!("{}{}", "█".repeat(done), "░".repeat(BAR - done))
+}
+
+/// Returns the name of a step, cut in front where it is long: the end of a path tells more.
+fn named(step: &str) -> String {
+    let step = escape::terminal(step);
+    let long = step.chars().count().saturating_sub(NAMED);
+    match long {
+        0 => step.into_owned(),
+        long => format!("…{}", step.chars().skip(long + 1).collect::<String>()),
     }
 }
 
@@ -166,5 +190,26 @@ fn left(elapsed: Duration, part: f64) -> String {
 impl Drop for Progress {
     fn drop(&mut self) {
         wipe();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BAR, NAMED, bar, named};
+
+    #[test]
+    fn verif_a_line_of_progress_fits_and_tells_the_part() {
+        for (part, full) in [(-1.0, 0), (0.0, 0), (0.5, 10), (1.0, 20), (7.0, 20)] {
+            let bar = bar(part);
+            assert_eq!(bar.matches('█').count(), full);
+            assert_eq!(bar.chars().count(), BAR);
+        }
+        assert_eq!(named("replay a.csv"), "replay a.csv");
+        let long = named(&format!("replay {}/the-end.csv", "long/".repeat(40)));
+        assert_eq!(long.chars().count(), NAMED);
+        assert!(
+            long.starts_with('…') && long.ends_with("/the-end.csv"),
+            "{long}"
+        );
     }
 }

@@ -42,8 +42,8 @@ pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failur
     let mut judged = Vec::with_capacity(recordings.len());
     for (index, recording) in recordings.iter().enumerate() {
         let step = match recordings.len() {
-            1 => "replay".to_string(),
-            many => format!("replay {} of {many}", index + 1),
+            1 => format!("replay {}", recording.display()),
+            many => format!("replay {} of {many}: {}", index + 1, recording.display()),
         };
         let started = Instant::now();
         let mut outcome = progress.watch(&step, common.thread_count(), |control| {

@@ -3,7 +3,7 @@
 use crate::model::Design;
 use crate::recording::source::sha256;
 use crate::report::document::RecordingBlock;
-use crate::request::Request;
+use crate::request::{MarginRequest, Request};
 use serde_json::{Value, json};
 
 /// Moves whenever a number or a finding of any golden case does, so that what was stored under
@@ -28,13 +28,37 @@ pub(super) fn report_id_of(
     request: &Request,
     design: &Design,
 ) -> String {
+    hash(&question(numbers_revision, recording, request, design))
+}
+
+/// Returns the same of a margin, with the settings that a margin has beside those of a replay.
+pub(super) fn margin_id(
+    recording: &RecordingBlock,
+    request: &MarginRequest,
+    design: &Design,
+) -> String {
+    let mut question = question(NUMBERS_REVISION, recording, &request.replay, design);
+    question["margin"] = json!({
+        "counterweight_radius_m": request.counterweight_radius_m,
+        "points": request.points,
+        "map": request.map,
+    });
+    hash(&question)
+}
+
+fn question(
+    numbers_revision: u32,
+    recording: &RecordingBlock,
+    request: &Request,
+    design: &Design,
+) -> Value {
     let mut design = json!(design);
     if let Some(keys) = design.as_object_mut()
         && keys["modified"].as_array().is_some_and(Vec::is_empty)
     {
         keys.remove("modified");
     }
-    let question = json!({
+    json!({
         "schema": "latchgate.question/1",
         "numbers_revision": numbers_revision,
         "file": recording.file,
@@ -43,9 +67,12 @@ pub(super) fn report_id_of(
         "card_sha256": recording.card_sha256,
         "request": request.stated(),
         "design": design,
-    });
+    })
+}
+
+fn hash(question: &Value) -> String {
     let mut text = String::new();
-    write_canonical(&question, &mut text);
+    write_canonical(question, &mut text);
     sha256(text.as_bytes())
 }
 

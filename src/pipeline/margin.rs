@@ -1,7 +1,7 @@
 //! How far a verdict is from changing, as a document.
 
-use super::answer;
 use super::prepared::{Extras, Prepared};
+use super::{answer, identity};
 use crate::error::{Error, Place};
 use crate::margin::{Basis, MarginOptions, Margins, margins};
 use crate::model::Design;
@@ -94,19 +94,20 @@ impl Prepared {
                 )
             })
             .map_err(|error| error.at(Place::file(facts.recording.file.clone())))?;
+        let request = MarginRequest {
+            replay: facts.request.clone(),
+            ..request.clone()
+        };
         let context = Context {
+            report_id: identity::margin_id(&facts.recording, &request, design),
             verdict: assessment.answer,
             findings: facts.findings_with(assessment.findings),
             recording: facts.recording.clone(),
             conditioning: Some(facts.conditioning(&self.conditioned)),
-            request: MarginRequest {
-                replay: facts.request.clone(),
-                ..request.clone()
-            },
+            request,
             run: answer::run_block(),
         };
-        let radius_m = request.counterweight_radius_m;
-        let document = MarginDocument::new(&margins, design, radius_m, context);
+        let document = MarginDocument::new(&margins, design, context);
         Ok(MarginOutcome { document, margins })
     }
 }

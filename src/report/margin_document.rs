@@ -15,6 +15,8 @@ use std::borrow::Cow;
 pub struct MarginDocument {
     /// `latchgate.margin/1`.
     pub schema: Cow<'static, str>,
+    /// SHA-256 of the question: recording, card, design and every setting.
+    pub report_id: String,
     /// The verdict on the recording as it is.
     pub verdict: Answer,
     /// The threshold [rad].
@@ -123,6 +125,8 @@ pub struct Counterweight {
 /// What a document says beside the margins.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Context {
+    /// Hash of the question.
+    pub report_id: String,
     /// The verdict.
     pub verdict: Answer,
     /// Everything odd.
@@ -140,12 +144,8 @@ pub struct Context {
 impl MarginDocument {
     /// Puts a document together.
     #[must_use]
-    pub fn new(
-        margins: &Margins,
-        design: &Design,
-        counterweight_radius_m: f64,
-        context: Context,
-    ) -> Self {
+    pub fn new(margins: &Margins, design: &Design, context: Context) -> Self {
+        let counterweight_radius_m = context.request.counterweight_radius_m;
         let of = |quantity: Quantity| {
             margins
                 .answers
@@ -169,6 +169,7 @@ impl MarginDocument {
         });
         Self {
             schema: "latchgate.margin/1".into(),
+            report_id: context.report_id.clone(),
             verdict: context.verdict,
             threshold_rad: design.criterion.threshold_rad,
             basis: margins.basis,

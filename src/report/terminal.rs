@@ -152,6 +152,11 @@ impl TerminalLines {
         let _ = writeln!(self.out, "  {head} {text}");
     }
 
+    /// Words the settings that a text names.
+    pub(super) fn worded(&self, text: &str) -> String {
+        (self.look.worded)(text)
+    }
+
     fn wrapped(&mut self, head: &str, indent: usize, text: &str) {
         self.wrapped_from(head, indent, 0, text);
     }
@@ -159,7 +164,7 @@ impl TerminalLines {
     /// Writes `head`, then words of `text` up to the width; further lines begin at `indent`, the
     /// first holds `taken` columns beyond it already.
     fn wrapped_from(&mut self, head: &str, indent: usize, taken: usize, text: &str) {
-        let text = (self.look.worded)(text);
+        let text = self.worded(text);
         let text = escape::terminal(&text);
         let width = self.look.width.map_or(usize::MAX, |width| {
             width.saturating_sub(indent).max(NARROWEST)

@@ -99,7 +99,11 @@ fn findings(out: &mut TerminalLines, document: &Document, all: bool) {
             .map_or_else(String::new, |at| format!(" at {}", words::instant(at)));
         let text = words::sentence(&finding.text);
         let whole = all || finding.severity == Severity::Blocking || words::is_remark(finding);
-        let text = if whole { text } else { shortened(&text) };
+        let text = if whole {
+            text
+        } else {
+            shortened(&out.worded(&text))
+        };
         out.graded(
             name,
             finding.severity,

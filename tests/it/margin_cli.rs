@@ -104,6 +104,9 @@ fn cli_margin_writes_its_report() {
     let document: Value =
         serde_json::from_str(&std::fs::read_to_string(out.join("margin.json")).unwrap()).unwrap();
     assert_eq!(document["map"]["judged"], 35);
+    // Another map is another question; in the page and in the folder's name unless one is given.
+    let id = document["report_id"].as_str().unwrap();
+    assert!(id.len() == 64 && page.contains(id), "{id}");
     // A later run without a map leaves none behind.
     let done = margin(&[
         &signal_file("surviving.csv"),
@@ -114,6 +117,8 @@ fn cli_margin_writes_its_report() {
     ]);
     assert_eq!(done.code, 0);
     assert!(!out.join("margin-map.svg").exists());
+    let without = std::fs::read_to_string(out.join("margin.json")).unwrap();
+    assert!(!without.contains(id), "another question has another number");
 }
 
 #[track_caller]

@@ -48,6 +48,7 @@ pub(in crate::report) fn page(document: &MarginDocument, figures: &[Figure]) -> 
     findings(&mut page, document);
     page.section("provenance", "Provenance");
     page.facts();
+    page.code_fact("Report", &document.report_id);
     page.code_fact("SHA-256", recording.sha256.as_deref().unwrap_or(ABSENT));
     page.code_fact("Settings", &words::settings(&document.request));
     page.end_table();
