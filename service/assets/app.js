@@ -125,7 +125,10 @@ function question(form) {
     const bar = at('judging'); const told = at('judging-told');
     const data = new FormData(form);
     const request = JSON.parse(form.dataset.request);
-    for (const key of ['channel', 'opens_when', 'filter', 'model']) if (data.get(key)) request[key] = data.get(key);
+    for (const key of ['opens_when', 'filter', 'model']) if (data.get(key)) request[key] = data.get(key);
+    // What would be taken anyway is not stated: the same question has the same identity by every door.
+    const channel = form.querySelector('input[name=channel]:checked');
+    if (channel && !channel.defaultChecked) request.channel = channel.value;
     const body = { recording: form.dataset.recording, request };
     if (data.get('design')) body.design = data.get('design');
     const set = listed(data.get('set'));
@@ -144,14 +147,23 @@ function question(form) {
 const ticks = () => ({ stroke: colour('muted'), grid: { stroke: colour('grid'), width: 1 }, ticks: { stroke: colour('grid') } });
 const tones = ['first', 'second', 'third', 'fourth'];
 const dashes = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
+// Eight lines differ by colour or dashes.
+const drawnAs = (index) => ({ tone: tones[index % 4], dash: dashes[(index + Math.floor(index / 4)) % 4] });
+const kinds = { acceleration: 'Acceleration [m/s²]', angle: 'Angle [rad]' };
 
-// Draws a level line and the cursors over a plot.
-function marks(levels, cursors) {
+// Draws limits, the range of the ensemble's peaks and the cursors over a plot.
+function marks(levels, range, cursors) {
   return (plot) => {
     const { ctx, bbox } = plot;
     ctx.save();
     ctx.beginPath(); ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height); ctx.clip();
     ctx.font = `${13 * devicePixelRatio}px sans-serif`; ctx.textAlign = 'left'; ctx.textBaseline = 'alphabetic';
+    if (range && range[0] < plot.scales.y.max) {
+      const [top, foot] = [plot.valToPos(range[1], 'y', true), plot.valToPos(range[0], 'y', true)];
+      ctx.fillStyle = `${colour('unusable')}30`; ctx.fillRect(bbox.left, top, bbox.width, Math.max(2, foot - top));
+      ctx.fillStyle = colour('unusable'); ctx.textAlign = 'right';
+      ctx.fillText('peaks of 90 % of the scattered levers', bbox.left + bbox.width - 6, Math.max(top - 6, bbox.top + 14 * devicePixelRatio)); ctx.textAlign = 'left';
+    }
     for (const { value, text } of levels) {
       const y = plot.valToPos(value, 'y', true);
       ctx.strokeStyle = colour('fail'); ctx.fillStyle = colour('fail'); ctx.lineWidth = 1.75 * devicePixelRatio;
@@ -177,90 +189,75 @@ function readable(column) {
   return { acceleration_recorded_m_s2: 'Acceleration as recorded [m/s²]', acceleration_used_m_s2: 'Acceleration as used [m/s²]', velocity_m_s: 'Velocity [m/s]' }[column] || column;
 }
 
-async function motion(section) {
-  const { base } = section.dataset;
-  const limit = Number(section.dataset.limit); const error = Number(section.dataset.error);
-  const query = new URLSearchParams(location.search);
-  const number = (name) => (query.has(name) && query.get(name) !== '' && Number.isFinite(Number(query.get(name))) ? Number(query.get(name)) : null);
-  const state = { t0: number('t0'), t1: number('t1'), a: number('a'), b: number('b'), hidden: new Set((query.get('hide') || '').split(',').filter(Boolean)), last: 'a' };
-  let whole = null; let shown = null; let plots = [];
-  const width = () => Math.max(320, at('motion').clientWidth);
+// The columns of a run near an instant, and the row that is nearest to it.
+async function nearest(base, time) {
+  const { columns } = (await asked(`${base}/series?px=8192&t0=${time - 0.0005}&t1=${time + 0.0005}`)).json;
+  let best = -1;
+  columns.time_s.forEach((value, index) => { if (best < 0 || Math.abs(value - time) < Math.abs(columns.time_s[best] - time)) best = index; });
+  return best < 0 ? null : { columns, row: best, time: columns.time_s[best] };
+}
 
-  const fetched = async () => {
-    const range = state.t0 === null ? '' : `&t0=${state.t0}&t1=${state.t1}`;
-    const { json } = await asked(`${base}/series?px=${width()}${range}`);
-    return json.columns;
-  };
+const seconds = (time) => (time === null ? '–' : `${digits(time * 1e3, 6)} ms`);
+const times = (rows) => { at('a-time').textContent = seconds(rows.a); at('b-time').textContent = seconds(rows.b); at('d-time').textContent = rows.a !== null && rows.b !== null ? `Δt ${seconds(rows.b - rows.a)}` : '–'; };
+
+// Two plots on one axis of time with zoom and two cursors, in the page's address. `source` reads a
+// range, says which lines there are, tells the cursors, and keeps what else belongs into the address.
+async function stage(section, source) {
+  const query = new URLSearchParams(location.search);
+  const number = (name) => (query.get(name) && Number.isFinite(Number(query.get(name))) ? Number(query.get(name)) : null);
+  const state = { t0: number('t0'), t1: number('t1'), a: number('a'), b: number('b'), last: 'a' };
+  const host = at('motion');
+  let whole = null; let shown = null; let plots = [];
+  const width = () => Math.max(320, host.clientWidth);
   const keep = () => {
-    const next = new URLSearchParams();
-    for (const name of ['t0', 't1', 'a', 'b']) if (state[name] !== null) next.set(name, String(state[name]));
-    if (state.hidden.size) next.set('hide', [...state.hidden].join(','));
+    const next = new URLSearchParams(location.search);
+    for (const name of ['t0', 't1', 'a', 'b']) if (state[name] === null) next.delete(name); else next.set(name, String(state[name]));
+    source.keep(next);
     const text = next.toString();
     history.replaceState(null, '', text ? `?${text}` : location.pathname);
   };
-  // The row at or before an instant, exactly.
-  const exact = async (time) => {
-    const { json } = await asked(`${base}/series?px=8192&t0=${time - 0.0005}&t1=${time + 0.0005}`);
-    const found = json.columns.time_s; let best = -1;
-    found.forEach((value, index) => { if (best < 0 || Math.abs(value - time) < Math.abs(found[best] - time)) best = index; });
-    if (best < 0) return null;
-    // Of several runs the cursors read the nominal one, unless that is not shown.
-    const angles = Object.keys(json.columns).filter((name) => name.startsWith('angle_'));
-    const angle = [section.dataset.run, ...angles].find((name) => angles.includes(name) && !state.hidden.has(name)) || angles[0];
-    at('cursor-angle').textContent = readable(angle).replace(' [rad]', '');
-    return { time: found[best], angle: json.columns[angle][best], acceleration: json.columns.acceleration_used_m_s2[best] };
-  };
-  const table = async () => {
-    const rows = {};
-    for (const name of ['a', 'b']) {
-      rows[name] = state[name] === null ? null : await exact(state[name]);
-      const row = rows[name];
-      at(`${name}-time`).textContent = row ? `${digits(row.time * 1e3, 6)} ms` : '–';
-      at(`${name}-angle`).textContent = row ? degrees(row.angle) : '–';
-      at(`${name}-acceleration`).textContent = row ? `${digits(row.acceleration)} m/s²` : '–';
-    }
-    const both = rows.a && rows.b;
-    at('d-time').textContent = both ? `Δt ${digits((rows.b.time - rows.a.time) * 1e3, 6)} ms` : '–';
-    at('d-angle').textContent = both ? `Δφ ${degrees(rows.b.angle - rows.a.angle)}` : '–';
-    at('d-acceleration').textContent = both ? `${digits(rows.b.acceleration - rows.a.acceleration)} m/s²` : '–';
-  };
   const draw = () => {
     for (const plot of plots) plot.destroy();
-    plots = ['acceleration', 'angle'].map((kind) => {
-      const names = Object.keys(shown).filter((name) => name.startsWith(`${kind}_`) && !state.hidden.has(name));
+    plots = Object.keys(kinds).map((kind) => {
+      const isAngle = kind === 'angle';
       const data = [shown.time_s]; const series = [{ label: 'Time [s]' }]; const bands = [];
-      names.forEach((name, index) => {
-        data.push(shown[name]);
-        series.push({ label: readable(name), stroke: colour(kind === 'angle' ? tones[index % 4] : ['muted', 'ink'][index % 2]), width: kind === 'angle' ? 2 : 1.25, dash: kind === 'angle' ? dashes[index % 4] : [], points: { show: false } });
-        if (kind === 'angle' && error > 0) {
-          const at0 = data.length;
-          data.push(shown[name].map((value) => value + error), shown[name].map((value) => value - error));
+      for (const line of source.lines(kind, shown)) {
+        data.push(line.values);
+        series.push({ label: line.label, stroke: colour(line.tone), dash: line.dash, width: isAngle ? 2 : 1.25, spanGaps: true, points: { show: false } });
+        if (line.error > 0) {
+          bands.push({ series: [data.length, data.length + 1], fill: `${colour(line.tone)}30` });
+          data.push(line.values.map((value) => value + line.error), line.values.map((value) => value - line.error));
           for (const side of ['+', '−']) series.push({ label: `${side} uncertainty`, class: 'quiet', width: 0, stroke: 'transparent', points: { show: false } });
-          bands.push({ series: [at0, at0 + 1], fill: `${colour(tones[index % 4])}30` });
         }
-      });
-      const levels = kind === 'angle' ? [{ value: limit, text: `limit ${digits(limit)} rad` }] : [];
+      }
+      const levels = isAngle ? source.limits.map((value) => ({ value, text: `limit ${digits(value)} rad` })) : [];
+      const top = Math.max(0, ...source.limits) * 1.15;
       return new uPlot({
-        width: width(), height: kind === 'angle' ? 280 : 220, series, bands,
-        scales: { x: { time: false }, y: kind === 'angle' ? { range: (_, low, high) => [Math.min(low, 0), Math.max(Math.min(high, Math.PI / 2), limit * 1.15)] } : {} },
-        axes: [{ ...ticks(), label: 'Time [s]', stroke: colour('muted') }, { ...ticks(), size: 70, label: kind === 'angle' ? 'Angle [rad]' : 'Acceleration [m/s²]' }],
+        width: width(), height: isAngle ? 280 : 220, series, bands,
+        scales: { x: { time: false }, y: isAngle ? { range: (_, low, high) => [Math.min(low, 0), Math.max(Math.min(high, Math.PI / 2), top)] } : {} },
+        axes: [{ ...ticks(), label: source.axis || 'Time [s]' }, { ...ticks(), size: 70, label: kinds[kind] }],
         cursor: { sync: { key: 'motion' }, drag: { x: true, y: false, setScale: false } },
-        legend: { live: true, markers: { show: true } },
-        hooks: { draw: [marks(levels, state)], setSelect: [(plot) => { if (plot.select.width > 4) go(plot.posToVal(plot.select.left, 'x'), plot.posToVal(plot.select.left + plot.select.width, 'x')); }] },
+        hooks: { draw: [marks(levels, isAngle ? source.range : null, state)], setSelect: [(plot) => { if (plot.select.width > 4) go(plot.posToVal(plot.select.left, 'x'), plot.posToVal(plot.select.left + plot.select.width, 'x')); }] },
       }, data, at(`plot-${kind}`));
     });
   };
-  const go = async (t0, t1) => { state.t0 = t0; state.t1 = t1; shown = await fetched(); keep(); draw(); };
+  let reads = 0;
+  const read = async () => {
+    reads += 1; const own = reads;
+    const found = await source.read(state.t0 === null ? null : [state.t0, state.t1], width());
+    if (own === reads) shown = found;
+  };
+  const go = async (t0, t1) => { state.t0 = t0; state.t1 = t1; await read(); keep(); draw(); };
   const span = () => [state.t0 ?? whole[0], state.t1 ?? whole[1]];
   const zoom = (factor) => { const [from, to] = span(); const middle = state[state.last] ?? (from + to) / 2; return go(Math.max(whole[0], middle - (middle - from) * factor), Math.min(whole[1], middle + (to - middle) * factor)); };
-  const put = (name, time) => { state[name] = time; state.last = name; keep(); for (const plot of plots) plot.redraw(); return table(); };
+  const put = (name, time) => { state[name] = time; state.last = name; keep(); for (const plot of plots) plot.redraw(); return source.tell(state); };
   const hovered = () => { const plot = plots.find((candidate) => candidate.cursor.left > 0); const [from, to] = span(); return plot ? plot.posToVal(plot.cursor.left, 'x') : (from + to) / 2; };
-  const save = (name, blob) => { const link = document.createElement('a'); link.href = URL.createObjectURL(blob); link.download = name; link.click(); setTimeout(() => URL.revokeObjectURL(link.href), 1000); };
+  const save = (ending, blob) => { const link = document.createElement('a'); link.href = URL.createObjectURL(blob); link.download = `latchgate-${source.name}.${ending}`; link.click(); setTimeout(() => URL.revokeObjectURL(link.href), 1000); };
   const acts = {
     a: () => put('a', hovered()), b: () => put('b', hovered()),
     clear: () => { state.a = null; return put('b', null); },
     in: () => zoom(0.5), out: () => zoom(2), whole: () => go(null, null),
-    csv: () => { const [from, to] = span(); location.href = `${base}/series.csv?t0=${from}&t1=${to}`; },
+    csv: () => { const [from, to] = span(); location.href = `${section.dataset.base}/series.csv?t0=${from}&t1=${to}`; },
     link: () => navigator.clipboard.writeText(location.href).then(() => tell('The link is copied.'), () => tell(location.href)),
     png: () => {
       const parts = plots.map((plot) => plot.ctx.canvas);
@@ -268,12 +265,12 @@ async function motion(section) {
       const ctx = canvas.getContext('2d'); let top = 0;
       ctx.fillStyle = colour('paper'); ctx.fillRect(0, 0, canvas.width, canvas.height);
       for (const part of parts) { ctx.drawImage(part, 0, top); top += part.height; }
-      canvas.toBlob((blob) => save(`latchgate-${section.dataset.report.slice(0, 8)}.png`, blob));
+      canvas.toBlob((blob) => save('png', blob));
     },
-    svg: () => save(`latchgate-${section.dataset.report.slice(0, 8)}.svg`, new Blob([drawn(shown, state, limit)], { type: 'image/svg+xml' })),
+    svg: () => save('svg', new Blob([drawn(shown.time_s, source.lines('angle', shown), source.limits, state)], { type: 'image/svg+xml' })),
   };
   section.addEventListener('click', (event) => { const act = acts[event.target.dataset && event.target.dataset.do]; if (act) act(); });
-  at('motion').addEventListener('keydown', (event) => {
+  host.addEventListener('keydown', (event) => {
     const [from, to] = span();
     const step = (to - from) / (event.shiftKey ? 20 : 200);
     const keys = {
@@ -282,37 +279,77 @@ async function motion(section) {
     };
     if (keys[event.key] && !event.ctrlKey && !event.metaKey) { event.preventDefault(); keys[event.key](); }
   });
-
-  const all = (await asked(`${base}/series?px=2`)).json.columns.time_s;
-  const summary = await asked(`${base}/series?px=${width()}`);
-  whole = [all[0], summary.json.columns.time_s.at(-1)];
-  shown = state.t0 === null ? summary.json.columns : await fetched();
-  for (const name of Object.keys(shown).filter((column) => /^(angle|acceleration)_/.test(column))) {
-    const label = document.createElement('label'); const box = document.createElement('input');
-    box.type = 'checkbox'; box.checked = !state.hidden.has(name);
-    box.addEventListener('change', () => { if (box.checked) state.hidden.delete(name); else state.hidden.add(name); keep(); draw(); table(); });
-    label.append(box, ` ${readable(name)}`); at('columns').append(label);
-  }
-  draw(); await table();
+  const again = async () => {
+    const all = await source.read(null, 2);
+    whole = [all.time_s[0], all.time_s.at(-1)];
+    await read(); keep(); draw(); await source.tell(state);
+  };
+  const redraw = () => { keep(); draw(); return source.tell(state); };
+  await again();
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', draw);
   let waiting = 0;
   addEventListener('resize', () => { clearTimeout(waiting); waiting = setTimeout(() => { for (const plot of plots) plot.setSize({ width: width(), height: plot.height }); }, 100); });
   section.dataset.ready = 'yes';
+  return { again, redraw };
+}
+
+async function motion(section) {
+  const { base, run, report } = section.dataset;
+  const errors = JSON.parse(section.dataset.errors);
+  const hidden = new Set((new URLSearchParams(location.search).get('hide') || '').split(',').filter(Boolean));
+  const stays = (names) => names.filter((name) => !hidden.has(name));
+  const own = (kind, columns) => Object.keys(columns).filter((name) => name.startsWith(`${kind}_`));
+  const cell = (name, row, before) => {
+    at(`${name}-angle`).textContent = row ? `${before}${degrees(row.angle)}` : '–';
+    at(`${name}-acceleration`).textContent = row ? `${digits(row.acceleration)} m/s²` : '–';
+  };
+  const source = {
+    name: report.slice(0, 8), limits: [Number(section.dataset.limit)], range: JSON.parse(section.dataset.range),
+    read: async (range, px) => (await asked(`${base}/series?px=${px}${range ? `&t0=${range[0]}&t1=${range[1]}` : ''}`)).json.columns,
+    lines: (kind, columns) => stays(own(kind, columns)).map((name) => {
+      const index = own(kind, columns).indexOf(name);
+      return { label: readable(name), values: columns[name], error: errors[name] || 0, ...(kind === 'angle' ? drawnAs(index) : { tone: ['muted', 'ink'][index % 2], dash: [] }) };
+    }),
+    keep: (next) => { if (hidden.size) next.set('hide', [...hidden].join(',')); else next.delete('hide'); },
+    tell: async (state) => {
+      const rows = {};
+      for (const name of ['a', 'b']) {
+        const near = state[name] === null ? null : await nearest(base, state[name]);
+        // Of several runs the cursors read the nominal one, unless that is not shown.
+        const angles = near ? own('angle', near.columns) : [];
+        const angle = stays([run, ...angles]).find((column) => angles.includes(column)) || angles[0];
+        if (angle) at('cursor-angle').textContent = readable(angle).replace(' [rad]', '');
+        rows[name] = near && { time: near.time, angle: near.columns[angle][near.row], acceleration: near.columns.acceleration_used_m_s2[near.row] };
+        cell(name, rows[name], '');
+      }
+      const { a, b } = rows;
+      times({ a: a && a.time, b: b && b.time });
+      cell('d', a && b && { angle: b.angle - a.angle, acceleration: b.acceleration - a.acceleration }, 'Δφ ');
+    },
+  };
+  const { redraw } = await stage(section, source);
+  const columns = Object.keys(await source.read(null, 2));
+  for (const name of columns.filter((column) => /^(angle|acceleration)_/.test(column))) {
+    const label = document.createElement('label'); const box = document.createElement('input');
+    box.type = 'checkbox'; box.checked = !hidden.has(name);
+    box.addEventListener('change', () => { if (box.checked) hidden.delete(name); else hidden.add(name); redraw(); });
+    label.append(box, ` ${readable(name)}`); at('columns').append(label);
+  }
 }
 
 // Draws the visible range as SVG, by itself.
-function drawn(columns, state, limit) {
-  const names = Object.keys(columns).filter((name) => name.startsWith('angle_') && !state.hidden.has(name));
-  const time = columns.time_s; const [w, h, left, bottom] = [900, 360, 70, 40];
-  const values = names.flatMap((name) => columns[name]).filter(Number.isFinite);
-  const high = Math.max(limit * 1.15, Math.min(Math.PI / 2, values.reduce((most, value) => Math.max(most, value), 0)));
+function drawn(time, lines, limits, state) {
+  const [w, h, left, bottom] = [900, 360, 70, 40];
+  const values = lines.flatMap((line) => line.values).filter(Number.isFinite);
+  const high = Math.max(...limits.map((limit) => limit * 1.15), Math.min(Math.PI / 2, values.reduce((most, value) => Math.max(most, value), 0)));
   const low = values.reduce((least, value) => Math.min(least, value), 0);
   const x = (t) => (left + (w - left - 10) * (t - time[0]) / (time.at(-1) - time[0] || 1)).toFixed(2);
   const y = (v) => (10 + (h - bottom - 10) * (1 - (v - low) / (high - low || 1))).toFixed(2);
   const escaped = (text) => text.replace(/[<>&]/g, (c) => `&#${c.charCodeAt(0)};`);
-  const lines = names.map((name, index) => `<polyline fill="none" stroke="${colour(tones[index % 4])}" stroke-width="2" stroke-dasharray="${dashes[index % 4]}" points="${time.map((t, k) => (Number.isFinite(columns[name][k]) ? `${x(t)},${y(columns[name][k])}` : '')).join(' ')}"/><text x="${left + 10}" y="${26 + 18 * index}" fill="${colour(tones[index % 4])}">${escaped(readable(name))}</text>`);
+  const curves = lines.map((line, index) => `<polyline fill="none" stroke="${colour(line.tone)}" stroke-width="2" stroke-dasharray="${line.dash}" points="${time.map((t, k) => (Number.isFinite(line.values[k]) ? `${x(t)},${y(line.values[k])}` : '')).join(' ')}"/><text x="${left + 10}" y="${26 + 18 * index}" fill="${colour(line.tone)}">${escaped(line.label)}</text>`);
   const cursors = ['a', 'b'].filter((name) => state[name] !== null && state[name] >= time[0] && state[name] <= time.at(-1)).map((name) => `<path d="M${x(state[name])} 10V${h - bottom}" stroke="${colour('ink')}"/><text x="${x(state[name])}" y="22" fill="${colour('ink')}">${name.toUpperCase()}</text>`);
-  return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${w} ${h}" font-family="sans-serif" font-size="14"><rect width="${w}" height="${h}" fill="${colour('paper')}"/>${lines.join('')}<path d="M${left} ${y(limit)}H${w - 10}" stroke="${colour('fail')}" stroke-dasharray="9 4"/><text x="${w - 150}" y="${Number(y(limit)) - 6}" fill="${colour('fail')}">limit ${digits(limit)} rad</text>${cursors.join('')}<path d="M${left} 10V${h - bottom}H${w - 10}" fill="none" stroke="${colour('muted')}"/><text x="${left}" y="${h - 12}" fill="${colour('muted')}">${digits(time[0], 6)} s</text><text x="${w - 90}" y="${h - 12}" fill="${colour('muted')}">${digits(time.at(-1), 6)} s</text></svg>`;
+  const levels = limits.map((limit) => `<path d="M${left} ${y(limit)}H${w - 10}" stroke="${colour('fail')}" stroke-dasharray="9 4"/><text x="${w - 150}" y="${Number(y(limit)) - 6}" fill="${colour('fail')}">limit ${digits(limit)} rad</text>`);
+  return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${w} ${h}" font-family="sans-serif" font-size="14"><rect width="${w}" height="${h}" fill="${colour('paper')}"/>${curves.join('')}${levels.join('')}${cursors.join('')}<path d="M${left} 10V${h - bottom}H${w - 10}" fill="none" stroke="${colour('muted')}"/><text x="${left}" y="${h - 12}" fill="${colour('muted')}">${digits(time[0], 6)} s</text><text x="${w - 90}" y="${h - 12}" fill="${colour('muted')}">${digits(time.at(-1), 6)} s</text></svg>`;
 }
 
 // ---------------------------------------------------------------- what if
@@ -352,6 +389,20 @@ function whatIf(section) {
 
 // ---------------------------------------------------------------- compare
 
+// The first instant at which the acceleration reaches a level, exactly; null if it never does.
+async function trigger(base, level) {
+  let range = '';
+  for (let look = 0; look < 3; look += 1) {
+    const { columns, thinned } = (await asked(`${base}/series?px=4096${range}`)).json;
+    const first = columns.acceleration_used_m_s2.findIndex((value) => Math.abs(value) >= level);
+    if (first < 0) return null;
+    if (!thinned) return columns.time_s[first];
+    // Of a piece of the record only the extremes are known: look into it.
+    range = `&t0=${columns.time_s[Math.max(0, first - 1)]}&t1=${columns.time_s[Math.min(columns.time_s.length - 1, first + 2)]}`;
+  }
+  return null;
+}
+
 async function compare(section) {
   const runs = JSON.parse(section.dataset.runs);
   const box = at('show-all');
@@ -359,47 +410,74 @@ async function compare(section) {
   box.checked = localStorage.getItem('latchgate-show-all') === '1';
   box.addEventListener('change', show); show();
   const query = new URLSearchParams(location.search);
+  const align = at('align'); const level = at('level');
   const offsets = runs.map((_, index) => Number(query.get(`o${index}`)) || 0);
-  at('align').value = query.get('align') || 'zero';
-  let range = query.has('t0') ? [Number(query.get('t0')), Number(query.get('t1'))] : null;
-  const shift = (index) => ({ zero: 0, release: runs[index].release_s ?? 0, hand: offsets[index] })[at('align').value];
-  const keep = () => { query.set('align', at('align').value); offsets.forEach((offset, index) => query.set(`o${index}`, String(offset))); if (range) { query.set('t0', String(range[0])); query.set('t1', String(range[1])); } else { query.delete('t0'); query.delete('t1'); } history.replaceState(null, '', `?${query}`); };
+  align.value = query.get('align') || 'zero';
+  level.value = query.get('level') || level.value;
+  let zeros = runs.map(() => 0);
+  const base = (run) => `/v1/verdicts/${run.id}`;
+  const aligned = async () => {
+    level.closest('label').hidden = align.value !== 'trigger';
+    at('offsets').hidden = align.value !== 'hand';
+    const found = align.value === 'trigger' ? await Promise.all(runs.map((run) => trigger(base(run), Number(level.value)))) : [];
+    const never = runs.filter((_, index) => found[index] === null);
+    at('align-told').textContent = never.length ? `Never reached, so left at time zero: ${never.map((run) => run.name).join('; ')}` : '';
+    zeros = runs.map((run, index) => ({ zero: 0, release: run.release_s, trigger: found[index], hand: offsets[index] })[align.value] ?? 0);
+  };
+  const columnsOf = (index) => [`acceleration ${index}`, `angle ${index}`];
+  const source = {
+    name: 'compare', limits: [...new Set(runs.map((run) => run.limit))], range: null, axis: 'Time since each run\'s zero [s]',
+    read: async (range, px) => {
+      const tables = await Promise.all(runs.map(async (run, index) => {
+        const part = range ? `&t0=${range[0] + zeros[index]}&t1=${range[1] + zeros[index]}` : '';
+        const { columns } = (await asked(`${base(run)}/series?px=${px}${part}`)).json;
+        const nothing = columns.time_s.map(() => null);
+        return [columns.time_s.map((time) => time - zeros[index]), columns.acceleration_used_m_s2 || nothing, columns[run.column] || nothing];
+      }));
+      const [time, ...rest] = uPlot.join(tables);
+      const shown = { time_s: time };
+      runs.forEach((_, index) => columnsOf(index).forEach((name, side) => { shown[name] = rest[2 * index + side]; }));
+      return shown;
+    },
+    lines: (kind, shown) => runs.map((run, index) => ({ label: run.name, values: shown[`${kind} ${index}`], error: 0, ...drawnAs(index) })),
+    keep: (next) => {
+      next.set('align', align.value); next.set('level', level.value);
+      offsets.forEach((offset, index) => next.set(`o${index}`, String(offset)));
+    },
+    tell: async (state) => {
+      times(state);
+      await Promise.all(runs.map(async (run, index) => {
+        const rows = {};
+        for (const name of ['a', 'b']) {
+          const near = state[name] === null ? null : await nearest(base(run), state[name] + zeros[index]);
+          const angle = near && near.columns[run.column];
+          rows[name] = angle ? angle[near.row] : null;
+          at(`${name}-angle-${index}`).textContent = angle ? degrees(rows[name]) : '–';
+          at(`${name}-acceleration-${index}`).textContent = near ? `${digits(near.columns.acceleration_used_m_s2[near.row])} m/s²` : '–';
+        }
+        at(`d-angle-${index}`).textContent = rows.a !== null && rows.b !== null ? degrees(rows.b - rows.a) : '–';
+      }));
+    },
+  };
+  let staged = null;
+  let turn = 0;
+  // Of several changes at once the last one counts.
+  const again = async () => {
+    turn += 1; const own = turn;
+    section.dataset.ready = 'no';
+    await aligned();
+    if (own === turn) await staged.again();
+    if (own === turn) section.dataset.ready = 'yes';
+  };
   runs.forEach((run, index) => {
     const label = document.createElement('label'); const input = document.createElement('input');
     input.type = 'number'; input.step = '0.0005'; input.value = String(offsets[index]);
-    input.addEventListener('change', () => { offsets[index] = Number(input.value); at('align').value = 'hand'; keep(); draw(); });
+    input.addEventListener('change', () => { offsets[index] = Number(input.value); again(); });
     label.append(`Zero of ${run.name} [s] `, input); at('offsets').append(label);
   });
-  let plot = null;
-  const draw = async () => {
-    const tables = [];
-    for (const [index, run] of runs.entries()) {
-      const part = range ? `&t0=${range[0] + shift(index)}&t1=${range[1] + shift(index)}` : '';
-      const { columns } = (await asked(`/v1/verdicts/${run.id}/series?px=1000${part}`)).json;
-      tables.push([columns.time_s.map((time) => time - shift(index)), columns[run.column] || columns.time_s.map(() => null)]);
-    }
-    const data = uPlot.join(tables, tables.map(() => [2]));
-    const limits = [...new Set(runs.map((run) => run.limit))].map((value) => ({ value, text: `limit ${digits(value)} rad` }));
-    const top = Math.max(...limits.map((level) => level.value)) * 1.15;
-    if (plot) plot.destroy();
-    plot = new uPlot({
-      width: Math.max(320, at('compare-motion').clientWidth), height: 340, scales: { x: { time: false }, y: { range: (_, low, high) => [Math.min(low, 0), Math.max(Math.min(high, Math.PI / 2), top)] } },
-      axes: [{ ...ticks(), label: 'Time [s]' }, { ...ticks(), size: 70, label: 'Angle [rad]' }],
-      series: [{ label: 'Time [s]' }, ...runs.map((run, index) => ({ label: run.name, stroke: colour(tones[index % 4]), dash: dashes[index % 4], width: 2, spanGaps: true, points: { show: false } }))],
-      cursor: { drag: { x: true, y: false, setScale: false } },
-      hooks: { draw: [marks(limits, { a: null, b: null })], setSelect: [(self) => { if (self.select.width > 4) { range = [self.posToVal(self.select.left, 'x'), self.posToVal(self.select.left + self.select.width, 'x')]; keep(); draw(); } }] },
-    }, data, at('plot-compare'));
-    section.dataset.ready = 'yes';
-  };
-  at('align').addEventListener('change', () => { keep(); draw(); });
-  at('compare-whole').addEventListener('click', () => { range = null; keep(); draw(); });
-  at('compare-motion').addEventListener('keydown', (event) => {
-    if (!plot || (event.key !== '+' && event.key !== '-')) return;
-    const [from, to] = [plot.scales.x.min, plot.scales.x.max]; const half = (to - from) / (event.key === '+' ? 4 : 1);
-    range = [(from + to) / 2 - half, (from + to) / 2 + half]; keep(); draw();
-  });
-  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', draw);
-  await draw();
+  for (const field of [align, level]) field.addEventListener('change', again);
+  await aligned();
+  staged = await stage(section, source);
 }
 
 if (at('drop')) dropZone(at('drop'));

@@ -258,7 +258,7 @@ pub struct Summary {
     pub channel: Option<String>,
     /// The design's name.
     pub design: String,
-    /// Keys of the design that were changed.
+    /// What of the design was changed, `key=value`.
     pub modified: Vec<String>,
     /// Name and version of the design, where it came from the store.
     pub design_version: Option<String>,

@@ -5,7 +5,7 @@
 //
 // Pictures are written to target/browser/.
 
-import { spawn } from 'node:child_process';
+import { execFileSync, spawn } from 'node:child_process';
 import { strict as assert } from 'node:assert';
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { createRequire } from 'node:module';
@@ -41,6 +41,29 @@ async function downloaded(page, act) {
   return { name: download.suggestedFilename(), bytes: readFileSync(await download.path()) };
 }
 
+// What the page was answered is what the interface, the command line and a gate say of the signal.
+async function sameByEveryDoor(page, report) {
+  const plain = (text) => { const document = JSON.parse(text); delete document.run; return JSON.stringify(document); };
+  const download = await downloaded(page, () => page.getByRole('link', { name: /every digit/ }).click());
+  const ask = (address, kind, body) => page.request.post(`${base}${address}`, { headers: { 'content-type': kind }, data: body });
+  const { recording } = (await (await page.request.get(`${base}/v1/verdicts`)).json()).verdicts.find((one) => one.report_id === report);
+  const served = await ask('/v1/verdicts?wait=60', 'application/json', JSON.stringify({ recording, set: ['lever.preload_torque_nm=2.5'] }));
+  const out = mkdtempSync(path.join(tmpdir(), 'latchgate-door-'));
+  try {
+    const cli = path.join(path.dirname(program), 'latchgate');
+    execFileSync(cli, ['replay', path.join(root, 'signals/burst.csv'), '--set', 'lever.preload_torque_nm=2.5', '--out', path.join(out, 'report')], { stdio: 'pipe' });
+  } catch (error) { assert([1, 3].includes(error.status), String(error.stderr)); }
+  const written = readFileSync(path.join(out, 'report/verdict.json'), 'utf8');
+  rmSync(out, { recursive: true });
+  assert.equal(plain(download.bytes), plain(written), 'page and command line');
+  assert.equal(plain(await served.text()), plain(written), 'interface and command line');
+  const text = `[[recordings]]\nfiles = "${recording}"\n[[designs]]\nset = { "lever.preload_torque_nm" = 2.5 }\n`;
+  const { id } = await (await ask('/v1/gates?name=door', 'application/toml', text)).json();
+  await page.request.get(`${base}/v1/gates/${id}/events`);
+  const summary = await (await page.request.get(`${base}/v1/gates/${id}/summary.json`)).json();
+  assert.equal(summary.pairs[0].row.report_id, report, 'gate and page');
+}
+
 async function walk(colorScheme) {
   const context = await browser.newContext({ colorScheme, viewport: { width: 1200, height: 900 }, acceptDownloads: true });
   const page = await context.newPage();
@@ -66,6 +89,7 @@ async function walk(colorScheme) {
   await page.waitForURL(/verdicts/, { timeout: 120_000 });
   await page.waitForSelector('#plots[data-ready=yes]');
   const first = page.url().split('/').at(-1);
+  if (colorScheme === 'light') await sameByEveryDoor(page, first);
 
   // Cursors, moved by keys.
   const motion = page.locator('#motion');
@@ -121,18 +145,76 @@ async function walk(colorScheme) {
   // Compare: what differs, and nothing else.
   await page.goto(base);
   await look(page, `${colorScheme}-home`);
-  const boxes = page.locator('input[name=id]');
+  const boxes = page.locator('input[name=id][aria-label*="preload_torque_nm"]');
   await boxes.nth(0).check();
   await boxes.nth(1).check();
   await page.getByRole('button', { name: 'Compare the chosen ones' }).click();
   await page.waitForSelector('#compare[data-ready=yes]');
   const visible = await page.locator('#differences tbody tr:visible th').allInnerTexts();
   assert(visible.includes('design.lever.preload_torque_nm') && !visible.includes('design.lever.mass_kg'), visible.join());
+  // Both cursors, on an axis that begins where each run is triggered.
+  await page.locator('#align').selectOption('trigger');
+  await page.locator('#level').fill('40');
+  await page.locator('#level').press('Enter');
+  await page.waitForFunction(() => new URLSearchParams(location.search).get('level') === '40');
+  await page.waitForSelector('#compare[data-ready=yes]');
+  const lane = await page.locator('#plot-angle .u-over').boundingBox();
+  for (const [key, part] of [['a', 0.4], ['b', 0.6]]) {
+    await page.mouse.move(lane.x + lane.width * part, lane.y + 40);
+    await page.locator('#motion').focus();
+    await page.keyboard.press(key);
+  }
+  await page.waitForFunction(() => /rad/.test(document.getElementById('d-angle-1').textContent));
+  await page.keyboard.press('+');
+  await page.waitForFunction(() => new URLSearchParams(location.search).has('t0'));
+  const compared = page.url(); const angles = await page.locator('#cursors').innerText();
+  await page.reload();
+  await page.waitForSelector('#compare[data-ready=yes]');
+  assert.equal(page.url(), compared);
+  assert.equal(await page.locator('#cursors').innerText(), angles);
+  assert.match(await page.locator('#plot-angle .u-legend').innerText(), /burst\.csv · .*changed: lever\.preload_torque_nm=[0-9.]+ · [0-9a-f]{8}/);
   await look(page, `${colorScheme}-compare`);
+  await page.locator('select[name=baseline]').selectOption({ index: 1 });
+  await page.getByRole('button', { name: 'Compare' }).click();
+  await page.waitForSelector('#compare[data-ready=yes]');
+  assert.match(await page.locator('#differences').innerText(), /\((\+|−)/);
   await page.locator('#show-all').check();
   assert(await page.locator('#differences tr.same').first().isVisible());
   await page.reload();
   assert(await page.locator('#show-all').isChecked(), 'the switch stays as it was set');
+
+  // The margin over designs: a point leads to its run.
+  await page.goto(base);
+  await page.locator('table a[href^="/recordings/"]').first().click();
+  await page.waitForSelector('svg.history');
+  await look(page, `${colorScheme}-history`);
+  await page.locator('svg.history a').first().focus();
+  await page.keyboard.press('Enter');
+  await page.waitForURL(/verdicts/);
+
+  // Designs by version, with what differs.
+  await page.goto(`${base}/designs`);
+  const light = colorScheme === 'light';
+  await page.locator('input[name=name]').fill('latch');
+  await page.locator('input[name=set]').fill(light ? 'lever.preload_torque_nm=2.82' : 'lever.preload_torque_nm=0.2');
+  await page.getByRole('button', { name: 'Keep' }).click();
+  await page.waitForFunction((text) => document.getElementById('designs')?.textContent.includes(text), light ? 'latch@1' : 'latch@2');
+  assert.match(await page.locator('#designs').innerText(), /lever\.preload_torque_nm 2\.82 \(was 0\.1\)/);
+  await look(page, `${colorScheme}-designs`);
+
+  // A gate, and one held against it: what changed comes first.
+  await page.goto(`${base}/gates`);
+  if (!light) await page.locator('select[name=baseline]').selectOption({ index: 1 });
+  await look(page, `${colorScheme}-gates`);
+  await page.locator('#gate-text').fill('require = "pass"\n[[recordings]]\nfiles = "*.csv"\n[[designs]]\nname = "balanced"\nset = { "lever.center_of_mass_m" = 0.0035 }\n[[designs]]\nname = "latch"\nfile = "latch"\n');
+  await page.getByRole('button', { name: 'Judge' }).click();
+  await page.waitForSelector('#matrix', { timeout: 120_000 });
+  if (!light) assert.match(await page.locator('main').innerText(), /Changed since/);
+  await look(page, `${colorScheme}-gate`);
+  await page.locator('#matrix a', { hasText: 'PASS' }).first().click();
+  await look(page, `${colorScheme}-pair`);
+  if (page.url().includes('/runs/')) await page.locator('#pair').click();
+  await page.waitForURL(/verdicts/, { timeout: 120_000 });
   assert.deepEqual(odd, [], 'requests elsewhere, or errors');
   await context.close();
 }

@@ -134,7 +134,13 @@ pub(super) async fn submit(
     }
     app.admit_bytes(1 << 20)?;
     let request = request_of(&json!({}))?;
-    let (design, _) = resolved(&app, &submitted.design, &submitted.set, &request).await?;
+    let (mut design, _) = resolved(&app, &submitted.design, &submitted.set, &request).await?;
+    // Kept, it is a design of its own, and nothing of it is an override.
+    design.modified.clear();
+    design.modified_from.clear();
+    if submitted.design["name"].is_null() {
+        design.name.clone_from(&name);
+    }
     let design = json!(design);
     let stored = app
         .on_disk(move |parts| parts.ledger.put_design(&name, &design, now_ms()))

@@ -100,7 +100,7 @@ pub(crate) async fn find(app: &App, id: &str) -> Result<GateStanding, Problem> {
 /// pattern or identity, and whose `file` names a stored design.
 #[utoipa::path(
     post, path = "/v1/gates", params(GateQuery),
-    request_body(content = String, content_type = "application/toml"),
+    request_body(content((String = "application/toml"), (String = "text/plain"))),
     responses(
         (status = 200, description = "It is done", body = GateEntry),
         (status = 202, description = "It is worked on; `Location` says where to look", body = GateEntry),
@@ -208,7 +208,7 @@ pub(super) async fn get(
     get, path = "/v1/gates/{id}/events",
     params(("id" = String, Path, description = "The gate's identity")),
     responses(
-        (status = 200, description = "Events", body = String, content_type = "text/event-stream"),
+        (status = 200, description = "Events", body = Object, content_type = "text/event-stream"),
         Refusals,
     )
 )]

@@ -94,7 +94,7 @@ pub(super) async fn get(
     get, path = "/v1/jobs/{id}/events",
     params(("id" = String, Path, description = "The job")),
     responses(
-        (status = 200, description = "Events", body = String, content_type = "text/event-stream"),
+        (status = 200, description = "Events", body = Object, content_type = "text/event-stream"),
         Refusals,
     )
 )]

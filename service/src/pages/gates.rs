@@ -200,7 +200,7 @@ fn changes(
         .collect();
     Ok(html! {
         h2 { "Changed since " a href=(format!("/gates/{baseline}")) { code { (short(baseline)) } } }
-        @if changed.is_empty() { p { "Nothing." } } @else { (pairs(id, summary, &changed, marks)?) }
+        @if changed.is_empty() { p { "Nothing." } } @else { (pairs("Changed", id, summary, &changed, marks)?) }
         @if !changes.removed.is_empty() {
             p { "Gone: " (changes.removed.iter().take(LISTED).map(|(recording, design)| format!("{recording} with {design}")).collect::<Vec<_>>().join(", ")) }
         }
@@ -221,12 +221,13 @@ fn worst(id: &str, summary: &GateSummary, marks: &Marks<'_>) -> Result<Markup, P
     Ok(html! {
         @if !worst.is_empty() {
             h2 { "Not as required, the worst first" }
-            (pairs(id, summary, &worst, marks)?)
+            (pairs("Not as required", id, summary, &worst, marks)?)
         }
     })
 }
 
 fn pairs(
+    label: &str,
     id: &str,
     summary: &GateSummary,
     numbers: &[usize],
@@ -237,7 +238,7 @@ fn pairs(
         listed.push((number, pair(summary, number)?));
     }
     Ok(html! {
-        div.wide tabindex="0" role="region" aria-label="Pairs" {
+        div.wide tabindex="0" role="region" aria-label=(label) {
             table {
                 thead { tr {
                     th scope="col" { "Answer" } th scope="col" { "Required" } th scope="col" { "Recording" } th scope="col" { "Design" }

@@ -69,7 +69,8 @@ pub(super) fn value(value: &Value) -> String {
 /// Lists the numbers in which a design differs from another: key, value, and that of the other.
 pub(super) fn differences(design: &Value, base: &Value) -> Vec<String> {
     let mut found = Vec::new();
-    for (table, values) in design.as_object().into_iter().flatten() {
+    let tables = design.as_object().into_iter().flatten();
+    for (table, values) in tables.filter(|(table, _)| *table != "modified_from") {
         for (key, own) in values.as_object().into_iter().flatten() {
             let other = &base[table][key];
             if own.is_number() && own.as_f64() != other.as_f64() {

@@ -8,7 +8,7 @@ use crate::store::{StoreError, StoredResult};
 use axum::extract::{Path, State};
 use latchgate::report::VERDICT_FILE;
 use maud::{Markup, html};
-use serde_json::Value;
+use serde_json::{Map, Value, json};
 use std::io::Read;
 
 /// Bytes of a document that a page shows.
@@ -145,31 +145,45 @@ fn numbers(document: &Value, nominal: &Value, limit: Option<f64>) -> Markup {
     }
 }
 
-/// Names the column of the series that holds the angle of the nominal run.
-pub(super) fn column(document: &Value) -> String {
-    let word = |key: &str| document["nominal"][key].as_str().unwrap_or("");
+/// Names the column of the series that holds the angle of a run.
+pub(super) fn column(run: &Value) -> String {
+    let word = |key: &str| run[key].as_str().unwrap_or("");
     format!("angle_{}_{}_rad", word("model"), word("opens_when"))
 }
 
-/// Two plots on one axis of time, drawn by the script.
-fn plots(base: &str, report_id: &str, document: &Value) -> Markup {
-    let part = |name: &str| document["error_budget_rad"][name].as_f64().unwrap_or(0.0);
-    let error = part("numerical") + part("interpolation");
+/// Two plots on one axis of time, drawn by the script, with their buttons.
+pub(super) fn stage(one_run: bool) -> Markup {
     html! {
-        section id="plots" data-run=(column(document)) data-base=(base) data-report=(report_id) data-limit=(show::value(&document["threshold_rad"])) data-error=(error.to_string()) {
+        div.tools role="toolbar" aria-label="Plots" {
+            button type="button" data-do="a" { "Cursor A" } button type="button" data-do="b" { "Cursor B" }
+            button type="button" data-do="clear" { "No cursors" }
+            button type="button" data-do="in" { "Zoom in" } button type="button" data-do="out" { "Zoom out" }
+            button type="button" data-do="whole" { "Whole record" }
+            @if one_run { button type="button" data-do="csv" { "CSV of this range" } }
+            button type="button" data-do="svg" { "SVG" } button type="button" data-do="png" { "PNG" }
+            button type="button" data-do="link" { "Copy the link" }
+        }
+        div id="motion" tabindex="0" role="group" aria-label="Plots of acceleration and angle over time; arrow keys move the cursor chosen last, with shift farther; a and b set cursors, plus and minus zoom" {
+            div id="plot-acceleration" {} div id="plot-angle" {}
+        }
+    }
+}
+
+/// What happened over time: plots, cursors, uncertainty.
+fn plots(base: &str, report_id: &str, document: &Value) -> Markup {
+    // U of each run, by the column that holds its angle.
+    let answers = document["answers"].as_array().into_iter().flatten();
+    let errors: Map<String, Value> = answers
+        .map(|answer| (column(answer), answer["uncertainty_rad"].clone()))
+        .collect();
+    let peaks = &document["ensemble"]["peak_angle_rad"];
+    let range = peaks["p05"].as_f64().zip(peaks["p95"].as_f64());
+    html! {
+        section id="plots" data-run=(column(&document["nominal"])) data-base=(base) data-report=(report_id) data-limit=(show::value(&document["threshold_rad"]))
+            data-errors=(Value::Object(errors).to_string()) data-range=(json!(range).to_string()) {
             h2 { "What happened" }
-            div.tools role="toolbar" aria-label="Plots" {
-                button type="button" data-do="a" { "Cursor A" } button type="button" data-do="b" { "Cursor B" }
-                button type="button" data-do="clear" { "No cursors" }
-                button type="button" data-do="in" { "Zoom in" } button type="button" data-do="out" { "Zoom out" }
-                button type="button" data-do="whole" { "Whole record" }
-                button type="button" data-do="csv" { "CSV of this range" } button type="button" data-do="svg" { "SVG" } button type="button" data-do="png" { "PNG" }
-                button type="button" data-do="link" { "Copy the link" }
-            }
+            (stage(true))
             fieldset id="columns" { legend { "Shown" } }
-            div id="motion" tabindex="0" role="group" aria-label="Plots of acceleration and angle over time; arrow keys move the cursor chosen last, with shift farther; a and b set cursors, plus and minus zoom" {
-                div id="plot-acceleration" {} div id="plot-angle" {}
-            }
             table id="cursors" { caption { "Cursors" }
                 thead { tr { th scope="col" { "Cursor" } th scope="col" { "Time" } th scope="col" id="cursor-angle" { "Angle" } th scope="col" { "Acceleration as used" } } }
                 tbody {
@@ -178,7 +192,11 @@ fn plots(base: &str, report_id: &str, document: &Value) -> Markup {
                     tr { th scope="row" { "Δ" } td id="d-time" { "–" } td id="d-angle" { "–" } td id="d-acceleration" { "–" } }
                 }
             }
-            p.muted { "Limit angle " (show::angle(document["threshold_rad"].as_f64())) " as a dashed line; the band around each angle is the uncertainty of its computation." }
+            p.muted {
+                "Limit angle " (show::angle(document["threshold_rad"].as_f64())) " as a dashed line; the band around each angle is the uncertainty of its computation"
+                @if let Some((low, high)) = range { ", the level band the peaks of 90 % of the scattered levers, " (show::angle(Some(low))) " to " (show::angle(Some(high))) }
+                "."
+            }
         }
     }
 }

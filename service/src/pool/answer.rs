@@ -267,7 +267,7 @@ fn summary(document: &Document) -> Summary {
         file: document.recording.file.clone(),
         channel: document.recording.channel.clone(),
         design: document.design.name.clone(),
-        modified: document.design.modified.clone(),
+        modified: changed(&document.design),
         design_version: None,
         verdict: document.verdict.name().into(),
         why: document
@@ -287,6 +287,16 @@ fn summary(document: &Document) -> Summary {
             .as_ref()
             .map_or(0, |ensemble| u64::from(ensemble.members)),
     }
+}
+
+/// Lists what was changed of a design, `key=value`.
+fn changed(design: &Design) -> Vec<String> {
+    let values = json!(design);
+    let value = |key: &str| {
+        let (table, name) = key.split_once('.').unwrap_or(("", key));
+        format!("{key}={}", values[table][name])
+    };
+    design.modified.iter().map(|key| value(key)).collect()
 }
 
 /// Hashes a document without what may differ between two runs.

@@ -289,8 +289,18 @@ fn cli_designs_have_versions() {
     };
     assert_eq!(
         of(json!("stiff@1")),
-        of(json!({"lever": {"preload_torque_nm": 2.0}}))
+        of(json!({"name": "stiff", "lever": {"preload_torque_nm": 2.0}})),
+        "without a name of its own it has that under which it is kept"
     );
+    let made = json!({"name": "stiffer", "design": "stiff@2", "set": ["stop.restitution=0.7"]});
+    let made = client.post("/v1/designs", &made).expect(201).json();
+    assert_eq!(made["design"]["lever"]["preload_torque_nm"], 3.0);
+    assert_eq!(
+        (&made["design"]["name"], &made["design"]["modified"]),
+        (&json!("stiffer"), &json!([]))
+    );
+    let page = client.get("/designs?baseline=stiff@1").expect(200).text();
+    assert!(page.contains("stop.restitution 0.7 (was 0.8)"), "{page}");
     assert_ne!(of(json!("stiff@1")), of(json!("stiff")));
     client
         .post(
