@@ -132,6 +132,13 @@ pub const KEYS: &[Key] = &[
     key("log_format", "json", "json or text."),
 ];
 
+/// Returns what a key is.
+#[must_use]
+pub fn meaning(name: &str) -> &'static str {
+    let known = KEYS.iter().find(|key| key.name == name);
+    known.map_or("", |key| key.meaning)
+}
+
 /// Where a value comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Origin {

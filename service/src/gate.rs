@@ -6,7 +6,7 @@ use crate::clock::now_ms;
 use crate::problem::Problem;
 use crate::store::{
     Blobs, GateOutcome, GateRecording, GateStanding, JobState, Ledger, Question, StoreError,
-    StoredFile, StoredGate, StoredRecording, sha256_hex,
+    StoredDesign, StoredFile, StoredGate, StoredRecording, sha256_hex,
 };
 use glob::{MatchOptions, Pattern};
 use latchgate::gate::plan::PlannedRecording;
@@ -53,7 +53,8 @@ pub fn planned(parts: &Parts, asked: GateAsked) -> Result<(StoredGate, Vec<Quest
     let file = GateFile::from_toml(&asked.name, &asked.text, &Limits::default()).map_err(told)?;
     let mut errors = Vec::new();
     let recordings = recordings(&*parts.ledger, &file, &mut errors)?;
-    let designs = designs(&*parts.ledger, &file, &mut errors)?;
+    let mut versions = BTreeMap::new();
+    let designs = designs(&*parts.ledger, &file, &mut versions, &mut errors)?;
     let most = parts.config.gate_pairs;
     let count = (recordings.len() * designs.len()) as u64;
     if count > most {
@@ -80,6 +81,7 @@ pub fn planned(parts: &Parts, asked: GateAsked) -> Result<(StoredGate, Vec<Quest
         text: asked.text,
         recordings: plan.recordings.iter().map(entered).collect(),
         designs: plan.designs.iter().map(|design| json!(design)).collect(),
+        versions,
         baseline: asked.baseline,
         allow_removed: asked.allow_removed,
         no_worse: asked.no_worse,
@@ -102,11 +104,13 @@ pub fn planned(parts: &Parts, asked: GateAsked) -> Result<(StoredGate, Vec<Quest
 /// Returns the question of a pair, in the order of recordings, and of designs for each.
 pub(crate) fn question(gate: &StoredGate, number: usize, decision_alone: bool) -> Question {
     let recording = &gate.recordings[number / gate.designs.len()];
+    let design = &gate.designs[number % gate.designs.len()];
+    let name = design["name"].as_str().unwrap_or("");
     Question {
         recording: recording.id.clone(),
         request: recording.request.clone(),
-        design: gate.designs[number % gate.designs.len()].clone(),
-        design_name: None,
+        design: design.clone(),
+        design_name: gate.versions.get(name).cloned(),
         decision_alone,
     }
 }
@@ -208,14 +212,22 @@ fn named<'a>(
 fn designs(
     ledger: &dyn Ledger,
     file: &GateFile,
+    versions: &mut BTreeMap<String, String>,
     errors: &mut Vec<Error>,
 ) -> Result<Vec<Design>, StoreError> {
     let mut found: BTreeMap<String, Design> = BTreeMap::new();
     for entry in &file.designs {
         let (mut design, reference) = match &entry.file {
             None => (Design::reference(), None),
-            Some(reference) => match named_design(ledger, reference)? {
-                Some((design, full)) => (design, Some(full)),
+            Some(reference) => match StoredDesign::find(ledger, reference)? {
+                Some(stored) => {
+                    let reference = stored.reference();
+                    let odd = |_| StoreError::Damaged {
+                        what: format!("the design {reference}"),
+                    };
+                    let design = serde_json::from_value(stored.design).map_err(odd)?;
+                    (design, Some(reference))
+                }
                 None => {
                     let expected = format!("a stored design named `{reference}`");
                     let hint = "submit it first, or mend the name; /v1/designs lists them";
@@ -229,35 +241,19 @@ fn designs(
         if let Err(error) = changed.and_then(|()| design.validate()) {
             errors.push(error.at(entry.place.clone()));
         }
-        if let Some(name) = entry.name.clone().or(reference) {
-            design.name = name;
+        if let Some(name) = &entry.name {
+            design.name.clone_from(name);
         }
         if found.contains_key(&design.name) {
             let expected = format!("one design named `{}`", design.name);
             let error = Error::malformed(expected, "two", "give one of them another `name`");
             errors.push(error.at(entry.place.clone()));
         }
+        let reference = reference.filter(|_| entry.set.is_empty());
+        versions.extend(reference.map(|full| (design.name.clone(), full)));
         found.insert(design.name.clone(), design);
     }
     Ok(found.into_values().collect())
-}
-
-fn named_design(
-    ledger: &dyn Ledger,
-    reference: &str,
-) -> Result<Option<(Design, String)>, StoreError> {
-    let (name, version) = match reference.rsplit_once('@') {
-        Some((name, version)) => match version.parse() {
-            Ok(version) => (name, Some(version)),
-            Err(_) => return Ok(None),
-        },
-        None => (reference, None),
-    };
-    let stored = ledger.design(name, version)?;
-    Ok(stored.and_then(|stored| {
-        let full = format!("{}@{}", stored.name, stored.version);
-        Some((serde_json::from_value(stored.design).ok()?, full))
-    }))
 }
 
 /// Reads a file of a gate's outcome.

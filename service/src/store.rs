@@ -326,6 +326,8 @@ pub struct StoredGate {
     pub recordings: Vec<GateRecording>,
     /// Designs in the order of their names, every number written out.
     pub designs: Vec<Value>,
+    /// Name and version in the store of those designs that were taken from there as they are.
+    pub versions: BTreeMap<String, String>,
     /// The gate that it is compared with.
     pub baseline: Option<String>,
     /// Whether pairs of the baseline may be gone.
@@ -382,6 +384,29 @@ pub struct StoredDesign {
     pub design: Value,
     /// When it came [ms since 1970].
     pub created_ms: i64,
+}
+
+impl StoredDesign {
+    /// Returns name and version, as questions use them.
+    #[must_use]
+    pub fn reference(&self) -> String {
+        format!("{}@{}", self.name, self.version)
+    }
+
+    /// Finds a design by `name@version`, or by `name` the newest.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] if it cannot be read.
+    pub fn find(ledger: &dyn Ledger, reference: &str) -> Result<Option<Self>, StoreError> {
+        match reference.rsplit_once('@') {
+            None => ledger.design(reference, None),
+            Some((name, version)) => match version.parse() {
+                Ok(version) => ledger.design(name, Some(version)),
+                Err(_) => Ok(None),
+            },
+        }
+    }
 }
 
 /// A token without its secret.

@@ -105,6 +105,32 @@ def of_a_verdict(count=60):
     check("ratio of the two", served / alone, 1.25, "")
 
 
+def of_a_gate(count=300):
+    designs = "".join(f'[[designs]]\nname = "d{number:03}"\nset = {{ "lever.preload_torque_nm" = {2 + number * 1e-3:.3f} }}\n'
+                      for number in range(count))
+    text = f'[[recordings]]\nfiles = "burst.csv"\n{designs}'
+    with tempfile.TemporaryDirectory() as place:
+        place = pathlib.Path(place)
+        for path in (SIGNAL, CARD):
+            (place / path.name).write_bytes(path.read_bytes())
+        (place / "gate.toml").write_text(text)
+        began = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([PROGRAMS / "latchgate", "gate", "gate.toml", "--no-store", "--reports", "none", "--out", "out"],
+                       cwd=place, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        ended = resource.getrusage(resource.RUSAGE_CHILDREN)
+    alone = (ended.ru_utime + ended.ru_stime - began.ru_utime - began.ru_stime) / count
+    service = Service()
+    service.upload()
+    began, clock = cpu_of(service.process.pid), time.monotonic()
+    entry = json.loads(service.ask("POST", "/v1/gates", text)[2])
+    # Until its end: the full reports of the worst come after that.
+    service.ask("GET", f"/v1/gates/{entry['id']}/events")
+    served, took = (cpu_of(service.process.pid) - began) / count, time.monotonic() - clock
+    service.end()
+    print(f"processor time of a pair of a gate: {1e3 * served:.1f} ms served, {1e3 * alone:.1f} ms by the command line; "
+          f"{count} pairs after {took:.1f} s")
+
+
 def of_a_what_if(count=300, per_s=10):
     service = Service()
     recording = service.upload()
@@ -174,6 +200,7 @@ def of_overload(seconds=15):
 
 
 of_a_verdict()
+of_a_gate()
 of_a_what_if()
 of_overload()
 print("beyond what is stated: " + ", ".join(failed) if failed else "all as stated")

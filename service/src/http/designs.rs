@@ -48,7 +48,7 @@ pub(super) struct KeptDesign {
 impl From<StoredDesign> for KeptDesign {
     fn from(stored: StoredDesign) -> Self {
         Self {
-            reference: format!("{}@{}", stored.name, stored.version),
+            reference: stored.reference(),
             name: stored.name,
             version: stored.version,
             design: stored.design,
@@ -66,16 +66,11 @@ pub(super) struct DesignList {
 
 /// Finds a design by `name` or `name@version`.
 pub(crate) async fn find(app: &App, reference: &str) -> Result<StoredDesign, Problem> {
-    let unknown = || Problem::not_found(&format!("design {reference}; see /v1/designs"));
-    let (name, version) = match reference.rsplit_once('@') {
-        Some((name, version)) => (name, Some(version.parse::<i64>().map_err(|_| unknown())?)),
-        None => (reference, None),
-    };
-    let name = name.to_string();
+    let wanted = reference.to_string();
     let found = app
-        .on_disk(move |parts| parts.ledger.design(&name, version))
+        .on_disk(move |parts| StoredDesign::find(&*parts.ledger, &wanted))
         .await?;
-    found.ok_or_else(unknown)
+    found.ok_or_else(|| Problem::not_found(&format!("design {reference}; see /v1/designs")))
 }
 
 /// Makes a design plain: tables, or one that is kept, with overrides; returns its name and version
@@ -89,7 +84,7 @@ pub(super) async fn resolved(
     let (design, name) = match design {
         Value::String(name) => {
             let stored = find(app, name).await?;
-            let full = format!("{}@{}", stored.name, stored.version);
+            let full = stored.reference();
             (stored.design, Some(full))
         }
         design => (design.clone(), None),

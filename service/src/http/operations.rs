@@ -1,6 +1,7 @@
 //! Health, readiness, limits, counters, the description of the interface.
 
 use crate::app::App;
+use crate::config::meaning;
 use crate::jail::Jail;
 use crate::problem::{Problem, Refusals};
 use axum::Json;
@@ -72,86 +73,39 @@ pub(super) struct LimitList {
 pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
     let config = &app.config;
     let own = [
-        (
-            "upload_bytes",
-            config.upload_bytes,
-            "bytes",
-            "Bytes of one upload.",
-            "upload_mib",
-        ),
+        ("upload_bytes", config.upload_bytes, "bytes", "upload_mib"),
         (
             "upload_files",
             config.upload_files as u64,
             "files",
-            "Files of one upload.",
             "upload_files",
         ),
-        (
-            "upload_time",
-            config.upload_time.as_secs(),
-            "s",
-            "Time that an upload may take.",
-            "upload_s",
-        ),
-        (
-            "order_time",
-            config.order_time.as_secs(),
-            "s",
-            "Time that one question may take.",
-            "order_s",
-        ),
+        ("upload_time", config.upload_time.as_secs(), "s", "upload_s"),
+        ("order_time", config.order_time.as_secs(), "s", "order_s"),
         (
             "child_memory",
             config.child_memory_bytes,
             "bytes",
-            "Memory of the process that reads and judges.",
             "child_memory_mib",
         ),
-        (
-            "queue",
-            config.queue,
-            "jobs",
-            "Jobs that may wait.",
-            "queue",
-        ),
-        (
-            "own_queue",
-            config.own_queue,
-            "jobs",
-            "Jobs of one token that may wait or run.",
-            "own_queue",
-        ),
-        (
-            "own_bytes",
-            config.own_bytes,
-            "bytes",
-            "Bytes that one token may upload in all.",
-            "own_mib",
-        ),
-        (
-            "gate_pairs",
-            config.gate_pairs,
-            "pairs",
-            "Pairs of a recording and a design of one gate.",
-            "gate_pairs",
-        ),
+        ("queue", config.queue, "jobs", "queue"),
+        ("own_queue", config.own_queue, "jobs", "own_queue"),
+        ("own_bytes", config.own_bytes, "bytes", "own_mib"),
+        ("gate_pairs", config.gate_pairs, "pairs", "gate_pairs"),
         (
             "rate",
             config.rate_per_s,
             "requests per second",
-            "Requests of one token.",
             "rate_per_s",
         ),
     ];
-    let own = own
-        .into_iter()
-        .map(|(name, value, unit, meaning, key)| ListedLimit {
-            name: name.into(),
-            value,
-            unit: unit.into(),
-            meaning: meaning.into(),
-            change: format!("`{key}` in the service's configuration"),
-        });
+    let own = own.into_iter().map(|(name, value, unit, key)| ListedLimit {
+        name: name.into(),
+        value,
+        unit: unit.into(),
+        meaning: meaning(key).into(),
+        change: format!("`{key}` in the service's configuration"),
+    });
     let of_reading = Limits::default()
         .entries()
         .into_iter()

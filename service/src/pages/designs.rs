@@ -3,7 +3,6 @@
 use super::{Failed, show, whole};
 use crate::app::App;
 use crate::http::designs::find;
-use crate::store::StoredDesign;
 use axum::extract::{Query, State};
 use latchgate::pipeline::Design;
 use maud::{Markup, html};
@@ -35,7 +34,7 @@ pub(super) async fn page(
             label { "Differences to "
                 select name="baseline" {
                     option value="" { "the version before" }
-                    @for design in &designs { (choice(&reference(design), chosen.as_deref())) }
+                    @for design in &designs { (choice(&design.reference(), chosen.as_deref())) }
                 }
             }
             button { "Show" }
@@ -49,8 +48,8 @@ pub(super) async fn page(
                         @let before = designs.get(index + 1).filter(|before| before.name == design.name);
                         @let base = baseline.as_ref().or(before);
                         tr {
-                            th scope="row" { (reference(design)) }
-                            td { @match base { Some(base) => (reference(base)), None => "the paper's lever" } }
+                            th scope="row" { (design.reference()) }
+                            td { @match base { Some(base) => (base.reference()), None => "the paper's lever" } }
                             td { (differences(&design.design, base.map_or(&paper, |base| &base.design))) }
                             td { a href=(format!("/?design={}", show::encoded(design.design["name"].as_str().unwrap_or("")))) { "verdicts" } }
                         }
@@ -65,7 +64,7 @@ pub(super) async fn page(
                 label { "Made from "
                     select name="base" {
                         option value="" { "the paper's lever" }
-                        @for design in &designs { (choice(&reference(design), None)) }
+                        @for design in &designs { (choice(&design.reference(), None)) }
                     }
                 }
                 label { "Changed " input name="set" placeholder="lever.preload_torque_nm=2.82, stop.restitution=0.7"; }
@@ -75,11 +74,6 @@ pub(super) async fn page(
         }
     };
     Ok(whole("Designs", &body))
-}
-
-/// Returns name and version, as questions use them.
-pub(super) fn reference(design: &StoredDesign) -> String {
-    format!("{}@{}", design.name, design.version)
 }
 
 fn choice(name: &str, chosen: Option<&str>) -> Markup {

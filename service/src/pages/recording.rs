@@ -1,6 +1,5 @@
 //! What a recording holds, and the form that asks for a verdict.
 
-use super::designs::reference;
 use super::history::margins;
 use super::{Failed, show, table, whole};
 use crate::app::App;
@@ -64,7 +63,7 @@ pub(super) async fn page(
         .iter()
         .map(|design| {
             let differences = show::differences(&design.design, &paper);
-            (reference(design), differences.join(", "))
+            (design.reference(), differences.join(", "))
         })
         .collect();
     let body = html! {

@@ -633,7 +633,7 @@ fn put_design(
         created_ms: now_ms,
     };
     let body = text_of(&stored);
-    let key = format!("{}@{}", stored.name, stored.version);
+    let key = stored.reference();
     connection.execute(
         "INSERT INTO designs (name, version, body, sum) VALUES (?, ?, ?, ?)",
         params![

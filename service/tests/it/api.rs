@@ -358,6 +358,29 @@ fn cli_a_job_tells_its_steps() {
     );
 }
 
+/// All that a page loads is small: the script below 40 kB, everything below 200 kB.
+#[test]
+fn tidy_the_page_is_small() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let id = client.upload("burst.csv")["id"].clone();
+    let question = json!({"recording": id, "request": {"members": 128}});
+    let verdict = client
+        .post("/v1/verdicts?wait=60", &question)
+        .expect(200)
+        .json();
+    let page = format!("/verdicts/{}", verdict["report_id"].as_str().unwrap());
+    let page = client.get(&page).expect(200).text();
+    let mut bytes = page.len();
+    for name in page.split('"').filter(|text| text.starts_with("/assets/")) {
+        bytes += client.get(name).expect(200).body.len();
+    }
+    assert!(bytes < 200_000, "{bytes}");
+    let script = client.get("/assets/app.js").expect(200).body.len();
+    assert!(script < 40_000, "{script}");
+}
+
 /// Errors name limit, value, place and the way out, in words of HTTP.
 #[test]
 fn cli_problems_say_what_to_do() {

@@ -167,6 +167,19 @@ fn cli_a_gate_is_held_against_its_baseline() {
         std::time::Duration::from_secs(60),
         || client.get(&format!("{page}/runs/0")).status == 303,
     );
+    // A stored design has the name that its file would have: a question about it is the same.
+    let recording = client.upload("burst.csv")["id"].clone();
+    let verdict = client.post(
+        "/v1/verdicts?wait=60",
+        &json!({"recording": recording, "design": "lever@2"}),
+    );
+    let verdict = verdict.expect(200).json();
+    assert_eq!(
+        verdict["report_id"],
+        summary["pairs"][0]["row"]["report_id"]
+    );
+    let listed = client.get("/v1/verdicts").json();
+    assert_eq!(listed["verdicts"][0]["design_version"], "lever@2");
     let alone = client.get(&format!("{page}/runs/1")).expect(200).text();
     assert!(alone.contains("Make the report"), "{alone}");
     let fewer = gate.replace(", \"surviving.csv\"", "");

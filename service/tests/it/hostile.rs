@@ -120,7 +120,6 @@ fn verif_hostile_uploads_harm_no_good_one() {
     let folder = Folder::new();
     let service = Service::start(&folder, &[]);
     let client = service.client();
-    let id = client.upload("burst.csv")["id"].clone();
     let ask = |id: &serde_json::Value, number: u32| {
         let set = format!("lever.preload_torque_nm=2.{number:03}");
         json!({"recording": id, "request": {"members": 0}, "set": [set]})
@@ -155,8 +154,8 @@ fn verif_hostile_uploads_harm_no_good_one() {
     });
     let lever = latchgate::pipeline::Design::reference();
     let card = std::fs::read(crate::support::root().join("signals/burst.csv.toml")).unwrap();
-    let source =
-        latchgate::pipeline::Source::bytes("burst.csv", signal("burst.csv")).with_card(card);
+    let source = latchgate::pipeline::Source::bytes("burst.csv", signal("burst.csv"));
+    let source = source.with_card(card.clone());
     let request = serde_json::from_str(r#"{"members": 0}"#).unwrap();
     let (limits, control) = Default::default();
     let prepared =
@@ -169,6 +168,9 @@ fn verif_hostile_uploads_harm_no_good_one() {
         let expected = prepared
             .judge(&design, Default::default(), &control)
             .document;
+        let name = format!("good-{number}.csv");
+        let good = client.upload_bytes(&name, &signal("burst.csv"), Some(&card));
+        let id = good.expect(201).json()["id"].clone();
         let served = client
             .post("/v1/verdicts?wait=60", &ask(&id, number))
             .expect(200)
