@@ -1,4 +1,16 @@
 //! `latchgate gate`: many recordings and designs, one exit code.
+//!
+//! - `engine`: the programs of a batch system, called with a limit on time;
+//! - `kubernetes`: shares as an Indexed Job of Kubernetes;
+//! - `slurm`: shares as job arrays of Slurm;
+//! - `supervise`: the process of a share, and what ended it;
+//! - `sweep`: the shares of a gate for a cluster: judged, handed out, watched and collected.
+
+mod engine;
+mod kubernetes;
+mod slurm;
+mod supervise;
+pub mod sweep;
 
 use super::failure::{COULD_NOT, Failure};
 use super::options::Common;
@@ -15,6 +27,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
+use sweep::{SweepArguments, SweepCommand};
 
 /// Options of `gate`.
 #[derive(Debug, Clone, Args)]
@@ -56,6 +69,9 @@ pub struct GateArguments {
     /// Print the JSON Schema of gate files
     #[arg(long, conflicts_with = "gate")]
     pub schema: bool,
+    /// Shares of it.
+    #[command(flatten)]
+    pub sweep: SweepArguments,
 }
 
 /// Which pairs get a full report.
@@ -89,9 +105,23 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
     // clap asks for the file where none of the two is given.
     let path = own.gate.as_deref().unwrap_or(Path::new(""));
     let folder = own.out.clone().unwrap_or_else(|| default_folder(path));
-    let Some(plan) = plan(path, &[folder.clone(), store_folder(own, path)], &limits)? else {
+    let at = store_folder(own, path);
+    let mut ours = vec![folder.clone(), at.clone()];
+    ours.extend(own.sweep.columns.clone());
+    let Some(plan) = plan(path, &ours, &limits)? else {
         return Ok(COULD_NOT);
     };
+    let sweep = own.sweep.is_asked().then(|| SweepCommand {
+        gate: path,
+        plan: &plan,
+        store: &at,
+        limits: &limits,
+        own,
+        common,
+    });
+    if let Some(sweep) = sweep.as_ref().filter(|_| !own.sweep.collect) {
+        return sweep.work();
+    }
     let baseline = own
         .baseline
         .as_deref()
@@ -99,21 +129,6 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
         .transpose()
         .map_err(Failure::Data)?;
     check_baseline(own, &folder)?;
-    let store = Arc::new(store(own, path).map_err(Failure::Data)?);
-    let progress = Progress::new("gate").that_keeps();
-    let judged = progress.watch("gate", common.thread_count(), |control| {
-        gate::run(&plan, &limits, &store, control)
-    });
-    let judged = judged.map_err(Failure::of_data).inspect_err(|failure| {
-        if matches!(failure, Failure::Interrupted) && !own.no_store {
-            let kept = store_folder(own, path);
-            output::talk(&format!(
-                "latchgate: what was judged is kept in {}; the same command goes on from there",
-                kept.display()
-            ));
-        }
-    })?;
-    let cached: usize = judged.iter().map(|judged| judged.cached).sum();
     let date = own.date.clone().unwrap_or_else(today);
     let asked = Asked {
         date: &date,
@@ -121,26 +136,61 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
         allow_removed: own.allow_removed,
         no_worse: own.no_worse,
     };
-    let mut summary = gate::hold(&plan, judged, &store, asked).map_err(Failure::Data)?;
+    if let Some(sweep) = sweep {
+        let collected = sweep.collect(asked).and_then(|summary| match summary {
+            Some(summary) => answer(own, common, &plan, summary, &folder),
+            None => Ok(COULD_NOT),
+        });
+        sweep.keep_answer(*collected.as_ref().unwrap_or(&COULD_NOT))?;
+        return collected;
+    }
+    let store = Arc::new(store(own, path).map_err(Failure::Data)?);
+    let progress = Progress::new("gate").that_keeps();
+    let judged = progress.watch("gate", common.thread_count(), |control| {
+        gate::run(&plan, &limits, &store, control)
+    });
+    drop(progress);
+    let judged = judged.map_err(Failure::of_data).inspect_err(|failure| {
+        if matches!(failure, Failure::Interrupted) && !own.no_store {
+            output::talk(&format!(
+                "latchgate: what was judged is kept in {}; the same command goes on from there",
+                at.display()
+            ));
+        }
+    })?;
+    let cached: usize = judged.iter().map(|judged| judged.cached).sum();
+    let summary = gate::hold(&plan, judged, &store, asked).map_err(Failure::Data)?;
+    let pairs = summary.counts.pairs;
+    let code = answer(own, common, &plan, summary, &folder);
+    if cached > 0 {
+        output::talk(&format!("latchgate: {cached} of {pairs} pairs cached"));
+    }
+    code
+}
+
+/// Writes the files of a gate and prints its answer; returns the exit code.
+fn answer(
+    own: &GateArguments,
+    common: &Common,
+    plan: &Plan,
+    mut summary: GateSummary,
+    folder: &Path,
+) -> Result<u8, Failure> {
+    let limits = common.limits().map_err(Failure::Usage)?;
     let reports = match own.reports {
         ReportsArgument::None => Reports::None,
         ReportsArgument::Failing => Reports::Failing,
         ReportsArgument::All => Reports::All,
     };
+    let progress = Progress::new("reports").that_keeps();
     let written = progress.watch("reports", common.thread_count(), |control| {
-        gate::files::write(&folder, &plan, &summary, reports, &limits, control)
+        gate::files::write(folder, plan, &summary, reports, &limits, control)
     });
     drop(progress);
     if let Err(error) = &written {
         summary.add_problem("report-not-written", &error.to_string());
     }
-    let printed = print(own, common, &summary, &folder, written.is_ok());
-    if cached > 0 {
-        output::talk(&format!(
-            "latchgate: {cached} of {} pairs cached",
-            summary.counts.pairs
-        ));
-    }
+    let printed = print(own, common, &summary, folder, written.is_ok());
     let left_out = written.map_err(Failure::of_data)?;
     printed.map_err(Failure::Data)?;
     if left_out > 0 {

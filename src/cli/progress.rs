@@ -1,6 +1,6 @@
 //! What a command is doing and how far it has come, on a terminal, and Ctrl-C, which ends it.
 
-use super::failure::INTERRUPTED;
+use super::failure::{COULD_NOT, INTERRUPTED};
 use super::output;
 use crate::parallel::Control;
 use crate::report::escape;
@@ -11,6 +11,9 @@ use std::time::{Duration, Instant};
 
 /// Set by Ctrl-C.
 static STOPPED: AtomicBool = AtomicBool::new(false);
+
+/// Set where the command is to end with the exit code of something that could not be done.
+static TERMINATED: AtomicBool = AtomicBool::new(false);
 
 /// Set once a command that writes down what was done has heard the wish to stop.
 static KEEPING: AtomicBool = AtomicBool::new(false);
@@ -37,28 +40,65 @@ pub(super) const WORD: &str = "latchgate: interrupted";
 /// second one ends it at once.
 pub(super) fn listen() {
     // Fails only if somebody else listens already; then Ctrl-C does what it does without us.
-    let _ = ctrlc::set_handler(|| {
-        if !STOPPED.swap(true, Ordering::Relaxed) {
-            std::thread::spawn(|| {
-                std::thread::sleep(GRACE);
-                if KEEPING.load(Ordering::Relaxed) {
-                    std::thread::sleep(GRACE_TO_KEEP);
-                }
-                end();
-            });
-        } else {
-            end();
+    let _ = ctrlc::set_handler(ask_to_end);
+}
+
+fn ask_to_end() {
+    if STOPPED.swap(true, Ordering::Relaxed) {
+        end();
+    }
+    std::thread::spawn(|| {
+        std::thread::sleep(GRACE);
+        if KEEPING.load(Ordering::Relaxed) {
+            std::thread::sleep(GRACE_TO_KEEP);
         }
+        end();
     });
+}
+
+/// Ends the command as Ctrl-C does, but as something that could not be done. A second wish changes
+/// nothing: whoever ends a batch of processes may say so to each of them and to all.
+pub(super) fn terminate() {
+    TERMINATED.store(true, Ordering::Relaxed);
+    if !stopped() {
+        ask_to_end();
+    }
+}
+
+/// Makes SIGTERM end the command with what it has done kept.
+#[cfg(unix)]
+pub(super) fn listen_to_terminate() {
+    use signal_hook::consts::SIGTERM;
+    use signal_hook::iterator::Signals;
+    KEEPING.store(true, Ordering::Relaxed);
+    // Fails only for signals that nobody may catch.
+    if let Ok(mut signals) = Signals::new([SIGTERM]) {
+        std::thread::spawn(move || signals.forever().for_each(|_| terminate()));
+    }
+}
+
+/// Where there is no SIGTERM nothing is to be heard.
+#[cfg(not(unix))]
+pub(super) fn listen_to_terminate() {
+    KEEPING.store(true, Ordering::Relaxed);
+}
+
+/// Returns whether the command is to end as something that could not be done.
+pub(super) fn terminated() -> bool {
+    TERMINATED.load(Ordering::Relaxed)
 }
 
 fn end() -> ! {
     wipe();
     output::talk(WORD);
-    std::process::exit(i32::from(INTERRUPTED));
+    std::process::exit(i32::from(if terminated() {
+        COULD_NOT
+    } else {
+        INTERRUPTED
+    }));
 }
 
-/// Returns whether Ctrl-C was pressed.
+/// Returns whether the command is to end.
 pub(super) fn stopped() -> bool {
     STOPPED.load(Ordering::Relaxed)
 }

@@ -51,7 +51,10 @@ pub fn write(
         Reports::Failing => summary.pairs.worst(),
         Reports::All => (0..summary.pairs.len()).collect(),
     };
-    let all = numbers.len();
+    let all = match reports {
+        Reports::Failing => summary.counts.not_as_required,
+        _ => numbers.len(),
+    };
     if reports == Reports::Failing {
         numbers.truncate(REPORTS_MAX);
     }
@@ -61,10 +64,14 @@ pub fn write(
         control.unmeasured(|control| {
             let pair = summary.pairs.get(number)?;
             let control = control.with_threads(1);
-            full(beside.path(), plan, number, &pair, limits, &control)
+            let place = summary.pairs.place(number);
+            full(beside.path(), plan, place, &pair, limits, &control)
         })
     })?;
-    let folders = numbers.into_iter().zip(folders).collect();
+    let folders = numbers.into_iter().zip(folders);
+    let folders = folders
+        .filter_map(|(number, folder)| Some((number, folder?)))
+        .collect();
     let file = |name: &str| {
         let path = beside.path().join(name);
         let made = File::create(&path).map(BufWriter::new);
@@ -85,7 +92,8 @@ pub fn write(
     Ok(left_out)
 }
 
-/// Writes the full report of a pair; returns its folder, relative to `folder`.
+/// Writes the full report of a pair; returns its folder, relative to `folder`. A pair that was given
+/// up because it ended its process has none.
 fn full(
     folder: &Path,
     plan: &Plan,
@@ -93,7 +101,10 @@ fn full(
     pair: &Pair,
     limits: &Limits,
     control: &Control<'_>,
-) -> Result<String, Error> {
+) -> Result<Option<String>, Error> {
+    if pair.row.report_id.is_empty() {
+        return Ok(None);
+    }
     let recording = &plan.recordings[number / plan.designs.len()];
     let design = &plan.designs[number % plan.designs.len()];
     let source = Source::File(recording.path.clone());
@@ -125,7 +136,7 @@ fn full(
         outcome.evidence.as_ref(),
         Some(&recording.path),
     )?;
-    Ok(own)
+    Ok(Some(own))
 }
 
 /// Files and folders that a gate writes: all that may stand in a folder that is replaced.

@@ -80,8 +80,8 @@ fn suites(summary: &GateSummary) -> Suites<'_> {
             }))
         })
         .collect();
-    let worst = pairs.worst();
-    let all = own.len() + pairs.len();
+    let (worst, not_as_required) = summary.standing(PairStanding::NotAsRequired);
+    let all = own.len() + summary.counts.pairs.max(pairs.len());
     let mut listed: Vec<usize> = (0..pairs.len()).collect();
     let mut recordings = Vec::new();
     if all > TESTS_MAX {
@@ -91,8 +91,8 @@ fn suites(summary: &GateSummary) -> Suites<'_> {
         // An exception is never left out while there is room.
         let allowed = pairs.standing(PairStanding::Allowed);
         listed.extend(allowed.into_iter().take(room - listed.len()));
-        if worst.len() > room {
-            own.push(Case::Other(Box::new(further(worst.len() - room))));
+        if not_as_required > room {
+            own.push(Case::Other(Box::new(further(not_as_required - room))));
         } else {
             recordings = per_recording(summary, TESTS_MAX - own.len() - listed.len());
         }
@@ -106,7 +106,7 @@ fn suites(summary: &GateSummary) -> Suites<'_> {
     }
     let designs = summary.designs.len().max(1);
     for number in listed {
-        let design = &summary.designs[number % designs];
+        let design = &summary.designs[pairs.place(number) % designs];
         suites
             .entry((true, &design.name))
             .or_default()
@@ -119,7 +119,7 @@ fn further(left: usize) -> Written {
     Written {
         name: "further pairs".into(),
         outcome: TestOutcome::Failure,
-        message: format!("{left} further pairs are not as required; summary.json lists them"),
+        message: format!("{left} further pairs are not as required; the others are the worst"),
         text: String::new(),
     }
 }
@@ -127,24 +127,21 @@ fn further(left: usize) -> Written {
 /// One test per recording of which every pair stands, at most `most`; those of others are listed.
 fn per_recording(summary: &GateSummary, most: usize) -> Vec<Case> {
     let designs = summary.designs.len();
-    let marks = summary.pairs.marks().chunks(designs.max(1));
-    let counted = marks.map(|of_recording| {
-        of_recording
-            .iter()
-            .filter(|mark| mark.exit_code() == 0)
-            .count()
-    });
-    let named = summary.recordings.iter().zip(counted);
-    let named = named
-        .filter(|(_, standing)| *standing == designs)
-        .take(most);
+    let pairs = &summary.pairs;
+    let mut stands = vec![true; summary.recordings.len()];
+    for index in pairs.worst() {
+        // Where not all pairs are at hand the worst of each recording is.
+        stands[pairs.place(index) / designs.max(1)] = false;
+    }
+    let named = summary.recordings.iter().zip(stands);
+    let named = named.filter(|(_, stands)| *stands).take(most);
     named
-        .map(|(recording, standing)| {
+        .map(|(recording, _)| {
             Case::Other(Box::new(Written {
                 name: recording.name.clone(),
                 outcome: TestOutcome::Passed,
                 message: String::new(),
-                text: format!("{standing} of {designs} designs stand"),
+                text: format!("{designs} of {designs} designs stand"),
             }))
         })
         .collect()

@@ -40,19 +40,18 @@ pub fn render(summary: &GateSummary) -> Result<String, Error> {
             summary.problems.len() - LISTED
         );
     }
-    let pairs = &summary.pairs;
     table(
         &mut out,
         summary,
         "Not as required, the worst first",
-        &pairs.worst(),
+        PairStanding::NotAsRequired,
     )?;
     exceptions(&mut out, summary)?;
     table(
         &mut out,
         summary,
         "Not as required, but no worse than the baseline",
-        &pairs.standing(PairStanding::NoWorse),
+        PairStanding::NoWorse,
     )?;
     if let Some(baseline) = &summary.baseline {
         let _ = writeln!(out, "\n### Since the baseline\n");
@@ -100,8 +99,9 @@ fn table(
     out: &mut String,
     summary: &GateSummary,
     title: &str,
-    numbers: &[usize],
+    standing: PairStanding,
 ) -> Result<(), Error> {
+    let (numbers, all) = summary.standing(standing);
     if numbers.is_empty() {
         return Ok(());
     }
@@ -110,7 +110,7 @@ fn table(
         "\n### {title}\n\n| answer | recording | design | |\n| --- | --- | --- | --- |"
     );
     let mut shown = 0;
-    for alike in text::told_alike(&summary.pairs, numbers, LISTED)? {
+    for alike in text::told_alike(&summary.pairs, &numbers, LISTED)? {
         let pair = &alike.first;
         let designs = match alike.numbers.len() {
             1 => code(&pair.design),
@@ -125,12 +125,8 @@ fn table(
         );
         shown += alike.numbers.len();
     }
-    if numbers.len() > shown {
-        let _ = writeln!(
-            out,
-            "\n{} further ones in summary.json.",
-            numbers.len() - shown
-        );
+    if all > shown {
+        let _ = writeln!(out, "\n{} further ones in {}.", all - shown, summary.rest());
     }
     Ok(())
 }
@@ -223,7 +219,7 @@ pub fn annotations(summary: &GateSummary) -> Result<String, Error> {
         .map(|problem| annotation(&problem.code, &problem.text))
         .take(ANNOTATIONS_MAX)
         .collect();
-    let worst = summary.pairs.worst();
+    let (worst, all) = summary.standing(PairStanding::NotAsRequired);
     for &number in worst.iter().take(ANNOTATIONS_MAX - lines.len()) {
         let pair = summary.pairs.get(number)?;
         let title = format!(
@@ -234,7 +230,7 @@ pub fn annotations(summary: &GateSummary) -> Result<String, Error> {
         );
         lines.push(annotation(&title, &text::what(&pair)));
     }
-    let all = summary.problems.len() + worst.len();
+    let all = summary.problems.len() + all;
     if all > ANNOTATIONS_MAX {
         lines.truncate(ANNOTATIONS_MAX - 1);
         let more = format!(

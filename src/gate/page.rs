@@ -75,39 +75,42 @@ pub fn write(
     }
     counts(&mut out, summary);
     out.push_str("</section>\n");
-    let pairs = &summary.pairs;
-    for (id, title, numbers) in [
-        ("worst", "Not as required, the worst first", pairs.worst()),
+    for (id, title, standing) in [
+        (
+            "worst",
+            "Not as required, the worst first",
+            PairStanding::NotAsRequired,
+        ),
         (
             "exceptions",
             "Let through by an exception",
-            pairs.standing(PairStanding::Allowed),
+            PairStanding::Allowed,
         ),
         (
             "no-worse",
             "Not as required, but no worse than the baseline",
-            pairs.standing(PairStanding::NoWorse),
+            PairStanding::NoWorse,
         ),
     ] {
+        let (numbers, all) = summary.standing(standing);
         if !numbers.is_empty() {
             let _ = write!(out, "<section id=\"{id}\">\n<h2>{title}</h2>\n");
             let told = numbers.iter().filter(|number| reports.contains_key(number));
             let told = told.count();
-            if (1..numbers.len()).contains(&told) {
+            if (1..all).contains(&told) {
                 let _ = writeln!(
                     out,
-                    "<p class=\"note\">The first {told} of {} have a full report.</p>",
-                    numbers.len()
+                    "<p class=\"note\">The first {told} of {all} have a full report.</p>"
                 );
             }
-            list(&mut out, summary, &numbers, reports)?;
+            list(&mut out, summary, (&numbers, all), reports)?;
         }
     }
     changes(&mut out, summary);
     matrix_head(&mut out, summary);
     let mut put = |text: &str| file.write_all(text.as_bytes()).map_err(unwritten);
     put(&out)?;
-    if pairs.len() <= CELLS_MAX {
+    if has_matrix(summary) {
         matrix(summary, reports, &mut put)?;
     } else {
         worst_of_each(summary, &mut put)?;
@@ -141,7 +144,7 @@ fn counts(out: &mut String, summary: &GateSummary) {
 fn list(
     out: &mut String,
     summary: &GateSummary,
-    numbers: &[usize],
+    (numbers, all): (&[usize], usize),
     reports: &ReportFolders,
 ) -> Result<(), Error> {
     out.push_str(
@@ -169,11 +172,12 @@ fn list(
         shown += alike.numbers.len();
     }
     out.push_str("</tbody></table>\n");
-    if numbers.len() > shown {
+    if all > shown {
         let _ = writeln!(
             out,
-            "<p class=\"note\">{} further ones in summary.json.</p>",
-            numbers.len() - shown
+            "<p class=\"note\">{} further ones in {}.</p>",
+            all - shown,
+            summary.rest()
         );
     }
     out.push_str("</section>\n");
@@ -246,8 +250,13 @@ fn changes(out: &mut String, summary: &GateSummary) {
     out.push_str("</section>\n");
 }
 
+/// Tells whether every pair is shown.
+fn has_matrix(summary: &GateSummary) -> bool {
+    summary.pairs.is_whole() && summary.pairs.len() <= CELLS_MAX
+}
+
 fn matrix_head(out: &mut String, summary: &GateSummary) {
-    let whole = summary.pairs.len() <= CELLS_MAX;
+    let whole = has_matrix(summary);
     let wide = if whole && summary.designs.len() > UPRIGHT_DESIGNS_MAX {
         " class=\"wide\""
     } else {
@@ -278,7 +287,8 @@ fn worst_of_each(
     let designs = summary.designs.len().max(1);
     let mut worst: BTreeMap<(bool, usize), usize> = BTreeMap::new();
     for number in 0..pairs.len() {
-        for key in [(false, number / designs), (true, number % designs)] {
+        let place = pairs.place(number);
+        for key in [(false, place / designs), (true, place % designs)] {
             let held = worst.entry(key).or_insert(number);
             if pairs.rank(number) < pairs.rank(*held) {
                 *held = number;

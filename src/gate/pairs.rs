@@ -7,6 +7,7 @@ use crate::pipeline::{Answer, Row};
 use serde::ser::{Error as _, SerializeSeq};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::cmp::Reverse;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Exit code of a gate of which something could not be done, or in which nothing was judged.
@@ -55,6 +56,8 @@ impl Pair {
 #[derive(Debug, Clone, Default)]
 pub struct Pairs {
     marks: Vec<PairMark>,
+    /// The place of each among all pairs, where only some are kept.
+    numbers: Option<Vec<usize>>,
     source: RowSource,
 }
 
@@ -76,12 +79,21 @@ impl Default for RowSource {
 #[derive(Debug)]
 struct StoredRows {
     store: Arc<Store>,
-    recordings: Vec<String>,
-    designs: Vec<String>,
-    /// Reason and last day of each exception.
-    exceptions: Vec<(String, String)>,
+    names: PairNames,
     addresses: Vec<RowAddress>,
 }
+
+/// Names that pairs are put together from.
+#[derive(Debug)]
+pub(super) struct PairNames {
+    pub(super) recordings: Vec<String>,
+    pub(super) designs: Vec<String>,
+    /// Reason and last day of each exception.
+    pub(super) exceptions: Vec<(String, String)>,
+}
+
+/// The rows of a recording with where they lie, a row for each design.
+pub(super) type PlacedRows = Vec<(RowAddress, Row)>;
 
 /// What of a pair orders and counts it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -130,6 +142,105 @@ impl PairMark {
             _ => 0,
         }
     }
+
+    fn rank(&self, number: usize) -> (Reverse<u8>, i64, usize) {
+        (Reverse(severity(self.exit_code())), self.ordered, number)
+    }
+}
+
+/// Most pairs of which all are kept; of more those that an output names.
+pub(super) const WHOLE_MAX: usize = 100_000;
+
+/// Most pairs of each kind that are kept of more: what the longest output lists.
+const NAMED_MAX: usize = 5000;
+
+/// A pair that is kept.
+#[derive(Debug, Clone, Copy)]
+struct KeptPair {
+    number: usize,
+    mark: PairMark,
+    address: RowAddress,
+}
+
+impl KeptPair {
+    fn rank(&self) -> (Reverse<u8>, i64, usize) {
+        self.mark.rank(self.number)
+    }
+}
+
+/// The pairs that are kept: all, or the worst, those let through, and the worst of each recording
+/// and design.
+struct KeptPairs {
+    whole: bool,
+    designs: usize,
+    all: Vec<KeptPair>,
+    through: Vec<KeptPair>,
+    exceptions: BTreeSet<u16>,
+    of_recordings: Vec<KeptPair>,
+    of_designs: Vec<Option<KeptPair>>,
+}
+
+impl KeptPairs {
+    fn new(pairs: usize, designs: usize, whole: bool) -> Self {
+        Self {
+            whole,
+            designs,
+            all: Vec::with_capacity(if whole { pairs } else { 2 * NAMED_MAX }),
+            through: Vec::new(),
+            exceptions: BTreeSet::new(),
+            of_recordings: Vec::new(),
+            of_designs: vec![None; designs],
+        }
+    }
+
+    fn take(&mut self, pair: KeptPair) {
+        if self.whole {
+            self.all.push(pair);
+            return;
+        }
+        match self.of_recordings.last_mut() {
+            Some(held) if held.number / self.designs == pair.number / self.designs => {
+                if pair.rank() < held.rank() {
+                    *held = pair;
+                }
+            }
+            _ => self.of_recordings.push(pair),
+        }
+        let held = self.of_designs[pair.number % self.designs].get_or_insert(pair);
+        if pair.rank() < held.rank() {
+            *held = pair;
+        }
+        if pair.mark.exit_code() != 0 {
+            self.all.push(pair);
+            if self.all.len() == 2 * NAMED_MAX {
+                self.all
+                    .select_nth_unstable_by_key(NAMED_MAX, KeptPair::rank);
+                self.all.truncate(NAMED_MAX);
+            }
+        } else if pair.mark.standing != PairStanding::AsRequired {
+            // No exception is left out, whatever others let through.
+            let is_first = pair
+                .mark
+                .exception
+                .is_some_and(|own| self.exceptions.insert(own));
+            if is_first || self.through.len() < NAMED_MAX {
+                self.through.push(pair);
+            }
+        }
+    }
+
+    fn in_order(mut self) -> Vec<KeptPair> {
+        if !self.whole {
+            self.all.sort_unstable_by_key(KeptPair::rank);
+            self.all.truncate(NAMED_MAX);
+            self.all.extend(self.through);
+            self.all.extend(self.of_recordings);
+            self.all.extend(self.of_designs.into_iter().flatten());
+            self.all.sort_unstable_by_key(|pair| pair.number);
+            self.all.dedup_by_key(|pair| pair.number);
+        }
+        self.all
+    }
 }
 
 /// Orders exit codes as contracts have it: 4 is worse than 1, 1 than 3, 3 than 0.
@@ -148,48 +259,68 @@ impl Pairs {
     pub fn of(pairs: Vec<Pair>) -> Self {
         Self {
             marks: pairs.iter().map(|pair| PairMark::of(pair, None)).collect(),
+            numbers: None,
             source: RowSource::Here(pairs),
         }
     }
 
     /// Reads the rows of each recording once, in order, and calls `held` for each pair; it says what
-    /// is required, where the pair stands, and which exception lets it through.
+    /// is required, where the pair stands, and which exception lets it through. Of more than `most`
+    /// pairs those are kept that an output names.
     pub(super) fn stored(
         store: Arc<Store>,
-        recordings: Vec<String>,
-        designs: Vec<String>,
-        exceptions: Vec<(String, String)>,
-        rows: Vec<Vec<RowAddress>>,
+        names: PairNames,
+        most: usize,
+        mut rows: impl FnMut(usize) -> Result<PlacedRows, Error>,
         mut held: impl FnMut(&mut Pair) -> Option<u16>,
     ) -> Result<Self, Error> {
-        let mut marks = Vec::with_capacity(recordings.len() * designs.len());
-        let mut addresses = Vec::with_capacity(marks.capacity());
-        for (recording, own) in recordings.iter().zip(rows) {
-            let rows = store.rows(&own)?;
-            for (design, row) in designs.iter().zip(rows) {
+        let designs = names.designs.len();
+        let all = names.recordings.len() * designs;
+        let mut kept = KeptPairs::new(all, designs, all <= most);
+        for (number, recording) in names.recordings.iter().enumerate() {
+            let rows = rows(number)?;
+            for (place, (address, row)) in rows.into_iter().enumerate() {
                 let mut pair = Pair {
                     recording: recording.clone(),
-                    design: design.clone(),
+                    design: names.designs[place].clone(),
                     required: Answer::Pass,
                     standing: PairStanding::NotAsRequired,
                     exception: None,
                     row,
                 };
                 let exception = held(&mut pair);
-                marks.push(PairMark::of(&pair, exception));
+                kept.take(KeptPair {
+                    number: number * designs + place,
+                    mark: PairMark::of(&pair, exception),
+                    address,
+                });
             }
-            addresses.extend(own);
         }
+        let whole = kept.whole;
+        let kept = kept.in_order();
         Ok(Self {
-            marks,
+            marks: kept.iter().map(|pair| pair.mark).collect(),
+            numbers: (!whole).then(|| kept.iter().map(|pair| pair.number).collect()),
             source: RowSource::Stored(Arc::new(StoredRows {
                 store,
-                recordings,
-                designs,
-                exceptions,
-                addresses,
+                names,
+                addresses: kept.iter().map(|pair| pair.address).collect(),
             })),
         })
+    }
+
+    /// Tells whether every pair is here, not only those that an output names.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.numbers.is_none()
+    }
+
+    /// Returns the place of a pair among all pairs.
+    #[must_use]
+    pub fn place(&self, index: usize) -> usize {
+        self.numbers
+            .as_ref()
+            .map_or(index, |numbers| numbers[index])
     }
 
     /// Returns what orders and counts each pair.
@@ -231,8 +362,7 @@ impl Pairs {
     /// Orders pairs, the worst first. Their numbers follow the order of their names.
     #[must_use]
     pub fn rank(&self, index: usize) -> (Reverse<u8>, i64, usize) {
-        let mark = &self.marks[index];
-        (Reverse(severity(mark.exit_code())), mark.ordered, index)
+        self.marks[index].rank(index)
     }
 
     /// Returns the pair of that number.
@@ -256,17 +386,18 @@ impl Pairs {
             RowSource::Stored(stored) => stored,
         };
         let rows = stored.store.rows(&stored.addresses[numbers.clone()])?;
-        let pairs = numbers.zip(rows).map(|(number, row)| {
-            let mark = &self.marks[number];
-            let designs = stored.designs.len();
+        let names = &stored.names;
+        let pairs = numbers.zip(rows).map(|(index, row)| {
+            let (mark, number) = (&self.marks[index], self.place(index));
+            let designs = names.designs.len();
             Pair {
-                recording: stored.recordings[number / designs].clone(),
-                design: stored.designs[number % designs].clone(),
+                recording: names.recordings[number / designs].clone(),
+                design: names.designs[number % designs].clone(),
                 required: mark.required,
                 standing: mark.standing,
                 exception: mark
                     .exception
-                    .map(|number| stored.exceptions[usize::from(number)].clone()),
+                    .map(|number| names.exceptions[usize::from(number)].clone()),
                 row,
             }
         });
@@ -285,7 +416,7 @@ impl Pairs {
         // Those of one recording lie together.
         let at_once = match &self.source {
             RowSource::Here(_) => 1,
-            RowSource::Stored(stored) => stored.designs.len().clamp(1, 1024),
+            RowSource::Stored(stored) => stored.names.designs.len().clamp(1, 1024),
         };
         for first in (0..self.len()).step_by(at_once) {
             let pairs = self.some(first..self.len().min(first + at_once))?;

@@ -1,7 +1,7 @@
 //! Decisions held against what is required: exceptions, baseline, exit code.
 
 use super::baseline::{Baseline, BaselineComparison};
-use super::pairs::{COULD_NOT, Pair, PairMark, PairStanding, Pairs, severity};
+use super::pairs::{COULD_NOT, Pair, PairNames, PairStanding, Pairs, PlacedRows, severity};
 use super::plan::Plan;
 use super::run::JudgedRecording;
 use super::store::Store;
@@ -34,41 +34,58 @@ pub fn hold(
     store: &Arc<Store>,
     asked: Asked<'_>,
 ) -> Result<GateSummary, Error> {
-    let mut rows = Vec::with_capacity(judged.len());
-    let recordings = plan
-        .recordings
-        .iter()
-        .zip(judged)
-        .map(|(recording, judged)| {
-            rows.push(judged.rows);
-            SummaryRecording {
-                name: recording.name.clone(),
-                sha256: judged.sha256,
-                channel: judged.channel,
-            }
-        });
-    let recordings = recordings.collect();
+    let mut judged = judged.into_iter();
+    hold_each(plan, store, asked, usize::MAX, |_| {
+        let judged = judged.next().unwrap_or_default();
+        let rows = store.rows(&judged.rows)?;
+        Ok(HeldRecording {
+            sha256: judged.sha256,
+            channel: judged.channel,
+            rows: judged.rows.into_iter().zip(rows).collect(),
+        })
+    })
+}
+
+/// A recording whose decisions are at hand.
+#[derive(Debug, Default)]
+pub(super) struct HeldRecording {
+    pub(super) sha256: Option<String>,
+    pub(super) channel: Option<String>,
+    /// One for each design.
+    pub(super) rows: PlacedRows,
+}
+
+/// As [`hold`], with the decisions of one recording after the other; of more than `most` pairs those
+/// are kept that an output names.
+pub(super) fn hold_each(
+    plan: &Plan,
+    store: &Arc<Store>,
+    asked: Asked<'_>,
+    most: usize,
+    mut of: impl FnMut(usize) -> Result<HeldRecording, Error>,
+) -> Result<GateSummary, Error> {
+    let mut recordings = Vec::with_capacity(plan.recordings.len());
     let mut counts = Counts::default();
     let mut needed = vec![false; plan.exceptions.len()];
     let mut comparison = asked.baseline.map(Baseline::comparison);
+    let mut worst = 0;
     let pairs = Pairs::stored(
         Arc::clone(store),
-        plan.recordings
-            .iter()
-            .map(|recording| recording.name.clone())
-            .collect(),
-        plan.designs
-            .iter()
-            .map(|design| design.name.clone())
-            .collect(),
-        plan.exceptions
-            .iter()
-            .map(|own| (own.reason.clone(), own.until.clone()))
-            .collect(),
-        rows,
+        names(plan),
+        most,
+        |number| {
+            let held = of(number)?;
+            recordings.push(SummaryRecording {
+                name: plan.recordings[number].name.clone(),
+                sha256: held.sha256,
+                channel: held.channel,
+            });
+            Ok(held.rows)
+        },
         |pair| {
             let exception = stand(plan, pair, asked, &mut needed);
             counts.add(pair.standing, pair.row.verdict);
+            worst = worst.max(severity(pair.exit_code()));
             if let Some(comparison) = &mut comparison {
                 comparison.see(pair);
             }
@@ -92,13 +109,20 @@ pub fn hold(
             text: "no pair was judged: this is never a pass".into(),
         });
     }
-    let of_pairs = pairs.marks().iter().map(PairMark::exit_code);
-    let of_problems = problems.iter().map(|_| COULD_NOT);
-    let exit_code = of_pairs
-        .chain(of_problems)
-        .max_by_key(|code| severity(*code));
+    let worst = if problems.is_empty() && counts.pairs > 0 {
+        worst
+    } else {
+        severity(COULD_NOT)
+    };
+    let exit_code = [0, 3, 1, COULD_NOT]
+        .into_iter()
+        .find(|code| severity(*code) == worst);
     Ok(GateSummary {
-        schema: "latchgate.gate/1".into(),
+        schema: if pairs.is_whole() {
+            "latchgate.gate/1".into()
+        } else {
+            "latchgate.sweep/1".into()
+        },
         gate: plan.gate.clone(),
         exit_code: exit_code.unwrap_or(COULD_NOT),
         counts,
@@ -110,6 +134,17 @@ pub fn hold(
         version: env!("CARGO_PKG_VERSION").into(),
         numbers_revision: NUMBERS_REVISION,
     })
+}
+
+fn names(plan: &Plan) -> PairNames {
+    let exceptions = plan.exceptions.iter();
+    PairNames {
+        recordings: plan.recordings.iter().map(|own| own.name.clone()).collect(),
+        designs: plan.designs.iter().map(|own| own.name.clone()).collect(),
+        exceptions: exceptions
+            .map(|own| (own.reason.clone(), own.until.clone()))
+            .collect(),
+    }
 }
 
 /// Says what is required of a pair and where it stands; returns the exception that lets it through.

@@ -9,7 +9,7 @@ use crate::pipeline::{Control, Design, Limits, Prepared, Row, Source};
 const KEPT_TOGETHER: usize = 64;
 
 /// What became of one recording.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct JudgedRecording {
     /// SHA-256 of the file, where it was read.
     pub sha256: Option<String>,

@@ -2,54 +2,57 @@
 //!
 //! A store is a folder. Each process appends to one file of its own; nothing is rewritten, so that
 //! several processes may share a store, on a network file system, too. A file is a sequence of
-//! blocks: eight letters, the length of what follows, its SHA-256, and rows as compressed JSON.
-//! A block that does not fit its checksum is left out and told; its rows are judged again.
-
+//! blocks. A block that does not fit its checksum is left out and told; its rows are judged again.
 //!
 //! In memory stands only where each row lies, so that a gate of very many pairs takes little more
 //! than one of few. Rows that are not to be kept (nothing could be read, or no store is wished) are
 //! put aside as blocks in memory.
 
+use super::block::{self, BlockHead, BlockKind, BlockOf, Key};
 use crate::error::{Error, ErrorKind, Place};
 use crate::pipeline::Row;
-use flate2::Compression;
-use flate2::read::DeflateDecoder;
-use flate2::write::DeflateEncoder;
-use sha2::{Digest, Sha256};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::io::{self, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
 
-/// What a block begins with.
-const MAGIC: &[u8; 8] = b"latchrow";
-
-/// Bytes before a block's rows: letters, length, checksum.
-const HEAD: usize = 8 + 4 + 32;
-
-/// Longest block that is taken for one [bytes].
-const BLOCK_MAX: usize = 64 << 20;
-
-/// Most bytes of rows that a block may unfold to.
-const ROWS_MAX: u64 = 512 << 20;
-
 /// How the name of a store's file ends.
-const ENDING: &str = "rows";
+pub(super) const ENDING: &str = "rows";
 
 /// The mark of a folder that may be deleted and made again, after the Cache Directory Tagging
 /// Specification.
 const CACHE_TAG: &str = "Signature: 8a477f597d28d172789f06886806bc55\n\
 # Decisions of latchgate gate. This folder may be deleted; they are then made again.\n";
 
-/// Bytes that are searched at once for the next block behind a damage.
-const SEARCHED: usize = 64 << 10;
+/// What a block of decisions holds.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct BlockRows {
+    /// SHA-256 of the recording, where it was read.
+    pub(super) sha256: Option<String>,
+    /// The channel that was judged.
+    pub(super) channel: Option<String>,
+    pub(super) rows: Vec<Row>,
+}
+
+impl BlockRows {
+    /// Returns rows of which it is not known here what they are of.
+    fn plain(rows: &[Row]) -> Self {
+        Self {
+            rows: rows.to_vec(),
+            ..Self::default()
+        }
+    }
+}
 
 /// Decisions by `report_id`.
 #[derive(Debug)]
 pub struct Store {
     /// `None` where nothing is to be kept.
     folder: Option<PathBuf>,
+    /// What the name of this process's file says beside the process.
+    label: String,
     /// The first half of each `report_id` that was kept before, and where its row lies, in order.
     index: Vec<(IdKey, RowAddress)>,
     /// Damages found on opening, one sentence each.
@@ -60,8 +63,8 @@ pub struct Store {
 /// Where a row lies: the number of its block, and its place in it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RowAddress {
-    block: u32,
-    index: u32,
+    pub(super) block: u32,
+    pub(super) index: u32,
 }
 
 /// Where the blocks lie.
@@ -69,10 +72,20 @@ pub struct RowAddress {
 struct Blocks {
     files: Vec<PathBuf>,
     places: Vec<BlockPlace>,
-    /// The file of this process, made with the first block: handle, number, bytes in it.
-    own: Option<(File, u32, u64)>,
+    /// The file of this process, made with the first block.
+    own: Option<OwnFile>,
     /// Blocks that are not kept.
     aside: Vec<u8>,
+}
+
+/// The file that this process appends to.
+#[derive(Debug)]
+struct OwnFile {
+    file: File,
+    number: u32,
+    length: u64,
+    /// Where the notes begin that no rows follow.
+    notes_from: u64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -88,6 +101,7 @@ impl Store {
     pub fn unkept() -> Self {
         Self {
             folder: None,
+            label: String::new(),
             index: Vec::new(),
             damages: Vec::new(),
             blocks: Mutex::default(),
@@ -100,20 +114,8 @@ impl Store {
     ///
     /// [`ErrorKind::Io`] if the folder cannot be made, listed or read.
     pub fn open(folder: &Path) -> Result<Self, Error> {
-        fs::create_dir_all(folder).map_err(|error| failed("make the store", folder, &error))?;
-        let tag = folder.join("CACHEDIR.TAG");
-        if !tag.exists() {
-            fs::write(&tag, CACHE_TAG).map_err(|error| failed("write the store", &tag, &error))?;
-        }
-        let listed =
-            fs::read_dir(folder).map_err(|error| failed("list the store", folder, &error))?;
-        let mut paths = BTreeSet::new();
-        for entry in listed {
-            let entry = entry.map_err(|error| failed("list the store", folder, &error))?;
-            if entry.path().extension().is_some_and(|end| end == ENDING) {
-                paths.insert(entry.path());
-            }
-        }
+        make(folder)?;
+        let paths = files(folder)?;
         let mut store = Self {
             folder: Some(folder.into()),
             ..Self::unkept()
@@ -127,6 +129,55 @@ impl Store {
         store.index.sort_unstable();
         store.index.dedup_by_key(|(key, _)| *key);
         Ok(store)
+    }
+
+    /// Returns a store of which nothing is read beforehand; the name of this process's file ends with
+    /// `label`.
+    pub(super) fn beside(folder: &Path, label: &str) -> Self {
+        Self {
+            folder: Some(folder.into()),
+            label: label.into(),
+            ..Self::unkept()
+        }
+    }
+
+    /// Returns a store of blocks that are known to be there, each by the number of its file and where
+    /// it begins.
+    pub(super) fn of_blocks(files: Vec<PathBuf>, blocks: impl Iterator<Item = (u32, u64)>) -> Self {
+        let places = blocks.map(|(file, offset)| BlockPlace {
+            file: Some(file),
+            offset,
+        });
+        Self {
+            blocks: Mutex::new(Blocks {
+                files,
+                places: places.collect(),
+                ..Blocks::default()
+            }),
+            ..Self::unkept()
+        }
+    }
+
+    /// Returns the file of this process, once it has one, and the bytes in it.
+    pub(super) fn own_file(&self) -> Option<(PathBuf, u64)> {
+        let blocks = self.blocks();
+        let own = blocks.own.as_ref()?;
+        Some((blocks.files[own.number as usize].clone(), own.length))
+    }
+
+    /// Sees what this process appended onto the disk.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Io`] if that fails.
+    pub(super) fn sync(&self) -> Result<(), Error> {
+        match (&self.blocks().own, &self.folder) {
+            (Some(own), Some(folder)) => own
+                .file
+                .sync_data()
+                .map_err(|error| failed("write the store", folder, &error)),
+            _ => Ok(()),
+        }
     }
 
     /// Returns what was found damaged, one sentence each.
@@ -149,34 +200,65 @@ impl Store {
     ///
     /// [`ErrorKind::Io`] if it cannot be written.
     pub fn put(&self, rows: &[Row]) -> Result<Vec<RowAddress>, Error> {
-        let Some(folder) = &self.folder else {
+        if self.folder.is_none() {
             return self.put_aside(rows);
-        };
+        }
         if rows.is_empty() {
             return Ok(Vec::new());
         }
+        let of = BlockOf {
+            count: rows.len() as u32,
+            ..BlockOf::note(BlockKind::Rows, Key::default())
+        };
+        let addresses = self.append(of, &BlockRows::plain(rows))?;
+        self.sync()?;
+        Ok(addresses)
+    }
+
+    /// Appends a block to the file of this process, which a kill of the process does not take away;
+    /// returns where its rows lie.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Io`] if it cannot be written; what was written of it is taken back where
+    /// possible.
+    pub(super) fn append(
+        &self,
+        of: BlockOf,
+        body: &impl Serialize,
+    ) -> Result<Vec<RowAddress>, Error> {
+        let folder = self.folder.as_deref().unwrap_or(Path::new(""));
         let unwritable = |error: io::Error| failed("write the store", folder, &error);
-        let block = block_of(rows).map_err(unwritable)?;
+        let block = block::encode(of, body).map_err(unwritable)?;
         let mut blocks = self.blocks();
-        let mut own = match blocks.own.take() {
-            Some(own) => own,
-            None => {
-                let (file, path) = own_file(folder).map_err(unwritable)?;
-                blocks.files.push(path);
-                (file, blocks.files.len() as u32 - 1, 0)
-            }
+        if blocks.own.is_none() {
+            let (file, path) = own_file(folder, &self.label).map_err(unwritable)?;
+            blocks.files.push(path);
+            blocks.own = Some(OwnFile {
+                file,
+                number: blocks.files.len() as u32 - 1,
+                length: 0,
+                notes_from: 0,
+            });
+        }
+        let Some(own) = blocks.own.as_mut() else {
+            return Err(unwritable(gone()));
         };
-        own.0
-            .write_all(&block)
-            .and_then(|()| own.0.sync_data())
-            .map_err(unwritable)?;
+        if let Err(error) = own.file.write_all(&block) {
+            // A full disk leaves half a block, and a note that something is begun which nothing ends.
+            let _ = own.file.set_len(own.notes_from);
+            own.length = own.notes_from;
+            return Err(unwritable(error));
+        }
         let place = BlockPlace {
-            file: Some(own.1),
-            offset: own.2,
+            file: Some(own.number),
+            offset: own.length,
         };
-        own.2 += block.len() as u64;
-        blocks.own = Some(own);
-        Ok(blocks.added(place, rows.len()))
+        own.length += block.len() as u64;
+        if of.count > 0 {
+            own.notes_from = own.length;
+        }
+        Ok(blocks.added(place, of.count as usize))
     }
 
     /// Puts rows aside that are not to be kept; returns where they lie.
@@ -188,7 +270,11 @@ impl Store {
         if rows.is_empty() {
             return Ok(Vec::new());
         }
-        let block = block_of(rows).map_err(unkept)?;
+        let of = BlockOf {
+            count: rows.len() as u32,
+            ..BlockOf::note(BlockKind::Rows, Key::default())
+        };
+        let block = block::encode(of, &BlockRows::plain(rows)).map_err(unkept)?;
         let mut blocks = self.blocks();
         let place = BlockPlace {
             file: None,
@@ -206,7 +292,7 @@ impl Store {
     pub fn rows(&self, addresses: &[RowAddress]) -> Result<Vec<Row>, Error> {
         let mut found = Vec::with_capacity(addresses.len());
         for of_block in addresses.chunk_by(|a, b| a.block == b.block) {
-            let rows = self.block(of_block[0].block)?;
+            let rows = self.block(of_block[0].block)?.rows;
             for address in of_block {
                 let row = rows.get(address.index as usize).cloned();
                 found.push(row.ok_or_else(|| unkept(gone()))?);
@@ -215,24 +301,24 @@ impl Store {
         Ok(found)
     }
 
-    fn block(&self, number: u32) -> Result<Vec<Row>, Error> {
+    /// Reads the block of that number.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::rows`].
+    pub(super) fn block(&self, number: u32) -> Result<BlockRows, Error> {
         let blocks = self.blocks();
         let Some(place) = blocks.places.get(number as usize).copied() else {
             return Err(unkept(gone()));
         };
         let Some(file) = place.file else {
             let mut aside = io::Cursor::new(&blocks.aside);
-            let read = block_at(&mut aside, place.offset);
-            return read
-                .and_then(|block| block.ok_or_else(gone))
-                .map_err(unkept)
-                .map(|(rows, _)| rows);
+            return rows_at(&mut aside, place.offset).map_err(unkept);
         };
         let path = blocks.files[file as usize].clone();
         drop(blocks);
         File::open(&path)
-            .and_then(|mut file| block_at(&mut file, place.offset)?.ok_or_else(gone))
-            .map(|(rows, _)| rows)
+            .and_then(|mut file| rows_at(&mut file, place.offset))
             .map_err(|error| failed("read the store again", &path, &error))
     }
 
@@ -256,8 +342,8 @@ impl Store {
         blocks.files.push(path.into());
         let (mut at, mut lost) = (0, None);
         while at < end {
-            match block_at(&mut file, at)? {
-                Some((rows, length)) => {
+            match whole_at(&mut file, at)? {
+                Some((head, BlockRows { rows, .. })) => {
                     if let Some(start) = lost.take() {
                         self.damages.push(damage(&name, start, at));
                     }
@@ -269,11 +355,11 @@ impl Store {
                     let keys = rows.iter().map(|row| key_of(&row.report_id));
                     self.index
                         .extend(keys.zip(addresses).filter_map(|(key, at)| Some((key?, at))));
-                    at += length;
+                    at += head.whole();
                 }
                 None => {
                     lost = lost.or(Some(at));
-                    at = next_block(&mut file, at + 1)?.unwrap_or(end);
+                    at = block::next_block(&mut file, at + 1)?.unwrap_or(end);
                 }
             }
         }
@@ -293,7 +379,55 @@ impl Blocks {
     }
 }
 
-fn damage(file: &str, start: u64, end: u64) -> String {
+/// Reads the rows of the block at an offset.
+fn rows_at(file: &mut (impl Read + Seek), offset: u64) -> io::Result<BlockRows> {
+    whole_at(file, offset)?
+        .map(|(_, body)| body)
+        .ok_or_else(gone)
+}
+
+/// Reads the block at an offset with its rows; one that speaks of a recording has none. `None` if
+/// there is no block that fits its checksums.
+fn whole_at(
+    file: &mut (impl Read + Seek),
+    offset: u64,
+) -> io::Result<Option<(BlockHead, BlockRows)>> {
+    let Some(head) = block::head_at(file, offset)? else {
+        return Ok(None);
+    };
+    if head.of.count == 0 {
+        let whole = block::is_whole(file, offset, &head)?;
+        return Ok(whole.then(|| (head, BlockRows::default())));
+    }
+    let body: Option<BlockRows> = block::body_at(file, offset, &head)?;
+    let body = body.filter(|body| body.rows.len() == head.of.count as usize);
+    Ok(body.map(|body| (head, body)))
+}
+
+/// Makes the folder of a store, with its mark.
+pub(super) fn make(folder: &Path) -> Result<(), Error> {
+    fs::create_dir_all(folder).map_err(|error| failed("make the store", folder, &error))?;
+    let tag = folder.join("CACHEDIR.TAG");
+    if !tag.exists() {
+        fs::write(&tag, CACHE_TAG).map_err(|error| failed("write the store", &tag, &error))?;
+    }
+    Ok(())
+}
+
+/// Lists the files of a store, in the order of their names.
+pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let listed = fs::read_dir(folder).map_err(|error| failed("list the store", folder, &error))?;
+    let mut paths = BTreeSet::new();
+    for entry in listed {
+        let entry = entry.map_err(|error| failed("list the store", folder, &error))?;
+        if entry.path().extension().is_some_and(|end| end == ENDING) {
+            paths.insert(entry.path());
+        }
+    }
+    Ok(paths.into_iter().collect())
+}
+
+pub(super) fn damage(file: &str, start: u64, end: u64) -> String {
     format!(
         "{file}: bytes {start} to {end} are no block that fits its checksum; what they held is \
          judged again"
@@ -319,19 +453,20 @@ fn key_of(report_id: &str) -> Option<IdKey> {
     Some(half.to_be_bytes())
 }
 
-/// Makes a file that no other process has.
-fn own_file(folder: &Path) -> io::Result<(File, PathBuf)> {
-    let process = std::process::id();
+/// Returns the name of this machine, as names of files hold it.
+pub(super) fn host() -> String {
     let host = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
-    let host: String = host
-        .trim()
-        .chars()
-        .filter(char::is_ascii_alphanumeric)
-        .take(40)
-        .collect();
+    let letters = host.trim().chars().filter(char::is_ascii_alphanumeric);
+    letters.take(40).collect()
+}
+
+/// Makes a file that no other process has.
+fn own_file(folder: &Path, label: &str) -> io::Result<(File, PathBuf)> {
+    let process = std::process::id();
+    let host = host();
     let mut number = 0_u32;
     loop {
-        let path = folder.join(format!("{host}-{process}-{number}.{ENDING}"));
+        let path = folder.join(format!("{host}-{process}-{number}{label}.{ENDING}"));
         match OpenOptions::new().append(true).create_new(true).open(&path) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => number += 1,
             other => return other.map(|file| (file, path)),
@@ -339,73 +474,7 @@ fn own_file(folder: &Path) -> io::Result<(File, PathBuf)> {
     }
 }
 
-/// Returns the next place, not before `from`, at which a block could begin.
-fn next_block(file: &mut File, from: u64) -> io::Result<Option<u64>> {
-    let mut window = Vec::with_capacity(SEARCHED);
-    let mut at = from;
-    loop {
-        window.clear();
-        file.seek(SeekFrom::Start(at))?;
-        file.take(SEARCHED as u64).read_to_end(&mut window)?;
-        if let Some(found) = memchr::memmem::find(&window, MAGIC) {
-            return Ok(Some(at + found as u64));
-        }
-        if window.len() < SEARCHED {
-            return Ok(None);
-        }
-        // The letters may lie across the window's end.
-        at += (SEARCHED + 1 - MAGIC.len()) as u64;
-    }
-}
-
-fn block_of(rows: &[Row]) -> io::Result<Vec<u8>> {
-    let mut packed = DeflateEncoder::new(Vec::new(), Compression::fast());
-    serde_json::to_writer(&mut packed, rows)?;
-    let packed = packed.finish()?;
-    let length = u32::try_from(packed.len())
-        .ok()
-        .filter(|length| *length as usize <= BLOCK_MAX)
-        .ok_or_else(|| io::Error::other("a block is too long"))?;
-    let mut block = Vec::with_capacity(HEAD + packed.len());
-    block.extend(MAGIC);
-    block.extend(length.to_le_bytes());
-    block.extend(checksum(&packed));
-    block.extend(packed);
-    Ok(block)
-}
-
-/// Reads the block at an offset: its rows, and its length; `None` if there is none that fits its
-/// checksum.
-fn block_at(file: &mut (impl Read + Seek), offset: u64) -> io::Result<Option<(Vec<Row>, u64)>> {
-    let mut head = Vec::with_capacity(HEAD);
-    file.seek(SeekFrom::Start(offset))?;
-    file.take(HEAD as u64).read_to_end(&mut head)?;
-    let Some((magic, rest)) = head
-        .split_at_checked(MAGIC.len())
-        .filter(|_| head.len() == HEAD)
-    else {
-        return Ok(None);
-    };
-    let (length, sum) = rest.split_at(4);
-    let length = u32::from_le_bytes([length[0], length[1], length[2], length[3]]) as usize;
-    if magic != MAGIC || length > BLOCK_MAX {
-        return Ok(None);
-    }
-    let mut packed = Vec::new();
-    file.take(length as u64).read_to_end(&mut packed)?;
-    if packed.len() != length || checksum(&packed) != sum {
-        return Ok(None);
-    }
-    let unpacked = DeflateDecoder::new(&*packed).take(ROWS_MAX);
-    let rows = serde_json::from_reader(io::BufReader::new(unpacked)).ok();
-    Ok(rows.map(|rows| (rows, (HEAD + length) as u64)))
-}
-
-fn checksum(bytes: &[u8]) -> [u8; 32] {
-    Sha256::digest(bytes).into()
-}
-
-fn failed(action: &'static str, path: &Path, error: &io::Error) -> Error {
+pub(super) fn failed(action: &'static str, path: &Path, error: &io::Error) -> Error {
     Error::from(ErrorKind::Io {
         action,
         reason: error.to_string(),

@@ -1,6 +1,6 @@
 //! What became of each pair and of the whole: the document of a gate.
 
-use super::pairs::{COULD_NOT, Pairs, severity};
+use super::pairs::{COULD_NOT, PairStanding, Pairs, severity};
 use crate::error::{Error, ErrorKind};
 use crate::pipeline::Design;
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use std::io;
 /// summary.json, key by key.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct GateSummary {
-    /// `latchgate.gate/1`.
+    /// `latchgate.gate/1`, or `latchgate.sweep/1` where not every pair is listed.
     pub schema: String,
     /// Name of the gate file.
     pub gate: String,
@@ -24,7 +24,8 @@ pub struct GateSummary {
     pub designs: Vec<Design>,
     /// The recordings.
     pub recordings: Vec<SummaryRecording>,
-    /// Each recording with each design, in the order of their names.
+    /// Each recording with each design, in the order of their names; where there are too many, under
+    /// the schema `latchgate.sweep/1`, those that an output names.
     pub pairs: Pairs,
     /// What changed since the baseline; `None` without one.
     pub baseline: Option<Changes>,
@@ -116,6 +117,28 @@ impl GateSummary {
         });
         if severity(COULD_NOT) > severity(self.exit_code) {
             self.exit_code = COULD_NOT;
+        }
+    }
+
+    /// Returns the numbers of the pairs that stand so, those that are not as required the worst first,
+    /// and how many there are with those that are not at hand.
+    pub(super) fn standing(&self, standing: PairStanding) -> (Vec<usize>, usize) {
+        let (numbers, counted) = match standing {
+            PairStanding::NotAsRequired => (self.pairs.worst(), self.counts.not_as_required),
+            PairStanding::Allowed => (self.pairs.standing(standing), self.counts.allowed),
+            PairStanding::NoWorse => (self.pairs.standing(standing), self.counts.no_worse),
+            PairStanding::AsRequired => (self.pairs.standing(standing), self.counts.as_required),
+        };
+        let all = counted.max(numbers.len());
+        (numbers, all)
+    }
+
+    /// Says where pairs stand that an output leaves out.
+    pub(super) fn rest(&self) -> &'static str {
+        if self.pairs.is_whole() {
+            "summary.json"
+        } else {
+            "the columns of the sweep"
         }
     }
 

@@ -41,10 +41,11 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> Result<String, Err
         summary.problems.len().saturating_sub(LISTED),
         "problems",
     );
-    lines(&mut out, summary, &summary.pairs.worst(), LISTED)?;
-    let allowed = summary.pairs.standing(PairStanding::Allowed);
+    let worst = summary.standing(PairStanding::NotAsRequired);
+    lines(&mut out, summary, worst, LISTED)?;
     // Exceptions are never left out.
-    lines(&mut out, summary, &allowed, usize::MAX)?;
+    let allowed = summary.standing(PairStanding::Allowed);
+    lines(&mut out, summary, allowed, usize::MAX)?;
     if let Some(baseline) = &summary.baseline {
         let _ = writeln!(
             out,
@@ -81,15 +82,15 @@ fn further(out: &mut String, left: usize, what: &str) {
     }
 }
 
-/// Writes the pairs of these numbers, at most `most` lines of them.
+/// Writes the pairs of these numbers, at most `most` lines of them, and how many of all are left.
 fn lines(
     out: &mut String,
     summary: &GateSummary,
-    numbers: &[usize],
+    (numbers, all): (Vec<usize>, usize),
     most: usize,
 ) -> Result<(), Error> {
     let mut shown = 0;
-    for alike in told_alike(&summary.pairs, numbers, most)? {
+    for alike in told_alike(&summary.pairs, &numbers, most)? {
         let pair = &alike.first;
         let mut said = what(pair);
         if let Some((cut, _)) = said.char_indices().nth(TEXT_MAX) {
@@ -105,7 +106,7 @@ fn lines(
         );
         shown += alike.numbers.len();
     }
-    further(out, numbers.len() - shown, "pairs");
+    further(out, all - shown, "pairs");
     Ok(())
 }
 

@@ -51,6 +51,7 @@ pub(super) fn put(
 }
 
 /// A folder in the making. It goes with its end, unless it has taken another's place.
+#[derive(Debug)]
 pub(crate) struct Unplaced {
     parent: PathBuf,
     path: PathBuf,

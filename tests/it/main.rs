@@ -68,6 +68,7 @@ mod structure;
 mod study;
 mod study_scenes;
 mod support;
+mod sweep;
 mod tidy;
 mod verdict;
 mod verify_cli;

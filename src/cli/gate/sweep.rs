@@ -1,0 +1,576 @@
+//! The shares of a gate for a cluster: judged, handed out, watched and collected.
+//!
+//! latchgate schedules nothing itself. It says what a share is, keeps what is finished and knows
+//! what is missing; the engine that is there runs, restarts and accounts.
+
+use super::slurm::{Slurm, ranges};
+use super::{GateArguments, kubernetes, supervise};
+use crate::cli::failure::{COULD_NOT, Failure};
+use crate::cli::options::Common;
+use crate::cli::output;
+use crate::cli::progress::{self, Progress};
+use crate::cli::values::OutputFormat;
+use crate::error::{Error, ErrorKind};
+use crate::gate::{
+    self, Asked, Collection, Columns, GateSummary, Plan, Share, ShareOutcome, ShareTask, Standing,
+    Submission,
+};
+use crate::parallel::Control;
+use crate::recording::Limits;
+use crate::report::escape;
+use clap::{Args, ValueEnum};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Times that the collecting job submits what is missing.
+const RESUBMITS: u32 = 3;
+
+/// Time that files of a share that is finished are waited for, since a shared file system may lag.
+const LAG: Duration = Duration::from_secs(60);
+
+/// Time between two looks at a store or a queue.
+const EVERY: Duration = Duration::from_secs(1);
+
+/// Collecting jobs that are begun anew where one is lost.
+const COLLECTING_MAX: u32 = 3;
+
+/// Pairs that are judged for an estimate.
+const TRIED: usize = 5;
+
+/// Bytes that a pair takes in the store, about.
+const BYTES_A_PAIR: f64 = 90.0;
+
+/// Minutes of a task below which starting it costs too much: about a second of the scheduler's.
+const MINUTES_MIN: f64 = 2.0;
+
+/// Recordings that are named in a text.
+const NAMED: usize = 20;
+
+/// Options of `gate` for shares.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Shares of a gate, for a cluster")]
+pub struct SweepArguments {
+    /// Judge the I-th of N shares into the store, and write no report; 0 once all of it is there
+    #[arg(long, value_name = "I/N", value_parser = Share::parse, group = "sweep", conflicts_with = "no_store")]
+    pub part: Option<Share>,
+    /// Hand the shares to an engine, and a job behind them that collects
+    #[arg(
+        long,
+        value_enum,
+        value_name = "ENGINE",
+        group = "sweep",
+        requires = "parts",
+        conflicts_with = "no_store"
+    )]
+    pub submit: Option<Engine>,
+    /// How many shares
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000), requires = "submit")]
+    pub parts: Option<u32>,
+    /// Print the script of a share, or the manifest, and submit nothing
+    #[arg(long, requires = "submit")]
+    pub print: bool,
+    /// Wait for the collecting job, and end with its exit code
+    #[arg(long, requires = "submit")]
+    pub wait: bool,
+    /// Say what is done, given up and missing, and what the engine has of it
+    #[arg(long, group = "sweep", conflicts_with = "no_store")]
+    pub status: bool,
+    /// Submit the missing shares again
+    #[arg(long, group = "sweep", conflicts_with = "no_store")]
+    pub resubmit: bool,
+    /// Read the store of all shares into one summary; a missing pair is an error
+    #[arg(long, group = "sweep", conflicts_with = "no_store")]
+    pub collect: bool,
+    /// Write each quantity as a NumPy array of recordings × designs; the folder is replaced
+    #[arg(long, value_name = "DIR")]
+    pub columns: Option<PathBuf>,
+    /// The submission that the share is of.
+    #[arg(long, hide = true)]
+    pub submission: Option<String>,
+    /// Threads of a process that another one watches.
+    #[arg(long, hide = true, requires = "part")]
+    pub worker: Option<usize>,
+    /// Times that this collecting job may still submit what is missing.
+    #[arg(long, hide = true, requires = "collect")]
+    pub resubmits: Option<u32>,
+    /// Options of the engine's own, for example -- --partition=short --time=04:00:00
+    #[arg(last = true, value_name = "OPTIONS")]
+    pub engine_options: Vec<String>,
+}
+
+/// An engine that runs shares.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Engine {
+    /// Job arrays of Slurm.
+    Slurm,
+    /// An Indexed Job of Kubernetes, printed only.
+    Kubernetes,
+}
+
+impl SweepArguments {
+    /// Tells whether shares are spoken of.
+    pub(super) fn is_asked(&self) -> bool {
+        self.part.is_some() || self.submit.is_some() || self.status || self.resubmit || self.collect
+    }
+}
+
+/// A gate of which shares are judged.
+pub(super) struct SweepCommand<'a> {
+    pub(super) gate: &'a Path,
+    pub(super) plan: &'a Plan,
+    pub(super) store: &'a Path,
+    pub(super) limits: &'a Limits,
+    pub(super) own: &'a GateArguments,
+    pub(super) common: &'a Common,
+}
+
+impl SweepCommand<'_> {
+    /// Does what is asked but collecting; returns the exit code.
+    pub(super) fn work(&self) -> Result<u8, Failure> {
+        let own = &self.own.sweep;
+        match (own.part, own.submit) {
+            (Some(share), _) => self.part(share),
+            (None, Some(Engine::Slurm)) => self.submit(own.parts.unwrap_or(1)),
+            (None, Some(Engine::Kubernetes)) => self.print_manifest(own.parts.unwrap_or(1)),
+            (None, None) if own.resubmit => self.resubmit(),
+            (None, None) => self.status(),
+        }
+    }
+
+    /// Judges a share, in a process of its own that this one watches.
+    fn part(&self, share: Share) -> Result<u8, Failure> {
+        progress::listen_to_terminate();
+        match self.own.sweep.worker {
+            Some(threads) => {
+                supervise::end_with_the_watch();
+                self.judge(share, threads)
+            }
+            None => supervise::watch(self.store, share, self.common.thread_count()),
+        }
+    }
+
+    fn judge(&self, share: Share, threads: usize) -> Result<u8, Failure> {
+        let began = Instant::now();
+        let submission = match &self.own.sweep.submission {
+            Some(id) => {
+                Some(Submission::read_as(self.store, &self.plan.gate, id).map_err(Failure::Data)?)
+            }
+            None => None,
+        };
+        let task = ShareTask {
+            share,
+            folder: self.store,
+            limits: self.limits,
+            submission: submission.as_ref(),
+            clock: &|| began.elapsed().as_secs_f64(),
+        };
+        let progress = Progress::new("share").that_keeps();
+        let judged = progress.watch("share", threads, |control| {
+            gate::judge_share(self.plan, &task, control)
+        });
+        drop(progress);
+        let judged = judged.map_err(|error| match error.kind() {
+            ErrorKind::Stopped if progress::terminated() => Failure::Data(error),
+            _ => Failure::of_data(error),
+        })?;
+        Ok(told(share, &judged))
+    }
+
+    /// Submits the shares to Slurm, or prints their script.
+    fn submit(&self, shares: u32) -> Result<u8, Failure> {
+        self.estimate(shares)?;
+        let progress = Progress::new("reading");
+        let submission = progress.watch("reading", self.common.thread_count(), |control| {
+            Submission::of(self.plan, shares, self.limits, control)
+        });
+        drop(progress);
+        let submission = submission.map_err(Failure::of_data)?;
+        let slurm = self.slurm(&submission, RESUBMITS);
+        if self.own.sweep.print {
+            return output::document(&slurm.share_script())
+                .map(|()| 0)
+                .map_err(Failure::Data);
+        }
+        submission
+            .keep(self.store, &self.plan.gate)
+            .map_err(Failure::Data)?;
+        let all: Vec<u32> = (1..=shares).collect();
+        let options = &self.own.sweep.engine_options;
+        let jobs = slurm
+            .submit(&all, Vec::new(), RESUBMITS, options)
+            .map_err(Failure::Data)?;
+        output::talk(&format!(
+            "latchgate: {shares} shares submitted; job {} collects them",
+            jobs.collecting
+        ));
+        if self.own.sweep.wait {
+            return self.wait(&slurm);
+        }
+        Ok(0)
+    }
+
+    /// Waits for the last collecting job; returns its exit code. Tasks that will never run are
+    /// cancelled meanwhile, since everything behind them waits for them.
+    fn wait(&self, slurm: &Slurm<'_>) -> Result<u8, Failure> {
+        let (mut absent, mut begun) = (0, 0);
+        let progress = Progress::new("waiting");
+        progress.watch("waiting", 1, |control| {
+            loop {
+                let jobs = slurm.jobs().map_err(Failure::Data)?.unwrap_or_default();
+                let answer = slurm.answer().map_err(Failure::Data)?;
+                if let Some(answer) = answer.filter(|answer| answer.job == jobs.collecting) {
+                    return Ok(answer.exit_code);
+                }
+                // A controller that is away comes back.
+                if let Ok(queue) = slurm.queue() {
+                    let _ = slurm.cancel(&queue.stuck);
+                    absent = if queue.is_collecting { 0 } else { absent + 1 };
+                }
+                if absent >= 5 {
+                    if begun == COLLECTING_MAX {
+                        let why = "the collecting job ended without an answer; see what it printed";
+                        output::talk(&format!("latchgate: {why} in {}", slurm.folder.display()));
+                        return Ok(COULD_NOT);
+                    }
+                    let mut jobs = jobs;
+                    jobs.collecting = slurm.collect(&jobs).map_err(Failure::Data)?;
+                    slurm.keep(&jobs).map_err(Failure::Data)?;
+                    (absent, begun) = (0, begun + 1);
+                }
+                for _ in 0..10 {
+                    control.check().map_err(Failure::of_data)?;
+                    std::thread::sleep(EVERY / 10);
+                }
+            }
+        })
+    }
+
+    /// Judges a few pairs, and says what all of them will take.
+    fn estimate(&self, shares: u32) -> Result<(), Failure> {
+        let progress = Progress::new("estimating");
+        let began = Instant::now();
+        let tried = progress.watch("estimating", 1, |control| self.try_some(control));
+        let seconds =
+            began.elapsed().as_secs_f64() / tried.map_err(Failure::of_data)?.max(1) as f64;
+        drop(progress);
+        let pairs = self.plan.recordings.len() * self.plan.designs.len();
+        let whole_s = seconds * pairs as f64;
+        let minutes = whole_s / 60.0 / f64::from(shares);
+        output::talk(&format!(
+            "latchgate: {pairs} pairs: about {:.2} hours of a processor, {:.1} MB in the store, {minutes:.1} minutes for each of {shares} shares",
+            whole_s / 3600.0,
+            pairs as f64 * BYTES_A_PAIR / 1e6
+        ));
+        if minutes < MINUTES_MIN {
+            output::talk(&format!(
+                "latchgate: a task costs about a second of scheduling, and sites ask for 10 minutes and more; {} shares would take {MINUTES_MIN} minutes each",
+                (whole_s / 60.0 / MINUTES_MIN).ceil().max(1.0)
+            ));
+        }
+        Ok(())
+    }
+
+    /// Judges a few pairs spread over all; returns how many.
+    fn try_some(&self, control: &Control<'_>) -> Result<usize, Error> {
+        let (recordings, designs) = (&self.plan.recordings, &self.plan.designs);
+        for number in 0..TRIED {
+            let recording = &recordings[number * (recordings.len() - 1) / (TRIED - 1)];
+            let design = &designs[number * (designs.len() - 1) / (TRIED - 1)];
+            gate::judge_pair(recording, design, self.limits, control)?;
+        }
+        Ok(TRIED)
+    }
+
+    fn print_manifest(&self, shares: u32) -> Result<u8, Failure> {
+        if !self.own.sweep.print {
+            return Err(Failure::Usage(Error::from(ErrorKind::Malformed {
+                expected: "--print".into(),
+                found: "a job to submit".into(),
+                hint: "print the manifest, fill in image and volume, and apply it with kubectl"
+                    .into(),
+            })));
+        }
+        let command = self.command_line("latchgate", None);
+        let manifest = kubernetes::manifest(&self.plan.gate, shares, &command);
+        let text = format!("{manifest:#}\n");
+        output::document(&text).map(|()| 0).map_err(Failure::Data)
+    }
+
+    /// Returns the command line of a share up to its number.
+    fn command_line(&self, program: &str, submission: Option<&str>) -> Vec<String> {
+        let mut words = vec![
+            program.to_string(),
+            "gate".into(),
+            self.gate.display().to_string(),
+            "--store".into(),
+            self.store.display().to_string(),
+        ];
+        let mut add = |option: &str, value: String| words.extend([option.to_string(), value]);
+        if let Some(submission) = submission {
+            add("--submission", submission.into());
+        }
+        for (name, value) in self.limits.changed() {
+            add("--limit", format!("{name}={value}"));
+        }
+        words.extend((0..self.common.verbose).map(|_| "-v".to_string()));
+        words
+    }
+
+    fn slurm(&self, submission: &Submission, resubmits: u32) -> Slurm<'_> {
+        let id = submission.id();
+        let program = std::env::current_exe().unwrap_or_else(|_| "latchgate".into());
+        let share_command = self.command_line(&program.display().to_string(), Some(&id));
+        let own = self.own;
+        let mut collect_command = share_command.clone();
+        collect_command.extend([
+            "--collect".into(),
+            "--resubmits".into(),
+            resubmits.to_string(),
+        ]);
+        let paths = [
+            ("--out", &own.out),
+            ("--baseline", &own.baseline),
+            ("--columns", &own.sweep.columns),
+        ];
+        for (option, path) in paths {
+            if let Some(path) = path {
+                collect_command.extend([option.into(), path.display().to_string()]);
+            }
+        }
+        let date = own
+            .date
+            .iter()
+            .flat_map(|date| ["--date".into(), date.clone()]);
+        collect_command.extend(date);
+        let reports = own.reports.to_possible_value();
+        let reports = reports.map_or_else(String::new, |value| value.get_name().into());
+        collect_command.extend(["--reports".into(), reports]);
+        for (option, is_asked) in [
+            ("--allow-removed", own.allow_removed),
+            ("--no-worse", own.no_worse),
+        ] {
+            collect_command.extend(is_asked.then(|| option.to_string()));
+        }
+        Slurm {
+            folder: gate::collect::engine_folder(self.store),
+            gate: &self.plan.gate,
+            submission: id,
+            shares: submission.shares,
+            share_command,
+            collect_command,
+        }
+    }
+
+    fn submission(&self) -> Result<Option<Submission>, Failure> {
+        let read = match &self.own.sweep.submission {
+            Some(id) => Submission::read_as(self.store, &self.plan.gate, id).map(Some),
+            None => Submission::read(self.store, &self.plan.gate),
+        };
+        read.map_err(Failure::Data)
+    }
+
+    fn collection(
+        &self,
+        submission: Option<&Submission>,
+        whole: bool,
+    ) -> Result<Collection<'_>, Failure> {
+        let progress = Progress::new("reading");
+        let (plan, store) = (self.plan, self.store);
+        let found = progress.watch("reading", self.common.thread_count(), |control| {
+            Collection::of(plan, store, submission, self.limits, whole, control)
+        });
+        drop(progress);
+        let found = found.map_err(Failure::of_data)?;
+        for damage in found.damages() {
+            output::talk(&format!("latchgate: store: {damage}"));
+        }
+        Ok(found)
+    }
+
+    fn status(&self) -> Result<u8, Failure> {
+        let submission = self.submission()?;
+        let standing = self.collection(submission.as_ref(), false)?.standing();
+        self.print(&standing, submission.as_ref())
+            .map_err(Failure::Data)?;
+        Ok(0)
+    }
+
+    /// Prints what stands where, with what the engine has of it.
+    fn print(&self, standing: &Standing, submission: Option<&Submission>) -> Result<(), Error> {
+        let mut text = text(standing, submission);
+        let mut document = serde_json::json!(standing);
+        if let Some(submission) = submission {
+            let slurm = self.slurm(submission, 0);
+            if slurm.jobs()?.is_some() {
+                match slurm.queue() {
+                    Ok(queue) => {
+                        let (running, waiting) = (queue.running, queue.waiting);
+                        let stuck = queue.stuck.len();
+                        let _ = writeln!(
+                            text,
+                            "  {:<10} {running} tasks running, {waiting} waiting, {stuck} stuck",
+                            "slurm"
+                        );
+                        document["engine"] = serde_json::json!({
+                            "name": "slurm", "running": running, "waiting": waiting, "stuck": stuck,
+                        });
+                    }
+                    Err(error) => output::talk(&format!("latchgate: {error}")),
+                }
+            }
+        }
+        match self.common.format {
+            OutputFormat::Json => output::document(&format!("{document:#}\n")),
+            OutputFormat::Text => output::text(&text),
+        }
+    }
+
+    fn resubmit(&self) -> Result<u8, Failure> {
+        let Some(submission) = self.submission()? else {
+            return Err(Failure::Data(Error::from(ErrorKind::Malformed {
+                expected: "a submission in the store".into(),
+                found: "none".into(),
+                hint: "submit the shares first, with --submit".into(),
+            })));
+        };
+        let standing = self.collection(Some(&submission), true)?.standing();
+        if standing.missing == 0 {
+            output::talk("latchgate: nothing is missing");
+            return Ok(0);
+        }
+        let slurm = self.slurm(&submission, RESUBMITS);
+        let options = &self.own.sweep.engine_options;
+        let options = (!options.is_empty()).then_some(options.as_slice());
+        let again = slurm
+            .resubmit(&standing.shares, RESUBMITS, options)
+            .map_err(Failure::Data)?;
+        output::talk(&format!(
+            "latchgate: shares {} submitted again",
+            shown(&again)
+        ));
+        Ok(0)
+    }
+
+    /// Reads the store into one summary. Where something is missing it is said, and submitted again
+    /// where this is a job that may; then there is no summary.
+    pub(super) fn collect(&self, asked: Asked<'_>) -> Result<Option<GateSummary>, Failure> {
+        let submission = self.submission()?;
+        let mut collection = self.collection(submission.as_ref(), false)?;
+        let mut standing = collection.standing();
+        let began = Instant::now();
+        let mut late = collection.late();
+        while standing.missing > 0 && !late.is_empty() && began.elapsed() < LAG {
+            if progress::stopped() {
+                return Err(Failure::Interrupted);
+            }
+            std::thread::sleep(EVERY);
+            collection = self.collection(submission.as_ref(), false)?;
+            standing = collection.standing();
+            late = collection.late();
+        }
+        if standing.missing == 0 {
+            return self.summary(collection, asked).map(Some);
+        }
+        for file in late {
+            output::talk(&format!(
+                "latchgate: {file} is said to be finished and is not there, or is too short"
+            ));
+        }
+        self.print(&standing, submission.as_ref())
+            .map_err(Failure::Data)?;
+        if let (Some(left @ 1..), Some(submission)) = (self.own.sweep.resubmits, &submission) {
+            // Blocks that are damaged count as missing, too.
+            let standing = self.collection(Some(submission), true)?.standing();
+            let slurm = self.slurm(submission, left - 1);
+            let again = slurm
+                .resubmit(&standing.shares, left - 1, None)
+                .map_err(Failure::Data)?;
+            output::talk(&format!(
+                "latchgate: shares {} submitted again",
+                shown(&again)
+            ));
+        }
+        Ok(None)
+    }
+
+    fn summary(
+        &self,
+        collection: Collection<'_>,
+        asked: Asked<'_>,
+    ) -> Result<GateSummary, Failure> {
+        let Some(folder) = &self.own.sweep.columns else {
+            return collection.summary(asked, None).map_err(Failure::Data);
+        };
+        let recordings = self.plan.recordings.iter().map(|own| own.name.clone());
+        let designs = self.plan.designs.iter().map(|own| own.name.clone());
+        let (recordings, designs): (Vec<_>, Vec<_>) = (recordings.collect(), designs.collect());
+        let mut columns = Columns::beside(folder, &recordings, &designs).map_err(Failure::Data)?;
+        let summary = collection
+            .summary(asked, Some(&mut columns))
+            .map_err(Failure::Data)?;
+        columns.settle(folder).map_err(Failure::Data)?;
+        Ok(summary)
+    }
+
+    /// Keeps the exit code of a collecting job for whoever waits for it.
+    pub(super) fn keep_answer(&self, exit_code: u8) -> Result<(), Failure> {
+        match self.submission()? {
+            Some(submission) if self.own.sweep.resubmits.is_some() => {
+                let slurm = self.slurm(&submission, 0);
+                slurm.keep_answer(exit_code).map_err(Failure::Data)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+fn text(standing: &Standing, submission: Option<&Submission>) -> String {
+    let mut text = format!(
+        "SWEEP  {} of {} pairs judged, {} given up, {} missing\n",
+        standing.done, standing.pairs, standing.given_up, standing.missing
+    );
+    for (recording, pairs) in standing.missing_of.iter().take(NAMED) {
+        let recording = escape::terminal(recording);
+        let _ = writeln!(text, "  {:<10} {recording}: {pairs} pairs", "missing");
+    }
+    if standing.missing_of.len() > NAMED {
+        let _ = writeln!(text, "  {:<10} further recordings", "");
+    }
+    for recording in standing.given_up_of.iter().take(NAMED) {
+        let recording = escape::terminal(recording);
+        let _ = writeln!(text, "  {:<10} {recording}", "given up");
+    }
+    if let Some(submission) = submission
+        && !standing.shares.is_empty()
+    {
+        let _ = writeln!(
+            text,
+            "  {:<10} {} of {}",
+            "shares",
+            shown(&standing.shares),
+            submission.shares
+        );
+    }
+    text
+}
+
+fn shown(shares: &[u32]) -> String {
+    ranges(shares.iter().copied())
+}
+
+/// Says what became of a share; returns its exit code.
+fn told(share: Share, judged: &ShareOutcome) -> u8 {
+    for error in &judged.refused {
+        output::talk(&format!("latchgate: {error}"));
+    }
+    output::talk(&format!(
+        "latchgate: share {share}: {} recordings, {} pairs judged, {} in the store before, {} given up",
+        judged.recordings, judged.judged, judged.known, judged.given_up
+    ));
+    if judged.refused.is_empty() {
+        0
+    } else {
+        COULD_NOT
+    }
+}

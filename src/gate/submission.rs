@@ -1,0 +1,183 @@
+//! What a sweep was when it was submitted, so that every share judges that and nothing else.
+
+use super::block::Key;
+use super::file::malformed;
+use super::index::put_in_place;
+use super::plan::Plan;
+use super::question::{Questions, design_key, hex, key_of_hex};
+use super::store::{self, failed};
+use crate::error::{Error, Place};
+use crate::pipeline::{Control, Design, Limits, NUMBERS_REVISION};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The recordings and designs of a sweep by name, with the keys of what they were.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Submission {
+    /// How many shares there are.
+    pub shares: u32,
+    numbers_revision: u32,
+    designs: BTreeMap<String, String>,
+    recordings: BTreeMap<String, String>,
+}
+
+impl Plan {
+    /// Returns the keys of the designs, in order.
+    pub(super) fn design_keys(&self) -> Vec<Key> {
+        self.designs.iter().map(design_key).collect()
+    }
+
+    /// Returns the keys of the recordings, in order.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::error::ErrorKind::Stopped`] if `control` ends the work.
+    pub(super) fn recording_keys(
+        &self,
+        limits: &Limits,
+        control: &Control<'_>,
+    ) -> Result<Vec<Key>, Error> {
+        let questions = Questions::new(limits);
+        control.try_map(&self.recordings, |recording| Ok(questions.key(recording)))
+    }
+}
+
+impl Submission {
+    /// Takes in what a plan names, as it lies there now.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::error::ErrorKind::Stopped`] if `control` ends the work.
+    pub fn of(
+        plan: &Plan,
+        shares: u32,
+        limits: &Limits,
+        control: &Control<'_>,
+    ) -> Result<Self, Error> {
+        let keys = plan.recording_keys(limits, control)?;
+        let recordings = plan.recordings.iter().zip(keys);
+        Ok(Self {
+            shares,
+            numbers_revision: NUMBERS_REVISION,
+            designs: plan.designs.iter().map(named_design).collect(),
+            recordings: recordings
+                .map(|(recording, key)| (recording.name.clone(), hex(&key)))
+                .collect(),
+        })
+    }
+
+    /// Returns what tells it from any other.
+    #[must_use]
+    pub fn id(&self) -> String {
+        let text = serde_json::to_vec(self).unwrap_or_default();
+        hex(&Sha256::digest(&text)[..8])
+    }
+
+    /// Returns the key of a recording as it was submitted.
+    pub(super) fn recording(&self, name: &str) -> Option<Key> {
+        key_of_hex(self.recordings.get(name)?)
+    }
+
+    /// Refuses a plan of other designs or recordings, and another revision of the numbers.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::error::ErrorKind::Malformed`] that names what differs.
+    pub fn check(&self, plan: &Plan) -> Result<(), Error> {
+        let hint = "submit the sweep again";
+        let differs = |expected: String, found: &str| {
+            Err(malformed(&expected, found, hint).at(Place::file(plan.gate.clone())))
+        };
+        if self.numbers_revision != NUMBERS_REVISION {
+            let expected = format!("numbers of revision {}", self.numbers_revision);
+            return differs(expected, &format!("those of revision {NUMBERS_REVISION}"));
+        }
+        let designs: BTreeMap<String, String> = plan.designs.iter().map(named_design).collect();
+        let all = designs.iter().chain(&self.designs);
+        for (name, _) in all {
+            let found = match (designs.get(name), self.designs.get(name)) {
+                (Some(now), Some(then)) if now == then => continue,
+                (Some(_), Some(_)) => "another one of that name",
+                (Some(_), None) => "it was not submitted",
+                (None, _) => "it is gone",
+            };
+            return differs(format!("design `{name}` as it was submitted"), found);
+        }
+        let names: Vec<&String> = plan.recordings.iter().map(|own| &own.name).collect();
+        if let Some(new) = names
+            .iter()
+            .find(|name| !self.recordings.contains_key(**name))
+        {
+            let expected = format!("the recordings that were submitted, without `{new}`");
+            return differs(expected, "it among them");
+        }
+        let gone = |name: &&String| names.binary_search(name).is_err();
+        if let Some(gone) = self.recordings.keys().find(gone) {
+            return differs(
+                format!("the recording `{gone}` as it was submitted"),
+                "none",
+            );
+        }
+        Ok(())
+    }
+
+    /// Returns where the submission of a gate lies in a store.
+    fn path(folder: &Path, gate: &str) -> PathBuf {
+        folder.join(format!("{gate}.submission.json"))
+    }
+
+    /// Keeps it in the store, in place of an earlier one of the gate.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::error::ErrorKind::Io`] if it cannot be written.
+    pub fn keep(&self, folder: &Path, gate: &str) -> Result<(), Error> {
+        store::make(folder)?;
+        let path = Self::path(folder, gate);
+        serde_json::to_vec(self)
+            .map_err(Into::into)
+            .and_then(|text| put_in_place(&path, &text))
+            .map_err(|error| failed("write the store", &path, &error))
+    }
+
+    /// Reads the last submission of a gate from a store, if there is one.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::error::ErrorKind::Io`] if it cannot be read or is none.
+    pub fn read(folder: &Path, gate: &str) -> Result<Option<Self>, Error> {
+        let path = Self::path(folder, gate);
+        match fs::read(&path) {
+            Ok(text) => serde_json::from_slice(&text)
+                .map(Some)
+                .map_err(|error| failed("read the submission", &path, &error.into())),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(failed("read the submission", &path, &error)),
+        }
+    }
+
+    /// Reads the submission of that [`Self::id`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::read`]; [`crate::error::ErrorKind::Malformed`] if it is another one, or none is there.
+    pub fn read_as(folder: &Path, gate: &str, id: &str) -> Result<Self, Error> {
+        match Self::read(folder, gate)? {
+            Some(submission) if submission.id() == id => Ok(submission),
+            other => {
+                let found = other.map_or("none".into(), |other| other.id());
+                let hint =
+                    "the sweep was submitted again since; let the tasks of the newer one work";
+                let error = malformed(&format!("the submission {id}"), &found, hint);
+                Err(error.at(Place::file(Self::path(folder, gate).display().to_string())))
+            }
+        }
+    }
+}
+
+fn named_design(design: &Design) -> (String, String) {
+    (design.name.clone(), hex(&design_key(design)))
+}

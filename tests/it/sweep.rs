@@ -1,0 +1,108 @@
+//! Guards the shares of a gate: whatever ends their processes, what is collected is what one
+//! undisturbed process would have said, and nothing that is missing is left out.
+
+mod collected;
+mod ends;
+mod engines;
+
+use crate::support::{Done, Folder, finish, half_sine, program, table};
+use latchgate::gate::{GateFile, Plan, Submission};
+use latchgate::pipeline::{Control, Limits};
+use std::fs;
+use std::path::PathBuf;
+
+/// A gate of pulses that grow, and levers of preloads that grow.
+struct SweepYard {
+    folder: Folder,
+}
+
+impl SweepYard {
+    fn new(name: &str, recordings: usize, designs: usize, members: u32) -> Self {
+        let yard = Self {
+            folder: Folder::new(&format!("sweep-{name}")),
+        };
+        for number in 0..recordings {
+            yard.recording(number, 4.0 + 30.0 * number as f64 / recordings as f64);
+        }
+        let mut gate = format!(
+            "[[recordings]]\nfiles = \"recordings/*.csv\"\nopens_when = \"negative\"\nmembers = {members}\n"
+        );
+        for number in 0..designs {
+            let preload = 0.6 + 6.0 * number as f64 / designs as f64;
+            gate += &format!(
+                "[[designs]]\nname = \"d{number:03}\"\nset = {{ \"lever.preload_torque_nm\" = {preload:.4} }}\n"
+            );
+        }
+        yard.folder.write("gate.toml", gate);
+        yard
+    }
+
+    /// Writes the recording of that number with that peak [g].
+    fn recording(&self, number: usize, peak_g: f64) {
+        let pulse = |time: f64| half_sine(time, 0.0, 0.03, -peak_g) + 0.01 * (time * 9_100.0).sin();
+        self.folder
+            .write(&format!("recordings/r{number:04}.csv"), table(pulse));
+    }
+
+    fn command(&self, more: &[&str]) -> std::process::Command {
+        let mut command = program();
+        command
+            .current_dir(self.folder.path())
+            .args(["gate", "gate.toml", "--reports", "none"])
+            .args(more);
+        command
+    }
+
+    fn gate(&self, more: &[&str]) -> Done {
+        finish(&mut self.command(more))
+    }
+
+    /// Judges a share into the folder `store`.
+    fn part(&self, part: &str, more: &[&str]) -> Done {
+        self.gate(&[&["--store", "store", "--part", part], more].concat())
+    }
+
+    fn collect(&self, more: &[&str]) -> Done {
+        let own = ["--store", "store", "--collect", "--out", "collected"];
+        self.gate(&[&own[..], more].concat())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn text(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+
+    /// Files of the store that hold decisions.
+    fn files(&self) -> Vec<PathBuf> {
+        let listed = fs::read_dir(self.path("store")).unwrap();
+        let paths = listed.map(|entry| entry.unwrap().path());
+        let mut found: Vec<PathBuf> = paths
+            .filter(|path| path.extension().is_some_and(|end| end == "rows"))
+            .collect();
+        found.sort();
+        found
+    }
+
+    /// Takes in the gate as it lies there, as a submission does; returns its name.
+    fn submit(&self, shares: u32) -> String {
+        let limits = Limits::default();
+        let file = GateFile::from_toml("gate.toml", &self.text("gate.toml"), &limits).unwrap();
+        let plan = Plan::of("gate.toml", &file, self.folder.path(), &[], &limits).unwrap();
+        let submission = Submission::of(&plan, shares, &limits, &Control::default()).unwrap();
+        submission.keep(&self.path("store"), "gate.toml").unwrap();
+        submission.id()
+    }
+}
+
+/// The number of pairs that a share says of a word, such as `pairs judged`.
+#[track_caller]
+fn told(done: &Done, what: &str) -> usize {
+    let before = done.err.split(what).next().unwrap();
+    let number = before.trim_end().rsplit([' ', '\n']).next().unwrap();
+    number
+        .parse()
+        .unwrap_or_else(|_| panic!("{what}: {}", done.err))
+}

@@ -1,0 +1,227 @@
+//! What is collected is what one process says; what is missing is said.
+
+use super::{SweepYard, told};
+use latchgate::gate::Share;
+use serde_json::Value;
+use std::fs;
+use std::time::Duration;
+
+#[test]
+fn cli_shares_together_are_the_gate() {
+    let yard = SweepYard::new("whole", 9, 5, 128);
+    let whole = yard.gate(&["--no-store", "--out", "whole"]);
+    let mut recordings = 0;
+    for part in ["1/3", "2/3", "3/3"] {
+        let done = yard.part(part, &[]);
+        assert_eq!((done.code, done.out.as_str()), (0, ""), "{}", done.err);
+        assert_eq!(told(&done, "pairs judged"), 5 * told(&done, "recordings"));
+        recordings += told(&done, "recordings");
+    }
+    assert_eq!(recordings, 9);
+    // A second process of a share finds all of it done.
+    let again = yard.part("2/3", &[]);
+    assert_eq!(
+        (again.code, told(&again, "pairs judged")),
+        (0, 0),
+        "{}",
+        again.err
+    );
+    let collected = yard.collect(&[]);
+    assert_eq!(collected.code, whole.code, "{}", collected.err);
+    for name in ["summary.json", "junit.xml", "summary.md", "index.html"] {
+        assert!(
+            yard.text(&format!("collected/{name}")) == yard.text(&format!("whole/{name}")),
+            "{name} differs"
+        );
+    }
+    // A gate finds what shares have judged.
+    let cached = yard.gate(&["--store", "store", "--out", "third"]);
+    assert!(
+        cached.err.contains("45 of 45 pairs cached"),
+        "{}",
+        cached.err
+    );
+    // Shares of another number find it, too.
+    let other = yard.part("1/1", &[]);
+    assert_eq!(told(&other, "in the store before"), 45, "{}", other.err);
+}
+
+/// A name's share is its hash's, for good: from `printf r0000.csv | sha256sum`, its first sixteen
+/// bytes modulo the number of shares, plus one.
+#[test]
+fn val_a_recording_stays_in_its_share() {
+    for (name, of, number) in [
+        ("r0000.csv", 7, 5),
+        ("r0001.csv", 7, 3),
+        ("a/b.csv#12", 100, 52),
+    ] {
+        assert_eq!(Share::number_of(name, of), number, "{name}");
+    }
+    for wrong in ["0/3", "4/3", "1", "a/b", "1/0", "-1/3"] {
+        assert!(Share::parse(wrong).is_err(), "{wrong}");
+    }
+}
+
+#[test]
+fn cli_a_missing_pair_is_an_error_and_no_summary() {
+    let yard = SweepYard::new("missing", 6, 3, 0);
+    yard.part("1/2", &[]);
+    let done = yard.collect(&["--columns", "columns"]);
+    assert_eq!(done.code, 4, "{}", done.err);
+    let of_second = (0..6).map(|number| format!("recordings/r{number:04}.csv"));
+    for name in of_second.filter(|name| Share::number_of(name, 2) == 2) {
+        assert!(
+            done.out.contains(&format!("{name}: 3 pairs")),
+            "{}",
+            done.out
+        );
+    }
+    assert!(!yard.path("collected").exists() && !yard.path("columns").exists());
+    let status = yard.gate(&["--store", "store", "--status", "--format", "json"]);
+    let standing: Value = serde_json::from_str(&status.out).unwrap();
+    let sum = ["done", "missing", "given_up"].map(|key| standing[key].as_u64().unwrap());
+    assert_eq!(sum.iter().sum::<u64>(), 18);
+    assert!(sum[1] > 0);
+    // A design that joins is missing for every recording; the others are not judged again.
+    yard.part("2/2", &[]);
+    let more = format!("{}[[designs]]\nname = \"a\"\n", yard.text("gate.toml"));
+    yard.folder.write("gate.toml", more);
+    assert_eq!(yard.collect(&[]).code, 4);
+    let done = yard.part("1/1", &[]);
+    assert_eq!(
+        (
+            told(&done, "pairs judged"),
+            told(&done, "in the store before")
+        ),
+        (6, 18)
+    );
+    assert_ne!(yard.collect(&[]).code, 4);
+}
+
+#[test]
+fn cli_a_damaged_block_is_never_taken_for_one() {
+    let yard = SweepYard::new("damaged", 3, 4, 0);
+    yard.part("1/1", &[]);
+    let file = yard.files().remove(0);
+    let mut bytes = fs::read(&file).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 4;
+    fs::write(&file, &bytes).unwrap();
+    let done = yard.collect(&[]);
+    assert_eq!(done.code, 4, "{}", done.err);
+    assert!(!yard.path("collected").exists());
+    let again = yard.part("1/1", &[]);
+    assert_eq!(again.code, 0, "{}", again.err);
+    assert!(told(&again, "pairs judged") > 0, "{}", again.err);
+    assert_ne!(yard.collect(&[]).code, 4);
+}
+
+#[test]
+fn cli_columns_hold_every_pair() {
+    let yard = SweepYard::new("columns", 4, 3, 128);
+    yard.part("1/1", &[]);
+    let done = yard.collect(&["--columns", "columns"]);
+    assert_ne!(done.code, 4, "{}", done.err);
+    let summary: Value = serde_json::from_str(&yard.text("collected/summary.json")).unwrap();
+    let column = |name: &str| {
+        let bytes = fs::read(yard.path(&format!("columns/{name}.npy"))).unwrap();
+        assert_eq!(&bytes[..8], b"\x93NUMPY\x01\x00");
+        let header = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+        assert_eq!(header % 64, 0);
+        let said = String::from_utf8(bytes[10..header].to_vec()).unwrap();
+        assert!(
+            said.contains("'fortran_order': False, 'shape': (4, 3), }"),
+            "{said}"
+        );
+        (said, bytes[header..].to_vec())
+    };
+    let (_, verdicts) = column("verdict");
+    let (_, peaks) = column("peak_angle_rad");
+    let (said, uppers) = column("share_upper");
+    assert!(said.contains("'<f8'"));
+    let number =
+        |bytes: &[u8], at: usize| f64::from_le_bytes(bytes[8 * at..8 * at + 8].try_into().unwrap());
+    for (at, pair) in summary["pairs"].as_array().unwrap().iter().enumerate() {
+        let row = &pair["row"];
+        let code = match row["verdict"].as_str().unwrap() {
+            "pass" => 0,
+            "fail" => 1,
+            "undecided" => 3,
+            _ => 4,
+        };
+        assert_eq!(verdicts[at], code);
+        let peak = row["peak_angle_rad"].as_f64().unwrap();
+        assert_eq!(number(&peaks, at).to_bits(), peak.to_bits());
+        assert_eq!(
+            row["share"][1].as_f64().is_none(),
+            number(&uppers, at).is_nan()
+        );
+    }
+    let designs: Vec<String> = serde_json::from_str(&yard.text("columns/designs.json")).unwrap();
+    assert_eq!(designs, ["d000", "d001", "d002"]);
+    // Only columns are replaced.
+    yard.folder.write("columns/mine.txt", "mine");
+    assert_eq!(yard.collect(&["--columns", "columns"]).code, 4);
+    assert_eq!(yard.text("columns/mine.txt"), "mine");
+}
+
+/// A shared file system shows a file late: it is waited for, as its owner said that it is done.
+#[test]
+fn cli_a_late_file_is_waited_for() {
+    let yard = SweepYard::new("late", 3, 2, 0);
+    let id = yard.submit(1);
+    let done = yard.part("1/1", &["--submission", &id]);
+    assert_eq!(done.code, 0, "{}", done.err);
+    let file = yard.files().remove(0);
+    let away = yard.path("away");
+    fs::rename(&file, &away).unwrap();
+    let waiting = yard
+        .command(&["--store", "store", "--collect", "--out", "collected"])
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(2500));
+    assert!(!yard.path("collected").exists());
+    fs::rename(&away, &file).unwrap();
+    let output = waiting.wait_with_output().unwrap();
+    assert_ne!(output.status.code(), Some(4));
+    assert!(yard.path("collected/summary.json").exists());
+}
+
+/// Of more pairs than an output can hold, those are kept that one names; the counts are of all.
+#[test]
+fn cli_many_pairs_are_summed_up_in_little_memory() {
+    let yard = SweepYard::new("many", 0, 350, 0);
+    for number in 0..300 {
+        let name = format!("recordings/r{number:04}.csv");
+        yard.folder.write(&name, format!("nothing {number}\n"));
+    }
+    let done = yard.part("1/1", &["--threads", "2"]);
+    assert_eq!(
+        (done.code, told(&done, "pairs judged")),
+        (0, 105_000),
+        "{}",
+        done.err
+    );
+    let done = yard.collect(&["--columns", "columns"]);
+    assert_eq!(done.code, 4, "{}", done.err);
+    let summary: Value = serde_json::from_str(&yard.text("collected/summary.json")).unwrap();
+    assert_eq!(summary["schema"], "latchgate.sweep/1");
+    assert_eq!(summary["counts"]["unusable"], 105_000);
+    let kept = summary["pairs"].as_array().unwrap().len();
+    assert!((5000..6000).contains(&kept), "{kept}");
+    let junit = yard.text("collected/junit.xml");
+    assert!(junit.matches("<testcase").count() <= 5000);
+    let markdown = yard.text("collected/summary.md");
+    assert!(
+        markdown.contains("further ones in the columns of the sweep"),
+        "{markdown}"
+    );
+    assert_eq!(
+        fs::read(yard.path("columns/verdict.npy")).unwrap().len(),
+        128 + 105_000
+    );
+    // It is no baseline: not every pair is in it.
+    let done = yard.gate(&["--baseline", "collected/summary.json", "--out", "x"]);
+    assert_eq!(done.code, 4);
+}

@@ -1,0 +1,187 @@
+//! Shares whose process is ended, and recordings that are not what they were.
+
+use super::{SweepYard, told};
+use crate::support::{Random, finish};
+use std::fs;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+fn kill(signal: &str, process: u32) {
+    let _ = Command::new("kill")
+        .args([signal, &process.to_string()])
+        .status();
+}
+
+#[test]
+fn cli_a_share_that_is_terminated_keeps_what_is_done() {
+    let yard = SweepYard::new("terminated", 30, 20, 2048);
+    let mut command = yard.command(&["--store", "store", "--part", "1/1", "--threads", "1"]);
+    let child = command.stderr(Stdio::piped()).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(1500));
+    kill("-TERM", child.id());
+    let output = child.wait_with_output().unwrap();
+    let err = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(4), "{err}");
+    let rest = yard.part("1/1", &[]);
+    assert_eq!(rest.code, 0, "{}", rest.err);
+    assert!(told(&rest, "in the store before") > 0, "{}", rest.err);
+    assert_eq!(
+        told(&rest, "in the store before") + told(&rest, "pairs judged"),
+        600
+    );
+}
+
+/// However often a share is killed, it ends, and little is done twice.
+#[test]
+fn cli_kills_cost_little_and_change_nothing() {
+    let yard = SweepYard::new("kills", 12, 20, 512);
+    yard.gate(&["--no-store", "--out", "whole"]);
+    let mut random = Random::new(5);
+    let mut judged = 0;
+    for _ in 0..25 {
+        let log = yard.path("log");
+        let mut command = yard.command(&["--store", "store", "--part", "1/1", "--log", "debug"]);
+        let mut child = command
+            .stderr(fs::File::create(&log).unwrap())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_millis(100 + random.below(400) as u64));
+        kill("-KILL", child.id());
+        child.wait().unwrap();
+        // The process that was watched ends by itself.
+        std::thread::sleep(Duration::from_millis(100));
+        judged += fs::read_to_string(&log)
+            .unwrap()
+            .matches("judged recording")
+            .count();
+    }
+    let last = yard.part("1/1", &["--log", "debug"]);
+    assert_eq!(last.code, 0, "{}", last.err);
+    judged += last.err.matches("judged recording").count();
+    assert!(judged >= 240, "the log tells of {judged} pairs");
+    assert!(
+        judged <= 240 + 25 * 2,
+        "{judged} pairs judged instead of 240"
+    );
+    yard.collect(&[]);
+    assert_eq!(
+        yard.text("collected/summary.json"),
+        yard.text("whole/summary.json")
+    );
+}
+
+/// A recording for which the memory does not suffice aborts the process that judges it.
+#[test]
+fn cli_a_recording_that_ends_its_process_is_given_up() {
+    let yard = SweepYard::new("abort", 5, 3, 0);
+    let long: String = (0..400_000)
+        .map(|k| format!("{:.5},{}\n", f64::from(k) / 1e5 - 0.02, k % 7))
+        .collect();
+    yard.folder
+        .write("recordings/r0002.csv", format!("time_s,acc_y_g\n{long}"));
+    let command = yard.command(&["--store", "store", "--part", "1/1", "--threads", "2"]);
+    let mut limited = Command::new("sh");
+    limited
+        .current_dir(yard.folder.path())
+        .args(["-c", "ulimit -c 0; ulimit -v 60000; exec \"$0\" \"$@\""])
+        .arg(command.get_program())
+        .args(command.get_args());
+    let done = finish(&mut limited);
+    assert_eq!(done.code, 0, "{}", done.err);
+    assert_eq!(
+        done.err.matches("was ended by signal 6 (SIGABRT)").count(),
+        3,
+        "{}",
+        done.err
+    );
+    assert_eq!(told(&done, "given up"), 3, "{}", done.err);
+    let collected = yard.collect(&["--columns", "columns"]);
+    assert_eq!(collected.code, 4, "{}", collected.err);
+    for name in ["summary.json", "junit.xml", "summary.md", "index.html"] {
+        let text = yard.text(&format!("collected/{name}"));
+        assert!(text.contains("ended its process 3 times"), "{name}: {text}");
+        assert!(text.contains("SIGABRT"), "{name}");
+    }
+    assert!(collected.out.contains("SIGABRT"), "{}", collected.out);
+    let summary: serde_json::Value =
+        serde_json::from_str(&yard.text("collected/summary.json")).unwrap();
+    assert_eq!(summary["counts"]["unusable"], 3);
+    // What was given up is tried again once its notes are deleted.
+    for path in yard.files() {
+        if path.to_str().unwrap().contains("-ended") {
+            fs::remove_file(path).unwrap();
+        }
+    }
+    let again = yard.part("1/1", &[]);
+    assert_eq!(told(&again, "pairs judged"), 3, "{}", again.err);
+}
+
+#[test]
+fn cli_what_changed_since_the_submission_is_refused() {
+    let yard = SweepYard::new("changed", 4, 2, 0);
+    let id = yard.submit(1);
+    let gate = yard.text("gate.toml");
+    yard.recording(1, 99.0);
+    let done = yard.part("1/1", &["--submission", &id]);
+    assert_eq!(done.code, 4, "{}", done.err);
+    assert!(done.err.contains("recordings/r0001.csv: "), "{}", done.err);
+    assert!(
+        done.err.contains("its hash changed since it was submitted"),
+        "{}",
+        done.err
+    );
+    assert_eq!(told(&done, "pairs judged"), 6, "{}", done.err);
+    let collected = yard.collect(&[]);
+    assert_eq!(collected.code, 4);
+    assert!(
+        collected.out.contains("recordings/r0001.csv: 2 pairs"),
+        "{}",
+        collected.out
+    );
+    // A card is part of the recording.
+    yard.recording(1, 4.0 + 30.0 / 4.0);
+    yard.folder
+        .write("recordings/r0001.csv.toml", "range_g = 1000\n");
+    assert_eq!(yard.part("1/1", &["--submission", &id]).code, 4);
+    fs::remove_file(yard.path("recordings/r0001.csv.toml")).unwrap();
+    assert_eq!(yard.part("1/1", &["--submission", &id]).code, 0);
+    // Of another design nothing is judged, and an older submission's tasks end.
+    yard.folder
+        .write("gate.toml", gate.replace("0.6000", "0.7000"));
+    let done = yard.part("1/1", &["--submission", &id]);
+    assert_eq!(done.code, 4);
+    assert!(
+        done.err.contains("design `d000` as it was submitted"),
+        "{}",
+        done.err
+    );
+    assert_eq!(yard.collect(&[]).code, 4);
+    yard.submit(1);
+    let done = yard.part("1/1", &["--submission", &id]);
+    assert!(
+        done.err.contains("the sweep was submitted again since"),
+        "{}",
+        done.err
+    );
+}
+
+/// A process that cannot write ends with 4, and blames no recording for it.
+#[test]
+fn cli_a_full_disk_is_no_recordings_fault() {
+    let yard = SweepYard::new("full", 3, 40, 0);
+    fs::create_dir_all(yard.path("store")).unwrap();
+    for _ in 0..4 {
+        let command = yard.command(&["--store", "store", "--part", "1/1", "--threads", "1"]);
+        let mut limited = Command::new("sh");
+        limited
+            .current_dir(yard.folder.path())
+            // Files of two kilobytes at most, and a write beyond fails instead of ending the process.
+            .args(["-c", "trap '' XFSZ; ulimit -f 4; exec \"$0\" \"$@\""])
+            .arg(command.get_program())
+            .args(command.get_args());
+        let done = finish(&mut limited);
+        assert_eq!(done.code, 4, "{}", done.err);
+    }
+    let done = yard.part("1/1", &[]);
+    assert_eq!((done.code, told(&done, "given up")), (0, 0), "{}", done.err);
+}

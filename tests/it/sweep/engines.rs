@@ -1,0 +1,95 @@
+//! What is handed to engines, without one.
+
+use super::SweepYard;
+use crate::support::finish;
+use serde_json::Value;
+use std::os::unix::fs::PermissionsExt;
+
+#[test]
+fn cli_the_script_of_a_share_is_printed() {
+    let yard = SweepYard::new("script", 3, 2, 0);
+    let done = yard.gate(&["--submit", "slurm", "--parts", "20", "--print"]);
+    assert_eq!(done.code, 0, "{}", done.err);
+    assert!(done.out.starts_with("#!/bin/bash\n"), "{}", done.out);
+    assert!(
+        done.out
+            .contains("--part \"$((SLURM_ARRAY_TASK_ID + ${1:-0}))/20\""),
+        "{}",
+        done.out
+    );
+    assert!(done.err.contains("6 pairs: about"), "{}", done.err);
+    assert!(
+        done.err
+            .contains("a task costs about a second of scheduling"),
+        "{}",
+        done.err
+    );
+    assert!(!yard.path(".latchgate").exists());
+}
+
+#[test]
+fn cli_the_manifest_of_shares_is_printed() {
+    let yard = SweepYard::new("manifest", 2, 2, 0);
+    let print = [
+        "--submit",
+        "kubernetes",
+        "--parts",
+        "7",
+        "--store",
+        "store",
+        "--print",
+    ];
+    let done = yard.gate(&print);
+    assert_eq!(done.code, 0, "{}", done.err);
+    let job: Value = serde_json::from_str(&done.out).unwrap();
+    assert_eq!(job["spec"]["completionMode"], "Indexed");
+    assert_eq!(job["spec"]["completions"], 7);
+    let command = job["spec"]["template"]["spec"]["containers"][0]["command"][2]
+        .as_str()
+        .unwrap();
+    assert!(
+        command.ends_with("--part \"$((JOB_COMPLETION_INDEX + 1))/7\""),
+        "{command}"
+    );
+    // It is printed, or nothing.
+    assert_eq!(yard.gate(&print[..6]).code, 2);
+}
+
+#[test]
+fn cli_an_engine_that_does_not_answer_is_told_of() {
+    let yard = SweepYard::new("silent", 2, 2, 0);
+    let submit = |tools: &str| {
+        let mut command = yard.command(&["--store", "store", "--submit", "slurm", "--parts", "2"]);
+        finish(command.env("PATH", tools))
+    };
+    let done = submit("/nowhere");
+    assert_eq!(done.code, 4);
+    assert!(
+        done.err.contains("scontrol is not installed here"),
+        "{}",
+        done.err
+    );
+    for (said, told) in [
+        (
+            "slurm_load_ctl_conf error: Unable to contact slurm controller (connect failure)",
+            "the controller is away",
+        ),
+        (
+            "error: Could not establish a configuration source",
+            "set SLURM_CONF",
+        ),
+        (
+            "Invalid job array specification",
+            "scontrol refuses: Invalid job array specification",
+        ),
+    ] {
+        let tool = yard.folder.file(
+            "tools/scontrol",
+            format!("#!/bin/sh\necho '{said}' >&2\nexit 1\n"),
+        );
+        std::fs::set_permissions(&tool, PermissionsExt::from_mode(0o755)).unwrap();
+        let done = submit(tool.parent().unwrap().to_str().unwrap());
+        assert_eq!(done.code, 4);
+        assert!(done.err.contains(told), "{}", done.err);
+    }
+}
