@@ -104,6 +104,11 @@ pub const KEYS: &[Key] = &[
         "Pairs of a recording and a design that one gate may have.",
     ),
     key(
+        "gate_rules",
+        "1000",
+        "Requirements and exceptions that one gate may have.",
+    ),
+    key(
         "rate_per_s",
         "200",
         "Requests of one token per second, on average.",
@@ -314,6 +319,8 @@ pub struct Config {
     pub own_bytes: u64,
     /// Pairs of one gate.
     pub gate_pairs: u64,
+    /// Requirements and exceptions of one gate.
+    pub gate_rules: u64,
     /// Requests of one token per second.
     pub rate_per_s: u64,
     /// Requests of one token at once.
@@ -371,6 +378,7 @@ impl Config {
             own_queue: layers.number("own_queue", 1, 1 << 40)?,
             own_bytes: layers.mebibytes("own_mib", 1 << 40)?,
             gate_pairs: layers.number("gate_pairs", 1, 1 << 20)?,
+            gate_rules: layers.number("gate_rules", 1, 1 << 20)?,
             rate_per_s: layers.number("rate_per_s", 1, 1 << 32)?,
             rate_burst: layers.number("rate_burst", 1, 1 << 32)?,
             free_bytes: layers.number("free_mib", 0, 1 << 40)? << 20,

@@ -5,9 +5,10 @@ use crate::app::Parts;
 use crate::clock::now_ms;
 use crate::problem::Problem;
 use crate::store::{
-    Blobs, GateOutcome, GateRecording, GateStanding, JobState, Ledger, Question, StoreError,
+    Blobs, GateOutcome, GateRecording, GateStanding, Job, JobState, Ledger, Question, StoreError,
     StoredDesign, StoredFile, StoredGate, StoredRecording, sha256_hex,
 };
+use axum::http::StatusCode;
 use glob::{MatchOptions, Pattern};
 use latchgate::gate::plan::PlannedRecording;
 use latchgate::gate::{
@@ -51,18 +52,15 @@ pub struct GateAsked {
 /// A problem with everything that is wrong with the file, or that the baseline has no outcome.
 pub fn planned(parts: &Parts, asked: GateAsked) -> Result<(StoredGate, Vec<Question>), Problem> {
     let file = GateFile::from_toml(&asked.name, &asked.text, &Limits::default()).map_err(told)?;
+    // Each pair is held against each of them, here.
+    let rules = (file.require.len() + file.allow.len()) as u64;
+    within("gate_rules", parts.config.gate_rules, rules, "rules")?;
     let mut errors = Vec::new();
     let recordings = recordings(&*parts.ledger, &file, &mut errors)?;
     let mut versions = BTreeMap::new();
     let designs = designs(&*parts.ledger, &file, &mut versions, &mut errors)?;
-    let most = parts.config.gate_pairs;
     let count = (recordings.len() * designs.len()) as u64;
-    if count > most {
-        let way_out = "divide the gate, or raise `gate_pairs` in the service's configuration";
-        let status = axum::http::StatusCode::PAYLOAD_TOO_LARGE;
-        let found = format!("{count} pairs");
-        return Err(Problem::over(status, "gate_pairs", most, found, way_out));
-    }
+    within("gate_pairs", parts.config.gate_pairs, count, "pairs")?;
     let plan = Plan::of_found(&asked.name, &file, recordings, designs, errors).map_err(told)?;
     if let Some(id) = &asked.baseline {
         baseline(parts, id)?;
@@ -99,6 +97,16 @@ pub fn planned(parts: &Parts, asked: GateAsked) -> Result<(StoredGate, Vec<Quest
         .map(|number| question(&stored, number, true))
         .collect();
     Ok((stored, pairs))
+}
+
+/// Refuses a gate that is larger than the key of the configuration says.
+fn within(key: &str, most: u64, found: u64, what: &str) -> Result<(), Problem> {
+    if found <= most {
+        return Ok(());
+    }
+    let way_out = format!("divide the gate, or raise `{key}` in the service's configuration");
+    let (status, found) = (StatusCode::PAYLOAD_TOO_LARGE, format!("{found} {what}"));
+    Err(Problem::over(status, key, most, found, &way_out))
 }
 
 /// Returns the question of a pair, in the order of recordings, and of designs for each.
@@ -268,8 +276,12 @@ fn baseline(parts: &Parts, id: &str) -> Result<Baseline, Problem> {
     let standing = standing.ok_or_else(|| Problem::not_found("such baseline"))?;
     let Some(outcome) = settled(parts, standing)?.outcome else {
         let text = "the baseline is not decided yet; wait until it is";
-        let status = axum::http::StatusCode::CONFLICT;
-        return Err(Problem::new(status, "baseline-open", "Not yet", text));
+        return Err(Problem::new(
+            StatusCode::CONFLICT,
+            "baseline-open",
+            "Not yet",
+            text,
+        ));
     };
     let bytes = read(&*parts.blobs, &outcome.files["summary.json"])?;
     Baseline::from_json(id, &bytes).map_err(|error| Problem::of_recording(&error))
@@ -286,7 +298,11 @@ pub fn settled(parts: &Parts, mut standing: GateStanding) -> Result<GateStanding
     if standing.outcome.is_some() || standing.decided < count as u64 {
         return Ok(standing);
     }
-    let (plan, summary) = summed_up(parts, gate)?;
+    let jobs = parts.ledger.pairs(&gate.id)?;
+    if !jobs.iter().all(|job| job.state.has_ended()) {
+        return Ok(standing);
+    }
+    let (plan, summary) = summed_up(parts, gate, &jobs)?;
     let mut files = BTreeMap::new();
     let odd = |error: Error| Problem::of_recording(&error);
     let mut keep = |name: &str, bytes: Vec<u8>| -> Result<(), StoreError> {
@@ -325,7 +341,11 @@ pub fn settled(parts: &Parts, mut standing: GateStanding) -> Result<GateStanding
 }
 
 /// Holds the decisions of a gate against what it requires.
-fn summed_up(parts: &Parts, gate: &StoredGate) -> Result<(Plan, GateSummary), Problem> {
+fn summed_up(
+    parts: &Parts,
+    gate: &StoredGate,
+    jobs: &[Job],
+) -> Result<(Plan, GateSummary), Problem> {
     let limits = Limits::default();
     let file = GateFile::from_toml(&gate.name, &gate.text, &limits).map_err(told)?;
     let odd = |what: String| StoreError::Damaged { what };
@@ -346,7 +366,6 @@ fn summed_up(parts: &Parts, gate: &StoredGate) -> Result<(Plan, GateSummary), Pr
     let designs = designs.map_err(|error| odd(error.to_string()))?;
     let plan = Plan::of_found(&gate.name, &file, recordings, designs, Vec::new()).map_err(told)?;
     let store = Arc::new(Store::unkept());
-    let jobs = parts.ledger.pairs(&gate.id)?;
     let mut judged = Vec::with_capacity(plan.recordings.len());
     let owned = |error: Error| Problem::of_recording(&error);
     for (jobs, recording) in jobs.chunks(plan.designs.len()).zip(&gate.recordings) {
@@ -374,7 +393,7 @@ fn summed_up(parts: &Parts, gate: &StoredGate) -> Result<(Plan, GateSummary), Pr
 }
 
 /// Returns the row of a pair; one whose job has no answer is unusable, whatever the reason.
-fn row_of((job, design): (&crate::store::Job, &Design)) -> Row {
+fn row_of((job, design): (&Job, &Design)) -> Row {
     let refused = match &job.state {
         JobState::Decided { row } => match serde_json::from_value(row.clone()) {
             Ok(row) => return row,

@@ -442,7 +442,7 @@ pub trait Ledger: Send + Sync {
     fn put_listing(&self, id: &str, listing: &Value) -> Result<(), StoreError>;
     /// Finds a recording.
     fn recording(&self, id: &str) -> Result<Option<StoredRecording>, StoreError>;
-    /// Lists the newest recordings.
+    /// Lists the newest recordings, without what they hold.
     fn recordings(
         &self,
         before: Option<i64>,
@@ -502,7 +502,8 @@ pub trait Ledger: Send + Sync {
     /// Lists every version of every design, by name, the newest first.
     fn designs(&self) -> Result<Vec<StoredDesign>, StoreError>;
 
-    /// Keeps a gate and puts its pairs in the queue; false if it was known.
+    /// Keeps a gate and puts its pairs in the queue; of one that is known those that were refused
+    /// for a reason that passes. Returns whether any wait now that did not.
     fn put_gate(
         &self,
         gate: &StoredGate,

@@ -76,6 +76,8 @@ pub(super) async fn send_of_report(
     if let Ok(tag) = HeaderValue::from_str(&tag) {
         headers.insert(header::ETAG, tag);
     }
+    let lasting = HeaderValue::from_static("private, max-age=31536000, immutable");
+    headers.insert(header::CACHE_CONTROL, lasting);
     contained(headers);
     if download || name.ends_with(".csv") {
         headers.insert(header::CONTENT_DISPOSITION, attachment(result, name));
@@ -83,10 +85,8 @@ pub(super) async fn send_of_report(
     Ok(response)
 }
 
-/// Says of a file that it never changes, and may do nothing beyond showing itself.
+/// Says of a file that it may do nothing beyond showing itself.
 pub(super) fn contained(headers: &mut header::HeaderMap) {
-    let lasting = HeaderValue::from_static("private, max-age=31536000, immutable");
-    headers.insert(header::CACHE_CONTROL, lasting);
     let sandbox = HeaderValue::from_static(SANDBOX);
     headers.insert(header::CONTENT_SECURITY_POLICY, sandbox);
 }

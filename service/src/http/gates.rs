@@ -132,8 +132,8 @@ pub(super) async fn submit(
             let (gate, pairs) = gate::planned(parts, asked)?;
             if parts.ledger.gate(&gate.id)?.is_none() {
                 submitting.admit_jobs(&visitor, pairs.len() as u64)?;
-                parts.ledger.put_gate(&gate, pairs, &visitor.name)?;
             }
+            parts.ledger.put_gate(&gate, pairs, &visitor.name)?;
             Ok(gate.id)
         })
         .await?;

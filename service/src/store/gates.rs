@@ -50,7 +50,7 @@ pub(super) fn put(
         params![gate.id, gate.name, body, of_row("gate", &gate.id, &body)],
     )?;
     if added == 0 {
-        return Ok(false);
+        return again(connection, gate, pairs, owner);
     }
     let mut statement =
         connection.prepare_cached("INSERT INTO pairs (gate, number, job) VALUES (?, ?, ?)")?;
@@ -61,6 +61,30 @@ pub(super) fn put(
     }
     Ok(true)
 }
+
+/// Puts those pairs of a known gate back in the queue that were refused for a reason that passes;
+/// its outcome is then open again. Returns whether there were any.
+fn again(
+    connection: &Connection,
+    gate: &StoredGate,
+    pairs: &[Question],
+    owner: &str,
+) -> Result<bool, StoreError> {
+    let before: i64 = connection.query_row(WAITING, [&gate.id], |row| row.get(0))?;
+    for question in pairs {
+        jobs::submit(connection, &question.id(), question, owner, gate.created_ms)?;
+    }
+    let after: i64 = connection.query_row(WAITING, [&gate.id], |row| row.get(0))?;
+    if after > before {
+        let sql = "UPDATE gates SET outcome = NULL, outcome_sum = NULL WHERE id = ?";
+        connection.execute(sql, [&gate.id])?;
+    }
+    Ok(after > before)
+}
+
+/// Counts the pairs of a gate that wait.
+const WAITING: &str = "SELECT count(*) FROM pairs JOIN jobs ON jobs.id = pairs.job
+     WHERE gate = ? AND state IN ('queued', 'later', 'running')";
 
 pub(super) fn find(connection: &Connection, id: &str) -> Result<Option<GateStanding>, StoreError> {
     let found = rows(
@@ -97,7 +121,7 @@ pub(super) fn end(
 ) -> Result<(), StoreError> {
     let text = text_of(outcome);
     let sum = of_row("outcome", id, &text);
-    // The first outcome was handed out and stays.
+    // An outcome that was handed out stays, unless its gate is asked again.
     connection.execute(
         "UPDATE gates SET outcome = ?, outcome_sum = ? WHERE id = ? AND outcome IS NULL",
         params![text, sum, id],

@@ -273,11 +273,9 @@ impl Ledger for SqliteLedger {
         before: Option<i64>,
         limit: u32,
     ) -> Result<Vec<(i64, StoredRecording)>, StoreError> {
-        let sql = format!(
-            "SELECT {RECORDING_COLUMNS} FROM recordings WHERE number < ? ORDER BY number DESC LIMIT ?"
-        );
+        let sql = "SELECT number, id, body, sum, NULL, NULL FROM recordings WHERE number < ? ORDER BY number DESC LIMIT ?";
         let before = before.unwrap_or(i64::MAX);
-        self.read(|connection| rows(connection, &sql, params![before, limit], recording_of))
+        self.read(|connection| rows(connection, sql, params![before, limit], recording_of))
     }
 
     fn bytes_of(&self, owner: &str) -> Result<u64, StoreError> {

@@ -225,6 +225,28 @@ fn cli_a_gate_that_does_not_fit_is_refused() {
     let (status, _) = submit(&client, "?date=tomorrow", one);
     assert_eq!(status, 400);
     assert_eq!(client.get("/v1/gates").json()["gates"], json!([]));
+    // Patterns and rules that would take long are no way to hold the service up.
+    let began = std::time::Instant::now();
+    let name = "a".repeat(200);
+    client
+        .send(
+            "POST",
+            &format!("/v1/recordings?name={name}"),
+            b"t_s,acc_y_g\n0,1\n",
+        )
+        .expect(201);
+    let pattern = format!("{}b", "*a".repeat(60));
+    assert_eq!(
+        submit(&client, "", &one.replace("burst.csv", &pattern)).0,
+        400
+    );
+    let rules = "[[require]]\nverdict = \"pass\"\n".repeat(1001);
+    let (status, problem) = submit(&client, "", &format!("{one}{rules}"));
+    assert_eq!(
+        (status, &problem["limit"]["name"]),
+        (413, &json!("gate_rules"))
+    );
+    assert!(began.elapsed() < std::time::Duration::from_secs(10));
     // A recording that cannot be read is unusable, and no gate passes with it.
     client
         .send("POST", "/v1/recordings?name=odd.csv", b"nothing of a table")

@@ -2,10 +2,11 @@
 
 use crate::support::Folder;
 use latchgate_service::store::{
-    BlobFolder, Blobs, Job, JobState, Ledger, Manifest, Question, SqliteLedger, StoreError,
-    StoredFile, StoredResult, Summary, sha256_hex,
+    BlobFolder, Blobs, GateOutcome, Job, JobState, Ledger, Manifest, Question, SqliteLedger,
+    StoreError, StoredFile, StoredGate, StoredResult, Summary, sha256_hex,
 };
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::sync::Arc;
 
@@ -115,6 +116,49 @@ fn verif_a_job_given_back_waits_its_time() {
     assert_eq!(taken(&ledger, 500).failures, 1);
     let load = ledger.load("me").unwrap();
     assert_eq!((load.queued, load.running, load.own), (0, 2, 2));
+}
+
+/// A pair that was refused because the machine was busy is decided again when its gate is asked
+/// again; one whose recording ends its reader is not.
+#[test]
+fn verif_a_gate_is_open_again_where_its_refusals_pass() {
+    let folder = Folder::new();
+    let ledger = ledger(&folder);
+    for (code, passes) in [("reader-was-late", true), ("ends-its-reader", false)] {
+        let pair = Question {
+            decision_alone: true,
+            design: json!({"name": code}),
+            ..question(1)
+        };
+        let gate: StoredGate = serde_json::from_value(json!({
+            "id": code, "name": "gate", "text": "", "recordings": [{"name": "a", "id": "a", "request": {}}],
+            "designs": [pair.design], "versions": {}, "baseline": null, "allow_removed": false,
+            "no_worse": false, "date": "", "created_ms": 0,
+        }))
+        .unwrap();
+        assert!(ledger.put_gate(&gate, vec![pair.clone()], "lab").unwrap());
+        let job = taken(&ledger, 0);
+        ledger
+            .refuse(&job.id, job.attempt, &json!({"code": code}))
+            .unwrap();
+        let outcome = GateOutcome {
+            exit_code: 4,
+            not_as_required: 1,
+            files: BTreeMap::new(),
+        };
+        ledger.end_gate(code, &outcome).unwrap();
+        assert_eq!(ledger.gate(code).unwrap().unwrap().outcome, Some(outcome));
+        assert_eq!(ledger.put_gate(&gate, vec![pair], "lab").unwrap(), passes);
+        let standing = ledger.gate(code).unwrap().unwrap();
+        assert_eq!(
+            (standing.outcome.is_none(), standing.decided == 0),
+            (passes, passes)
+        );
+        if passes {
+            let job = taken(&ledger, 0);
+            ledger.decide(&job.id, job.attempt, &json!({})).unwrap();
+        }
+    }
 }
 
 /// Of many takers each job goes to one.
