@@ -155,9 +155,6 @@ class OnSlurm(Sweep):
         fill(self.folder, 4, 3, 0)
         rows = "".join(f"{k / 1e5 - 0.02:.5f},{k % 7}\n" for k in range(400_000))
         (self.folder / "recordings/r0001.csv").write_text("time_s,acc_y_g\n" + rows)
-        script = self.folder / "latchgate"
-        script.write_text(f'#!/bin/sh\nulimit -c 0; ulimit -v 60000; exec "{LATCHGATE}" "$@"\n')
-        script.chmod(0o755)
         # The tasks run under the submitting shell's limits.
         done = call("sh", "-c", f'ulimit -c 0; ulimit -v 60000; exec "{LATCHGATE}" gate gate.toml --reports none '
                     "--store store --out out --submit slurm --parts 2 --wait", cwd=self.folder)
@@ -315,6 +312,87 @@ class Faults:
 
     def end(self):
         self.mend(everything=True)
+
+
+class OnDask(Sweep):
+    """examples/sweep_dask.py on a real scheduler and two workers."""
+
+    def setUp(self):
+        super().setUp()
+        self.processes = {}
+        self.port = 40_000 + os.getpid() % 20_000
+        self.addCleanup(self.end)
+
+    def begin(self, name):
+        tool = [Path(sys.executable).parent / "dask"]
+        words = ["scheduler", "--host", "127.0.0.1", "--port", self.port, "--no-dashboard"]
+        if name != "scheduler":
+            words = ["worker", f"tcp://127.0.0.1:{self.port}", "--host", "127.0.0.1", "--nthreads", 1, "--nworkers", 1,
+                     "--no-nanny", "--no-dashboard", "--death-timeout", 5]
+        with open(self.folder / f"{name}.log", "a") as log:
+            self.processes[name] = subprocess.Popen(
+                [str(word) for word in tool + words], stdin=subprocess.DEVNULL, stdout=log, stderr=log, cwd=self.folder)
+
+    def kill(self, name):
+        process = self.processes.pop(name)
+        process.kill()
+        process.wait()
+
+    def end(self):
+        for name in list(self.processes):
+            self.kill(name)
+
+    def test_a_worker_and_a_scheduler_are_killed(self):
+        fill(self.folder, 24, 20, 512)
+        code, alone = self.undisturbed()
+        for name in ["scheduler", "one", "two"]:
+            self.begin(name)
+        with open(self.folder / "example.log", "w") as log:
+            example = subprocess.Popen(
+                [sys.executable, ROOT / "examples/sweep_dask.py", f"tcp://127.0.0.1:{self.port}", "gate.toml", "store", "8",
+                 "--reports", "none", "--out", "out", "--columns", "columns"],
+                cwd=self.folder, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
+                env={**os.environ, "LATCHGATE": LATCHGATE})
+        self.addCleanup(example.kill)
+        rows = lambda: len(list((self.folder / "store").glob("*.rows")))
+        self.until(lambda: rows() >= 1)
+        self.kill("one")
+        self.until(lambda: rows() >= 2)
+        self.kill("scheduler")
+        self.assertIsNone(example.poll())
+        time.sleep(1)
+        for name in ["scheduler", "three", "four"]:
+            self.begin(name)
+        ended = example.wait(timeout=240)
+        told = (self.folder / "example.log").read_text()
+        self.assertEqual(ended, code, told)
+        self.assertEqual(arrays(self.folder / "columns"), alone)
+
+    def until(self, holds):
+        for _ in range(1200):
+            if holds():
+                return
+            time.sleep(0.05)
+        self.fail("it did not come to that: " + (self.folder / "example.log").read_text())
+
+
+class OnKubernetes(Sweep):
+    """The manifest is held against the API's schema; no cluster is at hand."""
+
+    def test_the_manifest_is_valid_and_a_misspelt_one_is_not(self):
+        fill(self.folder, 2, 2, 0)
+        done = self.gate("--store", "store", "--submit", "kubernetes", "--parts", "50", "--print")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(self.validated(done.stdout), 0)
+        for key in ["completionMode", "backoffLimitPerIndex", "podFailurePolicy", "onPodConditions", "claimName"]:
+            self.assertIn(key, done.stdout)
+            self.assertNotEqual(self.validated(done.stdout.replace(key, key[:-1])), 0, key)
+
+    def validated(self, text):
+        path = self.folder / "job.yaml"
+        path.write_text(text)
+        tool = Path(sys.executable).parent / "kubernetes-validate"
+        return call(tool, "--strict", path).returncode
 
 
 if __name__ == "__main__":

@@ -3,6 +3,9 @@
 use crate::cli::command_line::quoted;
 use serde_json::{Value, json};
 
+/// Most indexes that may fail: what the API takes of a job of any size.
+const FAILED_MAX: u32 = 10_000;
+
 /// Returns the manifest of a job whose every index judges one share. JSON is YAML, too.
 ///
 /// `command` is the command line of a share up to its number, as it is called in the container.
@@ -40,7 +43,7 @@ pub(super) fn manifest(gate: &str, shares: u32, command: &[String]) -> Value {
             "completions": shares,
             "parallelism": shares.min(100),
             "backoffLimitPerIndex": 3,
-            "maxFailedIndexes": shares,
+            "maxFailedIndexes": shares.min(FAILED_MAX),
             "podFailurePolicy": {"rules": rules},
             "template": {"spec": {
                 "restartPolicy": "Never",

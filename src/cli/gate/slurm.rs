@@ -193,6 +193,9 @@ impl Slurm<'_> {
                 queue.is_collecting = true;
                 continue;
             }
+            if state == "COMPLETING" {
+                continue;
+            }
             if state == "PENDING" {
                 queue.waiting += 1;
             } else {

@@ -21,6 +21,7 @@ use crate::report::escape;
 use clap::{Args, ValueEnum};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Times that the collecting job submits what is missing.
@@ -28,6 +29,9 @@ const RESUBMITS: u32 = 3;
 
 /// Time that files of a share that is finished are waited for, since a shared file system may lag.
 const LAG: Duration = Duration::from_secs(60);
+
+/// Time for which a collecting job tries to reach the engine.
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Time between two looks at a store or a queue.
 const EVERY: Duration = Duration::from_secs(1);
@@ -91,6 +95,9 @@ pub struct SweepArguments {
     /// Threads of a process that another one watches.
     #[arg(long, hide = true, requires = "part")]
     pub worker: Option<usize>,
+    /// Judge a few pairs and print the seconds of one.
+    #[arg(long, hide = true, group = "sweep")]
+    pub estimate: bool,
     /// Times that this collecting job may still submit what is missing.
     #[arg(long, hide = true, requires = "collect")]
     pub resubmits: Option<u32>,
@@ -111,7 +118,8 @@ pub enum Engine {
 impl SweepArguments {
     /// Tells whether shares are spoken of.
     pub(super) fn is_asked(&self) -> bool {
-        self.part.is_some() || self.submit.is_some() || self.status || self.resubmit || self.collect
+        let asked = self.status || self.resubmit || self.collect || self.estimate;
+        self.part.is_some() || self.submit.is_some() || asked
     }
 }
 
@@ -134,6 +142,7 @@ impl SweepCommand<'_> {
             (None, Some(Engine::Slurm)) => self.submit(own.parts.unwrap_or(1)),
             (None, Some(Engine::Kubernetes)) => self.print_manifest(own.parts.unwrap_or(1)),
             (None, None) if own.resubmit => self.resubmit(),
+            (None, None) if own.estimate => self.try_some(),
             (None, None) => self.status(),
         }
     }
@@ -234,8 +243,10 @@ impl SweepCommand<'_> {
                         return Ok(COULD_NOT);
                     }
                     let mut jobs = jobs;
-                    jobs.collecting = slurm.collect(&jobs).map_err(Failure::Data)?;
-                    slurm.keep(&jobs).map_err(Failure::Data)?;
+                    if let Ok(collecting) = slurm.collect(&jobs) {
+                        jobs.collecting = collecting;
+                        slurm.keep(&jobs).map_err(Failure::Data)?;
+                    }
                     (absent, begun) = (0, begun + 1);
                 }
                 for _ in 0..10 {
@@ -246,14 +257,28 @@ impl SweepCommand<'_> {
         })
     }
 
-    /// Judges a few pairs, and says what all of them will take.
+    /// Says what all pairs will take, from a few that are judged in a process of their own: one of
+    /// them may end it.
     fn estimate(&self, shares: u32) -> Result<(), Failure> {
-        let progress = Progress::new("estimating");
-        let began = Instant::now();
-        let tried = progress.watch("estimating", 1, |control| self.try_some(control));
-        let seconds =
-            began.elapsed().as_secs_f64() / tried.map_err(Failure::of_data)?.max(1) as f64;
-        drop(progress);
+        let words = self.command_line("", None);
+        let tried = std::env::current_exe().and_then(|program| {
+            Command::new(program)
+                .args(&words[1..])
+                .arg("--estimate")
+                .stdin(Stdio::null())
+                .stderr(Stdio::null())
+                .output()
+        });
+        if progress::stopped() {
+            return Err(Failure::Interrupted);
+        }
+        let text = tried.map_or_else(|_| Vec::new(), |tried| tried.stdout);
+        let Ok(seconds) = String::from_utf8_lossy(&text).trim().parse::<f64>() else {
+            output::talk(
+                "latchgate: what a pair takes could not be tried: one of five ended its process",
+            );
+            return Ok(());
+        };
         let pairs = self.plan.recordings.len() * self.plan.designs.len();
         let whole_s = seconds * pairs as f64;
         let minutes = whole_s / 60.0 / f64::from(shares);
@@ -271,15 +296,19 @@ impl SweepCommand<'_> {
         Ok(())
     }
 
-    /// Judges a few pairs spread over all; returns how many.
-    fn try_some(&self, control: &Control<'_>) -> Result<usize, Error> {
+    /// Judges a few pairs spread over all, and prints the seconds of one.
+    fn try_some(&self) -> Result<u8, Failure> {
         let (recordings, designs) = (&self.plan.recordings, &self.plan.designs);
+        let (began, control) = (Instant::now(), Control::default());
         for number in 0..TRIED {
             let recording = &recordings[number * (recordings.len() - 1) / (TRIED - 1)];
             let design = &designs[number * (designs.len() - 1) / (TRIED - 1)];
-            gate::judge_pair(recording, design, self.limits, control)?;
+            gate::judge_pair(recording, design, self.limits, &control).map_err(Failure::Data)?;
         }
-        Ok(TRIED)
+        let seconds = began.elapsed().as_secs_f64() / TRIED as f64;
+        output::document(&format!("{seconds}\n"))
+            .map(|()| 0)
+            .map_err(Failure::Data)
     }
 
     fn print_manifest(&self, shares: u32) -> Result<u8, Failure> {
@@ -483,9 +512,8 @@ impl SweepCommand<'_> {
             // Blocks that are damaged count as missing, too.
             let standing = self.collection(Some(submission), true)?.standing();
             let slurm = self.slurm(submission, left - 1);
-            let again = slurm
-                .resubmit(&standing.shares, left - 1, None)
-                .map_err(Failure::Data)?;
+            let submit = || slurm.resubmit(&standing.shares, left - 1, None);
+            let again = patiently(submit).map_err(Failure::Data)?;
             output::talk(&format!(
                 "latchgate: shares {} submitted again",
                 shown(&again)
@@ -521,6 +549,17 @@ impl SweepCommand<'_> {
                 slurm.keep_answer(exit_code).map_err(Failure::Data)
             }
             _ => Ok(()),
+        }
+    }
+}
+
+/// Tries again while an engine does not answer: nobody else will.
+fn patiently<T>(mut ask: impl FnMut() -> Result<T, Error>) -> Result<T, Error> {
+    let began = Instant::now();
+    loop {
+        match ask() {
+            Err(_) if began.elapsed() < PATIENCE => std::thread::sleep(EVERY),
+            answer => return answer,
         }
     }
 }

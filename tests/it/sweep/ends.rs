@@ -1,7 +1,7 @@
 //! Shares whose process is ended, and recordings that are not what they were.
 
 use super::{SweepYard, told};
-use crate::support::{Random, finish};
+use crate::support::{Done, Random, finish};
 use std::fs;
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -10,6 +10,18 @@ fn kill(signal: &str, process: u32) {
     let _ = Command::new("kill")
         .args([signal, &process.to_string()])
         .status();
+}
+
+/// Judges the whole gate under limits that a shell sets.
+fn limited(yard: &SweepYard, limits: &str, threads: &str) -> Done {
+    let command = yard.command(&["--store", "store", "--part", "1/1", "--threads", threads]);
+    let mut shell = Command::new("sh");
+    shell
+        .current_dir(yard.folder.path())
+        .args(["-c", &format!("{limits}; exec \"$0\" \"$@\"")])
+        .arg(command.get_program())
+        .args(command.get_args());
+    finish(&mut shell)
 }
 
 #[test]
@@ -79,14 +91,7 @@ fn cli_a_recording_that_ends_its_process_is_given_up() {
         .collect();
     yard.folder
         .write("recordings/r0002.csv", format!("time_s,acc_y_g\n{long}"));
-    let command = yard.command(&["--store", "store", "--part", "1/1", "--threads", "2"]);
-    let mut limited = Command::new("sh");
-    limited
-        .current_dir(yard.folder.path())
-        .args(["-c", "ulimit -c 0; ulimit -v 60000; exec \"$0\" \"$@\""])
-        .arg(command.get_program())
-        .args(command.get_args());
-    let done = finish(&mut limited);
+    let done = limited(&yard, "ulimit -c 0; ulimit -v 60000", "2");
     assert_eq!(done.code, 0, "{}", done.err);
     assert_eq!(
         done.err.matches("was ended by signal 6 (SIGABRT)").count(),
@@ -171,15 +176,8 @@ fn cli_a_full_disk_is_no_recordings_fault() {
     let yard = SweepYard::new("full", 3, 40, 0);
     fs::create_dir_all(yard.path("store")).unwrap();
     for _ in 0..4 {
-        let command = yard.command(&["--store", "store", "--part", "1/1", "--threads", "1"]);
-        let mut limited = Command::new("sh");
-        limited
-            .current_dir(yard.folder.path())
-            // Files of two kilobytes at most, and a write beyond fails instead of ending the process.
-            .args(["-c", "trap '' XFSZ; ulimit -f 4; exec \"$0\" \"$@\""])
-            .arg(command.get_program())
-            .args(command.get_args());
-        let done = finish(&mut limited);
+        // Files of two kilobytes at most, and a write beyond fails instead of ending the process.
+        let done = limited(&yard, "trap '' XFSZ; ulimit -f 4", "1");
         assert_eq!(done.code, 4, "{}", done.err);
     }
     let done = yard.part("1/1", &[]);
