@@ -24,4 +24,4 @@ pub(crate) use answer::{design_of, request_of};
 pub use child::work as child_work;
 pub use crew::{Crew, CrewOptions, Progress};
 pub use slot::{ChildOptions, Delivered, Lost, Slot};
-pub use words::{Answer, Order, Trial};
+pub use words::{Answer, How, Order, Trial};

@@ -1,6 +1,7 @@
 //! Gates: every stored recording of a list with every stored design of another.
 
 use super::files;
+use super::jobs::Events;
 use crate::app::App;
 use crate::auth::Visitor;
 use crate::gate::{self, GateAsked};
@@ -12,9 +13,7 @@ use axum::http::{StatusCode, header};
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
-use std::convert::Infallible;
 use std::time::Duration;
-use tokio_stream::Stream;
 use tokio_stream::wrappers::ReceiverStream;
 use utoipa::{IntoParams, ToSchema};
 
@@ -215,7 +214,7 @@ pub(super) async fn get(
 pub(super) async fn events(
     State(app): State<App>,
     Path(id): Path<String>,
-) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, Problem> {
+) -> Result<Events, Problem> {
     let mut entry = GateEntry::from(find(&app, &id).await?);
     let (tell, told) = tokio::sync::mpsc::channel(4);
     tokio::spawn(async move {

@@ -7,12 +7,12 @@ use crate::store::JobState;
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::{StatusCode, header};
-use axum::response::sse::{Event, KeepAlive, Sse};
+use axum::response::sse::{Event, KeepAlive, KeepAliveStream, Sse};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::convert::Infallible;
-use tokio_stream::wrappers::WatchStream;
+use tokio_stream::wrappers::{ReceiverStream, WatchStream};
 use tokio_stream::{Stream, StreamExt};
 use utoipa::ToSchema;
 
@@ -101,33 +101,33 @@ pub(super) async fn get(
 pub(super) async fn events(
     State(app): State<App>,
     Path(id): Path<String>,
-) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, Problem> {
+) -> Result<Events, Problem> {
     let watched = app.crew.watch(&id);
     // It may have ended before anybody watched.
     let state = state_of(&app, &id).await?;
     let now = Progress { state, part: None };
     let steps = tokio_stream::once(now).chain(WatchStream::from_changes(watched));
-    // A stream that has told the end has no more to tell.
-    let steps = until_ended(steps);
-    let told = steps.map(move |progress| Ok(event(&id, &progress)));
-    Ok(Sse::new(told).keep_alive(KeepAlive::default()))
+    Ok(told(steps.map(move |progress| {
+        let event = event(&id, &progress);
+        (event, progress.state.has_ended())
+    })))
 }
 
-/// Ends a stream right after the step that ends the job.
-fn until_ended(
-    steps: impl Stream<Item = Progress> + Send + 'static,
-) -> impl Stream<Item = Progress> + Send + 'static {
+/// Events as they are told.
+pub(super) type Events = Sse<KeepAliveStream<ReceiverStream<Result<Event, Infallible>>>>;
+
+/// Tells events up to the one that says that it is the last.
+pub(super) fn told(events: impl Stream<Item = (Event, bool)> + Send + 'static) -> Events {
     let (tell, told) = tokio::sync::mpsc::channel(4);
     tokio::spawn(async move {
-        let mut steps = std::pin::pin!(steps);
-        while let Some(step) = steps.next().await {
-            let ends = step.state.has_ended();
-            if tell.send(step).await.is_err() || ends {
+        let mut events = std::pin::pin!(events);
+        while let Some((event, ends)) = events.next().await {
+            if tell.send(Ok(event)).await.is_err() || ends {
                 return;
             }
         }
     });
-    tokio_stream::wrappers::ReceiverStream::new(told)
+    Sse::new(ReceiverStream::new(told)).keep_alive(KeepAlive::default())
 }
 
 fn event(id: &str, progress: &Progress) -> Event {

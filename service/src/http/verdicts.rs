@@ -5,7 +5,7 @@ use super::jobs::{self, JobStanding};
 use crate::app::App;
 use crate::auth::Visitor;
 use crate::clock::now_ms;
-use crate::pool::{Answer, Order, request_of};
+use crate::pool::{Answer, How, Order, request_of};
 use crate::problem::{Problem, Refusals};
 use crate::store::{Job, JobState, Manifest, Question, ResultFilter, StoredResult, Summary};
 use axum::Json;
@@ -181,7 +181,8 @@ pub(super) async fn what_if(
         .on_disk(move |parts| parts.ledger.recording(&wanted))
         .await?;
     let stored = stored.ok_or_else(|| Problem::not_found("such recording"))?;
-    let order = Order::WhatIf {
+    let order = Order::Answer {
+        how: How::WhatIf,
         recording: question.recording,
         request: question.request,
         design: question.design,

@@ -1,6 +1,6 @@
 //! What a child answers to each order; the only place that reads an upload.
 
-use super::words::{Answer, Order};
+use super::words::{Answer, How, Order};
 use crate::problem::{Problem, for_http};
 use crate::store::{Summary, sha256_hex};
 use latchgate::pipeline::{
@@ -50,21 +50,12 @@ impl Desk {
     ) -> (Answer, Files) {
         let answered = match order {
             Order::Inspect { request, .. } => inspect(source, request, head, control),
-            Order::Judge {
+            Order::Answer {
+                how,
                 recording,
                 request,
                 design,
-            } => self.judge(recording, source, (request, design), control),
-            Order::Decide {
-                recording,
-                request,
-                design,
-            } => self.decide(recording, source, (request, design), control),
-            Order::WhatIf {
-                recording,
-                request,
-                design,
-            } => self.what_if(recording, source, (request, design), control),
+            } => self.question(*how, recording, source, (request, design), control),
             Order::Series {
                 table,
                 from_s,
@@ -79,20 +70,49 @@ impl Desk {
         })
     }
 
-    fn judge(
+    /// Answers a question; a recording that carries no answer is a problem, or a row that says so.
+    fn question(
         &mut self,
+        how: How,
         recording: &str,
         source: &Source,
-        question: (&Value, &Value),
+        (request, design): (&Value, &Value),
         control: &Control<'_>,
     ) -> Result<(Answer, Files), Problem> {
         let started = Instant::now();
+        let mut stated = request.clone();
+        if how == How::WhatIf
+            && let Some(settings) = stated.as_object_mut()
+        {
+            settings.insert("members".into(), json!(0));
+        }
+        let asked = request_of(&stated)?;
+        let design = design_of(design, &asked)?;
+        let prepared = self.prepared(recording, source, (&stated, &asked), control);
+        if how == How::Decide {
+            let row = match prepared {
+                Ok(prepared) => prepared.row(&design, control),
+                Err(refused) => Ok(refused.row(&design)),
+            };
+            let row = row.map_err(|error| Problem::of_recording(&error))?;
+            return Ok((Answer::Decision { row: json!(row) }, Files::new()));
+        }
         let extras = Extras {
-            filter_table: true,
-            preload_answer: true,
-            evidence: true,
+            filter_table: how == How::Judge,
+            preload_answer: how == How::Judge,
+            evidence: how == How::Judge,
         };
-        let mut outcome = self.outcome(recording, source, question, extras, control)?;
+        let mut outcome = match prepared {
+            Ok(prepared) => prepared.judge(&design, extras, control),
+            Err(refused) => refused.outcome(&design),
+        };
+        if outcome.refusal.is_some() {
+            return Err(refusal(&outcome));
+        }
+        if how == How::WhatIf {
+            let document = json!(outcome.document);
+            return Ok((Answer::WhatIf { document }, Files::new()));
+        }
         outcome.document.run.elapsed_s = started.elapsed().as_secs_f64();
         let answer = Answer::Verdict {
             report_id: outcome.document.report_id.clone(),
@@ -100,62 +120,6 @@ impl Desk {
             content_sha256: content_sha256(&outcome.document),
         };
         Ok((answer, outcome.files()))
-    }
-
-    fn decide(
-        &mut self,
-        recording: &str,
-        source: &Source,
-        (request, design): (&Value, &Value),
-        control: &Control<'_>,
-    ) -> Result<(Answer, Files), Problem> {
-        let asked = request_of(request)?;
-        let design = design_of(design, &asked)?;
-        let row = match self.prepared(recording, source, (request, &asked), control) {
-            Ok(prepared) => prepared
-                .row(&design, control)
-                .map_err(|error| Problem::of_recording(&error))?,
-            Err(refused) => refused.row(&design),
-        };
-        Ok((Answer::Decision { row: json!(row) }, Files::new()))
-    }
-
-    fn what_if(
-        &mut self,
-        recording: &str,
-        source: &Source,
-        (request, design): (&Value, &Value),
-        control: &Control<'_>,
-    ) -> Result<(Answer, Files), Problem> {
-        let mut nominal = request.clone();
-        if let Some(settings) = nominal.as_object_mut() {
-            settings.insert("members".into(), json!(0));
-        }
-        let question = (&nominal, design);
-        let outcome = self.outcome(recording, source, question, Extras::default(), control)?;
-        let document = json!(outcome.document);
-        Ok((Answer::WhatIf { document }, Files::new()))
-    }
-
-    /// Judges; a recording that carries no answer is a problem.
-    fn outcome(
-        &mut self,
-        recording: &str,
-        source: &Source,
-        (request, design): (&Value, &Value),
-        extras: Extras,
-        control: &Control<'_>,
-    ) -> Result<Outcome, Problem> {
-        let asked = request_of(request)?;
-        let design = design_of(design, &asked)?;
-        let outcome = match self.prepared(recording, source, (request, &asked), control) {
-            Ok(prepared) => prepared.judge(&design, extras, control),
-            Err(refused) => refused.outcome(&design),
-        };
-        match outcome.refusal {
-            Some(_) => Err(refusal(&outcome)),
-            None => Ok(outcome),
-        }
     }
 
     /// Returns a recording as it was read and conditioned for a request, now or before.

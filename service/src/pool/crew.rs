@@ -1,7 +1,7 @@
 //! All places of the pool: orders of people who wait come first, then the jobs of the ledger.
 
 use super::slot::{ChildOptions, Delivered, Lost, Slot};
-use super::words::{Answer, Order};
+use super::words::{Answer, How, Order};
 use crate::clock::now_ms;
 use crate::jail::Jail;
 use crate::problem::Problem;
@@ -399,20 +399,15 @@ impl Shared {
             .map_err(Lost::from)?;
         let recording =
             recording.ok_or_else(|| Unanswered::Refused(Problem::not_found("recording").into()))?;
-        let (recording_id, request) = (question.recording.clone(), question.request.clone());
-        let design = question.design.clone();
-        let order = if question.decision_alone {
-            Order::Decide {
-                recording: recording_id,
-                request,
-                design,
-            }
-        } else {
-            Order::Judge {
-                recording: recording_id,
-                request,
-                design,
-            }
+        let order = Order::Answer {
+            how: if question.decision_alone {
+                How::Decide
+            } else {
+                How::Judge
+            },
+            recording: question.recording.clone(),
+            request: question.request.clone(),
+            design: question.design.clone(),
         };
         let mut held = Instant::now();
         let mut beat = |part: Option<f64>| {

@@ -16,29 +16,13 @@ pub enum Order {
         /// How it is read.
         request: Value,
     },
-    /// Judge a recording and draw the report.
-    Judge {
+    /// Answer a question.
+    Answer {
+        /// How.
+        how: How,
         /// The recording's identity.
         recording: String,
         /// How it is read, conditioned and judged.
-        request: Value,
-        /// The lever.
-        design: Value,
-    },
-    /// Decide, and no more: a pair of a gate.
-    Decide {
-        /// The recording's identity.
-        recording: String,
-        /// How it is read, conditioned and judged.
-        request: Value,
-        /// The lever.
-        design: Value,
-    },
-    /// Judge by the nominal runs alone, and draw nothing.
-    WhatIf {
-        /// The recording's identity.
-        recording: String,
-        /// How it is read and conditioned.
         request: Value,
         /// The lever.
         design: Value,
@@ -66,14 +50,23 @@ impl Order {
     #[must_use]
     pub fn needs(&self) -> Option<&str> {
         match self {
-            Self::Inspect { recording, .. }
-            | Self::Judge { recording, .. }
-            | Self::Decide { recording, .. }
-            | Self::WhatIf { recording, .. } => Some(recording),
+            Self::Inspect { recording, .. } | Self::Answer { recording, .. } => Some(recording),
             Self::Series { table, .. } => Some(table),
             Self::Try { .. } => None,
         }
     }
+}
+
+/// How a question is answered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum How {
+    /// Judged, with the report.
+    Judge,
+    /// Decided, and no more: a pair of a gate.
+    Decide,
+    /// By the nominal runs alone, nothing drawn.
+    WhatIf,
 }
 
 /// What a child may try against its jail.
