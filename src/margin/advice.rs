@@ -3,7 +3,9 @@
 //! The search goes from the end of the range that holds the lever best towards the other. The
 //! nominal runs of the scan show how far it may go; on that way the rule is asked, without an
 //! ensemble at [`ASKED`] values and with the first look of one from there back. Each time a tenth
-//! of the limit must be left, so that values between those that are asked have room.
+//! of the limit must be left, so that values between those that are asked have room. Where a nominal
+//! lever near the limit begins to come to its peak after other impacts, the rule is asked on both
+//! sides: there readings of the samples disagree, in bands too narrow to be hit otherwise.
 
 use super::Quantity;
 use super::quantity::SearchRange;
@@ -12,7 +14,7 @@ use crate::error::Error;
 use crate::units::plain;
 use crate::verdict::assess::NominalPass;
 use crate::verdict::early::MemberCache;
-use crate::verdict::interpolation::doubt_part;
+use crate::verdict::interpolation::{Course, doubt_part};
 use serde::{Deserialize, Serialize};
 
 /// From where on every value searched passes by the whole rule.
@@ -39,6 +41,16 @@ const ASKED: usize = 96;
 /// Part of the peak from which on a neighbour that differs by as much shows a jump between them.
 const JUMP: f64 = 0.5;
 
+/// Part of the limit from which on a peak is looked at for changes of its course: on another reading
+/// of the samples a scene reached three times its peak.
+const DIFFERING_PART: f64 = 0.1;
+
+/// Times that a cell is halved to find where the course of a lever changes.
+const HALVINGS: usize = 8;
+
+/// Changes of course that are looked at: where there are more, the motion is chaotic.
+const CHANGES_MAX: usize = 48;
+
 /// Part of the limit within which a value must pass.
 const ROOM: f64 = 0.9;
 
@@ -59,6 +71,10 @@ pub(super) type RoomAndMembers = (f64, Option<u32>);
 pub(super) struct AdviceProbe<'a> {
     /// What the rule says of the nominal lever, with a part of the limit.
     pub(super) nominal: &'a dyn Fn(f64, f64) -> Result<NominalPass, Error>,
+    /// The highest angle of each nominal lever, and how it came to its peak.
+    pub(super) courses: &'a dyn Fn(f64) -> Result<Vec<(f64, Course)>, Error>,
+    /// Peaks further apart are different ones [s].
+    pub(super) apart_s: f64,
     /// Whether the whole rule says pass.
     pub(super) rule: &'a dyn Fn(f64, RoomAndMembers, &mut MemberCache) -> Result<bool, Error>,
     /// What stands in the way of a pass.
@@ -70,6 +86,20 @@ pub(super) struct AdviceProbe<'a> {
     pub(super) spoiled: bool,
     /// The recording is a long one.
     pub(super) long: bool,
+}
+
+/// The courses of the nominal levers at a value.
+#[derive(Clone)]
+struct Courses {
+    value: f64,
+    levers: Vec<(f64, Course)>,
+}
+
+impl Courses {
+    fn at(of: &AdviceSearch<'_>, value: f64) -> Result<Self, Error> {
+        let levers = (of.probe.courses)(value)?;
+        Ok(Self { value, levers })
+    }
 }
 
 struct AdviceSearch<'s> {
@@ -162,8 +192,7 @@ impl AdviceSearch<'_> {
         // Where readings were seen to disagree, or the peak jumps, they may do so at any value.
         let threshold = self.probe.threshold_rad;
         let peak = |(_, excess): &(f64, Excess)| excess.pass + threshold;
-        let reach = 1.0 + doubt_part(self.probe.with_members);
-        let in_danger = |point: &(f64, Excess)| reach * peak(point) > ROOM * threshold;
+        let in_danger = |point: &(f64, Excess)| self.is_in_danger(peak(point));
         let jumps = |pair: &[(f64, Excess)]| {
             let (a, b) = (peak(&pair[0]), peak(&pair[1]));
             pair.iter().any(in_danger) && (a - b).abs() > JUMP * a.max(b)
@@ -172,7 +201,87 @@ impl AdviceSearch<'_> {
         if in_doubt && let Some(first) = self.free.iter().position(in_danger) {
             passing.retain(|place| *place < first);
         }
+        if let Some(changed) = self.first_doubtful_change(passing.last().copied())? {
+            passing.retain(|place| *place < changed);
+        }
         Ok(passing)
+    }
+
+    /// Tells whether a peak would be no pass where readings of the samples disagree.
+    fn is_in_danger(&self, peak_rad: f64) -> bool {
+        let reach = 1.0 + doubt_part(self.probe.with_members);
+        reach * peak_rad > ROOM * self.probe.threshold_rad
+    }
+
+    /// Tells whether a peak may be another one altogether on another reading of the samples.
+    fn may_differ(&self, peak_rad: f64) -> bool {
+        peak_rad > DIFFERING_PART * self.probe.threshold_rad
+    }
+
+    /// Returns the first place, as far as `last`, before which the rule is no pass where a nominal
+    /// lever that moves begins to come to its peak otherwise. Readings of the samples disagree
+    /// about where that is, in a band that may be too narrow for any search to hit; but the course on
+    /// its two sides differs, and that is seen.
+    fn first_doubtful_change(&self, last: Option<usize>) -> Result<Option<usize>, Error> {
+        let threshold = self.probe.threshold_rad;
+        let danger = |(_, excess): &(f64, Excess)| self.may_differ(excess.pass + threshold);
+        let (Some(first), Some(last)) = (self.free.iter().position(danger), last) else {
+            return Ok(None);
+        };
+        let mut before: Option<Courses> = None;
+        let mut changes = 0;
+        for place in first.saturating_sub(1)..=last {
+            let here = Courses::at(self, self.free[place].0)?;
+            if let Some(before) = before.take()
+                && let Some((from, to)) = self.change_of_course(before, here.clone())?
+            {
+                changes += 1;
+                let mut passes = changes <= CHANGES_MAX;
+                for value in [from, to] {
+                    passes = passes && (self.probe.nominal)(value, ROOM)?.passes;
+                }
+                if !passes {
+                    return Ok(Some(place));
+                }
+            }
+            before = Some(here);
+        }
+        Ok(None)
+    }
+
+    /// Returns two values close together between which the course changes: in the impacts before the
+    /// peak; or in the peak's time, by a jump, which stays however close the values are.
+    fn change_of_course(
+        &self,
+        mut from: Courses,
+        mut to: Courses,
+    ) -> Result<Option<(f64, f64)>, Error> {
+        let moved = |from: &Courses, to: &Courses| self.moved(from, to).unwrap_or(f64::INFINITY);
+        for _ in 0..HALVINGS {
+            if moved(&from, &to) <= self.probe.apart_s {
+                return Ok(None);
+            }
+            let middle = Courses::at(self, f64::midpoint(from.value, to.value))?;
+            if moved(&from, &middle) > moved(&middle, &to) {
+                to = middle;
+            } else {
+                from = middle;
+            }
+        }
+        let changes = moved(&from, &to) > self.probe.apart_s;
+        Ok(changes.then_some((from.value, to.value)))
+    }
+
+    /// Returns by how much the peak's time moves between two values [s], of the levers that matter
+    /// the largest; `None` if the impacts before a peak are others.
+    fn moved(&self, from: &Courses, to: &Courses) -> Option<f64> {
+        let mut largest = 0.0_f64;
+        for ((peak, course), (other_peak, other)) in from.levers.iter().zip(&to.levers) {
+            if self.may_differ(peak.max(*other_peak)) {
+                largest = largest.max(course.moved_s(other)?);
+            }
+        }
+        Some(largest)
     }
 
     /// Places of the values to ask, from the safe end on, closer together towards the other.

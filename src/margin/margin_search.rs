@@ -16,6 +16,7 @@ use crate::units::{STANDARD_GRAVITY, plain};
 use crate::verdict::assess::{NominalPass, PassQuestion};
 use crate::verdict::early::MemberCache;
 use crate::verdict::faults::Faults;
+use crate::verdict::interpolation::{Course, apart_s};
 use crate::verdict::meter::Meter;
 use crate::verdict::readings::ReadingCache;
 use crate::verdict::usable_span::window_samples;
@@ -201,6 +202,20 @@ impl<'a> MarginSearch<'a> {
         Ok(NominalPass { passes, in_doubt })
     }
 
+    /// Returns the highest angle [rad] of each nominal lever at a value, and how it came to its peak.
+    pub(super) fn courses(
+        &self,
+        quantity: Quantity,
+        value: f64,
+    ) -> Result<Vec<(f64, Course)>, Error> {
+        let mut found = Vec::new();
+        self.each(quantity, value, (1.0, 0), &mut |question| {
+            found.extend(question.courses()?);
+            Ok(true)
+        })?;
+        Ok(found)
+    }
+
     /// Asks a question about a value, on the samples and, where their bias is doubtful, on those
     /// with the bias left in; returns whether the answer is yes each time. What cannot be judged is
     /// no pass.
@@ -308,6 +323,8 @@ impl<'a> MarginSearch<'a> {
     ) -> Result<Advice, Error> {
         let probe = AdviceProbe {
             nominal: &|value, room| self.nominal_pass(quantity, value, room),
+            courses: &|value| self.courses(quantity, value),
+            apart_s: apart_s(self.runs.signal),
             rule: &|value, asked, cache| self.rule_passes(quantity, value, asked, (cache, false)),
             hindrance: &|value| self.hindrance(quantity, value),
             threshold_rad: self.threshold_rad(),

@@ -5,6 +5,7 @@ use super::early::{self, MemberCache};
 use super::ensemble::{Ensemble, Scatter};
 use super::faults::Faults;
 use super::filters::{self, FilterRow};
+use super::interpolation::Course;
 use super::ladder::{self, Ladder, LadderInput};
 use super::meter::Meter;
 use super::policy::{AssessExtras, Policy, Variant};
@@ -498,6 +499,20 @@ impl PassQuestion<'_> {
             passes: runs.iter().all(stays),
             in_doubt: runs.iter().any(doubted),
         })
+    }
+
+    /// Returns the highest angle [rad] of each nominal lever, and how it came to its peak.
+    pub(crate) fn courses(&self) -> Result<Vec<(f64, Course)>, Error> {
+        let Some(setup) = self.setup()? else {
+            return Ok(Vec::new());
+        };
+        let runs = setup.nominal_runs(&self.policy.variants(), RunDetail::PeakOnly)?;
+        let highest = |run: &Run| {
+            let coast = run.coast_peak_angle_rad;
+            coast.map_or(run.peak_angle_rad, |coast| coast.max(run.peak_angle_rad))
+        };
+        let runs = runs.iter().map(|outcome| &outcome.run);
+        Ok(runs.map(|run| (highest(run), Course::of(run))).collect())
     }
 
     /// Returns what the runs share; nothing where a fault leaves no pass.

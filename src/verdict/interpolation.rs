@@ -13,9 +13,10 @@ use super::policy::Variant;
 use super::readings::SampleReading;
 use super::runs::{RunDetail, RunSetup};
 use super::screen::{self, Subject};
+use crate::conditioning::Signal;
 use crate::error::Error;
 use crate::model::stop::StopModel;
-use crate::replay::{Method, RunOutcome};
+use crate::replay::{Method, Run, RunOutcome};
 
 /// Largest part of one refinement's change that the next may bring, for the change to be taken
 /// as of second order, whose part is a quarter.
@@ -39,25 +40,52 @@ const CORNER_DOUBT_PART: f64 = 1.5;
 struct ReadPeak {
     /// Largest angle in the window, and in window and coast [rad].
     angles: [f64; 2],
+    course: Course,
+    followed: bool,
+}
+
+/// How a lever came to its peak.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Course {
+    /// When [s].
     at_s: f64,
     /// Impacts before the peak, as far as they are listed.
     impacts_before: usize,
-    followed: bool,
+}
+
+impl Course {
+    pub(super) fn of(run: &Run) -> Self {
+        let before = |impact: &&[f64; 2]| impact[0] <= run.peak_time_s;
+        Self {
+            at_s: run.peak_time_s,
+            impacts_before: run.impact_list.iter().filter(before).count(),
+        }
+    }
+
+    /// Returns by how much the peak's time moves from this course to another [s]; `None` if that has
+    /// another number of impacts before it.
+    pub(crate) fn moved_s(&self, other: &Self) -> Option<f64> {
+        let same = self.impacts_before == other.impacts_before;
+        same.then(|| (self.at_s - other.at_s).abs())
+    }
+}
+
+/// Returns the time by which peaks are apart that are different ones [s]: two sample intervals.
+pub(crate) fn apart_s(signal: &Signal) -> f64 {
+    2.0 * signal.rate.interval().seconds()
 }
 
 impl ReadPeak {
     fn of(outcome: &RunOutcome) -> Self {
         let run = &outcome.run;
         let peak = run.peak_angle_rad;
-        let before = |impact: &&[f64; 2]| impact[0] <= run.peak_time_s;
         Self {
             angles: [
                 peak,
                 run.coast_peak_angle_rad
                     .map_or(peak, |coast| coast.max(peak)),
             ],
-            at_s: run.peak_time_s,
-            impacts_before: run.impact_list.iter().filter(before).count(),
+            course: Course::of(run),
             followed: !outcome.broke_down,
         }
     }
@@ -71,13 +99,14 @@ struct ReadPeaks {
     /// A coast was followed on the samples themselves.
     coasts: bool,
     numerical_error_rad: f64,
-    /// Two sample intervals [s]: peaks further apart are different ones.
+    /// See [`apart_s`].
     apart_s: f64,
 }
 
 impl ReadPeaks {
     fn same_course(&self, a: &ReadPeak, b: &ReadPeak) -> bool {
-        a.impacts_before == b.impacts_before && (a.at_s - b.at_s).abs() <= self.apart_s
+        let moved_s = a.course.moved_s(&b.course);
+        moved_s.is_some_and(|moved_s| moved_s <= self.apart_s)
     }
 
     /// The angles that count: that of the window, and with a coast that of both.
@@ -281,7 +310,7 @@ impl RunSetup<'_> {
             first: std::array::from_fn(|index| ReadPeak::of(&first[index])),
             coasts: own.run.coast_peak_angle_rad.is_some(),
             numerical_error_rad: own.run.numerical_error_rad,
-            apart_s: 2.0 * self.signal.rate.interval().seconds(),
+            apart_s: apart_s(self.signal),
         }
     }
 
