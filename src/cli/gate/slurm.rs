@@ -142,6 +142,8 @@ impl Slurm<'_> {
         let mut arguments = options.to_vec();
         arguments.extend([
             "--parsable".into(),
+            // A task that is requeued goes on writing where it wrote.
+            "--open-mode=append".into(),
             format!("--job-name={}", self.job_name()),
             format!("--output={output}"),
         ]);
