@@ -5,6 +5,7 @@ faults of the storm: LATCHGATE_STORM of them (40 unless it is set; 200 take some
 LATCHGATE_SEED, which is printed. Run by tests/slurm/run.
 """
 
+import atexit
 import json
 import math
 import os
@@ -26,6 +27,36 @@ SEED = int(os.environ.get("LATCHGATE_SEED", "7"))
 ARRAYS = "verdict peak_angle_rad uncertainty_rad coast_peak_angle_rad threshold_rad share_lower share_upper"
 # An ordinary device that can be full; made by tests/slurm/run.
 SMALL_DISK = os.environ.get("LATCHGATE_SMALL_DISK")
+
+
+BEGUN = []
+
+
+def begin(words, log, **options):
+    """Begins a process that ends with this one at the latest."""
+    process = subprocess.Popen([str(word) for word in words], stdin=subprocess.DEVNULL, stdout=log, stderr=log, **options)
+    BEGUN.append(process)
+    return process
+
+
+def scratch(prefix):
+    """A folder that goes with this process at the latest."""
+    folder = Path(tempfile.mkdtemp(prefix=prefix))
+    atexit.register(shutil.rmtree, folder, True)
+    return folder
+
+
+@atexit.register
+def end_all():
+    for process in BEGUN:
+        if process.poll() is None:
+            process.kill()
+            process.wait()
+
+
+def interrupted(*_):
+    # The one exception that a test lets through; what was begun ends behind it.
+    raise KeyboardInterrupt
 
 
 def call(*words, cwd=None, timeout=600, environment=None):
@@ -65,7 +96,7 @@ class Sweep(unittest.TestCase):
     """A folder of its own for each test."""
 
     def setUp(self):
-        self.folder = Path(tempfile.mkdtemp(prefix="latchgate-sweep-"))
+        self.folder = scratch("latchgate-sweep-")
         self.addCleanup(shutil.rmtree, self.folder, True)
 
     def gate(self, *words, **options):
@@ -87,7 +118,8 @@ class Cluster:
     """The cluster of tests/slurm/cluster."""
 
     def __init__(self):
-        self.folder = Path(tempfile.mkdtemp(prefix="latchgate-slurm-"))
+        self.folder = scratch("latchgate-slurm-")
+        atexit.register(self.end)
         self.tool("start", self.folder, check=True)
         os.environ["SLURM_CONF"] = str(self.folder / "slurm.conf")
 
@@ -124,8 +156,9 @@ class Cluster:
         return found
 
     def end(self):
-        self.tool("stop", self.folder)
-        shutil.rmtree(self.folder, True)
+        if self.folder.exists():
+            self.tool("stop", self.folder)
+            shutil.rmtree(self.folder, True)
 
 
 class OnSlurm(Sweep):
@@ -199,10 +232,9 @@ class OnSlurm(Sweep):
             (self.folder / "store").symlink_to(tempfile.mkdtemp(dir=SMALL_DISK))
         began = time.monotonic()
         with open(self.folder / "wait.log", "w") as log:
-            sweep = subprocess.Popen(
+            sweep = begin(
                 [LATCHGATE, "gate", "gate.toml", "-vv", "--reports", "none", "--store", "store", "--out", "out", "--columns",
-                 "columns", "--submit", "slurm", "--parts", "20", "--wait"],
-                cwd=self.folder, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+                 "columns", "--submit", "slurm", "--parts", "20", "--wait"], log, cwd=self.folder)
         faults = Faults(self.cluster, self.folder, random.Random(SEED))
         while sweep.poll() is None:
             if faults.count < STORM:
@@ -213,7 +245,7 @@ class OnSlurm(Sweep):
         faults.end()
         took = time.monotonic() - began
         judged = self.printed().count("judged recording")
-        print(f"storm: {faults.told}; {took:.0f} s; {judged} pairs judged for 10000; "
+        print(f"storm: {sum(faults.told.values())} faults, {faults.told}; {took:.0f} s; {judged} pairs judged for 10000; "
               f"wait ended with {sweep.returncode}", file=sys.stderr)
         rounds = 0
         while json.loads(self.gate("--store", "store", "--status", "--format", "json").stdout)["missing"]:
@@ -330,8 +362,7 @@ class OnDask(Sweep):
             words = ["worker", f"tcp://127.0.0.1:{self.port}", "--host", "127.0.0.1", "--nthreads", 1, "--nworkers", 1,
                      "--no-nanny", "--no-dashboard", "--death-timeout", 5]
         with open(self.folder / f"{name}.log", "a") as log:
-            self.processes[name] = subprocess.Popen(
-                [str(word) for word in tool + words], stdin=subprocess.DEVNULL, stdout=log, stderr=log, cwd=self.folder)
+            self.processes[name] = begin(tool + words, log, cwd=self.folder)
 
     def kill(self, name):
         process = self.processes.pop(name)
@@ -348,11 +379,10 @@ class OnDask(Sweep):
         for name in ["scheduler", "one", "two"]:
             self.begin(name)
         with open(self.folder / "example.log", "w") as log:
-            example = subprocess.Popen(
+            example = begin(
                 [sys.executable, ROOT / "examples/sweep_dask.py", f"tcp://127.0.0.1:{self.port}", "gate.toml", "store", "8",
                  "--reports", "none", "--out", "out", "--columns", "columns"],
-                cwd=self.folder, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
-                env={**os.environ, "LATCHGATE": LATCHGATE})
+                log, cwd=self.folder, env={**os.environ, "LATCHGATE": LATCHGATE})
         self.addCleanup(example.kill)
         rows = lambda: len(list((self.folder / "store").glob("*.rows")))
         self.until(lambda: rows() >= 1)
@@ -396,4 +426,5 @@ class OnKubernetes(Sweep):
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, interrupted)
     unittest.main(verbosity=2)
