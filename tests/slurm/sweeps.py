@@ -2,7 +2,8 @@
 
 Whatever is killed meanwhile, the collected arrays are those of one undisturbed process, byte for byte. The
 faults of the storm: LATCHGATE_STORM of them (40 unless it is set; 200 take some minutes), from
-LATCHGATE_SEED, which is printed. Run by tests/slurm/run.
+LATCHGATE_SEED, which is printed. With LATCHGATE_LONG=1 and a release build what docs/scale.md states is measured, too.
+Run by tests/slurm/run.
 """
 
 import atexit
@@ -404,6 +405,43 @@ class OnDask(Sweep):
                 return
             time.sleep(0.05)
         self.fail("it did not come to that: " + (self.folder / "example.log").read_text())
+
+
+class Figures(Sweep):
+    """What shares cost."""
+
+    def cost(self, what, *words):
+        """Processor time [s] and largest memory [MiB] of a gate, whatever it answers."""
+        with open(self.folder / "figures.log", "a") as log:
+            gate = begin([LATCHGATE, "gate", "gate.toml", "--reports", "none", "--threads", "1", *words], log, cwd=self.folder)
+            _, status, used = os.wait4(gate.pid, 0)
+            gate.returncode = os.waitstatus_to_exitcode(status)
+        cost = used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
+        print(f"{what}: {cost[0]:.1f} s of a processor, {cost[1]:.0f} MiB", file=sys.stderr)
+        return cost
+
+    def test_nominal_pairs(self):
+        fill(self.folder, 1000, 100, 0)
+        gate, _ = self.cost("1000 x 100 nominal pairs, a gate", "--no-store", "--out", "a")
+        share, _ = self.cost("the same as one share", "--store", "s", "--part", "1/1")
+        self.cost("collected", "--store", "s", "--collect", "--out", "b", "--columns", "c")
+        self.assertLessEqual(share, 1.1 * gate)
+        for name in ["summary.json", "junit.xml", "summary.md"]:
+            self.assertEqual((self.folder / "a" / name).read_bytes(), (self.folder / "b" / name).read_bytes())
+
+    def test_rows_by_formula(self):
+        fill(self.folder, 1000, 1000, 0)
+        # Tables that nobody can read: rows cost next to nothing to make, and all to collect.
+        for path in (self.folder / "recordings").iterdir():
+            path.write_text(f"nothing {path.name}\n")
+        self.cost("1000 x 1000 rows, as one share", "--store", "s", "--part", "1/1")
+        _, memory = self.cost("collected", "--store", "s", "--collect", "--out", "b", "--columns", "c")
+        self.assertLessEqual(memory, 300)
+        self.assertEqual((self.folder / "c/verdict.npy").stat().st_size, 128 + 1_000_000)
+
+
+if not os.environ.get("LATCHGATE_LONG"):
+    del Figures
 
 
 class OnKubernetes(Sweep):
