@@ -87,7 +87,7 @@ pub struct SweepArguments {
     #[arg(long, group = "sweep", conflicts_with = "no_store")]
     pub collect: bool,
     /// Write each quantity as a NumPy array of recordings × designs; the folder is replaced
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", requires = "sweep")]
     pub columns: Option<PathBuf>,
     /// The submission that the share is of.
     #[arg(long, hide = true)]
@@ -102,7 +102,7 @@ pub struct SweepArguments {
     #[arg(long, hide = true, requires = "collect")]
     pub resubmits: Option<u32>,
     /// Options of the engine's own, for example -- --partition=short --time=04:00:00
-    #[arg(last = true, value_name = "OPTIONS")]
+    #[arg(last = true, value_name = "OPTIONS", requires = "sweep")]
     pub engine_options: Vec<String>,
 }
 

@@ -51,6 +51,9 @@ fn cli_the_manifest_of_shares_is_printed() {
         command.ends_with("--part \"$((JOB_COMPLETION_INDEX + 1))/7\""),
         "{command}"
     );
+    // What only shares have is no option of a gate by itself.
+    assert_eq!(yard.gate(&["--columns", "columns"]).code, 2);
+    assert_eq!(yard.gate(&["--", "--time=1"]).code, 2);
     // It is printed, or nothing.
     assert_eq!(yard.gate(&print[..6]).code, 2);
 }
