@@ -1,7 +1,7 @@
 """Shares of a gate on a real Slurm, on Dask, and as a manifest of Kubernetes.
 
 Whatever is killed meanwhile, the collected arrays are those of one undisturbed process, byte for byte. The
-faults of the storm: LATCHGATE_STORM of them (40 unless it is set; 200 take some minutes), from
+faults of the storm: LATCHGATE_STORM of them (40 unless it is set; of 200 each requeue costs two minutes, which Slurm waits), from
 LATCHGATE_SEED, which is printed. With LATCHGATE_LONG=1 and a release build what docs/scale.md states is measured, too.
 Run by tests/slurm/run.
 """
@@ -242,7 +242,7 @@ class OnSlurm(Sweep):
                 faults.next()
             faults.mend()
             time.sleep(faults.random.uniform(0.1, 0.6))
-            self.assertLess(time.monotonic() - began, 1500, faults.told)
+            self.assertLess(time.monotonic() - began, 300 + 30 * STORM, faults.told)
         faults.end()
         took = time.monotonic() - began
         judged = self.printed().count("judged recording")
