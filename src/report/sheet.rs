@@ -111,6 +111,7 @@ header .id{text-align:left;max-width:none}
 .answer .exit{display:none}
 .sides,.sides.three{grid-template-columns:1fr}
 section{overflow-x:auto}
+#event .plot .muted{font-size:17px}
 }
 ";
 
@@ -180,6 +181,7 @@ details{border-bottom:1px solid var(--rule);margin:0;padding:7px 0}
 summary{font-size:15px}
 .live{display:flex;flex-wrap:wrap;gap:6px 8px;align-items:center;margin:2px 0 4px;font-size:13.5px}
 .live button,.live a{font:inherit;color:var(--ink);background:var(--shade);border:1px solid var(--axis);border-radius:6px;padding:3px 9px;cursor:pointer;text-decoration:none}
+.live button svg{display:inline-block;margin-right:6px;vertical-align:middle}
 .live button[aria-pressed=false]{opacity:.5;text-decoration:line-through}
 .live output{flex-basis:100%;min-height:3em;white-space:pre-line;font-variant-numeric:tabular-nums;color:var(--ink)}
 #event svg{touch-action:pan-y;cursor:crosshair;outline-offset:3px}

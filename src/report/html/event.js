@@ -296,11 +296,16 @@
     draw();
   });
   data.panels.forEach((panel) => panel.curves.forEach((curve) => {
-    button(curve.name, (made) => {
+    const toggle = button(curve.name, (made) => {
       if (!hidden.delete(curve.column)) hidden.add(curve.column);
       made.setAttribute("aria-pressed", String(!hidden.has(curve.column)));
       draw();
     }, true);
+    const sample = document.createElementNS(svg.namespaceURI, "svg");
+    const size = { class: "plot", viewBox: "0 0 26 4", width: 26, height: 4, "aria-hidden": "true" };
+    for (const key in size) sample.setAttribute(key, size[key]);
+    element(sample, "line", { class: curve.class, x1: 0, y1: 2, x2: 26, y2: 2 });
+    toggle.prepend(sample);
   }));
   link(URL.createObjectURL(new Blob([csv], { type: "text/csv" })));
   const readout = document.createElement("output");
