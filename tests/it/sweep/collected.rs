@@ -103,17 +103,39 @@ fn cli_a_damaged_block_is_never_taken_for_one() {
     let yard = SweepYard::new("damaged", 3, 4, 0);
     yard.part("1/1", &[]);
     let file = yard.files().remove(0);
-    let mut bytes = fs::read(&file).unwrap();
-    let middle = bytes.len() / 2;
-    bytes[middle] ^= 4;
-    fs::write(&file, &bytes).unwrap();
-    let done = yard.collect(&[]);
-    assert_eq!(done.code, 4, "{}", done.err);
-    assert!(!yard.path("collected").exists());
+    let bytes = fs::read(&file).unwrap();
+    let collected = || {
+        let _ = fs::remove_dir_all(yard.path("collected"));
+        yard.collect(&[])
+    };
+    let code = collected().code;
+    assert_ne!(code, 4);
+    let whole = yard.text("collected/summary.json");
+    let damaged = |at: usize| {
+        let mut bytes = bytes.clone();
+        bytes[at] ^= 4;
+        fs::write(&file, &bytes).unwrap();
+    };
+    // Where blocks end depends on time: some hold decisions, others what was begun.
+    let mut missed = None;
+    for at in (1..9).map(|part| bytes.len() * part / 9) {
+        damaged(at);
+        let done = collected();
+        assert!(done.err.contains("judged again"), "{}", done.err);
+        if done.code == 4 {
+            assert!(!yard.path("collected").exists());
+            missed = Some(at);
+        } else {
+            assert_eq!(done.code, code, "{}", done.err);
+            assert_eq!(yard.text("collected/summary.json"), whole);
+        }
+    }
+    damaged(missed.expect("a block of decisions"));
     let again = yard.part("1/1", &[]);
     assert_eq!(again.code, 0, "{}", again.err);
     assert!(told(&again, "pairs judged") > 0, "{}", again.err);
-    assert_ne!(yard.collect(&[]).code, 4);
+    assert_eq!(collected().code, code);
+    assert_eq!(yard.text("collected/summary.json"), whole);
 }
 
 #[test]
