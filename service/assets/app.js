@@ -191,7 +191,11 @@ function readable(column) {
 
 // The columns of a run near an instant, and the row that is nearest to it.
 async function nearest(base, time) {
-  const { columns } = (await asked(`${base}/series?px=8192&t0=${time - 0.0005}&t1=${time + 0.0005}`)).json;
+  let columns = { time_s: [] };
+  // Samples may lie far apart.
+  for (let reach = 0.0005; columns.time_s.length === 0 && reach < 10; reach *= 10) {
+    columns = (await asked(`${base}/series?px=8192&t0=${time - reach}&t1=${time + reach}`)).json.columns;
+  }
   let best = -1;
   columns.time_s.forEach((value, index) => { if (best < 0 || Math.abs(value - time) < Math.abs(columns.time_s[best] - time)) best = index; });
   return best < 0 ? null : { columns, row: best, time: columns.time_s[best] };

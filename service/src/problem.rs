@@ -2,9 +2,12 @@
 //! words of the library as they read over HTTP.
 
 use crate::store::StoreError;
+use axum::extract::{FromRequestParts, Query};
+use axum::http::request::Parts;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use latchgate::pipeline::{Error, ErrorKind};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -86,6 +89,15 @@ pub enum Refusals {
 }
 
 impl Problem {
+    /// Returns what is wrong with a body that could not be taken in.
+    #[must_use]
+    pub fn of_body(status: StatusCode, text: String) -> Self {
+        if status == StatusCode::PAYLOAD_TOO_LARGE {
+            return Self::new(status, "too-large", "The body is too large", text);
+        }
+        Self::bad_request(text)
+    }
+
     /// Returns a problem of a kind.
     #[must_use]
     pub fn new(status: StatusCode, code: &str, title: &str, detail: impl Into<String>) -> Self {
@@ -186,6 +198,20 @@ impl Problem {
     #[must_use]
     pub fn to_value(&self) -> Value {
         serde_json::to_value(self).expect("a problem has text keys only")
+    }
+}
+
+/// The query of a request; one that does not fit is a problem as any other.
+#[derive(Debug, Clone, Copy)]
+pub struct Queried<T>(pub T);
+
+impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for Queried<T> {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
+        let query = Query::<T>::from_request_parts(parts, state).await;
+        let query = query.map_err(|error| Problem::bad_request(error.body_text()))?;
+        Ok(Self(query.0))
     }
 }
 

@@ -5,10 +5,10 @@ use super::jobs::Events;
 use crate::app::App;
 use crate::auth::Visitor;
 use crate::gate::{self, GateAsked};
-use crate::problem::{Problem, Refusals};
+use crate::problem::{Problem, Queried, Refusals};
 use crate::store::GateStanding;
 use axum::Json;
-use axum::extract::{Extension, Path, Query, State};
+use axum::extract::{Extension, Path, State};
 use axum::http::{StatusCode, header};
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
@@ -22,6 +22,7 @@ const LOOK: Duration = Duration::from_millis(300);
 
 /// How a gate is asked.
 #[derive(Debug, Clone, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub(super) struct GateQuery {
     /// Name, of up to 64 letters.
@@ -109,7 +110,7 @@ pub(crate) async fn find(app: &App, id: &str) -> Result<GateStanding, Problem> {
 pub(super) async fn submit(
     State(app): State<App>,
     Extension(visitor): Extension<Visitor>,
-    Query(query): Query<GateQuery>,
+    Queried(query): Queried<GateQuery>,
     text: Result<String, axum::extract::rejection::StringRejection>,
 ) -> Result<Response, Problem> {
     let text = text.map_err(|error| Problem::bad_request(error.body_text()))?;
@@ -148,6 +149,7 @@ pub(super) async fn submit(
 
 /// Which part of a list is wanted.
 #[derive(Debug, Clone, Default, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 pub(crate) struct GatePart {
     /// What the part before returned as `next`.
     pub(crate) cursor: Option<i64>,
@@ -172,7 +174,7 @@ pub(crate) struct GateList {
 )]
 pub(super) async fn list(
     State(app): State<App>,
-    Query(part): Query<GatePart>,
+    Queried(part): Queried<GatePart>,
 ) -> Result<Json<GateList>, Problem> {
     Ok(Json(listed(&app, part).await?))
 }

@@ -5,10 +5,10 @@ use crate::app::App;
 use crate::auth::Visitor;
 use crate::clock::now_ms;
 use crate::pool::{Answer, Order};
-use crate::problem::{Problem, Refusals};
+use crate::problem::{Problem, Queried, Refusals};
 use crate::store::StoredRecording;
 use axum::Json;
-use axum::extract::{Extension, Path, Query, Request, State};
+use axum::extract::{Extension, Path, Request, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
@@ -48,6 +48,7 @@ impl Recording {
 
 /// What an upload states.
 #[derive(Debug, Clone, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 pub(super) struct Stated {
     /// The file's name, which readers go by; of a form the name of the folder that its files form.
     name: Option<String>,
@@ -69,7 +70,7 @@ pub(super) struct Stated {
 pub(super) async fn submit(
     State(app): State<App>,
     Extension(visitor): Extension<Visitor>,
-    Query(stated): Query<Stated>,
+    Queried(stated): Queried<Stated>,
     request: Request,
 ) -> Result<Response, Problem> {
     let owner = visitor.name.clone();
@@ -140,6 +141,7 @@ fn nothing_read(problem: Value) -> Value {
 
 /// How a recording is read.
 #[derive(Debug, Clone, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 pub(super) struct Reading {
     /// Settings as a JSON object, for example `{"header_line": 3, "decimal": ","}`.
     request: Option<String>,
@@ -157,7 +159,7 @@ pub(super) struct Reading {
 pub(super) async fn get(
     State(app): State<App>,
     Path(id): Path<String>,
-    Query(reading): Query<Reading>,
+    Queried(reading): Queried<Reading>,
 ) -> Result<Json<Recording>, Problem> {
     let request = reading.request.map(|text| {
         serde_json::from_str::<Value>(&text)
@@ -172,6 +174,7 @@ pub(super) async fn get(
 
 /// Which part of a list is wanted.
 #[derive(Debug, Clone, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 pub(super) struct Part {
     /// What the part before returned as `next`.
     cursor: Option<i64>,
@@ -207,7 +210,7 @@ pub(super) struct RecordingList {
 )]
 pub(super) async fn list(
     State(app): State<App>,
-    Query(part): Query<Part>,
+    Queried(part): Queried<Part>,
 ) -> Result<Json<RecordingList>, Problem> {
     let limit = part.limit.unwrap_or(50).clamp(1, 200);
     let found = app

@@ -6,10 +6,10 @@ use crate::app::App;
 use crate::auth::Visitor;
 use crate::clock::now_ms;
 use crate::pool::{Answer, How, Order, request_of};
-use crate::problem::{Problem, Refusals};
+use crate::problem::{Problem, Queried, Refusals};
 use crate::store::{Job, JobState, Manifest, Question, ResultFilter, StoredResult, Summary};
 use axum::Json;
-use axum::extract::{Extension, Path, Query, State};
+use axum::extract::{Extension, Path, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use latchgate::report::{SERIES_FILE, VERDICT_FILE};
@@ -44,6 +44,7 @@ pub(super) fn empty() -> Value {
 
 /// How long a question waits.
 #[derive(Debug, Clone, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 pub(super) struct Waiting {
     /// Seconds to wait for the answer before the question becomes a job, at most 60.
     #[param(minimum = 0, maximum = 60)]
@@ -76,10 +77,11 @@ async fn question(app: &App, asking: Asking) -> Result<Question, Problem> {
 pub(super) async fn submit(
     State(app): State<App>,
     Extension(visitor): Extension<Visitor>,
-    Query(waiting): Query<Waiting>,
+    Queried(waiting): Queried<Waiting>,
     asking: Result<Json<Asking>, axum::extract::rejection::JsonRejection>,
 ) -> Result<Response, Problem> {
-    let Json(asking) = asking.map_err(|error| Problem::bad_request(error.body_text()))?;
+    let Json(asking) =
+        asking.map_err(|error| Problem::of_body(error.status(), error.body_text()))?;
     let question = question(&app, asking).await?;
     let id = question.id();
     let wanted = id.clone();
@@ -174,7 +176,8 @@ pub(super) async fn what_if(
     State(app): State<App>,
     asking: Result<Json<Asking>, axum::extract::rejection::JsonRejection>,
 ) -> Result<Json<Value>, Problem> {
-    let Json(asking) = asking.map_err(|error| Problem::bad_request(error.body_text()))?;
+    let Json(asking) =
+        asking.map_err(|error| Problem::of_body(error.status(), error.body_text()))?;
     let question = question(&app, asking).await?;
     let wanted = question.recording.clone();
     let stored = app
@@ -234,6 +237,7 @@ async fn sent(
 
 /// Which part of a file is wanted.
 #[derive(Debug, Clone, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 pub(super) struct FileWanted {
     /// Of `series.csv`: from this instant [s].
     t0: Option<f64>,
@@ -262,7 +266,7 @@ pub(super) struct FileWanted {
 pub(super) async fn file(
     State(app): State<App>,
     Path((report_id, name)): Path<(String, String)>,
-    Query(wanted): Query<FileWanted>,
+    Queried(wanted): Queried<FileWanted>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     if name == SERIES_FILE && (wanted.t0.is_some() || wanted.t1.is_some()) {
@@ -315,6 +319,7 @@ async fn series_of(
 
 /// Which part of a series is wanted.
 #[derive(Debug, Clone, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 pub(super) struct Range {
     /// From this instant [s].
     t0: Option<f64>,
@@ -349,7 +354,7 @@ pub(super) struct Series {
 pub(super) async fn series(
     State(app): State<App>,
     Path(report_id): Path<String>,
-    Query(range): Query<Range>,
+    Queried(range): Queried<Range>,
 ) -> Result<Json<Series>, Problem> {
     let result = result(&app, &report_id).await?;
     let pixels = range.px.unwrap_or(1000).clamp(2, 8192) as usize;
@@ -364,6 +369,7 @@ pub(super) async fn series(
 
 /// Which verdicts are wanted.
 #[derive(Debug, Clone, Default, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 pub(crate) struct Wanted {
     /// `pass`, `fail`, `undecided` or `unusable`.
     pub(crate) verdict: Option<String>,
@@ -413,7 +419,7 @@ pub(crate) struct VerdictList {
 )]
 pub(super) async fn list(
     State(app): State<App>,
-    Query(wanted): Query<Wanted>,
+    Queried(wanted): Queried<Wanted>,
 ) -> Result<Json<VerdictList>, Problem> {
     Ok(Json(listed(&app, wanted).await?))
 }

@@ -69,8 +69,14 @@ fn tidy_every_described_route_is_declared() {
     let description: Value = serde_json::from_str(&latchgate_service::http::openapi()).unwrap();
     let mut described = BTreeSet::new();
     for (path, methods) in description["paths"].as_object().unwrap() {
-        for method in methods.as_object().unwrap().keys() {
+        for (method, operation) in methods.as_object().unwrap() {
             described.insert((method.to_uppercase(), path.clone()));
+            // What stands in the path is named there, and the rest is of the query.
+            for parameter in operation["parameters"].as_array().into_iter().flatten() {
+                let of_path =
+                    path.contains(&format!("{{{}}}", parameter["name"].as_str().unwrap()));
+                assert_eq!(parameter["in"] == "path", of_path, "{path}: {parameter}");
+            }
         }
     }
     let declared: BTreeSet<(String, String)> = declared()

@@ -430,6 +430,15 @@ fn cli_problems_say_what_to_do() {
         .expect(404);
     client.get("/v1/nothing").expect(404);
     client.send("DELETE", "/v1/verdicts", &[]).expect(405);
+    for path in [
+        "/v1/verdicts?limit=abc",
+        "/v1/gates?limit=x",
+        "/v1/recordings?limit=abc",
+    ] {
+        let answer = client.get(path).expect(400);
+        let kind = answer.header("content-type");
+        assert_eq!(kind, Some("application/problem+json"), "{path}");
+    }
     for name in ["../a.csv", "/a.csv", "a//b.csv", "a%5Cb.csv"] {
         client
             .send("POST", &format!("/v1/recordings?name={name}"), b"1")
