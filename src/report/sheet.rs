@@ -184,7 +184,7 @@ summary{font-size:15px}
 .live button svg{display:inline-block;margin-right:6px;vertical-align:middle}
 .live button[aria-pressed=false]{opacity:.5;text-decoration:line-through}
 .live output{flex-basis:100%;min-height:3em;white-space:pre-line;font-variant-numeric:tabular-nums;color:var(--ink)}
-#event svg{touch-action:pan-y;cursor:crosshair;outline-offset:3px}
+#event>svg{touch-action:pan-y;cursor:crosshair;outline-offset:3px}
 .plot .cursor{stroke:var(--ink);stroke-width:1.25}
 .plot .cursor.two{stroke-dasharray:5 3}
 .plot .dot{fill:var(--ink)}
@@ -218,7 +218,7 @@ header p{font-size:8pt}
 h2{margin:7pt 0 2pt;font-size:10.5pt;padding-bottom:1.5pt}
 p,.statement p{font-size:8.4pt;margin:3pt 0}
 #event{margin:5pt 0 0}
-#event svg{max-height:94mm;margin:0 auto}
+#event>svg{max-height:94mm;margin:0 auto}
 #event figcaption{display:none}
 .found{font-size:8.2pt;margin:2pt 0}
 .found li{padding:1pt 0}

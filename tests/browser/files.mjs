@@ -81,7 +81,7 @@ for (const [view, options] of Object.entries(views)) {
 const phone = await browser.newContext(views.phone);
 for (const name of ['fail', 'compare']) {
   const { page, odd } = await open(phone, pages[name]);
-  const svg = page.locator('#event svg');
+  const svg = page.locator('#event > svg');
   const place = async (part) => {
     await svg.evaluate((one) => one.scrollIntoView({ block: 'center' }));
     const box = await svg.boundingBox();
