@@ -33,7 +33,7 @@ async function look(page, name) {
   const { violations } = await page.evaluate(() => window.axe.run(document, { resultTypes: ['violations'] }));
   const told = violations.map((one) => `${one.id}: ${one.nodes.map((node) => node.html).slice(0, 3).join(' | ')}`);
   assert.deepEqual(told, [], `${name}: accessibility`);
-  await page.screenshot({ path: path.join(pictures, `${name}.png`), fullPage: true });
+  await page.screenshot({ path: path.join(pictures, `service-${name}.png`), fullPage: true });
 }
 
 async function downloaded(page, act) {

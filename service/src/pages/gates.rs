@@ -179,7 +179,7 @@ fn marks(changes: &Changes) -> Marks<'_> {
     }
     for moved in &changes.moved {
         let pair = (&*moved.recording, &*moved.design);
-        marks.entry(pair).or_insert("peak moved");
+        marks.entry(pair).or_insert("margin moved");
     }
     marks
 }
