@@ -20,6 +20,7 @@ use crate::verdict::interpolation::{Course, apart_s};
 use crate::verdict::meter::Meter;
 use crate::verdict::readings::ReadingCache;
 use crate::verdict::usable_span::window_samples;
+use crate::verdict::wording::angle;
 use crate::verdict::{self, AssessExtras, Policy};
 use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
@@ -286,8 +287,8 @@ impl<'a> MarginSearch<'a> {
             };
         let (run, threshold) = (&assessed.nominal, self.threshold_rad());
         if run.peak_angle_rad > threshold {
-            let peak = plain(run.peak_angle_rad, 3);
-            return Ok(format!("even at {at} the nominal lever reaches {peak} rad"));
+            let peak = angle(run.peak_angle_rad, 3);
+            return Ok(format!("even at {at} the nominal lever reaches {peak}"));
         }
         let crossing = assessed.ensemble.filter(|of| of.exceeded > 0);
         let Some(ensemble) = crossing else {

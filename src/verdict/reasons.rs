@@ -6,11 +6,13 @@ use super::faults::Faults;
 use super::policy::{ModelChoice, Polarity, Policy};
 use super::variant::VariantResult;
 use super::what_if::{Change, ChangedSide, WhatIf};
-use super::wording::{briefly, describe, instant, percent, sentence, signed};
+use super::wording::{angle, briefly, describe, instant, percent, sentence, signed};
 use super::{Answer, ErrorBudget, Reason};
 use crate::model::Design;
+use crate::replay::Run;
 use crate::recording::{Finding, Severity};
 use crate::units::{OpensWhen, plain};
+use std::f64::consts::FRAC_PI_2;
 
 /// The verdict that the sentences explain.
 #[derive(Clone, Copy)]
@@ -229,10 +231,10 @@ fn deciding_inputs(case: &Explained<'_>) -> Vec<Reason> {
             };
             let (side, before) = side(case, what_if)?;
             Some(format!(
-                "{how} ({} g), {} rad instead of {} rad ({})",
+                "{how} ({} g), {} instead of {} ({})",
                 signed(what_if.change),
-                plain(side.peak_angle_rad, 4),
-                plain(before, 4),
+                angle(side.peak_angle_rad, 4),
+                angle(before, 4),
                 briefly(side.variant()),
             ))
         })
@@ -255,10 +257,10 @@ fn deciding_inputs(case: &Explained<'_>) -> Vec<Reason> {
         .filter_map(|what_if| {
             let (side, _) = side(case, what_if)?;
             Some(format!(
-                "{} {} ({} rad)",
+                "{} {} ({})",
                 what_if.input,
                 signed(what_if.change),
-                plain(side.peak_angle_rad, 4)
+                angle(side.peak_angle_rad, 4)
             ))
         })
         .collect();
@@ -319,11 +321,10 @@ fn peak(case: &Explained<'_>) -> Reason {
         Some(crossing) => (
             "threshold-crossed",
             format!(
-                "crosses the limit of {threshold} rad at {} and reaches {} rad at {}, {} times the limit ({place})",
+                "crosses the limit of {threshold} rad at {} and reaches {}{} ({place})",
                 instant(crossing),
-                plain(run.peak_angle_rad, 4),
-                instant(run.peak_time_s),
-                plain(run.peak_angle_rad / threshold, 3),
+                angle(run.peak_angle_rad, 4),
+                how_far(run, threshold),
             ),
         ),
         None if run.peak_angle_rad > 0.0 => (
@@ -348,6 +349,19 @@ fn peak(case: &Explained<'_>) -> Reason {
         code: code.into(),
         text: format!("{lever} {text}{proviso}."),
     }
+}
+
+/// Returns when a lever that crossed reached its peak, and how far above the limit; nothing beyond
+/// 90°, where only the crossing counts.
+fn how_far(run: &Run, threshold_rad: f64) -> String {
+    if run.peak_angle_rad > FRAC_PI_2 {
+        return String::new();
+    }
+    format!(
+        " at {}, {} times the limit",
+        instant(run.peak_time_s),
+        plain(run.peak_angle_rad / threshold_rad, 3),
+    )
 }
 
 fn not_followed(method: &str, places: &str) -> Reason {
@@ -391,8 +405,8 @@ fn method_without_bound(case: &Explained<'_>) -> Option<Reason> {
 fn coast_words(coast: Option<f64>) -> String {
     coast.map_or_else(String::new, |coast| {
         format!(
-            "; left to itself after the last judged sample it still reaches {} rad",
-            plain(coast, 4)
+            "; left to itself after the last judged sample it still reaches {}",
+            angle(coast, 4)
         )
     })
 }
@@ -429,8 +443,8 @@ fn coast(case: &Explained<'_>) -> Option<Reason> {
     Some(Reason {
         code: "coast-reaches-limit".into(),
         text: format!(
-            "After the last judged sample the lever moves on and reaches {} rad, ±{} rad, with no further acceleration ({}): the record or window ends too early for a pass.",
-            plain(held.run.run().coast_peak_angle_rad.unwrap_or(0.0), 4),
+            "After the last judged sample the lever moves on and reaches {}, ±{} rad, with no further acceleration ({}): the record or window ends too early for a pass.",
+            angle(held.run.run().coast_peak_angle_rad.unwrap_or(0.0), 4),
             plain(held.run.coast_uncertainty_rad(), 2),
             describe(held.variant, case.policy),
         ),
@@ -475,10 +489,10 @@ fn each(case: &Explained<'_>) -> String {
             .coast_peak_angle_rad
             .filter(|_| result.run.held_back_by_coast(threshold))
             .map_or_else(String::new, |coast| {
-                format!(", coasting to {} rad", plain(coast, 4))
+                format!(", coasting to {}", angle(coast, 4))
             });
-        let peak = plain(run.peak_angle_rad, 4);
-        format!("{name}: {answer} with a peak of {peak} rad{coast}")
+        let peak = angle(run.peak_angle_rad, 4);
+        format!("{name}: {answer} with a peak of {peak}{coast}")
     });
     of_each.collect::<Vec<_>>().join("; ")
 }
@@ -560,9 +574,9 @@ fn uncertainty(case: &Explained<'_>) -> Option<Reason> {
         .find(|(name, value)| !matches!(*name, "numerical" | "interpolation") && *value > 0.0)
         .map_or_else(String::new, |(name, value)| {
             format!(
-                " Not counted in it, the largest influence measured is {}: {} rad{}.",
+                " Not counted in it, the largest influence measured is {}: {}{}.",
                 influence(name),
-                plain(value, 2),
+                angle(value, 2),
                 if value > distance {
                     ", more than that distance"
                 } else {
@@ -571,6 +585,12 @@ fn uncertainty(case: &Explained<'_>) -> Option<Reason> {
             )
         });
     let spans = distance <= total;
+    // Beyond 90° the peak has no figure, and so the distance has none.
+    let between = if run.peak_angle_rad > FRAC_PI_2 {
+        "distance".to_string()
+    } else {
+        format!("{} rad", plain(distance, 3))
+    };
     Some(Reason {
         code: if spans {
             "uncertainty-spans-threshold".into()
@@ -578,9 +598,8 @@ fn uncertainty(case: &Explained<'_>) -> Option<Reason> {
             "uncertainty".into()
         },
         text: format!(
-            "The error of the computation, {parts}, is {} than the {} rad between peak and limit.{largest}",
+            "The error of the computation, {parts}, is {} than the {between} between peak and limit.{largest}",
             if spans { "no less" } else { "less" },
-            plain(distance, 3)
         ),
     })
 }

@@ -1,5 +1,7 @@
 //! Words and numbers as every sentence of a verdict spells them.
 
+use std::f64::consts::FRAC_PI_2;
+
 use super::policy::{Polarity, Policy, Variant};
 use crate::conditioning::{Cfc, bias};
 use crate::units::plain;
@@ -23,6 +25,15 @@ pub(super) fn instant(seconds: f64) -> String {
     } else {
         format!("{} s", plain(seconds, 7))
     }
+}
+
+/// Returns an angle of the lever with its unit; beyond 90°, where the model of the lever means
+/// nothing, that alone.
+pub(crate) fn angle(radians: f64, digits: usize) -> String {
+    if radians > FRAC_PI_2 {
+        return "more than 90°".into();
+    }
+    format!("{} rad", plain(radians, digits))
 }
 
 /// Returns a share in percent, with the digits that matter at the bounds of the rule.
