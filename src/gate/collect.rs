@@ -7,6 +7,7 @@ use super::index::{KnownDesigns, PlaceOfRow, Share, StoreIndex, name_of};
 use super::pairs::WHOLE_MAX;
 use super::plan::Plan;
 use super::rule::{Asked, HeldRecording, hold_each};
+use super::run::JudgedRecording;
 use super::share::{ShareDone, done_path};
 use super::store::{self, BlockRows, RowAddress, Store};
 use super::submission::Submission;
@@ -168,9 +169,7 @@ impl<'a> Collection<'a> {
         mut columns: Option<&mut Columns>,
     ) -> Result<GateSummary, Error> {
         let plan = self.plan;
-        let blocks = self.index.blocks.iter();
-        let blocks = blocks.map(|block| (block.file, block.offset));
-        let store = Arc::new(Store::of_blocks(self.index.files.clone(), blocks));
+        let store = self.store();
         hold_each(plan, &store.clone(), asked, WHOLE_MAX, |number| {
             let held = self.held(number, &store)?;
             if let Some(columns) = &mut columns {
@@ -178,6 +177,33 @@ impl<'a> Collection<'a> {
             }
             Ok(held)
         })
+    }
+
+    /// Returns where the decisions of each recording lie, in the plan's order, for [`super::hold`].
+    ///
+    /// # Errors
+    ///
+    /// [`crate::error::ErrorKind::Malformed`] if a pair is missing or its block damaged.
+    pub fn judged(mut self) -> Result<(Arc<Store>, Vec<JudgedRecording>), Error> {
+        let store = self.store();
+        let numbers = 0..self.plan.recordings.len();
+        let judged = numbers.map(|number| {
+            let held = self.held(number, &store)?;
+            Ok(JudgedRecording {
+                sha256: held.sha256,
+                channel: held.channel,
+                cached: held.rows.len(),
+                rows: held.rows.into_iter().map(|(address, _)| address).collect(),
+            })
+        });
+        let judged = judged.collect::<Result<Vec<_>, Error>>()?;
+        Ok((store, judged))
+    }
+
+    fn store(&self) -> Arc<Store> {
+        let blocks = self.index.blocks.iter();
+        let blocks = blocks.map(|block| (block.file, block.offset));
+        Arc::new(Store::of_blocks(self.index.files.clone(), blocks))
     }
 
     /// Reads the decisions of a recording. A block that is damaged is as good as none: where the

@@ -98,6 +98,9 @@ pub struct SweepArguments {
     /// Judge a few pairs and print the seconds of one.
     #[arg(long, hide = true, group = "sweep")]
     pub estimate: bool,
+    /// Submit without trying what a pair takes, since recordings are not to be read here.
+    #[arg(long, hide = true, requires = "submit")]
+    pub untried: bool,
     /// Times that this collecting job may still submit what is missing.
     #[arg(long, hide = true, requires = "collect")]
     pub resubmits: Option<u32>,
@@ -188,7 +191,9 @@ impl SweepCommand<'_> {
 
     /// Submits the shares to Slurm, or prints their script.
     fn submit(&self, shares: u32) -> Result<u8, Failure> {
-        self.estimate(shares)?;
+        if !self.own.sweep.untried {
+            self.estimate(shares)?;
+        }
         let progress = Progress::new("reading");
         let submission = progress.watch("reading", self.common.thread_count(), |control| {
             Submission::of(self.plan, shares, self.limits, control)
@@ -443,9 +448,14 @@ impl SweepCommand<'_> {
                         );
                         document["engine"] = serde_json::json!({
                             "name": "slurm", "running": running, "waiting": waiting, "stuck": stuck,
+                            "collecting": queue.is_collecting,
                         });
                     }
-                    Err(error) => output::talk(&format!("latchgate: {error}")),
+                    Err(error) => {
+                        output::talk(&format!("latchgate: {error}"));
+                        document["engine"] =
+                            serde_json::json!({"name": "slurm", "error": error.to_string()});
+                    }
                 }
             }
         }
