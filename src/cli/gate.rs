@@ -163,7 +163,8 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
     let pairs = summary.counts.pairs;
     let code = answer(own, common, &plan, summary, &folder);
     if cached > 0 {
-        output::talk(&format!("latchgate: {cached} of {pairs} pairs cached"));
+        let pairs = gate::text::counted(pairs, "pair");
+        output::talk(&format!("latchgate: {cached} of {pairs} cached"));
     }
     code
 }
@@ -195,7 +196,8 @@ fn answer(
     printed.map_err(Failure::Data)?;
     if left_out > 0 {
         output::talk(&format!(
-            "latchgate: {left_out} pairs not as required have no full report"
+            "latchgate: without a full report, since the worst have theirs: {}",
+            gate::text::counted(left_out, "pair")
         ));
     }
     Ok(summary.exit_code)

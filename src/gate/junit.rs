@@ -119,7 +119,10 @@ fn further(left: usize) -> Written {
     Written {
         name: "further pairs".into(),
         outcome: TestOutcome::Failure,
-        message: format!("{left} further pairs are not as required; the others are the worst"),
+        message: format!(
+            "not as required: {}; the others are the worst",
+            text::counted(left, "further pair")
+        ),
         text: String::new(),
     }
 }
@@ -141,7 +144,7 @@ fn per_recording(summary: &GateSummary, most: usize) -> Vec<Case> {
                 name: recording.name.clone(),
                 outcome: TestOutcome::Passed,
                 message: String::new(),
-                text: format!("{designs} of {designs} designs stand"),
+                text: format!("all stand: {}", text::counted(designs, "design")),
             }))
         })
         .collect()

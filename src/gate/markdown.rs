@@ -36,8 +36,8 @@ pub fn render(summary: &GateSummary) -> Result<String, Error> {
     if summary.problems.len() > LISTED {
         let _ = writeln!(
             out,
-            "- {} further problems",
-            summary.problems.len() - LISTED
+            "- {}",
+            text::counted(summary.problems.len() - LISTED, "further problem")
         );
     }
     table(
@@ -76,20 +76,20 @@ pub fn render(summary: &GateSummary) -> Result<String, Error> {
         }
         let _ = writeln!(
             out,
-            "- {} margins moved by more than their uncertainty",
-            baseline.moved.len()
+            "- {} moved by more than the uncertainty",
+            text::counted(baseline.moved.len(), "margin")
         );
     }
     let counts = &summary.counts;
     let _ = writeln!(
         out,
-        "\npass {}, fail {}, undecided {}, unusable {}; {} recordings, {} designs; latchgate {}",
+        "\npass {}, fail {}, undecided {}, unusable {}; {}, {}; latchgate {}",
         counts.pass,
         counts.fail,
         counts.undecided,
         counts.unusable,
-        summary.recordings.len(),
-        summary.designs.len(),
+        text::counted(summary.recordings.len(), "recording"),
+        text::counted(summary.designs.len(), "design"),
         summary.version
     );
     Ok(cut(out))
@@ -126,7 +126,12 @@ fn table(
         shown += alike.numbers.len();
     }
     if all > shown {
-        let _ = writeln!(out, "\n{} further ones in {}.", all - shown, summary.rest());
+        let _ = writeln!(
+            out,
+            "\n{} in {}.",
+            text::counted(all - shown, "further pair"),
+            summary.rest()
+        );
     }
     Ok(())
 }
@@ -154,7 +159,8 @@ fn exceptions(out: &mut String, summary: &GateSummary) -> Result<(), Error> {
     // Of very many pairs not every one is at hand.
     let further = summary.counts.allowed.saturating_sub(listed);
     if further > 0 {
-        let _ = writeln!(out, "\n{further} further pairs were let through.");
+        let further = text::counted(further, "further pair");
+        let _ = writeln!(out, "\nLet through besides: {further}.");
     }
     Ok(())
 }
@@ -241,8 +247,8 @@ pub fn annotations(summary: &GateSummary) -> Result<String, Error> {
     if all > ANNOTATIONS_MAX {
         lines.truncate(ANNOTATIONS_MAX - 1);
         let more = format!(
-            "{} further problems and pairs; see summary.json",
-            all - lines.len()
+            "{} of what is not as required; see summary.json",
+            text::counted(all - lines.len(), "further line")
         );
         lines.push(annotation("latchgate", &more));
     }

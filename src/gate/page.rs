@@ -123,18 +123,21 @@ fn counts(out: &mut String, summary: &GateSummary) {
     let counts = &summary.counts;
     out.push_str("<dl class=\"key\">");
     for (what, count) in [
-        ("recordings", summary.recordings.len()),
-        ("designs", summary.designs.len()),
-        ("pairs as required", counts.as_required),
-        ("pairs not as required", counts.not_as_required),
+        ("recording", summary.recordings.len()),
+        ("design", summary.designs.len()),
+        ("as required", counts.as_required),
+        ("not as required", counts.not_as_required),
         ("pass", counts.pass),
         ("fail", counts.fail),
         ("undecided", counts.undecided),
         ("unusable", counts.unusable),
     ] {
+        // Of answers it is said how many there are, of things what they are.
+        let many = matches!(what, "recording" | "design") && count != 1;
+        let many = if many { "s" } else { "" };
         let _ = write!(
             out,
-            "<div><dt>{what}</dt><dd class=\"value\">{}</dd></div>",
+            "<div><dt>{what}{many}</dt><dd class=\"value\">{}</dd></div>",
             number::count(count as u64)
         );
     }
@@ -175,8 +178,8 @@ fn list(
     if all > shown {
         let _ = writeln!(
             out,
-            "<p class=\"note\">{} further ones in {}.</p>",
-            all - shown,
+            "<p class=\"note\">{} in {}.</p>",
+            text::counted(all - shown, "further pair"),
             summary.rest()
         );
     }

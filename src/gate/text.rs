@@ -39,7 +39,7 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> Result<String, Err
     further(
         &mut out,
         summary.problems.len().saturating_sub(LISTED),
-        "problems",
+        "problem",
     );
     let worst = summary.standing(PairStanding::NotAsRequired);
     lines(&mut out, summary, worst, LISTED)?;
@@ -49,11 +49,11 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> Result<String, Err
     if let Some(baseline) = &summary.baseline {
         let _ = writeln!(
             out,
-            "  {:<10} {} newly failing, {} fixed, {} margins moved, {} added, {} gone",
+            "  {:<10} {} newly failing, {} fixed, {} moved, {} added, {} gone",
             "baseline",
             baseline.newly_failing.len(),
             baseline.fixed.len(),
-            baseline.moved.len(),
+            counted(baseline.moved.len(), "margin"),
             baseline.added.len(),
             baseline.removed.len()
         );
@@ -76,9 +76,16 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> Result<String, Err
     Ok(out)
 }
 
+/// Returns how many there are of what is counted, `what` being the word for one.
+#[must_use]
+pub fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
 fn further(out: &mut String, left: usize, what: &str) {
     if left > 0 {
-        let _ = writeln!(out, "  {:<10} {left} further {what}", "");
+        let left = counted(left, &format!("further {what}"));
+        let _ = writeln!(out, "  {:<10} {left}", "");
     }
 }
 
@@ -106,7 +113,7 @@ fn lines(
         );
         shown += alike.numbers.len();
     }
-    further(out, all - shown, "pairs");
+    further(out, all - shown, "pair");
     Ok(())
 }
 
@@ -150,7 +157,7 @@ impl Alike {
         match self.numbers.len() {
             1 => first.clone(),
             all if all == summary.designs.len() => format!("each of the {all} designs"),
-            some => format!("{first} and {} other designs", some - 1),
+            some => format!("{first} and {}", counted(some - 1, "other design")),
         }
     }
 }
@@ -159,8 +166,13 @@ impl Alike {
 pub(super) fn headline(summary: &GateSummary) -> String {
     let counts = &summary.counts;
     let mut text = match counts.not_as_required {
+        0 if counts.pairs == 1 => "the one pair stands".into(),
         0 => format!("all {} pairs stand", counts.pairs),
-        some => format!("{some} of {} pairs are not as required", counts.pairs),
+        some => {
+            let are = if some == 1 { "is" } else { "are" };
+            let pairs = counted(counts.pairs, "pair");
+            format!("{some} of {pairs} {are} not as required")
+        }
     };
     if counts.allowed > 0 {
         let _ = write!(text, ", {} by an exception", counts.allowed);
@@ -169,8 +181,7 @@ pub(super) fn headline(summary: &GateSummary) -> String {
         let _ = write!(text, ", {} no worse than the baseline", counts.no_worse);
     }
     if !summary.problems.is_empty() {
-        let many = if summary.problems.len() == 1 { "" } else { "s" };
-        let _ = write!(text, ", {} problem{many}", summary.problems.len());
+        let _ = write!(text, ", {}", counted(summary.problems.len(), "problem"));
     }
     let _ = write!(text, " (exit {})", summary.exit_code);
     text

@@ -4,6 +4,7 @@
 mod collected;
 mod ends;
 mod engines;
+mod slurm;
 
 use crate::support::{Done, Folder, finish, half_sine, program, table};
 use latchgate::gate::{GateFile, Plan, Submission};
@@ -100,7 +101,15 @@ impl SweepYard {
 /// The number of pairs that a share says of a word, such as `pairs judged`.
 #[track_caller]
 fn told(done: &Done, what: &str) -> usize {
-    let before = done.err.split(what).next().unwrap();
+    // One is told of as one.
+    let one = what
+        .replacen("s ", " ", 1)
+        .trim_end_matches('s')
+        .to_string();
+    let before = [what, &one]
+        .into_iter()
+        .find_map(|what| done.err.split_once(what));
+    let before = before.map_or(done.err.as_str(), |(before, _)| before);
     let number = before.trim_end().rsplit([' ', '\n']).next().unwrap();
     number
         .parse()

@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
+use std::hash::{BuildHasher, RandomState};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 /// What was handed to Slurm for a submission.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -18,17 +20,19 @@ pub(super) struct SlurmJobs {
     arrays: Vec<(u64, u32)>,
     /// The job that collects.
     pub(super) collecting: u64,
+    /// What names the answer of that job and of no other: a cluster that was set up anew counts its
+    /// jobs from 1 again.
+    pub(super) answer: u64,
     /// How often the collecting job may still submit what is missing.
     pub(super) resubmits: u32,
     /// The user's own options of sbatch.
     options: Vec<String>,
 }
 
-/// What the collecting job of that number ended with.
+/// What a collecting job ended with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct CollectingAnswer {
-    pub(super) job: u64,
-    pub(super) exit_code: u8,
+struct CollectingAnswer {
+    exit_code: u8,
 }
 
 /// Tasks of a submission as the queue has them.
@@ -78,10 +82,10 @@ impl Slurm<'_> {
         )
     }
 
-    fn collect_script(&self) -> String {
+    fn collect_script(&self, answer: u64) -> String {
         script(
             "Collects the shares of a gate, and submits again what is missing.",
-            &line(&self.collect_command),
+            &format!("{} --answer {answer}", line(&self.collect_command)),
         )
     }
 
@@ -110,25 +114,27 @@ impl Slurm<'_> {
         let mut jobs = SlurmJobs {
             submission: self.submission.clone(),
             arrays,
-            collecting: 0,
             resubmits,
             options: options.to_vec(),
+            ..SlurmJobs::default()
         };
-        jobs.collecting = self.collect(&jobs)?;
-        self.keep(&jobs)?;
+        self.collect(&mut jobs)?;
         Ok(jobs)
     }
 
-    /// Submits the job that collects behind the arrays.
-    pub(super) fn collect(&self, jobs: &SlurmJobs) -> Result<u64, Error> {
-        let script = self.write("collect", &self.collect_script())?;
+    /// Submits the job that collects behind the arrays, and keeps what was handed over.
+    pub(super) fn collect(&self, jobs: &mut SlurmJobs) -> Result<(), Error> {
+        // Of the system's random numbers.
+        jobs.answer = RandomState::new().hash_one(SystemTime::now());
+        let script = self.write("collect", &self.collect_script(jobs.answer))?;
         let ids: Vec<String> = jobs.arrays.iter().map(|(id, _)| format!(":{id}")).collect();
         let mut own = vec!["--requeue".to_string()];
         if !ids.is_empty() {
             own.push(format!("--dependency=afterany{}", ids.concat()));
         }
         own.push(script);
-        self.sbatch(&jobs.options, &own)
+        jobs.collecting = self.sbatch(&jobs.options, &own)?;
+        put(&self.jobs_path(), jobs)
     }
 
     fn write(&self, name: &str, text: &str) -> Result<String, Error> {
@@ -255,26 +261,20 @@ impl Slurm<'_> {
         Ok(jobs.filter(|jobs| jobs.submission == self.submission))
     }
 
-    pub(super) fn keep(&self, jobs: &SlurmJobs) -> Result<(), Error> {
-        put(&self.jobs_path(), jobs)
+    fn answer_path(&self, answer: u64) -> PathBuf {
+        self.folder
+            .join(format!("{}.answer-{answer}.json", self.gate))
     }
 
-    fn answer_path(&self) -> PathBuf {
-        self.folder.join(format!("{}.answer.json", self.gate))
+    /// Reads the exit code of the collecting job, once it has ended.
+    pub(super) fn answer(&self, jobs: &SlurmJobs) -> Result<Option<u8>, Error> {
+        let answer: Option<CollectingAnswer> = read(&self.answer_path(jobs.answer))?;
+        Ok(answer.map(|answer| answer.exit_code))
     }
 
-    /// Reads what the last collecting job ended with.
-    pub(super) fn answer(&self) -> Result<Option<CollectingAnswer>, Error> {
-        read(&self.answer_path())
-    }
-
-    /// Keeps what this job, if it is one, ends with.
-    pub(super) fn keep_answer(&self, exit_code: u8) -> Result<(), Error> {
-        let job = std::env::var("SLURM_JOB_ID").ok();
-        match job.and_then(|job| job.parse().ok()) {
-            Some(job) => put(&self.answer_path(), &CollectingAnswer { job, exit_code }),
-            None => Ok(()),
-        }
+    /// Keeps the exit code of a collecting job under the name of its answer.
+    pub(super) fn keep_answer(&self, answer: u64, exit_code: u8) -> Result<(), Error> {
+        put(&self.answer_path(answer), &CollectingAnswer { exit_code })
     }
 }
 

@@ -11,6 +11,7 @@ use crate::cli::output;
 use crate::cli::progress::{self, Progress};
 use crate::cli::values::OutputFormat;
 use crate::error::{Error, ErrorKind};
+use crate::gate::text::counted;
 use crate::gate::{
     self, Asked, Collection, Columns, GateSummary, Plan, Share, ShareOutcome, ShareTask, Standing,
     Submission,
@@ -104,6 +105,9 @@ pub struct SweepArguments {
     /// Times that this collecting job may still submit what is missing.
     #[arg(long, hide = true, requires = "collect")]
     pub resubmits: Option<u32>,
+    /// What names the answer of this collecting job.
+    #[arg(long, hide = true, requires = "collect")]
+    pub answer: Option<u64>,
     /// Options of the engine's own, for example -- --partition=short --time=04:00:00
     #[arg(last = true, value_name = "OPTIONS", requires = "sweep")]
     pub engine_options: Vec<String>,
@@ -215,7 +219,8 @@ impl SweepCommand<'_> {
             .submit(&all, Vec::new(), RESUBMITS, options)
             .map_err(Failure::Data)?;
         output::talk(&format!(
-            "latchgate: {shares} shares submitted; job {} collects them",
+            "latchgate: {} submitted; job {} collects",
+            counted(shares as usize, "share"),
             jobs.collecting
         ));
         if self.own.sweep.wait {
@@ -231,10 +236,9 @@ impl SweepCommand<'_> {
         let progress = Progress::new("waiting");
         progress.watch("waiting", 1, |control| {
             loop {
-                let jobs = slurm.jobs().map_err(Failure::Data)?.unwrap_or_default();
-                let answer = slurm.answer().map_err(Failure::Data)?;
-                if let Some(answer) = answer.filter(|answer| answer.job == jobs.collecting) {
-                    return Ok(answer.exit_code);
+                let mut jobs = slurm.jobs().map_err(Failure::Data)?.unwrap_or_default();
+                if let Some(exit_code) = slurm.answer(&jobs).map_err(Failure::Data)? {
+                    return Ok(exit_code);
                 }
                 // A controller that is away comes back.
                 if let Ok(queue) = slurm.queue() {
@@ -247,11 +251,8 @@ impl SweepCommand<'_> {
                         output::talk(&format!("latchgate: {why} in {}", slurm.folder.display()));
                         return Ok(COULD_NOT);
                     }
-                    let mut jobs = jobs;
-                    if let Ok(collecting) = slurm.collect(&jobs) {
-                        jobs.collecting = collecting;
-                        slurm.keep(&jobs).map_err(Failure::Data)?;
-                    }
+                    // Where that fails it is tried again.
+                    let _ = slurm.collect(&mut jobs);
                     (absent, begun) = (0, begun + 1);
                 }
                 for _ in 0..10 {
@@ -288,14 +289,19 @@ impl SweepCommand<'_> {
         let whole_s = seconds * pairs as f64;
         let minutes = whole_s / 60.0 / f64::from(shares);
         output::talk(&format!(
-            "latchgate: {pairs} pairs: about {:.2} hours of a processor, {:.1} MB in the store, {minutes:.1} minutes for each of {shares} shares",
+            "latchgate: {}: about {:.2} hours of a processor, {:.1} MB in the store, {minutes:.1} minutes for each of {}",
+            counted(pairs, "pair"),
             whole_s / 3600.0,
-            pairs as f64 * BYTES_A_PAIR / 1e6
+            pairs as f64 * BYTES_A_PAIR / 1e6,
+            counted(shares as usize, "share")
         ));
         if minutes < MINUTES_MIN {
             output::talk(&format!(
-                "latchgate: a task costs about a second of scheduling, and sites ask for 10 minutes and more; {} shares would take {MINUTES_MIN} minutes each",
-                (whole_s / 60.0 / MINUTES_MIN).ceil().max(1.0)
+                "latchgate: a task costs about a second of scheduling, and sites ask for 10 minutes and more; with {} a task takes about {MINUTES_MIN} minutes",
+                counted(
+                    (whole_s / 60.0 / MINUTES_MIN).ceil().max(1.0) as usize,
+                    "share"
+                )
             ));
         }
         Ok(())
@@ -443,8 +449,9 @@ impl SweepCommand<'_> {
                         let stuck = queue.stuck.len();
                         let _ = writeln!(
                             text,
-                            "  {:<10} {running} tasks running, {waiting} waiting, {stuck} stuck",
-                            "slurm"
+                            "  {:<10} {} running, {waiting} waiting, {stuck} stuck",
+                            "slurm",
+                            counted(running, "task")
                         );
                         document["engine"] = serde_json::json!({
                             "name": "slurm", "running": running, "waiting": waiting, "stuck": stuck,
@@ -553,10 +560,10 @@ impl SweepCommand<'_> {
 
     /// Keeps the exit code of a collecting job for whoever waits for it.
     pub(super) fn keep_answer(&self, exit_code: u8) -> Result<(), Failure> {
-        match self.submission()? {
-            Some(submission) if self.own.sweep.resubmits.is_some() => {
+        match (self.own.sweep.answer, self.submission()?) {
+            (Some(answer), Some(submission)) => {
                 let slurm = self.slurm(&submission, 0);
-                slurm.keep_answer(exit_code).map_err(Failure::Data)
+                slurm.keep_answer(answer, exit_code).map_err(Failure::Data)
             }
             _ => Ok(()),
         }
@@ -576,12 +583,20 @@ fn patiently<T>(mut ask: impl FnMut() -> Result<T, Error>) -> Result<T, Error> {
 
 fn text(standing: &Standing, submission: Option<&Submission>) -> String {
     let mut text = format!(
-        "SWEEP  {} of {} pairs judged, {} given up, {} missing\n",
-        standing.done, standing.pairs, standing.given_up, standing.missing
+        "SWEEP  {} of {} judged, {} given up, {} missing\n",
+        standing.done,
+        counted(standing.pairs, "pair"),
+        standing.given_up,
+        standing.missing
     );
     for (recording, pairs) in standing.missing_of.iter().take(NAMED) {
         let recording = escape::terminal(recording);
-        let _ = writeln!(text, "  {:<10} {recording}: {pairs} pairs", "missing");
+        let _ = writeln!(
+            text,
+            "  {:<10} {recording}: {}",
+            "missing",
+            counted(*pairs, "pair")
+        );
     }
     if standing.missing_of.len() > NAMED {
         let _ = writeln!(text, "  {:<10} further recordings", "");
@@ -614,8 +629,11 @@ fn told(share: Share, judged: &ShareOutcome) -> u8 {
         output::talk(&format!("latchgate: {error}"));
     }
     output::talk(&format!(
-        "latchgate: share {share}: {} recordings, {} pairs judged, {} in the store before, {} given up",
-        judged.recordings, judged.judged, judged.known, judged.given_up
+        "latchgate: share {share}: {}, {} judged, {} in the store before, {} given up",
+        counted(judged.recordings, "recording"),
+        counted(judged.judged, "pair"),
+        judged.known,
+        judged.given_up
     ));
     if judged.refused.is_empty() {
         0

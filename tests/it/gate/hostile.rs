@@ -387,7 +387,7 @@ fn regress_one_file_under_two_names_is_one_recording() {
         )
     };
     check(&yard, &twice("positive"), &[], 4, "with one setting");
-    check(&yard, &twice("negative"), &[], 0, "all 1 pairs stand");
+    check(&yard, &twice("negative"), &[], 0, "the one pair stands");
 }
 
 /// What the gate wrote is no recording of the next run; a pipe is none at all.
@@ -397,8 +397,8 @@ fn regress_own_folders_and_pipes_are_no_recordings() {
     let yard = Yard::new("own-folders");
     let gate = gate_of("\"**/pass.csv\"").replace("pass.csv", "*s*.csv");
     let more = ["--reports", "all"];
-    check(&yard, &gate, &more, 0, "all 1 pairs stand");
-    check(&yard, &gate, &more, 0, "all 1 pairs stand");
+    check(&yard, &gate, &more, 0, "the one pair stands");
+    check(&yard, &gate, &more, 0, "the one pair stands");
     let pipe = yard.folder.path().join("s-pipe.csv");
     let made = finish(std::process::Command::new("mkfifo").arg(&pipe));
     assert_eq!(made.code, 0, "{}", made.err);
@@ -458,11 +458,11 @@ fn cli_a_limit_that_moved_is_a_margin_that_moved() {
     let gate = |limit: &str| {
         gate_of("\"pass.csv\"") + &format!("set = {{ \"criterion.threshold_rad\" = {limit} }}\n")
     };
-    check(&yard, &gate("0.1"), &[], 0, "all 1 pairs stand");
+    check(&yard, &gate("0.1"), &[], 0, "the one pair stands");
     let before = yard.folder.write("before.json", yard.text("summary.json"));
     let more = ["--baseline", &before];
     check(&yard, &gate("0.1"), &more, 0, "0 margins moved");
-    check(&yard, &gate("0.12"), &more, 0, "1 margins moved");
+    check(&yard, &gate("0.12"), &more, 0, "1 margin moved");
     let moved = &yard.summary()["baseline"]["moved"][0];
     let by =
         moved["margin_now_rad"].as_f64().unwrap() - moved["margin_before_rad"].as_f64().unwrap();

@@ -180,7 +180,7 @@ fn cli_outputs_of_very_many_pairs_stay_within_their_limits() {
     let text = yard.text("junit.xml");
     assert_eq!(text.matches("<failure ").count(), 5000);
     assert!(
-        text.contains("2 further pairs are not as required"),
+        text.contains("not as required: 2 further pairs"),
         "{}",
         text.len()
     );
@@ -198,7 +198,7 @@ fn cli_outputs_of_very_many_pairs_stay_within_their_limits() {
     let standing = many(&yard, 1667, 3);
     gate::junit::write(&standing, File::create(yard.out("junit.xml")).unwrap()).unwrap();
     assert_eq!(check_xml(&yard), 1667);
-    assert!(yard.text("junit.xml").contains("3 of 3 designs stand"));
+    assert!(yard.text("junit.xml").contains("all stand: 3 designs"));
     // Past 50 000 cells the page shows the worst of each row and column.
     let page = page_of(&many(&yard, 2501, 20));
     assert!(
@@ -309,4 +309,21 @@ fn cli_full_reports_are_written_for_what_is_not_as_required() {
     // The folder is replaced as a whole.
     yard.gate(STANDS, &[]);
     assert!(!yard.out("reports").exists());
+}
+
+#[test]
+fn cli_one_is_told_of_as_one() {
+    let yard = Yard::new("one");
+    yard.folder.write("one.csv", table(strong));
+    let gate = "[[recordings]]\nfiles = \"one.csv\"\nopens_when = \"negative\"\nmembers = 0\n[[designs]]\nname = \"paper\"\n";
+    let done = yard.gate(gate, &["--reports", "none"]);
+    assert!(
+        done.out.contains("1 of 1 pair is not as required"),
+        "{}",
+        done.out
+    );
+    let page = yard.text("index.html");
+    assert!(page.contains("<dt>recording</dt><dd class=\"value\">1</dd>"));
+    let markdown = yard.text("summary.md");
+    assert!(markdown.contains("; 1 recording, 1 design; "), "{markdown}");
 }

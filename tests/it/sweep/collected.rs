@@ -236,7 +236,7 @@ fn cli_many_pairs_are_summed_up_in_little_memory() {
     assert!(junit.matches("<testcase").count() <= 5000);
     let markdown = yard.text("collected/summary.md");
     assert!(
-        markdown.contains("further ones in the columns of the sweep"),
+        markdown.contains("further pairs in the columns of the sweep"),
         "{markdown}"
     );
     assert_eq!(
