@@ -470,9 +470,17 @@ impl PassQuestion<'_> {
         let Some(setup) = self.setup()? else {
             return Ok(false);
         };
-        let runs = setup.full_runs(&self.policy.variants(), RunDetail::ErrorBound)?;
+        let variants = cache.in_the_way_first(self.policy.variants());
+        let runs = match setup.passing_runs(&variants)? {
+            Ok(runs) => runs,
+            Err(variant) => {
+                cache.stands_in_the_way(variant);
+                return Ok(false);
+            }
+        };
         match scatter(self.conditioned, self.design, self.policy)? {
-            None => Ok(setup.joined(&runs.iter().collect::<Vec<_>>()) == Answer::Pass),
+            // By parts 3 and 4 of the rule nothing but a pass of each joins to one.
+            None => Ok(true),
             Some(scatter) => early::all_pass(&setup, &scatter, &runs, cache, trust_cache),
         }
     }
@@ -488,13 +496,18 @@ impl PassQuestion<'_> {
         let Some(setup) = self.setup()? else {
             return Ok(none);
         };
-        let runs = setup.full_runs(&self.policy.variants(), RunDetail::ErrorBound)?;
         let threshold = setup.threshold_rad();
         let stays = |run: &VariantRun| run.nominal_answer(threshold) == Answer::Pass;
         let doubted = |run: &VariantRun| {
             let peak = run.run().peak_angle_rad;
             peak > FAINT_PART * threshold && run.interpolation_error_rad > DOUBT_PART * peak
         };
+        let clear = |run: &VariantRun| stays(run) && !doubted(run);
+        let runs = setup
+            .nominal_runs(&self.policy.variants(), RunDetail::ErrorBound)?
+            .into_iter()
+            .map(|outcome| setup.enough_known(outcome, clear))
+            .collect::<Result<Vec<_>, Error>>()?;
         Ok(NominalPass {
             passes: runs.iter().all(stays),
             in_doubt: runs.iter().any(doubted),

@@ -31,6 +31,19 @@ pub(crate) struct MemberCache {
     in_the_way: Option<Variant>,
 }
 
+impl MemberCache {
+    /// Returns the variants with the one first that was in the way before: it is likely to be so again.
+    pub(crate) fn in_the_way_first(&self, mut variants: Vec<Variant>) -> Vec<Variant> {
+        variants.sort_by_key(|variant| Some(*variant) != self.in_the_way);
+        variants
+    }
+
+    /// Notes the variant that did not pass.
+    pub(crate) fn stands_in_the_way(&mut self, variant: Variant) {
+        self.in_the_way = Some(variant);
+    }
+}
+
 /// The question of one variant.
 struct Question<'a> {
     setup: &'a RunSetup<'a>,
@@ -51,7 +64,8 @@ enum LookEnd {
     Trusted,
 }
 
-/// Returns whether every variant passes by the rule, as its whole ensemble would have it.
+/// Returns whether every variant passes by the rule, as its whole ensemble would have it, of `runs`
+/// which pass alone; asked in their order.
 ///
 /// With `trust_cache` a pass is not certain: where the cache has seen every member of a look, those
 /// that stayed well below the threshold are not run again. "No pass" is certain in any case.
@@ -62,15 +76,7 @@ pub(super) fn all_pass(
     cache: &mut MemberCache,
     trust_cache: bool,
 ) -> Result<bool, Error> {
-    let threshold = setup.threshold_rad();
-    let stays = |run: &VariantRun| run.nominal_answer(threshold) == Answer::Pass;
-    if !runs.iter().all(stays) {
-        return Ok(false);
-    }
-    // The one that was in the way before is likely to be so again.
-    let mut order: Vec<&VariantRun> = runs.iter().collect();
-    order.sort_by_key(|run| Some(run.variant()) != cache.in_the_way);
-    for run in order {
+    for run in runs {
         let variant = run.variant();
         let question = Question {
             setup,
@@ -80,7 +86,7 @@ pub(super) fn all_pass(
             trust_cache,
         };
         if !question.passes(cache.peaks.entry(variant).or_default())? {
-            cache.in_the_way = Some(variant);
+            cache.stands_in_the_way(variant);
             return Ok(false);
         }
     }

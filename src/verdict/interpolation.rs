@@ -203,14 +203,7 @@ impl RunSetup<'_> {
         let all = runs.into_iter().zip(stand_ins);
         Ok(all
             .filter_map(|(outcome, stand_in)| {
-                stand_in.or_else(|| {
-                    Some(VariantRun {
-                        outcome,
-                        interpolation_error_rad: bounds.next()?,
-                        share: None,
-                        left_out: false,
-                    })
-                })
+                stand_in.or_else(|| Some(with_error(outcome, bounds.next()?)))
             })
             .collect())
     }
@@ -254,13 +247,7 @@ impl RunSetup<'_> {
         let change = |which: usize| (fourfold.angles[which] - own.angles[which]).abs();
         let change = change(0).max(change(1));
         let answer_with = |interpolation_error_rad: f64| {
-            let run = VariantRun {
-                outcome: outcome.clone(),
-                interpolation_error_rad,
-                share: None,
-                left_out: false,
-            };
-            run.nominal_answer(threshold)
+            with_error(outcome.clone(), interpolation_error_rad).nominal_answer(threshold)
         };
         let answer = answer_with(if fourfold.followed { change } else { f64::MAX });
         let far = own.angles[1] < threshold / TIMES || own.angles[0] > threshold * TIMES;
@@ -325,6 +312,54 @@ impl RunSetup<'_> {
         self.refined(runs, none, &[])
     }
 
+    /// Runs every variant, in the order given, with no more further runs than it takes to know
+    /// whether all of them pass alone, or else the first one seen that does not. Where a proof in
+    /// closed form is enough for that, it stands for the error.
+    pub(super) fn passing_runs(
+        &self,
+        variants: &[Variant],
+    ) -> Result<Result<Vec<VariantRun>, Variant>, Error> {
+        let passes = |run: &VariantRun| run.nominal_answer(self.threshold_rad()) == Answer::Pass;
+        let mut outcomes = Vec::with_capacity(variants.len());
+        for variant in variants {
+            let alone = self.nominal_runs(&[*variant], RunDetail::ErrorBound)?;
+            let alone = alone.into_iter().map(|outcome| with_error(outcome, 0.0));
+            outcomes.extend(alone);
+            // A larger error could only confirm it.
+            if !outcomes.last().is_some_and(passes) {
+                return Ok(Err(*variant));
+            }
+        }
+        let mut runs = Vec::with_capacity(variants.len());
+        for run in outcomes {
+            let run = self.enough_known(run.outcome, passes)?;
+            if !passes(&run) {
+                return Ok(Err(run.variant()));
+            }
+            runs.push(run);
+        }
+        Ok(Ok(runs))
+    }
+
+    /// Returns a run with the error that a proof in closed form leaves, where that is `enough`; with
+    /// the error of its other readings where it is not.
+    pub(super) fn enough_known(
+        &self,
+        outcome: RunOutcome,
+        enough: impl Fn(&VariantRun) -> bool,
+    ) -> Result<VariantRun, Error> {
+        let proven = self.change_at_most(&outcome);
+        if let Some(error_rad) = proven {
+            let run = with_error(outcome.clone(), error_rad);
+            if enough(&run) {
+                return Ok(run);
+            }
+        }
+        let measured = self.bounds(&[(&outcome, proven)])?;
+        let error_rad = measured.first().copied().unwrap_or(f64::MAX);
+        Ok(with_error(outcome, error_rad))
+    }
+
     /// Returns what a nominal run says alone. Of one that was left out because nearly all
     /// scattered levers cross, the error is not known: its other readings are run.
     pub(super) fn nominal_answer(&self, of: &VariantRun) -> Result<Answer, Error> {
@@ -375,6 +410,16 @@ impl RunSetup<'_> {
         }
         let [peak, highest] = ReadPeak::of(outcome).angles;
         Some((most - peak).max(highest + rest).max(0.0))
+    }
+}
+
+/// Returns a run with its interpolation error [rad].
+fn with_error(outcome: RunOutcome, interpolation_error_rad: f64) -> VariantRun {
+    VariantRun {
+        outcome,
+        interpolation_error_rad,
+        share: None,
+        left_out: false,
     }
 }
 
