@@ -2,6 +2,7 @@
 
 use crate::auth::{Door, Visitor};
 use crate::config::Config;
+use crate::engine::Engine;
 use crate::pool::Crew;
 use crate::problem::Problem;
 use crate::store::{BlobFolder, Blobs, Ledger, SqliteLedger, StoreError};
@@ -26,6 +27,8 @@ pub struct Parts {
     pub blobs: Arc<dyn Blobs>,
     /// Children.
     pub crew: Crew,
+    /// What was seen of gates on a cluster.
+    pub engine: Engine,
     /// Tokens and rates.
     pub door: Door,
     /// What was served.
@@ -64,6 +67,7 @@ impl App {
             ledger: store.ledger,
             blobs: store.blobs,
             crew,
+            engine: Engine::default(),
             door: Door::default(),
             traffic: Traffic::default(),
             ends: AtomicBool::new(false),

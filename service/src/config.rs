@@ -108,6 +108,37 @@ pub const KEYS: &[Key] = &[
         "1000",
         "Requirements and exceptions that one gate may have.",
     ),
+    key("engine", "none", "What judges large gates: none, or slurm."),
+    key(
+        "engine_from_pairs",
+        "2000",
+        "Pairs of a gate beyond which it goes to the engine.",
+    ),
+    key(
+        "engine_share_pairs",
+        "20000",
+        "Pairs of one task of the engine, about.",
+    ),
+    key(
+        "engine_folder",
+        "",
+        "Folder that the engine's nodes see under the same name; `gates` in the data unless stated.",
+    ),
+    key(
+        "engine_program",
+        "",
+        "latchgate as the nodes call it; the one beside this program, or on the path, unless stated.",
+    ),
+    key(
+        "engine_options",
+        "",
+        "Options of sbatch with blanks between, for example --partition=short --time=04:00:00.",
+    ),
+    key(
+        "engine_s",
+        "600",
+        "Time in which a gate must be handed over, or found again [s].",
+    ),
     key(
         "rate_per_s",
         "200",
@@ -278,6 +309,23 @@ impl Layers {
     }
 }
 
+/// A cluster to which large gates go.
+#[derive(Debug, Clone)]
+pub struct EngineOptions {
+    /// Pairs of a gate beyond which it goes there.
+    pub from_pairs: u64,
+    /// Pairs of one task, about.
+    pub share_pairs: u64,
+    /// Folder that the nodes see.
+    pub folder: PathBuf,
+    /// latchgate as the nodes call it.
+    pub program: PathBuf,
+    /// Options of sbatch.
+    pub words: Vec<String>,
+    /// Time in which a gate must be handed over, or found again.
+    pub time: Duration,
+}
+
 /// The configuration, checked.
 #[derive(Debug, Clone)]
 pub struct Config {
@@ -321,6 +369,8 @@ pub struct Config {
     pub gate_pairs: u64,
     /// Requirements and exceptions of one gate.
     pub gate_rules: u64,
+    /// What judges large gates.
+    pub engine: Option<EngineOptions>,
     /// Requests of one token per second.
     pub rate_per_s: u64,
     /// Requests of one token at once.
@@ -346,15 +396,17 @@ impl Config {
     pub fn of(layers: &Layers) -> Result<Self, String> {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let words = |name| layers.text(name).split(',').map(str::trim);
+        let data = match layers.text("data") {
+            "" => default_data()?,
+            stated => PathBuf::from(stated),
+        };
+        let engine = engine(layers, &data)?;
         Ok(Self {
             listen: layers.value(
                 "listen",
                 "an address and a port, for example 127.0.0.1:8420",
             )?,
-            data: match layers.text("data") {
-                "" => default_data()?,
-                stated => PathBuf::from(stated),
-            },
+            data,
             hosts: words("hosts")
                 .filter(|host| !host.is_empty())
                 .map(str::to_lowercase)
@@ -379,6 +431,7 @@ impl Config {
             own_bytes: layers.mebibytes("own_mib", 1 << 40)?,
             gate_pairs: layers.number("gate_pairs", 1, 1 << 20)?,
             gate_rules: layers.number("gate_rules", 1, 1 << 20)?,
+            engine,
             rate_per_s: layers.number("rate_per_s", 1, 1 << 32)?,
             rate_burst: layers.number("rate_burst", 1, 1 << 32)?,
             free_bytes: layers.number("free_mib", 0, 1 << 40)? << 20,
@@ -396,6 +449,30 @@ impl Config {
             },
         })
     }
+}
+
+fn engine(layers: &Layers, data: &Path) -> Result<Option<EngineOptions>, String> {
+    match layers.text("engine") {
+        "none" => return Ok(None),
+        "slurm" => {}
+        other => return Err(format!("`engine` must be none or slurm, found `{other}`")),
+    }
+    let stated = |name: &str| Some(layers.text(name)).filter(|text| !text.is_empty());
+    let folder = stated("engine_folder").map_or_else(|| data.join("gates"), PathBuf::from);
+    let folder =
+        std::path::absolute(folder).map_err(|error| format!("`engine_folder`: {error}"))?;
+    Ok(Some(EngineOptions {
+        from_pairs: layers.number("engine_from_pairs", 0, 1 << 40)?,
+        share_pairs: layers.number("engine_share_pairs", 1, 1 << 40)?,
+        folder,
+        program: stated("engine_program").map_or_else(crate::engine::program, PathBuf::from),
+        words: layers
+            .text("engine_options")
+            .split_whitespace()
+            .map(String::from)
+            .collect(),
+        time: layers.seconds("engine_s", 86_400)?,
+    }))
 }
 
 fn default_data() -> Result<PathBuf, String> {

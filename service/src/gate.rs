@@ -1,7 +1,7 @@
 //! Gates over what is stored: a gate file whose `files` name recordings and whose `file` names
 //! designs of the store, its pairs decided by children, its outcome made by the library.
 
-use crate::app::Parts;
+use crate::app::{App, Parts};
 use crate::clock::now_ms;
 use crate::problem::Problem;
 use crate::store::{
@@ -21,9 +21,14 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 /// Recordings that a gate looks through for its names.
 const LOOKED_THROUGH: u32 = 100_000;
+
+/// Time between two looks whether a gate's last pair is decided.
+const LOOK: Duration = Duration::from_millis(500);
 
 /// Pairs that are not as required of which the full report is made, too.
 const IN_FULL: usize = 50;
@@ -45,7 +50,8 @@ pub struct GateAsked {
     pub date: Option<String>,
 }
 
-/// Looks up what a gate file names; returns the gate and the question of each pair.
+/// Looks up what a gate file names; returns the gate and, unless a cluster judges it, the question of
+/// each pair.
 ///
 /// # Errors
 ///
@@ -89,10 +95,21 @@ pub fn planned(parts: &Parts, asked: GateAsked) -> Result<(StoredGate, Vec<Quest
         } else {
             date
         },
+        engine: None,
         created_ms: 0,
     };
     stored.id = sha256_hex(format!("{NUMBERS_REVISION}{}", json!(stored)).as_bytes());
     stored.created_ms = now_ms();
+    let engine = parts.config.engine.as_ref();
+    stored.engine = match parts.ledger.gate(&stored.id)? {
+        Some(known) => known.gate.engine,
+        None => engine
+            .filter(|engine| count > engine.from_pairs)
+            .map(|_| "slurm".into()),
+    };
+    if stored.engine.is_some() {
+        return Ok((stored, Vec::new()));
+    }
     let pairs = (0..plan.recordings.len() * plan.designs.len())
         .map(|number| question(&stored, number, true))
         .collect();
@@ -283,7 +300,9 @@ fn baseline(parts: &Parts, id: &str) -> Result<Baseline, Problem> {
             text,
         ));
     };
-    let bytes = read(&*parts.blobs, &outcome.files["summary.json"])?;
+    let summary = outcome.files.get("summary.json");
+    let summary = summary.ok_or_else(|| Problem::not_found("summary of the baseline"))?;
+    let bytes = read(&*parts.blobs, summary)?;
     Baseline::from_json(id, &bytes).map_err(|error| Problem::of_recording(&error))
 }
 
@@ -295,14 +314,29 @@ fn baseline(parts: &Parts, id: &str) -> Result<Baseline, Problem> {
 pub fn settled(parts: &Parts, mut standing: GateStanding) -> Result<GateStanding, Problem> {
     let gate = &standing.gate;
     let count = gate.recordings.len() * gate.designs.len();
-    if standing.outcome.is_some() || standing.decided < count as u64 {
+    let is_open = standing.outcome.is_none() && gate.engine.is_none();
+    if !is_open || standing.decided < count as u64 {
         return Ok(standing);
     }
     let jobs = parts.ledger.pairs(&gate.id)?;
     if !jobs.iter().all(|job| job.state.has_ended()) {
         return Ok(standing);
     }
-    let (plan, summary) = summed_up(parts, gate, &jobs)?;
+    let decided = decided_here(parts, gate, &jobs)?;
+    standing.outcome = Some(settle(parts, gate, decided)?);
+    Ok(standing)
+}
+
+/// Where the rows of a gate lie, recording by recording.
+pub(crate) type Decided = (Arc<Store>, Vec<JudgedRecording>);
+
+/// Makes the outcome of a gate out of its decisions, and keeps it.
+pub(crate) fn settle(
+    parts: &Parts,
+    gate: &StoredGate,
+    decided: Decided,
+) -> Result<GateOutcome, Problem> {
+    let (plan, summary) = summed_up(parts, gate, decided)?;
     let mut files = BTreeMap::new();
     let odd = |error: Error| Problem::of_recording(&error);
     let mut keep = |name: &str, bytes: Vec<u8>| -> Result<(), StoreError> {
@@ -326,6 +360,7 @@ pub fn settled(parts: &Parts, mut standing: GateStanding) -> Result<GateStanding
         exit_code: summary.exit_code,
         not_as_required: summary.counts.not_as_required as u64,
         files,
+        problem: None,
     };
     parts.ledger.end_gate(&gate.id, &outcome)?;
     for number in summary.pairs.worst().into_iter().take(IN_FULL) {
@@ -336,15 +371,39 @@ pub fn settled(parts: &Parts, mut standing: GateStanding) -> Result<GateStanding
             .submit(&question.id(), &question, &owner, now_ms())?;
     }
     parts.crew.ring();
-    standing.outcome = Some(outcome);
-    Ok(standing)
+    Ok(outcome)
+}
+
+/// Makes the outcome of every gate whose last pair is decided, until the service ends.
+pub async fn keep(app: App) {
+    let mut seen = None;
+    loop {
+        let counters = app.crew.counters();
+        let ended = [&counters.jobs_done, &counters.jobs_refused];
+        let ended = ended.map(|counter| counter.load(Ordering::Relaxed));
+        if seen != Some(ended) {
+            let settling = app.apart(|parts| {
+                for standing in parts.ledger.open_gates()? {
+                    settled(parts, standing)?;
+                }
+                Ok(())
+            });
+            match settling.await {
+                Ok(()) => seen = Some(ended),
+                Err(problem) => {
+                    tracing::warn!(problem = %problem.detail, "an outcome cannot be made");
+                }
+            }
+        }
+        tokio::time::sleep(LOOK).await;
+    }
 }
 
 /// Holds the decisions of a gate against what it requires.
 fn summed_up(
     parts: &Parts,
     gate: &StoredGate,
-    jobs: &[Job],
+    (store, judged): Decided,
 ) -> Result<(Plan, GateSummary), Problem> {
     let limits = Limits::default();
     let file = GateFile::from_toml(&gate.name, &gate.text, &limits).map_err(told)?;
@@ -365,21 +424,6 @@ fn summed_up(
         .collect();
     let designs = designs.map_err(|error| odd(error.to_string()))?;
     let plan = Plan::of_found(&gate.name, &file, recordings, designs, Vec::new()).map_err(told)?;
-    let store = Arc::new(Store::unkept());
-    let mut judged = Vec::with_capacity(plan.recordings.len());
-    let owned = |error: Error| Problem::of_recording(&error);
-    for (jobs, recording) in jobs.chunks(plan.designs.len()).zip(&gate.recordings) {
-        let rows: Vec<Row> = jobs.iter().zip(&plan.designs).map(row_of).collect();
-        let listed = parts.ledger.recording(&recording.id)?;
-        let listed = listed.and_then(|stored| stored.listing).unwrap_or_default();
-        let own = recording.request["channel"].as_str();
-        judged.push(JudgedRecording {
-            sha256: listed["sha256"].as_str().map(String::from),
-            channel: own.or(listed["channel"].as_str()).map(String::from),
-            rows: store.put_aside(&rows).map_err(owned)?,
-            cached: 0,
-        });
-    }
     let known = gate.baseline.as_deref().map(|id| baseline(parts, id));
     let known = known.transpose()?;
     let asked = Asked {
@@ -388,12 +432,40 @@ fn summed_up(
         allow_removed: gate.allow_removed,
         no_worse: gate.no_worse,
     };
-    let summary = gate::hold(&plan, judged, &store, asked).map_err(owned)?;
-    Ok((plan, summary))
+    let summary = gate::hold(&plan, judged, &store, asked);
+    Ok((
+        plan,
+        summary.map_err(|error| Problem::of_recording(&error))?,
+    ))
+}
+
+/// Puts the decisions of the jobs of a gate's pairs together.
+fn decided_here(parts: &Parts, gate: &StoredGate, jobs: &[Job]) -> Result<Decided, Problem> {
+    let store = Arc::new(Store::unkept());
+    let mut judged = Vec::with_capacity(gate.recordings.len());
+    for (jobs, recording) in jobs.chunks(gate.designs.len()).zip(&gate.recordings) {
+        let rows: Vec<Row> = jobs.iter().zip(&gate.designs).map(row_of).collect();
+        let stored = parts.ledger.recording(&recording.id)?;
+        let stored = stored.ok_or_else(|| Problem::not_found("recording of the gate"))?;
+        let listed = stored.listing.unwrap_or_default();
+        // What could not be listed has the hash of its file all the same.
+        let files = &stored.manifest.files;
+        let file = files.iter().find(|file| file.name == stored.manifest.name);
+        let sha256 = listed["sha256"].as_str().or(file.map(|file| &*file.sha256));
+        let own = recording.request["channel"].as_str();
+        let rows = store.put_aside(&rows);
+        judged.push(JudgedRecording {
+            sha256: sha256.map(String::from),
+            channel: own.or(listed["channel"].as_str()).map(String::from),
+            rows: rows.map_err(|error| Problem::of_recording(&error))?,
+            cached: 0,
+        });
+    }
+    Ok((store, judged))
 }
 
 /// Returns the row of a pair; one whose job has no answer is unusable, whatever the reason.
-fn row_of((job, design): (&Job, &Design)) -> Row {
+fn row_of((job, design): (&Job, &Value)) -> Row {
     let refused = match &job.state {
         JobState::Decided { row } => match serde_json::from_value(row.clone()) {
             Ok(row) => return row,
@@ -410,7 +482,9 @@ fn row_of((job, design): (&Job, &Design)) -> Row {
             code: word("code", "unreadable").into(),
             text: word("detail", "no decision was kept"),
         },
-        threshold_rad: design.criterion.threshold_rad,
+        threshold_rad: design["criterion"]["threshold_rad"]
+            .as_f64()
+            .unwrap_or_default(),
         peak_angle_rad: None,
         uncertainty_rad: None,
         coast_peak_angle_rad: None,

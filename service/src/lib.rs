@@ -2,7 +2,7 @@
 //!
 //! In reading order: `config` says how it runs, `http` and `pages` answer requests, `auth` says who
 //! may, `app` is what they share, `store` keeps what was taken in and answered, `gate` judges
-//! many of them, `pool` has children
+//! many of them here, `engine` on a cluster, `pool` has children
 //! read and judge in a `jail`, `problem` words what went wrong, `run` are the commands.
 
 #![expect(
@@ -14,6 +14,7 @@ pub mod app;
 pub mod auth;
 pub mod clock;
 pub mod config;
+pub mod engine;
 pub mod gate;
 pub mod http;
 pub mod jail;

@@ -8,9 +8,9 @@ use crate::app::{App, Store};
 use crate::auth::{Scope, Secret};
 use crate::clock::now_ms;
 use crate::config::{Config, Layers};
-use crate::http;
 use crate::pool::{Answer, ChildOptions, Crew, CrewOptions, Lost, Order, Slot, Trial, child_work};
 use crate::store::StoredToken;
+use crate::{engine, gate, http};
 use clap::{Args, Parser, Subcommand};
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -47,6 +47,9 @@ struct CommonOptions {
     /// Refuse to start where the kernel does not give the whole jail
     #[arg(long, global = true)]
     require_jail: bool,
+    /// What judges large gates: none, or slurm; see `engine_from_pairs` [default: none]
+    #[arg(long, global = true, value_name = "ENGINE")]
+    engine: Option<String>,
     /// Any key of the configuration; see `config show`
     #[arg(long, global = true, value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -179,7 +182,11 @@ fn layers(common: &CommonOptions) -> Result<Layers, String> {
             .ok_or_else(|| format!("--set takes KEY=VALUE, found `{assignment}`"))?;
         flags.push((key.trim().to_string(), value.trim().to_string()));
     }
-    for (name, value) in [("listen", &common.listen), ("data", &common.data)] {
+    for (name, value) in [
+        ("listen", &common.listen),
+        ("data", &common.data),
+        ("engine", &common.engine),
+    ] {
         if let Some(value) = value {
             flags.push((name.into(), value.clone()));
         }
@@ -278,6 +285,8 @@ async fn listen(app: App) -> Result<ExitCode, String> {
     let data = app.config.data.display();
     say(format!("latchgate serves http://{own}/, data in {data}"))?;
     tokio::spawn(reclaim(app.clone()));
+    tokio::spawn(gate::keep(app.clone()));
+    tokio::spawn(engine::keep(app.clone()));
     http::serve(app, listener)
         .await
         .map_err(|error| error.to_string())?;

@@ -336,6 +336,9 @@ pub struct StoredGate {
     pub no_worse: bool,
     /// The day against which exceptions are held, `YYYY-MM-DD`.
     pub date: String,
+    /// The engine that judges it, where it is not judged here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub engine: Option<String>,
     /// When it came [ms since 1970].
     pub created_ms: i64,
 }
@@ -360,6 +363,9 @@ pub struct GateOutcome {
     pub not_as_required: u64,
     /// Its files by name: `summary.json`, `junit.xml`, `summary.md`, `index.html`.
     pub files: BTreeMap<String, StoredFile>,
+    /// Why there is no summary: a problem document.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub problem: Option<Value>,
 }
 
 /// How far a gate is.
@@ -369,7 +375,7 @@ pub struct GateStanding {
     pub gate: StoredGate,
     /// Pairs that are decided.
     pub decided: u64,
-    /// What came of it, once all pairs are and somebody looked.
+    /// What came of it, once all pairs are.
     pub outcome: Option<GateOutcome>,
 }
 
@@ -518,6 +524,8 @@ pub trait Ledger: Send + Sync {
         before: Option<i64>,
         limit: u32,
     ) -> Result<Vec<(i64, GateStanding)>, StoreError>;
+    /// Lists the gates that have no outcome yet.
+    fn open_gates(&self) -> Result<Vec<GateStanding>, StoreError>;
     /// Returns the jobs of a gate's pairs, by recording and design.
     fn pairs(&self, id: &str) -> Result<Vec<Job>, StoreError>;
     /// Keeps what came of a gate.

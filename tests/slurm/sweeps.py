@@ -18,6 +18,7 @@ import sys
 import tempfile
 import time
 import unittest
+import urllib.request
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -186,6 +187,52 @@ class OnSlurm(Sweep):
         self.assertEqual(standing["engine"], {"name": "slurm", "running": 0, "waiting": 0, "stuck": 0})
         again = self.gate("--store", "store", "--resubmit")
         self.assertIn("nothing is missing", again.stderr)
+
+    def serve(self):
+        """Starts a service that hands every gate of several pairs over; returns it and its address."""
+        serve = Path(LATCHGATE).with_name("latchgate-serve")
+        settings = ["engine_from_pairs=1", "engine_share_pairs=6", "engine_options=--partition=main"]
+        words = [serve, "--data", self.folder / "data", "--listen", "127.0.0.1:0", "--engine", "slurm"]
+        words += [word for setting in settings for word in ("--set", setting)]
+        with open(self.folder / "served", "a") as log:
+            service = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=log, text=True)
+        BEGUN.append(service)
+        with service.stdout:
+            return service, service.stdout.readline().split()[2].rstrip("/,")
+
+    def test_the_service_hands_a_large_gate_over_and_finds_it_again(self):
+        fill(self.folder, 8, 3, 50)
+        service, address = self.serve()
+
+        def ask(path, body=None, kind="text/csv"):
+            request = urllib.request.Request(address + path, body, {"Content-Type": kind} if body else {})
+            with urllib.request.urlopen(request, timeout=60) as answer:
+                return json.load(answer)
+
+        for path in sorted((self.folder / "recordings").iterdir()):
+            ask(f"/v1/recordings?name={path.name}", path.read_bytes())
+        text = (self.folder / "gate.toml").read_text().replace("recordings/", "")
+        gate = ask("/v1/gates?name=large", text.encode(), "application/toml")
+        place = "/v1/gates/" + gate["id"]
+        seen = [ask(place)]
+        while seen[-1]["state"] == "running":
+            self.assertEqual(seen[-1]["engine"], "slurm")
+            if len(seen) == 8:
+                service.kill()
+                service.wait()
+                service, address = self.serve()
+            time.sleep(0.5)
+            seen.append(ask(place))
+        last = seen[-1]
+        self.assertEqual((last["state"], last["decided"]), ("done", 24), last)
+        self.assertGreater(len(seen), 8, "it was done before the service was killed")
+        alone = self.gate("--no-store", "--out", "alone-out")
+        self.assertEqual(last["exit_code"], alone.returncode, alone.stderr)
+        here = json.loads((self.folder / "alone-out/summary.json").read_text())
+        rows = [pair["row"] for pair in ask(place + "/summary.json")["pairs"]]
+        self.assertEqual(rows, [pair["row"] for pair in here["pairs"]])
+        service.terminate()
+        service.wait()
 
     def test_a_recording_that_aborts_is_named_and_the_others_are_judged(self):
         fill(self.folder, 4, 3, 0)

@@ -4,6 +4,7 @@ use super::files;
 use super::jobs::Events;
 use crate::app::App;
 use crate::auth::Visitor;
+use crate::engine::EngineTasks;
 use crate::gate::{self, GateAsked};
 use crate::problem::{Problem, Queried, Refusals};
 use crate::store::GateStanding;
@@ -13,6 +14,7 @@ use axum::http::{StatusCode, header};
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use std::time::Duration;
 use tokio_stream::wrappers::ReceiverStream;
 use utoipa::{IntoParams, ToSchema};
@@ -44,7 +46,7 @@ pub(crate) struct GateEntry {
     pub(crate) id: String,
     /// Name.
     pub(crate) name: String,
-    /// `running` or `done`.
+    /// `running`, `done`, or `failed` where a cluster has not judged it.
     pub(crate) state: String,
     /// Pairs of a recording and a design.
     pub(crate) pairs: u64,
@@ -52,6 +54,13 @@ pub(crate) struct GateEntry {
     pub(crate) decided: u64,
     /// What `latchgate gate` would end with, once it is done: 0 only if every pair is as required.
     pub(crate) exit_code: Option<u8>,
+    /// The cluster's engine, where one judges it.
+    pub(crate) engine: Option<String>,
+    /// What the engine's queue has of it, while it runs.
+    pub(crate) tasks: Option<EngineTasks>,
+    /// Why it failed.
+    #[schema(value_type = Option<Problem>)]
+    pub(crate) problem: Option<Value>,
     /// Pairs that are not as required, once it is done.
     pub(crate) not_as_required: Option<u64>,
     /// The gate that it is compared with.
@@ -62,18 +71,31 @@ pub(crate) struct GateEntry {
     pub(crate) files: Vec<String>,
 }
 
-impl From<GateStanding> for GateEntry {
-    fn from(standing: GateStanding) -> Self {
+impl GateEntry {
+    /// Says how far a gate is.
+    pub(crate) fn of(app: &App, standing: GateStanding) -> Self {
         let GateStanding {
             gate,
-            decided,
+            mut decided,
             outcome,
         } = standing;
+        let mut tasks = None;
+        if gate.engine.is_some() && outcome.is_none() {
+            (decided, tasks) = app.engine.seen(&gate.id);
+        }
+        let state = match &outcome {
+            None => "running",
+            Some(outcome) if outcome.problem.is_some() => "failed",
+            Some(_) => "done",
+        };
         let names = outcome.iter().flat_map(|outcome| outcome.files.keys());
         let files = names.map(|name| format!("/v1/gates/{}/{name}", gate.id));
         Self {
             files: files.collect(),
-            state: if outcome.is_some() { "done" } else { "running" }.into(),
+            state: state.into(),
+            engine: gate.engine,
+            tasks,
+            problem: outcome.as_ref().and_then(|own| own.problem.clone()),
             pairs: (gate.recordings.len() * gate.designs.len()) as u64,
             decided,
             exit_code: outcome.as_ref().map(|outcome| outcome.exit_code),
@@ -138,7 +160,7 @@ pub(super) async fn submit(
         })
         .await?;
     app.crew.ring();
-    let entry = GateEntry::from(find(&app, &id).await?);
+    let entry = GateEntry::of(&app, find(&app, &id).await?);
     let status = match entry.exit_code {
         Some(_) => StatusCode::OK,
         None => StatusCode::ACCEPTED,
@@ -186,7 +208,9 @@ pub(crate) async fn listed(app: &App, part: GatePart) -> Result<GateList, Proble
         .await?;
     let full = found.len() == limit as usize;
     let next = found.last().filter(|_| full).map(|(number, _)| *number);
-    let gates = found.into_iter().map(|(_, standing)| standing.into());
+    let gates = found
+        .into_iter()
+        .map(|(_, standing)| GateEntry::of(app, standing));
     let gates = gates.collect();
     Ok(GateList { gates, next })
 }
@@ -201,7 +225,7 @@ pub(super) async fn get(
     State(app): State<App>,
     Path(id): Path<String>,
 ) -> Result<Json<GateEntry>, Problem> {
-    Ok(Json(find(&app, &id).await?.into()))
+    Ok(Json(GateEntry::of(&app, find(&app, &id).await?)))
 }
 
 /// Tells how far a gate is as it goes: `progress` events, then one `done`.
@@ -217,7 +241,7 @@ pub(super) async fn events(
     State(app): State<App>,
     Path(id): Path<String>,
 ) -> Result<Events, Problem> {
-    let mut entry = GateEntry::from(find(&app, &id).await?);
+    let mut entry = GateEntry::of(&app, find(&app, &id).await?);
     let (tell, told) = tokio::sync::mpsc::channel(4);
     tokio::spawn(async move {
         loop {
@@ -235,7 +259,7 @@ pub(super) async fn events(
                     return;
                 }
                 match find(&app, &id).await {
-                    Ok(standing) => entry = standing.into(),
+                    Ok(standing) => entry = GateEntry::of(&app, standing),
                     Err(_) => return,
                 }
             }

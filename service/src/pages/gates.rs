@@ -2,6 +2,7 @@
 
 use super::{Failed, show, whole};
 use crate::app::App;
+use crate::engine::EngineTasks;
 use crate::gate::{question, read};
 use crate::http::gates::{GateEntry, GatePart, find, listed};
 use crate::problem::Problem;
@@ -104,8 +105,26 @@ fn outcome(gate: &GateEntry) -> Markup {
     html! {
         @match gate.exit_code {
             None => { (gate.decided) " of " (gate.pairs) " decided" }
+            Some(_) if gate.problem.is_some() => span.verdict.unusable { span aria-hidden="true" { "∅" } " NOT JUDGED" },
             Some(0) => span.verdict.pass { span aria-hidden="true" { "✓" } " PASSED" }
             Some(code) => { span.verdict.fail { span aria-hidden="true" { "✗" } " NOT PASSED" } " (exit code " (code) ")" }
+        }
+    }
+}
+
+/// Says what the cluster's queue has of a gate.
+fn queue(tasks: &EngineTasks) -> String {
+    let EngineTasks {
+        running,
+        waiting,
+        stuck,
+        error,
+        ..
+    } = tasks;
+    match error {
+        Some(error) => format!("The cluster could not be asked: {error}"),
+        None => {
+            format!("Tasks on the cluster: {running} running, {waiting} waiting, {stuck} stuck")
         }
     }
 }
@@ -116,12 +135,14 @@ pub(super) async fn page(State(app): State<App>, Path(id): Path<String>) -> Resu
     let summary = summary(&app, &standing).await?;
     let names = |standing: &GateStanding| standing.gate.name.clone();
     let name = names(&standing);
-    let entry = GateEntry::from(standing);
+    let entry = GateEntry::of(&app, standing);
     let body = html! {
         h1 { "Gate " (name) " " code { (short(&id)) } }
         section.card.(if entry.exit_code == Some(0) { "pass" } else { "fail" }) aria-label="Outcome" {
             p.answer { (outcome(&entry)) }
             @if let Some(summary) = &summary { (counts(summary)) }
+            @if let Some(problem) = &entry.problem { p { (problem["detail"].as_str().unwrap_or("")) } }
+            @if let Some(tasks) = &entry.tasks { p { (queue(tasks)) } }
         }
         @if entry.exit_code.is_none() {
             div id="gate-running" data-events=(format!("/v1/gates/{id}/events")) {
@@ -144,7 +165,9 @@ async fn summary(app: &App, standing: &GateStanding) -> Result<Option<GateSummar
     let Some(outcome) = &standing.outcome else {
         return Ok(None);
     };
-    let file = outcome.files["summary.json"].clone();
+    let Some(file) = outcome.files.get("summary.json").cloned() else {
+        return Ok(None);
+    };
     let bytes = app.on_disk(move |parts| read(&*parts.blobs, &file)).await?;
     let odd = |error: serde_json::Error| Problem::not_found(&format!("summary ({error})"));
     Ok(Some(serde_json::from_slice(&bytes).map_err(odd)?))

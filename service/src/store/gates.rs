@@ -63,7 +63,8 @@ pub(super) fn put(
 }
 
 /// Puts those pairs of a known gate back in the queue that were refused for a reason that passes;
-/// its outcome is then open again. Returns whether there were any.
+/// its outcome is then open again, as is that of one that its engine did not judge. Returns whether
+/// it is.
 fn again(
     connection: &Connection,
     gate: &StoredGate,
@@ -75,11 +76,13 @@ fn again(
         jobs::submit(connection, &question.id(), question, owner, gate.created_ms)?;
     }
     let after: i64 = connection.query_row(WAITING, [&gate.id], |row| row.get(0))?;
-    if after > before {
+    let known = find(connection, &gate.id)?.and_then(|standing| standing.outcome);
+    let failed = known.is_some_and(|outcome| outcome.problem.is_some());
+    if after > before || failed {
         let sql = "UPDATE gates SET outcome = NULL, outcome_sum = NULL WHERE id = ?";
         connection.execute(sql, [&gate.id])?;
     }
-    Ok(after > before)
+    Ok(after > before || failed)
 }
 
 /// Counts the pairs of a gate that wait.
@@ -104,6 +107,12 @@ pub(super) fn list(
     let sql = format!("{STANDING} WHERE number < ? ORDER BY number DESC LIMIT ?");
     let before = before.unwrap_or(i64::MAX);
     rows(connection, &sql, params![before, limit], gate_of)
+}
+
+pub(super) fn open(connection: &Connection) -> Result<Vec<GateStanding>, StoreError> {
+    let sql = format!("{STANDING} WHERE outcome IS NULL ORDER BY number");
+    let found = rows(connection, &sql, [], gate_of)?;
+    Ok(found.into_iter().map(|(_, standing)| standing).collect())
 }
 
 pub(super) fn pairs(connection: &Connection, id: &str) -> Result<Vec<Job>, StoreError> {

@@ -445,6 +445,10 @@ impl Ledger for SqliteLedger {
         self.read(|connection| gates::list(connection, before, limit))
     }
 
+    fn open_gates(&self) -> Result<Vec<GateStanding>, StoreError> {
+        self.read(gates::open)
+    }
+
     fn pairs(&self, id: &str) -> Result<Vec<Job>, StoreError> {
         self.read(|connection| gates::pairs(connection, id))
     }

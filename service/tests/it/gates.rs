@@ -232,7 +232,7 @@ fn cli_a_gate_that_does_not_fit_is_refused() {
         .send(
             "POST",
             &format!("/v1/recordings?name={name}"),
-            b"t_s,acc_y_g\n0,1\n",
+            b"t_s,acceleration y\n0,1\n",
         )
         .expect(201);
     let pattern = format!("{}b", "*a".repeat(60));
@@ -253,4 +253,246 @@ fn cli_a_gate_that_does_not_fit_is_refused() {
         .expect(201);
     let odd = one.replace("burst.csv", "odd.csv");
     assert_eq!(decided(&client, "", &odd)["exit_code"], 4);
+}
+
+/// A Slurm that is played: `sbatch` runs what it is handed in the background once the file `go` is
+/// there, `squeue` tells what still runs.
+const SBATCH: &str = r#"#!/bin/bash
+here=$(dirname "$0")
+printf '%s ' "$@" >>"$here/said"
+while [ $# -gt 0 ]; do
+    case $1 in
+    --array=*) array=${1#--array=} ;;
+    --dependency=*) behind=1 ;;
+    -*) ;;
+    *) break ;;
+    esac
+    shift
+done
+id=$(($(cat "$here/last" 2>/dev/null || echo 0) + 1))
+echo "$id" >"$here/last"
+echo "$id"
+run() {
+    until [ -e "$here/go" ]; do sleep 0.05; [ -d "$here" ] || exit; done
+    if [ -n "$behind" ]; then
+        while ls "$here"/array-* >/dev/null 2>&1; do sleep 0.05; done
+        SLURM_JOB_ID=$id bash "$1"
+    else
+        for part in $(echo "$array" | tr , ' '); do
+            for task in $(seq "${part%-*}" "${part#*-}"); do
+                SLURM_ARRAY_TASK_ID=$task bash "$1" "$2"
+            done
+        done
+    fi >>"$here/ran" 2>&1
+    rm -f "$here"/*-"$id"
+}
+if [ -n "$behind" ]; then touch "$here/collect-$id"; else touch "$here/array-$id"; fi
+run "$@" >/dev/null 2>&1 </dev/null &
+"#;
+
+const SQUEUE: &str = r#"#!/bin/bash
+here=$(dirname "$0")
+for job in "$here"/array-* "$here"/collect-*; do
+    [ -e "$job" ] || continue
+    case $job in
+    */array-*) echo "${job##*-}_1|RUNNING|None" ;;
+    *) echo "${job##*-}|PENDING|Dependency" ;;
+    esac
+done
+"#;
+
+/// Puts programs into a folder.
+fn programs(folder: &std::path::Path, programs: &[(&str, &str)]) {
+    use std::os::unix::fs::PermissionsExt;
+    let _ = fs::create_dir(folder);
+    for (name, text) in programs {
+        // One that runs cannot be written.
+        let (path, beside) = (folder.join(name), folder.join("beside"));
+        fs::write(&beside, text).unwrap();
+        fs::set_permissions(&beside, fs::Permissions::from_mode(0o755)).unwrap();
+        fs::rename(beside, path).unwrap();
+    }
+}
+
+/// Starts a service whose gates of more than one pair go to a cluster.
+fn with_engine(folder: &Folder, path: &str, settings: &[&str]) -> Service {
+    let program = std::path::Path::new(crate::support::PROGRAM);
+    let mut command = Command::new(program);
+    let latchgate = program.with_file_name("examples/latchgate");
+    command
+        .env("PATH", path)
+        .arg("--data")
+        .arg(folder.data())
+        .args(["--engine", "slurm", "--set", "engine_from_pairs=1"])
+        .args(["--set", "engine_share_pairs=2", "--set"])
+        .arg(format!("engine_program={}", latchgate.display()))
+        .args(["--set", "engine_options=--partition=short"]);
+    for setting in settings {
+        command.args(["--set", setting]);
+    }
+    Service::of(command, folder)
+}
+
+/// Waits until a gate has ended; returns its entry.
+#[track_caller]
+fn ended(client: &Client, id: &Value) -> Value {
+    let place = format!("/v1/gates/{}", id.as_str().unwrap());
+    let mut entry = Value::Null;
+    crate::support::wait_for("the gate", std::time::Duration::from_secs(90), || {
+        entry = client.get(&place).expect(200).json();
+        entry["state"] != "running"
+    });
+    entry
+}
+
+/// A gate with channels, cards, a name with letters of TOML and shell, and a recording that cannot be
+/// read: a large one goes to the cluster, is found again after kill -9, and ends as it would here, byte
+/// for byte. A small one stays here.
+#[test]
+fn cli_a_large_gate_goes_to_the_cluster() {
+    let (folder, alone) = (Folder::new(), Folder::new());
+    let place = folder.0.join("slurm");
+    let scontrol = "#!/bin/sh\necho 'MaxArraySize = 3'\n";
+    let all = [
+        ("sbatch", SBATCH),
+        ("squeue", SQUEUE),
+        ("scontrol", scontrol),
+    ];
+    programs(&place, &all);
+    let path = format!("{}:{}", place.display(), std::env::var("PATH").unwrap());
+    let mut service = with_engine(&folder, &path, &[]);
+    let home = Service::start(&alone, &[]);
+    let odd = "odd [1] 'a' $HOME.csv";
+    let files = "\"burst.csv\", \"surviving.csv\", \"broken.csv\"";
+    let gate = GATE.replace("\"*.csv\"", files);
+    let gate = format!(
+        "{gate}[[recordings]]\nfiles = \"{odd}\"\nchannel = \"acceleration y (g)\"\nmembers = 40\n"
+    );
+    let clients = [service.client(), home.client()];
+    for client in &clients {
+        for name in SIGNALS {
+            client.upload(name);
+        }
+        client.upload_bytes(odd, &crate::support::signal("surviving.csv"), None);
+        client.upload_bytes("broken.csv", b"nothing of a table", None);
+    }
+    let (status, entry) = submit(&clients[0], "", &gate);
+    assert_eq!(
+        (status, &entry["engine"]),
+        (202, &json!("slurm")),
+        "{entry}"
+    );
+    let shown = || {
+        let id = entry["id"].as_str().unwrap();
+        clients[0].get(&format!("/v1/gates/{id}")).json()["tasks"].clone()
+    };
+    crate::support::wait_for("the queue", std::time::Duration::from_secs(60), || {
+        shown()["running"] == 2
+    });
+    service.child.kill().unwrap();
+    service.child.wait().unwrap();
+    fs::write(place.join("go"), "").unwrap();
+    let service = with_engine(&folder, &path, &[]);
+    let client = service.client();
+    let entry = ended(&client, &entry["id"]);
+    assert_eq!(entry["state"], "done", "{entry}");
+    let expected = decided(&clients[1], "", &gate);
+    assert_eq!(entry["id"], expected["id"]);
+    for name in ["summary.json", "junit.xml", "summary.md", "index.html"] {
+        let (own, at_home) = (
+            file(&client, &entry, name),
+            file(&clients[1], &expected, name),
+        );
+        let texts = [own, at_home].map(|bytes| String::from_utf8(bytes).unwrap());
+        let differ = texts[0].lines().zip(texts[1].lines()).find(|(a, b)| a != b);
+        assert!(texts[0] == texts[1], "{name}: {differ:?}");
+    }
+    // Handed over once, with the site's options, and by no job of this service's own.
+    let said = fs::read_to_string(place.join("said")).unwrap();
+    assert_eq!(said.matches("--array").count(), 2, "{said}");
+    assert!(said.contains("--partition=short"), "{said}");
+    let small = "[[recordings]]\nfiles = \"burst.csv\"\n[[designs]]\nname = \"paper\"\n";
+    let small = decided(&client, "?name=small", small);
+    assert_eq!(
+        (&small["engine"], &small["exit_code"]),
+        (&Value::Null, &json!(1))
+    );
+    assert_eq!(folder.run(&["fsck"]).0, 0);
+}
+
+/// An engine that is not there, refuses, hangs, or loses what it took: the gate has failed and says
+/// why, also after a restart, and never passes; submitted again, it goes on.
+#[test]
+fn cli_what_the_cluster_does_not_do_is_told() {
+    let folder = Folder::new();
+    let place = folder.0.join("slurm");
+    let scontrol = "#!/bin/sh\necho 'MaxArraySize = 1001'\n";
+    programs(&place, &[("scontrol", scontrol), ("squeue", SQUEUE)]);
+    let path = format!("{}:/usr/bin:/bin", place.display());
+    let empty = folder.0.join("empty");
+    programs(&empty, &[]);
+    let service = with_engine(&folder, &empty.display().to_string(), &[]);
+    for name in SIGNALS {
+        service.client().upload(name);
+    }
+    let check = |service: &Service, what: &str| {
+        let (_, entry) = submit(&service.client(), "", GATE);
+        let entry = ended(&service.client(), &entry["id"]);
+        assert_eq!(
+            (&entry["state"], &entry["exit_code"]),
+            (&json!("failed"), &json!(4))
+        );
+        let detail = entry["problem"]["detail"].as_str().unwrap().to_string();
+        assert!(detail.contains(what), "{what}: {detail}");
+        assert!(detail.contains("submit the gate again"), "{detail}");
+        let page = service
+            .client()
+            .get(&format!("/gates/{}", entry["id"].as_str().unwrap()));
+        assert!(page.expect(200).text().contains("NOT JUDGED"));
+        entry
+    };
+    check(&service, "scontrol is not installed");
+    drop(service);
+    let service = with_engine(&folder, &path, &["engine_s=1"]);
+    let sbatch = |text: &str| programs(&place, &[("sbatch", text)]);
+    sbatch("#!/bin/sh\necho 'sbatch: error: Invalid account' >&2\nexit 1\n");
+    check(&service, "Invalid account");
+    sbatch("#!/bin/sh\necho 'Unable to contact slurm controller (connect failure)' >&2\nexit 1\n");
+    check(&service, "the controller is away");
+    sbatch("#!/bin/sh\nexec sleep 5\n");
+    check(&service, "did not end in `engine_s` of 1 s");
+    drop(service);
+    let service = with_engine(&folder, &path, &[]);
+    sbatch("#!/bin/sh\necho 7\n");
+    let entry = check(&service, "6 pairs are missing");
+    drop(service);
+    // It is told still, and the gate goes on once the engine works.
+    let service = with_engine(&folder, &path, &[]);
+    let id = entry["id"].as_str().unwrap();
+    let again = service.client().get(&format!("/v1/gates/{id}")).json();
+    assert_eq!(again, entry);
+    fs::write(place.join("go"), "").unwrap();
+    sbatch(SBATCH);
+    let (status, _) = submit(&service.client(), "", GATE);
+    assert_eq!(status, 202);
+    let entry = ended(&service.client(), &entry["id"]);
+    assert_eq!(entry["state"], "done", "{entry}");
+}
+
+/// The outcome of a gate is made when its last pair is decided, whether or not anybody looks.
+#[test]
+fn cli_an_outcome_waits_for_nobody() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    for name in SIGNALS {
+        client.upload(name);
+    }
+    let gate = GATE.replace("{ verdict = \"fail\" },", "");
+    assert_eq!(submit(&client, "", &gate).0, 202);
+    // The full reports of what is not as required are asked for with the outcome.
+    crate::support::wait_for("the reports", std::time::Duration::from_secs(60), || {
+        let listed = client.get("/v1/verdicts").json();
+        !listed["verdicts"].as_array().unwrap().is_empty()
+    });
 }

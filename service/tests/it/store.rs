@@ -145,6 +145,7 @@ fn verif_a_gate_is_open_again_where_its_refusals_pass() {
             exit_code: 4,
             not_as_required: 1,
             files: BTreeMap::new(),
+            problem: None,
         };
         ledger.end_gate(code, &outcome).unwrap();
         assert_eq!(ledger.gate(code).unwrap().unwrap().outcome, Some(outcome));
