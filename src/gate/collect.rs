@@ -8,15 +8,14 @@ use super::pairs::WHOLE_MAX;
 use super::plan::Plan;
 use super::rule::{Asked, HeldRecording, hold_each};
 use super::run::JudgedRecording;
-use super::share::{ShareDone, done_path};
+use super::share::ShareDone;
 use super::store::{self, BlockRows, RowAddress, Store};
 use super::submission::Submission;
 use super::summary::GateSummary;
 use crate::error::{Error, Place};
 use crate::pipeline::{Control, Limits};
 use serde::Serialize;
-use std::collections::BTreeMap;
-use std::fs;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -47,8 +46,9 @@ pub struct Standing {
 #[derive(Debug)]
 pub struct Collection<'a> {
     plan: &'a Plan,
-    folder: &'a Path,
     shares: Option<u32>,
+    /// Files of shares that are said to be finished, with their bytes.
+    finished: BTreeMap<String, u64>,
     keys: Vec<Key>,
     designs: KnownDesigns,
     index: StoreIndex,
@@ -82,13 +82,26 @@ impl<'a> Collection<'a> {
             }
             None => plan.recording_keys(limits, control)?,
         };
+        let shares = submission.map(|submission| submission.shares);
+        let of = shares.unwrap_or(0);
+        let mut finished = BTreeMap::new();
+        for number in 1..=of {
+            for (name, length) in ShareDone::read(folder, Share { number, of }).files {
+                let known: &mut u64 = finished.entry(name).or_default();
+                *known = length.max(*known);
+            }
+        }
+        let mut paths: BTreeSet<PathBuf> = store::files(folder)?.into_iter().collect();
+        // A shared file system may list a file late that it opens.
+        let named = finished.keys().map(|name| folder.join(name));
+        paths.extend(named.filter(|path| finished.contains_key(&name_of(path)) && path.is_file()));
         Ok(Self {
             plan,
-            folder,
-            shares: submission.map(|submission| submission.shares),
+            shares,
+            finished,
             keys,
             designs: KnownDesigns::new(plan.design_keys()),
-            index: StoreIndex::open(folder, None, whole)?,
+            index: StoreIndex::open(folder, paths.into_iter().collect(), None, whole)?,
         })
     }
 
@@ -131,30 +144,13 @@ impl<'a> Collection<'a> {
     /// too short: a shared file system may show them late.
     #[must_use]
     pub fn late(&self) -> Vec<String> {
-        let mut late = Vec::new();
-        for number in 1..=self.shares.unwrap_or(0) {
-            let share = Share {
-                number,
-                of: self.shares.unwrap_or(0),
-            };
-            // By name, since a list of names may be old.
-            let Ok(text) = fs::read(done_path(self.folder, share)) else {
-                continue;
-            };
-            let done: ShareDone = serde_json::from_slice(&text).unwrap_or_default();
-            for (name, length) in done.files {
-                let there = self
-                    .index
-                    .files
-                    .iter()
-                    .position(|path| name_of(path) == name);
-                let read = there.map_or(0, |at| self.index.lengths[at]);
-                if read < length {
-                    late.push(name);
-                }
-            }
-        }
-        late
+        let names = self.index.files.iter().map(|path| name_of(path));
+        let read: BTreeMap<String, u64> = names.zip(self.index.lengths.iter().copied()).collect();
+        let late = self.finished.iter().filter(|(name, length)| {
+            let read = read.get(*name).copied().unwrap_or(0);
+            read < **length
+        });
+        late.map(|(name, _)| name.clone()).collect()
     }
 
     /// Reads every decision once, recording by recording, and holds it against what is required.

@@ -2,7 +2,7 @@
 
 use super::block::{self, BlockHead, BlockKind, Key, key_of_bytes};
 use super::question::{hex, key_of_hex};
-use super::store::{self, damage, failed};
+use super::store::{damage, failed};
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -116,20 +116,25 @@ struct Unfinished {
 }
 
 impl StoreIndex {
-    /// Reads the heads of a store's blocks; with a `share`, not those of other shares of as many.
-    /// `whole` reads the bodies as well, to see that they fit their checksums.
+    /// Reads the heads of the blocks in a store's files; with a `share`, not those of other shares of
+    /// as many. `whole` reads the bodies as well, to see that they fit their checksums.
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Io`] if the store cannot be listed or read.
-    pub(super) fn open(folder: &Path, share: Option<Share>, whole: bool) -> Result<Self, Error> {
+    /// [`crate::error::ErrorKind::Io`] if the store cannot be read.
+    pub(super) fn open(
+        folder: &Path,
+        paths: Vec<PathBuf>,
+        share: Option<Share>,
+        whole: bool,
+    ) -> Result<Self, Error> {
         let mut index = Self {
             folder: folder.into(),
             ..Self::default()
         };
         let mut unfinished = Vec::new();
         let mut explained = BTreeSet::new();
-        for path in store::files(folder)? {
+        for path in paths {
             let name = name_of(&path);
             let label = share_of(&name);
             if let (Some(own), Some(other)) = (share, label)
@@ -324,12 +329,12 @@ impl KnownDesigns {
     /// [`crate::error::ErrorKind::Io`] if it cannot be written.
     pub(super) fn keep(&self, folder: &Path) -> Result<(), Error> {
         let path = list_path(folder, self.list);
-        if path.exists() {
+        let lines: Vec<String> = self.keys.iter().map(|key| hex(key)).collect();
+        let text = lines.join("\n").into_bytes();
+        if fs::read(&path).is_ok_and(|kept| kept == text) {
             return Ok(());
         }
-        let lines: Vec<String> = self.keys.iter().map(|key| hex(key)).collect();
-        put_in_place(&path, lines.join("\n").as_bytes())
-            .map_err(|error| failed("write the store", &path, &error))
+        put_in_place(&path, &text).map_err(|error| failed("write the store", &path, &error))
     }
 
     /// Returns where the designs of a list stand here; none of them, where the list is not there.

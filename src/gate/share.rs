@@ -63,8 +63,17 @@ pub(super) struct ShareDone {
     pub(super) files: BTreeMap<String, u64>,
 }
 
+impl ShareDone {
+    /// Reads what a share said; nothing, where it said nothing yet. By name, since a list of names
+    /// may be old.
+    pub(super) fn read(folder: &Path, share: Share) -> Self {
+        let text = fs::read(done_path(folder, share)).unwrap_or_default();
+        serde_json::from_slice(&text).unwrap_or_default()
+    }
+}
+
 /// Returns where that is said.
-pub(super) fn done_path(folder: &Path, share: Share) -> PathBuf {
+fn done_path(folder: &Path, share: Share) -> PathBuf {
     folder.join(format!("done{}.json", share.label()))
 }
 
@@ -86,7 +95,12 @@ pub fn judge_share(
     if let Some(submission) = task.submission {
         submission.check(plan)?;
     }
-    let index = StoreIndex::open(task.folder, Some(task.share), true)?;
+    let index = StoreIndex::open(
+        task.folder,
+        store::files(task.folder)?,
+        Some(task.share),
+        true,
+    )?;
     let designs = KnownDesigns::new(plan.design_keys());
     designs.keep(task.folder)?;
     let label = task.share.label();
@@ -384,19 +398,17 @@ fn changed(recording: &PlannedRecording, when: &str) -> Error {
 ///
 /// [`ErrorKind::Io`] if the store cannot be read or written.
 pub fn note_end(folder: &Path, share: Share, process: u32, how: &str) -> Result<bool, Error> {
-    let mark = format!("-{process}-");
-    let label = format!("{}.{}", share.label(), store::ENDING);
-    let of_process = |path: &&PathBuf| {
+    let before = format!("{}-{process}-", store::host());
+    let behind = format!("{}.{}", share.label(), store::ENDING);
+    // Of several processes of one number the last; clocks may have been set meanwhile.
+    let number = |path: &PathBuf| -> Option<u32> {
         let name = name_of(path);
-        let number = name
-            .strip_suffix(&label)
-            .and_then(|name| name.rsplit_once(&mark));
-        number.is_some_and(|(host, _)| host == store::host())
+        let number = name.strip_prefix(&before)?.strip_suffix(&behind)?;
+        number.parse().ok()
     };
     let files = store::files(folder)?;
-    // Of several processes of one number the last.
-    let newest = |path: &&PathBuf| fs::metadata(path).and_then(|known| known.modified()).ok();
-    let Some(path) = files.iter().filter(of_process).max_by_key(newest) else {
+    let last = files.iter().filter_map(|path| Some((number(path)?, path)));
+    let Some((_, path)) = last.max() else {
         return Ok(false);
     };
     let begun = StoreIndex::begun_by(path)?;
@@ -410,4 +422,43 @@ pub fn note_end(folder: &Path, share: Share, process: u32, how: &str) -> Result<
     }
     notes.sync()?;
     Ok(!begun.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of two processes of one number the later one is meant, whatever the clocks say.
+    #[test]
+    fn verif_an_end_is_noted_of_the_last_process_of_its_number()
+    -> Result<(), Box<dyn std::error::Error>> {
+        let name = format!("latchgate-ends-{}", std::process::id());
+        let target = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/tmp");
+        let folder = target.join(name);
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder)?;
+        let share = Share { number: 1, of: 2 };
+        let begin = |recording: Key| {
+            let store = Store::beside(&folder, &share.label());
+            let note = BlockOf::note(BlockKind::Begun, recording);
+            store.append(note, &())?;
+            Ok::<_, Error>(store.own_file())
+        };
+        let (first, second) = ([1; 16], [2; 16]);
+        let earlier = begin(first)?;
+        begin(second)?;
+        // A clock that was set back meanwhile.
+        let (earlier, _) = earlier.ok_or("no file")?;
+        let earlier = fs::File::options().append(true).open(earlier)?;
+        let hour = core::time::Duration::from_secs(3600);
+        earlier.set_modified(earlier.metadata()?.modified()? + hour)?;
+        for _ in 0..ENDS_MAX {
+            assert!(note_end(&folder, share, std::process::id(), "a test")?);
+        }
+        let files = store::files(&folder)?;
+        let index = StoreIndex::open(&folder, files, Some(share), false)?;
+        assert_eq!(index.given_up(second), Some("a test"));
+        assert_eq!(index.given_up(first), None);
+        Ok(fs::remove_dir_all(&folder)?)
+    }
 }

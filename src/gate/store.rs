@@ -420,8 +420,10 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let mut paths = BTreeSet::new();
     for entry in listed {
         let entry = entry.map_err(|error| failed("list the store", folder, &error))?;
-        if entry.path().extension().is_some_and(|end| end == ENDING) {
-            paths.insert(entry.path());
+        let path = entry.path();
+        // What else bears such a name is nobody's here, and to open a pipe takes for ever.
+        if path.extension().is_some_and(|end| end == ENDING) && path.is_file() {
+            paths.insert(path);
         }
     }
     Ok(paths.into_iter().collect())

@@ -3,24 +3,28 @@
 use crate::error::{Error, ErrorKind};
 use std::io::Read;
 use std::process::{Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
-
-/// Time that a program of the engine has to answer.
-const ANSWER_WITHIN: Duration = Duration::from_secs(30);
 
 /// Time between two looks whether it has.
 const EVERY: Duration = Duration::from_millis(10);
 
+/// Time for which a pipe is listened to that what a program left behind holds open.
+const SILENCE: Duration = Duration::from_secs(1);
+
+/// Longest answer that is read: a line for each of a million tasks [bytes].
+const ANSWER_MAX: u64 = 64 << 20;
+
 /// Longest reason that is told of a program [characters].
 const REASON_MAX: usize = 400;
 
-/// Runs a program and returns what it printed.
+/// Runs a program, which has that long to answer, and returns what it printed.
 ///
 /// # Errors
 ///
 /// [`ErrorKind::Io`] that says whether it is not installed, does not answer, finds no configuration
 /// or no controller, or refuses, in its own words.
-pub(super) fn ask(program: &str, arguments: &[String]) -> Result<String, Error> {
+pub(super) fn ask(program: &str, arguments: &[String], within: Duration) -> Result<String, Error> {
     let begun = Command::new(program)
         .args(arguments)
         .stdin(Stdio::null())
@@ -40,7 +44,7 @@ pub(super) fn ask(program: &str, arguments: &[String]) -> Result<String, Error> 
     let status = loop {
         match child.try_wait() {
             Ok(Some(status)) => break status,
-            Ok(None) if began.elapsed() < ANSWER_WITHIN => std::thread::sleep(EVERY),
+            Ok(None) if began.elapsed() < within => std::thread::sleep(EVERY),
             other => {
                 let _ = child.kill();
                 let _ = child.wait();
@@ -49,31 +53,41 @@ pub(super) fn ask(program: &str, arguments: &[String]) -> Result<String, Error> 
                     Ok(_) => format!(
                         "{program} did not answer in {} s; its controller may be away, or the \
                          configuration wrong: try scontrol ping",
-                        ANSWER_WITHIN.as_secs()
+                        within.as_secs()
                     ),
                 }));
             }
         }
     };
-    let (out, err) = (text_of(out), text_of(err));
+    let (out, err) = (text_of(&out), text_of(&err));
     if status.success() {
         return Ok(out);
     }
     Err(failed(reason(program, &err)))
 }
 
-fn read_aside(pipe: Option<impl Read + Send + 'static>) -> std::thread::JoinHandle<Vec<u8>> {
+fn read_aside(pipe: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
+    let (sender, receiver) = channel();
     std::thread::spawn(move || {
-        let mut bytes = Vec::new();
-        if let Some(mut pipe) = pipe {
-            let _ = pipe.read_to_end(&mut bytes);
+        let (Some(pipe), mut bytes) = (pipe, [0; 4096]) else {
+            return;
+        };
+        let mut pipe = pipe.take(ANSWER_MAX);
+        while let Ok(read @ 1..) = pipe.read(&mut bytes) {
+            if sender.send(bytes[..read].to_vec()).is_err() {
+                break;
+            }
         }
-        bytes
-    })
+    });
+    receiver
 }
 
-fn text_of(reading: std::thread::JoinHandle<Vec<u8>>) -> String {
-    String::from_utf8_lossy(&reading.join().unwrap_or_default()).into_owned()
+fn text_of(pipe: &Receiver<Vec<u8>>) -> String {
+    let mut bytes = Vec::new();
+    while let Ok(some) = pipe.recv_timeout(SILENCE) {
+        bytes.extend(some);
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
 }
 
 /// Says why a program refused.

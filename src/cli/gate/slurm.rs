@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::hash::{BuildHasher, RandomState};
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
 /// What was handed to Slurm for a submission.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -63,6 +63,8 @@ pub(super) struct Slurm<'a> {
     pub(super) share_command: Vec<String>,
     /// Command line of the collecting job.
     pub(super) collect_command: Vec<String>,
+    /// Time that a program of Slurm's has to answer.
+    pub(super) answer_within: Duration,
 }
 
 impl Slurm<'_> {
@@ -98,7 +100,7 @@ impl Slurm<'_> {
         resubmits: u32,
         options: &[String],
     ) -> Result<SlurmJobs, Error> {
-        let most = largest_array()?;
+        let most = self.largest_array()?;
         fs::create_dir_all(&self.folder).map_err(|error| unwritten(&self.folder, &error))?;
         let script = self.write("share", &self.share_script())?;
         for some in arrays_of(shares, most) {
@@ -154,7 +156,7 @@ impl Slurm<'_> {
             format!("--output={output}"),
         ]);
         arguments.extend(own.iter().cloned());
-        let said = ask("sbatch", &arguments)?;
+        let said = self.ask("sbatch", &arguments)?;
         // The number, and behind a semicolon the cluster where there are several.
         let number = said.trim().split(';').next().and_then(|id| id.parse().ok());
         number.ok_or_else(|| {
@@ -166,6 +168,21 @@ impl Slurm<'_> {
         })
     }
 
+    fn ask(&self, program: &str, arguments: &[String]) -> Result<String, Error> {
+        ask(program, arguments, self.answer_within)
+    }
+
+    /// Asks for the most tasks of an array.
+    fn largest_array(&self) -> Result<u32, Error> {
+        let said = self.ask("scontrol", &["show".into(), "config".into()])?;
+        let value = |line: &str| -> Option<u32> {
+            let (name, value) = line.split_once('=')?;
+            (name.trim() == "MaxArraySize").then(|| value.trim().parse().ok())?
+        };
+        let size = said.lines().find_map(value).unwrap_or(1001);
+        Ok(size.saturating_sub(1).max(1))
+    }
+
     /// Returns the name of the submission's jobs.
     fn job_name(&self) -> String {
         format!("latchgate-{}", self.submission)
@@ -174,7 +191,7 @@ impl Slurm<'_> {
     /// Returns what the queue holds of the submission.
     pub(super) fn queue(&self) -> Result<Queue, Error> {
         let name = format!("--name={}", self.job_name());
-        let said = ask(
+        let said = self.ask(
             "squeue",
             &[
                 "-h".into(),
@@ -220,7 +237,7 @@ impl Slurm<'_> {
         if tasks.is_empty() {
             return Ok(());
         }
-        ask("scancel", tasks).map(drop)
+        self.ask("scancel", tasks).map(drop)
     }
 
     /// Submits again those of the missing shares that neither run nor wait; returns which, and what
@@ -291,17 +308,6 @@ impl SlurmJobs {
 /// Returns the job of a task, `job_number`.
 fn job_of(task: &str) -> Option<u64> {
     task.split('_').next()?.parse().ok()
-}
-
-/// Asks for the most tasks of an array.
-fn largest_array() -> Result<u32, Error> {
-    let said = ask("scontrol", &["show".into(), "config".into()])?;
-    let value = |line: &str| -> Option<u32> {
-        let (name, value) = line.split_once('=')?;
-        (name.trim() == "MaxArraySize").then(|| value.trim().parse().ok())?
-    };
-    let size = said.lines().find_map(value).unwrap_or(1001);
-    Ok(size.saturating_sub(1).max(1))
 }
 
 /// Splits shares into arrays whose task numbers go from 1 to `most`; each with what they are to be

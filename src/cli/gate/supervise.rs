@@ -16,8 +16,9 @@ use std::time::{Duration, Instant};
 /// Time between two looks at the process.
 const EVERY: Duration = Duration::from_millis(20);
 
-/// Time that the process has to end by itself once it is asked to.
-const GRACE: Duration = Duration::from_secs(15);
+/// Time that the process has to end by itself once it is asked to: less than this one has, which
+/// notes then what ended it.
+const GRACE: Duration = Duration::from_secs(9);
 
 /// Ends before anything was begun after which nothing is begun again.
 const IDLE_ENDS_MAX: u32 = 3;

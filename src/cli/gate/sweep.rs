@@ -28,8 +28,12 @@ use std::time::{Duration, Instant};
 /// Times that the collecting job submits what is missing.
 const RESUBMITS: u32 = 3;
 
-/// Time that files of a share that is finished are waited for, since a shared file system may lag.
-const LAG: Duration = Duration::from_secs(60);
+/// Time that files of a share that is finished are waited for, since a shared file system may lag
+/// [s].
+const LAG_S: u64 = 60;
+
+/// Time that a program of the engine has to answer [s].
+const ANSWER_S: u64 = 30;
 
 /// Time for which a collecting job tries to reach the engine.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -108,6 +112,9 @@ pub struct SweepArguments {
     /// What names the answer of this collecting job.
     #[arg(long, hide = true, requires = "collect")]
     pub answer: Option<u64>,
+    /// Seconds for which programs of the engine and late files are waited for.
+    #[arg(long, hide = true)]
+    pub patience: Option<u64>,
     /// Options of the engine's own, for example -- --partition=short --time=04:00:00
     #[arg(last = true, value_name = "OPTIONS", requires = "sweep")]
     pub engine_options: Vec<String>,
@@ -123,6 +130,11 @@ pub enum Engine {
 }
 
 impl SweepArguments {
+    /// Returns how long something is waited for that has so many seconds.
+    fn patience(&self, usual_s: u64) -> Duration {
+        Duration::from_secs(self.patience.unwrap_or(usual_s))
+    }
+
     /// Tells whether shares are spoken of.
     pub(super) fn is_asked(&self) -> bool {
         let asked = self.status || self.resubmit || self.collect || self.estimate;
@@ -232,7 +244,7 @@ impl SweepCommand<'_> {
     /// Waits for the last collecting job; returns its exit code. Tasks that will never run are
     /// cancelled meanwhile, since everything behind them waits for them.
     fn wait(&self, slurm: &Slurm<'_>) -> Result<u8, Failure> {
-        let (mut absent, mut begun) = (0, 0);
+        let (mut absent, mut begun, mut told) = (0, 0, false);
         let progress = Progress::new("waiting");
         progress.watch("waiting", 1, |control| {
             loop {
@@ -240,10 +252,18 @@ impl SweepCommand<'_> {
                 if let Some(exit_code) = slurm.answer(&jobs).map_err(Failure::Data)? {
                     return Ok(exit_code);
                 }
-                // A controller that is away comes back.
-                if let Ok(queue) = slurm.queue() {
-                    let _ = slurm.cancel(&queue.stuck);
-                    absent = if queue.is_collecting { 0 } else { absent + 1 };
+                match slurm.queue() {
+                    Ok(queue) => {
+                        let _ = slurm.cancel(&queue.stuck);
+                        absent = if queue.is_collecting { 0 } else { absent + 1 };
+                        told = false;
+                    }
+                    // A controller that is away comes back.
+                    Err(error) if !told => {
+                        output::talk(&format!("latchgate: {error}; waiting for it"));
+                        told = true;
+                    }
+                    Err(_) => {}
                 }
                 if absent >= 5 {
                     if begun == COLLECTING_MAX {
@@ -399,6 +419,7 @@ impl SweepCommand<'_> {
             shares: submission.shares,
             share_command,
             collect_command,
+            answer_within: own.sweep.patience(ANSWER_S),
         }
     }
 
@@ -504,9 +525,9 @@ impl SweepCommand<'_> {
         let submission = self.submission()?;
         let mut collection = self.collection(submission.as_ref(), false)?;
         let mut standing = collection.standing();
-        let began = Instant::now();
+        let (began, lag) = (Instant::now(), self.own.sweep.patience(LAG_S));
         let mut late = collection.late();
-        while standing.missing > 0 && !late.is_empty() && began.elapsed() < LAG {
+        while standing.missing > 0 && !late.is_empty() && began.elapsed() < lag {
             if progress::stopped() {
                 return Err(Failure::Interrupted);
             }

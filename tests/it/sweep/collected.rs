@@ -1,6 +1,7 @@
 //! What is collected is what one process says; what is missing is said.
 
 use super::{SweepYard, told};
+use crate::support::Random;
 use latchgate::gate::Share;
 use serde_json::Value;
 use std::fs;
@@ -208,6 +209,102 @@ fn cli_a_late_file_is_waited_for() {
     let output = waiting.wait_with_output().unwrap();
     assert_ne!(output.status.code(), Some(4));
     assert!(yard.path("collected/summary.json").exists());
+}
+
+/// What never comes is named, and nothing is made of the rest. A file that a list does not show yet
+/// is opened by the name that its owner told.
+#[test]
+fn cli_a_file_that_never_comes_is_named() {
+    let yard = SweepYard::new("never", 3, 2, 0);
+    let id = yard.submit(1);
+    assert_eq!(yard.part("1/1", &["--submission", &id]).code, 0);
+    let file = yard.files().remove(0);
+    let bytes = fs::read(&file).unwrap();
+    let name = file.file_name().unwrap().to_str().unwrap().to_string();
+    let collect = || yard.collect(&["--patience", "2"]);
+    // Absent; then a part of it, as a cache may hold it.
+    for part in [0, bytes.len() / 2] {
+        fs::remove_file(&file).unwrap();
+        if part > 0 {
+            fs::write(&file, &bytes[..part]).unwrap();
+        }
+        let done = collect();
+        assert_eq!(done.code, 4, "{}", done.err);
+        let told = format!("{name} is said to be finished and is not there, or is too short");
+        assert!(done.err.contains(&told), "{}", done.err);
+        assert!(!yard.path("collected").exists());
+        fs::write(&file, &bytes).unwrap();
+    }
+    // No list of the store holds a file of such a name.
+    let unlisted = file.with_extension("unlisted");
+    fs::rename(&file, &unlisted).unwrap();
+    let said = yard.text("store/done-share-1-of-1.json");
+    let now = name.replace(".rows", ".unlisted");
+    yard.folder
+        .write("store/done-share-1-of-1.json", said.replace(&name, &now));
+    assert_ne!(collect().code, 4);
+    assert!(yard.path("collected/summary.json").exists());
+}
+
+/// Of what is no block of the store nothing is taken, and nothing of it is in the way.
+#[test]
+fn cli_foreign_files_in_a_store_change_nothing() {
+    let yard = SweepYard::new("foreign", 4, 3, 0);
+    let code = yard.gate(&["--no-store", "--out", "whole"]).code;
+    let other = SweepYard::new("foreign-other", 6, 3, 128);
+    other.part("1/1", &[]);
+    let foreign = fs::read(other.files().remove(0)).unwrap();
+    let mut random = Random::new(3);
+    let noise: Vec<u8> = (0..100_000).map(|_| random.below(256) as u8).collect();
+    yard.folder.write("store/noise.rows", &noise);
+    yard.folder.write("store/empty.rows", "");
+    yard.folder.write("store/a-1-0-share-1-of-1.rows", &foreign);
+    yard.folder.write(
+        "store/a-2-0-share-9-of-1.rows",
+        &foreign[..foreign.len() / 3],
+    );
+    yard.folder.write("store/folder.rows/x", "x");
+    yard.folder.write(
+        "store/done-share-1-of-1.json",
+        "{\"files\":{\"../../etc\":9",
+    );
+    std::os::unix::fs::symlink("nowhere", yard.path("store/gone.rows")).unwrap();
+    let pipe = std::process::Command::new("mkfifo")
+        .arg(yard.path("store/pipe.rows"))
+        .status();
+    assert!(pipe.unwrap().success());
+    let done = yard.part("1/1", &[]);
+    assert_eq!(
+        (done.code, told(&done, "pairs judged")),
+        (0, 12),
+        "{}",
+        done.err
+    );
+    // The lists of designs that blocks speak of are written again where they are damaged.
+    for entry in fs::read_dir(yard.path("store")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|end| end == "designs") {
+            fs::write(path, "0123\n").unwrap();
+        }
+    }
+    assert_eq!(yard.part("1/1", &[]).code, 0);
+    let done = yard.collect(&[]);
+    assert_eq!(done.code, code, "{}", done.err);
+    assert!(
+        done.err
+            .contains("noise.rows: bytes 0 to 100000 are no block"),
+        "{}",
+        done.err
+    );
+    assert_eq!(
+        yard.text("collected/summary.json"),
+        yard.text("whole/summary.json")
+    );
+    // With a design more, the list is what tells of which designs the blocks are.
+    let more = format!("{}[[designs]]\nname = \"a\"\n", yard.text("gate.toml"));
+    yard.folder.write("gate.toml", more);
+    let done = yard.part("1/1", &[]);
+    assert_eq!(told(&done, "in the store before"), 12, "{}", done.err);
 }
 
 /// Of more pairs than an output can hold, those are kept that one names; the counts are of all.

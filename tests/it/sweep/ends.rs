@@ -3,8 +3,9 @@
 use super::{SweepYard, told};
 use crate::support::{Done, Random, finish};
 use std::fs;
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 fn kill(signal: &str, process: u32) {
     let _ = Command::new("kill")
@@ -41,6 +42,44 @@ fn cli_a_share_that_is_terminated_keeps_what_is_done() {
         told(&rest, "in the store before") + told(&rest, "pairs judged"),
         600
     );
+}
+
+/// A process that does not hear that it is to end is ended before an engine's patience is, and the
+/// store tells how.
+#[test]
+fn cli_a_process_that_is_deaf_is_ended_and_noted() {
+    let yard = SweepYard::new("deaf", 30, 20, 2048);
+    let mut command = yard.command(&["--store", "store", "--part", "1/1", "--threads", "1"]);
+    let child = command.stderr(Stdio::piped()).spawn().unwrap();
+    let children = format!("/proc/{0}/task/{0}/children", child.id());
+    let worker = loop {
+        let listed = fs::read_to_string(&children).unwrap();
+        if let Some(worker) = listed.split_whitespace().next() {
+            break worker.parse().unwrap();
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    };
+    // It is at work once it has a file.
+    while !yard.path("store").exists() || yard.files().is_empty() {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    kill("-STOP", worker);
+    kill("-TERM", child.id());
+    let began = Instant::now();
+    let output = child.wait_with_output().unwrap();
+    let err = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(4), "{err}");
+    assert!(began.elapsed() < Duration::from_secs(20), "{err}");
+    assert!(
+        err.contains("was ended by a limit on time: it did not end when it was asked to"),
+        "{err}"
+    );
+    assert!(!PathBuf::from(format!("/proc/{worker}")).exists());
+    let files = yard.files();
+    let noted = files
+        .iter()
+        .any(|path| path.to_string_lossy().contains("-ended"));
+    assert!(noted, "{files:?}");
 }
 
 /// However often a share is killed, it ends, and little is done twice.
