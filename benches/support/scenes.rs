@@ -3,7 +3,7 @@
 use latchgate::conditioning::Signal;
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
-use latchgate::replay::batch::{BatchOptions, Member};
+use latchgate::replay::batch::{AskedPeaks, BatchOptions, Member};
 use latchgate::replay::{Method, RunOptions};
 use latchgate::study::cases;
 use latchgate::units::OpensWhen;
@@ -81,7 +81,7 @@ pub fn peaks_only(stop: StopModel, threads: usize) -> BatchOptions {
         initial: None,
         window: None,
         coast: false,
-        enough_rad: f64::INFINITY,
+        asked: AskedPeaks::ALL,
         threads,
     }
 }

@@ -7,7 +7,7 @@ use crate::model::Design;
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
 use crate::parallel::Control;
-use crate::replay::batch::{self, BatchOptions, Member, MemberPeak};
+use crate::replay::batch::{self, AskedPeaks, BatchOptions, Member, MemberPeak};
 use crate::replay::{self, Breakdown, RunOptions};
 use crate::verdict::meter::Meter;
 use crate::verdict::{Polarity, Policy, Variant};
@@ -123,7 +123,10 @@ impl NominalRuns<'_> {
                 .and_then(|trial| self.initial(trial, variant.model)),
             window: self.window,
             coast: true,
-            enough_rad: self.enough_rad,
+            asked: AskedPeaks {
+                from_rad: 0.0,
+                to_rad: self.enough_rad,
+            },
             threads: 1,
         };
         let member = |index: usize| {

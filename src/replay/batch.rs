@@ -66,6 +66,24 @@ impl MemberPeak {
     }
 }
 
+/// The angles between which a peak is asked for: of a lever that certainly stays below the lower one,
+/// or has gone beyond the upper one, the highest angle until that was known will do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AskedPeaks {
+    /// The lower one [rad].
+    pub from_rad: f64,
+    /// The upper one [rad].
+    pub to_rad: f64,
+}
+
+impl AskedPeaks {
+    /// Every peak.
+    pub const ALL: Self = Self {
+        from_rad: 0.0,
+        to_rad: f64::INFINITY,
+    };
+}
+
 /// What a batch is asked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BatchOptions {
@@ -79,9 +97,8 @@ pub struct BatchOptions {
     pub window: Option<(usize, usize)>,
     /// Follow the lever beyond the window's end.
     pub coast: bool,
-    /// A judged angle beyond which no more is asked of a lever [rad]: its peak is then one that
-    /// exceeds it. Infinite for the peak itself.
-    pub enough_rad: f64,
+    /// The peaks that are asked for.
+    pub asked: AskedPeaks,
     /// Threads.
     pub threads: usize,
 }
@@ -317,7 +334,7 @@ impl Lane {
         }
     }
 
-    /// Tells whether the lever, which has its peak so far from before, stays below it whatever
+    /// Tells whether the lever stays below its peak so far, or below what is asked for, whatever
     /// its impacts do: its energy and the impulse still to come are too small. `ahead` is the
     /// recording's ∫|a| dt [m/s] over the `left` seconds to come.
     ///
@@ -329,11 +346,12 @@ impl Lane {
         (angle, velocity): (f64, f64),
         ahead: f64,
         left: f64,
-        model: StopModel,
+        options: &BatchOptions,
     ) -> bool {
         /// Room for rounding and for the replay's own error.
         const ROOM: f64 = 1e-6;
         let Member { lever, stop, .. } = &self.member;
+        let model = options.stop;
         let stored = match model {
             StopModel::Rigid => 0.0,
             StopModel::Soft => {
@@ -342,7 +360,7 @@ impl Lane {
             }
         };
         let speed = |energy: f64| (2.0 * energy / lever.moment_of_inertia_kg_m2).sqrt();
-        let best = self.kernel.recorder.peak.angle;
+        let best = self.kernel.recorder.peak.angle.max(options.asked.from_rad);
         let energy = stored + energy_of(lever, stop, model, angle, velocity);
         let needed = stored + energy_of(lever, stop, model, best, 0.0);
         let gained = self.kernel.gain() * (self.scale.abs() * ahead + self.bias.abs() * left);
@@ -434,7 +452,9 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             if index == first {
                 self.open_window();
             }
-            if index > first && index.is_multiple_of(ASKED_EVERY) && self.settle(index, last) {
+            if (index == first || index > first && index.is_multiple_of(ASKED_EVERY))
+                && self.settle(index, last)
+            {
                 break;
             }
             if self.flying < self.lanes.len() {
@@ -547,11 +567,11 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             } else {
                 this.kernel.state()
             };
-            let enough = self.options.enough_rad;
+            let enough = self.options.asked.to_rad;
             if !this.settled
                 && !this.kernel.stuck
                 && (this.kernel.recorder.peak.angle.max(state.0) > enough
-                    || this.stays_below(state, self.ahead[index], left, self.options.stop))
+                    || this.stays_below(state, self.ahead[index], left, self.options))
             {
                 self.store(lane);
                 let this = &mut self.lanes[lane];
@@ -664,7 +684,7 @@ fn finish(
     within: &Within<'_>,
 ) -> MemberPeak {
     let (angle, velocity) = lane.kernel.state();
-    let raises = !lane.stays_below((angle, velocity), 0.0, 0.0, options.stop);
+    let raises = !lane.stays_below((angle, velocity), 0.0, 0.0, options);
     let Lane {
         member, mut kernel, ..
     } = lane;

@@ -506,7 +506,7 @@ impl PassQuestion<'_> {
         let runs = setup
             .nominal_runs(&self.policy.variants(), RunDetail::ErrorBound)?
             .into_iter()
-            .map(|outcome| setup.enough_known(outcome, clear))
+            .map(|outcome| setup.enough_known(outcome, clear, |_| false))
             .collect::<Result<Vec<_>, Error>>()?;
         Ok(NominalPass {
             passes: runs.iter().all(stays),

@@ -11,6 +11,7 @@ use super::looks::MEMBERS_TAKEN;
 use super::policy::Variant;
 use super::runs::RunSetup;
 use crate::error::Error;
+use crate::replay::batch::AskedPeaks;
 use std::collections::BTreeMap;
 
 /// Members that are run one after the other between two questions whether a pass is still
@@ -186,14 +187,17 @@ impl Question<'_> {
     }
 
     /// Returns the largest angles of the members named, coast included [rad], NaN where one could
-    /// not be followed; no more than that it exceeds the threshold where it does.
+    /// not be followed; no more than that it exceeds the threshold where it does, or stays well below.
     fn peaks_of(&self, members: &[u32]) -> Result<Vec<f64>, Error> {
+        let threshold = self.setup.threshold_rad();
+        let asked = AskedPeaks {
+            from_rad: NEAR_PART * threshold,
+            to_rad: threshold,
+        };
         let tasks: Vec<&[u32]> = members.chunks(MEMBERS_TAKEN).collect();
         let found = self.setup.share(members.len(), &tasks, |task| {
             let member = |index: usize| self.scatter.member(task[index]);
-            let enough_rad = self.setup.threshold_rad();
-            self.setup
-                .peaks(self.variant, task.len(), &member, enough_rad)
+            self.setup.peaks(self.variant, task.len(), &member, asked)
         })?;
         Ok(found.into_iter().flat_map(|of| of.highest_rad).collect())
     }

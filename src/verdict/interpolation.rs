@@ -35,6 +35,9 @@ pub(crate) fn doubt_part(with_members: bool) -> f64 {
 /// The same where refinement ends and corners alone change the order of impacts; twice it was needed.
 const CORNER_DOUBT_PART: f64 = 1.5;
 
+/// Times that the samples are run, counted as such, for the bound of one run.
+const RUNS_OF_A_BOUND: usize = 8;
+
 /// What one reading of the samples leads to.
 #[derive(Debug, Clone, Copy)]
 struct ReadPeak {
@@ -94,7 +97,7 @@ impl ReadPeak {
 /// The peaks of one variant on the readings that every bound needs.
 struct ReadPeaks {
     own: ReadPeak,
-    /// In the order of [`SampleReading::FIRST`].
+    /// Twofold, fourfold, with what corners could add, and with what they could take away.
     first: [ReadPeak; 4],
     /// A coast was followed on the samples themselves.
     coasts: bool,
@@ -257,48 +260,50 @@ impl RunSetup<'_> {
 
     /// Bounds the interpolation error of each run [rad].
     fn bounds(&self, runs: &[(&RunOutcome, Option<f64>)]) -> Result<Vec<f64>, Error> {
-        let tasks: Vec<(Variant, SampleReading)> = runs
-            .iter()
-            .flat_map(|(run, _)| SampleReading::FIRST.map(|reading| (variant_of(run), reading)))
-            .collect();
-        let found = self.share(2, &tasks, |(variant, reading)| {
-            self.read(*reading, *variant)
-        })?;
-        let first = found.chunks_exact(SampleReading::FIRST.len());
-        let peaks: Vec<(Variant, ReadPeaks)> = runs
-            .iter()
-            .zip(first)
-            .map(|((run, _), first)| (variant_of(run), self.peaks_read(run, first)))
-            .collect();
-        let finest = self.share(16, &peaks, |(variant, peaks)| {
-            let wanted = !peaks.regular() && self.readings.has_sixteenfold();
-            let run = || self.read(SampleReading::Sixteenfold, *variant);
-            wanted.then(run).transpose()
-        })?;
-        let doubt_part = doubt_part(self.policy.members > 0);
-        let measured = peaks.iter().zip(&finest).map(|((_, peaks), finest)| {
-            peaks.bound(finest.as_ref().map(ReadPeak::of).as_ref(), doubt_part)
-        });
-        Ok(runs
-            .iter()
-            .zip(measured)
-            .map(
-                |((run, known), measured)| match known.or_else(|| self.change_at_most(run)) {
-                    Some(proven) => measured.min(proven),
-                    None => measured,
-                },
-            )
-            .collect())
+        self.share(RUNS_OF_A_BOUND, runs, |(run, known)| {
+            let proven = known.or_else(|| self.change_at_most(run));
+            self.bound(run, proven, |_| false)
+        })
     }
 
-    fn peaks_read(&self, own: &RunOutcome, first: &[RunOutcome]) -> ReadPeaks {
-        ReadPeaks {
-            own: ReadPeak::of(own),
-            first: std::array::from_fn(|index| ReadPeak::of(&first[index])),
-            coasts: own.run.coast_peak_angle_rad.is_some(),
-            numerical_error_rad: own.run.numerical_error_rad,
-            apart_s: apart_s(self.signal),
+    /// Bounds the interpolation error of a run [rad], of which `proven` is a bound already; where less
+    /// than the whole of it is `enough`, it may be that.
+    fn bound(
+        &self,
+        run: &RunOutcome,
+        proven: Option<f64>,
+        enough: impl Fn(f64) -> bool,
+    ) -> Result<f64, Error> {
+        let own = ReadPeak::of(run);
+        let variant = variant_of(run);
+        let read = |reading| Ok::<_, Error>(ReadPeak::of(&self.read(reading, variant)?));
+        let least = |measured: f64| proven.map_or(measured, |proven| measured.min(proven));
+        let change = |of: &ReadPeak| (of.angles[0] - own.angles[0]).abs();
+        // The cheap ones first: what corners and the fourfold change is part of every bound.
+        let more = read(SampleReading::More)?;
+        let less = read(SampleReading::Less)?;
+        let mut seen = change(&more).max(change(&less));
+        if enough(least(seen)) {
+            return Ok(least(seen));
         }
+        let fourfold = read(SampleReading::Fourfold)?;
+        seen += change(&fourfold);
+        if enough(least(seen)) {
+            return Ok(least(seen));
+        }
+        let peaks = ReadPeaks {
+            own,
+            first: [read(SampleReading::Twofold)?, fourfold, more, less],
+            coasts: run.run.coast_peak_angle_rad.is_some(),
+            numerical_error_rad: run.run.numerical_error_rad,
+            apart_s: apart_s(self.signal),
+        };
+        let wanted = !peaks.regular() && self.readings.has_sixteenfold();
+        let finest = wanted
+            .then(|| read(SampleReading::Sixteenfold))
+            .transpose()?;
+        let doubt_part = doubt_part(self.policy.members > 0);
+        Ok(least(peaks.bound(finest.as_ref(), doubt_part)))
     }
 
     /// Runs every variant on the samples and on their other readings.
@@ -332,7 +337,7 @@ impl RunSetup<'_> {
         }
         let mut runs = Vec::with_capacity(variants.len());
         for run in outcomes {
-            let run = self.enough_known(run.outcome, passes)?;
+            let run = self.enough_known(run.outcome, passes, |run| !passes(run))?;
             if !passes(&run) {
                 return Ok(Err(run.variant()));
             }
@@ -342,11 +347,12 @@ impl RunSetup<'_> {
     }
 
     /// Returns a run with the error that a proof in closed form leaves, where that is `enough`; with
-    /// the error of its other readings where it is not.
+    /// the error of its other readings where it is not, or that part of it which is `too_much`.
     pub(super) fn enough_known(
         &self,
         outcome: RunOutcome,
         enough: impl Fn(&VariantRun) -> bool,
+        too_much: impl Fn(&VariantRun) -> bool,
     ) -> Result<VariantRun, Error> {
         let proven = self.change_at_most(&outcome);
         if let Some(error_rad) = proven {
@@ -355,8 +361,9 @@ impl RunSetup<'_> {
                 return Ok(run);
             }
         }
-        let measured = self.bounds(&[(&outcome, proven)])?;
-        let error_rad = measured.first().copied().unwrap_or(f64::MAX);
+        let error_rad = self.bound(&outcome, proven, |error_rad| {
+            too_much(&with_error(outcome.clone(), error_rad))
+        })?;
         Ok(with_error(outcome, error_rad))
     }
 

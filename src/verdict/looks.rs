@@ -10,6 +10,7 @@ use super::variant::VariantResult;
 use crate::error::Error;
 use crate::parallel::Control;
 use crate::replay::Breakdown;
+use crate::replay::batch::AskedPeaks;
 
 /// Members that a thread takes at a time.
 pub(super) const MEMBERS_TAKEN: usize = 64;
@@ -82,7 +83,7 @@ pub(super) fn run_ensembles(
             spent: 0,
         })
         .collect();
-    let enough_rad = enough(setup, results);
+    let asked = asked_peaks(setup, results);
     let open = samplings.iter().filter(|of| of.answer.is_none()).count();
     let members = open as f64 * f64::from(setup.policy.members);
     for (number, look) in (1..).zip(ensemble::looks(setup.policy.members)) {
@@ -108,7 +109,7 @@ pub(super) fn run_ensembles(
             let (from, to) = (done as f64 / members, (done + missing) as f64 / members);
             setup.control.during(from, to, |control| {
                 let variant = results[index].variant;
-                let peaks = (&mut sampling.peaks, enough_rad);
+                let peaks = (&mut sampling.peaks, asked);
                 extend(setup, control, scatter, variant, look, peaks)
             })?;
             sampling.spent = setup.work.spent() - before;
@@ -145,10 +146,10 @@ pub(super) fn run_ensembles(
     Ok(())
 }
 
-/// Returns the angle beyond which no more is asked of a member [rad]: the threshold, where nothing
+/// Returns what is asked of the members: on which side of the threshold they stay, where nothing
 /// is told but the decision and the members are far from the limit of work, which they would
 /// come to later that way.
-fn enough(setup: &RunSetup<'_>, results: &[VariantResult]) -> f64 {
+fn asked_peaks(setup: &RunSetup<'_>, results: &[VariantResult]) -> AskedPeaks {
     /// Times what a nominal run takes that a member may.
     const TIMES: u64 = 8;
     let samples = setup.signal.samples.len() as u64;
@@ -156,9 +157,12 @@ fn enough(setup: &RunSetup<'_>, results: &[VariantResult]) -> f64 {
     let each: u64 = results.iter().map(of_run).sum();
     let all = TIMES * u64::from(setup.policy.members);
     if setup.decision_only && each.saturating_mul(all) <= setup.work.left() {
-        setup.threshold_rad()
+        AskedPeaks {
+            from_rad: setup.threshold_rad(),
+            to_rad: setup.threshold_rad(),
+        }
     } else {
-        f64::INFINITY
+        AskedPeaks::ALL
     }
 }
 
@@ -169,7 +173,7 @@ fn extend(
     scatter: &Scatter,
     variant: Variant,
     look: u32,
-    (peaks, enough_rad): (&mut MemberPeaks, f64),
+    (peaks, asked): (&mut MemberPeaks, AskedPeaks),
 ) -> Result<(), Error> {
     let known = u32::try_from(peaks.window_rad.len()).unwrap_or(look);
     let tasks: Vec<u32> = (known..look).step_by(MEMBERS_TAKEN).collect();
@@ -178,7 +182,7 @@ fn extend(
         let count = MEMBERS_TAKEN.min((look - first) as usize);
         let member =
             |index: usize| scatter.member(first.saturating_add(u32::try_from(index).unwrap_or(0)));
-        setup.peaks(variant, count, &member, enough_rad)
+        setup.peaks(variant, count, &member, asked)
     })?;
     for more in found {
         peaks.window_rad.extend(more.window_rad);

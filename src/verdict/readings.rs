@@ -42,9 +42,6 @@ pub(super) enum SampleReading {
 }
 
 impl SampleReading {
-    /// Those that every bound needs.
-    pub(super) const FIRST: [Self; 4] = [Self::Twofold, Self::Fourfold, Self::More, Self::Less];
-
     /// Those that a bound of the peak must hold on, to hold on all.
     pub(super) const FINE: [Self; 3] = [Self::Fourfold, Self::FineMore, Self::FineLess];
 

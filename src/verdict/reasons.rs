@@ -9,8 +9,8 @@ use super::what_if::{Change, ChangedSide, WhatIf};
 use super::wording::{angle, briefly, describe, instant, percent, sentence, signed};
 use super::{Answer, ErrorBudget, Reason};
 use crate::model::Design;
-use crate::replay::Run;
 use crate::recording::{Finding, Severity};
+use crate::replay::Run;
 use crate::units::{OpensWhen, plain};
 use std::f64::consts::FRAC_PI_2;
 

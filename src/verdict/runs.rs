@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::parallel::Control;
-use crate::replay::batch::{self, BatchOptions, Member, MemberPeak};
+use crate::replay::batch::{self, AskedPeaks, BatchOptions, Member, MemberPeak};
 use crate::replay::{self, Breakdown, Run, RunOptions, RunOutcome};
 use crate::units::OpensWhen;
 
@@ -140,14 +140,14 @@ impl RunSetup<'_> {
         combine(self.policy.polarity, &answers)
     }
 
-    /// Returns how far `count` members come on one variant; one that goes beyond `enough_rad` need
-    /// not be followed further.
+    /// Returns how far `count` members come on one variant; as far as
+    /// that is `asked`.
     pub(super) fn peaks(
         &self,
         variant: Variant,
         count: usize,
         member: &(impl Fn(usize) -> Member + Sync),
-        enough_rad: f64,
+        asked: AskedPeaks,
     ) -> Result<MemberPeaks, Error> {
         let parts = replay::subdivision(self.signal, self.design, variant.model);
         let options = BatchOptions {
@@ -158,7 +158,7 @@ impl RunSetup<'_> {
                 .window
                 .map(|(first, last)| (parts * first, parts * last)),
             coast: true,
-            enough_rad,
+            asked,
             threads: 1,
         };
         let within = self.work.within_of_members(self.control);

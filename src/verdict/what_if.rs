@@ -7,6 +7,7 @@ use super::variant::VariantResult;
 use crate::conditioning::{self, Conditioned};
 use crate::error::Error;
 use crate::model::stop::StopModel;
+use crate::replay::batch::AskedPeaks;
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -90,7 +91,7 @@ pub(super) fn reruns(
             let (name, _, how) = moves[index];
             scatter.moved(name, if how == Change::More { 1.0 } else { -1.0 })
         };
-        setup.peaks(*variant, moves.len(), &member, f64::INFINITY)
+        setup.peaks(*variant, moves.len(), &member, AskedPeaks::ALL)
     })?;
     for (index, moved) in moves.iter().enumerate() {
         let peaks: Vec<f64> = of_variants.iter().map(|of| of.window_rad[index]).collect();

@@ -4,7 +4,7 @@
 use latchgate::conditioning::Signal;
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
-use latchgate::replay::batch::{self, BatchOptions, Member, MemberPeak};
+use latchgate::replay::batch::{self, AskedPeaks, BatchOptions, Member, MemberPeak};
 use latchgate::replay::{self, RunOptions};
 use latchgate::units::{OpensWhen, SampleRate};
 
@@ -53,7 +53,7 @@ fn options(stop: StopModel, threads: usize) -> BatchOptions {
         initial: None,
         window: None,
         coast: true,
-        enough_rad: f64::INFINITY,
+        asked: AskedPeaks::ALL,
         threads,
     }
 }

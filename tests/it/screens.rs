@@ -5,7 +5,7 @@ use crate::support::{Random, random_design, signal};
 use latchgate::conditioning::Signal;
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
-use latchgate::replay::batch::{self, BatchOptions, Member};
+use latchgate::replay::batch::{self, AskedPeaks, BatchOptions, Member};
 use latchgate::replay::{self, RunOptions};
 use latchgate::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate::verdict::screen::{self, Decided, Screen, Screened, Seen, Subject};
@@ -677,7 +677,7 @@ fn check_random(model: StopModel, base: u64, recordings: u64) {
                 initial,
                 window,
                 coast: true,
-                enough_rad: f64::INFINITY,
+                asked: AskedPeaks::ALL,
                 threads: 1,
             },
         )

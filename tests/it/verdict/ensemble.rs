@@ -4,7 +4,7 @@
 use super::draws::{check_close, with_tolerances};
 use super::*;
 use crate::support::{Folder, data, latchgate, signal_file, table, without_run};
-use latchgate::replay::batch::{self, BatchOptions};
+use latchgate::replay::batch::{self, AskedPeaks, BatchOptions};
 use latchgate::verdict::ensemble::bounds::{LOOK_CONFIDENCE, lower, upper};
 use latchgate::verdict::ensemble::{End, Scatter};
 use latchgate::verdict::{Ensemble, FilterRow};
@@ -27,7 +27,7 @@ fn peaks(signal: &Signal, design: &Design, count: u32, stop: StopModel) -> Vec<f
         initial: None,
         window: None,
         coast: false,
-        enough_rad: f64::INFINITY,
+        asked: AskedPeaks::ALL,
         threads: 2,
     };
     let member = |index: usize| scatter.member(u32::try_from(index).unwrap());
@@ -779,7 +779,7 @@ fn prop_bounds_cover_the_truth() {
             initial: None,
             window: None,
             coast: false,
-            enough_rad: f64::INFINITY,
+            asked: AskedPeaks::ALL,
             threads: 2,
         };
         // Member 0 is no draw.

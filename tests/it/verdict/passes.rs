@@ -3,7 +3,7 @@
 
 use super::ensemble::short_pulse;
 use super::*;
-use latchgate::replay::batch::{self, BatchOptions};
+use latchgate::replay::batch::{self, AskedPeaks, BatchOptions};
 use latchgate::verdict::ensemble::Scatter;
 
 const MODELS: [ModelChoice; 3] = [RIGID, ModelChoice::Only(StopModel::Soft), ModelChoice::Auto];
@@ -50,7 +50,7 @@ fn limits(signal: &Signal, stop: StopModel, members: u32) -> Vec<f64> {
         initial: None,
         window: None,
         coast: false,
-        enough_rad: f64::INFINITY,
+        asked: AskedPeaks::ALL,
         threads: 2,
     };
     let member = |index: usize| scatter.member(u32::try_from(index).unwrap());
