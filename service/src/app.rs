@@ -118,8 +118,16 @@ impl App {
             return Err(Problem::busy(StatusCode::SERVICE_UNAVAILABLE, text, 2));
         }
         let free = self.blobs.free_bytes().map_err(Problem::from)?;
-        if free < self.config.free_bytes.saturating_add(bytes) {
-            return Err(StoreError::Full.into());
+        let most = self.config.free_bytes;
+        if free < most.saturating_add(bytes) {
+            let found = format!("{free} bytes free, {bytes} to come");
+            let way_out = "free space where the data lie, or lower `free_mib` in the service's \
+                           configuration; nothing that was acknowledged is lost";
+            let status = StatusCode::INSUFFICIENT_STORAGE;
+            return Err(Problem {
+                retry_after_s: Some(5),
+                ..Problem::over(status, "free_bytes", most, found, way_out)
+            });
         }
         Ok(())
     }
@@ -132,13 +140,17 @@ impl App {
     pub fn admit_jobs(&self, visitor: &Visitor, count: u64) -> Result<(), Problem> {
         self.admit_bytes(1 << 20)?;
         let load = self.ledger.load(&visitor.name)?;
-        if load.own.saturating_add(count) > self.config.own_queue {
-            let text = format!("{} of this token's jobs wait; let some end first", load.own);
-            return Err(Problem::busy(StatusCode::TOO_MANY_REQUESTS, text, 5));
+        let most = self.config.own_queue;
+        if load.own.saturating_add(count) > most {
+            let found = format!("{count} more than the {} of this token that wait", load.own);
+            let status = StatusCode::TOO_MANY_REQUESTS;
+            return Err(Problem::later(status, "own_queue", most, found, 5));
         }
-        if load.queued.saturating_add(count) > self.config.queue {
-            let text = format!("{} jobs wait; try again", load.queued);
-            return Err(Problem::busy(StatusCode::SERVICE_UNAVAILABLE, text, 5));
+        let most = self.config.queue;
+        if load.queued.saturating_add(count) > most {
+            let found = format!("{count} more than the {} that wait", load.queued);
+            let status = StatusCode::SERVICE_UNAVAILABLE;
+            return Err(Problem::later(status, "queue", most, found, 5));
         }
         Ok(())
     }

@@ -259,7 +259,28 @@ impl Layers {
         for (name, value) in flags {
             layers.put(name, value.clone(), Origin::Flag)?;
         }
+        layers.find_places();
         Ok(layers)
+    }
+
+    /// Fills in the places that nobody stated, so that what is shown is what is used.
+    fn find_places(&mut self) {
+        if self.text("data").is_empty()
+            && let Some((data, from)) = default_data()
+        {
+            let found = (data.display().to_string(), Origin::Environment(from.into()));
+            self.0.insert("data", found);
+        }
+        let gates = Path::new(self.text("data")).join("gates");
+        for (name, place) in [
+            ("engine_folder", gates),
+            ("engine_program", crate::engine::program()),
+        ] {
+            if self.text(name).is_empty() {
+                let found = (place.display().to_string(), Origin::Default);
+                self.0.insert(name, found);
+            }
+        }
     }
 
     fn put(&mut self, name: &str, value: String, origin: Origin) -> Result<(), String> {
@@ -397,10 +418,10 @@ impl Config {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let words = |name| layers.text(name).split(',').map(str::trim);
         let data = match layers.text("data") {
-            "" => default_data()?,
+            "" => return Err("no folder for the data: state `data`".into()),
             stated => PathBuf::from(stated),
         };
-        let engine = engine(layers, &data)?;
+        let engine = engine(layers)?;
         Ok(Self {
             listen: layers.value(
                 "listen",
@@ -451,21 +472,19 @@ impl Config {
     }
 }
 
-fn engine(layers: &Layers, data: &Path) -> Result<Option<EngineOptions>, String> {
+fn engine(layers: &Layers) -> Result<Option<EngineOptions>, String> {
     match layers.text("engine") {
         "none" => return Ok(None),
         "slurm" => {}
         other => return Err(format!("`engine` must be none or slurm, found `{other}`")),
     }
-    let stated = |name: &str| Some(layers.text(name)).filter(|text| !text.is_empty());
-    let folder = stated("engine_folder").map_or_else(|| data.join("gates"), PathBuf::from);
-    let folder =
-        std::path::absolute(folder).map_err(|error| format!("`engine_folder`: {error}"))?;
+    let folder = std::path::absolute(layers.text("engine_folder"))
+        .map_err(|error| format!("`engine_folder`: {error}"))?;
     Ok(Some(EngineOptions {
         from_pairs: layers.number("engine_from_pairs", 0, 1 << 40)?,
         share_pairs: layers.number("engine_share_pairs", 1, 1 << 40)?,
         folder,
-        program: stated("engine_program").map_or_else(crate::engine::program, PathBuf::from),
+        program: layers.text("engine_program").into(),
         words: layers
             .text("engine_options")
             .split_whitespace()
@@ -475,11 +494,15 @@ fn engine(layers: &Layers, data: &Path) -> Result<Option<EngineOptions>, String>
     }))
 }
 
-fn default_data() -> Result<PathBuf, String> {
+/// Returns where the data lie unless that is stated, and which variable says so.
+fn default_data() -> Option<(PathBuf, &'static str)> {
     let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
-    let state = set("XDG_STATE_HOME").map(PathBuf::from);
-    let home = || set("HOME").map(|home| PathBuf::from(home).join(".local/state"));
-    let state = state.or_else(home);
-    let nowhere = || "no folder for the data: state `data`".to_string();
-    Ok(state.ok_or_else(nowhere)?.join("latchgate"))
+    let places = [
+        ("XDG_STATE_HOME", "latchgate"),
+        ("HOME", ".local/state/latchgate"),
+    ];
+    let mut found = places
+        .into_iter()
+        .filter_map(|(name, below)| Some((PathBuf::from(set(name)?).join(below), name)));
+    found.next()
 }

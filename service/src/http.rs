@@ -28,16 +28,16 @@ pub use server::serve;
 use crate::app::App;
 use crate::auth::Scope;
 use crate::pages;
-use crate::problem::Problem;
+use crate::problem::{Problem, QUESTION_BYTES};
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
 use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
+use serde_json::{Value, json};
+use std::any::Any;
 use utoipa::OpenApi;
 use utoipa_axum::router::{OpenApiRouter, UtoipaMethodRouterExt};
 use utoipa_axum::routes;
-
-/// Bytes of a question at most.
-const QUESTION_BYTES: usize = 1 << 20;
 
 /// The routes that take no part in the description of the interface, and what they need; `None`
 /// where nobody is asked who they are.
@@ -127,11 +127,46 @@ fn interface() -> OpenApiRouter<App> {
 #[must_use]
 pub fn openapi() -> String {
     let (_, description) = interface().split_for_parts();
-    let mut text = description
-        .to_pretty_json()
-        .expect("a description has text keys only");
-    text.push('\n');
-    text
+    let mut description = json!(description);
+    for (method, path, scope) in INTERFACE {
+        secure(
+            &mut description["paths"][path][method.to_lowercase()],
+            *scope,
+        );
+    }
+    description["components"]["securitySchemes"] = json!({
+        "token": {"type": "http", "scheme": "bearer", "description": "`latchgate-serve token create`; where no token exists, whoever reaches the loopback is asked for none"},
+        "cookie": {"type": "apiKey", "in": "cookie", "name": COOKIE, "description": "What the page's sign-in sets"},
+    });
+    format!("{description:#}\n")
+}
+
+/// Describes what a route needs, and how it refuses who has not that, or asks too much.
+fn secure(operation: &mut Value, scope: Option<Scope>) {
+    let refusal = |text: &str| {
+        let schema = json!({"$ref": "#/components/schemas/Problem"});
+        json!({"description": text, "content": {"application/problem+json": {"schema": schema}}})
+    };
+    let responses = &mut operation["responses"];
+    responses["429"] = refusal("Too many requests; `Retry-After` says when to come again");
+    for (status, text) in [
+        ("4XX", "Refused"),
+        ("5XX", "Not now, or what is stored is damaged"),
+    ] {
+        if responses[status].is_null() {
+            responses[status] = refusal(text);
+        }
+    }
+    operation["security"] = json!([]);
+    if let Some(scope) = scope {
+        let text = format!(
+            "The token has not the scope `{}`, or another page asks",
+            scope.name()
+        );
+        operation["responses"]["401"] = refusal("No token that is known");
+        operation["responses"]["403"] = refusal(&text);
+        operation["security"] = json!([{"token": [scope.name()]}, {"cookie": [scope.name()]}]);
+    }
 }
 
 /// Returns the service as one thing that answers requests.
@@ -139,7 +174,7 @@ pub fn router(app: App) -> Router {
     let (routes, _) = interface().split_for_parts();
     routes
         .merge(pages::routes())
-        .fallback(|| async { Problem::not_found("page of this address") })
+        .fallback(|| async { Problem::not_found("page or route of this address") })
         .method_not_allowed_fallback(|| async {
             let text = "this address does not take this method; see /openapi.json";
             Problem::new(
@@ -153,10 +188,17 @@ pub fn router(app: App) -> Router {
         .layer(tower_http::timeout::RequestBodyTimeoutLayer::new(
             app.config.body_time,
         ))
+        .layer(tower_http::catch_panic::CatchPanicLayer::custom(panicked))
         .layer(axum::middleware::from_fn_with_state(
             app.clone(),
             guard::watch,
         ))
-        .layer(tower_http::catch_panic::CatchPanicLayer::new())
         .with_state(app)
+}
+
+/// Answers a request that met a fault of the program.
+fn panicked(_: Box<dyn Any + Send>) -> Response {
+    let text = "the program is at fault; its log says more";
+    let status = StatusCode::INTERNAL_SERVER_ERROR;
+    Problem::new(status, "fault", "A fault of the program", text).into_response()
 }

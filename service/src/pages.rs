@@ -19,9 +19,11 @@ mod verdict;
 use crate::app::App;
 use crate::auth::{Scope, Seen, Visitor};
 use crate::http::verdicts::{VerdictEntry, Wanted, listed};
-use crate::problem::Problem;
+use crate::problem::{Placed, Problem, Queried};
 use axum::Router;
-use axum::extract::{Extension, Path, Query, State};
+use axum::body::Bytes;
+use axum::extract::rejection::BytesRejection;
+use axum::extract::{Extension, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
@@ -77,27 +79,14 @@ pub fn routes() -> Router<App> {
         .route("/assets/{name}", get(asset))
 }
 
-/// A problem as a page.
-struct Failed(Problem);
-
-impl From<Problem> for Failed {
-    fn from(problem: Problem) -> Self {
-        Self(problem)
-    }
-}
-
-impl IntoResponse for Failed {
-    fn into_response(self) -> Response {
-        let problem = self.0;
-        let status =
-            StatusCode::from_u16(problem.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
-        let body = html! {
-            h1 { (problem.title) }
-            p { (problem.detail) }
-            p { a href="/" { "All verdicts" } }
-        };
-        (status, whole(&problem.title, &body)).into_response()
-    }
+/// Shows a problem.
+pub(crate) fn problem(problem: &Problem) -> Markup {
+    let body = html! {
+        h1 { (problem.title) }
+        p { (problem.detail) }
+        p { a href="/" { "All verdicts" } }
+    };
+    whole(&problem.title, &body)
 }
 
 /// Puts a page together.
@@ -134,7 +123,7 @@ fn whole(title: &str, body: &Markup) -> Markup {
 }
 
 /// The first page: where files are dropped, and what was judged.
-async fn home(State(app): State<App>, Query(wanted): Query<Wanted>) -> Result<Markup, Failed> {
+async fn home(State(app): State<App>, Queried(wanted): Queried<Wanted>) -> Result<Markup, Problem> {
     let list = listed(&app, wanted.clone()).await?;
     let filter = wanted.filter.as_deref().unwrap_or("");
     let chosen = wanted.verdict.as_deref().unwrap_or("");
@@ -209,7 +198,7 @@ fn row(entry: &VerdictEntry) -> Markup {
     }
 }
 
-async fn asset(Path(name): Path<String>) -> Response {
+async fn asset(Placed(name): Placed<String>) -> Response {
     let found = ASSETS.iter().find(|(known, ..)| *known == name);
     match found {
         Some((_, kind, text)) => {
@@ -238,7 +227,15 @@ async fn login_form(Extension(visitor): Extension<Visitor>) -> Markup {
     whole("Sign in", &body)
 }
 
-async fn login(State(app): State<App>, headers: HeaderMap, body: String) -> Response {
+async fn login(
+    State(app): State<App>,
+    headers: HeaderMap,
+    body: Result<Bytes, BytesRejection>,
+) -> Response {
+    let body = match body {
+        Ok(body) => String::from_utf8_lossy(&body).into_owned(),
+        Err(error) => return Problem::of_body(error.status(), error.body_text()).into_response(),
+    };
     let token = body.strip_prefix("token=").unwrap_or("").trim().to_string();
     let presented = token.clone();
     let seen = app
@@ -250,9 +247,9 @@ async fn login(State(app): State<App>, headers: HeaderMap, body: String) -> Resp
         Ok(Seen::Stranger) => {
             let text = "this token is not known, or was taken back";
             let status = StatusCode::UNAUTHORIZED;
-            Failed(Problem::new(status, "no-token", "No known token", text)).into_response()
+            Problem::new(status, "no-token", "No known token", text).into_response()
         }
-        Err(problem) => Failed(problem).into_response(),
+        Err(problem) => problem.into_response(),
     }
 }
 

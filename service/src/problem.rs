@@ -2,7 +2,7 @@
 //! words of the library as they read over HTTP.
 
 use crate::store::StoreError;
-use axum::extract::{FromRequestParts, Query};
+use axum::extract::{FromRequestParts, Path, Query};
 use axum::http::request::Parts;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -10,6 +10,9 @@ use latchgate::pipeline::{Error, ErrorKind};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+
+/// Bytes of a question or a gate file at most.
+pub const QUESTION_BYTES: usize = 1 << 20;
 
 /// Why there is no answer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
@@ -77,23 +80,14 @@ pub struct ProblemLimit {
     pub found: String,
 }
 
-/// The answers of each route that are problems, as the description of the interface lists them.
-#[derive(Debug, utoipa::IntoResponses)]
-pub enum Refusals {
-    /// Refused.
-    #[response(status = "4XX", content_type = "application/problem+json")]
-    Refused(Problem),
-    /// Not now, or what is stored is damaged.
-    #[response(status = "5XX", content_type = "application/problem+json")]
-    NotNow(Problem),
-}
-
 impl Problem {
     /// Returns what is wrong with a body that could not be taken in.
     #[must_use]
     pub fn of_body(status: StatusCode, text: String) -> Self {
         if status == StatusCode::PAYLOAD_TOO_LARGE {
-            return Self::new(status, "too-large", "The body is too large", text);
+            let way_out = "a question or a gate file is shorter; recordings go to /v1/recordings";
+            let (most, found) = (QUESTION_BYTES as u64, "a larger body".into());
+            return Self::over(status, "body_bytes", most, found, way_out);
         }
         Self::bad_request(text)
     }
@@ -133,6 +127,25 @@ impl Problem {
             "Bad request",
             detail,
         )
+    }
+
+    /// Says that more was asked than is taken at a time: come again.
+    #[must_use]
+    pub fn later(
+        status: StatusCode,
+        name: &str,
+        value: u64,
+        found: String,
+        retry_after_s: u32,
+    ) -> Self {
+        let way_out = format!("try again in {retry_after_s} s");
+        Self {
+            retry_after_s: Some(retry_after_s),
+            code: "busy".into(),
+            kind: "urn:latchgate:problem:busy".into(),
+            title: "Too much to do".into(),
+            ..Self::over(status, name, value, found, &way_out)
+        }
     }
 
     /// Says that this is not the time.
@@ -215,6 +228,39 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for Queried<T> {
     }
 }
 
+/// What stands in the path of a request; what does not fit is a problem as any other.
+#[derive(Debug, Clone, Copy)]
+pub struct Placed<T>(pub T);
+
+impl<T: DeserializeOwned + Send, S: Send + Sync> FromRequestParts<S> for Placed<T> {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
+        let path = Path::<T>::from_request_parts(parts, state).await;
+        let path = path.map_err(|error| Problem::bad_request(error.body_text()))?;
+        Ok(Self(path.0))
+    }
+}
+
+/// Returns a number of a query within its bounds, or what it is unless stated.
+///
+/// # Errors
+///
+/// A problem that names the bounds.
+pub fn bounded(
+    name: &str,
+    stated: Option<u32>,
+    otherwise: u32,
+    (least, most): (u32, u32),
+) -> Result<u32, Problem> {
+    let number = stated.unwrap_or(otherwise);
+    if (least..=most).contains(&number) {
+        return Ok(number);
+    }
+    let text = format!("{name}: a whole number from {least} to {most}, found {number}");
+    Err(Problem::bad_request(text))
+}
+
 impl From<StoreError> for Problem {
     fn from(error: StoreError) -> Self {
         let (status, code, title) = match &error {
@@ -257,6 +303,8 @@ impl IntoResponse for Problem {
                 .headers_mut()
                 .insert(header::RETRY_AFTER, HeaderValue::from(seconds));
         }
+        // Where a person asked it is shown as a page.
+        response.extensions_mut().insert(self);
         response
     }
 }

@@ -3,10 +3,10 @@
 use crate::app::App;
 use crate::clock::now_ms;
 use crate::pool::{design_of, request_of};
-use crate::problem::{Problem, Refusals};
+use crate::problem::{Placed, Problem};
 use crate::store::StoredDesign;
 use axum::Json;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use latchgate::pipeline::{Design, Request};
@@ -113,14 +113,14 @@ pub(super) async fn list(State(app): State<App>) -> Result<Json<DesignList>, Pro
     post, path = "/v1/designs", request_body = DesignSubmission,
     responses(
         (status = 201, description = "It is kept", body = KeptDesign),
-        Refusals,
     )
 )]
 pub(super) async fn submit(
     State(app): State<App>,
     submitted: Result<Json<DesignSubmission>, axum::extract::rejection::JsonRejection>,
 ) -> Result<Response, Problem> {
-    let Json(submitted) = submitted.map_err(|error| Problem::bad_request(error.body_text()))?;
+    let Json(submitted) =
+        submitted.map_err(|error| Problem::of_body(error.status(), error.body_text()))?;
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
     let name = submitted.name;
     if name.is_empty() || name.len() > 64 || !name.chars().all(plain) {
@@ -149,12 +149,11 @@ pub(super) async fn submit(
     params(("name" = String, Path, description = "Name, or name@version")),
     responses(
         (status = 200, description = "The design", body = KeptDesign),
-        Refusals,
     )
 )]
 pub(super) async fn get(
     State(app): State<App>,
-    Path(name): Path<String>,
+    Placed(name): Placed<String>,
 ) -> Result<Json<KeptDesign>, Problem> {
     Ok(Json(find(&app, &name).await?.into()))
 }

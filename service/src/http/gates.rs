@@ -6,10 +6,10 @@ use crate::app::App;
 use crate::auth::Visitor;
 use crate::engine::EngineTasks;
 use crate::gate::{self, GateAsked};
-use crate::problem::{Problem, Queried, Refusals};
+use crate::problem::{Placed, Problem, Queried, bounded};
 use crate::store::GateStanding;
 use axum::Json;
-use axum::extract::{Extension, Path, State};
+use axum::extract::{Extension, State};
 use axum::http::{StatusCode, header};
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
@@ -126,7 +126,6 @@ pub(crate) async fn find(app: &App, id: &str) -> Result<GateStanding, Problem> {
     responses(
         (status = 200, description = "It is done", body = GateEntry),
         (status = 202, description = "It is worked on; `Location` says where to look", body = GateEntry),
-        Refusals,
     )
 )]
 pub(super) async fn submit(
@@ -135,7 +134,7 @@ pub(super) async fn submit(
     Queried(query): Queried<GateQuery>,
     text: Result<String, axum::extract::rejection::StringRejection>,
 ) -> Result<Response, Problem> {
-    let text = text.map_err(|error| Problem::bad_request(error.body_text()))?;
+    let text = text.map_err(|error| Problem::of_body(error.status(), error.body_text()))?;
     let name = query.name.unwrap_or_else(|| "gate".into());
     if name.is_empty() || name.chars().count() > 64 || name.contains(char::is_control) {
         return Err(Problem::bad_request("name: up to 64 letters"));
@@ -192,7 +191,7 @@ pub(crate) struct GateList {
 /// Lists gates, the newest first.
 #[utoipa::path(
     get, path = "/v1/gates", params(GatePart),
-    responses((status = 200, description = "A part of the list", body = GateList), Refusals)
+    responses((status = 200, description = "A part of the list", body = GateList))
 )]
 pub(super) async fn list(
     State(app): State<App>,
@@ -202,7 +201,7 @@ pub(super) async fn list(
 }
 
 pub(crate) async fn listed(app: &App, part: GatePart) -> Result<GateList, Problem> {
-    let limit = part.limit.unwrap_or(50).clamp(1, 200);
+    let limit = bounded("limit", part.limit, 50, (1, 200))?;
     let found = app
         .on_disk(move |parts| parts.ledger.gates(part.cursor, limit))
         .await?;
@@ -219,11 +218,11 @@ pub(crate) async fn listed(app: &App, part: GatePart) -> Result<GateList, Proble
 #[utoipa::path(
     get, path = "/v1/gates/{id}",
     params(("id" = String, Path, description = "The gate's identity")),
-    responses((status = 200, description = "How far it is", body = GateEntry), Refusals)
+    responses((status = 200, description = "How far it is", body = GateEntry))
 )]
 pub(super) async fn get(
     State(app): State<App>,
-    Path(id): Path<String>,
+    Placed(id): Placed<String>,
 ) -> Result<Json<GateEntry>, Problem> {
     Ok(Json(GateEntry::of(&app, find(&app, &id).await?)))
 }
@@ -234,12 +233,11 @@ pub(super) async fn get(
     params(("id" = String, Path, description = "The gate's identity")),
     responses(
         (status = 200, description = "Events", body = Object, content_type = "text/event-stream"),
-        Refusals,
     )
 )]
 pub(super) async fn events(
     State(app): State<App>,
-    Path(id): Path<String>,
+    Placed(id): Placed<String>,
 ) -> Result<Events, Problem> {
     let mut entry = GateEntry::of(&app, find(&app, &id).await?);
     let (tell, told) = tokio::sync::mpsc::channel(4);
@@ -279,12 +277,11 @@ pub(super) async fn events(
         (status = 200, description = "The file", content(
             (String = "text/html"), (String = "text/markdown"), (String = "application/xml"),
             (Object = "application/json"))),
-        Refusals,
     )
 )]
 pub(super) async fn file(
     State(app): State<App>,
-    Path((id, name)): Path<(String, String)>,
+    Placed((id, name)): Placed<(String, String)>,
 ) -> Result<Response, Problem> {
     let outcome = find(&app, &id).await?.outcome;
     let file = outcome.and_then(|outcome| outcome.files.get(&name).cloned());

@@ -1,8 +1,9 @@
 //! Who is let in, same-origin checks on every change, and headers of every answer.
 
-use super::declared;
+use super::{INTERFACE, declared};
 use crate::app::App;
 use crate::auth::{Scope, Seen, Visitor};
+use crate::pages;
 use crate::problem::Problem;
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::header::{self, HeaderName, HeaderValue};
@@ -22,6 +23,7 @@ const POLICY: &str = "default-src 'self'; base-uri 'none'; form-action 'self'; f
 pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Next) -> Response {
     let began = Instant::now();
     let method = request.method().clone();
+    let is_interface = is_interface(request.uri().path());
     let path = request.extensions().get::<MatchedPath>();
     let path = path.map_or_else(|| "-".to_string(), |path| path.as_str().to_string());
     app.traffic.open.fetch_add(1, Ordering::Relaxed);
@@ -45,8 +47,25 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
     let ms = u64::try_from(began.elapsed().as_millis()).unwrap_or(u64::MAX);
     // Neither query nor headers: they may hold what is not to be kept.
     tracing::info!(%method, path, status = status.as_u16(), ms, visitor, "request");
+    if let Some(problem) = response.extensions_mut().remove::<Problem>()
+        && !is_interface
+    {
+        // The headers stay: when to come again, how to sign in.
+        response.headers_mut().remove(header::CONTENT_TYPE);
+        response.headers_mut().remove(header::CONTENT_LENGTH);
+        let page = pages::problem(&problem).into_response();
+        let (parts, body) = page.into_parts();
+        response.headers_mut().extend(parts.headers);
+        *response.body_mut() = body;
+    }
     guarded(response.headers_mut());
     response
+}
+
+/// Tells whether programs ask here, who are answered as `/openapi.json` says, or people.
+fn is_interface(path: &str) -> bool {
+    let known = |(_, known, _): &(&str, &str, Option<Scope>)| *known == path;
+    path == "/v1" || path.starts_with("/v1/") || INTERFACE.iter().any(known)
 }
 
 /// Adds the headers that every answer carries, where it has none of its own.
@@ -122,12 +141,9 @@ async fn admit(
     };
     let (rate, burst) = (app.config.rate_per_s, app.config.rate_burst);
     if let Err(wait) = app.door.admit(&visitor.name, rate, burst) {
-        let text = format!("more than {rate} requests per second; wait {wait} s");
-        return Err(refuse(Problem::busy(
-            StatusCode::TOO_MANY_REQUESTS,
-            text,
-            wait,
-        )));
+        let found = "more requests of this token".into();
+        let status = StatusCode::TOO_MANY_REQUESTS;
+        return Err(refuse(Problem::later(status, "rate", rate, found, wait)));
     }
     Ok(visitor)
 }

@@ -2,10 +2,10 @@
 
 use crate::app::App;
 use crate::pool::Progress;
-use crate::problem::{Problem, Refusals};
+use crate::problem::{Placed, Problem};
 use crate::store::JobState;
 use axum::Json;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::http::{StatusCode, header};
 use axum::response::sse::{Event, KeepAlive, KeepAliveStream, Sse};
 use axum::response::{IntoResponse, Response};
@@ -78,12 +78,11 @@ async fn state_of(app: &App, id: &str) -> Result<JobState, Problem> {
     params(("id" = String, Path, description = "The job")),
     responses(
         (status = 200, description = "How far it is", body = JobStanding),
-        Refusals,
     )
 )]
 pub(super) async fn get(
     State(app): State<App>,
-    Path(id): Path<String>,
+    Placed(id): Placed<String>,
 ) -> Result<Json<JobStanding>, Problem> {
     let state = state_of(&app, &id).await?;
     Ok(Json(JobStanding::of(&id, &state)))
@@ -95,12 +94,11 @@ pub(super) async fn get(
     params(("id" = String, Path, description = "The job")),
     responses(
         (status = 200, description = "Events", body = Object, content_type = "text/event-stream"),
-        Refusals,
     )
 )]
 pub(super) async fn events(
     State(app): State<App>,
-    Path(id): Path<String>,
+    Placed(id): Placed<String>,
 ) -> Result<Events, Problem> {
     let watched = app.crew.watch(&id);
     // It may have ended before anybody watched.

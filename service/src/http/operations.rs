@@ -3,7 +3,8 @@
 use crate::app::App;
 use crate::config::meaning;
 use crate::jail::Jail;
-use crate::problem::{Problem, Refusals};
+use crate::pool::WAITING;
+use crate::problem::{Problem, QUESTION_BYTES};
 use axum::Json;
 use axum::extract::State;
 use axum::http::{StatusCode, header};
@@ -25,7 +26,6 @@ pub(super) async fn healthz() -> &'static str {
     get, path = "/readyz",
     responses(
         (status = 200, description = "Work is taken", body = String),
-        Refusals,
     )
 )]
 pub(super) async fn readyz(State(app): State<App>) -> Result<&'static str, Problem> {
@@ -88,6 +88,7 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
             "bytes",
             "child_memory_mib",
         ),
+        ("free_bytes", config.free_bytes, "bytes", "free_mib"),
         ("queue", config.queue, "jobs", "queue"),
         ("own_queue", config.own_queue, "jobs", "own_queue"),
         ("own_bytes", config.own_bytes, "bytes", "own_mib"),
@@ -107,6 +108,27 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
         meaning: meaning(key).into(),
         change: format!("`{key}` in the service's configuration"),
     });
+    let fixed = |name: &str, value: u64, unit: &str, meaning: &str| ListedLimit {
+        name: name.into(),
+        value,
+        unit: unit.into(),
+        meaning: meaning.into(),
+        change: "fixed".into(),
+    };
+    let fixed = [
+        fixed(
+            "body_bytes",
+            QUESTION_BYTES as u64,
+            "bytes",
+            "Bytes of a question or a gate file.",
+        ),
+        fixed(
+            "waiting",
+            WAITING as u64,
+            "orders",
+            "Uploads, what-ifs and plots that wait for a child.",
+        ),
+    ];
     let of_reading = Limits::default()
         .entries()
         .into_iter()
@@ -118,7 +140,7 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
             change: format!("`request.limit.{}` of a question", limit.name),
         });
     Json(LimitList {
-        limits: own.chain(of_reading).collect(),
+        limits: own.chain(fixed).chain(of_reading).collect(),
         jail: app.crew.jail().clone(),
     })
 }
@@ -128,7 +150,6 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
     get, path = "/metrics",
     responses(
         (status = 200, description = "Counters", body = String, content_type = "text/plain"),
-        Refusals,
     )
 )]
 pub(super) async fn metrics(State(app): State<App>) -> Result<Response, Problem> {

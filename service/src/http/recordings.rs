@@ -5,10 +5,10 @@ use crate::app::App;
 use crate::auth::Visitor;
 use crate::clock::now_ms;
 use crate::pool::{Answer, Order};
-use crate::problem::{Problem, Queried, Refusals};
+use crate::problem::{Placed, Problem, Queried, bounded};
 use crate::store::StoredRecording;
 use axum::Json;
-use axum::extract::{Extension, Path, Request, State};
+use axum::extract::{Extension, Request, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
@@ -64,7 +64,6 @@ pub(super) struct Stated {
     responses(
         (status = 201, description = "It is kept", body = Recording),
         (status = 200, description = "It was known", body = Recording),
-        Refusals,
     )
 )]
 pub(super) async fn submit(
@@ -153,12 +152,11 @@ pub(super) struct Reading {
     params(("id" = String, Path, description = "The recording's identity"), Reading),
     responses(
         (status = 200, description = "What it holds", body = Recording),
-        Refusals,
     )
 )]
 pub(super) async fn get(
     State(app): State<App>,
-    Path(id): Path<String>,
+    Placed(id): Placed<String>,
     Queried(reading): Queried<Reading>,
 ) -> Result<Json<Recording>, Problem> {
     let request = reading.request.map(|text| {
@@ -205,14 +203,13 @@ pub(super) struct RecordingList {
     get, path = "/v1/recordings", params(Part),
     responses(
         (status = 200, description = "A part of the list", body = RecordingList),
-        Refusals,
     )
 )]
 pub(super) async fn list(
     State(app): State<App>,
     Queried(part): Queried<Part>,
 ) -> Result<Json<RecordingList>, Problem> {
-    let limit = part.limit.unwrap_or(50).clamp(1, 200);
+    let limit = bounded("limit", part.limit, 50, (1, 200))?;
     let found = app
         .on_disk(move |parts| parts.ledger.recordings(part.cursor, limit))
         .await?;

@@ -6,10 +6,10 @@ use crate::app::App;
 use crate::auth::Visitor;
 use crate::clock::now_ms;
 use crate::pool::{Answer, How, Order, request_of};
-use crate::problem::{Problem, Queried, Refusals};
+use crate::problem::{Placed, Problem, Queried, bounded};
 use crate::store::{Job, JobState, Manifest, Question, ResultFilter, StoredResult, Summary};
 use axum::Json;
-use axum::extract::{Extension, Path, State};
+use axum::extract::{Extension, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use latchgate::report::{SERIES_FILE, VERDICT_FILE};
@@ -71,7 +71,6 @@ async fn question(app: &App, asking: Asking) -> Result<Question, Problem> {
     responses(
         (status = 200, description = "The verdict, the document of the command line", body = Object),
         (status = 202, description = "It is worked on; `Location` says where to look", body = JobStanding),
-        Refusals,
     )
 )]
 pub(super) async fn submit(
@@ -80,6 +79,10 @@ pub(super) async fn submit(
     Queried(waiting): Queried<Waiting>,
     asking: Result<Json<Asking>, axum::extract::rejection::JsonRejection>,
 ) -> Result<Response, Problem> {
+    let wait = match waiting.wait {
+        None => app.config.wait,
+        stated => Duration::from_secs(u64::from(bounded("wait", stated, 0, (0, 60))?)),
+    };
     let Json(asking) =
         asking.map_err(|error| Problem::of_body(error.status(), error.body_text()))?;
     let question = question(&app, asking).await?;
@@ -118,9 +121,6 @@ pub(super) async fn submit(
     if is_new {
         app.crew.ring();
     }
-    let wait = waiting.wait.map_or(app.config.wait, |seconds| {
-        Duration::from_secs(u64::from(seconds.min(60)))
-    });
     let ended = async {
         let mut state = job.state;
         while !state.has_ended() {
@@ -169,7 +169,6 @@ async fn answered(app: &App, report_id: &str) -> Result<Response, Problem> {
     post, path = "/v1/what-if", request_body = Asking,
     responses(
         (status = 200, description = "The document of the nominal runs alone", body = Object),
-        Refusals,
     )
 )]
 pub(super) async fn what_if(
@@ -204,12 +203,11 @@ pub(super) async fn what_if(
     responses(
         (status = 200, description = "The document", body = Object),
         (status = 304, description = "As the client has it"),
-        Refusals,
     )
 )]
 pub(super) async fn get(
     State(app): State<App>,
-    Path(report_id): Path<String>,
+    Placed(report_id): Placed<String>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let report_id = report_id.strip_suffix(".json").unwrap_or(&report_id);
@@ -260,12 +258,11 @@ pub(super) struct FileWanted {
             (String = "text/html"), (String = "text/csv"), (String = "image/svg+xml"),
             (Object = "application/json"), (Vec<u8> = "application/octet-stream"))),
         (status = 304, description = "As the client has it"),
-        Refusals,
     )
 )]
 pub(super) async fn file(
     State(app): State<App>,
-    Path((report_id, name)): Path<(String, String)>,
+    Placed((report_id, name)): Placed<(String, String)>,
     Queried(wanted): Queried<FileWanted>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
@@ -348,16 +345,15 @@ pub(super) struct Series {
     params(("report_id" = String, Path, description = "The report's identity"), Range),
     responses(
         (status = 200, description = "The series", body = Series),
-        Refusals,
     )
 )]
 pub(super) async fn series(
     State(app): State<App>,
-    Path(report_id): Path<String>,
+    Placed(report_id): Placed<String>,
     Queried(range): Queried<Range>,
 ) -> Result<Json<Series>, Problem> {
     let result = result(&app, &report_id).await?;
-    let pixels = range.px.unwrap_or(1000).clamp(2, 8192) as usize;
+    let pixels = bounded("px", range.px, 1000, (2, 8192))? as usize;
     let within = (range.t0, range.t1);
     let (answer, _) = series_of(&app, &result, within, Some(pixels)).await?;
     let Answer::Series { series } = answer else {
@@ -414,7 +410,6 @@ pub(crate) struct VerdictList {
     get, path = "/v1/verdicts", params(Wanted),
     responses(
         (status = 200, description = "A part of the list", body = VerdictList),
-        Refusals,
     )
 )]
 pub(super) async fn list(
@@ -425,7 +420,7 @@ pub(super) async fn list(
 }
 
 pub(crate) async fn listed(app: &App, wanted: Wanted) -> Result<VerdictList, Problem> {
-    let limit = wanted.limit.unwrap_or(50).clamp(1, 200);
+    let limit = bounded("limit", wanted.limit, 50, (1, 200))?;
     let filter = ResultFilter {
         verdict: wanted.verdict,
         recording: wanted.recording,

@@ -1,7 +1,7 @@
 //! Runs side by side: what differs between them, and their angles on one axis.
 
 use super::verdict::{column, find, stage};
-use super::{Failed, show, whole};
+use super::{show, whole};
 use crate::app::App;
 use crate::problem::Problem;
 use axum::extract::{RawQuery, State};
@@ -30,7 +30,7 @@ const PARTS: &[&str] = &[
 pub(super) async fn page(
     State(app): State<App>,
     RawQuery(query): RawQuery,
-) -> Result<Markup, Failed> {
+) -> Result<Markup, Problem> {
     let query = query.unwrap_or_default();
     let named = |key: &'static str| {
         let pairs = query.split('&').filter_map(|pair| pair.split_once('='));

@@ -1,9 +1,10 @@
 //! Designs by name and version, each with its differences to a baseline.
 
-use super::{Failed, show, whole};
+use super::{show, whole};
 use crate::app::App;
 use crate::http::designs::find;
-use axum::extract::{Query, State};
+use crate::problem::{Problem, Queried};
+use axum::extract::State;
 use latchgate::pipeline::Design;
 use maud::{Markup, html};
 use serde::Deserialize;
@@ -19,8 +20,8 @@ pub(super) struct Compared {
 /// Lists the designs, and offers to keep one.
 pub(super) async fn page(
     State(app): State<App>,
-    Query(compared): Query<Compared>,
-) -> Result<Markup, Failed> {
+    Queried(compared): Queried<Compared>,
+) -> Result<Markup, Problem> {
     let designs = app.on_disk(|parts| parts.ledger.designs()).await?;
     let chosen = compared.baseline.filter(|name| !name.is_empty());
     let baseline = match &chosen {

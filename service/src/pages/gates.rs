@@ -1,13 +1,13 @@
 //! Gates: the list with its form, the matrix with what changed first, and a pair of it.
 
-use super::{Failed, show, whole};
+use super::{show, whole};
 use crate::app::App;
 use crate::engine::EngineTasks;
 use crate::gate::{question, read};
 use crate::http::gates::{GateEntry, GatePart, find, listed};
-use crate::problem::Problem;
+use crate::problem::{Placed, Problem, Queried};
 use crate::store::GateStanding;
-use axum::extract::{Path, Query, State};
+use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use latchgate::gate::summary::Changes;
 use latchgate::gate::{GateSummary, PairStanding, pairs::Pair};
@@ -28,8 +28,8 @@ type Marks<'a> = BTreeMap<(&'a str, &'a str), &'static str>;
 /// Shows the gates and the form that submits one.
 pub(super) async fn list(
     State(app): State<App>,
-    Query(part): Query<GatePart>,
-) -> Result<Markup, Failed> {
+    Queried(part): Queried<GatePart>,
+) -> Result<Markup, Problem> {
     let gates = listed(&app, part).await?;
     let draft = draft(&app).await?;
     let body = html! {
@@ -130,7 +130,10 @@ fn queue(tasks: &EngineTasks) -> String {
 }
 
 /// Shows a gate.
-pub(super) async fn page(State(app): State<App>, Path(id): Path<String>) -> Result<Markup, Failed> {
+pub(super) async fn page(
+    State(app): State<App>,
+    Placed(id): Placed<String>,
+) -> Result<Markup, Problem> {
     let standing = find(&app, &id).await?;
     let summary = summary(&app, &standing).await?;
     let names = |standing: &GateStanding| standing.gate.name.clone();
@@ -342,8 +345,8 @@ pub(super) fn margin(margin: Option<f64>) -> String {
 /// Leads to the run of a pair, or offers to make its report where it was decided alone.
 pub(super) async fn run(
     State(app): State<App>,
-    Path((id, number)): Path<(String, usize)>,
-) -> Result<Response, Failed> {
+    Placed((id, number)): Placed<(String, usize)>,
+) -> Result<Response, Problem> {
     let standing = find(&app, &id).await?;
     let summary = summary(&app, &standing).await?;
     let summary = summary.filter(|summary| number < summary.pairs.len());

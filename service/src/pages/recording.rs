@@ -1,11 +1,12 @@
 //! What a recording holds, and the form that asks for a verdict.
 
 use super::history::margins;
-use super::{Failed, show, table, whole};
+use super::{show, table, whole};
 use crate::app::App;
 use crate::http::recordings::{Recording, look};
 use crate::http::verdicts::{Wanted, listed};
-use axum::extract::{Path, Query, State};
+use crate::problem::{Placed, Problem, Queried};
+use axum::extract::State;
 use latchgate::pipeline::Design;
 use maud::{Markup, html};
 use serde_json::{Map, Value, json};
@@ -41,9 +42,9 @@ const JUDGING: &[(&str, &str, &[&str])] = &[
 /// Shows a recording, read as the query's settings say.
 pub(super) async fn page(
     State(app): State<App>,
-    Path(id): Path<String>,
-    Query(settings): Query<BTreeMap<String, String>>,
-) -> Result<Markup, Failed> {
+    Placed(id): Placed<String>,
+    Queried(settings): Queried<BTreeMap<String, String>>,
+) -> Result<Markup, Problem> {
     let stated: Map<String, Value> = settings
         .iter()
         .filter(|(key, value)| !value.is_empty() && READING.iter().any(|(known, ..)| known == key))

@@ -1,11 +1,11 @@
 //! A verdict with its plots, cursors and what-if.
 
 use super::recording::findings;
-use super::{Failed, show, whole};
+use super::{show, whole};
 use crate::app::App;
-use crate::problem::{Problem, for_http};
+use crate::problem::{Placed, Problem, for_http};
 use crate::store::{StoreError, StoredResult};
-use axum::extract::{Path, State};
+use axum::extract::State;
 use latchgate::report::VERDICT_FILE;
 use maud::{Markup, html};
 use serde_json::{Map, Value, json};
@@ -64,8 +64,8 @@ pub(super) async fn find(app: &App, report_id: &str) -> Result<(StoredResult, Va
 /// Shows a verdict.
 pub(super) async fn page(
     State(app): State<App>,
-    Path(report_id): Path<String>,
-) -> Result<Markup, Failed> {
+    Placed(report_id): Placed<String>,
+) -> Result<Markup, Problem> {
     let (result, document) = find(&app, &report_id).await?;
     let summary = &result.summary;
     let base = format!("/v1/verdicts/{report_id}");

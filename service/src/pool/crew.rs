@@ -24,8 +24,8 @@ const LEASE: Duration = Duration::from_secs(30);
 /// Time after which a place looks for jobs that nobody told it of.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// Orders that wait for a place at most.
-const WAITING: usize = 64;
+/// Orders of people who wait for a place at most.
+pub const WAITING: usize = 64;
 
 /// How the pool is made up.
 #[derive(Debug, Clone)]
@@ -162,9 +162,14 @@ impl Crew {
             let (reply, replied) = oneshot::channel();
             {
                 let mut asked = locked(&self.shared.asked);
-                if asked.len() >= WAITING || self.shared.ends.load(Ordering::Relaxed) {
-                    let text = "too many wait for a place; try again";
+                if self.shared.ends.load(Ordering::Relaxed) {
+                    let text = "the service is ending; try again";
                     return Err(Problem::busy(StatusCode::SERVICE_UNAVAILABLE, text, 1));
+                }
+                if asked.len() >= WAITING {
+                    let found = format!("{} that wait for a place", asked.len());
+                    let (status, most) = (StatusCode::SERVICE_UNAVAILABLE, WAITING as u64);
+                    return Err(Problem::later(status, "waiting", most, found, 1));
                 }
                 asked.push_back(Asked {
                     order: order.clone(),

@@ -91,6 +91,174 @@ fn tidy_every_described_route_is_declared() {
     assert!(pages.is_empty(), "declared, not described: {pages:?}");
 }
 
+/// What a route needs, and how it refuses who has not that, stands in the description as it is
+/// enforced.
+#[test]
+fn tidy_the_description_says_what_each_route_needs() {
+    let description: Value = serde_json::from_str(&latchgate_service::http::openapi()).unwrap();
+    let schemes = &description["components"]["securitySchemes"];
+    assert_eq!(schemes["token"]["scheme"], "bearer");
+    let mut asked = 0;
+    for (method, path, needs) in declared() {
+        let operation = &description["paths"][path][method.to_lowercase()];
+        if operation.is_null() {
+            continue;
+        }
+        let of_token = &operation["security"][0]["token"][0];
+        assert_eq!(of_token.as_str(), needs.map(Scope::name), "{method} {path}");
+        asked += usize::from(needs.is_some());
+        for status in ["401", "403", "429", "4XX", "5XX"] {
+            let content = &operation["responses"][status]["content"];
+            let described = content.get("application/problem+json").is_some();
+            let expected = needs.is_some() || !matches!(status, "401" | "403");
+            assert_eq!(described, expected, "{method} {path}: {status}");
+        }
+    }
+    assert!(asked > 20, "{asked}");
+}
+
+/// What is refused is a problem document where programs ask, and a page where people do: a path that
+/// is no text, a query that does not fit, an address or a method that is not known.
+#[test]
+fn cli_refusals_are_documents_for_programs_and_pages_for_people() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    for (method, path, status) in [
+        ("GET", "/v1/none", 404),
+        ("GET", "/v1/recordings/%ff", 400),
+        ("GET", "/v1/gates/%ff/summary.json", 400),
+        ("GET", "/v1/verdicts?limit=0", 400),
+        ("GET", "/v1/verdicts?limit=201", 400),
+        ("GET", "/v1/recordings?limit=0", 400),
+        ("GET", "/v1/gates?limit=0", 400),
+        ("GET", "/v1/gates?limit=many", 400),
+        ("POST", "/v1/verdicts?wait=61", 400),
+        ("DELETE", "/v1/gates", 405),
+        ("POST", "/metrics", 405),
+    ] {
+        let answer = client.send(method, path, &[]).expect(status);
+        let kind = answer.header("content-type");
+        assert_eq!(kind, Some("application/problem+json"), "{method} {path}");
+        let problem = answer.json();
+        assert_eq!(problem["status"], status);
+        assert!(
+            problem["detail"]
+                .as_str()
+                .is_some_and(|text| text.len() > 10)
+        );
+    }
+    let text = client.get("/v1/verdicts?limit=0").text();
+    assert!(text.contains("from 1 to 200, found 0"), "{text}");
+    for (method, path, status) in [
+        ("GET", "/none", 404),
+        ("GET", "/recordings/%ff", 400),
+        ("GET", "/verdicts/none", 404),
+        ("GET", "/gates/none/runs/first", 400),
+        ("GET", "/?cursor=first", 400),
+        ("GET", "/?limit=0", 400),
+        ("GET", "/assets/none", 404),
+        ("POST", "/gates", 405),
+    ] {
+        let answer = client.send(method, path, &[]).expect(status);
+        let kind = answer.header("content-type").unwrap_or("").to_string();
+        assert!(kind.starts_with("text/html"), "{method} {path}: {kind}");
+        assert!(answer.text().contains("<h1>"), "{method} {path}");
+    }
+}
+
+/// A limit is refused with its name, its value, what was found and the way out; `/v1/limits` lists it
+/// with the same value.
+#[test]
+fn cli_a_limit_is_named_with_its_way_out() {
+    let check = |setting: &str, name: &str, status: u16, refuse: &dyn Fn(&Service) -> Value| {
+        let folder = Folder::new();
+        let service = Service::start(&folder, &[setting]);
+        let problem = refuse(&service);
+        assert_eq!(
+            (&problem["status"], &problem["limit"]["name"]),
+            (&json!(status), &json!(name))
+        );
+        let listed = service.client().get("/v1/limits").expect(200).json();
+        let listed = listed["limits"].as_array().unwrap();
+        let listed = listed.iter().find(|own| own["name"] == name).unwrap();
+        assert_eq!(problem["limit"]["value"], listed["value"], "{name}");
+        assert!(
+            problem["limit"]["found"]
+                .as_str()
+                .is_some_and(|found| !found.is_empty())
+        );
+        let detail = problem["detail"].as_str().unwrap();
+        let value = listed["value"].to_string();
+        assert!(detail.contains(name) && detail.contains(&value), "{detail}");
+        let way_out = ["configuration", "try again in", "recordings go to"];
+        assert!(
+            way_out.iter().any(|words| detail.contains(words)),
+            "{detail}"
+        );
+    };
+    let upload = |service: &Service| {
+        let client = service.client();
+        client
+            .upload_bytes("burst.csv", &signal("burst.csv"), None)
+            .json()
+    };
+    let gate = |service: &Service| {
+        upload(service);
+        let text = "[[recordings]]\nfiles = \"burst.csv\"\n[[designs]]\nname = \"a\"\n[[designs]]\nname = \"b\"\n";
+        let answer = service.client().send("POST", "/v1/gates", text.as_bytes());
+        assert!(matches!(answer.status, 413) || answer.header("retry-after").is_some());
+        answer.json()
+    };
+    check("free_mib=1000000000", "free_bytes", 507, &upload);
+    check("upload_mib=1", "upload_bytes", 413, &|service| {
+        let client = service.client();
+        client
+            .upload_bytes("a.csv", &vec![b'0'; 2 << 20], None)
+            .json()
+    });
+    check("own_queue=1", "own_queue", 429, &gate);
+    check("queue=1", "queue", 503, &gate);
+    check("log=info", "body_bytes", 413, &|service| {
+        let client = service.client().with("Content-Type", "application/json");
+        client
+            .send("POST", "/v1/verdicts", &vec![b' '; (1 << 20) + 1])
+            .json()
+    });
+    check("rate_burst=1", "rate", 429, &|service| {
+        let mut answer = service.client().get("/v1/limits");
+        while answer.status == 200 {
+            answer = service.client().get("/v1/limits");
+        }
+        std::thread::sleep(Duration::from_millis(100));
+        answer.json()
+    });
+}
+
+/// What is shown is what is used: no place is left empty.
+#[test]
+fn cli_the_configuration_shows_where_the_data_lie() {
+    let shown = |variable: &str| {
+        let output = std::process::Command::new(crate::support::PROGRAM)
+            .args(["config", "show", "--origin"])
+            .env_remove("XDG_STATE_HOME")
+            .env("HOME", "/home/lab")
+            .env(variable, "/srv/state")
+            .output()
+            .unwrap();
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let text = shown("XDG_STATE_HOME");
+    let line = r#"data = "/srv/state/latchgate"  # environment XDG_STATE_HOME"#;
+    assert!(text.contains(line), "{text}");
+    let text = shown("OTHER");
+    let line = r#"data = "/home/lab/.local/state/latchgate"  # environment HOME"#;
+    assert!(text.contains(line), "{text}");
+    assert!(
+        text.contains(r#"engine_folder = "/home/lab/.local/state/latchgate/gates"  # default"#)
+    );
+}
+
 #[test]
 fn cli_a_token_is_taken_back() {
     let folder = Folder::new();
