@@ -58,6 +58,7 @@ pub use crate::model::Design;
 pub use crate::model::stop::StopModel;
 pub use crate::parallel::Control;
 pub use crate::recording::card::CardPolarity;
+pub use crate::recording::csv::TableMapping;
 pub use crate::recording::{Card, Finding, Limits, Severity, Source, read_within};
 pub use crate::replay::{Method, Run};
 pub use crate::report::{Document, MarginDocument, document};
@@ -68,7 +69,7 @@ pub use compare::{Difference, DifferenceKind};
 pub use design_file::design_from_bytes;
 pub use identity::NUMBERS_REVISION;
 pub use inspect::{
-    ChannelStatus, Choice, ListedChannel, ListedFile, ListedSeries, Listing, inspect,
+    ChannelStatus, Choice, ListedChannel, ListedFile, ListedSeries, Listing, inspect, table_mapping,
 };
 pub use margin::{MarginOutcome, margin};
 pub use prepared::{Extras, Outcome, Prepared, Refused};

@@ -554,6 +554,26 @@ fn outcomes(
         .collect())
 }
 
+/// Says how a text table was understood; `None` of another format, and where its layout is not clear.
+#[must_use]
+pub fn table_mapping(
+    source: &Source,
+    options: &ReadOptions,
+    limits: &Limits,
+    control: &Control<'_>,
+) -> Option<csv::TableMapping> {
+    let mut reader = source.open_watched(*control).ok()?;
+    let bytes = reader.head().ok()?;
+    let head = Head {
+        bytes: &bytes,
+        file_name: reader.name(),
+        is_folder: reader.is_folder(),
+        entries: &[],
+    };
+    let format = find_format(&head, options.input_format.as_deref()).ok()?;
+    (format.name == "csv").then(|| csv::mapping(&mut reader, options, limits).ok())?
+}
+
 /// Formats that are known but not read: first bytes or suffix, name, way out.
 static REFUSED: Words = word_list!("refused-formats");
 

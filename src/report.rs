@@ -49,6 +49,7 @@ use crate::error::Error;
 pub use document::Document;
 pub(crate) use folder::Unplaced;
 pub use margin_document::MarginDocument;
+pub use words::design as full_design;
 
 use crate::verdict::Evidence;
 use std::path::{Path, PathBuf};

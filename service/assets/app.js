@@ -112,10 +112,19 @@ async function judged(body, step) {
 
 function question(form) {
   const search = at('channel-search');
-  if (search) search.addEventListener('input', () => {
-    const wanted = search.value.toLowerCase();
-    for (const row of at('channels').tBodies[0].rows) row.hidden = !row.textContent.toLowerCase().includes(wanted);
-  });
+  if (search) {
+    const rows = [...at('channels').tBodies[0].rows];
+    const find = () => {
+      const wanted = search.value.toLowerCase();
+      for (const row of rows) row.hidden = !row.textContent.toLowerCase().includes(wanted);
+      at('channel-count').textContent = wanted ? `${rows.filter((row) => !row.hidden).length} of ${rows.length}` : '';
+      const next = new URLSearchParams(location.search);
+      if (search.value) next.set('search', search.value); else next.delete('search');
+      history.replaceState(null, '', `${location.pathname}${next.size ? `?${next}` : ''}${location.hash}`);
+    };
+    search.value = new URLSearchParams(location.search).get('search') || '';
+    search.addEventListener('input', find); find();
+  }
   const design = form.elements.design;
   const differences = () => { at('design-differences').textContent = design.selectedOptions[0].dataset.differences ? `Differs from the paper's lever: ${design.selectedOptions[0].dataset.differences}` : ''; };
   design.addEventListener('change', differences); differences();
@@ -271,7 +280,7 @@ async function stage(section, source) {
       for (const part of parts) { ctx.drawImage(part, 0, top); top += part.height; }
       canvas.toBlob((blob) => save('png', blob));
     },
-    svg: () => save('svg', new Blob([drawn(shown.time_s, source.lines('angle', shown), source.limits, state)], { type: 'image/svg+xml' })),
+    svg: () => save('svg', new Blob([drawn(shown, source, state)], { type: 'image/svg+xml' })),
   };
   section.addEventListener('click', (event) => { const act = acts[event.target.dataset && event.target.dataset.do]; if (act) act(); });
   host.addEventListener('keydown', (event) => {
@@ -341,19 +350,37 @@ async function motion(section) {
   }
 }
 
-// Draws the visible range as SVG, by itself.
-function drawn(time, lines, limits, state) {
-  const [w, h, left, bottom] = [900, 360, 70, 40];
-  const values = lines.flatMap((line) => line.values).filter(Number.isFinite);
-  const high = Math.max(...limits.map((limit) => limit * 1.15), Math.min(Math.PI / 2, values.reduce((most, value) => Math.max(most, value), 0)));
-  const low = values.reduce((least, value) => Math.min(least, value), 0);
-  const x = (t) => (left + (w - left - 10) * (t - time[0]) / (time.at(-1) - time[0] || 1)).toFixed(2);
-  const y = (v) => (10 + (h - bottom - 10) * (1 - (v - low) / (high - low || 1))).toFixed(2);
-  const escaped = (text) => text.replace(/[<>&]/g, (c) => `&#${c.charCodeAt(0)};`);
-  const curves = lines.map((line, index) => `<polyline fill="none" stroke="${colour(line.tone)}" stroke-width="2" stroke-dasharray="${line.dash}" points="${time.map((t, k) => (Number.isFinite(line.values[k]) ? `${x(t)},${y(line.values[k])}` : '')).join(' ')}"/><text x="${left + 10}" y="${26 + 18 * index}" fill="${colour(line.tone)}">${escaped(line.label)}</text>`);
-  const cursors = ['a', 'b'].filter((name) => state[name] !== null && state[name] >= time[0] && state[name] <= time.at(-1)).map((name) => `<path d="M${x(state[name])} 10V${h - bottom}" stroke="${colour('ink')}"/><text x="${x(state[name])}" y="22" fill="${colour('ink')}">${name.toUpperCase()}</text>`);
-  const levels = limits.map((limit) => `<path d="M${left} ${y(limit)}H${w - 10}" stroke="${colour('fail')}" stroke-dasharray="9 4"/><text x="${w - 150}" y="${Number(y(limit)) - 6}" fill="${colour('fail')}">limit ${digits(limit)} rad</text>`);
-  return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${w} ${h}" font-family="sans-serif" font-size="14"><rect width="${w}" height="${h}" fill="${colour('paper')}"/>${curves.join('')}${levels.join('')}${cursors.join('')}<path d="M${left} 10V${h - bottom}H${w - 10}" fill="none" stroke="${colour('muted')}"/><text x="${left}" y="${h - 12}" fill="${colour('muted')}">${digits(time[0], 6)} s</text><text x="${w - 90}" y="${h - 12}" fill="${colour('muted')}">${digits(time.at(-1), 6)} s</text></svg>`;
+// Draws what is visible of every plot as SVG, by itself.
+function drawn(shown, source, state) {
+  const [w, h, left, bottom] = [900, 360, 90, 40];
+  const time = shown.time_s; const escaped = (text) => text.replace(/[<>&]/g, (c) => `&#${c.charCodeAt(0)};`);
+  const text = (x, y, words, tone, more = '') => `<text x="${x}" y="${y}" fill="${colour(tone)}" ${more}>${escaped(words)}</text>`;
+  const panel = (kind, number) => {
+    const isAngle = kind === 'angle'; const limits = isAngle ? source.limits : []; const lines = source.lines(kind, shown);
+    const top = number * h + 20 + 18 * lines.length; const foot = (number + 1) * h - bottom;
+    const values = lines.flatMap((line) => line.values).filter(Number.isFinite);
+    const most = values.reduce((high, value) => Math.max(high, value), 0);
+    const high = Math.max(...limits.map((limit) => limit * 1.15), isAngle ? Math.min(Math.PI / 2, most) : most);
+    const low = values.reduce((least, value) => Math.min(least, value), 0);
+    const x = (t) => (left + (w - left - 10) * (t - time[0]) / (time.at(-1) - time[0] || 1)).toFixed(2);
+    const y = (v) => (foot - (foot - top) * (v - low) / (high - low || 1)).toFixed(2);
+    const line = (path, tone, more = '') => `<path d="${path}" fill="none" stroke="${colour(tone)}" ${more}/>`;
+    const clip = `clip-path="url(#part-${number})"`;
+    const parts = [`<clipPath id="part-${number}"><rect x="${left}" y="${top}" width="${w - left - 10}" height="${foot - top}"/></clipPath>`];
+    lines.forEach(({ label, tone, dash, values: own }, index) => {
+      const points = time.map((t, k) => (Number.isFinite(own[k]) ? `${x(t)},${y(own[k])}` : '')).join(' ');
+      const look = `stroke-width="2" stroke-dasharray="${dash}"`; const row = number * h + 20 + 18 * index;
+      parts.push(`<polyline ${clip} fill="none" stroke="${colour(tone)}" ${look} points="${points}"/>`, line(`M${left} ${row - 5}h30`, tone, look), text(left + 38, row, label, 'ink'));
+    });
+    for (const limit of limits) parts.push(line(`M${left} ${y(limit)}H${w - 10}`, 'fail', 'stroke-dasharray="9 4"'), text(w - 14, Number(y(limit)) - 6, `limit ${digits(limit)} rad`, 'fail', 'text-anchor="end"'));
+    for (const name of ['a', 'b']) if (state[name] !== null && state[name] >= time[0] && state[name] <= time.at(-1)) parts.push(line(`M${x(state[name])} ${top}V${foot}`, 'ink'), text(x(state[name]), top + 14, name.toUpperCase(), 'ink'));
+    parts.push(line(`M${left} ${top}V${foot}H${w - 10}`, 'muted'), text(left - 6, top + 10, digits(high), 'muted', 'text-anchor="end"'), text(left - 6, foot, digits(low), 'muted', 'text-anchor="end"'));
+    parts.push(text(20, (top + foot) / 2, kinds[kind], 'ink', `text-anchor="middle" transform="rotate(-90 20 ${(top + foot) / 2})"`));
+    parts.push(text(left, foot + 18, `${digits(time[0], 6)} s`, 'muted'), text(w - 10, foot + 18, `${digits(time.at(-1), 6)} s`, 'muted', 'text-anchor="end"'));
+    return parts.join('');
+  };
+  const panels = Object.keys(kinds).map(panel);
+  return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${w} ${h * panels.length}" font-family="sans-serif" font-size="14"><rect width="${w}" height="${h * panels.length}" fill="${colour('paper')}"/>${panels.join('')}</svg>`;
 }
 
 // ---------------------------------------------------------------- what if

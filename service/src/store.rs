@@ -260,6 +260,10 @@ pub struct Summary {
     pub design: String,
     /// What of the design was changed, `key=value`.
     pub modified: Vec<String>,
+    /// The same in words, behind the name; of a design that is not kept, what tells it from the
+    /// paper's.
+    #[serde(default)]
+    pub changes: String,
     /// Name and version of the design, where it came from the store.
     pub design_version: Option<String>,
     /// The verdict.
@@ -289,10 +293,7 @@ impl Summary {
     #[must_use]
     pub fn full_design(&self) -> String {
         let design = self.design_version.as_ref().unwrap_or(&self.design);
-        if self.modified.is_empty() {
-            return design.clone();
-        }
-        format!("{design}, changed: {}", self.modified.join(", "))
+        format!("{design}{}", self.changes)
     }
 }
 

@@ -4,6 +4,7 @@ use super::candidates::{self, Offer};
 use crate::conditioning::{self, ConditioningOptions, neighbours};
 use crate::error::{Error, ErrorKind, Place};
 use crate::parallel::Control;
+use crate::recording::csv::TableMapping;
 use crate::recording::{
     self, Card, Channel, Finding, Limits, Part, ReadOptions, Reading, Recording, Source, Stated,
 };
@@ -158,6 +159,41 @@ pub fn inspect(
     let choice = choice(request, &options, chosen, &every);
     let conditioning = request.conditioning_options(&card);
     Ok(listing(every, choice, &conditioning))
+}
+
+/// Says how a text table is understood with the same settings; `None` of another format, and where
+/// its layout is not clear.
+///
+/// # Examples
+///
+/// ```
+/// use latchgate::pipeline::{Control, Limits, Request, Source, table_mapping};
+///
+/// let text = "Versuch 17\nZeit [ms];a_y [g]\n0,1;2,5\n0,2;2,6\n0,3;2,7\n";
+/// let source = Source::bytes("test.csv", text.as_bytes());
+/// let (request, limits) = (Request::default(), Limits::default());
+/// let mapping = table_mapping(&source, &request, &limits, &Control::default())?.unwrap();
+/// assert_eq!((mapping.separator, mapping.decimal), ("semicolon", Some(",")));
+/// assert_eq!((mapping.header_line, mapping.data_line), (Some(2), Some(3)));
+/// assert_eq!(mapping.time_unit, Some("ms"));
+/// # Ok::<(), latchgate::error::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// [`ErrorKind`] of settings and card.
+pub fn table_mapping(
+    source: &Source,
+    request: &Request,
+    limits: &Limits,
+    control: &Control<'_>,
+) -> Result<Option<TableMapping>, Error> {
+    request.check()?;
+    let limits = &request.limits(limits)?;
+    let card =
+        recording::card::read_beside(source, limits)?.map_or_else(Card::default, |(card, _)| card);
+    let options = request.read_options(&card);
+    Ok(recording::table_mapping(source, &options, limits, control))
 }
 
 /// Says why a recording holds no channel.

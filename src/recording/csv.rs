@@ -36,6 +36,7 @@ use super::time_base::{self, TimeBase};
 use super::{Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::SampleRate;
+pub use layout::TableMapping;
 use layout::{ColumnChoice, TableLayout, TimeSource};
 use rows::{ColumnResult, Rows, WantedColumns};
 use status::AllSaid;
@@ -66,6 +67,20 @@ pub fn read(
     let table = TableText::open(source.read_text(limits)?, options, limits)?;
     let outcome = |selection: &Selection| table.outcome(*selection, options, limits);
     Ok(selections.iter().map(outcome).collect())
+}
+
+/// Says how a text table was understood.
+///
+/// # Errors
+///
+/// As [`read`], where the layout is not clear.
+pub fn mapping(
+    source: &mut Reader,
+    options: &ReadOptions,
+    limits: &Limits,
+) -> Result<TableMapping, Error> {
+    let table = TableText::open(source.read_text(limits)?, options, limits)?;
+    table.layout.mapping(&table.text, options, limits)
 }
 
 /// A table whose layout is known and whose rows are not read yet.

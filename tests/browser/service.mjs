@@ -64,6 +64,39 @@ async function sameByEveryDoor(page, report) {
   assert.equal(summary.pairs[0].row.report_id, report, 'gate and page');
 }
 
+// A table with a preamble, decimal commas and many channels, dropped on the page: what was found out
+// about it is shown, what is overridden is read so, and the search of channels stays in the address.
+async function mapped(page, colorScheme) {
+  const names = ['Zeit [ms]', ...Array.from({ length: 12 }, (_, number) => `acc_${number < 6 ? 'y' : 'x'}_${number} [g]`)];
+  const rows = Array.from({ length: 400 }, (_, row) => [row / 10, ...Array.from({ length: 12 }, (__, column) => Math.sin(row / 20 + column))].map((value) => value.toFixed(4).replace('.', ',')).join(';'));
+  const text = `Versuch 17 ${colorScheme}\nPrüfstand 3\n${names.join(';')}\n${rows.join('\n')}\n`;
+  await page.goto(base);
+  const dropped = await page.evaluateHandle(([name, content]) => { const data = new DataTransfer(); data.items.add(new File([content], name)); return data; }, [`many-${colorScheme}.csv`, text]);
+  for (const kind of ['dragenter', 'dragover', 'drop']) await page.dispatchEvent('#drop', kind, { dataTransfer: dropped });
+  await page.waitForURL(/recordings/);
+  await page.getByText('How the file is read').click();
+  const open = page.locator('details:has(#mapping)');
+  if (!await open.evaluate((element) => element.open)) await open.locator('summary').click();
+  const found = await page.locator('#mapping').innerText();
+  assert.match(found, /separated by semicolon; decimal mark ,; names on line 3, samples from line 4; time in Zeit.* \[ms\]/);
+  assert.match(await page.locator('ol.preview li').nth(2).innerText(), /names$/);
+  await page.locator('#channel-search').fill('acc_y');
+  await page.waitForFunction(() => document.getElementById('channel-count').textContent === '6 of 12');
+  await look(page, `${colorScheme}-mapping`);
+  await page.reload();
+  assert.equal(await page.locator('#channels tbody tr:visible').count(), 6);
+  assert.match(page.url(), /search=acc_y/);
+  // What is overridden is read so.
+  if (!await open.evaluate((element) => element.open)) await open.locator('summary').click();
+  await page.locator('select[name=time_unit]').selectOption('s');
+  await page.locator('select[name=input_format]').selectOption('csv');
+  await page.getByRole('button', { name: 'Read again' }).click();
+  await page.waitForURL(/time_unit=s/);
+  assert.match(await page.locator('#mapping').innerText(), /time in Zeit.* \[s\]/);
+  assert.match(await page.locator('#channels tbody tr:visible').first().innerText(), /10 Hz/);
+  assert.equal(await page.locator('#channels tbody tr:visible').count(), 6);
+}
+
 async function walk(colorScheme) {
   const context = await browser.newContext({ colorScheme, viewport: { width: 1200, height: 900 }, acceptDownloads: true });
   const page = await context.newPage();
@@ -80,6 +113,11 @@ async function walk(colorScheme) {
   await look(page, `${colorScheme}-recording`);
   assert.equal(await page.locator('input[name=channel]:checked').inputValue(), 'acceleration y (g)');
   await page.goto(base);
+  await page.setInputFiles('#files', files);
+  await page.waitForURL(/#known/);
+
+  await mapped(page, colorScheme);
+  await page.goto(`${base}/`);
   await page.setInputFiles('#files', files);
   await page.waitForURL(/#known/);
 
@@ -128,6 +166,7 @@ async function walk(colorScheme) {
   assert(rows.length > 10 && rows[0] >= Number(query.get('t0')) && rows.at(-1) <= Number(query.get('t1')));
   const svg = await downloaded(page, () => page.locator('[data-do=svg]').click());
   assert.match(String(svg.bytes), /^<svg .*polyline/s);
+  for (const label of ['Acceleration [m/s²]', 'Angle [rad]', 'limit 0.1 rad']) assert(String(svg.bytes).includes(label), `${label} in the SVG`);
   const png = await downloaded(page, () => page.locator('[data-do=png]').click());
   assert.equal(png.bytes.subarray(1, 4).toString(), 'PNG');
   const report = await downloaded(page, () => page.getByRole('link', { name: 'download it (HTML)' }).click());
@@ -145,7 +184,7 @@ async function walk(colorScheme) {
   // Compare: what differs, and nothing else.
   await page.goto(base);
   await look(page, `${colorScheme}-home`);
-  const boxes = page.locator('input[name=id][aria-label*="preload_torque_nm"]');
+  const boxes = page.locator('input[name=id][aria-label*="preload torque"]');
   await boxes.nth(0).check();
   await boxes.nth(1).check();
   await page.getByRole('button', { name: 'Compare the chosen ones' }).click();
@@ -172,7 +211,7 @@ async function walk(colorScheme) {
   await page.waitForSelector('#compare[data-ready=yes]');
   assert.equal(page.url(), compared);
   assert.equal(await page.locator('#cursors').innerText(), angles);
-  assert.match(await page.locator('#plot-angle .u-legend').innerText(), /burst\.csv · .*changed: lever\.preload_torque_nm=[0-9.]+ · [0-9a-f]{8}/);
+  assert.match(await page.locator('#plot-angle .u-legend').innerText(), /burst\.csv · .*, modified: preload torque [0-9.]+.N·m \([0-9.]+\) · [0-9a-f]{8}/);
   await look(page, `${colorScheme}-compare`);
   await page.locator('select[name=baseline]').selectOption({ index: 1 });
   await page.getByRole('button', { name: 'Compare' }).click();

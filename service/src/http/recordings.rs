@@ -27,7 +27,7 @@ pub(crate) struct Recording {
     /// When it came [ms since 1970].
     pub(crate) created_ms: i64,
     /// What it holds: `channels`, `candidates`, `findings`, `format`, the `channel` that a verdict
-    /// would take and the `reason`, the first lines as `preview`; `problem` where it cannot be read
+    /// would take and the `reason`, the first lines as `preview`, how a table was understood as `mapping`; `problem` where it cannot be read
     /// as asked for.
     #[serde(flatten)]
     #[schema(value_type = Object)]

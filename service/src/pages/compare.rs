@@ -46,7 +46,7 @@ pub(super) async fn page(
     }
     if ids.is_empty() || ids.len() > RUNS {
         let text = format!("choose one to {RUNS} verdicts, {} were chosen", ids.len());
-        return Err(Problem::bad_request(text).into());
+        return Err(Problem::bad_request(text));
     }
     let baseline = named("baseline").next_back();
     ids.sort_by_key(|id| Some(*id) != baseline);

@@ -12,8 +12,9 @@ use maud::{Markup, html};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
-/// Settings of reading that the form offers: key, label, what it is left at.
+/// Settings of reading that the form offers: key, label, what it is left at unless that was found.
 const READING: &[(&str, &str, &str)] = &[
+    ("input_format", "Format", "found"),
     ("time_column", "Time column", "found"),
     ("time_unit", "Unit of time", "s"),
     ("rate_hz", "Sample rate [Hz]", "from the time"),
@@ -22,6 +23,13 @@ const READING: &[(&str, &str, &str)] = &[
     ("decimal", "Decimal mark", "found"),
     ("unit", "Unit of acceleration", "as stated"),
     ("time_zero", "Time of first contact [s]", "0"),
+];
+
+/// Settings that take one of a few words.
+const CHOICES: &[(&str, &[&str])] = &[
+    ("input_format", &["csv", "lvm", "ev5", "iso-mme", "mcap"]),
+    ("time_unit", &["s", "ms", "us", "ns"]),
+    ("decimal", &[".", ","]),
 ];
 
 /// Settings of judging that the form offers: key, label, choices.
@@ -71,7 +79,7 @@ pub(super) async fn page(
         h1 { (recording.name) }
         p.muted { (recording.bytes) " bytes, " (recording.listing["format"].as_str().unwrap_or("format not known")) }
         (problem(&recording.listing))
-        (reading(&settings, &recording.listing))
+        (reading(&settings, &recording.listing, !stated.is_empty()))
         form id="ask" data-recording=(recording.id) data-request=(Value::Object(stated).to_string()) {
             (channels(&recording))
             (question(&designs))
@@ -104,30 +112,80 @@ fn problem(listing: &Value) -> Markup {
     }
 }
 
-/// The first lines, and every guess about them to be overridden.
-fn reading(settings: &BTreeMap<String, String>, listing: &Value) -> Markup {
-    let lines: Vec<&str> = listing["preview"]
-        .as_array()
-        .into_iter()
-        .flatten()
-        .filter_map(Value::as_str)
-        .collect();
-    let open = listing["problem"].is_object() || !settings.is_empty();
+/// The first lines, what was found out about them, and every guess to be overridden.
+fn reading(settings: &BTreeMap<String, String>, listing: &Value, is_stated: bool) -> Markup {
+    let mapping = &listing["mapping"];
+    let open = listing["problem"].is_object() || is_stated;
+    let stated = |key: &str| settings.get(key).map_or("", String::as_str);
+    let left = |key: &str, otherwise: &str| {
+        match key {
+            "input_format" => shown(&listing["format"]),
+            key => shown(&mapping[key]),
+        }
+        .map_or_else(|| otherwise.to_string(), |found| format!("found: {found}"))
+    };
     html! {
         details open[open] {
             summary { "How the file is read" }
-            @if !lines.is_empty() {
-                ol.preview tabindex="0" aria-label="First lines of the file" { @for line in &lines { li { code { (line) } } } }
+            (preview(listing))
+            @if let Some(separator) = shown(&mapping["separator"]) {
+                p id="mapping" {
+                    "Cells are separated by " strong { (separator) } "; decimal mark " strong { (shown(&mapping["decimal"]).as_deref().unwrap_or("not seen")) }
+                    "; names on line " strong { (shown(&mapping["header_line"]).as_deref().unwrap_or("none")) }
+                    ", samples from line " strong { (shown(&mapping["data_line"]).as_deref().unwrap_or("–")) }
+                    "; time in " strong { (shown(&mapping["time_column"]).as_deref().unwrap_or("no column")) }
+                    @if let Some(unit) = shown(&mapping["time_unit"]) { " [" (unit) "]" } "."
+                }
             }
             form.fields method="get" {
-                @for (key, label, left) in READING {
+                @for (key, label, otherwise) in READING {
+                    @let own = stated(key);
                     label { (label) " "
-                        input name=(key) placeholder=(left) value=(settings.get(*key).map_or("", String::as_str));
+                        @match CHOICES.iter().find(|(known, _)| known == key) {
+                            Some((_, choices)) => select name=(key) {
+                                option value="" { (left(key, otherwise)) }
+                                @for choice in *choices { option value=(choice) selected[*choice == own] { (choice) } }
+                            },
+                            None => input name=(key) placeholder=(left(key, otherwise)) value=(own);
+                        }
                     }
                 }
+                @if let Some(search) = settings.get("search") { input type="hidden" name="search" value=(search); }
                 button { "Read again" }
             }
         }
+    }
+}
+
+/// The first lines of a text, each with what it was taken for.
+fn preview(listing: &Value) -> Markup {
+    let lines = listing["preview"].as_array();
+    let lines = lines.map_or(&[][..], Vec::as_slice);
+    let line_of = |key: &str| listing["mapping"][key].as_u64();
+    let (names, data) = (line_of("header_line"), line_of("data_line"));
+    let taken_for = |number: u64| match (names, data) {
+        (Some(names), _) if number == names => "names",
+        (_, Some(data)) if number == data => "first sample",
+        (_, Some(data)) if number < data => "not samples",
+        _ => "",
+    };
+    html! {
+        @if !lines.is_empty() {
+            ol.preview tabindex="0" aria-label="First lines of the file" {
+                @for (number, line) in (1..).zip(lines) {
+                    li { code { (line.as_str().unwrap_or("")) } " " span.muted { (taken_for(number)) } }
+                }
+            }
+        }
+    }
+}
+
+/// Shows a text or a number; nothing where there is none.
+fn shown(value: &Value) -> Option<String> {
+    match value {
+        Value::String(text) => Some(text.clone()),
+        Value::Number(number) => Some(number.to_string()),
+        _ => None,
     }
 }
 
@@ -138,7 +196,7 @@ fn channels(recording: &Recording) -> Markup {
     html! {
         h2 { "Channel" }
         @if channels.len() > 8 {
-            p { label { "Search " input id="channel-search" type="search"; } }
+            p { label { "Search " input id="channel-search" type="search"; } " " span.muted id="channel-count" role="status" {} }
         }
         div.wide tabindex="0" role="region" aria-label="Channels" {
             table id="channels" {

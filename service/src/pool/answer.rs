@@ -232,6 +232,7 @@ fn summary(document: &Document) -> Summary {
         channel: document.recording.channel.clone(),
         design: document.design.name.clone(),
         modified: changed(&document.design),
+        changes: changes(&document.design),
         design_version: None,
         verdict: document.verdict.name().into(),
         why: document
@@ -261,6 +262,27 @@ fn changed(design: &Design) -> Vec<String> {
         format!("{key}={}", values[table][name])
     };
     design.modified.iter().map(|key| value(key)).collect()
+}
+
+/// Says what was changed of a design, or, where nothing was, what tells it from the paper's.
+fn changes(design: &Design) -> String {
+    let mut told = design.clone();
+    if design.modified.is_empty() {
+        let (values, paper) = (json!(design), json!(Design::reference()));
+        for (table, numbers) in values.as_object().into_iter().flatten() {
+            for (key, number) in numbers.as_object().into_iter().flatten() {
+                let other = paper[table][key].as_f64();
+                if number.is_number() && number.as_f64() != other {
+                    let key = format!("{table}.{key}");
+                    told.modified_from
+                        .extend(other.map(|other| (key.clone(), other)));
+                    told.modified.push(key);
+                }
+            }
+        }
+    }
+    let words = report::full_design(&told);
+    words[design.name.len()..].to_string()
 }
 
 /// Hashes a document without what may differ between two runs.
@@ -305,6 +327,8 @@ fn inspect(
             value.insert("problem".into(), problem.to_value());
         }
     }
+    let mapping = pipeline::table_mapping(source, &request, &Limits::default(), control);
+    value.insert("mapping".into(), json!(mapping.ok().flatten()));
     value.insert("preview".into(), json!(preview(head)));
     let listing = Value::Object(value);
     Ok((Answer::Listing { listing }, Files::new()))

@@ -436,6 +436,10 @@ impl Shared {
             } if is_hash(&report_id) && is_hash(&content_sha256) => {
                 let mut summary = *summary;
                 summary.design_version.clone_from(&question.design_name);
+                if question.design_name.is_some() && summary.modified.is_empty() {
+                    // Its name and version say what it is.
+                    summary.changes.clear();
+                }
                 let files = delivered.files.into_iter();
                 Ok(Answered::Judged(Box::new(StoredResult {
                     report_id,

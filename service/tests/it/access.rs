@@ -478,3 +478,63 @@ fn val_the_comparison_of_tokens_is_flat_in_time() {
     println!("nearly right {near:.6} s, wholly wrong {far:.6} s of 200");
     assert!((near / far - 1.0).abs() < 0.05, "{near} against {far}");
 }
+
+/// The page's sign-in sets a cookie that no script reads and no other page sends; it opens what its
+/// token opens, until one signs out.
+#[test]
+fn cli_a_person_signs_in_and_out() {
+    let folder = Folder::new();
+    let token = folder.token("lab", "read");
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let asked = client
+        .clone()
+        .with("Accept", "text/html")
+        .get("/")
+        .expect(303);
+    assert_eq!(asked.header("location"), Some("/login"));
+    assert!(
+        client
+            .get("/login")
+            .expect(200)
+            .text()
+            .contains("name=\"token\"")
+    );
+    let form = client
+        .clone()
+        .with("Content-Type", "application/x-www-form-urlencoded");
+    let wrong = form.send("POST", "/login", b"token=lg_0").expect(401);
+    assert!(wrong.header("set-cookie").is_none());
+    let body = format!("token={token}");
+    let signed = form.send("POST", "/login", body.as_bytes()).expect(303);
+    assert_eq!(signed.header("location"), Some("/"));
+    let cookie = signed.header("set-cookie").unwrap();
+    assert!(
+        cookie.contains("HttpOnly") && cookie.contains("SameSite=Strict"),
+        "{cookie}"
+    );
+    let own = cookie.split(';').next().unwrap();
+    let person = client.clone().with("Cookie", own);
+    assert!(
+        person
+            .get("/")
+            .expect(200)
+            .text()
+            .contains("Would the door")
+    );
+    assert!(
+        person
+            .get("/login")
+            .expect(200)
+            .text()
+            .contains("signed in as <strong>lab")
+    );
+    person.send("POST", "/v1/gates", b"").expect(403);
+    let out = person.send("POST", "/logout", &[]).expect(303);
+    assert!(out.header("set-cookie").unwrap().contains("Max-Age=0"));
+    // Where TLS ends at a proxy the cookie never goes without.
+    let behind = form
+        .with("X-Forwarded-Proto", "https")
+        .send("POST", "/login", body.as_bytes());
+    assert!(behind.header("set-cookie").unwrap().ends_with("; Secure"));
+}

@@ -510,3 +510,98 @@ fn cli_the_configuration_tells_its_origins() {
     assert_eq!(code, 4);
     assert!(text.contains("unknown key `qeue`"), "{text}");
 }
+
+/// What was found out about a table is told, and what a person states takes its place.
+#[test]
+fn cli_a_table_says_how_it_was_understood() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let check = |text: &str, request: &str, expected: &Value| {
+        let id = client
+            .upload_bytes("table.csv", text.as_bytes(), None)
+            .json()["id"]
+            .clone();
+        let path = format!("/v1/recordings/{}?request={request}", id.as_str().unwrap());
+        let listing = client.get(&path).expect(200).json();
+        let mapping = listing["mapping"].as_object().unwrap();
+        for (key, value) in expected.as_object().unwrap() {
+            assert_eq!(&mapping[key], value, "{key}: {listing}");
+        }
+    };
+    let rows = |row: &str| {
+        row.repeat(1)
+            .lines()
+            .map(|line| format!("{line}\n"))
+            .collect::<String>()
+    };
+    let plain = rows("t_s,acc_y_g\n0.001,1.5\n0.002,1.6\n0.003,1.7");
+    let found = json!({"separator": "comma", "decimal": ".", "header_line": 1, "data_line": 2,
+        "time_column": "t_s", "time_unit": "s"});
+    check(&plain, "%7B%7D", &found);
+    let german = "Pr\u{fc}fstand 3\nZeit [ms];a_y [g]\n0,1;2,5\n0,2;2,6\n0,3;2,7\n";
+    let found = json!({"separator": "semicolon", "decimal": ",", "header_line": 2, "data_line": 3,
+        "time_column": "Zeit", "time_unit": "ms"});
+    check(german, "%7B%7D", &found);
+    check(
+        german,
+        "%7B%22time_unit%22:%22s%22%7D",
+        &json!({"time_unit": "s"}),
+    );
+    let bare = "1.5\t3\n1.6\t4\n1.7\t5\n";
+    let found =
+        json!({"separator": "tab", "header_line": null, "data_line": 1, "time_column": null});
+    check(bare, "%7B%22rate_hz%22:1000%7D", &found);
+    // A file of another kind is no table.
+    let zip = client
+        .upload_bytes("odd.bin", b"PK\x03\x04nothing", None)
+        .json();
+    assert!(zip["mapping"].is_null(), "{zip}");
+}
+
+/// Designs that are stated inline and differ have names that tell them apart, in the words of the
+/// report; one that is kept has name and version.
+#[test]
+fn cli_inline_designs_have_names_that_tell_them_apart() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let id = client.upload("burst.csv")["id"].clone();
+    client
+        .post(
+            "/v1/designs",
+            &json!({"name": "latch", "set": ["lever.preload_torque_nm=3"]}),
+        )
+        .expect(201);
+    let name = |design: Value, set: Value| {
+        let asking =
+            json!({"recording": id, "request": {"members": 0}, "design": design, "set": set});
+        let report = client
+            .post("/v1/verdicts?wait=60", &asking)
+            .expect(200)
+            .json();
+        let page = format!("/verdicts/{}", report["report_id"].as_str().unwrap());
+        let page = client.get(&page).expect(200).text();
+        let name = page.split("Design <strong>").nth(1).unwrap();
+        name.split("</strong>").next().unwrap().to_string()
+    };
+    let names = [
+        name(json!({"lever": {"preload_torque_nm": 2.5}}), json!([])),
+        name(json!({"lever": {"preload_torque_nm": 2.6}}), json!([])),
+        name(json!({}), json!(["lever.preload_torque_nm=2.5"])),
+        name(json!("latch"), json!([])),
+        name(json!("latch"), json!(["lever.preload_torque_nm=2.5"])),
+    ];
+    let nm = "\u{a0}N\u{b7}m";
+    let expected = [
+        format!("paper, modified: preload torque 2.5{nm} (0.1{nm})"),
+        format!("paper, modified: preload torque 2.6{nm} (0.1{nm})"),
+        format!("paper, modified: preload torque 2.5{nm} (0.1{nm})"),
+        "latch@1".to_string(),
+        format!("latch@1, modified: preload torque 2.5{nm} (3{nm})"),
+    ];
+    assert_eq!(
+        names.map(|name| name.replace(&format!(" ({nm}"), "")),
+        expected
+    );
+}

@@ -26,6 +26,17 @@ impl Separator {
         Self::None,
     ];
 
+    /// Returns the word for it.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Tab => "tab",
+            Self::Semicolon => "semicolon",
+            Self::Comma => "comma",
+            Self::Blanks => "blanks",
+            Self::None => "nothing",
+        }
+    }
+
     /// Returns the byte that the table reader splits at.
     pub(super) fn byte(self) -> u8 {
         match self {

@@ -12,6 +12,7 @@ use crate::recording::text::{ONE_CELL, shown};
 use crate::recording::{Finding, Limits, ReadOptions, Selection};
 use crate::units::{SampleRate, TimeUnit};
 use ::csv::ByteRecord;
+use serde::Serialize;
 
 /// Rows and bytes from which on fewer rows do: rows may be long.
 const FEW_ROWS: usize = 8;
@@ -44,6 +45,23 @@ pub(super) struct ColumnChoice {
     /// Indices, counted from 0.
     pub(super) columns: Vec<usize>,
     pub(super) findings: Vec<Finding>,
+}
+
+/// How a text table was understood: what a person can see and correct.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct TableMapping {
+    /// What separates the cells of a row: `tab`, `semicolon`, `comma`, `blanks` or `nothing`.
+    pub separator: &'static str,
+    /// The decimal mark, `.` or `,`; `None` where no number of the first rows has one.
+    pub decimal: Option<&'static str>,
+    /// The line that names the columns, counted from 1.
+    pub header_line: Option<u64>,
+    /// The line of the first sample.
+    pub data_line: Option<u64>,
+    /// The column of time.
+    pub time_column: Option<String>,
+    /// Its unit.
+    pub time_unit: Option<&'static str>,
 }
 
 /// How a table is laid out.
@@ -117,6 +135,49 @@ impl TableLayout {
             dated: mostly(&columns, data, date::is_date),
             columns,
             named,
+        })
+    }
+
+    /// Says how the table was understood.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::find`].
+    pub(super) fn mapping(
+        &self,
+        text: &[u8],
+        options: &ReadOptions,
+        limits: &Limits,
+    ) -> Result<TableMapping, Error> {
+        let rows = first_rows(Records::new(text, self.separator, self.quoted, limits))?;
+        let (header, data) = rows.split_at(self.header_rows.min(rows.len()));
+        let line = |row: &ByteRecord| records::line_of(text, row);
+        let time = self.time_or_left_out(options, Selection::Every, &mut Vec::new());
+        let (time_column, time_unit) = match time {
+            Ok(Some(TimeSource::Column { index, unit, .. })) => {
+                let name = self.columns.get(index).map(|column| column.name.clone());
+                (name, Some(unit.name()))
+            }
+            _ => (None, None),
+        };
+        let numbers = || {
+            data.iter()
+                .flatten()
+                .filter(|cell| number::is_numeric(cell))
+        };
+        let has = |mark: u8| numbers().any(|cell| cell.contains(&mark));
+        let seen = [(b',', ","), (b'.', ".")]
+            .into_iter()
+            .find(|(mark, _)| has(*mark));
+        Ok(TableMapping {
+            separator: self.separator.name(),
+            decimal: options
+                .decimal
+                .map_or(seen.map(|(_, mark)| mark), |mark| Some(mark.name())),
+            header_line: header.first().filter(|_| self.named).map(line),
+            data_line: data.first().map(line),
+            time_column,
+            time_unit,
         })
     }
 
