@@ -554,7 +554,8 @@ fn outcomes(
         .collect())
 }
 
-/// Says how a text table was understood; `None` of another format, and where its layout is not clear.
+/// Says how a text table was understood, or seems to be; `None` of another format, and where nothing
+/// like a table is found.
 #[must_use]
 pub fn table_mapping(
     source: &Source,

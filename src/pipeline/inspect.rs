@@ -161,20 +161,20 @@ pub fn inspect(
     Ok(listing(every, choice, &conditioning))
 }
 
-/// Says how a text table is understood with the same settings; `None` of another format, and where
-/// its layout is not clear.
+/// Says how a text table is understood with the same settings, or, where a person is asked, how it
+/// seems to be; `None` of another format, and where nothing like a table is found.
 ///
 /// # Examples
 ///
 /// ```
 /// use latchgate::pipeline::{Control, Limits, Request, Source, table_mapping};
 ///
-/// let text = "Versuch 17\nZeit [ms];a_y [g]\n0,1;2,5\n0,2;2,6\n0,3;2,7\n";
+/// let text = "Zeit [ms];a_y [g]\n0,1;2,5\n0,2;2,6\n0,3;2,7\n";
 /// let source = Source::bytes("test.csv", text.as_bytes());
 /// let (request, limits) = (Request::default(), Limits::default());
 /// let mapping = table_mapping(&source, &request, &limits, &Control::default())?.unwrap();
 /// assert_eq!((mapping.separator, mapping.decimal), ("semicolon", Some(",")));
-/// assert_eq!((mapping.header_line, mapping.data_line), (Some(2), Some(3)));
+/// assert_eq!((mapping.header_line, mapping.data_line), (Some(1), Some(2)));
 /// assert_eq!(mapping.time_unit, Some("ms"));
 /// # Ok::<(), latchgate::error::Error>(())
 /// ```

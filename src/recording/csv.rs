@@ -69,18 +69,32 @@ pub fn read(
     Ok(selections.iter().map(outcome).collect())
 }
 
-/// Says how a text table was understood.
+/// Says how a text table was understood, or, where a person is asked for that, how it seems to be.
 ///
 /// # Errors
 ///
-/// As [`read`], where the layout is not clear.
+/// As [`read`], where nothing like a table is found.
 pub fn mapping(
     source: &mut Reader,
     options: &ReadOptions,
     limits: &Limits,
 ) -> Result<TableMapping, Error> {
-    let table = TableText::open(source.read_text(limits)?, options, limits)?;
-    table.layout.mapping(&table.text, options, limits)
+    let bytes = source.read_text(limits)?;
+    let head = bytes[..bytes.len().min(begin::LOOKED_AT)].to_vec();
+    let found = TableText::open(bytes, options, limits)
+        .and_then(|table| table.layout.mapping(&table.text, options, limits));
+    found.or_else(|error| {
+        let (text, _) = super::encoding::decode(head, limits)?;
+        let begin = begin::find(&text).ok_or(error)?;
+        Ok(TableMapping {
+            separator: begin::find_separator(&text, options.decimal).name(),
+            decimal: options.decimal.map(crate::units::DecimalMark::name),
+            header_line: begin.header,
+            data_line: Some(begin.data),
+            time_column: None,
+            time_unit: None,
+        })
+    })
 }
 
 /// A table whose layout is known and whose rows are not read yet.

@@ -74,11 +74,14 @@ async function mapped(page, colorScheme) {
   const dropped = await page.evaluateHandle(([name, content]) => { const data = new DataTransfer(); data.items.add(new File([content], name)); return data; }, [`many-${colorScheme}.csv`, text]);
   for (const kind of ['dragenter', 'dragover', 'drop']) await page.dispatchEvent('#drop', kind, { dataTransfer: dropped });
   await page.waitForURL(/recordings/);
-  await page.getByText('How the file is read').click();
-  const open = page.locator('details:has(#mapping)');
-  if (!await open.evaluate((element) => element.open)) await open.locator('summary').click();
+  // Lines above the names are asked about.
+  assert.match(await page.locator('#mapping').innerText(), /^It seems: cells separated by semicolon; .*names on line 3, samples from line 4/);
+  await look(page, `${colorScheme}-preamble`);
+  await page.locator('input[name=header_line]').fill('3');
+  await page.getByRole('button', { name: 'Read again' }).click();
+  await page.waitForURL(/header_line=3/);
   const found = await page.locator('#mapping').innerText();
-  assert.match(found, /separated by semicolon; decimal mark ,; names on line 3, samples from line 4; time in Zeit.* \[ms\]/);
+  assert.match(found, /separated by semicolon; decimal mark ,; names on line 3, samples from line 4; time in Zeit \[ms\], in ms/);
   assert.match(await page.locator('ol.preview li').nth(2).innerText(), /names$/);
   await page.locator('#channel-search').fill('acc_y');
   await page.waitForFunction(() => document.getElementById('channel-count').textContent === '6 of 12');
@@ -87,13 +90,12 @@ async function mapped(page, colorScheme) {
   assert.equal(await page.locator('#channels tbody tr:visible').count(), 6);
   assert.match(page.url(), /search=acc_y/);
   // What is overridden is read so.
-  if (!await open.evaluate((element) => element.open)) await open.locator('summary').click();
   await page.locator('select[name=time_unit]').selectOption('s');
   await page.locator('select[name=input_format]').selectOption('csv');
   await page.getByRole('button', { name: 'Read again' }).click();
   await page.waitForURL(/time_unit=s/);
-  assert.match(await page.locator('#mapping').innerText(), /time in Zeit.* \[s\]/);
-  assert.match(await page.locator('#channels tbody tr:visible').first().innerText(), /10 Hz/);
+  assert.match(await page.locator('#mapping').innerText(), /time in Zeit \[ms\], in s/);
+  assert.match(await page.locator('#channels tbody tr:visible').first().innerText(), /10\.00 Hz/);
   assert.equal(await page.locator('#channels tbody tr:visible').count(), 6);
 }
 

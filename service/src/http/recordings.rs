@@ -6,7 +6,7 @@ use crate::auth::Visitor;
 use crate::clock::now_ms;
 use crate::pool::{Answer, Order};
 use crate::problem::{Placed, Problem, Queried, bounded};
-use crate::store::StoredRecording;
+use crate::store::{StoreError, StoredRecording};
 use axum::Json;
 use axum::extract::{Extension, Request, State};
 use axum::http::{StatusCode, header};
@@ -82,7 +82,15 @@ pub(super) async fn submit(
     let id = manifest.id();
     let owner = visitor.name.clone();
     let is_new = app
-        .on_disk(move |parts| parts.ledger.put_recording(&manifest, &owner, now_ms()))
+        .apart(move |parts| {
+            let kept = parts
+                .ledger
+                .put_recording(&manifest, &owner, most, now_ms());
+            kept.map_err(|error| match error {
+                StoreError::OverShare { bytes } => over_share(most, &format!("{bytes} bytes")),
+                other => other.into(),
+            })
+        })
         .await?;
     let recording = look(&app, &id, None).await?;
     let status = if is_new {
@@ -92,6 +100,14 @@ pub(super) async fn submit(
     };
     let place = [(header::LOCATION, format!("/v1/recordings/{id}"))];
     Ok((status, place, Json(recording)).into_response())
+}
+
+/// Says that a token has uploaded what it may.
+pub(super) fn over_share(most: u64, found: &str) -> Problem {
+    let way_out = "have recordings of this token moved away, or `own_mib` raised in the service's \
+                   configuration";
+    let status = StatusCode::INSUFFICIENT_STORAGE;
+    Problem::over(status, "own_bytes", most, found.into(), way_out)
 }
 
 /// Finds a recording and what it holds, looked into by a child where that is not known.

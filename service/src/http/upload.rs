@@ -86,12 +86,10 @@ struct Room {
 
 impl Room {
     fn crossed(self, found: &str) -> Problem {
-        let found = found.to_string();
         if let Some(share) = self.share {
-            let way_out = "have recordings of this token moved away, or `own_mib` raised";
-            let status = StatusCode::INSUFFICIENT_STORAGE;
-            return Problem::over(status, "own_bytes", share, found, way_out);
+            return super::recordings::over_share(share, found);
         }
+        let found = found.to_string();
         let way_out = "cut the recording to what is needed, or raise `upload_mib` in the \
                        service's configuration";
         let status = StatusCode::PAYLOAD_TOO_LARGE;

@@ -115,26 +115,28 @@ fn problem(listing: &Value) -> Markup {
 /// The first lines, what was found out about them, and every guess to be overridden.
 fn reading(settings: &BTreeMap<String, String>, listing: &Value, is_stated: bool) -> Markup {
     let mapping = &listing["mapping"];
-    let open = listing["problem"].is_object() || is_stated;
     let stated = |key: &str| settings.get(key).map_or("", String::as_str);
+    // Where a person is asked nothing was taken yet.
+    let is_open = listing["problem"].is_object();
+    let word = if is_open { "perhaps" } else { "found" };
     let left = |key: &str, otherwise: &str| {
         match key {
             "input_format" => shown(&listing["format"]),
             key => shown(&mapping[key]),
         }
-        .map_or_else(|| otherwise.to_string(), |found| format!("found: {found}"))
+        .map_or_else(|| otherwise.to_string(), |found| format!("{word}: {found}"))
     };
     html! {
-        details open[open] {
+        details open[is_open || is_stated] {
             summary { "How the file is read" }
             (preview(listing))
             @if let Some(separator) = shown(&mapping["separator"]) {
                 p id="mapping" {
-                    "Cells are separated by " strong { (separator) } "; decimal mark " strong { (shown(&mapping["decimal"]).as_deref().unwrap_or("not seen")) }
+                    @if is_open { "It seems: " } "cells separated by " strong { (separator) } "; decimal mark " strong { (shown(&mapping["decimal"]).as_deref().unwrap_or("not seen")) }
                     "; names on line " strong { (shown(&mapping["header_line"]).as_deref().unwrap_or("none")) }
                     ", samples from line " strong { (shown(&mapping["data_line"]).as_deref().unwrap_or("–")) }
                     "; time in " strong { (shown(&mapping["time_column"]).as_deref().unwrap_or("no column")) }
-                    @if let Some(unit) = shown(&mapping["time_unit"]) { " [" (unit) "]" } "."
+                    @if let Some(unit) = shown(&mapping["time_unit"]) { ", in " (unit) } "."
                 }
             }
             form.fields method="get" {

@@ -538,3 +538,39 @@ fn cli_a_person_signs_in_and_out() {
         .send("POST", "/login", body.as_bytes());
     assert!(behind.header("set-cookie").unwrap().ends_with("; Secure"));
 }
+
+/// Uploads that come at once pass a token's share no more than those that come one by one; what was
+/// known counts once.
+#[test]
+fn cli_uploads_at_once_keep_to_the_share() {
+    let folder = Folder::new();
+    let token = folder.token("lab", "read,submit");
+    let service = Service::start(&folder, &["own_mib=1"]);
+    let client = service.client().bearer(&token);
+    let body = |number: u32| {
+        let mut body = format!("t_s,acc_y_g\n{number},0\n").into_bytes();
+        body.resize(300 << 10, b'#');
+        body
+    };
+    let hands: Vec<_> = (0..8)
+        .map(|number| {
+            let (client, body) = (client.clone(), body(number));
+            std::thread::spawn(move || {
+                let path = format!("/v1/recordings?name=n{number}.csv");
+                client.send("POST", &path, &body)
+            })
+        })
+        .collect();
+    let answers: Vec<_> = hands.into_iter().map(|hand| hand.join().unwrap()).collect();
+    let kept = answers.iter().filter(|answer| answer.status == 201).count();
+    assert_eq!(kept, 3, "of 8 times 300 KiB 1 MiB holds three");
+    for answer in answers.iter().filter(|answer| answer.status != 201) {
+        assert_eq!(
+            (answer.status, &answer.json()["limit"]["name"]),
+            (507, &json!("own_bytes"))
+        );
+    }
+    let listed = client.get("/v1/recordings").expect(200).json();
+    let listed = listed["recordings"].as_array().unwrap();
+    assert_eq!(listed.len(), 3, "what was refused is not kept");
+}

@@ -125,6 +125,62 @@ fn cli_a_gate_is_that_of_the_command_line() {
     assert_eq!(folder.run(&["fsck"]).0, 0);
 }
 
+/// The full report of a pair that is not as required is that of the command line: `verdict.json` byte
+/// for byte but for `run`, the other files but for that and what names it.
+#[test]
+fn cli_reports_of_a_gate_are_those_of_the_command_line() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let place = folder.0.join("gate");
+    fs::create_dir(&place).unwrap();
+    for name in SIGNALS {
+        client.upload(name);
+        for name in [name.to_string(), format!("{name}.toml")] {
+            fs::copy(root().join("signals").join(&name), place.join(&name)).unwrap();
+        }
+    }
+    let gate = GATE.replace("{ verdict = \"fail\" },", "");
+    fs::write(place.join("gate.toml"), &gate).unwrap();
+    let entry = decided(&client, "?name=gate.toml", &gate);
+    let program =
+        std::path::Path::new(crate::support::PROGRAM).with_file_name("examples/latchgate");
+    let arguments = ["gate", "gate.toml", "--no-store", "--out", "../out"];
+    let ran = Command::new(program)
+        .args(arguments)
+        .current_dir(&place)
+        .output()
+        .unwrap();
+    assert_eq!(ran.status.code(), Some(1));
+    let mut compared = 0;
+    let mut open = vec![folder.0.join("out")];
+    while let Some(path) = open.pop() {
+        if path.is_dir() {
+            open.extend(fs::read_dir(&path).unwrap().map(|own| own.unwrap().path()));
+        } else if path.ends_with("verdict.json") {
+            let written = fs::read(&path).unwrap();
+            let document: Value = serde_json::from_slice(&written).unwrap();
+            let id = document["report_id"].as_str().unwrap();
+            let address = format!("/v1/verdicts/{id}/verdict.json");
+            crate::support::wait_for("the report", std::time::Duration::from_secs(60), || {
+                client.get(&address).status == 200
+            });
+            let served = client.get(&address).body;
+            let [served, written] = [&served, &written].map(|own| crate::support::without_run(own));
+            assert!(served == written, "{id}");
+            let series = path.with_file_name("series.csv");
+            let address = format!("/v1/verdicts/{id}/series.csv");
+            assert!(
+                client.get(&address).body == fs::read(series).unwrap(),
+                "{id}"
+            );
+            compared += 1;
+        }
+    }
+    assert_eq!(Some(compared), entry["not_as_required"].as_u64());
+    assert!(compared > 0);
+}
+
 /// Against a baseline: what fails newly is told, pages show it first, what vanished is an error, and
 /// what is not as required has a full report.
 #[test]

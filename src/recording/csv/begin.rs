@@ -8,7 +8,7 @@ use crate::recording::number;
 use crate::units::DecimalMark;
 
 /// Bytes of a text that are looked at.
-const LOOKED_AT: usize = 256 << 10;
+pub(super) const LOOKED_AT: usize = 256 << 10;
 
 /// Rows above the samples that may name them: names, units, descriptions.
 const ABOVE: usize = 8;
