@@ -49,10 +49,16 @@ use crate::error::Error;
 pub use document::Document;
 pub(crate) use folder::Unplaced;
 pub use margin_document::MarginDocument;
-pub use words::design as full_design;
 
 use crate::verdict::Evidence;
 use std::path::{Path, PathBuf};
+
+/// Returns the design's name with the keys that were overridden, their values and what these took
+/// the place of: `paper, modified: preload torque 5 N m (0.1)`.
+#[must_use]
+pub fn full_design(design: &crate::model::Design) -> String {
+    words::design(design)
+}
 
 /// File name of the report.
 pub const REPORT_FILE: &str = "report.html";

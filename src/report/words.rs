@@ -492,8 +492,7 @@ pub(super) fn report_name(document: &Document) -> String {
 
 /// Returns the design's name with the keys that were overridden, their values and what these took
 /// the place of: `paper, modified: preload torque 5 N m (0.1)`.
-#[must_use]
-pub fn design(design: &Design) -> String {
+pub(super) fn design(design: &Design) -> String {
     let keys: Vec<String> = design
         .modified
         .iter()
