@@ -249,6 +249,7 @@ async function stage(section, source) {
         width: width(), height: isAngle ? 280 : 220, series, bands,
         scales: { x: { time: false }, y: isAngle ? { range: (_, low, high) => [Math.min(low, 0), Math.max(Math.min(high, Math.PI / 2), top)] } : {} },
         axes: [{ ...ticks(), label: source.axis || 'Time [s]' }, { ...ticks(), size: 70, label: kinds[kind] }],
+        legend: { markers: { dash: (plot, index) => ['solid', 'dashed', 'dotted', 'dashed'][Math.max(0, dashes.findIndex((dash) => String(dash) === String(plot.series[index].dash || [])))] } },
         cursor: { sync: { key: 'motion' }, drag: { x: true, y: false, setScale: false } },
         hooks: { draw: [marks(levels, isAngle ? source.range : null, state)], setSelect: [(plot) => { if (plot.select.width > 4) go(plot.posToVal(plot.select.left, 'x'), plot.posToVal(plot.select.left + plot.select.width, 'x')); }] },
       }, data, at(`plot-${kind}`));

@@ -228,9 +228,10 @@ impl Place<'_> {
             return Ok(None);
         }
         Err(format!(
-            "{} pairs are missing, and nothing in the queue is to judge them; see what the tasks \
-             printed in {}",
+            "{} of {} pairs are not in the store, and nothing in the queue is to judge them; see \
+             what the tasks printed in {}",
             told.missing,
+            gate.recordings.len() * gate.designs.len(),
             self.folder.join("store/engine").display()
         ))
     }

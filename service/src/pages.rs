@@ -193,7 +193,7 @@ fn row(entry: &VerdictEntry) -> Markup {
             td { (design) }
             td.number { (show::angle(summary.peak_angle_rad)) }
             td.number { (show::angle(Some(summary.threshold_rad))) }
-            td { @if summary.members == 0 { "nominal run alone" } @else { (summary.members) " levers" } }
+            td { @if summary.members == 0 { "nominal run alone" } @else { (show::count(usize::try_from(summary.members).unwrap_or(0), "lever")) } }
         }
     }
 }

@@ -7,7 +7,7 @@
 
 import { execFileSync, spawn } from 'node:child_process';
 import { strict as assert } from 'node:assert';
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
@@ -168,6 +168,7 @@ async function walk(colorScheme) {
   assert(rows.length > 10 && rows[0] >= Number(query.get('t0')) && rows.at(-1) <= Number(query.get('t1')));
   const svg = await downloaded(page, () => page.locator('[data-do=svg]').click());
   assert.match(String(svg.bytes), /^<svg .*polyline/s);
+  writeFileSync(path.join(pictures, `service-${colorScheme}-export.svg`), svg.bytes);
   for (const label of ['Acceleration [m/s²]', 'Angle [rad]', 'limit 0.1 rad']) assert(String(svg.bytes).includes(label), `${label} in the SVG`);
   const png = await downloaded(page, () => page.locator('[data-do=png]').click());
   assert.equal(png.bytes.subarray(1, 4).toString(), 'PNG');

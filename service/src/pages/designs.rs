@@ -68,7 +68,7 @@ pub(super) async fn page(
                         @for design in &designs { (choice(&design.reference(), None)) }
                     }
                 }
-                label { "Changed " input name="set" placeholder="lever.preload_torque_nm=2.82, stop.restitution=0.7"; }
+                label { "Changed " input name="set" size="32" placeholder="lever.preload_torque_nm=2.82, stop.restitution=0.7"; }
             }
             p { button.primary { "Keep" } }
             p id="design-told" role="alert" {}

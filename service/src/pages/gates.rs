@@ -97,6 +97,11 @@ async fn draft(app: &App) -> Result<String, Problem> {
     Ok(text)
 }
 
+/// Words a reason for whoever writes the gate file.
+fn in_the_file(text: &str) -> String {
+    text.replace("the setting `", "the key `")
+}
+
 fn short(id: &str) -> &str {
     id.get(..8).unwrap_or(id)
 }
@@ -140,7 +145,7 @@ pub(super) async fn page(
     let name = names(&standing);
     let entry = GateEntry::of(&app, standing);
     let body = html! {
-        h1 { "Gate " (name) " " code { (short(&id)) } }
+        h1 { "Gate “" (name) "” " code { (short(&id)) } }
         section.card.(if entry.exit_code == Some(0) { "pass" } else { "fail" }) aria-label="Outcome" {
             p.answer { (outcome(&entry)) }
             @if let Some(summary) = &summary { (counts(summary)) }
@@ -181,7 +186,7 @@ fn counts(summary: &GateSummary) -> Markup {
     html! {
         ul { @for problem in &summary.problems { li { (problem.text) } } }
         dl {
-            dt { "Pairs" } dd { (counts.pairs) ": " (summary.recordings.len()) " recordings, " (summary.designs.len()) " designs" }
+            dt { "Pairs" } dd { (counts.pairs) ": " (show::count(summary.recordings.len(), "recording")) ", " (show::count(summary.designs.len(), "design")) }
             dt { "As required" } dd { (counts.as_required) }
             dt { "Not as required" } dd { (counts.not_as_required) }
             @if counts.allowed > 0 { dt { "Let through by an exception" } dd { (counts.allowed) } }
@@ -277,7 +282,7 @@ fn pairs(
                     td.number { (show::angle(pair.row.peak_angle_rad)) }
                     td.number { (show::angle(Some(pair.row.threshold_rad))) }
                     td { (marks.get(&(&*pair.recording, &*pair.design)).copied().unwrap_or("–")) }
-                    td { (pair.row.reason.text) }
+                    td { (in_the_file(&pair.row.reason.text)) }
                 } } }
             }
         }
@@ -321,7 +326,7 @@ fn matrix(id: &str, summary: &GateSummary, marks: &Marks<'_>) -> Result<Markup, 
                         @let pair = &cells[&number];
                         @let mark = marks.get(&(&*pair.recording, &*pair.design));
                         td.bad[pair.standing == PairStanding::NotAsRequired] {
-                            a href=(format!("/gates/{id}/runs/{number}")) title=(pair.row.reason.text) {
+                            a href=(format!("/gates/{id}/runs/{number}")) title=(in_the_file(&pair.row.reason.text)) {
                                 (show::verdict(pair.row.verdict.name())) " " (margin(pair.row.margin()))
                             }
                             @if let Some(mark) = mark { br; span.mark { "◆ " (mark) } }
@@ -367,7 +372,7 @@ pub(super) async fn run(
         h1 { (pair.recording) " with " (pair.design) }
         section.card.(pair.row.verdict.name()) aria-label="Decision" {
             p.answer { (show::verdict(pair.row.verdict.name())) }
-            p { (pair.row.reason.text) }
+            p { (in_the_file(&pair.row.reason.text)) }
             dl {
                 dt { "Peak angle of the nominal lever" } dd { (show::angle(pair.row.peak_angle_rad)) " · limit " (show::angle(Some(pair.row.threshold_rad))) }
                 dt { "Required" } dd { (pair.required.name()) }
@@ -376,7 +381,7 @@ pub(super) async fn run(
         p { "The gate took the decision alone." }
         p { button.primary type="button" id="pair" data-asking=(asking.to_string()) { "Make the report with its plots" } }
         p id="pair-told" role="status" {}
-        p { a href=(format!("/gates/{id}")) { "The gate " (standing.gate.name) } }
+        p { a href=(format!("/gates/{id}")) { "Back to the gate “" (standing.gate.name) "”" } }
     };
     Ok(whole(&format!("{} with {}", pair.recording, pair.design), &body).into_response())
 }

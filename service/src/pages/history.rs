@@ -45,7 +45,7 @@ pub(super) fn margins(verdicts: &[VerdictEntry]) -> Markup {
             svg.history viewBox=(format!("0 0 {width} {height}")) role="group" aria-label="Margin over designs" {
                 @for level in [1.0, 0.5, 0.0, -0.5, -1.0] {
                     line.limit[level == 0.0] x1=(left) x2=(width - 10.0) y1=(y(level)) y2=(y(level)) {}
-                    text x="4" y=(y(level) + 5.0) { (gates::margin(Some(level))) }
+                    text x="4" y=(y(level) + 5.0) { @if level < -0.9 { "≤ " } (gates::margin(Some(level))) }
                 }
                 @for (index, (entry, margin)) in points.iter().enumerate() {
                     @let (px, py) = (x(index), y(*margin));

@@ -75,15 +75,16 @@ pub(super) async fn page(
             (design.reference(), differences.join(", "))
         })
         .collect();
+    let has_channels = recording.listing["channels"][0].is_object();
     let body = html! {
         h1 { (recording.name) }
-        p.muted { (recording.bytes) " bytes, " (recording.listing["format"].as_str().unwrap_or("format not known")) }
+        p.muted { (show::bytes(recording.bytes)) ", " (recording.listing["format"].as_str().unwrap_or("format not known")) }
         (problem(&recording.listing))
         (reading(&settings, &recording.listing, !stated.is_empty()))
-        form id="ask" data-recording=(recording.id) data-request=(Value::Object(stated).to_string()) {
+        @if has_channels { form id="ask" data-recording=(recording.id) data-request=(Value::Object(stated).to_string()) {
             (channels(&recording))
             (question(&designs))
-        }
+        } }
         (findings("Findings", &recording.listing["findings"]))
         (margins(&judged.verdicts))
         h2 { "Verdicts on this recording" }
@@ -99,15 +100,28 @@ fn typed(text: &str) -> Value {
     number.unwrap_or_else(|| Value::from(text))
 }
 
+/// Words a text for whoever sees the form: its fields have names of their own.
+fn on_the_page(text: &str) -> String {
+    let mut text = text.replace("; choose one with the field `request.channel` = NAME", "");
+    for (key, label, _) in READING {
+        text = text.replace(
+            &format!("the field `request.{key}` ="),
+            &format!("“{label}” as"),
+        );
+        text = text.replace(&format!("the field `request.{key}`"), &format!("“{label}”"));
+    }
+    text
+}
+
 fn problem(listing: &Value) -> Markup {
     let text = listing["problem"]["detail"].as_str();
     html! {
         @if let Some(text) = text {
             div.notice role="alert" {
-                strong { "It cannot be read as it is. " } (text)
+                strong { "It cannot be read as it is. " } (on_the_page(text))
             }
         } @else if let Some(reason) = listing["reason"].as_str().filter(|_| listing["channel"].is_null()) {
-            div.notice role="alert" { strong { "Choose a channel. " } (reason) }
+            div.notice role="alert" { strong { "Choose a channel. " } (on_the_page(reason)) }
         }
     }
 }
@@ -132,10 +146,11 @@ fn reading(settings: &BTreeMap<String, String>, listing: &Value, is_stated: bool
             (preview(listing))
             @if let Some(separator) = shown(&mapping["separator"]) {
                 p id="mapping" {
-                    @if is_open { "It seems: " } "cells separated by " strong { (separator) } "; decimal mark " strong { (shown(&mapping["decimal"]).as_deref().unwrap_or("not seen")) }
+                    @if is_open { "It seems: " } "cells separated by " strong { (separator) }
+                    @if !is_open { "; decimal mark " strong { (shown(&mapping["decimal"]).as_deref().unwrap_or("not seen")) } }
                     "; names on line " strong { (shown(&mapping["header_line"]).as_deref().unwrap_or("none")) }
                     ", samples from line " strong { (shown(&mapping["data_line"]).as_deref().unwrap_or("–")) }
-                    "; time in " strong { (shown(&mapping["time_column"]).as_deref().unwrap_or("no column")) }
+                    @if !is_open { "; time in " strong { (shown(&mapping["time_column"]).as_deref().unwrap_or("no column")) } }
                     @if let Some(unit) = shown(&mapping["time_unit"]) { ", in " (unit) } "."
                 }
             }
@@ -270,7 +285,7 @@ fn question(designs: &[(String, String)]) -> Markup {
                     }
                 }
             }
-            label { "Overrides of the design " input name="set" placeholder="lever.preload_torque_nm=2.82"; }
+            label { "Overrides of the design " input name="set" size="32" placeholder="lever.preload_torque_nm=2.82"; }
         }
         p.muted id="design-differences" role="status" {}
         p { button.primary { "Judge" } }

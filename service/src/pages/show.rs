@@ -62,7 +62,26 @@ pub(super) fn value(value: &Value) -> String {
     match value {
         Value::Null => number::ABSENT.into(),
         Value::String(text) => text.clone(),
+        // More digits than anybody compares by eye stand in the document.
+        Value::Number(own) if own.to_string().len() > 12 => {
+            number::significant(own.as_f64().unwrap_or(f64::NAN), 7)
+        }
         other => other.to_string(),
+    }
+}
+
+/// Counts things: `1 recording`, `2 recordings`.
+pub(super) fn count(number: usize, what: &str) -> String {
+    let ending = if number == 1 { "" } else { "s" };
+    format!("{number} {what}{ending}")
+}
+
+/// Shows a number of bytes.
+pub(super) fn bytes(bytes: u64) -> String {
+    match bytes {
+        ..1000 => count(bytes as usize, "byte"),
+        ..1_000_000 => format!("{} kB", number::significant(bytes as f64 / 1e3, 3)),
+        _ => format!("{} MB", number::significant(bytes as f64 / 1e6, 3)),
     }
 }
 

@@ -520,7 +520,7 @@ fn cli_what_the_cluster_does_not_do_is_told() {
     drop(service);
     let service = with_engine(&folder, &path, &[]);
     sbatch("#!/bin/sh\necho 7\n");
-    let entry = check(&service, "6 pairs are missing");
+    let entry = check(&service, "6 of 6 pairs are not in the store");
     drop(service);
     // It is told still, and the gate goes on once the engine works.
     let service = with_engine(&folder, &path, &[]);
