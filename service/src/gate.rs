@@ -322,7 +322,7 @@ pub fn settled(parts: &Parts, mut standing: GateStanding) -> Result<GateStanding
     if !jobs.iter().all(|job| job.state.has_ended()) {
         return Ok(standing);
     }
-    let decided = decided_here(parts, gate, &jobs)?;
+    let decided = decided_here(gate, &jobs)?;
     standing.outcome = Some(settle(parts, gate, decided)?);
     Ok(standing)
 }
@@ -440,23 +440,21 @@ fn summed_up(
 }
 
 /// Puts the decisions of the jobs of a gate's pairs together.
-fn decided_here(parts: &Parts, gate: &StoredGate, jobs: &[Job]) -> Result<Decided, Problem> {
+fn decided_here(gate: &StoredGate, jobs: &[Job]) -> Result<Decided, Problem> {
     let store = Arc::new(Store::unkept());
     let mut judged = Vec::with_capacity(gate.recordings.len());
-    for (jobs, recording) in jobs.chunks(gate.designs.len()).zip(&gate.recordings) {
+    for jobs in jobs.chunks(gate.designs.len()) {
         let rows: Vec<Row> = jobs.iter().zip(&gate.designs).map(row_of).collect();
-        let stored = parts.ledger.recording(&recording.id)?;
-        let stored = stored.ok_or_else(|| Problem::not_found("recording of the gate"))?;
-        let listed = stored.listing.unwrap_or_default();
-        // What could not be listed has the hash of its file all the same.
-        let files = &stored.manifest.files;
-        let file = files.iter().find(|file| file.name == stored.manifest.name);
-        let sha256 = listed["sha256"].as_str().or(file.map(|file| &*file.sha256));
-        let own = recording.request["channel"].as_str();
+        // Every pair of a recording was read from the same file, and of the same channel.
+        let read = jobs.iter().find_map(|job| match &job.state {
+            JobState::Decided { row } => Some(row),
+            _ => None,
+        });
+        let read = |key: &str| Some(read?[key].as_str()?.to_string());
         let rows = store.put_aside(&rows);
         judged.push(JudgedRecording {
-            sha256: sha256.map(String::from),
-            channel: own.or(listed["channel"].as_str()).map(String::from),
+            sha256: read("sha256"),
+            channel: read("channel"),
             rows: rows.map_err(|error| Problem::of_recording(&error))?,
             cached: 0,
         });
@@ -467,10 +465,12 @@ fn decided_here(parts: &Parts, gate: &StoredGate, jobs: &[Job]) -> Result<Decide
 /// Returns the row of a pair; one whose job has no answer is unusable, whatever the reason.
 fn row_of((job, design): (&Job, &Value)) -> Row {
     let refused = match &job.state {
-        JobState::Decided { row } => match serde_json::from_value(row.clone()) {
-            Ok(row) => return row,
-            Err(error) => json!({"detail": error.to_string()}),
-        },
+        JobState::Decided { row } => {
+            match serde_json::from_value(row.get("row").unwrap_or(row).clone()) {
+                Ok(row) => return row,
+                Err(error) => json!({"detail": error.to_string()}),
+            }
+        }
         JobState::Refused { problem } => problem.clone(),
         _ => Value::Null,
     };

@@ -194,7 +194,7 @@ pub enum JobState {
     },
     /// The decision that was wanted alone.
     Decided {
-        /// A row, as the library writes it.
+        /// `row`, as the library writes it, with `sha256` and `channel` of what was judged.
         row: Value,
     },
     /// There is no answer, for a reason that does not change.

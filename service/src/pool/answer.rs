@@ -90,12 +90,13 @@ impl Desk {
         let design = design_of(design, &asked)?;
         let prepared = self.prepared(recording, source, (&stated, &asked), control);
         if how == How::Decide {
-            let row = match prepared {
-                Ok(prepared) => prepared.row(&design, control),
-                Err(refused) => Ok(refused.row(&design)),
+            let (row, read) = match &prepared {
+                Ok(prepared) => (prepared.row(&design, control), prepared.recording()),
+                Err(refused) => (Ok(refused.row(&design)), refused.recording()),
             };
             let row = row.map_err(|error| Problem::of_recording(&error))?;
-            return Ok((Answer::Decision { row: json!(row) }, Files::new()));
+            let row = json!({"row": row, "sha256": read.sha256, "channel": read.channel});
+            return Ok((Answer::Decision { row }, Files::new()));
         }
         let extras = Extras {
             filter_table: how == How::Judge,

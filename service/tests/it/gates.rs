@@ -422,7 +422,7 @@ fn cli_a_large_gate_goes_to_the_cluster() {
     let files = "\"burst.csv\", \"surviving.csv\", \"broken.csv\"";
     let gate = GATE.replace("\"*.csv\"", files);
     let gate = format!(
-        "{gate}[[recordings]]\nfiles = \"{odd}\"\nchannel = \"acceleration y (g)\"\nmembers = 40\n"
+        "{gate}[[recordings]]\nfiles = \"{odd}\"\nchannel = \"acceleration y\"\nmembers = 40\n"
     );
     let clients = [service.client(), home.client()];
     for client in &clients {
