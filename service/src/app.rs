@@ -7,11 +7,12 @@ use crate::pool::Crew;
 use crate::problem::Problem;
 use crate::store::{BlobFolder, Blobs, Ledger, SqliteLedger, StoreError};
 use axum::http::StatusCode;
+use std::collections::HashMap;
 use std::fs::{self, File};
 use std::io;
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// What every handler shares.
 #[derive(Clone)]
@@ -33,6 +34,8 @@ pub struct Parts {
     pub door: Door,
     /// What was served.
     pub traffic: Traffic,
+    /// Bytes that uploads under way may still take, by the name of their token.
+    pub under_way: Mutex<HashMap<String, u64>>,
     /// Set when the service ends: no more work is taken.
     pub ends: AtomicBool,
 }
@@ -70,6 +73,7 @@ impl App {
             engine: Engine::default(),
             door: Door::default(),
             traffic: Traffic::default(),
+            under_way: Mutex::default(),
             ends: AtomicBool::new(false),
         }))
     }
@@ -132,6 +136,33 @@ impl App {
         Ok(())
     }
 
+    /// Takes what an upload may have out of its token's share, lest several at once pass it together;
+    /// `length` is what it states [bytes].
+    ///
+    /// # Errors
+    ///
+    /// A problem if the ledger cannot be read.
+    pub async fn reserve(&self, owner: &str, length: Option<u64>) -> Result<Reserved, Problem> {
+        let (app, owner) = (self.clone(), owner.to_string());
+        self.on_disk(move |parts| {
+            let mut under_way = locked(&parts.under_way);
+            let kept = parts.ledger.bytes_of(&owner)?;
+            let held = under_way.entry(owner.clone()).or_default();
+            let share = parts.config.own_bytes;
+            let left = share.saturating_sub(kept).saturating_sub(*held);
+            let bytes = length.unwrap_or(parts.config.upload_bytes).min(left);
+            *held += bytes;
+            drop(under_way);
+            Ok(Reserved {
+                app,
+                owner,
+                bytes,
+                left,
+            })
+        })
+        .await
+    }
+
     /// Refuses jobs of a visitor who has asked too much, or where too many wait.
     ///
     /// # Errors
@@ -154,6 +185,38 @@ impl App {
         }
         Ok(())
     }
+}
+
+/// Bytes that are taken out of a token's share as long as an upload is under way.
+pub struct Reserved {
+    app: App,
+    owner: String,
+    bytes: u64,
+    left: u64,
+}
+
+impl Reserved {
+    /// Returns what the token may still upload [bytes].
+    #[must_use]
+    pub fn left(&self) -> u64 {
+        self.left
+    }
+}
+
+impl Drop for Reserved {
+    fn drop(&mut self) {
+        let mut under_way = locked(&self.app.under_way);
+        if let Some(held) = under_way.get_mut(&self.owner) {
+            *held -= self.bytes;
+            if *held == 0 {
+                under_way.remove(&self.owner);
+            }
+        }
+    }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The store of one data folder.

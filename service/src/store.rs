@@ -44,12 +44,6 @@ pub enum StoreError {
         /// What was read.
         what: String,
     },
-    /// With this an owner would have kept more than its share.
-    #[error("the share of this token is used up")]
-    OverShare {
-        /// Bytes that would be kept.
-        bytes: u64,
-    },
     /// Another attempt holds the job, or it has ended.
     #[error("the job is held by another attempt")]
     Fenced,
@@ -444,13 +438,11 @@ pub struct StoredToken {
     reason = "each call says the same: StoreError, if the disk or the database refuses"
 )]
 pub trait Ledger: Send + Sync {
-    /// Keeps a recording; false if it was known. All that an owner has kept is at most `most` bytes,
-    /// however many come at once.
+    /// Keeps a recording; false if it was known.
     fn put_recording(
         &self,
         manifest: &Manifest,
         owner: &str,
-        most: u64,
         now_ms: i64,
     ) -> Result<bool, StoreError>;
     /// Notes what a recording holds.

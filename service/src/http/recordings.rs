@@ -6,7 +6,7 @@ use crate::auth::Visitor;
 use crate::clock::now_ms;
 use crate::pool::{Answer, Order};
 use crate::problem::{Placed, Problem, Queried, bounded};
-use crate::store::{StoreError, StoredRecording};
+use crate::store::StoredRecording;
 use axum::Json;
 use axum::extract::{Extension, Request, State};
 use axum::http::{StatusCode, header};
@@ -72,26 +72,17 @@ pub(super) async fn submit(
     Queried(stated): Queried<Stated>,
     request: Request,
 ) -> Result<Response, Problem> {
-    let owner = visitor.name.clone();
-    let most = app.config.own_bytes;
-    let used = app
-        .on_disk(move |parts| parts.ledger.bytes_of(&owner))
-        .await?;
-    let left = most.saturating_sub(used);
-    let manifest = upload::receive(&app, stated.name, request, left).await?;
+    let length = request.headers().get(header::CONTENT_LENGTH);
+    let length = length.and_then(|length| length.to_str().ok()?.parse().ok());
+    // Until what was sent is counted among what is kept.
+    let reserved = app.reserve(&visitor.name, length).await?;
+    let manifest = upload::receive(&app, stated.name, request, length, reserved.left()).await?;
     let id = manifest.id();
     let owner = visitor.name.clone();
     let is_new = app
-        .apart(move |parts| {
-            let kept = parts
-                .ledger
-                .put_recording(&manifest, &owner, most, now_ms());
-            kept.map_err(|error| match error {
-                StoreError::OverShare { bytes } => over_share(most, &format!("{bytes} bytes")),
-                other => other.into(),
-            })
-        })
+        .on_disk(move |parts| parts.ledger.put_recording(&manifest, &owner, now_ms()))
         .await?;
+    drop(reserved);
     let recording = look(&app, &id, None).await?;
     let status = if is_new {
         StatusCode::CREATED
@@ -100,14 +91,6 @@ pub(super) async fn submit(
     };
     let place = [(header::LOCATION, format!("/v1/recordings/{id}"))];
     Ok((status, place, Json(recording)).into_response())
-}
-
-/// Says that a token has uploaded what it may.
-pub(super) fn over_share(most: u64, found: &str) -> Problem {
-    let way_out = "have recordings of this token moved away, or `own_mib` raised in the service's \
-                   configuration";
-    let status = StatusCode::INSUFFICIENT_STORAGE;
-    Problem::over(status, "own_bytes", most, found.into(), way_out)
 }
 
 /// Finds a recording and what it holds, looked into by a child where that is not known.

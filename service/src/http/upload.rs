@@ -16,8 +16,8 @@ const NAME_LETTERS: usize = 200;
 /// Bytes of a card.
 const CARD_BYTES: u64 = 1 << 20;
 
-/// Takes an upload in: the raw file, or a form with `file`, `card` and further parts. `left` is what
-/// its token may still upload [bytes].
+/// Takes an upload in: the raw file, or a form with `file`, `card` and further parts. `stated` is
+/// its length, and `left` what its token may still upload [bytes].
 ///
 /// # Errors
 ///
@@ -26,6 +26,7 @@ pub(super) async fn receive(
     app: &App,
     name: Option<String>,
     request: Request,
+    stated: Option<u64>,
     left: u64,
 ) -> Result<Manifest, Problem> {
     let form = request
@@ -33,10 +34,6 @@ pub(super) async fn receive(
         .get(header::CONTENT_TYPE)
         .and_then(|kind| kind.to_str().ok())
         .is_some_and(|kind| kind.starts_with("multipart/form-data"));
-    let stated = request
-        .headers()
-        .get(header::CONTENT_LENGTH)
-        .and_then(|length| length.to_str().ok()?.parse().ok());
     let room = Room {
         left: app.config.upload_bytes.min(left),
         share: (left < app.config.upload_bytes).then_some(app.config.own_bytes),
@@ -87,7 +84,10 @@ struct Room {
 impl Room {
     fn crossed(self, found: &str) -> Problem {
         if let Some(share) = self.share {
-            return super::recordings::over_share(share, found);
+            let way_out = "have recordings of this token moved away, or `own_mib` raised in the \
+                           service's configuration";
+            let status = StatusCode::INSUFFICIENT_STORAGE;
+            return Problem::over(status, "own_bytes", share, found.into(), way_out);
         }
         let found = found.to_string();
         let way_out = "cut the recording to what is needed, or raise `upload_mib` in the \

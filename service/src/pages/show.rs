@@ -80,7 +80,7 @@ pub(super) fn count(number: usize, what: &str) -> String {
 pub(super) fn bytes(bytes: u64) -> String {
     match bytes {
         ..1000 => count(bytes as usize, "byte"),
-        ..1_000_000 => format!("{} kB", number::significant(bytes as f64 / 1e3, 3)),
+        1000..1_000_000 => format!("{} kB", number::significant(bytes as f64 / 1e3, 3)),
         _ => format!("{} MB", number::significant(bytes as f64 / 1e6, 3)),
     }
 }

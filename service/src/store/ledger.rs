@@ -233,7 +233,6 @@ impl Ledger for SqliteLedger {
         &self,
         manifest: &Manifest,
         owner: &str,
-        most: u64,
         now_ms: i64,
     ) -> Result<bool, StoreError> {
         let (id, bytes, owner) = (manifest.id(), manifest.bytes(), owner.to_string());
@@ -247,10 +246,6 @@ impl Ledger for SqliteLedger {
                 "INSERT OR IGNORE INTO recordings (id, owner, bytes, body, sum) VALUES (?, ?, ?, ?, ?)",
                 params![id, owner, bytes as i64, body, sum],
             )?;
-            let bytes = bytes_of(connection, &owner)?;
-            if added == 1 && bytes > most {
-                return Err(StoreError::OverShare { bytes });
-            }
             Ok(added == 1)
         })
     }
@@ -284,7 +279,14 @@ impl Ledger for SqliteLedger {
     }
 
     fn bytes_of(&self, owner: &str) -> Result<u64, StoreError> {
-        self.read(|connection| bytes_of(connection, owner))
+        self.read(|connection| {
+            let bytes: i64 = connection.query_row(
+                "SELECT coalesce(sum(bytes), 0) FROM recordings WHERE owner = ?",
+                [owner],
+                |row| row.get(0),
+            )?;
+            Ok(bytes.unsigned_abs())
+        })
     }
 
     fn submit(
@@ -507,12 +509,6 @@ impl Ledger for SqliteLedger {
     fn check(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
         self.read(check)
     }
-}
-
-fn bytes_of(connection: &Connection, owner: &str) -> Result<u64, StoreError> {
-    let sql = "SELECT coalesce(sum(bytes), 0) FROM recordings WHERE owner = ?";
-    let bytes: i64 = connection.query_row(sql, [owner], |row| row.get(0))?;
-    Ok(bytes.unsigned_abs())
 }
 
 /// Reads every row and notes which do not fit their hash, and which blobs the others need.

@@ -208,7 +208,7 @@ fn verif_a_damaged_row_is_never_served() {
         card: None,
     };
     let id = manifest.id();
-    assert!(ledger.put_recording(&manifest, "me", u64::MAX, 1).unwrap());
+    assert!(ledger.put_recording(&manifest, "me", 1).unwrap());
     ledger.put_listing(&id, &json!({"channels": []})).unwrap();
     ledger.submit("a", &question(1), "me", 0).unwrap();
     let job = taken(&ledger, 1);
