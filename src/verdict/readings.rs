@@ -4,7 +4,7 @@
 //! refined within their band, twofold, fourfold and sixteenfold; and with what no refinement can
 //! know, a corner or a jump somewhere between two samples, taken to open or to shut.
 
-use super::screen::{Extent, Seen};
+use super::screen::{Seen, SeenBefore};
 use crate::conditioning::{Signal, resample};
 use crate::units::{OpensWhen, SampleRate};
 use std::sync::OnceLock;
@@ -67,8 +67,8 @@ pub(crate) struct ReadingCache {
     fine_more: OnceLock<Signal>,
     fine_less: OnceLock<Signal>,
     /// Of the samples themselves, and of the readings in the order of [`SampleReading::FINE`].
-    extent: OnceLock<Extent>,
-    extents: [OnceLock<Extent>; 3],
+    known: OnceLock<SeenBefore>,
+    known_of_fine: [OnceLock<SeenBefore>; 3],
 }
 
 /// A signal with its other readings.
@@ -86,8 +86,8 @@ impl<'a> Readings<'a> {
 
     /// Returns the samples as bounds see them.
     pub(super) fn seen(&self, opens_when: OpensWhen) -> Seen<'a> {
-        let of = || Extent::of(self.signal);
-        Seen::known(self.signal, *self.cache.extent.get_or_init(of), opens_when)
+        let of = || SeenBefore::of(self.signal);
+        Seen::known(self.signal, self.cache.known.get_or_init(of), opens_when)
     }
 
     /// Returns the readings of [`SampleReading::FINE`] as bounds see them, each when it is asked
@@ -97,12 +97,13 @@ impl<'a> Readings<'a> {
         opens_when: OpensWhen,
     ) -> impl Iterator<Item = (SampleReading, Seen<'a>)> + use<'a> {
         let readings = *self;
-        let all = SampleReading::FINE.into_iter().zip(&readings.cache.extents);
-        all.map(move |(reading, extent)| {
-            let signal = readings.signal(reading);
-            let extent = *extent.get_or_init(|| Extent::of(signal));
-            (reading, Seen::known(signal, extent, opens_when))
-        })
+        let all = SampleReading::FINE.into_iter();
+        all.zip(&readings.cache.known_of_fine)
+            .map(move |(reading, known)| {
+                let signal = readings.signal(reading);
+                let known = known.get_or_init(|| SeenBefore::of(signal));
+                (reading, Seen::known(signal, known, opens_when))
+            })
     }
 
     /// Tells whether the sixteenfold can be had.

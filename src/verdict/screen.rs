@@ -8,10 +8,12 @@
 //!
 //! - `arc`: the linear motion that a lever is compared with: y'' + γ y' + κ y = F(t), F linear
 //!   over a sample, solved exactly;
+//! - `held`: the bound on a lever that never leaves its soft stop, for all that swing alike;
 //! - `rigid`: the bounds on a rigid stop;
 //! - `soft`: the bounds on a soft stop.
 
 mod arc;
+mod held;
 mod rigid;
 mod soft;
 
@@ -21,6 +23,7 @@ use crate::model::Design;
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
 use crate::units::{OpensWhen, STANDARD_GRAVITY};
+use held::Responses;
 use serde::{Deserialize, Serialize};
 
 /// The answer that a bound proves.
@@ -146,18 +149,39 @@ pub struct Subject {
 
 /// A recording as one lever sees it: factor times sample plus offset is the acceleration in the
 /// model's sign, negative opening.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 pub struct Seen<'a> {
     samples: &'a [f64],
     interval_s: f64,
     factor: f64,
     offset_m_s2: f64,
     extent: Extent,
+    /// Where it is seen by several levers.
+    responses: Option<&'a Responses>,
 }
 
 /// What is known of the samples as recorded as a whole: once for all signs, levers and members.
+#[derive(Debug)]
+pub struct SeenBefore {
+    extent: Extent,
+    responses: Responses,
+}
+
+impl SeenBefore {
+    /// Returns what one pass over the samples says; what levers in contact make of them follows when
+    /// it is asked for.
+    #[must_use]
+    pub fn of(signal: &Signal) -> Self {
+        Self {
+            extent: Extent::of(signal),
+            responses: Responses::default(),
+        }
+    }
+}
+
+/// The samples' range and integral.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extent {
+struct Extent {
     least: f64,
     most: f64,
     /// ∫|a| dt.
@@ -165,9 +189,7 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// Returns that of a signal, by one pass over its samples.
-    #[must_use]
-    pub fn of(signal: &Signal) -> Self {
+    fn of(signal: &Signal) -> Self {
         // A sample that is no number may slip through here; the impulse keeps it.
         let extreme = |wins: fn(f64, f64) -> bool, from: f64| {
             let samples = signal.samples.iter();
@@ -188,18 +210,26 @@ impl<'a> Seen<'a> {
     /// [changed](Self::changed).
     #[must_use]
     pub fn of(signal: &'a Signal, opens_when: OpensWhen) -> Self {
-        Self::known(signal, Extent::of(signal), opens_when)
-    }
-
-    /// As [`Self::of`], of a signal whose extent is known.
-    #[must_use]
-    pub fn known(signal: &'a Signal, extent: Extent, opens_when: OpensWhen) -> Self {
         Self {
             samples: &signal.samples,
             interval_s: signal.rate.interval().seconds(),
             factor: opens_when.sign(),
             offset_m_s2: 0.0,
-            extent,
+            extent: Extent::of(signal),
+            responses: None,
+        }
+    }
+
+    /// As [`Self::of`], of a signal that other levers saw before.
+    #[must_use]
+    pub fn known(signal: &'a Signal, known: &'a SeenBefore, opens_when: OpensWhen) -> Self {
+        Self {
+            samples: &signal.samples,
+            interval_s: signal.rate.interval().seconds(),
+            factor: opens_when.sign(),
+            offset_m_s2: 0.0,
+            extent: known.extent,
+            responses: Some(&known.responses),
         }
     }
 
@@ -222,6 +252,12 @@ impl<'a> Seen<'a> {
     fn at_least(&self) -> f64 {
         let Extent { least, most, .. } = self.extent;
         (self.factor * least).min(self.factor * most) + self.offset_m_s2
+    }
+
+    /// Upper bound on |a|.
+    fn at_most_either_way(&self) -> f64 {
+        let Extent { least, most, .. } = self.extent;
+        self.factor.abs() * least.abs().max(most.abs()) + self.offset_m_s2.abs()
     }
 
     /// Upper bound on ∫|a| dt over the whole record.
@@ -250,6 +286,9 @@ pub fn screen(subject: &Subject, seen: &Seen) -> Screened {
 /// prove a pass; stops as soon as they cannot.
 #[must_use]
 pub fn peak_at_most(subject: &Subject, seen: &Seen) -> Option<f64> {
+    if stays_in_contact(subject, seen) {
+        return Some(0.0);
+    }
     let measured = measure(subject, seen, true);
     let passes = measured.answer() == Some(Decided::Pass);
     measured.peak_at_most.filter(|_| passes)
@@ -262,10 +301,17 @@ pub fn peak_at_most(subject: &Subject, seen: &Seen) -> Option<f64> {
 #[must_use]
 pub fn decide(subject: &Subject, seen: &Seen) -> Option<Decided> {
     let terms = Terms::of(subject, seen)?;
-    if terms.passes_at_once(subject, seen) {
+    if terms.passes_at_once(subject, seen) || stays_in_contact(subject, seen) {
         return Some(Decided::Pass);
     }
     measure(subject, seen, true).answer()
+}
+
+/// Tells what a pass over the samples would say, too: the lever never leaves its soft stop.
+fn stays_in_contact(subject: &Subject, seen: &Seen) -> bool {
+    subject.model == StopModel::Soft
+        && Terms::of(subject, seen)
+            .is_some_and(|terms| held::stays_in_contact(&terms, subject, seen))
 }
 
 fn measure(subject: &Subject, seen: &Seen, only_decide: bool) -> Measured {
@@ -439,7 +485,6 @@ impl Terms {
         } else {
             -1.0
         };
-        let count = seen.samples.len() as f64;
         Some(Self {
             pressing: lever.preload_torque_nm / inertia,
             stiffness: lever.spring_stiffness_nm_per_rad / inertia,
@@ -449,9 +494,7 @@ impl Terms {
             cosine,
             overhang: (-cosine).max(0.0),
             limit: speed_limit(subject),
-            // A sum of n terms is off by n roundings; four times that, and a hundred for
-            // what each term is made of.
-            slack: 4.0 * f64::EPSILON * (count + 100.0),
+            slack: rounding(seen.samples.len()),
             interval: seen.interval_s,
         })
     }
@@ -509,6 +552,12 @@ impl Terms {
         let push = -self.gain * acceleration;
         push.min(push * cosine) - self.pressing
     }
+}
+
+/// Returns the relative allowance for rounding: a sum of n terms is off by n roundings; four times
+/// that, and a hundred for what each term is made of.
+fn rounding(count: usize) -> f64 {
+    4.0 * f64::EPSILON * (count as f64 + 100.0)
 }
 
 /// Returns the speed whose energy is that of two speeds together.

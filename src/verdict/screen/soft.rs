@@ -5,7 +5,7 @@
 //! of rest in the stop. Numbers in comments are those of `docs/screens.md`.
 
 use super::arc::{self, Arc, LowerSolution};
-use super::{Measured, Seen, Subject, Terms, areas, together};
+use super::{Measured, Seen, Subject, Terms, areas, rounding, together};
 
 /// Runs over the samples once.
 pub(super) fn measure(
@@ -68,6 +68,58 @@ pub(super) fn measure(
         fails: pass.fails,
         peak_at_most: passes.then(|| stop.reach(terms, pass.speed)),
         ..Measured::default()
+    }
+}
+
+/// How far the samples of one recording drive a lever in contact, per unit of g = mL/I0:
+/// y'' + 2ξΩy' + Ω²y = −a, from rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ContactResponse {
+    /// Least and largest deviation.
+    pub(super) least: f64,
+    pub(super) most: f64,
+    /// Largest deviation to either side, by (S2) alone.
+    pub(super) far: f64,
+    /// √(y'² + Ω²y²) at the last sample.
+    pub(super) end: f64,
+}
+
+/// Returns what the samples, as recorded, do to a lever in contact that swings so.
+pub(super) fn response(seen: &Seen, frequency: f64, ratio: f64) -> ContactResponse {
+    let turn = Turn::new(seen.interval_s, frequency, ratio);
+    let [[ss, sf], [fs, ff]] = turn.matrix;
+    let (period, spread) = (1.0 / frequency, (1.0 - ratio * ratio).sqrt());
+    let (compliance, swing) = (period * period, period / spread);
+    let slack = rounding(seen.samples.len());
+    let bulge = 0.125 * turn.length * turn.length * frequency * (1.0 + 2.0 * ratio) / spread;
+    let (mut angle, mut velocity, mut doubt) = (0.0_f64, 0.0, 0.0);
+    let (mut least, mut most, mut far) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for pair in seen.samples.windows(2) {
+        let (begin, end) = (pair[0], pair[1]);
+        // (S1), (S2) and (S3), as for one lever.
+        let slope = (end - begin) * turn.per_length;
+        let lag = 2.0 * ratio * slope * compliance * period;
+        let (from, to) = (lag - begin * compliance, lag - end * compliance);
+        let drift = -slope * compliance;
+        let (stiff, fast) = (frequency * (angle - from), velocity - drift);
+        let square = fast * fast + 2.0 * ratio * stiff * fast + stiff * stiff;
+        let measure = square.max(0.0).sqrt();
+        doubt += slack * (measure + begin.abs().max(end.abs()) * period);
+        let angle_end = to + (ss * stiff + sf * fast) * period;
+        let beyond = bulge * measure + doubt * swing;
+        let around = (measure + doubt) * swing;
+        let (low, high) = (from.min(to) - around, from.max(to) + around);
+        most = most.max((angle.max(angle_end) + beyond).min(high));
+        least = least.min((angle.min(angle_end) - beyond).max(low));
+        far = far.max(high.abs()).max(low.abs());
+        (angle, velocity) = (angle_end, drift + fs * stiff + ff * fast);
+        doubt *= turn.decay;
+    }
+    ContactResponse {
+        least,
+        most,
+        far,
+        end: together(velocity, frequency * angle) * (1.0 + slack) + 2.0 * doubt / spread,
     }
 }
 
