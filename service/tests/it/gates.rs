@@ -401,6 +401,30 @@ fn ended(client: &Client, id: &Value) -> Value {
     entry
 }
 
+/// The files of a test of ISO-MME with one channel.
+fn package() -> [(&'static str, Vec<u8>); 3] {
+    let test = "Data format edition number  :1.6\r\nTest number                 :7\r\nImpact side test object 1   :left\r\n";
+    let list = "Number of channels          :1\r\nName of channel 001         :14BPILLO0000ACYA / a text\r\n";
+    let head = "Test object number          :1\nName of the channel         :B-Pillar, left: lower\n\
+                Channel code                :14BPILLO0000ACYA\nUnit                        :m/(s*s)\n\
+                Reference channel           :implicit\nChannel frequency class     :NOVALUE\n\
+                Sampling interval           :1.0E-4\nTime of first sample        :-1.000000E-2\n\
+                Number of samples           :400\n";
+    let sample = |index: i32| match index {
+        100..300 => 250.0 - (f64::from(index) - 200.0).abs() * 2.5,
+        _ => 0.0,
+    };
+    let rows: String = (0..400)
+        .map(|index| format!("{:.6}\n", sample(index)))
+        .collect();
+    let channel = format!("{head}{rows}").replace('\n', "\r\n");
+    [
+        ("T7.mme", test.into()),
+        ("Channel/T7.chn", list.into()),
+        ("Channel/T7.001", channel.into_bytes()),
+    ]
+}
+
 /// A gate with channels, cards, a name with letters of TOML and shell, and a recording that cannot be
 /// read: a large one goes to the cluster, is found again after kill -9, and ends as it would here, byte
 /// for byte. A small one stays here.
@@ -419,7 +443,7 @@ fn cli_a_large_gate_goes_to_the_cluster() {
     let mut service = with_engine(&folder, &path, &[]);
     let home = Service::start(&alone, &[]);
     let odd = "odd [1] 'a' $HOME.csv";
-    let files = "\"burst.csv\", \"surviving.csv\", \"broken.csv\"";
+    let files = "\"burst.csv\", \"surviving.csv\", \"broken.csv\", \"T7\", \"T7.mme\"";
     let gate = GATE.replace("\"*.csv\"", files);
     let gate = format!(
         "{gate}[[recordings]]\nfiles = \"{odd}\"\nchannel = \"acceleration y\"\nmembers = 40\n"
@@ -430,6 +454,17 @@ fn cli_a_large_gate_goes_to_the_cluster() {
             client.upload(name);
         }
         client.upload_bytes(odd, &crate::support::signal("surviving.csv"), None);
+        // The same test by its header, and as the folder that its files form.
+        let package = package();
+        let part = |role| {
+            package
+                .each_ref()
+                .map(|(name, bytes)| (role, *name, &bytes[..]))
+        };
+        client
+            .upload_form("?name=T7.mme", &part("part"))
+            .expect(201);
+        client.upload_form("?name=T7", &part("part")).expect(201);
         client.upload_bytes("broken.csv", b"nothing of a table", None);
     }
     let (status, entry) = submit(&clients[0], "", &gate);
@@ -443,7 +478,7 @@ fn cli_a_large_gate_goes_to_the_cluster() {
         clients[0].get(&format!("/v1/gates/{id}")).json()["tasks"].clone()
     };
     crate::support::wait_for("the queue", std::time::Duration::from_secs(60), || {
-        shown()["running"] == 2
+        shown()["running"] == 3
     });
     service.child.kill().unwrap();
     service.child.wait().unwrap();
@@ -454,6 +489,10 @@ fn cli_a_large_gate_goes_to_the_cluster() {
     assert_eq!(entry["state"], "done", "{entry}");
     let expected = decided(&clients[1], "", &gate);
     assert_eq!(entry["id"], expected["id"]);
+    let summary: Value = serde_json::from_slice(&file(&client, &entry, "summary.json")).unwrap();
+    let read = summary["recordings"].as_array().unwrap().iter();
+    let read = read.filter(|own| own["channel"].is_string()).count();
+    assert_eq!(read, 5, "all but the broken one: {summary}");
     for name in ["summary.json", "junit.xml", "summary.md", "index.html"] {
         let (own, at_home) = (
             file(&client, &entry, name),
@@ -465,7 +504,7 @@ fn cli_a_large_gate_goes_to_the_cluster() {
     }
     // Handed over once, with the site's options, and by no job of this service's own.
     let said = fs::read_to_string(place.join("said")).unwrap();
-    assert_eq!(said.matches("--array").count(), 2, "{said}");
+    assert_eq!(said.matches("--array").count(), 3, "{said}");
     assert!(said.contains("--partition=short"), "{said}");
     let small = "[[recordings]]\nfiles = \"burst.csv\"\n[[designs]]\nname = \"paper\"\n";
     let small = decided(&client, "?name=small", small);
@@ -551,4 +590,47 @@ fn cli_an_outcome_waits_for_nobody() {
         let listed = client.get("/v1/verdicts").json();
         !listed["verdicts"].as_array().unwrap().is_empty()
     });
+}
+
+/// Tasks that the engine will never run are taken back and submitted again.
+#[test]
+fn cli_tasks_that_never_run_are_submitted_again() {
+    let folder = Folder::new();
+    let place = folder.0.join("slurm");
+    let scontrol = "#!/bin/sh\necho 'MaxArraySize = 1001'\n";
+    let squeue = format!(
+        "{SQUEUE}[ -e \"$here/stuck\" ] && echo '900_1|PENDING|launch failed requeued held'\nexit 0\n"
+    );
+    let scancel = "#!/bin/sh\nrm \"$(dirname \"$0\")/stuck\"\n";
+    // The first shares and the job behind them never run.
+    let sbatch = r#"#!/bin/bash
+here=$(dirname "$0")
+calls=$(cat "$here/calls" 2>/dev/null || echo 0)
+echo $((calls + 1)) >"$here/calls"
+[ "$calls" -ge 2 ] && exec "$here/works" "$@"
+touch "$here/stuck"
+echo $((900 + calls))
+"#;
+    let all = [
+        ("scontrol", scontrol),
+        ("squeue", squeue.as_str()),
+        ("scancel", scancel),
+        ("sbatch", sbatch),
+        ("works", SBATCH),
+    ];
+    programs(&place, &all);
+    fs::write(place.join("go"), "").unwrap();
+    let service = with_engine(&folder, &format!("{}:/usr/bin:/bin", place.display()), &[]);
+    let client = service.client();
+    for name in SIGNALS {
+        client.upload(name);
+    }
+    let (status, entry) = submit(&client, "", GATE);
+    assert_eq!(status, 202);
+    let entry = ended(&client, &entry["id"]);
+    assert_eq!(entry["state"], "done", "{entry}");
+    assert!(
+        !place.join("stuck").exists(),
+        "what was stuck was taken back"
+    );
 }

@@ -282,24 +282,27 @@ impl Client {
     }
 
     pub(crate) fn upload_bytes(&self, name: &str, bytes: &[u8], card: Option<&[u8]>) -> Answer {
+        let mut parts = vec![("file", name, bytes)];
+        parts.extend(card.map(|card| ("card", "card.toml", card)));
+        self.upload_form("", &parts)
+    }
+
+    /// Uploads parts of a form: role, name, bytes.
+    pub(crate) fn upload_form(&self, query: &str, parts: &[(&str, &str, &[u8])]) -> Answer {
         let mut body = Vec::new();
-        let mut part = |role: &str, name: &str, bytes: &[u8]| {
+        for (role, name, bytes) in parts {
             let head = format!(
                 "--part\r\nContent-Disposition: form-data; name=\"{role}\"; filename=\"{name}\"\r\n\r\n"
             );
             body.extend_from_slice(head.as_bytes());
             body.extend_from_slice(bytes);
             body.extend_from_slice(b"\r\n");
-        };
-        part("file", name, bytes);
-        if let Some(card) = card {
-            part("card", "card.toml", card);
         }
         body.extend_from_slice(b"--part--\r\n");
         let form = self
             .clone()
             .with("Content-Type", "multipart/form-data; boundary=part");
-        form.send("POST", "/v1/recordings", &body)
+        form.send("POST", &format!("/v1/recordings{query}"), &body)
     }
 }
 
