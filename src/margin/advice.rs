@@ -16,6 +16,7 @@ use crate::verdict::assess::NominalPass;
 use crate::verdict::early::MemberCache;
 use crate::verdict::interpolation::{Course, doubt_part};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// From where on every value searched passes by the whole rule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -109,7 +110,10 @@ struct AdviceSearch<'s> {
     /// The values of the scan from the safe end on, as far as the nominal levers pass.
     free: Vec<(f64, Excess)>,
     cache: MemberCache,
+    /// Values that pass by the rule, with or without an ensemble.
     asked: Vec<f64>,
+    /// What the whole rule said of values, by their bits.
+    known: BTreeMap<u64, bool>,
 }
 
 /// Finds the advice for a quantity, of which the nominal runs `found` their changes.
@@ -134,6 +138,7 @@ pub(super) fn advise(
         free,
         cache: MemberCache::default(),
         asked: Vec::new(),
+        known: BTreeMap::new(),
     };
     let safe_from = if probe.spoiled { None } else { of.safe_from()? };
     let beyond = |value: f64| safe_from.is_some_and(|from| (value >= from) == above);
@@ -310,12 +315,12 @@ impl AdviceSearch<'_> {
         let mut step = 1;
         let mut passes = loop {
             let Some(index) = passing.len().checked_sub(step) else {
-                if fails == 0 || !self.passes(self.free[passing[0]].0)? {
+                if fails == 0 || !self.passes_rounded(passing[0])? {
                     return Ok(None);
                 }
                 break 0;
             };
-            if self.passes(self.free[passing[index]].0)? {
+            if self.passes_rounded(passing[index])? {
                 break index;
             }
             fails = index;
@@ -323,7 +328,7 @@ impl AdviceSearch<'_> {
         };
         while fails - passes > 1 {
             let middle = usize::midpoint(passes, fails);
-            if self.passes(self.free[passing[middle]].0)? {
+            if self.passes_rounded(passing[middle])? {
                 passes = middle;
             } else {
                 fails = middle;
@@ -348,8 +353,17 @@ impl AdviceSearch<'_> {
         Ok(true)
     }
 
+    /// Asks the whole rule about a value of the scan, rounded as it would be advised.
+    fn passes_rounded(&mut self, place: usize) -> Result<bool, Error> {
+        self.passes(self.rounded(self.free[place].0))
+    }
+
     fn passes(&mut self, value: f64) -> Result<bool, Error> {
+        if let Some(known) = self.known.get(&value.to_bits()) {
+            return Ok(*known);
+        }
         let passes = (self.probe.rule)(value, (ROOM, Some(MEMBERS_ASKED)), &mut self.cache)?;
+        self.known.insert(value.to_bits(), passes);
         if passes {
             self.asked.push(value);
         }

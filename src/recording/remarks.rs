@@ -65,6 +65,9 @@ pub(super) struct Remark {
 /// Characters of a remark that are shown.
 const SHOWN: usize = 2000;
 
+/// Characters of a remark by which it is offered to be accepted.
+const QUOTED: usize = 240;
+
 impl Remark {
     /// Takes what `teller` says at `place`.
     pub(super) fn new(text: &str, place: RemarkPlace, teller: impl Into<String>) -> Self {
@@ -88,9 +91,12 @@ impl Remark {
         if count <= SHOWN {
             return self.text.clone();
         }
-        let start: String = self.text.chars().take(SHOWN).collect();
-        let hash = &sha256(self.text.as_bytes())[..16];
-        format!("{start}… [{count} characters, SHA-256 {hash}]")
+        cut_to(SHOWN, &self.text, &tail(&self.text))
+    }
+
+    /// Returns the text by which it is offered to be accepted.
+    fn quoted(&self) -> String {
+        quoted(&self.shown())
     }
 
     /// Returns what says that the samples may be bad, and from when on [s]; `None` if nothing does.
@@ -120,7 +126,7 @@ impl Remark {
     /// Returns what it comes to, on the file's clock.
     fn finding(&self, accepted: &[AcceptedRemark], span: Span) -> Option<Finding> {
         let read = reading::read(&self.text);
-        let shown = self.shown();
+        let (shown, quoted) = (self.shown(), self.quoted());
         let says = format!("{}: \"{shown}\"", self.teller);
         let Some((doubt, from)) = self.doubt() else {
             let told =
@@ -133,7 +139,10 @@ impl Remark {
         };
         let outside = from.filter(|at_s| !span.holds(*at_s));
         let at_s = from.filter(|_| outside.is_none());
-        let accepted = accepted.iter().find(|one| in_a_line(&one.text) == shown);
+        let accepted = accepted.iter().find(|one| {
+            let text = in_a_line(&one.text);
+            text == quoted || text == shown
+        });
         let finding = match accepted {
             Some(accepted) => Finding::warning(
                 "remark-accepted",
@@ -156,9 +165,9 @@ impl Remark {
                         "{says}; {doubt}, so that {bad}. Where the samples are good all the same, \
                          accept the remark: {} = {}, or in the card {} = [{}]",
                         Setting::AcceptedRemarks,
-                        quoted_for_a_shell(&shown),
+                        quoted_for_a_shell(&quoted),
                         Setting::AcceptedRemarks.key(),
-                        serde_json::Value::from(shown.as_str())
+                        serde_json::Value::from(quoted.as_str())
                     ),
                 )
             }
@@ -197,6 +206,30 @@ impl Span {
     /// Tells whether an instant lies in the span; a curve may end with the last good sample.
     pub(super) fn holds(self, at_s: f64) -> bool {
         (self.start_s - self.interval_s..=self.end_s + self.interval_s).contains(&at_s)
+    }
+}
+
+/// Returns what names a text that is cut and no other.
+fn tail(text: &str) -> String {
+    let hash = &sha256(text.as_bytes())[..16];
+    format!("… [{} characters, SHA-256 {hash}]", text.chars().count())
+}
+
+fn cut_to(most: usize, text: &str, tail: &str) -> String {
+    text.chars().take(most).chain(tail.chars()).collect()
+}
+
+/// Returns the text by which a remark is offered to be accepted, from how it is shown.
+fn quoted(shown: &str) -> String {
+    let count = shown.chars().count();
+    if count <= QUOTED {
+        return shown.to_string();
+    }
+    // What is longer than can be shown was cut already.
+    let before = shown.char_indices().nth(SHOWN).map(|(at, _)| &shown[at..]);
+    match before {
+        Some(own) => cut_to(QUOTED, shown, own),
+        None => cut_to(QUOTED, shown, &tail(shown)),
     }
 }
 
@@ -284,9 +317,12 @@ pub(super) fn tell_of_filters(
 pub(super) fn not_found(accepted: &[AcceptedRemark], remarks: &[String]) -> Vec<Finding> {
     // To compare takes time as the product of the lengths.
     let known: Vec<&str> = remarks.iter().take(100).map(String::as_str).collect();
-    let absent = accepted
-        .iter()
-        .filter(|one| !remarks.contains(&in_a_line(&one.text)));
+    let absent = accepted.iter().filter(|one| {
+        let text = in_a_line(&one.text);
+        !remarks
+            .iter()
+            .any(|shown| *shown == text || quoted(shown) == text)
+    });
     absent
         .map(|one| {
             let nearest = match nearest_name(&one.text, &known) {

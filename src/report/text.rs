@@ -102,7 +102,7 @@ fn findings(out: &mut TerminalLines, document: &Document, all: bool) {
         let text = if whole {
             text
         } else {
-            shortened(&out.worded(&text))
+            words::shortened(&out.worded(&text), LETTERS)
         };
         out.graded(
             name,
@@ -122,15 +122,6 @@ fn findings(out: &mut TerminalLines, document: &Document, all: bool) {
         let many = if rest == 1 { "" } else { "s" };
         out.line(name, &format!("{rest}{more} {notes}{many}; -v tells them"));
     }
-}
-
-fn shortened(text: &str) -> String {
-    if text.chars().count() <= LETTERS {
-        return text.to_string();
-    }
-    let cut: String = text.chars().take(LETTERS).collect();
-    let end = cut.rfind(' ').unwrap_or(cut.len());
-    format!("{} …", cut[..end].trim_end_matches([',', ';', ':']))
 }
 
 /// Writes how the answer came about.

@@ -61,8 +61,24 @@ pub(super) fn headline(document: &Document) -> String {
             }
         }
         (Answer::Undecided, _) => would_decide(document),
-        _ => first.map_or_else(String::new, |reason| sentence(&reason.text)),
+        // The findings tell it in full.
+        _ => first.map_or_else(String::new, |reason| {
+            shortened(&sentence(&reason.text), HEADLINE_LETTERS)
+        }),
     }
+}
+
+/// Letters of a headline, at most.
+const HEADLINE_LETTERS: usize = 240;
+
+/// Returns a text cut between two words, where it has more letters than `most`.
+pub(super) fn shortened(text: &str, most: usize) -> String {
+    if text.chars().count() <= most {
+        return text.to_string();
+    }
+    let cut: String = text.chars().take(most).collect();
+    let end = cut.rfind(' ').unwrap_or(cut.len());
+    format!("{} …", cut[..end].trim_end_matches([',', ';', ':']))
 }
 
 /// Says what would decide an undecided verdict.

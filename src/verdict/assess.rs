@@ -470,6 +470,8 @@ impl PassQuestion<'_> {
         let Some(setup) = self.setup()? else {
             return Ok(false);
         };
+        // What cannot be scattered is refused, whatever the nominal levers say.
+        let scatter = scatter(self.conditioned, self.design, self.policy)?;
         let variants = cache.in_the_way_first(self.policy.variants());
         let runs = match setup.passing_runs(&variants)? {
             Ok(runs) => runs,
@@ -478,7 +480,7 @@ impl PassQuestion<'_> {
                 return Ok(false);
             }
         };
-        match scatter(self.conditioned, self.design, self.policy)? {
+        match scatter {
             // By parts 3 and 4 of the rule nothing but a pass of each joins to one.
             None => Ok(true),
             Some(scatter) => early::all_pass(&setup, &scatter, &runs, cache, trust_cache),

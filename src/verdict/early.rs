@@ -153,6 +153,7 @@ impl Question<'_> {
         let worth_one_in = if all_seen { 32 } else { 4 };
         let mut likely = likely.iter().copied().filter(|member| *member < look);
         let mut worthwhile = true;
+        let mut others: Option<std::vec::IntoIter<u32>> = None;
         loop {
             let count = exceeding(&peaks[..look as usize], threshold);
             if count > most {
@@ -170,7 +171,13 @@ impl Question<'_> {
                 if all_seen {
                     return Ok(LookEnd::Trusted);
                 }
-                wanted = (0..look).filter(open).take(MEMBERS_IN_A_ROW).collect();
+                let taken = match others {
+                    Some(_) => MEMBERS_IN_A_ROW,
+                    None => (most + 1 - count).max(MEMBERS_TAKEN),
+                };
+                let others =
+                    others.get_or_insert_with(|| self.loosest_first((0..look).filter(open)));
+                wanted = others.by_ref().take(taken).collect();
             }
             if wanted.is_empty() {
                 return Ok(LookEnd::Complete);
@@ -184,6 +191,21 @@ impl Question<'_> {
                 worthwhile &= worth_one_in * true_ones.count() >= found.len();
             }
         }
+    }
+
+    /// Returns the members in the order of how little holds them against the recording: that in which
+    /// they are likely to open.
+    fn loosest_first(&self, members: impl Iterator<Item = u32>) -> std::vec::IntoIter<u32> {
+        let mut held: Vec<(f64, u32)> = members
+            .map(|index| {
+                let member = self.scatter.member(index);
+                let unbalance = member.scale.abs() * member.lever.unbalance_kg_m();
+                (member.lever.preload_torque_nm / unbalance, index)
+            })
+            .collect();
+        held.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let order: Vec<u32> = held.into_iter().map(|(_, index)| index).collect();
+        order.into_iter()
     }
 
     /// Returns the largest angles of the members named, coast included [rad], NaN where one could

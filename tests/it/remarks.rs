@@ -208,27 +208,35 @@ fn val_the_message_gives_the_line_for_the_card() {
     }
 }
 
-/// A very long remark is accepted by what is shown of it, the hash of the whole among it.
+/// A long remark is accepted by what a finding quotes of it, or by what the report shows, the hash of
+/// the whole among it; never by the start alone, nor for another end.
 #[test]
 fn val_a_long_remark_is_accepted_whole() {
-    let long = |end: &str| format!("acc_y_g: lost {}{end}", "é a ".repeat(2000));
-    let source = |text: &str| csv(table(&format!("# {text}\ntime_s,acc_y_g")));
-    let outcome = judged(&source(&long("b")), &[]);
-    check(&outcome, Answer::Unusable, &[BLOCKS]);
-    let text = &outcome.document.findings[0].text;
-    let (_, line) = text.rsplit_once("accepted_remarks = [\"").unwrap();
-    let shown = line.strip_suffix("\"]").unwrap();
-    assert!(
-        shown.chars().count() < 2100 && shown.contains("SHA-256"),
-        "{shown}"
-    );
-    check(
-        &judged(&source(&long("b")), &[shown]),
-        Answer::Pass,
-        &[ACCEPTED],
-    );
-    let outcome = judged(&source(&long("c")), &[shown]);
-    check(&outcome, Answer::Unusable, &[BLOCKS, STALE]);
+    for repeated in [100, 2000] {
+        let long = |end: &str| format!("acc_y_g: lost {}{end}", "é a ".repeat(repeated));
+        let source = |text: &str| csv(table(&format!("# {text}\ntime_s,acc_y_g")));
+        let outcome = judged(&source(&long("b")), &[]);
+        check(&outcome, Answer::Unusable, &[BLOCKS]);
+        let text = &outcome.document.findings[0].text;
+        let (_, line) = text.rsplit_once("accepted_remarks = [\"").unwrap();
+        let quoted = line.strip_suffix("\"]").unwrap();
+        assert!(
+            quoted.chars().count() < 300 && quoted.contains("SHA-256"),
+            "{quoted}"
+        );
+        let (_, says) = text.split_once(": \"").unwrap();
+        let (shown, _) = says.split_once("\"; ").unwrap();
+        assert_eq!(shown.contains("SHA-256"), repeated == 2000, "{shown}");
+        for accepted in [quoted, shown] {
+            let outcome = judged(&source(&long("b")), &[accepted]);
+            check(&outcome, Answer::Pass, &[ACCEPTED]);
+            let outcome = judged(&source(&long("c")), &[accepted]);
+            check(&outcome, Answer::Unusable, &[BLOCKS, STALE]);
+        }
+        let (start, _) = quoted.split_once('…').unwrap();
+        let outcome = judged(&source(&long("b")), &[start]);
+        check(&outcome, Answer::Unusable, &[BLOCKS, STALE]);
+    }
 }
 
 /// However many lines speak of faults, a screenful is told at a time, and all count.
