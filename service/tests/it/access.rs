@@ -242,7 +242,7 @@ fn cli_the_configuration_shows_where_the_data_lie() {
         let output = std::process::Command::new(crate::support::PROGRAM)
             .args(["config", "show", "--origin"])
             .env_remove("XDG_STATE_HOME")
-            .env("HOME", "/home/lab")
+            .env("HOME", "/srv/people/lab")
             .env(variable, "/srv/state")
             .output()
             .unwrap();
@@ -252,10 +252,12 @@ fn cli_the_configuration_shows_where_the_data_lie() {
     let line = r#"data = "/srv/state/latchgate"  # environment XDG_STATE_HOME"#;
     assert!(text.contains(line), "{text}");
     let text = shown("OTHER");
-    let line = r#"data = "/home/lab/.local/state/latchgate"  # environment HOME"#;
+    let line = r#"data = "/srv/people/lab/.local/state/latchgate"  # environment HOME"#;
     assert!(text.contains(line), "{text}");
     assert!(
-        text.contains(r#"engine_folder = "/home/lab/.local/state/latchgate/gates"  # default"#)
+        text.contains(
+            r#"engine_folder = "/srv/people/lab/.local/state/latchgate/gates"  # default"#
+        )
     );
 }
 
