@@ -9,7 +9,9 @@ use crate::app::{App, Parts};
 use crate::config::EngineOptions;
 use crate::gate::{self, Decided};
 use crate::problem::Problem;
-use crate::store::{GateOutcome, GateRecording, GateStanding, StoreError, StoredFile, StoredGate};
+use crate::store::{
+    GateOutcome, GateRecording, GateStanding, StoreError, StoredFile, StoredGate, sha256_of,
+};
 use axum::http::StatusCode;
 use latchgate::gate::{Collection, GateFile, JudgedRecording, Plan, Submission};
 use latchgate::pipeline::{Control, Error, Limits};
@@ -104,8 +106,12 @@ pub async fn keep(app: App) {
     loop {
         let kept = app.apart(|parts| {
             for standing in parts.ledger.open_gates()? {
-                if standing.gate.engine.is_some() {
-                    step(parts, &standing)?;
+                if standing.gate.engine.is_some()
+                    && let Err(problem) = step(parts, &standing)
+                {
+                    // The others go on.
+                    let gate = &standing.gate.id;
+                    tracing::warn!(%gate, problem = %problem.detail, "a gate of the cluster cannot be looked at");
                 }
             }
             Ok(())
@@ -288,7 +294,10 @@ impl Place<'_> {
 
     fn copy(&self, parts: &Parts, name: &str, file: &StoredFile) -> Result<(), StoreError> {
         let path = self.folder.join(name);
-        if fs::metadata(&path).is_ok_and(|known| known.len() == file.bytes) {
+        // Whoever can write in the folder may have changed what was laid out.
+        if fs::metadata(&path).is_ok_and(|known| known.len() == file.bytes)
+            && sha256_of(File::open(&path)?)? == file.sha256
+        {
             return Ok(());
         }
         let folder = path.parent().unwrap_or(&self.folder);
@@ -390,8 +399,17 @@ impl Place<'_> {
         let store = self.folder.join("store");
         let submission = Submission::read(&store, GATE).map_err(told)?;
         let control = Control::default();
+        // What was judged is what lies here, and that is what the service was given.
+        for recording in &gate.recordings {
+            self.place(parts, recording)?;
+        }
         let collection =
-            Collection::of(&plan, &store, submission.as_ref(), &limits, true, &control);
+            Collection::of(&plan, &store, submission.as_ref(), &limits, true, &control).and_then(
+                |collection| {
+                    collection.check_unchanged(&limits, &control)?;
+                    Ok(collection)
+                },
+            );
         let (rows, judged) = collection.and_then(Collection::judged).map_err(told)?;
         let names = plan.recordings.iter().map(|own| own.name.as_str());
         let by_name: BTreeMap<&str, JudgedRecording> = names.zip(judged).collect();

@@ -20,7 +20,7 @@ mod sum;
 
 pub use folder::{BlobFolder, BlobWriter};
 pub use ledger::SqliteLedger;
-pub use sum::{Hex, sha256_hex};
+pub use sum::{Hex, sha256_hex, sha256_of};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

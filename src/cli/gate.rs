@@ -27,7 +27,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
-use sweep::{SweepArguments, SweepCommand};
+use sweep::{Collected, SweepArguments, SweepCommand};
 
 /// Options of `gate`.
 #[derive(Debug, Clone, Args)]
@@ -137,9 +137,14 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
         no_worse: own.no_worse,
     };
     if let Some(sweep) = sweep {
-        let collected = sweep.collect(asked).and_then(|summary| match summary {
-            Some(summary) => answer(own, common, &plan, summary, &folder),
-            None => Ok(COULD_NOT),
+        let collected = sweep.collect(asked);
+        if matches!(collected, Ok(Collected::SubmittedAgain)) {
+            // The job behind it has the answer.
+            return Ok(COULD_NOT);
+        }
+        let collected = collected.and_then(|collected| match collected {
+            Collected::Summary(summary) => answer(own, common, &plan, *summary, &folder),
+            Collected::SubmittedAgain | Collected::Missing => Ok(COULD_NOT),
         });
         sweep.keep_answer(*collected.as_ref().unwrap_or(&COULD_NOT))?;
         return collected;

@@ -105,6 +105,31 @@ impl<'a> Collection<'a> {
         })
     }
 
+    /// Sees to it that the recordings are still what the collection is of.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::error::ErrorKind::Malformed`] that names one that is not,
+    /// [`crate::error::ErrorKind::Stopped`].
+    pub fn check_unchanged(&self, limits: &Limits, control: &Control<'_>) -> Result<(), Error> {
+        if self.shares.is_none() {
+            // They were read just now.
+            return Ok(());
+        }
+        let now = self.plan.recording_keys(limits, control)?;
+        let changed = now
+            .iter()
+            .zip(&self.keys)
+            .position(|(now, then)| now != then);
+        if now.len() == self.keys.len() && changed.is_none() {
+            return Ok(());
+        }
+        let name = changed.map_or("", |number| self.plan.recordings[number].name.as_str());
+        let expected = "the recording as it was submitted and judged";
+        let error = malformed(expected, "another one", "submit the shares again");
+        Err(error.at(Place::file(name)))
+    }
+
     /// Returns what is damaged in the store, one sentence each.
     #[must_use]
     pub fn damages(&self) -> &[String] {

@@ -418,8 +418,7 @@ impl<'a> MarginSearch<'a> {
             let place = near + (far - near) * f64::from(step) / f64::from(BETWEEN + 1);
             let asked = (1.0, Some(MEMBERS_ASKED));
             let value = range.value(place);
-            // The word rests on the nominal lever and on members that came near the limit.
-            if !self.rule_passes(quantity, value, asked, (&mut cache, true))? {
+            if !self.rule_passes(quantity, value, asked, (&mut cache, false))? {
                 return Ok(true);
             }
         }

@@ -1,15 +1,12 @@
 //! Blobs as files of a folder, each named by its hash: written, synced, renamed, the folder synced.
 
-use super::sum::Hex;
+use super::sum::{Hex, sha256_of};
 use super::{Blobs, StoreError, StoredFile};
 use sha2::{Digest, Sha256};
 use std::fs::{self, File, OpenOptions};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-
-/// Bytes that are read and hashed at a time.
-const PIECE: usize = 64 << 10;
 
 /// A folder of blobs.
 #[derive(Debug)]
@@ -83,16 +80,7 @@ impl Blobs for BlobFolder {
             std::io::ErrorKind::NotFound => damaged(),
             _ => error.into(),
         })?;
-        let mut hash = Sha256::new();
-        let mut piece = vec![0; PIECE];
-        loop {
-            let count = file.read(&mut piece)?;
-            if count == 0 {
-                break;
-            }
-            hash.update(&piece[..count]);
-        }
-        if Hex(&hash.finalize()).to_string() != sha256 {
+        if sha256_of(&mut file)? != sha256 {
             return Err(damaged());
         }
         file.seek(SeekFrom::Start(0))?;

@@ -2,11 +2,28 @@
 
 use sha2::{Digest, Sha256};
 use std::fmt;
+use std::io::{self, Read};
 
 /// Returns the SHA-256 of bytes, lower-case hexadecimal.
 #[must_use]
 pub fn sha256_hex(bytes: &[u8]) -> String {
     Hex(&Sha256::digest(bytes)).to_string()
+}
+
+/// Returns the SHA-256 of what a file or stream holds, lower-case hexadecimal.
+///
+/// # Errors
+///
+/// Those of reading.
+pub fn sha256_of(mut from: impl Read) -> io::Result<String> {
+    let mut hash = Sha256::new();
+    let mut piece = vec![0; 1 << 16];
+    loop {
+        match from.read(&mut piece)? {
+            0 => return Ok(Hex(&hash.finalize()).to_string()),
+            count => hash.update(&piece[..count]),
+        }
+    }
 }
 
 /// Bytes that are shown as lower-case hexadecimal.

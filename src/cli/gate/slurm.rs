@@ -20,8 +20,9 @@ pub(super) struct SlurmJobs {
     arrays: Vec<(u64, u32)>,
     /// The job that collects.
     pub(super) collecting: u64,
-    /// What names the answer of that job and of no other: a cluster that was set up anew counts its
-    /// jobs from 1 again.
+    /// What names the answer to what was asked, and to nothing else: job numbers begin from 1 again
+    /// on a cluster that was set up anew, and others submit gates of that name to the store.
+    #[serde(default)]
     pub(super) answer: u64,
     /// How often the collecting job may still submit what is missing.
     pub(super) resubmits: u32,
@@ -63,6 +64,8 @@ pub(super) struct Slurm<'a> {
     pub(super) share_command: Vec<String>,
     /// Command line of the collecting job.
     pub(super) collect_command: Vec<String>,
+    /// The name of the answer where this is a collecting job itself: the next one gives the same.
+    pub(super) answer: Option<u64>,
     /// Time that a program of Slurm's has to answer.
     pub(super) answer_within: Duration,
 }
@@ -126,8 +129,11 @@ impl Slurm<'_> {
 
     /// Submits the job that collects behind the arrays, and keeps what was handed over.
     pub(super) fn collect(&self, jobs: &mut SlurmJobs) -> Result<(), Error> {
-        // Of the system's random numbers.
-        jobs.answer = RandomState::new().hash_one(SystemTime::now());
+        if jobs.answer == 0 {
+            // Of the system's random numbers.
+            let random = || RandomState::new().hash_one(SystemTime::now());
+            jobs.answer = self.answer.unwrap_or_else(random);
+        }
         let script = self.write("collect", &self.collect_script(jobs.answer))?;
         let ids: Vec<String> = jobs.arrays.iter().map(|(id, _)| format!(":{id}")).collect();
         let mut own = vec!["--requeue".to_string()];
@@ -188,8 +194,8 @@ impl Slurm<'_> {
         format!("latchgate-{}", self.submission)
     }
 
-    /// Returns what the queue holds of the submission.
-    pub(super) fn queue(&self) -> Result<Queue, Error> {
+    /// Returns what the queue holds of the submission, of which `jobs` were handed over.
+    pub(super) fn queue(&self, jobs: &SlurmJobs) -> Result<Queue, Error> {
         let name = format!("--name={}", self.job_name());
         let said = self.ask(
             "squeue",
@@ -201,7 +207,6 @@ impl Slurm<'_> {
                 "%i|%T|%r".into(),
             ],
         )?;
-        let jobs = self.jobs()?.unwrap_or_default();
         let mut queue = Queue::default();
         for row in said.lines() {
             let mut cells = row.split('|').map(str::trim);
@@ -248,8 +253,8 @@ impl Slurm<'_> {
         resubmits: u32,
         options: Option<&[String]>,
     ) -> Result<Vec<u32>, Error> {
-        let queue = self.queue()?;
         let before = self.jobs()?.unwrap_or_default();
+        let queue = self.queue(&before)?;
         let mut lost = queue.stuck.clone();
         let own = std::env::var("SLURM_JOB_ID").unwrap_or_default();
         if queue.is_collecting && own != before.collecting.to_string() {

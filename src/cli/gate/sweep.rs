@@ -3,14 +3,14 @@
 //! latchgate schedules nothing itself. It says what a share is, keeps what is finished and knows
 //! what is missing; the engine that is there runs, restarts and accounts.
 
-use super::slurm::{Slurm, ranges};
+use super::slurm::{Slurm, SlurmJobs, ranges};
 use super::{GateArguments, kubernetes, supervise};
 use crate::cli::failure::{COULD_NOT, Failure};
 use crate::cli::options::Common;
 use crate::cli::output;
 use crate::cli::progress::{self, Progress};
 use crate::cli::values::OutputFormat;
-use crate::error::{Error, ErrorKind};
+use crate::error::{Error, ErrorKind, Place};
 use crate::gate::text::counted;
 use crate::gate::{
     self, Asked, Collection, Columns, GateSummary, Plan, Share, ShareOutcome, ShareTask, Standing,
@@ -18,6 +18,7 @@ use crate::gate::{
 };
 use crate::parallel::Control;
 use crate::recording::Limits;
+use crate::recording::source::sha256;
 use crate::report::escape;
 use clap::{Args, ValueEnum};
 use std::fmt::Write as _;
@@ -80,7 +81,7 @@ pub struct SweepArguments {
     #[arg(long, requires = "submit")]
     pub print: bool,
     /// Wait for the collecting job, and end with its exit code
-    #[arg(long, requires = "submit")]
+    #[arg(long, requires = "submit", conflicts_with = "print")]
     pub wait: bool,
     /// Say what is done, given up and missing, and what the engine has of it
     #[arg(long, group = "sweep", conflicts_with = "no_store")]
@@ -112,6 +113,9 @@ pub struct SweepArguments {
     /// What names the answer of this collecting job.
     #[arg(long, hide = true, requires = "collect")]
     pub answer: Option<u64>,
+    /// SHA-256 of the gate file as it was submitted.
+    #[arg(long, hide = true, requires = "collect")]
+    pub gate_sha256: Option<String>,
     /// Seconds for which programs of the engine and late files are waited for.
     #[arg(long, hide = true)]
     pub patience: Option<u64>,
@@ -140,6 +144,16 @@ impl SweepArguments {
         let asked = self.status || self.resubmit || self.collect || self.estimate;
         self.part.is_some() || self.submit.is_some() || asked
     }
+}
+
+/// What collecting came to.
+pub(super) enum Collected {
+    /// All pairs are there.
+    Summary(Box<GateSummary>),
+    /// Some are missing, and were submitted again, with a job that collects behind them.
+    SubmittedAgain,
+    /// Some are missing.
+    Missing,
 }
 
 /// A gate of which shares are judged.
@@ -236,23 +250,27 @@ impl SweepCommand<'_> {
             jobs.collecting
         ));
         if self.own.sweep.wait {
-            return self.wait(&slurm);
+            return self.wait(&slurm, jobs);
         }
         Ok(0)
     }
 
-    /// Waits for the last collecting job; returns its exit code. Tasks that will never run are
-    /// cancelled meanwhile, since everything behind them waits for them.
-    fn wait(&self, slurm: &Slurm<'_>) -> Result<u8, Failure> {
+    /// Waits for the last job that collects for what was submitted as `jobs`; returns its exit code.
+    /// Tasks that will never run are cancelled meanwhile, since everything behind them waits for them.
+    fn wait(&self, slurm: &Slurm<'_>, mut jobs: SlurmJobs) -> Result<u8, Failure> {
         let (mut absent, mut begun, mut told) = (0, 0, false);
         let progress = Progress::new("waiting");
         progress.watch("waiting", 1, |control| {
             loop {
-                let mut jobs = slurm.jobs().map_err(Failure::Data)?.unwrap_or_default();
+                // What another one submitted since has an answer of its own.
+                let last = slurm.jobs().map_err(Failure::Data)?;
+                if let Some(last) = last.filter(|last| last.answer == jobs.answer) {
+                    jobs = last;
+                }
                 if let Some(exit_code) = slurm.answer(&jobs).map_err(Failure::Data)? {
                     return Ok(exit_code);
                 }
-                match slurm.queue() {
+                match slurm.queue(&jobs) {
                     Ok(queue) => {
                         let _ = slurm.cancel(&queue.stuck);
                         absent = if queue.is_collecting { 0 } else { absent + 1 };
@@ -387,6 +405,11 @@ impl SweepCommand<'_> {
             "--collect".into(),
             "--resubmits".into(),
             resubmits.to_string(),
+            "--gate-sha256".into(),
+            own.sweep
+                .gate_sha256
+                .clone()
+                .unwrap_or_else(|| self.gate_sha256()),
         ]);
         let paths = [
             ("--out", &own.out),
@@ -419,8 +442,14 @@ impl SweepCommand<'_> {
             shares: submission.shares,
             share_command,
             collect_command,
+            answer: own.sweep.answer,
             answer_within: own.sweep.patience(ANSWER_S),
         }
+    }
+
+    /// Returns the SHA-256 of the gate file as it is now; nothing if it cannot be read.
+    fn gate_sha256(&self) -> String {
+        std::fs::read(self.gate).map_or_else(|_| String::new(), |text| sha256(&text))
     }
 
     fn submission(&self) -> Result<Option<Submission>, Failure> {
@@ -463,8 +492,8 @@ impl SweepCommand<'_> {
         let mut document = serde_json::json!(standing);
         if let Some(submission) = submission {
             let slurm = self.slurm(submission, 0);
-            if slurm.jobs()?.is_some() {
-                match slurm.queue() {
+            if let Some(jobs) = slurm.jobs()? {
+                match slurm.queue(&jobs) {
                     Ok(queue) => {
                         let (running, waiting) = (queue.running, queue.waiting);
                         let stuck = queue.stuck.len();
@@ -521,7 +550,20 @@ impl SweepCommand<'_> {
 
     /// Reads the store into one summary. Where something is missing it is said, and submitted again
     /// where this is a job that may; then there is no summary.
-    pub(super) fn collect(&self, asked: Asked<'_>) -> Result<Option<GateSummary>, Failure> {
+    pub(super) fn collect(&self, asked: Asked<'_>) -> Result<Collected, Failure> {
+        let submitted = &self.own.sweep.gate_sha256;
+        if submitted
+            .as_ref()
+            .is_some_and(|then| *then != self.gate_sha256())
+        {
+            let error = Error::from(ErrorKind::Malformed {
+                expected: "the gate file as it was submitted".into(),
+                found: "another one".into(),
+                hint: "submit the shares again".into(),
+            });
+            let place = Place::file(self.gate.display().to_string());
+            return Err(Failure::Data(error.at(place)));
+        }
         let submission = self.submission()?;
         let mut collection = self.collection(submission.as_ref(), false)?;
         let mut standing = collection.standing();
@@ -537,7 +579,9 @@ impl SweepCommand<'_> {
             late = collection.late();
         }
         if standing.missing == 0 {
-            return self.summary(collection, asked).map(Some);
+            self.check_unchanged(&collection)?;
+            let summary = self.summary(collection, asked)?;
+            return Ok(Collected::Summary(Box::new(summary)));
         }
         for file in late {
             output::talk(&format!(
@@ -556,8 +600,20 @@ impl SweepCommand<'_> {
                 "latchgate: shares {} submitted again",
                 shown(&again)
             ));
+            return Ok(Collected::SubmittedAgain);
         }
-        Ok(None)
+        Ok(Collected::Missing)
+    }
+
+    /// Refuses a recording that changed since the shares judged it: the answer would not be of what
+    /// lies there.
+    fn check_unchanged(&self, collection: &Collection<'_>) -> Result<(), Failure> {
+        let progress = Progress::new("reading");
+        progress
+            .watch("reading", self.common.thread_count(), |control| {
+                collection.check_unchanged(self.limits, control)
+            })
+            .map_err(Failure::of_data)
     }
 
     fn summary(

@@ -27,7 +27,11 @@ impl FakeSlurm {
 
     /// Calls the gate where this Slurm is on the path.
     fn gate(&self, more: &[&str]) -> Done {
-        let own = ["--store", "store", "--out", "out"];
+        self.gate_into("out", more)
+    }
+
+    fn gate_into(&self, out: &str, more: &[&str]) -> Done {
+        let own = ["--store", "store", "--out", out];
         let mut command = self.yard.command(&[&own[..], more].concat());
         let path = format!(
             "{}:{}",
@@ -70,6 +74,74 @@ fn cli_an_answer_of_an_earlier_job_of_that_number_is_none() {
     let done = slurm.submit("2", &["--wait"]);
     assert_eq!(done.code, 1, "{}{}", done.err, slurm.told("log"));
     assert_eq!(slurm.told("submitted"), "1 1-2\n2\n");
+}
+
+/// What others submit meanwhile under that name, or write into the gate file, decides nothing of what
+/// one waits for.
+#[test]
+fn cli_whoever_waits_gets_the_answer_to_his_own_question() {
+    let slurm = FakeSlurm::new("two-wait", 1, 1);
+    slurm.yard.recording(0, 99.0);
+    let failing = slurm.yard.gate(&["--no-store", "--out", "base"]);
+    assert_eq!(failing.code, 1, "{}", failing.err);
+    let submitted = |lines: usize| {
+        while slurm.told("submitted").lines().count() < lines {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    };
+    let no_worse = ["--baseline", "base/summary.json", "--no-worse"];
+    for (shares, of_the_first) in [("1", 1), ("2", 4)] {
+        let _ = fs::remove_dir_all(slurm.state(""));
+        let _ = fs::remove_dir_all(slurm.yard.path("store"));
+        let (first, second) = std::thread::scope(|scope| {
+            let first = scope.spawn(|| slurm.submit("1", &["--wait"]));
+            submitted(2);
+            let own = ["--submit", "slurm", "--parts", shares, "--wait"];
+            let second = slurm.gate_into("second", &[&own[..], &no_worse].concat());
+            (first.join().unwrap(), second)
+        });
+        let log = slurm.told("log");
+        // Of another submission nothing is left to collect: that is no pass either.
+        assert_eq!(first.code, of_the_first, "{}{log}", first.err);
+        assert_eq!(second.code, 0, "{}{log}", second.err);
+    }
+    // The rules are those of the gate file as it was submitted.
+    let _ = fs::remove_dir_all(slurm.state(""));
+    let text = slurm.yard.text("gate.toml");
+    let done = std::thread::scope(|scope| {
+        let done = scope.spawn(|| slurm.submit("1", &["--wait"]));
+        submitted(2);
+        let lenient = format!("{text}\n[[require]]\nverdict = \"fail\"\n");
+        slurm.yard.folder.write("gate.toml", lenient);
+        done.join().unwrap()
+    });
+    let log = slurm.told("log");
+    assert_eq!(done.code, 4, "{}{log}", done.err);
+    assert!(log.contains("the gate file as it was submitted"), "{log}");
+}
+
+/// A recording that changed after its share judged it is not what the answer would be of.
+#[test]
+fn cli_a_recording_that_changed_since_is_not_collected() {
+    let slurm = FakeSlurm::new("changed", 2, 1);
+    slurm.yard.recording(1, 99.0);
+    let done = slurm.submit("1", &["--wait"]);
+    assert_eq!(done.code, 1, "{}", done.err);
+    slurm.yard.recording(1, 0.1);
+    let collected = slurm.gate(&["--collect"]);
+    assert_eq!(collected.code, 4, "{}", collected.err);
+    let told = "recordings/r0001.csv: expected the recording as it was submitted and judged";
+    assert!(collected.err.contains(told), "{}", collected.err);
+}
+
+/// What is only printed has no answer to wait for.
+#[test]
+fn cli_printing_does_not_wait() {
+    let slurm = FakeSlurm::new("print-wait", 1, 1);
+    for engine in ["slurm", "kubernetes"] {
+        let words = ["--submit", engine, "--parts", "1", "--print", "--wait"];
+        assert_eq!(slurm.gate(&words).code, 2, "{engine}");
+    }
 }
 
 /// A task that Slurm holds since it could not be launched will never run: it is cancelled, and its
