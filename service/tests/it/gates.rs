@@ -566,12 +566,33 @@ fn cli_what_the_cluster_does_not_do_is_told() {
     let id = entry["id"].as_str().unwrap();
     let again = service.client().get(&format!("/v1/gates/{id}")).json();
     assert_eq!(again, entry);
+    // What was laid out is the recording's bytes again, whatever was written there meanwhile.
+    let own = crate::support::signal("burst.csv");
+    let laid_out = laid_out(&folder.data(), "burst.csv").unwrap();
+    assert_eq!(fs::read(&laid_out).unwrap(), own);
+    let turned: Vec<u8> = own
+        .iter()
+        .map(|byte| if *byte == b'-' { b' ' } else { *byte })
+        .collect();
+    fs::write(&laid_out, turned).unwrap();
     fs::write(place.join("go"), "").unwrap();
     sbatch(SBATCH);
     let (status, _) = submit(&service.client(), "", GATE);
     assert_eq!(status, 202);
     let entry = ended(&service.client(), &entry["id"]);
     assert_eq!(entry["state"], "done", "{entry}");
+    assert_eq!(fs::read(&laid_out).unwrap(), own);
+}
+
+/// Returns the file of that name below a folder.
+fn laid_out(folder: &std::path::Path, name: &str) -> Option<std::path::PathBuf> {
+    fs::read_dir(folder).ok()?.flatten().find_map(|entry| {
+        let path = entry.path();
+        if path.is_dir() {
+            return laid_out(&path, name);
+        }
+        (path.file_name()? == name).then_some(path)
+    })
 }
 
 /// The outcome of a gate is made when its last pair is decided, whether or not anybody looks.
