@@ -132,34 +132,3 @@ pub(super) fn fits(pattern: &str, text: &str) -> bool {
     let [pattern, text] = [pattern, text].map(|one| one.trim().to_uppercase());
     glob::Pattern::new(&pattern).is_ok_and(|pattern| pattern.matches(&text))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::fits;
-
-    #[test]
-    fn val_patterns_of_codes() {
-        let code = "14BPILLO0000ACYA";
-        for pattern in [
-            code,
-            "1?BPIL??????AC[Y2]?",
-            "*BPIL*AC[2Y]*",
-            "14bpil*",
-            "*",
-            "????????????????",
-        ] {
-            assert!(fits(pattern, code), "{pattern}");
-        }
-        for pattern in [
-            "",
-            "1?BPIL??????AC[X2]?",
-            "*SILB*",
-            "???",
-            "14BPIL*Z",
-            "[",
-            "*B",
-        ] {
-            assert!(!fits(pattern, code), "{pattern}");
-        }
-    }
-}

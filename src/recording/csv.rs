@@ -21,7 +21,7 @@
 
 mod begin;
 mod counter;
-mod date;
+pub mod date;
 mod dialect;
 pub(super) mod header;
 mod layout;

@@ -269,34 +269,3 @@ impl PrintedDigits {
             .unwrap_or(0.0)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::Marks;
-
-    #[track_caller]
-    fn check(cells: &[&str], decimal: bool, may_be_thousands: bool) {
-        let mut marks = Marks::default();
-        for cell in cells {
-            marks.look(cell.as_bytes());
-        }
-        assert_eq!(marks.decimal, decimal, "{cells:?}");
-        assert_eq!(marks.may_be_thousands(), may_be_thousands, "{cells:?}");
-    }
-
-    #[test]
-    fn verif_marks_that_may_separate_thousands_are_told_from_decimal_ones() {
-        check(&["-1", "2", "6,158", "12,322"], false, true);
-        check(&["-1", " -6.158 "], false, true);
-        check(&["+588,273", "0"], false, true);
-        // Three decimals throughout, and nothing beside them.
-        check(&["6.158", "12.322"], false, false);
-        check(&["1", "2"], false, false);
-        for proof in [
-            "0,158", "-0.158", ".158", "1234.158", "6.1580", "6,1", "6.158e0", "6.",
-        ] {
-            check(&["1", "6.158", proof], true, false);
-            check(&[proof, "1", "6.158"], true, false);
-        }
-    }
-}

@@ -302,22 +302,3 @@ pub(super) fn collapse_blanks(text: &mut Vec<u8>) {
     }
     text.truncate(written);
 }
-
-#[cfg(test)]
-mod tests {
-    use super::{Above, Limits, scan_lines};
-
-    /// A line too long after many that are not is told at its own line and byte.
-    #[test]
-    fn verif_a_long_line_after_many_rows_is_told_at_its_place() {
-        let rows = "1,2\n".repeat(5000);
-        let mut text = format!("{rows}{}\n1,2\n", "3".repeat(99)).into_bytes();
-        let limits = Limits {
-            line_bytes: 60,
-            ..Limits::default()
-        };
-        let error = scan_lines(&mut text, Above::default(), &limits).expect_err("a long line");
-        let place = error.place();
-        assert_eq!((place.line, place.byte), (Some(5001), Some(20_060)));
-    }
-}
