@@ -102,6 +102,11 @@ pub struct ReadOptions {
 const RATE_AGREEMENT: f64 = 1e-3;
 
 impl ReadOptions {
+    /// Returns the instant on the file's clock that becomes time 0 [s].
+    fn zero_s(&self) -> f64 {
+        self.time_zero_s.unwrap_or(0.0)
+    }
+
     /// Holds the rate that option or card state against the one that the file says [Hz]; `by`
     /// names what says it and `hint` the way out.
     fn check_rate(&self, found: f64, by: &str, hint: &str) -> Result<(), Error> {
@@ -158,6 +163,27 @@ pub enum Selection {
     /// Every channel that carries numbers, for `inspect`. Here a channel without a unit is
     /// no error, and one without a known time is left out with a finding.
     Every,
+}
+
+/// What is asked of a reader.
+#[derive(Debug, Clone, Copy)]
+pub struct Asked<'a> {
+    /// What the user says.
+    pub options: &'a ReadOptions,
+    /// The selections to deliver; what holds one up leaves the others alone.
+    pub selections: &'a [Selection],
+    /// What is refused beyond.
+    pub limits: &'a Limits,
+}
+
+impl Asked<'_> {
+    /// Delivers each selection.
+    fn each(self, mut one: impl FnMut(Selection) -> Result<ReadOutcome, Error>) -> Outcomes {
+        self.selections
+            .iter()
+            .map(|selection| one(*selection))
+            .collect()
+    }
 }
 
 /// One measured channel on a uniform time base, in the file's own unit.
@@ -358,14 +384,22 @@ pub struct Format {
     pub name: &'static str,
     /// Tells whether the file is of this format.
     pub recognises: fn(head: &Head<'_>) -> bool,
-    /// Reads the channels of each selection in one pass over the bytes; streams from `source`,
-    /// within `limits`. What holds one selection up leaves the others alone.
-    pub read: fn(
-        source: &mut source::Reader,
-        options: &ReadOptions,
-        selections: &[Selection],
-        limits: &Limits,
-    ) -> Result<Outcomes, Error>,
+    /// Reads the channels of each selection in one pass over the bytes that `source` streams.
+    pub read: fn(source: &mut source::Reader, asked: Asked) -> Result<Outcomes, Error>,
+}
+
+impl Format {
+    const fn new(
+        name: &'static str,
+        recognises: fn(&Head<'_>) -> bool,
+        read: fn(&mut source::Reader, Asked) -> Result<Outcomes, Error>,
+    ) -> Self {
+        Self {
+            name,
+            recognises,
+            read,
+        }
+    }
 }
 
 /// What a reader delivers for each selection, in their order.
@@ -387,7 +421,7 @@ pub struct ReadOutcome {
 impl ReadOutcome {
     /// Makes findings of the remarks on the file as a whole.
     fn tell_remarks(&mut self, options: &ReadOptions, selection: Selection) {
-        let zero_s = options.time_zero_s.unwrap_or(0.0);
+        let zero_s = options.zero_s();
         let spans = self
             .channels
             .iter()
@@ -411,31 +445,11 @@ impl ReadOutcome {
 
 /// Every format that is read, the most easily recognised first.
 pub const FORMATS: &[Format] = &[
-    Format {
-        name: "mcap",
-        recognises: mcap::recognises,
-        read: mcap::read,
-    },
-    Format {
-        name: "ev5",
-        recognises: ev5::recognises,
-        read: ev5::read,
-    },
-    Format {
-        name: "iso-mme",
-        recognises: mme::recognises,
-        read: mme::read,
-    },
-    Format {
-        name: "lvm",
-        recognises: lvm::recognises,
-        read: lvm::read,
-    },
-    Format {
-        name: "csv",
-        recognises: csv::recognises,
-        read: csv::read,
-    },
+    Format::new("mcap", mcap::recognises, mcap::read),
+    Format::new("ev5", ev5::recognises, ev5::read),
+    Format::new("iso-mme", mme::recognises, mme::read),
+    Format::new("lvm", lvm::recognises, lvm::read),
+    Format::new("csv", csv::recognises, csv::read),
 ];
 
 /// Reads a recording.
@@ -486,35 +500,28 @@ fn read_each<const N: usize>(
     limits: &Limits,
     control: Control<'_>,
 ) -> [Result<Recording, Error>; N] {
-    let mut outcomes = match outcomes(source, options, &selections, limits, control) {
-        Ok(outcomes) => outcomes.into_iter(),
-        // What is wrong with the whole is wrong with each.
-        Err(error) => {
-            let error = error.at(Place::file(source.name()));
-            return std::array::from_fn(|_| Err(error.clone()));
-        }
+    let asked = Asked {
+        options,
+        selections: &selections,
+        limits,
     };
-    std::array::from_fn(|_| {
-        outcomes
-            .next()
-            .expect("a reader gives one outcome for each selection")
-            .map_err(|error| error.at(Place::file(source.name())))
+    // What is wrong with the whole is wrong with each.
+    let outcomes = outcomes(source, asked, control)
+        .unwrap_or_else(|error| selections.map(|_| Err(error.clone())).into());
+    let mut outcomes = outcomes.into_iter();
+    selections.map(|_| {
+        let outcome = outcomes.next();
+        let outcome = outcome.expect("a reader gives one outcome for each selection");
+        outcome.map_err(|error| error.at(Place::file(source.name())))
     })
 }
 
-fn outcomes(
-    source: &Source,
-    options: &ReadOptions,
-    selections: &[Selection],
-    limits: &Limits,
-    control: Control<'_>,
-) -> Result<Vec<Result<Recording, Error>>, Error> {
-    let mut reader = source.open_watched(control)?;
+/// Finds the format of what a reader has before it.
+fn format_of(reader: &mut source::Reader, asked: Asked) -> Result<&'static Format, Error> {
     let bytes = reader.head()?;
-    let entries = if reader.is_folder() {
-        reader.list(true, limits)?
-    } else {
-        Vec::new()
+    let entries = match reader.is_folder() {
+        true => reader.list(true, asked.limits)?,
+        false => Vec::new(),
     };
     let head = Head {
         bytes: &bytes,
@@ -522,12 +529,21 @@ fn outcomes(
         is_folder: reader.is_folder(),
         entries: &entries,
     };
-    let format = find_format(&head, options.input_format.as_deref())?;
-    options.refuse_table_settings(format.name)?;
-    let mut outcomes = (format.read)(&mut reader, options, selections, limits)?;
-    for (outcome, selection) in outcomes.iter_mut().zip(selections) {
+    find_format(&head, asked.options.input_format.as_deref())
+}
+
+fn outcomes(
+    source: &Source,
+    asked: Asked,
+    control: Control<'_>,
+) -> Result<Vec<Result<Recording, Error>>, Error> {
+    let mut reader = source.open_watched(control)?;
+    let format = format_of(&mut reader, asked)?;
+    asked.options.refuse_table_settings(format.name)?;
+    let mut outcomes = (format.read)(&mut reader, asked)?;
+    for (outcome, selection) in outcomes.iter_mut().zip(asked.selections) {
         if let Ok(read) = outcome {
-            read.tell_remarks(options, *selection);
+            read.tell_remarks(asked.options, *selection);
         }
     }
     if outcomes.iter().all(Result::is_err) {
@@ -536,21 +552,21 @@ fn outcomes(
         return Ok(failed.map(Err).collect());
     }
     let hashes = reader.finish_hashes()?;
+    let recording = |outcome: ReadOutcome| {
+        tracing::info!(file = %source.name(), format = format.name, channels = outcome.channels.len(), "recording read");
+        let (sha256, parts) = hashes.of(&outcome.parts);
+        Recording {
+            file: source.name(),
+            sha256,
+            parts,
+            format: format.name,
+            channels: outcome.channels,
+            findings: outcome.findings,
+        }
+    };
     Ok(outcomes
         .into_iter()
-        .map(|outcome| {
-            let outcome = outcome?;
-            tracing::info!(file = %source.name(), format = format.name, channels = outcome.channels.len(), "recording read");
-            let (sha256, parts) = hashes.of(&outcome.parts);
-            Ok(Recording {
-                file: source.name(),
-                sha256,
-                parts,
-                format: format.name,
-                channels: outcome.channels,
-                findings: outcome.findings,
-            })
-        })
+        .map(|outcome| outcome.map(recording))
         .collect())
 }
 
@@ -564,15 +580,13 @@ pub fn table_mapping(
     control: &Control<'_>,
 ) -> Option<csv::TableMapping> {
     let mut reader = source.open_watched(*control).ok()?;
-    let bytes = reader.head().ok()?;
-    let head = Head {
-        bytes: &bytes,
-        file_name: reader.name(),
-        is_folder: reader.is_folder(),
-        entries: &[],
+    let asked = Asked {
+        options,
+        selections: &[],
+        limits,
     };
-    let format = find_format(&head, options.input_format.as_deref()).ok()?;
-    (format.name == "csv").then(|| csv::mapping(&mut reader, options, limits).ok())?
+    let format = format_of(&mut reader, asked).ok()?;
+    (format.name == "csv").then(|| csv::mapping(&mut reader, asked).ok())?
 }
 
 /// Formats that are known but not read: first bytes or suffix, name, way out.

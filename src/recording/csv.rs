@@ -33,11 +33,11 @@ use super::draft::{self, Draft, UniformSamples, Unit};
 use super::held;
 use super::source::Reader;
 use super::time_base::{self, TimeBase};
-use super::{Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
+use super::{Asked, Finding, Head, Outcomes, ReadOptions, ReadOutcome, Selection};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::SampleRate;
 pub use layout::TableMapping;
-use layout::{ColumnChoice, TableLayout, TimeSource};
+use layout::{TableLayout, TimeSource};
 use rows::{ColumnResult, Rows, WantedColumns};
 use status::AllSaid;
 
@@ -58,15 +58,9 @@ pub fn recognises(head: &Head<'_>) -> bool {
 /// - [`ErrorKind::Malformed`], [`ErrorKind::NonFinite`], [`ErrorKind::RaggedRow`] or
 ///   [`ErrorKind::TimeNotIncreasing`] at the line and column of the first bad cell,
 /// - [`ErrorKind::LimitExceeded`] where the file is larger than allowed.
-pub fn read(
-    source: &mut Reader,
-    options: &ReadOptions,
-    selections: &[Selection],
-    limits: &Limits,
-) -> Result<Outcomes, Error> {
-    let table = TableText::open(source.read_text(limits)?, options, limits)?;
-    let outcome = |selection: &Selection| table.outcome(*selection, options, limits);
-    Ok(selections.iter().map(outcome).collect())
+pub fn read(source: &mut Reader, asked: Asked) -> Result<Outcomes, Error> {
+    let table = TableText::open(source.read_text(asked.limits)?, asked)?;
+    Ok(asked.each(|selection| table.outcome(selection)))
 }
 
 /// Says how a text table was understood, or, where a person is asked for that, how it seems to be.
@@ -74,21 +68,18 @@ pub fn read(
 /// # Errors
 ///
 /// As [`read`], where nothing like a table is found.
-pub fn mapping(
-    source: &mut Reader,
-    options: &ReadOptions,
-    limits: &Limits,
-) -> Result<TableMapping, Error> {
-    let bytes = source.read_text(limits)?;
+pub fn mapping(source: &mut Reader, asked: Asked) -> Result<TableMapping, Error> {
+    let bytes = source.read_text(asked.limits)?;
     let head = bytes[..bytes.len().min(begin::LOOKED_AT)].to_vec();
-    let found = TableText::open(bytes, options, limits)
-        .and_then(|table| table.layout.mapping(&table.text, options, limits));
+    let found =
+        TableText::open(bytes, asked).and_then(|table| table.layout.mapping(&table.text, asked));
     found.or_else(|error| {
-        let (text, _) = super::encoding::decode(head, limits)?;
+        let (text, _) = super::encoding::decode(head, asked.limits)?;
         let begin = begin::find(&text).ok_or(error)?;
+        let decimal = asked.options.decimal;
         Ok(TableMapping {
-            separator: begin::find_separator(&text, options.decimal).name(),
-            decimal: options.decimal.map(crate::units::DecimalMark::name),
+            separator: begin::find_separator(&text, decimal).name(),
+            decimal: decimal.map(crate::units::DecimalMark::name),
             header_line: begin.header,
             data_line: Some(begin.data),
             time_column: None,
@@ -98,23 +89,25 @@ pub fn mapping(
 }
 
 /// A table whose layout is known and whose rows are not read yet.
-struct TableText {
+struct TableText<'a> {
     text: Vec<u8>,
     lines: dialect::LineScan,
     layout: TableLayout,
     /// What was found odd up to here.
     findings: Vec<Finding>,
+    asked: Asked<'a>,
 }
 
-impl TableText {
-    fn open(bytes: Vec<u8>, options: &ReadOptions, limits: &Limits) -> Result<Self, Error> {
-        let (mut text, mut findings) = super::encoding::decode(bytes, limits)?;
+impl<'a> TableText<'a> {
+    fn open(bytes: Vec<u8>, asked: Asked<'a>) -> Result<Self, Error> {
+        let options = asked.options;
+        let (mut text, mut findings) = super::encoding::decode(bytes, asked.limits)?;
         let named = options.header_line.map(|line| line.saturating_sub(1));
         let above = dialect::Above {
             lines: u64::from(named.or(options.skip_lines).unwrap_or(0)),
             named: named.is_some(),
         };
-        let lines = dialect::scan_lines(&mut text, above, limits)?;
+        let lines = dialect::scan_lines(&mut text, above, asked.limits)?;
         // The table reader takes a comment without a line end for an empty row.
         let last = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
         if text.get(last) == Some(&b'#') {
@@ -124,8 +117,7 @@ impl TableText {
         if separator == dialect::Separator::Blanks {
             dialect::collapse_blanks(&mut text);
         }
-        let quoted = memchr::memchr(b'"', &text).is_some();
-        let layout = TableLayout::find(&text, separator, quoted, options, limits)?;
+        let layout = TableLayout::find(&text, separator, asked)?;
         if text.last() != Some(&b'\n')
             && let Some(cut) = std::str::from_utf8(&text).ok().and_then(held::cut_line)
         {
@@ -139,25 +131,22 @@ impl TableText {
             lines,
             layout,
             findings,
+            asked,
         })
     }
 
     /// Reads what a selection asks for; nothing where nothing tells the time.
-    fn outcome(
-        &self,
-        selection: Selection,
-        options: &ReadOptions,
-        limits: &Limits,
-    ) -> Result<ReadOutcome, Error> {
-        let (text, layout) = (&self.text, &self.layout);
-        let mut findings = self.findings.clone();
-        let Some(time) = layout.time_or_left_out(options, selection, &mut findings)? else {
-            return Ok(ReadOutcome {
-                findings,
-                ..ReadOutcome::default()
-            });
+    fn outcome(&self, selection: Selection) -> Result<ReadOutcome, Error> {
+        let (layout, options) = (&self.layout, self.asked.options);
+        let mut outcome = ReadOutcome {
+            findings: self.findings.clone(),
+            ..ReadOutcome::default()
         };
-        self.refuse_lost_rows(&time, &mut findings)?;
+        let findings = &mut outcome.findings;
+        let Some(time) = layout.time_or_left_out(options, selection, findings)? else {
+            return Ok(outcome);
+        };
+        self.refuse_lost_rows(&time, findings)?;
         let choice = layout.choose(options, selection, &time)?;
         let counters = layout.counters(&time, &choice.columns);
         let counting = counters.iter().map(|(column, _)| *column);
@@ -166,13 +155,13 @@ impl TableText {
             samples: choice.columns.len(),
             columns: choice.columns.iter().copied().chain(counting).collect(),
         };
-        let mut rows = rows::read(text, layout, &time, &wanted, options, limits)?;
-        let mut values = std::mem::take(&mut rows.values);
-        let counts = values.split_off(choice.columns.len());
+        let mut rows = rows::read(&self.text, layout, &time, &wanted, self.asked)?;
+        let counts = rows.values.split_off(choice.columns.len());
+        let mut values = std::mem::take(&mut rows.values).into_iter();
         findings.extend(self.row_findings(&rows, &time));
-        let mut base = find_base(&rows, layout, &time, options, limits, &mut findings)?;
+        let mut base = self.find_base(&rows, &time, findings)?;
         let counts = self.count_findings(&counters, counts, &rows, &base);
-        let said = self.said(&choice.columns, &time, &rows, &base, limits)?;
+        let (remarks, flags) = self.said(&choice.columns, &time, &rows, &base)?;
         base.findings.extend(counts);
         if self.lines.more_words {
             findings.push(Finding::blocking(
@@ -180,15 +169,42 @@ impl TableText {
                 "the file holds more comments than are read for what they say of the samples",
             ));
         }
-        self.deliver(
-            selection,
-            choice,
-            values,
-            (&rows, &base),
-            said,
-            findings,
-            options,
-        )
+        let of = |column: Option<usize>| {
+            let of_it = remarks.iter().filter(move |(of, _)| *of == column);
+            of_it.map(|(_, remark)| remark.clone())
+        };
+        outcome.remarks = of(None).collect();
+        // Rows were counted before any was kept.
+        let most = ("table_cells", u64::MAX);
+        draft::deliver(selection, choice.columns, outcome, most, |index, _| {
+            let column = &layout.columns[index];
+            let read = values.next().expect("one result for each column");
+            let channel = read.and_then(|values| {
+                let mut findings = choice.findings.clone();
+                let unit = unit_of(column, options, &mut findings);
+                if unit.unit.is_none() && selection == Selection::Lateral {
+                    return Err(ErrorKind::MissingUnit.into());
+                }
+                let clock = UniformSamples {
+                    start_s: base.start_s,
+                    rate: base.rate,
+                    values: base.apply(&rows.stamps_s, values)?,
+                };
+                let mut draft = Draft::of_words(column, unit, clock, findings);
+                draft.findings.extend(base.findings.iter().cloned());
+                let flags = flags
+                    .iter()
+                    .filter(|(of, _)| of.is_none_or(|of| of == index));
+                draft
+                    .findings
+                    .extend(flags.map(|(_, finding)| finding.clone()));
+                draft.remarks.extend(of(Some(index)));
+                draft.finish(options.zero_s(), options)
+            });
+            channel
+                .map(Some)
+                .map_err(|error| (column.name.clone(), error))
+        })
     }
 
     /// Returns what comments and columns of words say, and what their flags mean.
@@ -197,15 +213,11 @@ impl TableText {
         chosen: &[usize],
         time: &TimeSource,
         rows: &Rows,
-        base: &Base,
-        limits: &Limits,
+        base: &TimeBase,
     ) -> Result<AllSaid, Error> {
         let layout = &self.layout;
-        let mut passed = chosen.to_vec();
-        if let TimeSource::Column { index, .. } = time {
-            passed.push(*index);
-        }
-        let statuses = status::read(&self.text, layout, limits)?;
+        let passed: Vec<usize> = chosen.iter().copied().chain(time.column()).collect();
+        let statuses = status::read(&self.text, layout, self.asked.limits)?;
         let at_s = |row: usize| instant_of(row, rows, base);
         let (mut remarks, flags) = status::of_columns(&statuses, layout, &passed, at_s);
         let lines = self.lines.words.iter();
@@ -261,89 +273,13 @@ impl TableText {
         Ok(())
     }
 
-    /// Makes channels of the columns that were read.
-    #[expect(clippy::too_many_arguments, reason = "all that was found out before")]
-    fn deliver(
-        &self,
-        selection: Selection,
-        choice: ColumnChoice,
-        values: Vec<ColumnResult>,
-        (rows, base): (&Rows, &Base),
-        (remarks, flags): AllSaid,
-        mut findings: Vec<Finding>,
-        options: &ReadOptions,
-    ) -> Result<ReadOutcome, Error> {
-        let layout = &self.layout;
-        let mut channels = Vec::with_capacity(choice.columns.len());
-        for (index, result) in choice.columns.iter().copied().zip(values) {
-            let values = match result {
-                Ok(values) => values,
-                Err(why) => {
-                    findings.push(draft::left_out(&layout.columns[index].name, &why));
-                    continue;
-                }
-            };
-            let values = match &base.fitted {
-                Some(fitted) => fitted.apply(&rows.stamps_s, values)?,
-                None => values,
-            };
-            let mut draft = self.draft(index, values, base, options, &choice.findings);
-            if draft.unit.unit.is_none() && selection == Selection::Lateral {
-                let place = Place::default().channel(draft.name);
-                return Err(Error::from(ErrorKind::MissingUnit).at(place));
-            }
-            let flags = flags
-                .iter()
-                .filter(|(of, _)| of.is_none_or(|of| of == index));
-            draft
-                .findings
-                .extend(flags.map(|(_, finding)| finding.clone()));
-            let own = remarks.iter().filter(|(of, _)| *of == Some(index));
-            draft.remarks.extend(own.map(|(_, remark)| remark.clone()));
-            match draft.finish(options.time_zero_s, &options.accepted_remarks) {
-                Ok(channel) => channels.push(channel),
-                Err(error) if selection == Selection::Lateral => return Err(error),
-                Err(error) => findings.push(draft::left_out(&layout.columns[index].name, &error)),
-            }
-        }
-        let of_all = remarks.into_iter().filter(|(of, _)| of.is_none());
-        Ok(ReadOutcome {
-            channels,
-            findings,
-            remarks: of_all.map(|(_, remark)| remark).collect(),
-            ..ReadOutcome::default()
-        })
-    }
-
-    /// Makes a channel of a column, with what its name and header, and its clock tell.
-    fn draft(
-        &self,
-        index: usize,
-        values: Vec<f64>,
-        base: &Base,
-        options: &ReadOptions,
-        chosen: &[Finding],
-    ) -> Draft {
-        let column = &self.layout.columns[index];
-        let mut findings = chosen.to_vec();
-        let unit = unit_of(column, options, &mut findings);
-        let clock = UniformSamples {
-            start_s: base.start_s,
-            rate: base.rate,
-            values,
-        };
-        let mut draft = Draft::of_words(column, unit, clock, findings);
-        draft.findings.extend(base.findings.iter().cloned());
-        draft
-    }
-
     /// Says where columns that count the rows do not.
     fn count_findings(
         &self,
         counters: &[(usize, bool)],
         counts: Vec<ColumnResult>,
         rows: &Rows,
-        base: &Base,
+        base: &TimeBase,
     ) -> Vec<Finding> {
         let stamped = !rows.stamps_s.is_empty();
         let place = |row: usize| {
@@ -397,6 +333,42 @@ impl TableText {
         }
         findings
     }
+
+    /// Finds the time base: that of the stamps, or the stated one.
+    fn find_base(
+        &self,
+        rows: &Rows,
+        time: &TimeSource,
+        findings: &mut Vec<Finding>,
+    ) -> Result<TimeBase, Error> {
+        let options = self.asked.options;
+        let (column, unit_stated) = match time {
+            TimeSource::Rate(_) if rows.count < 2 => {
+                return Err(Error::too_short("a recording", 2, rows.count));
+            }
+            TimeSource::Rate(rate) => {
+                return Ok(TimeBase::stated(0.0, *rate, rows.count, Vec::new()));
+            }
+            TimeSource::Column {
+                index, unit_stated, ..
+            } => (*index, *unit_stated),
+        };
+        let name = &self.layout.columns[column].name;
+        if let (Some(digits), Some(stated)) = (&rows.coarse_digits_s, options.rate_hz) {
+            let rate = SampleRate::from_hertz(stated)?;
+            return coarse_base(&rows.stamps_s, digits, name, rate);
+        }
+        let fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, self.asked.limits)?;
+        let rate = fitted.rate.hertz();
+        let hint = "state the setting `time_unit`, or leave out the rate";
+        options.check_rate(rate, &format!("the time column `{name}`"), hint)?;
+        let confirmed = options.time_unit.is_some() || options.rate_hz.is_some();
+        let by = format!("`{name}`");
+        let hint = "if its unit is another, state it with the setting `time_unit` = s|ms|us|ns";
+        let odd = time_base::implausible_rate(rate, &by, (unit_stated, confirmed), hint);
+        findings.extend(odd.map_err(|error| error.at(Place::default().channel(name)))?);
+        Ok(fitted)
+    }
 }
 
 /// Returns the unit of a column, and what states it.
@@ -413,7 +385,7 @@ fn unit_of(column: &header::Column, options: &ReadOptions, findings: &mut Vec<Fi
 
 /// Returns the instant of a row on the file's clock [s]; of rows that repeat others none later
 /// than it.
-fn instant_of(row: usize, rows: &Rows, base: &Base) -> Option<f64> {
+fn instant_of(row: usize, rows: &Rows, base: &TimeBase) -> Option<f64> {
     if rows.stamps_s.is_empty() {
         return Some(base.start_s + base.rate.interval().seconds() * row as f64);
     }
@@ -430,67 +402,6 @@ fn line_of_row(text: &[u8], row: usize) -> Option<u64> {
         .map(|(line, _)| line as u64 + 1)
 }
 
-/// The time base of a table, with the fit if there is a time column.
-struct Base {
-    start_s: f64,
-    rate: SampleRate,
-    findings: Vec<Finding>,
-    fitted: Option<TimeBase>,
-}
-
-fn find_base(
-    rows: &Rows,
-    layout: &TableLayout,
-    time: &TimeSource,
-    options: &ReadOptions,
-    limits: &Limits,
-    findings: &mut Vec<Finding>,
-) -> Result<Base, Error> {
-    let (column, unit_stated) = match time {
-        TimeSource::Rate(rate) => {
-            if rows.count < 2 {
-                return Err(Error::too_short("a recording", 2, rows.count));
-            }
-            return Ok(Base {
-                start_s: 0.0,
-                rate: *rate,
-                findings: Vec::new(),
-                fitted: None,
-            });
-        }
-        TimeSource::Column {
-            index, unit_stated, ..
-        } => (*index, *unit_stated),
-    };
-    let name = &layout.columns[column].name;
-    if let (Some(digits), Some(stated)) = (&rows.coarse_digits_s, options.rate_hz) {
-        return coarse_base(
-            &rows.stamps_s,
-            digits,
-            name,
-            SampleRate::from_hertz(stated)?,
-        );
-    }
-    let fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, limits)?;
-    let rate = fitted.rate.hertz();
-    options.check_rate(
-        rate,
-        &format!("the time column `{name}`"),
-        "state the setting `time_unit`, or leave out the rate",
-    )?;
-    let confirmed = options.time_unit.is_some() || options.rate_hz.is_some();
-    let by = format!("`{name}`");
-    let hint = "if its unit is another, state it with the setting `time_unit` = s|ms|us|ns";
-    let odd = time_base::implausible_rate(rate, &by, (unit_stated, confirmed), hint);
-    findings.extend(odd.map_err(|error| error.at(Place::default().channel(name)))?);
-    Ok(Base {
-        start_s: fitted.start_s,
-        rate: fitted.rate,
-        findings: fitted.findings.clone(),
-        fitted: Some(fitted),
-    })
-}
-
 /// Finds the time base of stamps that repeat, since they have too few digits, at a stated rate:
 /// each of them must be the instant of its row to its own last digit, rounded or cut off.
 fn coarse_base(
@@ -498,7 +409,7 @@ fn coarse_base(
     digits_s: &[f64],
     name: &str,
     rate: SampleRate,
-) -> Result<Base, Error> {
+) -> Result<TimeBase, Error> {
     let interval = rate.interval().seconds();
     // Where the start may lie if stamps are cut off towards zero or rounded up, and if rounded.
     let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -535,19 +446,18 @@ fn coarse_base(
     let first = stamps_s[0];
     let on_grid = (first / interval).round() * interval;
     let start_s = [first, on_grid].into_iter().find(fits);
-    Ok(Base {
-        start_s: start_s.unwrap_or(0.5 * (low + high)),
+    let start_s = start_s.unwrap_or(0.5 * (low + high));
+    let text = format!(
+        "the stamps of `{name}` have too few digits and repeat; the stated {} Hz was used, which \
+         they follow to their printed digits, so that the start is known to {} s",
+        rate.hertz(),
+        crate::units::plain((high - low).max(0.0), 3)
+    );
+    let coarse = Finding::warning("stamps-coarse", text);
+    Ok(TimeBase::stated(
+        start_s,
         rate,
-        findings: vec![Finding::warning(
-            "stamps-coarse",
-            format!(
-                "the stamps of `{name}` have too few digits and repeat; the stated {} Hz was \
-                 used, which they follow to their printed digits, so that the start is known to \
-                 {} s",
-                rate.hertz(),
-                crate::units::plain((high - low).max(0.0), 3)
-            ),
-        )],
-        fitted: None,
-    })
+        stamps_s.len(),
+        vec![coarse],
+    ))
 }

@@ -1,7 +1,7 @@
 //! A channel as a reader found it, made into one that is delivered: the last mile of all readers.
 
 use super::csv::header::Column;
-use super::remarks::{self, AcceptedRemark, Remark, Span};
+use super::remarks::{self, Remark, Span};
 use super::time_base::TimeBase;
 use super::{Channel, Finding, Limits, ReadOptions, ReadOutcome, Selection, Stated, text};
 use crate::error::{Error, ErrorKind, Place};
@@ -42,19 +42,14 @@ impl Draft {
         }
     }
 
-    /// Makes findings of the remarks and moves the channel's clock so that `time_zero_s` becomes
-    /// time 0.
+    /// Makes findings of the remarks and moves the channel's clock so that the instant `zero`
+    /// [s] becomes time 0.
     ///
     /// # Errors
     ///
     /// [`ErrorKind::OutOfRange`] where the last sample lies at no time that can be told, as an interval
     /// in a damaged header makes it.
-    pub(super) fn finish(
-        mut self,
-        time_zero_s: Option<f64>,
-        accepted: &[AcceptedRemark],
-    ) -> Result<Channel, Error> {
-        let zero = time_zero_s.unwrap_or(0.0);
+    pub(super) fn finish(mut self, zero: f64, options: &ReadOptions) -> Result<Channel, Error> {
         let span = self.clock.span();
         let distance_s = (span.end_s - zero).abs();
         if distance_s.is_nan() || distance_s >= LONGEST_S {
@@ -68,7 +63,7 @@ impl Draft {
         self.stated.remarks = remarks::shown(&self.remarks);
         remarks::tell_of_filters(&self.remarks, &mut self.stated, &mut self.findings);
         // First what a person says.
-        let mut findings = remarks::findings(&self.remarks, accepted, span);
+        let mut findings = remarks::findings(&self.remarks, &options.accepted_remarks, span);
         findings.append(&mut self.findings);
         move_instants(&mut findings, zero);
         Ok(Channel {

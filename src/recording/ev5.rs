@@ -20,7 +20,7 @@ use super::draft::{self, Draft, UniformSamples, Unit};
 use super::lateral::{self, ChannelOffer};
 use super::mme::names::{has_suffix, number_of};
 use super::source::Reader;
-use super::{Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
+use super::{Asked, Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
 use super::{encoding, held};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::SampleRate;
@@ -74,32 +74,23 @@ fn is_header(head: &[u8]) -> bool {
 /// - [`ErrorKind::Malformed`], [`ErrorKind::NonFinite`] or [`ErrorKind::TimeNotIncreasing`] at
 ///   the first bad line, [`ErrorKind::MissingUnit`] where nothing states a unit,
 /// - [`ErrorKind::LimitExceeded`] beyond a limit.
-pub fn read(
-    source: &mut Reader,
-    options: &ReadOptions,
-    selections: &[Selection],
-    limits: &Limits,
-) -> Result<Outcomes, Error> {
+pub fn read(source: &mut Reader, asked: Asked) -> Result<Outcomes, Error> {
     let head = source.head()?;
     if source.is_folder() {
-        let names = source.list(false, limits)?;
-        let Some(name) = names.iter().find(|name| is_header_name(name)) else {
-            return Err(missing("the test's .EV5 file"));
-        };
-        let name = name.clone();
-        let bytes = source
-            .read_beside(&name, limits)?
-            .ok_or_else(|| missing("the test's .EV5 file"))?;
+        let names = source.list(false, asked.limits)?;
+        let absent = || missing("the test's .EV5 file");
+        let name = names.into_iter().find(|name| is_header_name(name));
+        let name = name.ok_or_else(absent)?;
+        let bytes = source.read_beside(&name, asked.limits)?;
         let parts = BTreeSet::from([name.clone()]);
-        return read_test(source, (&name, bytes), parts, options, selections, limits);
+        return read_test(source, (&name, bytes.ok_or_else(absent)?), parts, asked);
     }
     if curve::looks_like_curve(&head) && !is_header(&head) {
-        return read_bare(source, options, selections, limits);
+        return read_bare(source, asked);
     }
     let name = source.name().to_string();
-    let bytes = source.read_text(limits)?;
-    let parts = BTreeSet::new();
-    read_test(source, (&name, bytes), parts, options, selections, limits)
+    let bytes = source.read_text(asked.limits)?;
+    read_test(source, (&name, bytes), BTreeSet::new(), asked)
 }
 
 fn missing(what: &str) -> Error {
@@ -111,12 +102,8 @@ fn missing(what: &str) -> Error {
 }
 
 /// Reads a curve file, with the `.EV5` beside it if there is one.
-fn read_bare(
-    source: &mut Reader,
-    options: &ReadOptions,
-    selections: &[Selection],
-    limits: &Limits,
-) -> Result<Outcomes, Error> {
+fn read_bare(source: &mut Reader, asked: Asked) -> Result<Outcomes, Error> {
+    let (options, limits) = (asked.options, asked.limits);
     let mut outcome = ReadOutcome::default();
     let name = source.name().to_string();
     let bytes = source.read_text(limits)?;
@@ -170,15 +157,14 @@ fn read_bare(
     }
     let place = Place::default().channel(label.clone());
     let curve = Curve::read(bytes, limits).map_err(|error| error.at(place.clone()))?;
-    let deliver = |selection: &Selection| {
-        let channel = channel(&curve, entry.as_ref(), &label, options, *selection, limits)
+    Ok(asked.each(|selection| {
+        let channel = channel(&curve, entry.as_ref(), &label, asked, selection)
             .map_err(|error| error.at(place.clone()))?;
         Ok(ReadOutcome {
             channels: vec![channel],
             ..outcome.clone()
         })
-    };
-    Ok(selections.iter().map(deliver).collect())
+    }))
 }
 
 /// Finds the `.EV5` that belongs to a curve file.
@@ -211,10 +197,9 @@ fn read_test(
     source: &mut Reader,
     (header_name, bytes): (&str, Vec<u8>),
     parts: BTreeSet<String>,
-    options: &ReadOptions,
-    selections: &[Selection],
-    limits: &Limits,
+    asked: Asked,
 ) -> Result<Outcomes, Error> {
+    let (options, limits) = (asked.options, asked.limits);
     let test = TestInstruments::read(bytes, limits)
         .map_err(|error| error.at(Place::file(header_name.to_string())))?;
     if test.entries.is_empty() {
@@ -224,7 +209,7 @@ fn read_test(
         ));
     }
     let files = CurveFiles::find(source, header_name, limits)?;
-    let mut outcome = |selection: Selection| {
+    Ok(asked.each(|selection| {
         let mut outcome = ReadOutcome {
             parts: parts.clone(),
             ..ReadOutcome::default()
@@ -239,12 +224,11 @@ fn read_test(
                 let bytes = source.read_beside(&file, limits)?.ok_or_else(absent)?;
                 outcome.parts.insert(file);
                 let curve = Curve::read(bytes, limits)?;
-                channel(&curve, Some(entry), &name, options, selection, limits)
+                channel(&curve, Some(entry), &name, asked, selection)
             });
             read.map(Some).map_err(|error| (name, error))
         })
-    };
-    Ok(selections.iter().map(|one| outcome(*one)).collect())
+    }))
 }
 
 /// Returns the curves to read.
@@ -349,10 +333,10 @@ fn channel(
     curve: &Curve,
     entry: Option<&CurveEntry>,
     label: &str,
-    options: &ReadOptions,
+    asked: Asked,
     selection: Selection,
-    limits: &Limits,
 ) -> Result<Channel, Error> {
+    let options = asked.options;
     let mut findings = Vec::new();
     let own = entry
         .and_then(CurveEntry::unit)
@@ -364,7 +348,7 @@ fn channel(
     {
         findings.extend(entry.not_lateral_finding());
     }
-    let clock = UniformSamples::find(curve, entry, options, limits, &mut findings)?;
+    let clock = UniformSamples::find(curve, entry, asked, &mut findings)?;
     if let Some(entry) = entry {
         let confirmed = entry.clock().is_some()
             && !findings
@@ -389,7 +373,7 @@ fn channel(
         findings,
         remarks: entry.map(CurveEntry::remark).into_iter().collect(),
     };
-    draft.finish(options.time_zero_s, &options.accepted_remarks)
+    draft.finish(options.zero_s(), options)
 }
 
 impl UniformSamples {
@@ -397,40 +381,30 @@ impl UniformSamples {
     fn find(
         curve: &Curve,
         entry: Option<&CurveEntry>,
-        options: &ReadOptions,
-        limits: &Limits,
-        findings: &mut Vec<Finding>,
-    ) -> Result<Self, Error> {
-        let stated = entry.and_then(CurveEntry::clock);
-        let Some((start_s, rate)) = stated else {
-            return Self::of_stamps(curve, options, limits, findings);
-        };
-        let stated = options.rate_hz.unwrap_or(rate.hertz());
-        let clock = (start_s, stated);
-        let (stamps_s, digit_s) = (&curve.stamps_s, curve.printed_digit_s);
-        match held::clock("the header", clock, stamps_s, digit_s) {
-            None => Ok(Self {
-                start_s,
-                rate: SampleRate::from_hertz(stated)?,
-                values: curve.values.clone(),
-            }),
-            Some(contradicted) => {
-                findings.push(contradicted);
-                Self::of_stamps(curve, options, limits, findings)
-            }
-        }
-    }
-
-    fn of_stamps(
-        curve: &Curve,
-        options: &ReadOptions,
-        limits: &Limits,
+        asked: Asked,
         findings: &mut Vec<Finding>,
     ) -> Result<Self, Error> {
         let (stamps_s, digit_s) = (&curve.stamps_s, curve.printed_digit_s);
         let values = curve.values.clone();
-        let clock = Self::by_stamps(stamps_s, digit_s, values, limits, findings)?;
-        options.check_rate(clock.rate.hertz(), "the stamps", "leave out the rate")?;
+        if let Some((start_s, rate)) = entry.and_then(CurveEntry::clock) {
+            let stated = asked.options.rate_hz.unwrap_or(rate.hertz());
+            match held::clock("the header", (start_s, stated), stamps_s, digit_s) {
+                Some(contradicted) => findings.push(contradicted),
+                None => {
+                    let rate = SampleRate::from_hertz(stated)?;
+                    return Ok(Self {
+                        start_s,
+                        rate,
+                        values,
+                    });
+                }
+            }
+        }
+        let clock = Self::by_stamps(stamps_s, digit_s, values, asked.limits, findings)?;
+        let rate = clock.rate.hertz();
+        asked
+            .options
+            .check_rate(rate, "the stamps", "leave out the rate")?;
         Ok(clock)
     }
 }

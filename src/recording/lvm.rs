@@ -23,7 +23,7 @@ use super::source::Reader;
 use super::text::ColumnMarks;
 use super::time_base;
 use super::{
-    Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, encoding, held,
+    Asked, Channel, Finding, Head, Limits, Outcomes, ReadOutcome, Selection, encoding, held,
     lateral, text,
 };
 use crate::error::{Error, ErrorKind, Place};
@@ -48,26 +48,20 @@ pub fn recognises(head: &Head<'_>) -> bool {
 /// - [`ErrorKind::MissingTime`] and [`ErrorKind::MissingUnit`] where nothing says,
 /// - [`ErrorKind::NoSuchChannel`], [`ErrorKind::AmbiguousChannel`], [`ErrorKind::NoChannel`],
 /// - [`ErrorKind::Empty`] without samples, [`ErrorKind::LimitExceeded`] beyond a limit.
-pub fn read(
-    source: &mut Reader,
-    options: &ReadOptions,
-    selections: &[Selection],
-    limits: &Limits,
-) -> Result<Outcomes, Error> {
-    options.refuse_other_clock("a LabVIEW file", "")?;
-    let (content, mut findings) = encoding::text_of(source.read_text(limits)?, limits)?;
-    let (header, first_row) = Header::read(&content, limits)?;
+pub fn read(source: &mut Reader, asked: Asked) -> Result<Outcomes, Error> {
+    asked.options.refuse_other_clock("a LabVIEW file", "")?;
+    let bytes = source.read_text(asked.limits)?;
+    let (content, mut findings) = encoding::text_of(bytes, asked.limits)?;
+    let (header, first_row) = Header::read(&content, asked.limits)?;
     findings.extend(header.findings.iter().cloned());
     let file = LabviewFile {
         content: &content,
         header: &header,
         first_row,
         findings,
-        options,
-        limits,
+        asked,
     };
-    let outcome = |selection: &Selection| file.outcome(*selection);
-    Ok(selections.iter().map(outcome).collect())
+    Ok(asked.each(|selection| file.outcome(selection)))
 }
 
 /// A file whose headers are read.
@@ -77,14 +71,13 @@ struct LabviewFile<'a> {
     /// Line on which the table begins.
     first_row: u64,
     findings: Vec<Finding>,
-    options: &'a ReadOptions,
-    limits: &'a Limits,
+    asked: Asked<'a>,
 }
 
 impl LabviewFile<'_> {
     /// Reads what a selection asks for.
     fn outcome(&self, selection: Selection) -> Result<ReadOutcome, Error> {
-        let (header, options) = (self.header, self.options);
+        let (header, options) = (self.header, self.asked.options);
         let named = options.channel.as_ref();
         let named = named.filter(|_| selection == Selection::Lateral);
         let named = named.map(|wanted| header.named(wanted)).transpose()?;
@@ -122,7 +115,7 @@ impl LabviewFile<'_> {
                 vec![filled[index]]
             }
         };
-        let most = ("table_cells", self.limits.table_cells);
+        let most = ("table_cells", self.asked.limits.table_cells);
         draft::deliver(selection, wanted, outcome, most, |index, _| {
             let name = || header.channels[index].column.name.clone();
             let channel = self.channel(&mut table, index, selection);
@@ -195,7 +188,7 @@ fn at(line: u64, column: usize) -> Place {
 impl ChannelTable {
     /// Reads the rows.
     fn read(file: &LabviewFile<'_>, only: Option<usize>) -> Result<Self, Error> {
-        let (header, limits) = (file.header, file.limits);
+        let (header, limits) = (file.header, file.asked.limits);
         let fresh = |_| (ColumnNumbers::default(), PrintedDigits::new());
         let channels = header.channels.iter();
         let mut table = Self {
@@ -336,7 +329,7 @@ impl LabviewFile<'_> {
         index: usize,
         selection: Selection,
     ) -> Result<Channel, Error> {
-        let (header, options) = (self.header, self.options);
+        let (header, options) = (self.header, self.asked.options);
         let described = &header.channels[index];
         let column = &described.column;
         let mut findings = Vec::new();
@@ -365,7 +358,7 @@ impl LabviewFile<'_> {
         }
         findings.extend(table.cut.clone().map(|cut| cut.at(end_s)));
         let draft = Draft::of_words(column, unit, clock, findings);
-        draft.finish(options.time_zero_s, &options.accepted_remarks)
+        draft.finish(options.zero_s(), options)
     }
 
     /// Puts the samples of a channel on its uniform clock: by its column of stamps, else as the
@@ -377,7 +370,7 @@ impl LabviewFile<'_> {
         values: Vec<f64>,
         findings: &mut Vec<Finding>,
     ) -> Result<UniformSamples, Error> {
-        let (header, options) = (self.header, self.options);
+        let (header, options) = (self.header, self.asked.options);
         let described = &header.channels[index];
         let confirmed = options.rate_hz.is_some();
         let hint = "mend the header, or confirm the rate with the setting `rate_hz` if it is right";
@@ -394,7 +387,8 @@ impl LabviewFile<'_> {
                 .unwrap_or(&numbers.values);
             let digit = digits.last_digit();
             let mut odd = Vec::new();
-            let clock = UniformSamples::by_stamps(stamps, digit, values, self.limits, &mut odd)?;
+            let limits = self.asked.limits;
+            let clock = UniformSamples::by_stamps(stamps, digit, values, limits, &mut odd)?;
             findings.extend(check(clock.rate, "the file's time column")?);
             findings.append(&mut odd);
             let stated = described.stated("Delta_X", &described.interval);

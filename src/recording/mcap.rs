@@ -43,7 +43,7 @@ use super::draft;
 use super::lateral::{self, ChannelOffer};
 use super::remarks::{Remark, RemarkPlace};
 use super::source::Reader;
-use super::{Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
+use super::{Asked, Finding, Head, Limits, Outcomes, ReadOutcome, Selection};
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use ::mcap::McapError;
 use ::mcap::records::{Record, SchemaHeader, op};
@@ -80,15 +80,10 @@ pub fn recognises(head: &Head<'_>) -> bool {
 ///   where the channel is not clear, [`ErrorKind::RefusedFormat`] for encodings not read,
 /// - [`ErrorKind::NonFinite`], [`ErrorKind::TimeNotIncreasing`] and
 ///   [`ErrorKind::MissingUnit`] for the channel itself.
-pub fn read(
-    source: &mut Reader,
-    options: &ReadOptions,
-    selections: &[Selection],
-    limits: &Limits,
-) -> Result<Outcomes, Error> {
-    options.refuse_other_clock("an MCAP log", "")?;
-    let mut log = LogReader::new(options, selections, limits);
-    stream(source, &mut log, limits)?;
+pub fn read(source: &mut Reader, asked: Asked) -> Result<Outcomes, Error> {
+    asked.options.refuse_other_clock("an MCAP log", "")?;
+    let mut log = LogReader::new(asked);
+    stream(source, &mut log, asked.limits)?;
     Ok(log.finish())
 }
 
@@ -156,9 +151,10 @@ fn framing(error: &McapError, log: &LogReader<'_>) -> Error {
             "a record with its length",
             format!("a length field of all ones {after}: the writer ended before it closed it"),
         ),
-        McapError::RecordTooLarge { .. } | McapError::ChunkTooLarge(_) => {
-            log.limits.over("mcap_record_bytes", error.to_string())
-        }
+        McapError::RecordTooLarge { .. } | McapError::ChunkTooLarge(_) => log
+            .asked
+            .limits
+            .over("mcap_record_bytes", error.to_string()),
         other => {
             let expected = format!("whole records, whose checksums fit, {after}");
             damaged(expected, other.to_string())
@@ -204,9 +200,7 @@ struct Topic {
 /// The state of reading one file.
 #[derive(Debug)]
 struct LogReader<'a> {
-    options: &'a ReadOptions,
-    selections: &'a [Selection],
-    limits: &'a Limits,
+    asked: Asked<'a>,
     schemas: BTreeMap<u16, Schema>,
     schema_bytes: u64,
     topics: BTreeMap<u16, Topic>,
@@ -226,16 +220,14 @@ struct LogReader<'a> {
 const REMARKS: usize = 1000;
 
 impl<'a> LogReader<'a> {
-    fn new(options: &'a ReadOptions, selections: &'a [Selection], limits: &'a Limits) -> Self {
+    fn new(asked: Asked<'a>) -> Self {
         Self {
-            options,
-            selections,
-            limits,
+            asked,
             schemas: BTreeMap::new(),
             schema_bytes: 0,
             topics: BTreeMap::new(),
             layouts: BTreeMap::new(),
-            budget: Budget::new(limits),
+            budget: Budget::new(asked.limits),
             kept: Kept::default(),
             messages: 0,
             account: Account::default(),
@@ -325,7 +317,7 @@ impl<'a> LogReader<'a> {
         let Record::Chunk { header, data } = records::parse(op::CHUNK, data)? else {
             return Ok(());
         };
-        let unpacked = decompress::records(&header, &data, self.limits)?;
+        let unpacked = decompress::records(&header, &data, self.asked.limits)?;
         let mut left = &*unpacked;
         while let Some((opcode, data)) = records::next_in_chunk(&mut left)? {
             self.inside(opcode, data, byte)?;
@@ -355,7 +347,11 @@ impl<'a> LogReader<'a> {
     }
 
     fn schema(&mut self, record: SchemaHeader, data: &[u8]) -> Result<(), Error> {
-        records::check_texts(&[&record.name, &record.encoding], "schema", self.limits)?;
+        records::check_texts(
+            &[&record.name, &record.encoding],
+            "schema",
+            self.asked.limits,
+        )?;
         if record.id == 0 {
             return Err(damaged("a schema id from 1", "0"));
         }
@@ -370,10 +366,9 @@ impl<'a> LogReader<'a> {
             ));
         }
         self.schema_bytes += (record.name.len() + record.encoding.len() + data.len()) as u64;
-        if self.schema_bytes > self.limits.mcap_record_bytes {
-            return Err(self
-                .limits
-                .over("mcap_record_bytes", "schemas of more bytes together"));
+        if self.schema_bytes > self.asked.limits.mcap_record_bytes {
+            let found = "schemas of more bytes together";
+            return Err(self.asked.limits.over("mcap_record_bytes", found));
         }
         self.schemas.insert(
             record.id,
@@ -389,7 +384,7 @@ impl<'a> LogReader<'a> {
 
     fn channel(&mut self, record: ::mcap::records::Channel) -> Result<(), Error> {
         let texts = [&*record.topic, &record.message_encoding];
-        records::check_texts(&texts, "channel", self.limits)?;
+        records::check_texts(&texts, "channel", self.asked.limits)?;
         if let Some(known) = self.topics.get(&record.id) {
             if known.name == record.topic
                 && known.encoding == record.message_encoding
@@ -408,8 +403,8 @@ impl<'a> LogReader<'a> {
                 "none",
             ));
         }
-        if self.topics.len() as u64 >= self.limits.mcap_channels {
-            return Err(self.limits.over("mcap_channels", "more topics"));
+        if self.topics.len() as u64 >= self.asked.limits.mcap_channels {
+            return Err(self.asked.limits.over("mcap_channels", "more topics"));
         }
         let (wanted, likely) = self.wanted(&record)?;
         let comments = records::comments(&record.metadata);
@@ -434,7 +429,7 @@ impl<'a> LogReader<'a> {
 
     /// Returns what a person's word for a channel asks of a topic: the field at a path, or any.
     fn asked(&self, topic: &str) -> Option<Option<&str>> {
-        let rest = self.options.channel.as_deref()?.strip_prefix(topic)?;
+        let rest = self.asked.options.channel.as_deref()?.strip_prefix(topic)?;
         match rest.is_empty() {
             true => Some(None),
             false => rest.strip_prefix(':').map(Some),
@@ -454,7 +449,7 @@ impl<'a> LogReader<'a> {
                 Some(known) => known,
                 None => match layout::has_lateral_field(schema, &mut self.budget) {
                     Ok(found) => *schema.has_lateral_field.insert(found),
-                    Err(error) if self.options.channel.is_none() => return Err(error),
+                    Err(error) if self.asked.options.channel.is_none() => return Err(error),
                     Err(error) => {
                         self.kept.over.get_or_insert(error);
                         false
@@ -463,11 +458,12 @@ impl<'a> LogReader<'a> {
             },
         };
         let asked = self.asked(&record.topic);
-        let all = self.options.channel.is_none() || self.selections.contains(&Selection::Every);
+        let all = self.asked.options.channel.is_none()
+            || self.asked.selections.contains(&Selection::Every);
         let wanted = WantedFields {
             every: (all && likely) || asked == Some(None),
             path: asked.flatten().map(str::to_string),
-            meant: self.options.channel.is_none() || asked.is_some(),
+            meant: self.asked.options.channel.is_none() || asked.is_some(),
         };
         let any = wanted.every || wanted.path.is_some();
         Ok((any.then_some(wanted), likely))
@@ -539,7 +535,7 @@ impl<'a> LogReader<'a> {
                 data: &content,
                 byte,
             };
-            series.push(&message, &mut self.kept, self.limits)?;
+            series.push(&message, &mut self.kept, self.asked.limits)?;
         }
         Ok(())
     }
@@ -617,17 +613,20 @@ impl<'a> LogReader<'a> {
                 let known = self.schemas.get(&topic.schema_id);
                 let known = known.and_then(|schema| layout::lateral_path(&schema.name));
                 let likely = topic.likely;
-                read.push((*id, likely, series.finish(known, self.options, self.limits)));
+                read.push((
+                    *id,
+                    likely,
+                    series.finish(known, self.asked.options, self.asked.limits),
+                ));
             }
         }
-        let one = |selection: &Selection| match selection {
+        self.asked.each(|selection| match selection {
             Selection::Every => match &self.kept.over {
                 Some(error) => Err(error.clone()),
                 None => Ok(self.every(&read, outcome.clone())),
             },
             Selection::Lateral => self.lateral(&read, outcome.clone()),
-        };
-        self.selections.iter().map(one).collect()
+        })
     }
 
     fn every(&self, read: &[(u16, bool, Finished)], mut outcome: ReadOutcome) -> ReadOutcome {
@@ -667,7 +666,7 @@ impl<'a> LogReader<'a> {
         read: &[(u16, bool, Finished)],
         mut outcome: ReadOutcome,
     ) -> Result<ReadOutcome, Error> {
-        let named = self.options.channel.as_ref();
+        let named = self.asked.options.channel.as_ref();
         let name_of = |id: &u16| self.topics[id].name.as_str();
         let topics: Vec<(u16, &Finished)> = read
             .iter()
@@ -741,7 +740,7 @@ impl<'a> LogReader<'a> {
         if let Some(error) = topic.and_then(|topic| topic.missing.clone()) {
             return error;
         }
-        let named = self.options.channel.as_ref();
+        let named = self.asked.options.channel.as_ref();
         let mut silent = self.topics.values().filter(|topic| {
             let meant = match named {
                 Some(_) => self.asked(&topic.name).is_some(),

@@ -25,7 +25,7 @@ use super::draft::{self, Draft, UniformSamples, Unit};
 use super::lateral::ChannelOffer;
 use super::source::Reader;
 use super::{
-    Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, encoding,
+    Asked, Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, encoding,
     lateral, text,
 };
 use crate::error::{Candidates, Error, ErrorKind};
@@ -57,12 +57,8 @@ pub fn recognises(head: &Head<'_>) -> bool {
 /// - [`ErrorKind::MissingTime`], [`ErrorKind::MissingUnit`] where header and options say nothing,
 /// - [`ErrorKind::Malformed`], [`ErrorKind::Truncated`] or [`ErrorKind::NonFinite`] for damage,
 ///   [`ErrorKind::LimitExceeded`] beyond a limit, at the byte where it was crossed.
-pub fn read(
-    source: &mut Reader,
-    options: &ReadOptions,
-    selections: &[Selection],
-    limits: &Limits,
-) -> Result<Outcomes, Error> {
+pub fn read(source: &mut Reader, asked: Asked) -> Result<Outcomes, Error> {
+    let (options, limits) = (asked.options, asked.limits);
     options.refuse_other_clock("an ISO-MME package", "")?;
     let mut package = Package::open(source, limits)?;
     let mut findings = Vec::new();
@@ -73,28 +69,26 @@ pub fn read(
     findings.extend(package.list_finding(&channels, source, limits)?);
     let mut remarks = Vec::new();
     let sides = package.struck_sides(source, limits, &mut findings, &mut remarks)?;
-    let mut outcome = |selection: Selection| {
-        let (wanted, found) = selected(&package, &channels, &sides, options, selection)?;
+    let mut test = TestReader {
+        package: &mut package,
+        source,
+        channels: &channels,
+        options,
+        limits,
+    };
+    Ok(asked.each(|selection| {
+        let (wanted, found) = selected(test.package, &channels, &sides, options, selection)?;
         let outcome = ReadOutcome {
             findings: findings.iter().cloned().chain(found).collect(),
             remarks: remarks.clone(),
             ..ReadOutcome::default()
         };
-        let mut test = TestReader {
-            package: &mut package,
-            source,
-            channels: &channels,
-            options,
-            limits,
-        };
         let most = ("test_samples", limits.test_samples);
         draft::deliver(selection, wanted, outcome, most, |index, outcome| {
-            let name = || channels[index].label.clone();
             let read = test.channel(index, selection, outcome);
-            read.map_err(|error| (name(), error))
+            read.map_err(|error| (channels[index].label.clone(), error))
         })
-    };
-    Ok(selections.iter().map(|one| outcome(*one)).collect())
+    }))
 }
 
 /// Returns the channels to read, and what is to be said about the choice.
@@ -222,8 +216,7 @@ impl TestReader<'_, '_> {
             findings,
             remarks: vec![header.remark()],
         };
-        let accepted = &self.options.accepted_remarks;
-        draft.finish(self.options.time_zero_s, accepted).map(Some)
+        draft.finish(self.options.zero_s(), self.options).map(Some)
     }
 
     /// Reads the samples of a file and notes it as a part of the recording if it is one.

@@ -112,33 +112,46 @@ impl TimeBase {
         line.into_base(count_samples(steps)?, Way::Interpolate, findings, limits)
     }
 
-    /// Brings the values at `stamps_s`, those the base was found in, to the base.
+    /// Takes a base that is stated: so many samples from `start_s` [s] on.
+    pub(super) fn stated(
+        start_s: f64,
+        rate: SampleRate,
+        samples: usize,
+        findings: Vec<Finding>,
+    ) -> Self {
+        Self {
+            start_s,
+            rate,
+            samples,
+            findings,
+            way: Way::Keep,
+        }
+    }
+
+    /// Brings the values at `stamps_s`, those the base was found in, to the base; one that is stated
+    /// needs none.
     ///
     /// # Errors
     ///
     /// [`ErrorKind::Malformed`] if there are not as many values as stamps.
     pub fn apply(&self, stamps_s: &[f64], values: Vec<f64>) -> Result<Vec<f64>, Error> {
-        if values.len() != stamps_s.len() {
+        let count = match self.way {
+            Way::Keep => self.samples,
+            Way::Fill | Way::Interpolate => stamps_s.len(),
+        };
+        if values.len() != count {
             return Err(Error::malformed(
-                format!("{} values, one for each stamp", stamps_s.len()),
+                format!("{count} values, one for each stamp"),
                 format!("{}", values.len()),
                 "mend the recording",
             ));
         }
+        let place = |stamp: &f64| (stamp - self.start_s) * self.rate.hertz();
+        let places = stamps_s.iter().map(place);
         Ok(match self.way {
             Way::Keep => values,
-            Way::Fill => {
-                let places = stamps_s
-                    .iter()
-                    .map(|stamp| ((stamp - self.start_s) * self.rate.hertz()).round());
-                interpolate(places, &values, self.samples)
-            }
-            Way::Interpolate => {
-                let places = stamps_s
-                    .iter()
-                    .map(|stamp| (stamp - self.start_s) * self.rate.hertz());
-                interpolate(places, &values, self.samples)
-            }
+            Way::Fill => interpolate(places.map(f64::round), &values, self.samples),
+            Way::Interpolate => interpolate(places, &values, self.samples),
         })
     }
 }

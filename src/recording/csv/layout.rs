@@ -9,8 +9,8 @@ use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use crate::recording::lateral::{self, ChannelOffer};
 use crate::recording::number;
 use crate::recording::text::{ONE_CELL, shown};
-use crate::recording::{Finding, Limits, ReadOptions, Selection};
-use crate::units::{SampleRate, TimeUnit};
+use crate::recording::{Asked, Finding, Limits, ReadOptions, Selection};
+use crate::units::{DecimalMark, SampleRate, TimeUnit};
 use ::csv::ByteRecord;
 use serde::Serialize;
 
@@ -37,6 +37,16 @@ pub(super) enum TimeSource {
     },
     /// A stated rate.
     Rate(SampleRate),
+}
+
+impl TimeSource {
+    /// Returns the index of its column, if it is one.
+    pub(super) fn column(&self) -> Option<usize> {
+        match self {
+            Self::Column { index, .. } => Some(*index),
+            Self::Rate(_) => None,
+        }
+    }
 }
 
 /// The columns to read, and what is to be said about the choice.
@@ -90,14 +100,10 @@ impl TableLayout {
     ///
     /// [`ErrorKind::Empty`] without a data row, [`ErrorKind::Malformed`] where it is not clear
     /// with which line the table begins.
-    pub(super) fn find(
-        text: &[u8],
-        separator: Separator,
-        quoted: bool,
-        options: &ReadOptions,
-        limits: &Limits,
-    ) -> Result<Self, Error> {
-        let rows = first_rows(Records::new(text, separator, quoted, limits))?;
+    pub(super) fn find(text: &[u8], separator: Separator, asked: Asked) -> Result<Self, Error> {
+        let options = asked.options;
+        let quoted = memchr::memchr(b'"', text).is_some();
+        let rows = first_rows(Records::new(text, separator, quoted, asked.limits))?;
         let stated = options.header_line.is_some() || options.skip_lines.is_some();
         let header_rows = match options.header_line {
             Some(line) => rows_of_header(text, &rows, line)?,
@@ -138,18 +144,20 @@ impl TableLayout {
         })
     }
 
-    /// Says how the table was understood.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::find`].
-    pub(super) fn mapping(
+    /// Returns the rows of data.
+    pub(super) fn records<'a>(
         &self,
-        text: &[u8],
-        options: &ReadOptions,
-        limits: &Limits,
-    ) -> Result<TableMapping, Error> {
-        let rows = first_rows(Records::new(text, self.separator, self.quoted, limits))?;
+        text: &'a [u8],
+        limits: &'a Limits,
+    ) -> Result<Records<'a>, Error> {
+        Records::new(text, self.separator, self.quoted, limits).after(self.header_rows)
+    }
+
+    /// Says how the table was understood.
+    pub(super) fn mapping(&self, text: &[u8], asked: Asked) -> Result<TableMapping, Error> {
+        let options = asked.options;
+        let rows = Records::new(text, self.separator, self.quoted, asked.limits);
+        let rows = first_rows(rows)?;
         let (header, data) = rows.split_at(self.header_rows.min(rows.len()));
         let line = |row: &ByteRecord| records::line_of(text, row);
         let time = self.time_or_left_out(options, Selection::Every, &mut Vec::new());
@@ -160,20 +168,19 @@ impl TableLayout {
             }
             _ => (None, None),
         };
-        let numbers = || {
-            data.iter()
-                .flatten()
-                .filter(|cell| number::is_numeric(cell))
+        let has = |mark: &DecimalMark| {
+            let mut cells = data.iter().flatten();
+            let mark = mark.name().as_bytes()[0];
+            cells.any(|cell| cell.contains(&mark) && number::is_numeric(cell))
         };
-        let has = |mark: u8| numbers().any(|cell| cell.contains(&mark));
-        let seen = [(b',', ","), (b'.', ".")]
-            .into_iter()
-            .find(|(mark, _)| has(*mark));
+        let seen = || {
+            [DecimalMark::Comma, DecimalMark::Point]
+                .into_iter()
+                .find(has)
+        };
         Ok(TableMapping {
             separator: self.separator.name(),
-            decimal: options
-                .decimal
-                .map_or(seen.map(|(_, mark)| mark), |mark| Some(mark.name())),
+            decimal: options.decimal.or_else(seen).map(DecimalMark::name),
             header_line: header.first().filter(|_| self.named).map(line),
             data_line: data.first().map(line),
             time_column,
@@ -188,30 +195,18 @@ impl TableLayout {
     /// The index of the cell with [`ErrorKind::RaggedRow`], or [`ErrorKind::Malformed`] for
     /// content after the last column.
     pub(super) fn check_row(&self, row: &ByteRecord) -> Result<(), (usize, Error)> {
-        if row.len() != self.cells {
-            return Err((
-                row.len(),
-                ErrorKind::RaggedRow {
-                    expected: self.cells,
-                    found: row.len(),
-                }
-                .into(),
-            ));
+        let (expected, found) = (self.cells, row.len());
+        if found != expected {
+            return Err((found, ErrorKind::RaggedRow { expected, found }.into()));
         }
-        for index in self.columns.len()..self.cells {
-            let cell = &row[index];
-            if !cell.trim_ascii().is_empty() {
-                return Err((
-                    index,
-                    Error::malformed(
-                        "nothing after the last column",
-                        format!("`{}`", shown(cell)),
-                        "name the column in the header, or remove the cell",
-                    ),
-                ));
-            }
-        }
-        Ok(())
+        let mut beyond = self.columns.len()..self.cells;
+        let Some(index) = beyond.find(|index| !row[*index].trim_ascii().is_empty()) else {
+            return Ok(());
+        };
+        let found = format!("`{}`", shown(&row[index]));
+        let hint = "name the column in the header, or remove the cell";
+        let error = Error::malformed("nothing after the last column", found, hint);
+        Err((index, error))
     }
 
     /// Returns the number of columns, and that of the cells of each row.
@@ -232,25 +227,22 @@ impl TableLayout {
         selection: Selection,
         findings: &mut Vec<Finding>,
     ) -> Result<Option<TimeSource>, Error> {
-        match self.find_time_column(options)? {
-            Some(index) => self.time_column(index, options, findings).map(Some),
-            None => match options.rate_hz {
-                Some(rate) => Ok(Some(TimeSource::Rate(SampleRate::from_hertz(rate)?))),
-                None if selection == Selection::Every => {
-                    findings.push(Finding::warning(
-                        "time-missing",
-                        format!(
-                            "no time column and no sample rate, so no channel can be read; the \
-                             columns are: {}; name the time with the setting `time_column` = NAME \
-                             or state the setting `rate_hz` = HZ",
-                            self.list(0..self.columns.len())
-                        ),
-                    ));
-                    Ok(None)
-                }
-                None => Err(ErrorKind::MissingTime.into()),
-            },
+        if let Some(index) = self.find_time_column(options)? {
+            return self.time_column(index, options, findings).map(Some);
         }
+        if let Some(rate) = options.rate_hz {
+            return Ok(Some(TimeSource::Rate(SampleRate::from_hertz(rate)?)));
+        }
+        if selection == Selection::Lateral {
+            return Err(ErrorKind::MissingTime.into());
+        }
+        let text = format!(
+            "no time column and no sample rate, so no channel can be read; the columns are: {}; name \
+             the time with the setting `time_column` = NAME or state the setting `rate_hz` = HZ",
+            self.list(0..self.columns.len())
+        );
+        findings.push(Finding::warning("time-missing", text));
+        Ok(None)
     }
 
     fn find_time_column(&self, options: &ReadOptions) -> Result<Option<usize>, Error> {
@@ -299,10 +291,7 @@ impl TableLayout {
     /// says so.
     pub(super) fn counters(&self, time: &TimeSource, wanted: &[usize]) -> Vec<(usize, bool)> {
         const MOST: usize = 8;
-        let stamped = match time {
-            TimeSource::Column { index, .. } => Some(*index),
-            TimeSource::Rate(_) => None,
-        };
+        let stamped = time.column();
         let free = |index: &usize| {
             Some(*index) != stamped
                 && !wanted.contains(index)
@@ -377,10 +366,7 @@ impl TableLayout {
         selection: Selection,
         time: &TimeSource,
     ) -> Result<ColumnChoice, Error> {
-        let time = match time {
-            TimeSource::Column { index, .. } => Some(*index),
-            TimeSource::Rate(_) => None,
-        };
+        let time = time.column();
         let candidates: Vec<usize> = (0..self.columns.len())
             .filter(|i| Some(*i) != time && self.numeric[*i] && !self.is_index(*i))
             .collect();

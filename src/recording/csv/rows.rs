@@ -3,17 +3,17 @@
 use super::date;
 use super::dialect::{self, Separator};
 use super::layout::{TableLayout, TimeSource};
-use super::records::{self, Records};
+use super::records;
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::number::{self, Decimal, Marks, PrintedDigits};
 use crate::recording::text::{ColumnMarks, bad_cell, no_date};
-use crate::recording::{Limits, ReadOptions, Selection};
+use crate::recording::{Asked, Limits, Selection};
 use crate::units::DecimalMark;
 use ::csv::ByteRecord;
 
 /// What became of a wanted column: its samples, in its own unit, or why it holds no channel, which is so
 /// only where every channel is read.
-pub(super) type ColumnResult = Result<Vec<f64>, String>;
+pub(super) type ColumnResult = Result<Vec<f64>, Error>;
 
 /// Columns to read for one selection.
 #[derive(Debug, PartialEq)]
@@ -60,20 +60,18 @@ pub(super) fn read(
     layout: &TableLayout,
     time: &TimeSource,
     wanted: &WantedColumns,
-    options: &ReadOptions,
-    limits: &Limits,
+    asked: Asked,
 ) -> Result<Rows, Error> {
     let table = RowTable {
         text,
         layout,
         time,
-        limits,
-        decimal: options.decimal,
+        asked,
     };
-    check_counts(text, layout, wanted, limits)?;
+    check_counts(text, layout, wanted, asked.limits)?;
     let rows = table.pass(wanted, false);
     let stamps_are_numbers = !matches!(time, TimeSource::Column { dated: true, .. });
-    if let (Err(error), true, Some(rate)) = (&rows, stamps_are_numbers, options.rate_hz)
+    if let (Err(error), true, Some(rate)) = (&rows, stamps_are_numbers, asked.options.rate_hz)
         && is_repeated(error)
         // Stamps of too few digits: the stated rate is held against them later.
         && let Ok(again) = table.pass(wanted, true)
@@ -90,9 +88,7 @@ struct RowTable<'a> {
     text: &'a [u8],
     layout: &'a TableLayout,
     time: &'a TimeSource,
-    limits: &'a Limits,
-    /// The decimal mark that a person states.
-    decimal: Option<DecimalMark>,
+    asked: Asked<'a>,
 }
 
 impl RowTable<'_> {
@@ -100,8 +96,7 @@ impl RowTable<'_> {
     fn pass(self, wanted: &WantedColumns, repeating: bool) -> Result<Rows, Error> {
         let layout = self.layout;
         let mut gathered = Gathering::new(self, wanted, repeating);
-        let records = Records::new(self.text, layout.separator, layout.quoted, self.limits);
-        let mut records = records.after(layout.header_rows)?;
+        let mut records = layout.records(self.text, self.asked.limits)?;
         while let Some(row) = records.next()? {
             gathered.take(row)?;
         }
@@ -136,7 +131,7 @@ impl<'a> Gathering<'a> {
             TimeSource::Rate(_) => (None, false),
         };
         // Between commas only quotes can hold a number with a comma together.
-        let decimal = match table.decimal {
+        let decimal = match table.asked.options.decimal {
             Some(mark) => Decimal::Stated(mark),
             None if table.between_commas() && !table.layout.quoted => Decimal::PointOnly,
             None => Decimal::Unknown,
@@ -220,7 +215,7 @@ impl<'a> Gathering<'a> {
                     if is_sample && self.wanted.selection == Selection::Lateral {
                         return Err(error);
                     }
-                    *result = Err(error.to_string());
+                    *result = Err(error);
                 }
             }
         }
@@ -276,16 +271,17 @@ impl<'a> Gathering<'a> {
         let strict = self.table.between_commas() && self.decimal == Decimal::Comma;
         let is_clear =
             |_: &str, marks: Marks| !(marks.may_be_thousands() || (strict && !marks.decimal));
-        if self.table.decimal.is_none() {
+        let is_stated = self.table.asked.options.decimal.is_some();
+        if !is_stated {
             self.stamp_marks.check(is_clear, THOUSANDS)?;
         }
-        if self.table.decimal.is_none() && !self.stamp_marks.marks.decimal {
+        if !is_stated && !self.stamp_marks.marks.decimal {
             for (result, marks) in self.rows.values.iter_mut().zip(&self.marks) {
                 if let (Err(error), Ok(_)) = (marks.check(is_clear, THOUSANDS), &result) {
                     if self.wanted.selection == Selection::Lateral {
                         return Err(error);
                     }
-                    *result = Err(error.to_string());
+                    *result = Err(error);
                 }
             }
         }

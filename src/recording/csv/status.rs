@@ -3,7 +3,6 @@
 
 use super::header::Column;
 use super::layout::TableLayout;
-use super::records::Records;
 use crate::error::Error;
 use crate::recording::remarks::{self, Cells, Remark, RemarkPlace};
 use crate::recording::words::{Words, word_list};
@@ -148,8 +147,7 @@ pub(super) fn read(
     if columns.is_empty() {
         return Ok(columns);
     }
-    let records = Records::new(text, layout.separator, layout.quoted, limits);
-    let mut records = records.after(layout.header_rows)?;
+    let mut records = layout.records(text, limits)?;
     let mut number = 0;
     while let Some(row) = records.next()? {
         for column in &mut columns {

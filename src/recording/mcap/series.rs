@@ -538,7 +538,7 @@ impl Column {
         draft.findings.append(&mut told);
         draft.remarks = remarks.to_vec();
         // The stamps count from time zero already, which in nanoseconds loses no digit.
-        draft.finish(None, &options.accepted_remarks)
+        draft.finish(0.0, options)
     }
 }
 
