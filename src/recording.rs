@@ -65,6 +65,7 @@ use crate::setting::Setting;
 use crate::units::{AccelerationUnit, DecimalMark, STANDARD_GRAVITY, SampleRate, TimeUnit};
 use remarks::{Remark, Span};
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use words::{Words, word_list};
 
@@ -128,15 +129,11 @@ impl ReadOptions {
         if format == "csv" || !(stated || self.decimal.is_some()) {
             return Ok(());
         }
+        let (line, lines, mark) = (Setting::HeaderLine, Setting::SkipLines, Setting::Decimal);
         Err(Error::malformed(
             "a text table, as settings of lines and decimal marks are for",
             format!("the format {format}"),
-            format!(
-                "leave out {}, {} and {}",
-                Setting::HeaderLine,
-                Setting::SkipLines,
-                Setting::Decimal
-            ),
+            format!("leave out {line}, {lines} and {mark}"),
         ))
     }
 
@@ -286,15 +283,15 @@ impl Channel {
     #[must_use]
     pub fn content_sha256(&self) -> Option<String> {
         let factor = self.unit?.metres_per_second_squared();
-        let mut hasher = source::Hasher::default();
+        let mut hasher = Sha256::new();
         hasher.update(b"latchgate.signal/1\n");
         // Adding zero turns a negative zero, which no measurement means, into a plain one.
-        hasher.update(&(self.rate.hertz() + 0.0).to_le_bytes());
-        hasher.update(&(self.start_s + 0.0).to_le_bytes());
+        hasher.update((self.rate.hertz() + 0.0).to_le_bytes());
+        hasher.update((self.start_s + 0.0).to_le_bytes());
         for value in &self.values {
-            hasher.update(&(value * factor + 0.0).to_le_bytes());
+            hasher.update((value * factor + 0.0).to_le_bytes());
         }
-        Some(hasher.finish())
+        Some(source::hexadecimal(&hasher.finalize()))
     }
 }
 
@@ -330,14 +327,12 @@ impl Stated {
             return found;
         };
         if corner >= 0.5 * rate.hertz() {
-            found.push(Finding::warning(
-                "aliasing-suspected",
-                format!(
-                    "the analogue filter ends at {corner} Hz, beyond half the sample rate of {} \
-                     Hz: motion above that half shows as another, lower one",
-                    rate.hertz()
-                ),
-            ));
+            let text = format!(
+                "the analogue filter ends at {corner} Hz, beyond half the sample rate of {} Hz: \
+                 motion above that half shows as another, lower one",
+                rate.hertz()
+            );
+            found.push(Finding::warning("aliasing-suspected", text));
         } else if corner < LEAST_PREFILTER_HZ {
             found.push(Finding::filtered(&format!(
                 "the analogue filter ends at {corner} Hz, below what CFC 1000 lets through"
@@ -422,10 +417,8 @@ impl ReadOutcome {
     /// Makes findings of the remarks on the file as a whole.
     fn tell_remarks(&mut self, options: &ReadOptions, selection: Selection) {
         let zero_s = options.zero_s();
-        let spans = self
-            .channels
-            .iter()
-            .map(|channel| Span::new(channel.start_s + zero_s, channel.rate, channel.values.len()));
+        let span = |one: &Channel| Span::new(one.start_s + zero_s, one.rate, one.values.len());
+        let spans = self.channels.iter().map(span);
         let accepted = &options.accepted_remarks;
         if let Some(span) = spans.reduce(Span::with) {
             let mut told = remarks::findings(&self.remarks, accepted, span);
@@ -433,10 +426,8 @@ impl ReadOutcome {
             self.findings.extend(told);
         }
         if selection == Selection::Lateral {
-            let of_channels = self
-                .channels
-                .iter()
-                .flat_map(|channel| channel.stated.remarks.clone());
+            let channels = self.channels.iter();
+            let of_channels = channels.flat_map(|channel| channel.stated.remarks.clone());
             let all: Vec<String> = of_channels.chain(remarks::shown(&self.remarks)).collect();
             self.findings.extend(remarks::not_found(accepted, &all));
         }

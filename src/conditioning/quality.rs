@@ -129,9 +129,7 @@ impl<'a> SignalFacts<'a> {
             raw,
             samples,
             bias: removed,
-            peak: samples
-                .iter()
-                .fold(0.0, |most, value| most.max((value - removed).abs())),
+            peak: reach(samples, removed),
             quantum: if grid > 0.0 {
                 grid
             } else {
@@ -164,9 +162,7 @@ impl<'a> SignalFacts<'a> {
 
     /// How far the samples before the event lie from their mean at most.
     fn loudest_before(&self) -> f64 {
-        self.samples[..self.pre_event]
-            .iter()
-            .fold(0.0, |most, value| most.max((value - self.pre_mean).abs()))
+        reach(&self.samples[..self.pre_event], self.pre_mean)
     }
 
     /// Whether the samples before the event are all one number; `None` without such samples.
@@ -175,6 +171,12 @@ impl<'a> SignalFacts<'a> {
         let first = samples.first()?;
         Some(samples.iter().all(|value| same(*value, *first)))
     }
+}
+
+/// How far samples lie from a level at most.
+fn reach(samples: &[f64], level: f64) -> f64 {
+    let distances = samples.iter().map(|value| (value - level).abs());
+    distances.fold(0.0, f64::max)
 }
 
 /// Tells whether samples bend to and fro as noise does, bends up to `least` left aside.
@@ -202,27 +204,23 @@ fn noise_unknown(facts: &SignalFacts<'_>) -> Option<Finding> {
         }
         _ => return None,
     };
-    Some(Finding::warning(
-        "noise-unknown",
-        format!(
-            "the {} samples before the event {how}, so nothing tells the noise of the channel: \
-             held, filled and cut stretches were looked for by shape and long runs alone. If a \
-             formula made the signal, say `synthetic = true` in a card",
-            facts.pre_event
-        ),
-    ))
+    let text = format!(
+        "the {} samples before the event {how}, so nothing tells the noise of the channel: held, \
+         filled and cut stretches were looked for by shape and long runs alone. If a formula made \
+         the signal, say `synthetic = true` in a card",
+        facts.pre_event
+    );
+    Some(Finding::warning("noise-unknown", text))
 }
 
 fn low_rate(raw: &Signal) -> Option<Finding> {
     let rate = raw.rate.rounded();
     (rate < LEAST_RATE_HZ).then(|| {
-        Finding::blocking(
-            "low-rate",
-            format!(
-                "the sample rate is {rate} Hz; below {LEAST_RATE_HZ} Hz this is no crash recording: \
-                 an impact falls between its samples"
-            ),
-        )
+        let text = format!(
+            "the sample rate is {rate} Hz; below {LEAST_RATE_HZ} Hz this is no crash recording: an \
+             impact falls between its samples"
+        );
+        Finding::blocking("low-rate", text)
     })
 }
 
@@ -248,10 +246,8 @@ fn dead_sensor(facts: &SignalFacts<'_>) -> Option<Finding> {
         }
         _ => return None,
     };
-    Some(Finding::blocking(
-        "dead-sensor",
-        format!("{text}: the channel measured no motion; check sensor and cable"),
-    ))
+    let said = format!("{text}: the channel measured no motion; check sensor and cable");
+    Some(Finding::blocking("dead-sensor", said))
 }
 
 /// Tells a cut top from the flat top that quantisation gives to a smooth one.
@@ -299,15 +295,13 @@ fn is_cut(facts: &SignalFacts<'_>, first: usize, length: usize, quanta: f64) -> 
 pub fn before_event(raw: &Signal) -> Option<Finding> {
     let count = bias::pre_event_samples(raw).filter(|count| *count > 1)?;
     let (bias, _) = bias::bias(raw, super::BiasWindow::PreEvent).ok()?;
-    Some(Finding::info(
-        "pre-event",
-        format!(
-            "before the event, over {count} samples: bias {} ± {} (standard error), noise {} rms",
-            in_g(bias.mean_m_s2),
-            in_g(bias.standard_error_m_s2),
-            in_g(bias.standard_deviation_m_s2)
-        ),
-    ))
+    let text = format!(
+        "before the event, over {count} samples: bias {} ± {} (standard error), noise {} rms",
+        in_g(bias.mean_m_s2),
+        in_g(bias.standard_error_m_s2),
+        in_g(bias.standard_deviation_m_s2)
+    );
+    Some(Finding::info("pre-event", text))
 }
 
 fn starts_inside_event(facts: &SignalFacts<'_>) -> Option<Finding> {
@@ -322,33 +316,22 @@ fn ends_inside_event(facts: &SignalFacts<'_>) -> Option<Finding> {
     Some(Finding::blocking("ends-inside-event", text).at(facts.raw.end_s()))
 }
 
-fn inside_event(
-    facts: &SignalFacts<'_>,
-    samples: &[f64],
-    which: &str,
-    side: &str,
-) -> Option<String> {
-    let level = median_magnitude(samples, facts.bias);
-    (level > EVENT_PART * facts.peak).then(|| {
-        format!(
-            "the {which} three samples are at {} (median, without the bias), more than a tenth of \
-             the peak of {}: what came {side} is missing",
-            in_g(level),
-            in_g(facts.peak)
-        )
-    })
+fn inside_event(facts: &SignalFacts<'_>, ends: &[f64], which: &str, side: &str) -> Option<String> {
+    let level = median_magnitude(ends, facts.bias);
+    let (shown, peak) = (in_g(level), in_g(facts.peak));
+    let text = format!(
+        "the {which} three samples are at {shown} (median, without the bias), more than a tenth of \
+         the peak of {peak}: what came {side} is missing"
+    );
+    (level > EVENT_PART * facts.peak).then_some(text)
 }
 
 fn median_magnitude(samples: &[f64], bias: f64) -> f64 {
     let mut sizes: Vec<f64> = samples.iter().map(|value| (value - bias).abs()).collect();
     sizes.sort_unstable_by(f64::total_cmp);
-    match sizes.as_slice() {
-        [] => 0.0,
-        [one] => *one,
-        // Of two, the smaller is the one that both exceed.
-        [low, _] => *low,
-        more => more[more.len() / 2],
-    }
+    // Of two, the smaller is the one that both exceed.
+    let middle = sizes.len().saturating_sub(1) / 2;
+    sizes.get(middle).copied().unwrap_or(0.0)
 }
 
 /// Tells whether two samples are the same number; +0 and −0 are.

@@ -10,8 +10,8 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 
-/// The keys a card may hold.
-const KEYS: [&str; 19] = [
+/// The keys a card may hold beside those of texts, as they are listed.
+const KEYS: [&str; 10] = [
     "channel",
     "unit",
     "opens_when",
@@ -22,15 +22,6 @@ const KEYS: [&str; 19] = [
     "range_g",
     "synthetic",
     "accepted_remarks",
-    "test",
-    "vehicle",
-    "laboratory",
-    "date",
-    "sensor",
-    "location",
-    "source",
-    "licence",
-    "notes",
 ];
 
 /// What a card says about the recording beside it. Every key is optional.
@@ -99,8 +90,22 @@ impl Card {
         Ok(card)
     }
 
+    /// Lists the keys of texts with their places.
+    fn texts(&mut self) -> [(&'static str, &mut Option<String>); 9] {
+        [
+            ("test", &mut self.test.test),
+            ("vehicle", &mut self.test.vehicle),
+            ("laboratory", &mut self.test.laboratory),
+            ("date", &mut self.test.date),
+            ("sensor", &mut self.test.sensor),
+            ("location", &mut self.test.location),
+            ("source", &mut self.source),
+            ("licence", &mut self.licence),
+            ("notes", &mut self.notes),
+        ]
+    }
+
     fn set(&mut self, key: &str, value: &toml::Value) -> Result<(), Error> {
-        const TEXT: &str = "a text in quotes";
         match key {
             "channel" => {
                 self.channel = Some(match value {
@@ -149,24 +154,18 @@ impl Card {
             "date" if value.is_datetime() => {
                 self.test.date = value.as_datetime().map(ToString::to_string);
             }
-            "test" | "vehicle" | "laboratory" | "date" | "sensor" | "location" => {
-                let slot = match key {
-                    "test" => &mut self.test.test,
-                    "vehicle" => &mut self.test.vehicle,
-                    "laboratory" => &mut self.test.laboratory,
-                    "date" => &mut self.test.date,
-                    "sensor" => &mut self.test.sensor,
-                    _ => &mut self.test.location,
-                };
-                *slot = Some(take(key, value, TEXT)?);
-            }
             "accepted_remarks" => {
                 self.accepted_remarks = take(key, value, "a list of texts in quotes")?;
             }
-            "source" => self.source = Some(take(key, value, TEXT)?),
-            "licence" => self.licence = Some(take(key, value, TEXT)?),
-            "notes" => self.notes = Some(take(key, value, TEXT)?),
-            _ => return Err(Error::unknown("card key", key, &KEYS)),
+            _ => {
+                let mut texts = self.texts();
+                let known = KEYS.into_iter().chain(texts.iter().map(|(name, _)| *name));
+                let known: Vec<&str> = known.collect();
+                let Some((_, slot)) = texts.iter_mut().find(|(name, _)| *name == key) else {
+                    return Err(Error::unknown("card key", key, &known));
+                };
+                **slot = Some(take(key, value, "a text in quotes")?);
+            }
         }
         Ok(())
     }

@@ -244,8 +244,8 @@ impl<'a> TableText<'a> {
                     "`{cell}`, as spreadsheets write for a number that does not fit into its \
                      column or could not be computed"
                 ),
-                "widen the column or mend the cell there, and export again; the sample of this \
-                 row would be missing",
+                "widen the column or mend the cell there, and export again; the sample of this row \
+                 would be missing",
             );
             return Err(error.at(Place::default().line(line).column(1)));
         }
@@ -315,19 +315,17 @@ impl<'a> TableText<'a> {
             dated: true, index, ..
         } = time
         {
-            findings.push(Finding::info(
-                "time-absolute",
-                format!(
-                    "the stamps of `{}` are dates; time was counted from the first of them, and \
-                     the setting `time_zero` is meant so as well",
-                    self.layout.columns[*index].name
-                ),
-            ));
+            let said = format!(
+                "the stamps of `{}` are dates; time was counted from the first of them, and the \
+                 setting `time_zero` is meant so as well",
+                self.layout.columns[*index].name
+            );
+            findings.push(Finding::info("time-absolute", said));
         }
         if let Some((count, line)) = rows.repeated {
             let text = format!(
-                "{count} rows repeat the one before to the last cell, the first on line {line}; each \
-                 was taken once"
+                "{count} rows repeat the one before to the last cell, the first on line {line}; \
+                 each was taken once"
             );
             findings.push(Finding::warning("rows-repeated", text));
         }

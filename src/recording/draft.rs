@@ -44,11 +44,6 @@ impl Draft {
 
     /// Makes findings of the remarks and moves the channel's clock so that the instant `zero`
     /// [s] becomes time 0.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorKind::OutOfRange`] where the last sample lies at no time that can be told, as an interval
-    /// in a damaged header makes it.
     pub(super) fn finish(mut self, zero: f64, options: &ReadOptions) -> Result<Channel, Error> {
         let span = self.clock.span();
         let distance_s = (span.end_s - zero).abs();
@@ -113,10 +108,9 @@ impl Unit {
                 source: own.map_or("none", |(_, source)| source),
             };
         };
-        let source = if options.unit_from_card {
-            "card"
-        } else {
-            "option"
+        let source = match options.unit_from_card {
+            true => "card",
+            false => "option",
         };
         if own.is_none_or(|(unit, _)| unit != said) {
             let text = differs(source, said.name());
@@ -130,10 +124,6 @@ impl Unit {
 
     /// As [`Self::find`], for a header: `place` says where its `text` stands, in a message. The one
     /// channel that is meant needs a unit.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorKind::MissingUnit`], or [`ErrorKind::Malformed`] for a unit of something else.
     pub(super) fn of_header(
         own: Option<(AccelerationUnit, &'static str)>,
         (place, text): (&str, Option<&str>),
@@ -223,10 +213,8 @@ pub(super) fn deliver(
                 if samples <= most {
                     continue;
                 }
-                (
-                    name,
-                    Error::over(limit, most, "more samples in all channels"),
-                )
+                let error = Error::over(limit, most, "more samples in all channels");
+                (name, error)
             }
             Err(failed) => failed,
         };

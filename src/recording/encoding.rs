@@ -23,12 +23,6 @@ pub(super) fn head_of(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
 }
 
 /// Decodes a file to UTF-8 with `\n` or `\r\n` at its line ends.
-///
-/// # Errors
-///
-/// [`ErrorKind::LimitExceeded`] if the decoded text, together with the file's own bytes if these
-/// are not UTF-8, takes more than `text_bytes`; [`ErrorKind::Malformed`] at the line where the bytes are not in the encoding that the file
-/// is marked with, or hold a NUL character.
 pub(super) fn decode(bytes: Vec<u8>, limits: &Limits) -> Result<(Vec<u8>, Vec<Finding>), Error> {
     let mut findings = Vec::new();
     let mut text = if is_utf_16(&bytes) {
@@ -47,8 +41,8 @@ pub(super) fn decode(bytes: Vec<u8>, limits: &Limits) -> Result<(Vec<u8>, Vec<Fi
     } else {
         findings.push(Finding::info(
             "encoding-assumed",
-            "the text is not UTF-8 and was read as Windows-1252; only names and comments depend \
-             on it",
+            "the text is not UTF-8 and was read as Windows-1252; only names and comments depend on \
+             it",
         ));
         decoded(&bytes, WINDOWS_1252, 0, limits)?
     };

@@ -32,12 +32,8 @@ use std::collections::{BTreeMap, BTreeSet};
 #[must_use]
 pub fn recognises(head: &Head<'_>) -> bool {
     if head.is_folder {
-        return head
-            .entries
-            .iter()
-            .filter(|name| is_header_name(name))
-            .count()
-            == 1;
+        let headers = head.entries.iter().filter(|name| is_header_name(name));
+        return headers.count() == 1;
     }
     if !encoding::looks_like_text(head.bytes) {
         return false;
@@ -52,13 +48,9 @@ fn is_header_name(name: &str) -> bool {
 }
 
 fn is_header(head: &[u8]) -> bool {
+    const OPENING: [&str; 2] = ["----- EV5 -----", "----- INSTRUMENTATION -----"];
     let text = String::from_utf8_lossy(head);
-    text.lines().any(|line| {
-        matches!(
-            line.trim(),
-            "----- EV5 -----" | "----- INSTRUMENTATION -----"
-        )
-    })
+    text.lines().any(|line| OPENING.contains(&line.trim()))
 }
 
 /// Reads curves of a test.
@@ -107,52 +99,40 @@ fn read_bare(source: &mut Reader, asked: Asked) -> Result<Outcomes, Error> {
     let mut outcome = ReadOutcome::default();
     let name = source.name().to_string();
     let bytes = source.read_text(limits)?;
-    let entry = match header_beside(source, &name, limits)? {
-        Some((header_name, test)) => {
-            let number = number_of(&name);
-            let entry = number.and_then(|number| test.find(number));
-            outcome.parts.insert(header_name.clone());
-            outcome.findings.push(match entry {
-                Some(_) => Finding::info(
-                    "header-beside",
-                    format!("what the curve is stands in {header_name} beside it"),
-                ),
-                None => Finding::warning(
-                    "header-lacks-curve",
-                    format!("{header_name} beside the curve has no line for it"),
-                ),
-            });
-            entry.cloned()
+    let beside = header_beside(source, &name, limits)?;
+    let number = number_of(&name);
+    let entry = beside
+        .as_ref()
+        .and_then(|(_, test)| test.find(number?).cloned());
+    outcome.findings.push(match (&beside, &entry) {
+        (Some((header, _)), Some(_)) => {
+            let text = format!("what the curve is stands in {header} beside it");
+            Finding::info("header-beside", text)
         }
-        None => {
-            outcome.findings.push(Finding::warning(
-                "header-missing",
-                "no .EV5 lies beside the curve: unit, axis, range and the laboratory's word on \
-                 the data are not known",
-            ));
-            None
+        (Some((header, _)), None) => {
+            let text = format!("{header} beside the curve has no line for it");
+            Finding::warning("header-lacks-curve", text)
         }
-    };
-    let label = match &entry {
-        Some(entry) => entry.name(),
-        None => name.clone(),
-    };
+        (None, _) => Finding::warning(
+            "header-missing",
+            "no .EV5 lies beside the curve: unit, axis, range and the laboratory's word on the data \
+             are not known",
+        ),
+    });
+    outcome.parts.extend(beside.map(|(header, _)| header));
+    let label = entry.as_ref().map_or(name.clone(), CurveEntry::name);
     options.refuse_other_clock(
         "a curve file of NHTSA",
         ", or read the file as a table with the setting `input_format` = csv",
     )?;
     if let Some(wanted) = &options.channel {
-        let number = number_of(&name);
         let fits = match &entry {
             Some(entry) => entry.answers_to(wanted),
             None => number.is_some() && wanted.trim().parse::<u32>().ok() == number,
         };
         if !fits && *wanted != name {
-            return Err(ErrorKind::NoSuchChannel {
-                wanted: wanted.clone(),
-                known: label,
-            }
-            .into());
+            let (wanted, known) = (wanted.clone(), label);
+            return Err(ErrorKind::NoSuchChannel { wanted, known }.into());
         }
     }
     let place = Place::default().channel(label.clone());
@@ -203,10 +183,8 @@ fn read_test(
     let test = TestInstruments::read(bytes, limits)
         .map_err(|error| error.at(Place::file(header_name.to_string())))?;
     if test.entries.is_empty() {
-        return Err(Error::empty(
-            "the .EV5 has no line of instrumentation",
-            "one line for each curve",
-        ));
+        let found = "the .EV5 has no line of instrumentation";
+        return Err(Error::empty(found, "one line for each curve"));
     }
     let files = CurveFiles::find(source, header_name, limits)?;
     Ok(asked.each(|selection| {
@@ -278,10 +256,6 @@ impl CurveFiles {
     }
 
     /// Returns the name of a curve's file, whether it is there or not.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorKind::Malformed`] where several files have the curve's number.
     fn only_name_of(&self, number: u32) -> Result<String, Error> {
         match self.0.get(&number).map_or(&[][..], Vec::as_slice) {
             [] => Ok(format!("curve file .{number:03}")),
@@ -304,13 +278,9 @@ fn choose(
     let is_there = |entry: &CurveEntry| files.has(entry.number);
     // A redundant channel counts only where its place has no primary one.
     let is_second = |entry: &CurveEntry| {
-        let primary = |other: &&CurveEntry| !other.is_redundant() && other.place() == entry.place();
-        entry.is_redundant()
-            && test
-                .entries
-                .iter()
-                .filter(|other| is_there(other))
-                .any(|other| primary(&other))
+        let primary = |other: &CurveEntry| !other.is_redundant() && other.place() == entry.place();
+        let mut others = test.entries.iter().filter(|other| is_there(other));
+        entry.is_redundant() && others.any(primary)
     };
     let one = |entry: &CurveEntry| {
         let second = || "it is redundant, its place has a primary one".to_string();
@@ -350,10 +320,8 @@ fn channel(
     }
     let clock = UniformSamples::find(curve, entry, asked, &mut findings)?;
     if let Some(entry) = entry {
-        let confirmed = entry.clock().is_some()
-            && !findings
-                .iter()
-                .any(|finding| finding.code == "time-contradicted");
+        let contradicted = findings.iter().any(|one| one.code == "time-contradicted");
+        let confirmed = entry.clock().is_some() && !contradicted;
         findings.extend(entry.time_unit_finding(confirmed));
         let span = clock.span();
         findings.extend(entry.status_finding(span));

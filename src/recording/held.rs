@@ -28,28 +28,23 @@ impl Statement<'_> {
 
     /// Says that the statement is there and says nothing that is understood here.
     pub(super) fn unread(self) -> Finding {
-        Finding::warning(
-            "statement-unread",
-            format!(
-                "{} in the header is `{}`, which is not understood here: nothing was held \
-                 against it",
-                self.key,
-                text::shown(self.text)
-            ),
-        )
+        let said = format!(
+            "{} in the header is `{}`, which is not understood here: nothing was held against it",
+            self.key,
+            text::shown(self.text)
+        );
+        Finding::warning("statement-unread", said)
     }
 
     /// Says that another statement of the file contradicts this one.
     pub(super) fn contradicts(self, other: &str) -> Finding {
-        Finding::blocking(
-            "header-contradicted",
-            format!(
-                "{} in the header is `{}`, and {other}: what the channel is, or what its samples \
-                 are worth, is not known",
-                self.key,
-                text::shown(self.text)
-            ),
-        )
+        let said = format!(
+            "{} in the header is `{}`, and {other}: what the channel is, or what its samples are \
+             worth, is not known",
+            self.key,
+            text::shown(self.text)
+        );
+        Finding::blocking("header-contradicted", said)
     }
 
     /// Holds a number of samples against those that the file holds, which end at `end_s` [s];
@@ -69,13 +64,8 @@ impl Statement<'_> {
             }
             return;
         };
-        findings.extend(count(
-            &format!("the header ({})", self.key),
-            stated,
-            found,
-            stamped,
-            end_s,
-        ));
+        let by = format!("the header ({})", self.key);
+        findings.extend(count(&by, stated, found, stamped, end_s));
     }
 
     /// Holds an extreme of the samples, printed as the file has it, against the one `found`;
@@ -85,14 +75,12 @@ impl Statement<'_> {
             return;
         };
         if (found - stated).abs() > slack + text::last_digit(self.text) {
-            findings.push(Finding::blocking(
-                "peak-contradicted",
-                format!(
-                    "{} in the header is {stated}, the samples have {found}: unit, scale or \
-                     samples are not what the header says, or the samples were cut off",
-                    self.key
-                ),
-            ));
+            let said = format!(
+                "{} in the header is {stated}, the samples have {found}: unit, scale or samples \
+                 are not what the header says, or the samples were cut off",
+                self.key
+            );
+            findings.push(Finding::blocking("peak-contradicted", said));
         }
     }
 }
@@ -109,19 +97,15 @@ pub(super) fn count(
     let holds = found as f64;
     let text = format!("{by} announces {stated} samples, the file holds {found}");
     if holds < stated {
-        let missing = Finding::blocking(
-            "samples-missing",
-            format!("{text}; what the others were is not known"),
-        );
+        let said = format!("{text}; what the others were is not known");
+        let missing = Finding::blocking("samples-missing", said);
         // Without stamps they may be missing anywhere.
         return Some(if stamped { missing.at(end_s) } else { missing });
     }
+    let unknown = format!("{text}, and no stamp says which of them belong to it");
     (holds > stated).then(|| match stamped {
         true => Finding::warning("count-contradicted", text),
-        false => Finding::blocking(
-            "count-contradicted",
-            format!("{text}, and no stamp says which of them belong to it"),
-        ),
+        false => Finding::blocking("count-contradicted", unknown),
     })
 }
 
@@ -138,14 +122,11 @@ pub(super) fn clock(
     let off = |(index, stamp): (usize, &f64)| (stamp - (start_s + index as f64 * interval_s)).abs();
     let off_s = stamps_s.iter().enumerate().map(off).fold(0.0, f64::max);
     (off_s > slack).then(|| {
-        Finding::blocking(
-            "time-contradicted",
-            format!(
-                "the stamps differ by up to {off_s:.3e} s from the clock that {by} states (the \
-                 first sample at {start_s} s, {hertz} Hz); one of the two is wrong, the stamps \
-                 were used"
-            ),
-        )
+        let text = format!(
+            "the stamps differ by up to {off_s:.3e} s from the clock that {by} states (the first \
+             sample at {start_s} s, {hertz} Hz); one of the two is wrong, the stamps were used"
+        );
+        Finding::blocking("time-contradicted", text)
     })
 }
 

@@ -79,11 +79,6 @@ impl ChannelOffer {
 /// Takes the one channel that is plainly a lateral acceleration of the structure, or the only one if
 /// nothing speaks against it; a filtered one only where nothing else could be meant. Anything else
 /// that is an acceleration, or could be one, is offered with what raises the doubt.
-///
-/// # Errors
-///
-/// [`ErrorKind::AmbiguousChannel`] with the candidates, [`ErrorKind::NoChannel`] with all that are
-/// `known` where every one is another quantity.
 pub(super) fn take(
     all: &[ChannelOffer],
     known: String,

@@ -78,9 +78,10 @@ impl LabviewFile<'_> {
     /// Reads what a selection asks for.
     fn outcome(&self, selection: Selection) -> Result<ReadOutcome, Error> {
         let (header, options) = (self.header, self.asked.options);
-        let named = options.channel.as_ref();
-        let named = named.filter(|_| selection == Selection::Lateral);
-        let named = named.map(|wanted| header.named(wanted)).transpose()?;
+        let named = match (&options.channel, selection) {
+            (Some(wanted), Selection::Lateral) => Some(header.named(wanted)?),
+            _ => None,
+        };
         let mut table = ChannelTable::read(self, named)?;
         let mut outcome = ReadOutcome {
             findings: self.findings.clone(),
@@ -107,9 +108,7 @@ impl LabviewFile<'_> {
                 if let Some(error) = table.channels.iter().find_map(|one| one.error.clone()) {
                     return Err(error);
                 }
-                let column = |index: &usize| (index + 1, &header.channels[*index].column);
-                let columns: Vec<(usize, &Column)> = filled.iter().map(column).collect();
-                let choices = ChannelOffer::of_words(&columns, ("channel", true));
+                let choices = header.offers(filled.iter().copied());
                 let (index, finding) = lateral::take(&choices, lateral::listed(&choices))?;
                 outcome.findings.extend(finding);
                 vec![filled[index]]
@@ -219,9 +218,8 @@ impl ChannelTable {
     fn silent_finding(&self, header: &Header) -> Option<Finding> {
         let channels = header.channels.iter().zip(&self.channels);
         let silent = channels.filter(|(_, numbers)| numbers.is_silent());
-        let names: Vec<&str> = silent
-            .map(|(channel, _)| channel.column.name.as_str())
-            .collect();
+        let names = silent.map(|(channel, _)| channel.column.name.as_str());
+        let names: Vec<&str> = names.collect();
         let (count, list) = (names.len(), names.join(", "));
         let text = format!("{count} channels hold no sample: {list}");
         (count > 0).then(|| Finding::info("channels-empty", text))
@@ -381,10 +379,7 @@ impl LabviewFile<'_> {
         };
         if let Some(slot) = header.time_slot(index) {
             let (numbers, digits) = &table.stamps[slot];
-            let stamps = numbers
-                .values
-                .get(..values.len())
-                .unwrap_or(&numbers.values);
+            let stamps = &numbers.values[..values.len().min(numbers.values.len())];
             let digit = digits.last_digit();
             let mut odd = Vec::new();
             let limits = self.asked.limits;
@@ -395,7 +390,7 @@ impl LabviewFile<'_> {
             if let Some(stated) = stated
                 && stated.number(|interval| interval > 0.0, findings).is_some()
             {
-                findings.extend(interval_finding(described.interval(), clock.rate));
+                findings.extend(described.interval_finding(clock.rate));
             }
             return Ok(clock);
         }
@@ -411,33 +406,20 @@ impl LabviewFile<'_> {
     }
 }
 
-/// Says where `Delta_X` is not the interval of the time column.
-fn interval_finding(stated: Option<SampleRate>, found: SampleRate) -> Option<Finding> {
-    let stated = stated?.hertz();
-    let found = found.hertz();
-    ((stated - found).abs() > 0.01 * found).then(|| {
-        Finding::warning(
-            "rate-contradicted",
-            format!(
-                "Delta_X in the header means {stated} Hz, the time column runs at {found} Hz; \
-                 the time column was used"
-            ),
-        )
-    })
-}
-
 impl Header {
+    /// Returns channels as they are offered.
+    fn offers(&self, indices: impl IntoIterator<Item = usize>) -> Vec<ChannelOffer> {
+        let column = |index: usize| (index + 1, &self.channels[index].column);
+        let columns: Vec<(usize, &Column)> = indices.into_iter().map(column).collect();
+        ChannelOffer::of_words(&columns, ("channel", true))
+    }
+
     /// Returns the one channel of a name or number.
     fn named(&self, wanted: &str) -> Result<usize, Error> {
-        let columns = self.channels.iter().zip(1..);
-        let columns: Vec<_> = columns.map(|(one, number)| (number, &one.column)).collect();
+        let all = 0..self.channels.len();
         let fits = |index: &usize| self.channels[*index].answers_to(wanted, *index);
-        let found: Vec<usize> = (0..columns.len()).filter(fits).collect();
-        lateral::named(
-            wanted,
-            &found,
-            &ChannelOffer::of_words(&columns, ("channel", true)),
-        )
+        let found: Vec<usize> = all.clone().filter(fits).collect();
+        lateral::named(wanted, &found, &self.offers(all))
     }
 
     fn time_columns(&self) -> Vec<usize> {
@@ -462,6 +444,17 @@ impl header::Described {
     fn stated<'a>(&self, key: &'a str, text: &'a Option<String>) -> Option<Statement<'a>> {
         let text = text.as_deref()?;
         Some(Statement { key, text })
+    }
+
+    /// Says where `Delta_X` is not the interval of the time column.
+    fn interval_finding(&self, found: SampleRate) -> Option<Finding> {
+        let (stated, found) = (self.interval()?.hertz(), found.hertz());
+        let text = format!(
+            "Delta_X in the header means {stated} Hz, the time column runs at {found} Hz; the time \
+             column was used"
+        );
+        let differs = (stated - found).abs() > 0.01 * found;
+        differs.then(|| Finding::warning("rate-contradicted", text))
     }
 
     fn interval(&self) -> Option<SampleRate> {

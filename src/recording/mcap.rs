@@ -42,7 +42,7 @@ use super::csv::header::Column as Named;
 use super::draft;
 use super::lateral::{self, ChannelOffer};
 use super::remarks::{Remark, RemarkPlace};
-use super::source::Reader;
+use super::source::{Reader, io_error};
 use super::{Asked, Finding, Head, Limits, Outcomes, ReadOutcome, Selection};
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use ::mcap::McapError;
@@ -52,7 +52,7 @@ use layout::{Laid, Schema, WantedFields};
 use records::{PREFIX_BYTES, damaged};
 use series::{Finished, Kept, LoggedMessage, TopicField, TopicSeries};
 use std::collections::BTreeMap;
-use std::io::Read;
+use std::io::{self, Read};
 use types::Budget;
 
 /// Bytes asked of the source at a time.
@@ -104,7 +104,12 @@ fn stream(source: &mut Reader, log: &mut LogReader<'_>, limits: &Limits) -> Resu
         match event.map_err(|error| placed(framing(&error, log)))? {
             LinearReadEvent::ReadRequest(wanted) => {
                 let wanted = wanted.clamp(1, READ_BYTES);
-                let count = read_some(source, reader.insert(wanted))?;
+                let count = loop {
+                    match source.read(reader.insert(wanted)) {
+                        Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                        read => break read.map_err(|error| io_error("read the file", &error))?,
+                    }
+                };
                 reader.notify_read(count);
             }
             LinearReadEvent::Record { data, opcode } => {
@@ -114,22 +119,6 @@ fn stream(source: &mut Reader, log: &mut LogReader<'_>, limits: &Limits) -> Resu
         }
     }
     Ok(())
-}
-
-fn read_some(source: &mut Reader, buffer: &mut [u8]) -> Result<usize, Error> {
-    loop {
-        match source.read(buffer) {
-            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-            Err(error) => {
-                return Err(ErrorKind::Io {
-                    action: "read the file",
-                    reason: error.to_string(),
-                }
-                .into());
-            }
-            Ok(count) => return Ok(count),
-        }
-    }
 }
 
 /// Says in our words what the framing of the file has wrong.
@@ -444,7 +433,7 @@ impl<'a> LogReader<'a> {
         let likely = match self.schemas.get_mut(&record.schema_id) {
             _ if record.message_encoding == "json" => true,
             None => false,
-            Some(schema) if layout::is_acceleration(&schema.name) => true,
+            Some(schema) if layout::lateral_path(&schema.name).is_some() => true,
             Some(schema) => match schema.has_lateral_field {
                 Some(known) => known,
                 None => match layout::has_lateral_field(schema, &mut self.budget) {

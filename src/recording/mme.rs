@@ -122,10 +122,8 @@ fn selected(
         .and_then(|code| sides.get(&code.object()).zip(code.side()));
     let far = side.filter(|(struck, own)| *struck != own).map(|_| {
         let text = "the test's header says that the other side was struck, which moved more";
-        Finding::warning(
-            "side-not-struck",
-            format!("{}: {text}", channels[index].label),
-        )
+        let said = format!("{}: {text}", channels[index].label);
+        Finding::warning("side-not-struck", said)
     });
     let findings = header
         .not_lateral_finding()
@@ -253,8 +251,8 @@ fn channel_of_times<'a>(
         several => Err(Error::malformed(
             format!("one channel of times named {}", text::shown(name)),
             Candidates::named(several.iter().map(|entry| &*entry.label)).to_string(),
-            "which of them holds is not known; leave the right one in the test, or name it \
-                   by its file's number in the channel's header",
+            "which of them holds is not known; leave the right one in the test, or name it by its \
+             file's number in the channel's header",
         )),
     }
 }
@@ -291,13 +289,11 @@ impl TestReader<'_, '_> {
                 self.options.check_rate(hertz, by, "leave out the rate")?;
                 return Ok((clock, true));
             }
-            findings.push(Finding::warning(
-                "time-reference-missing",
-                format!(
-                    "the header names {} as the channel of times, which is not there",
-                    text::shown(name)
-                ),
-            ));
+            let text = format!(
+                "the header names {} as the channel of times, which is not there",
+                text::shown(name)
+            );
+            findings.push(Finding::warning("time-reference-missing", text));
         }
         let stated = header.interval()?;
         if let Some(stated) = stated {

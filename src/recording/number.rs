@@ -63,11 +63,9 @@ pub(super) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<f64, NumberFau
             if point || !followed || cell.len() > LONGEST {
                 return Err(NumberFault::Text);
             }
-            let mut buffer = [0_u8; LONGEST];
-            let copy = &mut buffer[..cell.len()];
-            copy.copy_from_slice(cell);
+            let mut copy = cell.to_vec();
             copy[index] = b'.';
-            plain(copy)?
+            plain(&copy)?
         }
     };
     match (*decimal, comma.is_some(), point) {
@@ -95,21 +93,13 @@ fn stated(cell: &[u8], mark: DecimalMark) -> Result<f64, NumberFault> {
     if whole.contains(&other) && !((1..=3).contains(&first.len()) && groups.all(three)) {
         return Err(NumberFault::OtherMark);
     }
-    let (before, after) = cell.split_at(whole.len());
-    let mut plain_cell: Vec<u8> = before
-        .iter()
-        .copied()
-        .filter(|byte| *byte != other)
-        .collect();
-    plain_cell.extend(
-        after
-            .iter()
-            .map(|byte| if *byte == mark { b'.' } else { *byte }),
-    );
-    if after.contains(&other) || plain_cell.len() > LONGEST {
+    let digits = cell.iter().filter(|byte| **byte != other);
+    let point = |byte: &u8| if *byte == mark { b'.' } else { *byte };
+    let digits: Vec<u8> = digits.map(point).collect();
+    if cell[whole.len()..].contains(&other) || digits.len() > LONGEST {
         return Err(NumberFault::OtherMark);
     }
-    plain(&plain_cell)
+    plain(&digits)
 }
 
 /// Returns a cell without the blanks around it, those that do not break a line among them, and
@@ -133,14 +123,11 @@ fn bare(cell: &[u8]) -> Cow<'_, [u8]> {
 }
 
 fn plain(cell: &[u8]) -> Result<f64, NumberFault> {
-    let value: f64 = std::str::from_utf8(cell)
-        .ok()
-        .and_then(|text| text.parse().ok())
-        .ok_or(NumberFault::Text)?;
-    if value.is_finite() {
-        Ok(value)
-    } else {
-        Err(NumberFault::NonFinite)
+    let text = std::str::from_utf8(cell).ok();
+    match text.and_then(|text| text.parse::<f64>().ok()) {
+        None => Err(NumberFault::Text),
+        Some(value) if value.is_finite() => Ok(value),
+        Some(_) => Err(NumberFault::NonFinite),
     }
 }
 
@@ -257,15 +244,12 @@ impl PrintedDigits {
     /// Returns the size of the last printed digit, in the column's unit; 0 if unknown.
     pub(super) fn last_digit(&self) -> f64 {
         let those = |least: u32| {
-            self.decades
-                .iter()
-                .filter(move |(_, count)| *count >= least)
+            let decades = self.decades.iter();
+            let those = decades.filter(move |(_, count)| *count >= least);
+            those.map(|(digit, _)| *digit)
         };
-        let trusted = those(Self::ENOUGH).map(|(digit, _)| *digit).max();
-        let seen = those(1).map(|(digit, _)| *digit).min();
-        trusted
-            .or(seen)
-            .and_then(|digit| format!("1e{digit}").parse().ok())
-            .unwrap_or(0.0)
+        let digit = those(Self::ENOUGH).max().or_else(|| those(1).min());
+        let digit = digit.and_then(|digit| format!("1e{digit}").parse().ok());
+        digit.unwrap_or(0.0)
     }
 }

@@ -144,13 +144,12 @@ impl Remark {
             text == quoted || text == shown
         });
         let finding = match accepted {
-            Some(accepted) => Finding::warning(
-                "remark-accepted",
-                format!(
-                    "{says}; {doubt}, and a person has accepted the remark, by {}",
-                    accepted.by()
-                ),
-            ),
+            Some(accepted) => {
+                let by = accepted.by();
+                let text =
+                    format!("{says}; {doubt}, and a person has accepted the remark, by {by}");
+                Finding::warning("remark-accepted", text)
+            }
             None => {
                 let bad = match (at_s, outside) {
                     (Some(_), _) => "no sample from there on is taken for good".into(),
@@ -159,17 +158,15 @@ impl Remark {
                     ),
                     (None, None) => "no sample is taken for good".to_string(),
                 };
-                Finding::blocking(
-                    "laboratory-remark",
-                    format!(
-                        "{says}; {doubt}, so that {bad}. Where the samples are good all the same, \
-                         accept the remark: {} = {}, or in the card {} = [{}]",
-                        Setting::AcceptedRemarks,
-                        quoted_for_a_shell(&quoted),
-                        Setting::AcceptedRemarks.key(),
-                        serde_json::Value::from(quoted.as_str())
-                    ),
-                )
+                let said = format!(
+                    "{says}; {doubt}, so that {bad}. Where the samples are good all the same, \
+                     accept the remark: {} = {}, or in the card {} = [{}]",
+                    Setting::AcceptedRemarks,
+                    quoted_for_a_shell(&quoted),
+                    Setting::AcceptedRemarks.key(),
+                    serde_json::Value::from(quoted.as_str())
+                );
+                Finding::blocking("laboratory-remark", said)
             }
         };
         Some(finding.since(at_s))
@@ -235,10 +232,8 @@ fn quoted(shown: &str) -> String {
 
 /// Returns the texts of remarks that say something, as they are shown.
 pub(super) fn shown(remarks: &[Remark]) -> Vec<String> {
-    let speaking = remarks
-        .iter()
-        .filter(|remark| !reading::read(&remark.text).is_empty);
-    speaking.map(Remark::shown).collect()
+    let speaks = |remark: &&Remark| !reading::read(&remark.text).is_empty;
+    remarks.iter().filter(speaks).map(Remark::shown).collect()
 }
 
 /// Findings of one severity that remarks may give; of more the number is told.
@@ -262,9 +257,8 @@ pub(super) fn findings(
             continue;
         };
         let severity = finding.severity;
-        let before = found
-            .iter()
-            .filter(|one: &&Finding| one.severity == severity);
+        let alike = |one: &&Finding| one.severity == severity;
+        let before = found.iter().filter(alike);
         if severity == Severity::Warning || before.count() < MOST {
             found.push(finding);
             continue;
@@ -293,10 +287,8 @@ pub(super) fn tell_of_filters(
     stated: &mut Stated,
     findings: &mut Vec<Finding>,
 ) {
-    for remark in remarks
-        .iter()
-        .filter(|remark| remark.place == RemarkPlace::Channel)
-    {
+    let of_channel = |remark: &&Remark| remark.place == RemarkPlace::Channel;
+    for remark in remarks.iter().filter(of_channel) {
         match filter_in(&remark.text) {
             Some(Filtered::Class(class)) => {
                 if stated.filter_class.as_ref() != Some(&class) {
@@ -319,9 +311,8 @@ pub(super) fn not_found(accepted: &[AcceptedRemark], remarks: &[String]) -> Vec<
     let known: Vec<&str> = remarks.iter().take(100).map(String::as_str).collect();
     let absent = accepted.iter().filter(|one| {
         let text = in_a_line(&one.text);
-        !remarks
-            .iter()
-            .any(|shown| *shown == text || quoted(shown) == text)
+        let is_it = |shown: &String| *shown == text || quoted(shown) == text;
+        !remarks.iter().any(is_it)
     });
     absent
         .map(|one| {
@@ -330,14 +321,12 @@ pub(super) fn not_found(accepted: &[AcceptedRemark], remarks: &[String]) -> Vec<
                 None if known.is_empty() => "no remark is there".into(),
                 None => "none is like it".into(),
             };
-            Finding::warning(
-                "accepted-remark-not-found",
-                format!(
-                    "{} accepts the remark \"{}\", which is not there; {nearest}",
-                    one.by(),
-                    one.text
-                ),
-            )
+            let said = format!(
+                "{} accepts the remark \"{}\", which is not there; {nearest}",
+                one.by(),
+                one.text
+            );
+            Finding::warning("accepted-remark-not-found", said)
         })
         .collect()
 }
@@ -402,10 +391,9 @@ impl<Row: Copy> Cells<Row> {
                 KEPT => ("more texts than are read", true),
                 _ => (text.as_str(), false),
             };
-            let text = if self.states {
-                format!("{name}: {text}")
-            } else {
-                text.into()
+            let text = match self.states {
+                true => format!("{name}: {text}"),
+                false => text.into(),
             };
             let place = match self.states || more {
                 true => RemarkPlace::State(at_s),

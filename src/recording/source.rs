@@ -212,7 +212,7 @@ impl Source {
     ///
     /// As [`Self::open`].
     pub fn open_watched<'a>(&self, control: Control<'a>) -> Result<Reader<'a>, Error> {
-        let mut beside = Beside::Nothing;
+        let mut beside = Beside::files(Files::new());
         let mut is_folder = false;
         let mut size = None;
         let inner: Box<dyn Read> = match self {
@@ -270,8 +270,6 @@ impl Source {
 
 /// Where the files that belong to a recording are: in its folder, or in itself if it is one.
 enum Beside {
-    /// There are none.
-    Nothing,
     /// In a folder.
     Folder(PathBuf),
     /// In memory, below a folder that is empty or ends with `/`.
@@ -279,11 +277,17 @@ enum Beside {
 }
 
 impl Beside {
+    fn files(files: Files) -> Self {
+        Self::Memory {
+            files: Arc::new(files),
+            folder: String::new(),
+        }
+    }
+
     /// Lists the names of files in order, relative to the folder; if `deep`, with those in the
     /// folders one level down.
     fn list(&self, deep: bool, limits: &Limits) -> Result<Vec<String>, Error> {
         match self {
-            Self::Nothing => Ok(Vec::new()),
             Self::Folder(folder) => list_folder(folder, deep, limits),
             Self::Memory { files, folder } => {
                 let depth = if deep { 1 } else { 0 };
@@ -303,7 +307,6 @@ impl Beside {
     /// Reads up to `most` bytes of a file that is listed; `None` if there is no such file.
     fn read(&self, name: &str, most: u64) -> Result<Option<Vec<u8>>, Error> {
         let folder = match self {
-            Self::Nothing => return Ok(None),
             Self::Memory { files, folder } => {
                 let most = usize::try_from(most).unwrap_or(usize::MAX);
                 let bytes = files.get(&format!("{folder}{name}"));
@@ -345,14 +348,6 @@ pub struct Reader<'a> {
     consumed: usize,
     /// Says whether to read on.
     control: Control<'a>,
-}
-
-impl std::fmt::Debug for Reader<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Reader")
-            .field("consumed", &self.consumed)
-            .finish_non_exhaustive()
-    }
 }
 
 impl Reader<'_> {
@@ -518,10 +513,7 @@ impl Reader<'_> {
     /// Lays the files of an archive beside the recording that it is, in place of those that are
     /// there; they are no further parts of it.
     pub(super) fn lay_beside(&mut self, files: Files) {
-        self.beside = Beside::Memory {
-            files: Arc::new(files),
-            folder: String::new(),
-        };
+        self.beside = Beside::files(files);
     }
 
     /// Reads up to `most` bytes from the start of a file that [`Self::list`] names, only to see
@@ -537,11 +529,7 @@ impl Reader<'_> {
     /// Reads to the end and returns the hashes of all that was read.
     pub(super) fn finish_hashes(mut self) -> Result<Hashes, Error> {
         let parts = std::mem::take(&mut self.parts);
-        let own = if self.is_folder {
-            None
-        } else {
-            Some(self.finish()?)
-        };
+        let own = (!self.is_folder).then(|| self.finish()).transpose()?;
         Ok(Hashes { own, parts })
     }
 
@@ -569,15 +557,11 @@ impl Hashes {
     /// with the parts. The hash of a folder is that of a list of its files that were read: hash,
     /// two blanks, name and line feed each.
     pub(super) fn of(&self, parts: &BTreeSet<String>) -> (String, Vec<Part>) {
-        let parts: Vec<Part> = self
-            .parts
-            .iter()
-            .filter(|(file, _)| parts.contains(*file))
-            .map(|(file, sha256)| Part {
-                file: file.clone(),
-                sha256: sha256.clone(),
-            })
-            .collect();
+        let part = |file: &String| {
+            let (file, sha256) = (file.clone(), self.parts.get(file)?.clone());
+            Some(Part { file, sha256 })
+        };
+        let parts: Vec<Part> = parts.iter().filter_map(part).collect();
         let listed = || {
             let line = |part: &Part| format!("{}  {}\n", part.sha256, part.file);
             sha256(parts.iter().map(line).collect::<String>().as_bytes())
@@ -604,21 +588,6 @@ impl Read for Reader<'_> {
     }
 }
 
-/// A running SHA-256.
-#[derive(Default)]
-pub(super) struct Hasher(Sha256);
-
-impl Hasher {
-    pub(super) fn update(&mut self, bytes: &[u8]) {
-        self.0.update(bytes);
-    }
-
-    /// Returns the hash, lower-case hexadecimal.
-    pub(super) fn finish(self) -> String {
-        hexadecimal(&self.0.finalize())
-    }
-}
-
 /// Returns the SHA-256 of `bytes`, lower-case hexadecimal.
 #[must_use]
 pub fn sha256(bytes: &[u8]) -> String {
@@ -629,58 +598,47 @@ pub fn sha256(bytes: &[u8]) -> String {
 const MORE_FILES: &str = "a folder of more files";
 
 fn list_folder(folder: &Path, deep: bool, limits: &Limits) -> Result<Vec<String>, Error> {
-    let mut names = Vec::new();
-    let folder = if folder.as_os_str().is_empty() {
-        Path::new(".")
-    } else {
-        folder
-    };
-    let mut seen = 0;
-    let mut inner = Vec::new();
-    for (name, is_folder) in entries(folder, &mut seen, limits)? {
-        if !is_folder {
-            names.push(name);
-        } else if deep {
-            inner.push(name);
-        }
-    }
-    for name in inner {
-        for (file, is_folder) in entries(&folder.join(&name), &mut seen, limits)? {
-            if !is_folder {
-                names.push(format!("{name}/{file}"));
-            }
-        }
-    }
+    let here = folder.as_os_str().is_empty();
+    let folder = if here { Path::new(".") } else { folder };
+    let (mut names, mut seen) = (Vec::new(), 0);
+    list_into(&mut names, folder, "", (deep, &mut seen), limits)?;
     names.sort();
     Ok(names)
 }
 
-/// Lists a folder: names with whether each is a folder, in order.
-fn entries(folder: &Path, seen: &mut u64, limits: &Limits) -> Result<Vec<(String, bool)>, Error> {
+/// Lists the files of a folder behind `prefix`; if `deep`, with those in its folders.
+fn list_into(
+    names: &mut Vec<String>,
+    folder: &Path,
+    prefix: &str,
+    (deep, seen): (bool, &mut u64),
+    limits: &Limits,
+) -> Result<(), Error> {
     let failed = |error: io::Error| io_error("list the folder", &error);
-    let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(failed)? {
         let path = entry.map_err(failed)?.path();
         *seen += 1;
         if *seen > limits.archive_entries {
             return Err(limits.over("archive_entries", MORE_FILES));
         }
-        if let Some(name) = path.file_name().and_then(|name| name.to_str()) {
-            found.push((name.to_string(), path.is_dir()));
+        let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
+            continue;
+        };
+        let name = format!("{prefix}{name}");
+        match path.is_dir() {
+            false => names.push(name),
+            true if deep => list_into(names, &path, &format!("{name}/"), (false, seen), limits)?,
+            true => {}
         }
     }
-    found.sort();
-    Ok(found)
+    Ok(())
 }
 
-fn hexadecimal(bytes: &[u8]) -> String {
+pub(super) fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-fn io_error(action: &'static str, error: &io::Error) -> Error {
-    ErrorKind::Io {
-        action,
-        reason: error.to_string(),
-    }
-    .into()
+pub(super) fn io_error(action: &'static str, error: &io::Error) -> Error {
+    let reason = error.to_string();
+    ErrorKind::Io { action, reason }.into()
 }

@@ -35,30 +35,23 @@ pub(super) fn sample(cell: &str, decimal: &mut Decimal) -> Result<f64, Error> {
 /// Says what is wrong with a cell that should hold a number.
 pub(super) fn bad_cell(cell: &[u8], fault: NumberFault) -> Error {
     let found = shown(cell);
-    let malformed = |expected: &str, found: String, hint: &str| ErrorKind::Malformed {
-        expected: expected.into(),
-        found,
-        hint: hint.into(),
-    };
     match fault {
-        NumberFault::NonFinite => ErrorKind::NonFinite { found },
-        NumberFault::Empty => malformed(
+        NumberFault::NonFinite => ErrorKind::NonFinite { found }.into(),
+        NumberFault::Empty => Error::malformed(
             "a number",
-            "an empty cell".into(),
+            "an empty cell",
             "remove the row or fill the cell; a missing sample is not taken for zero",
         ),
-        NumberFault::Text => malformed(
-            "a number",
-            format!("`{found}`{}", hidden(&found)),
-            hint_for(&found),
-        ),
-        NumberFault::OtherMark => malformed(
+        NumberFault::Text => {
+            let hint = hint_for(&found);
+            Error::malformed("a number", format!("`{found}`{}", hidden(&found)), hint)
+        }
+        NumberFault::OtherMark => Error::malformed(
             "the same decimal mark in all numbers",
             format!("`{found}`"),
             "a comma may be a decimal or a thousands mark; export with decimal points, or with ; between cells",
         ),
     }
-    .into()
 }
 
 /// Returns what to do about a cell that is no number.
@@ -110,10 +103,9 @@ pub(super) fn shown(text: impl AsRef<[u8]>) -> String {
     const MOST: usize = 60;
     let text = String::from_utf8_lossy(text.as_ref());
     let text = text.trim();
-    if text.chars().count() > MOST {
-        format!("{}…", text.chars().take(MOST).collect::<String>())
-    } else {
-        text.to_string()
+    match text.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_string(),
     }
 }
 

@@ -36,14 +36,19 @@ const PLAIN_DIGITS: usize = 7;
 /// [`ErrorKind::NotPositive`] if the interval is not finite and positive.
 pub fn rate_of_interval(interval_s: f64, printed_digit_s: f64) -> Result<SampleRate, Error> {
     let stated = crate::units::SampleInterval::from_seconds(interval_s)?;
-    let digit = if printed_digit_s.is_finite() {
-        printed_digit_s.clamp(0.0, interval_s)
-    } else {
-        0.0
-    };
+    let digit = believed_digit(printed_digit_s, interval_s);
     let slack = 0.5 * digit * (1.0 + 1e-9) + 4.0 * f64::EPSILON * interval_s;
     let plain = plain_rates(interval_s, slack, 15).next();
     SampleRate::from_hertz(plain.unwrap_or(stated.rate().hertz()))
+}
+
+/// Returns the last printed digit that is believed [s]: one coarser than the step would print the same
+/// stamp twice, so such a claim is wrong and must not turn any clock into a uniform one.
+fn believed_digit(printed_s: f64, step_s: f64) -> f64 {
+    match printed_s.is_finite() {
+        true => printed_s.clamp(0.0, step_s),
+        false => 0.0,
+    }
 }
 
 /// A uniform time base found in stamps; it serves every channel that shares them.
@@ -161,23 +166,18 @@ fn check_stamps(stamps_s: &[f64]) -> Result<(), Error> {
         return Err(Error::too_short("a time base", 2, stamps_s.len()));
     }
     if let Some(stamp) = stamps_s.iter().find(|stamp| !stamp.is_finite()) {
-        return Err(ErrorKind::NonFinite {
-            found: format!("{stamp}"),
-        }
-        .into());
+        return Err(non_finite(stamp.to_string()));
     }
-    for pair in stamps_s.windows(2) {
-        check_rising(pair)?;
+    stamps_s.windows(2).try_for_each(check_rising)?;
+    match (stamps_s[stamps_s.len() - 1] - stamps_s[0]).is_finite() {
+        true => Ok(()),
+        false => Err(non_finite("a span of time beyond all numbers")),
     }
-    let span = stamps_s[stamps_s.len() - 1] - stamps_s[0];
-    if span.is_finite() {
-        Ok(())
-    } else {
-        Err(ErrorKind::NonFinite {
-            found: "a span of time beyond all numbers".into(),
-        }
-        .into())
-    }
+}
+
+fn non_finite(found: impl Into<String>) -> Error {
+    let found = found.into();
+    ErrorKind::NonFinite { found }.into()
 }
 
 /// Refuses a last stamp that is not later than the one before.
@@ -214,17 +214,15 @@ pub(super) fn implausible_rate(
 ) -> Result<Option<Finding>, Error> {
     let assumed = if stated { "" } else { ", seconds assumed" };
     if !confirmed && (rate > INCREDIBLE || (rate < LEAST_ASSUMED && !stated)) {
-        let found = format!("{rate} Hz by {by}{assumed}");
-        return Err(Error::malformed(
+        let (expected, found) = (
             "a rate that crash recordings have",
-            found,
-            hint,
-        ));
+            format!("{rate} Hz by {by}{assumed}"),
+        );
+        return Err(Error::malformed(expected, found, hint));
     }
-    let (low, high) = if stated {
-        PLAUSIBLE_STATED
-    } else {
-        PLAUSIBLE_ASSUMED
+    let (low, high) = match stated {
+        true => PLAUSIBLE_STATED,
+        false => PLAUSIBLE_ASSUMED,
     };
     let text = format!("{by} gives {rate} Hz{assumed}, which no crash recording has; {hint}");
     let odd = !(low..=high).contains(&rate);
@@ -273,13 +271,7 @@ impl ClockEstimate {
                 range = (range.0.min(step), range.1.max(step));
             }
         }
-        // A digit coarser than the step would print the same stamp twice, so such a claim is
-        // wrong and must not turn any clock into a uniform one.
-        let digit = if printed_digit_s.is_finite() {
-            printed_digit_s.clamp(0.0, median)
-        } else {
-            0.0
-        };
+        let digit = believed_digit(printed_digit_s, median);
         Self {
             span,
             median,
@@ -312,22 +304,18 @@ impl ClockEstimate {
         };
         // Two stamps, each off by half a digit, bound the interval this well.
         let slack = 2.0 * self.half_digit / steps;
-        for rate in plain_rates(interval, slack, PLAIN_DIGITS) {
-            if let Some(line) = try_rate(rate, self.half_digit) {
-                return Some(line);
-            }
+        let mut plain = plain_rates(interval, slack, PLAIN_DIGITS);
+        if let Some(line) = plain.find_map(|rate| try_rate(rate, self.half_digit)) {
+            return Some(line);
         }
         let jitter = JITTER * interval;
         if jitter > self.half_digit {
             // Here the clock itself trembles. A chosen number is taken if it drifts from the
             // stamps by no more than the trembling over the whole record.
             let slack = 2.0 * jitter / steps;
-            for rate in plain_rates(interval, slack, CHOSEN_DIGITS) {
-                if let Some(line) = try_rate(rate, jitter) {
-                    return Some(line);
-                }
-            }
-            return try_rate(1.0 / interval, jitter);
+            let mut chosen = plain_rates(interval, slack, CHOSEN_DIGITS);
+            let line = chosen.find_map(|rate| try_rate(rate, jitter));
+            return line.or_else(|| try_rate(1.0 / interval, jitter));
         }
         let interval = minimax_interval(stamps_s, indices.clone(), interval, slack);
         try_rate(1.0 / interval, self.half_digit)
@@ -354,14 +342,10 @@ impl ClockEstimate {
     /// where these say the same within 0.1 %. The rate of a resampled base is ours to choose,
     /// and 9999.98 Hz would fall short of what a filter class asks for.
     fn rate_to_resample(&self) -> f64 {
-        let step = if (self.mean - self.median).abs() <= self.digit {
-            self.mean
-        } else {
-            self.median
-        };
-        plain_rates(step, 1e-3 * step, CHOSEN_DIGITS)
-            .next()
-            .unwrap_or(1.0 / step)
+        let is_rounded = (self.mean - self.median).abs() <= self.digit;
+        let step = if is_rounded { self.mean } else { self.median };
+        let mut plain = plain_rates(step, 1e-3 * step, CHOSEN_DIGITS);
+        plain.next().unwrap_or(1.0 / step)
     }
 
     fn gap_finding(&self, stamps_s: &[f64]) -> Option<Finding> {
@@ -369,8 +353,9 @@ impl ClockEstimate {
             .windows(2)
             .filter(|pair| pair[1] - pair[0] > GAP * self.median);
         let first = gaps.next()?;
+        let length = |gap: &[f64]| gap[1] - gap[0];
         let longest = gaps.fold(first, |longest, gap| {
-            if gap[1] - gap[0] > longest[1] - longest[0] {
+            if length(gap) > length(longest) {
                 gap
             } else {
                 longest
@@ -401,18 +386,16 @@ impl ClockEstimate {
     fn irregular_finding(&self) -> Finding {
         let (shortest, longest) = self.step_range;
         let deviation = (longest - self.median).max(self.median - shortest);
-        Finding::warning(
-            "time-irregular",
-            format!(
-                "the stamps follow no uniform clock: steps of {} to {} s (gaps left out) around a \
-                 median of {} s, off by up to {:.1} %; the samples were interpolated at {} Hz",
-                brief(shortest),
-                brief(longest),
-                brief(self.median),
-                100.0 * deviation / self.median,
-                brief(self.rate_to_resample())
-            ),
-        )
+        let text = format!(
+            "the stamps follow no uniform clock: steps of {} to {} s (gaps left out) around a \
+             median of {} s, off by up to {:.1} %; the samples were interpolated at {} Hz",
+            brief(shortest),
+            brief(longest),
+            brief(self.median),
+            100.0 * deviation / self.median,
+            brief(self.rate_to_resample())
+        );
+        Finding::warning("time-irregular", text)
     }
 }
 
@@ -449,10 +432,7 @@ impl ClockLine {
 /// number that every limit refuses.
 fn count_samples(steps: f64) -> Result<usize, Error> {
     if !steps.is_finite() || steps < 0.0 {
-        return Err(ErrorKind::NonFinite {
-            found: "a number of samples beyond all numbers".into(),
-        }
-        .into());
+        return Err(non_finite("a number of samples beyond all numbers"));
     }
     let count = steps.min(1e15) as usize;
     Ok(count + 1)
@@ -496,15 +476,10 @@ fn residual_range(
 /// Returns a start from which every stamp lies within `tolerance` of the line: the first
 /// stamp if it serves, else a whole number of intervals from zero, else the middle.
 fn start_within(range: (f64, f64), first: f64, rate: f64, tolerance: f64) -> f64 {
-    let serves = |start: f64| range.1 - start <= tolerance && start - range.0 <= tolerance;
+    let serves = |start: &f64| range.1 - start <= tolerance && start - range.0 <= tolerance;
     let on_grid = (first * rate).round() / rate;
-    if serves(first) {
-        first
-    } else if serves(on_grid) {
-        on_grid
-    } else {
-        0.5 * (range.0 + range.1)
-    }
+    let plain = [first, on_grid].into_iter().find(serves);
+    plain.unwrap_or(0.5 * (range.0 + range.1))
 }
 
 /// Returns the interval near `interval` whose line has the smallest largest residual [s].

@@ -39,7 +39,6 @@ const CALM_PART: f64 = 0.25;
 
 /// Returns what is odd in a record that is not dead.
 pub(super) fn findings(facts: &SignalFacts<'_>) -> Vec<Finding> {
-    let velocity = Velocity::of(facts);
     [
         aliasing(facts),
         gravity(facts),
@@ -50,28 +49,11 @@ pub(super) fn findings(facts: &SignalFacts<'_>) -> Vec<Finding> {
         pre_event_not_quiet(facts),
         drift(facts),
         zero_shift(facts),
-        velocity_returns(facts, &velocity),
+        velocity_returns(facts),
     ]
     .into_iter()
     .flatten()
     .collect()
-}
-
-/// The velocity that a signal without its bias adds up to [m/s].
-struct Velocity {
-    end: f64,
-    largest: f64,
-}
-
-impl Velocity {
-    fn of(facts: &SignalFacts<'_>) -> Self {
-        let (mut end, mut largest) = (0.0, 0.0_f64);
-        for value in &facts.samples[facts.contact.min(facts.samples.len())..] {
-            end += (value - facts.bias) / facts.raw.rate.hertz();
-            largest = largest.max(f64::abs(end));
-        }
-        Self { end, largest }
-    }
 }
 
 /// Most of the power lies near half the sample rate, so that more lies beyond and is folded in.
@@ -85,14 +67,12 @@ fn aliasing(facts: &SignalFacts<'_>) -> Option<Finding> {
         .sum();
     let part = differences / (4.0 * power);
     (event.len() >= 32 && part > ALIASED_PART).then(|| {
-        Finding::warning(
-            "aliasing-suspected",
-            format!(
-                "most of the signal's power lies above a quarter of the sample rate of {} Hz: what \
-                 lies beyond half of it may be folded into the samples as another, lower motion",
-                facts.raw.rate.rounded()
-            ),
-        )
+        let text = format!(
+            "most of the signal's power lies above a quarter of the sample rate of {} Hz: what \
+             lies beyond half of it may be folded into the samples as another, lower motion",
+            facts.raw.rate.rounded()
+        );
+        Finding::warning("aliasing-suspected", text)
     })
 }
 
@@ -104,14 +84,12 @@ fn gravity(facts: &SignalFacts<'_>) -> Option<Finding> {
         && (least..=most).contains(&mean_g.abs())
         && facts.pre_mean_error <= GRAVITY_ERROR_G * STANDARD_GRAVITY)
         .then(|| {
-            Finding::warning(
-                "gravity-suspected",
-                format!(
-                    "the mean before the event is {mean_g:.4} g, as of a sensor that feels gravity: \
-                     a lateral axis does not; check that the channel is not a vertical one, and \
-                     that the sensor was not tilted"
-                ),
-            )
+            let text = format!(
+                "the mean before the event is {mean_g:.4} g, as of a sensor that feels gravity: a \
+                 lateral axis does not; check that the channel is not a vertical one, and that the \
+                 sensor was not tilted"
+            );
+            Finding::warning("gravity-suspected", text)
         })
 }
 
@@ -141,17 +119,12 @@ fn sign_suspicion(facts: &SignalFacts<'_>) -> Option<Finding> {
         return None;
     }
     let at_s = facts.raw.time_s(facts.pre_event + first);
-    Some(
-        Finding::warning(
-            "sign-suspected",
-            format!(
-                "the first push, at {at_s:.5} s, has the opposite sign of the velocity of \
-                 {velocity:.3} m/s that the record adds up to: check the polarity of the channel \
-                 (the setting `opens_when`), and that it is not a rotating or a rebounding part"
-            ),
-        )
-        .at(at_s),
-    )
+    let text = format!(
+        "the first push, at {at_s:.5} s, has the opposite sign of the velocity of {velocity:.3} \
+         m/s that the record adds up to: check the polarity of the channel (the setting \
+         `opens_when`), and that it is not a rotating or a rebounding part"
+    );
+    Some(Finding::warning("sign-suspected", text).at(at_s))
 }
 
 /// The record stops soon after loud samples: what would have come is missing.
@@ -159,20 +132,15 @@ fn ends_early(facts: &SignalFacts<'_>) -> Option<Finding> {
     let calm = (CALM_S * facts.raw.rate.hertz()).round() as usize;
     let count = facts.samples.len();
     let tail = &facts.samples[count.saturating_sub(calm)..];
-    let largest = tail
-        .iter()
-        .fold(0.0_f64, |most, value| most.max((value - facts.bias).abs()));
+    let largest = super::reach(tail, facts.bias);
     (calm > 0 && largest > CALM_PART * facts.peak).then(|| {
-        Finding::warning(
-            "ends-early",
-            format!(
-                "the last {:.0} ms still reach {}, more than a quarter of the peak: what came after \
-                 may be missing; export to the end of the event",
-                1e3 * CALM_S,
-                in_g(largest)
-            ),
-        )
-        .at(facts.raw.end_s())
+        let text = format!(
+            "the last {:.0} ms still reach {}, more than a quarter of the peak: what came after \
+             may be missing; export to the end of the event",
+            1e3 * CALM_S,
+            in_g(largest)
+        );
+        Finding::warning("ends-early", text).at(facts.raw.end_s())
     })
 }
 
@@ -180,13 +148,11 @@ fn implausible_peak(facts: &SignalFacts<'_>) -> Option<Finding> {
     let peak_g = facts.peak / STANDARD_GRAVITY;
     let (least, most) = PLAUSIBLE_PEAK_G;
     (!(least..=most).contains(&peak_g)).then(|| {
-        Finding::warning(
-            "implausible-peak",
-            format!(
-                "the peak is {peak_g:.4} g; channels near a door reach {least} to {most} g in a \
-                 crash. Check the unit and the channel"
-            ),
-        )
+        let text = format!(
+            "the peak is {peak_g:.4} g; channels near a door reach {least} to {most} g in a crash. \
+             Check the unit and the channel"
+        );
+        Finding::warning("implausible-peak", text)
     })
 }
 
@@ -201,30 +167,24 @@ fn spike(facts: &SignalFacts<'_>) -> Option<Finding> {
             && (three[2] - three[0]).abs() < 0.1 * facts.peak
     })? + 1;
     let at_s = facts.raw.time_s(index);
-    Some(
-        Finding::warning(
-            "spike",
-            format!(
-                "the sample at {at_s:.5} s jumps to {} and back within one interval: a drop-out or \
-                 disturbance rather than motion",
-                in_g(facts.samples[index])
-            ),
-        )
-        .at(at_s),
-    )
+    let text = format!(
+        "the sample at {at_s:.5} s jumps to {} and back within one interval: a drop-out or \
+         disturbance rather than motion",
+        in_g(facts.samples[index])
+    );
+    Some(Finding::warning("spike", text).at(at_s))
 }
 
 fn pre_event_not_quiet(facts: &SignalFacts<'_>) -> Option<Finding> {
     let largest = facts.loudest_before();
     (largest > QUIET_PART * facts.peak).then(|| {
-        Finding::warning(
-            "pre-event-not-quiet",
-            format!(
-                "samples before -1 ms reach {} beside their mean, more than a quarter of the peak: \
-                 their mean may be no bias, or time zero may be wrong (the setting `time_zero`, the setting `bias`)",
-                in_g(largest)
-            ),
-        )
+        let text = format!(
+            "samples before -1 ms reach {} beside their mean, more than a quarter of the peak: \
+                 their mean may be no bias, or time zero may be wrong (the setting `time_zero`, \
+                 the setting `bias`)",
+            in_g(largest)
+        );
+        Finding::warning("pre-event-not-quiet", text)
     })
 }
 
@@ -243,11 +203,8 @@ fn drift(facts: &SignalFacts<'_>) -> Option<Finding> {
         run += step * step;
     }
     let slope = rise / run;
-    let beside: Vec<f64> = samples
-        .iter()
-        .enumerate()
-        .map(|(index, value)| value - slope * (index as f64 - middle))
-        .collect();
+    let beside = |(index, value): (usize, &f64)| value - slope * (index as f64 - middle);
+    let beside: Vec<f64> = samples.iter().enumerate().map(beside).collect();
     let change = slope * 2.0 * middle;
     // The rise of a fitted line over its length has √12 times the error of the mean.
     let error = 12.0_f64.sqrt() * bias::standard_error_of_mean(&beside);
@@ -255,14 +212,12 @@ fn drift(facts: &SignalFacts<'_>) -> Option<Finding> {
     let left = 0.5 * change.abs() * facts.raw.end_s();
     let matters = left > ADDED_VELOCITY;
     (matters && change.abs() > (5.0 * error).max(0.1 * STANDARD_GRAVITY)).then(|| {
-        Finding::warning(
-            "drift",
-            format!(
-                "the samples before the event drift by {} while the bias is taken: it may not hold \
-                 for the event, and what is left adds up to {left:.2} m/s",
-                in_g(change)
-            ),
-        )
+        let text = format!(
+            "the samples before the event drift by {} while the bias is taken: it may not hold for \
+             the event, and what is left adds up to {left:.2} m/s",
+            in_g(change)
+        );
+        Finding::warning("drift", text)
     })
 }
 
@@ -283,34 +238,35 @@ fn zero_shift(facts: &SignalFacts<'_>) -> Option<Finding> {
     let added = 0.5 * shift.abs() * facts.raw.end_s();
     let matters = steady && added > ADDED_VELOCITY;
     (matters && shift.abs() > (5.0 * error).max(0.01 * facts.peak)).then(|| {
-        Finding::warning(
-            "zero-shift",
-            format!(
-                "the mean of the last {:.1} ms lies {} from the mean before the event, and that of \
-                 as many before them as well: the zero may have shifted in the impact",
-                1e3 * length as f64 / facts.raw.rate.hertz(),
-                in_g(shift)
-            ),
-        )
+        let text = format!(
+            "the mean of the last {:.1} ms lies {} from the mean before the event, and that of as \
+             many before them as well: the zero may have shifted in the impact",
+            1e3 * length as f64 / facts.raw.rate.hertz(),
+            in_g(shift)
+        );
+        Finding::warning("zero-shift", text)
     })
 }
 
 /// The velocity comes back to nought: of a channel whose lowest frequencies were taken away it always does,
 /// of a struck body it seldom does.
-fn velocity_returns(facts: &SignalFacts<'_>, velocity: &Velocity) -> Option<Finding> {
+fn velocity_returns(facts: &SignalFacts<'_>) -> Option<Finding> {
+    let (mut end, mut largest) = (0.0, 0.0_f64);
+    for value in &facts.samples[facts.contact.min(facts.samples.len())..] {
+        end += (value - facts.bias) / facts.raw.rate.hertz();
+        largest = largest.max(f64::abs(end));
+    }
     let (part, least) = RETURNED;
     let unsure = (facts.pre_mean_error * facts.raw.end_s()).min(least);
-    let returned = velocity.end.abs() < part * velocity.largest + least + unsure;
-    (facts.pre_event > 0 && returned && velocity.largest > RETURNING_VELOCITY).then(|| {
-        Finding::warning(
-            "velocity-returns",
-            format!(
-                "the velocity reaches {:.2} m/s and ends at {:.3} m/s, as behind a high pass (AC \
-                 coupling), which hides a lasting push: check amplifier and filter, unless the \
-                 body came to rest where it started",
-                velocity.largest, velocity.end
-            ),
-        )
+    let returned = end.abs() < part * largest + least + unsure;
+    (facts.pre_event > 0 && returned && largest > RETURNING_VELOCITY).then(|| {
+        let text = format!(
+            "the velocity reaches {:.2} m/s and ends at {:.3} m/s, as behind a high pass (AC \
+             coupling), which hides a lasting push: check amplifier and filter, unless the body \
+             came to rest where it started",
+            largest, end
+        );
+        Finding::warning("velocity-returns", text)
     })
 }
 

@@ -50,15 +50,13 @@ pub(super) fn held(facts: &SignalFacts<'_>) -> Option<Finding> {
          recorder failed, or the samples were filled in. If an export put them behind the record, \
          judge what comes before with the setting `window`";
     let finding = if (begin - end).abs() > 2.0 * facts.quantum {
-        Finding::blocking(
-            "straight-line",
-            format!(
-                "{length} samples from {from_s:.5} s to {to_s:.5} s lie on a straight line from {} \
-                 to {}, {rest}",
-                in_g(begin),
-                in_g(end)
-            ),
-        )
+        let text = format!(
+            "{length} samples from {from_s:.5} s to {to_s:.5} s lie on a straight line from {} to \
+             {}, {rest}",
+            in_g(begin),
+            in_g(end)
+        );
+        Finding::blocking("straight-line", text)
     } else {
         let run = &facts.samples[first..first + length];
         let how = if run.iter().all(|value| same(*value, begin)) {
@@ -66,13 +64,11 @@ pub(super) fn held(facts: &SignalFacts<'_>) -> Option<Finding> {
         } else {
             "differ by no more than the last digit"
         };
-        Finding::blocking(
-            "frozen",
-            format!(
-                "{length} samples from {from_s:.5} s to {to_s:.5} s {how}, at {}, {rest}",
-                in_g(begin)
-            ),
-        )
+        let said = format!(
+            "{length} samples from {from_s:.5} s to {to_s:.5} s {how}, at {}, {rest}",
+            in_g(begin)
+        );
+        Finding::blocking("frozen", said)
     };
     Some(finding.at(from_s))
 }
@@ -109,13 +105,10 @@ fn silent_head(facts: &SignalFacts<'_>) -> Option<(usize, usize)> {
     let quantum = noise::quantum(&noise::levels(rest));
     let noise = Noise::learn(rest, quantum)?;
     let middle = rest.iter().sum::<f64>() / rest.len() as f64;
-    let reach = rest
-        .iter()
-        .fold(0.0_f64, |most, value| most.max((value - middle).abs()));
     let found = first < LEAST_SAMPLES
         && facts.raw.time_s(first + length - 1) > SILENT_UNTIL_S
         && facts.raw.time_s(0) <= 0.0
-        && reach <= super::QUIET_PART * facts.peak
+        && super::reach(rest, middle) <= super::QUIET_PART * facts.peak
         && noise.exceeds(TAIL_QUANTA)
         && super::turns_like_noise(rest, 0.0)
         && noise.least_run(RunKind::Equal, total)? <= length as f64;

@@ -75,8 +75,8 @@ fn beyond_range(facts: &SignalFacts<'_>, range_g: Option<f64>) -> Option<Finding
         .position(|value| value.abs() >= limit)?;
     let at_s = facts.raw.time_s(first);
     let text = format!(
-        "{} at {at_s:.5} s reaches {:.0} % of the declared full scale of {range} g; what lay beyond \
-         full scale is lost from there on",
+        "{} at {at_s:.5} s reaches {:.0} % of the declared full scale of {range} g; what lay \
+         beyond full scale is lost from there on",
         in_g(facts.samples[first]),
         100.0 * SATURATED_PART
     );
@@ -107,11 +107,7 @@ fn flat_top(facts: &SignalFacts<'_>, extreme: f64, range_g: Option<f64>) -> Opti
         })
         .max_by_key(|(_, length)| *length)?;
     // Samples that touched the limit before the run are clipped as well.
-    let onset = facts
-        .samples
-        .iter()
-        .position(|value| same(*value, extreme))
-        .unwrap_or(first);
+    let onset = facts.samples.iter().position(|value| same(*value, extreme));
     let seen = format!(
         "{length} equal samples of {} at the record's extreme from {:.5} s on, entered or left \
          steeply",
@@ -120,21 +116,22 @@ fn flat_top(facts: &SignalFacts<'_>, extreme: f64, range_g: Option<f64>) -> Opti
     );
     let inside = |range: &f64| extreme.abs() < WELL_INSIDE_PART * range * STANDARD_GRAVITY;
     let finding = match range_g.filter(inside) {
-        Some(range) if length < CLIPPED_BEYOND_DOUBT => Finding::warning(
-            "flat-top",
-            format!(
-                "{seen}; the declared full scale of {range} g lies well above, so this may be chance"
-            ),
-        ),
-        _ => Finding::blocking(
-            "clipping",
-            format!(
+        Some(range) if length < CLIPPED_BEYOND_DOUBT => {
+            let doubt = format!("the declared full scale of {range} g lies well above");
+            Finding::warning(
+                "flat-top",
+                format!("{seen}; {doubt}, so this may be chance"),
+            )
+        }
+        _ => {
+            let text = format!(
                 "{seen}: the channel was saturated, and what lay beyond is lost. A pulse made by a \
                  formula may be meant so (`synthetic = true` in a card)"
-            ),
-        ),
+            );
+            Finding::blocking("clipping", text)
+        }
     };
-    Some(finding.at(facts.raw.time_s(onset)))
+    Some(finding.at(facts.raw.time_s(onset.unwrap_or(first))))
 }
 
 /// Samples at exactly the record's extreme, again and again between steep flanks, at whatever
@@ -220,12 +217,9 @@ fn converter_limit(facts: &SignalFacts<'_>) -> Option<Finding> {
             quantum = products / squares;
         }
     }
-    let limit = (11..=23)
-        .map(|bits| f64::from(1_u32 << bits))
-        .find(|full| {
-            // Two's complement ends at −2ⁿ and 2ⁿ − 1.
-            same(code, *full) || same(code, full - 1.0)
-        })?;
+    let mut ends = (11..=23).map(|bits| f64::from(1_u32 << bits));
+    // Two's complement ends at −2ⁿ and 2ⁿ − 1.
+    let limit = ends.find(|full| same(code, *full) || same(code, full - 1.0))?;
     let most = *sizes.last()?;
     let first = facts.samples.iter().position(|value| value.abs() >= most)?;
     let at_s = facts.raw.time_s(first);
@@ -266,18 +260,14 @@ pub(super) fn one_signed(facts: &SignalFacts<'_>) -> Option<Finding> {
         if sign > 0.0 { "negative" } else { "positive" }
     );
     Some(if count >= TURNS {
-        Finding::blocking(
-            "one-signed",
-            format!(
-                "{seen}: the channel was rectified or cannot show the other sign, so that the \
-                 direction of the motion is lost"
-            ),
-        )
+        let text = format!(
+            "{seen}: the channel was rectified or cannot show the other sign, so that the \
+             direction of the motion is lost"
+        );
+        Finding::blocking("one-signed", text)
     } else {
-        Finding::warning(
-            "one-signed",
-            format!("{seen}: check that the channel was not rectified and shows both signs"),
-        )
+        let said = format!("{seen}: check that the channel was not rectified and shows both signs");
+        Finding::warning("one-signed", said)
     })
 }
 

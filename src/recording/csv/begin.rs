@@ -44,10 +44,8 @@ pub(super) fn find_separator(text: &[u8], decimal: Option<DecimalMark>) -> Separ
         // No numbers: the header alone tells.
         (_, start) if start == rows.len() => {
             let of = |one: &Separator| rows.first().is_some_and(|row| row.1.contains(&one.byte()));
-            Separator::ALL
-                .into_iter()
-                .find(of)
-                .unwrap_or(Separator::None)
+            let found = Separator::ALL.into_iter().find(of);
+            found.unwrap_or(Separator::None)
         }
         (separator, _) => separator,
     }
@@ -60,10 +58,8 @@ pub(super) fn find(text: &[u8]) -> Option<Begin> {
     let (data, first) = *rows.get(start)?;
     let count = cells(first, separator).len();
     let words = |line| -> Vec<String> {
-        let cells = cells(line, separator).into_iter();
-        cells
-            .map(|cell| String::from_utf8_lossy(cell).into_owned())
-            .collect()
+        let text = |cell: &[u8]| String::from_utf8_lossy(cell).into_owned();
+        cells(line, separator).into_iter().map(text).collect()
     };
     let lines = text[..text.len().min(LOOKED_AT)].split(|byte| *byte == b'\n');
     let lines: Vec<(u64, &[u8])> = (1..data).zip(lines).collect();
@@ -84,11 +80,8 @@ pub(super) fn find(text: &[u8]) -> Option<Begin> {
         |one: &&(u64, bool, Vec<String>)| one.1 && !one.2.iter().any(|cell| is_known_unit(cell));
     let header = names.or_else(|| fitting.iter().find(no_units));
     // `0,1,2`, as some exports number the columns.
-    let counted = cells(first, separator).into_iter().enumerate();
-    let counted = count > 1
-        && counted
-            .into_iter()
-            .all(|(at, cell)| cell == at.to_string().as_bytes());
+    let mut counted = cells(first, separator).into_iter().zip(0..);
+    let counted = count > 1 && counted.all(|(cell, at)| cell == at.to_string().as_bytes());
     let header = header
         .map(|(number, ..)| *number)
         .or(counted.then_some(data));
@@ -116,9 +109,8 @@ fn cells(line: &[u8], separator: Separator) -> Vec<&[u8]> {
 
 fn unquoted(cell: &[u8]) -> &[u8] {
     let cell = cell.trim_ascii();
-    let inner = cell
-        .strip_prefix(b"\"")
-        .and_then(|rest| rest.strip_suffix(b"\""));
+    let rest = cell.strip_prefix(b"\"");
+    let inner = rest.and_then(|rest| rest.strip_suffix(b"\""));
     inner.unwrap_or(cell).trim_ascii()
 }
 

@@ -47,8 +47,8 @@ pub(super) fn finding(
     };
     let (line, at_s) = place(row);
     let text = format!(
-        "`{name}` goes from {} to {}{}, where its usual step is {usual}, at {} places in all; \
-         rows are missing, doubled or out of order",
+        "`{name}` goes from {} to {}{}, where its usual step is {usual}, at {} places in all; rows \
+         are missing, doubled or out of order",
         counts[row],
         counts[row + 1],
         line.map_or(String::new(), |line| format!(" (line {line})")),

@@ -194,10 +194,6 @@ fn uncomment(line: &mut [u8]) {
 /// Measures every line and marks what is no row: comments (`#`, `%`, `//`), empty lines and a
 /// spreadsheet's `sep=;` get a `#` as their first byte, and so do those that are
 /// no samples by a person's word. Returns what the lines are.
-///
-/// # Errors
-///
-/// [`ErrorKind::LimitExceeded`] at the first line with too many bytes.
 pub(super) fn scan_lines(
     text: &mut [u8],
     above: Above,
@@ -265,40 +261,21 @@ pub(super) fn is_row(line: &[u8]) -> bool {
 /// Replaces each run of blanks and tabs by one blank and drops those at the ends of lines; in
 /// place, so that no second copy of a file is held.
 pub(super) fn collapse_blanks(text: &mut Vec<u8>) {
-    let (mut read, mut written) = (0, 0);
-    while read < text.len() {
-        let next = memchr::memchr(b'\n', &text[read..]).map_or(text.len(), |end| read + end + 1);
-        let ended = text[next - 1] == b'\n';
-        let mut started = false;
-        let mut pending = false;
-        // What trimming the line would drop at its end is written only once more follows.
-        let last = text[read..next]
-            .iter()
-            .rposition(|byte| !byte.is_ascii_whitespace())
-            .map_or(read, |at| read + at + 1);
-        for index in read..last {
-            let byte = text[index];
-            if !started && byte.is_ascii_whitespace() {
-                continue;
-            }
-            started = true;
-            if matches!(byte, b' ' | b'\t') {
-                pending = true;
-                continue;
-            }
-            if pending {
-                text[written] = b' ';
-                written += 1;
-                pending = false;
-            }
-            text[written] = byte;
-            written += 1;
+    // A carriage return stands at the end of a line.
+    let blanks = text.iter_mut().filter(|byte| matches!(byte, b'\t' | b'\r'));
+    blanks.for_each(|byte| *byte = b' ');
+    text.dedup_by(|next, last| match (*last, *next) {
+        (b' ' | b'\n', b' ') => true,
+        (b' ', b'\n') => {
+            *last = b'\n';
+            true
         }
-        if ended {
-            text[written] = b'\n';
-            written += 1;
-        }
-        read = next;
+        _ => false,
+    });
+    if text.last() == Some(&b' ') {
+        text.pop();
     }
-    text.truncate(written);
+    if text.first() == Some(&b' ') {
+        text.remove(0);
+    }
 }

@@ -89,20 +89,16 @@ impl Column {
         if text.is_empty() || text == "-" {
             return self;
         }
-        let stated = (
-            AccelerationUnit::from_spelling(text),
-            TimeUnit::from_spelling(text),
-        );
+        let acceleration = AccelerationUnit::from_spelling(text);
+        let stated = (acceleration, TimeUnit::from_spelling(text));
         let own = (self.unit, self.time_unit);
         let known = stated != (None, None);
         if (self.unit_text.is_some() && own != stated) || (known && spoils_unit(&self.label)) {
             return Self {
+                name: self.name,
+                label: self.label,
                 doubtful: true,
-                unit_text: None,
-                unit: None,
-                unit_source: "",
-                time_unit: None,
-                ..self
+                ..Self::default()
             };
         }
         self.doubtful = false;
@@ -180,14 +176,14 @@ impl Column {
     pub(in crate::recording) fn doubt(&self) -> Option<String> {
         let words = words(&self.label);
         let silent = || {
-            let missing = if code_in(&self.label).is_some() {
+            if code_in(&self.label).is_some() {
                 return None;
-            } else if !words.iter().any(|word| is_lateral(word)) {
-                "no word for lateral"
-            } else if !self.accelerates(&words) {
-                "neither unit nor word of acceleration"
-            } else {
-                return None;
+            }
+            let lateral = words.iter().any(|word| is_lateral(word));
+            let missing = match (lateral, self.accelerates(&words)) {
+                (false, _) => "no word for lateral",
+                (true, false) => "neither unit nor word of acceleration",
+                (true, true) => return None,
             };
             Some(missing.to_string())
         };
@@ -227,9 +223,9 @@ impl Column {
     /// code whose sign is another one.
     pub(in crate::recording) fn name_findings(&self) -> Vec<Finding> {
         let unclassed = self.filter() == Some(Filtered::Unclassed);
+        let name = &self.name;
         let by = format!(
-            "the name of `{}` says that the channel was filtered, not with which class",
-            self.name
+            "the name of `{name}` says that the channel was filtered, not with which class"
         );
         let filtered = unclassed.then(|| Finding::filtered(&by));
         let sign = code_in(&self.name).and_then(|code| code.sign_finding());
@@ -237,38 +233,20 @@ impl Column {
     }
 }
 
-/// Words for acceleration.
+// What each list holds is told at its head.
 static ACCELERATION: Words = word_list!("name-acceleration");
-
-/// Words for the lateral axis.
 static LATERAL: Words = word_list!("name-lateral");
-
-/// Words that say both.
 static LATERAL_ACCELERATION: Words = word_list!("name-lateral-acceleration");
-
-/// Further words of plain names.
 static PLAIN: Words = word_list!("name-plain");
+static FOREIGN_UNITS: Words = word_list!("name-other-units");
+static SCALES: Words = word_list!("name-scales");
+static INDEX: Words = word_list!("name-index");
+static TIMES: Words = word_list!("name-time");
+static TIMES_ALONE: Words = word_list!("name-time-alone");
+static PLAIN_TIMES: Words = word_list!("name-time-plain");
 
 /// Attachments of a sensor close to a latch, as NHTSA codes them: doors, pillars, sills.
 const ATTACHMENTS: [&str; 9] = ["ap", "bp", "cp", "do", "dr", "ds", "pi", "pl", "si"];
-
-/// Units that tell that a header cell's brackets hold a unit, though none of acceleration.
-static FOREIGN_UNITS: Words = word_list!("name-other-units");
-
-/// Words beside a unit that make another one of it.
-static SCALES: Words = word_list!("name-scales");
-
-/// Names of a column that counts the rows.
-static INDEX: Words = word_list!("name-index");
-
-/// Words of which one in a name says that a column holds times.
-static TIMES: Words = word_list!("name-time");
-
-/// Names of a column of times that are such only alone.
-static TIMES_ALONE: Words = word_list!("name-time-alone");
-
-/// Further words of names for time.
-static PLAIN_TIMES: Words = word_list!("name-time-plain");
 
 /// Tells whether a word, or one with a number behind it (`acc_y2`), is on a list.
 fn listed(list: &[&str], word: &str) -> bool {
@@ -327,11 +305,9 @@ fn words(label: &str) -> Vec<String> {
 fn odd_word(label: &str) -> Option<String> {
     if let Some(code) = code_in(label) {
         let rest = label.to_ascii_uppercase().replace(&code.text(), " ");
-        let plain = code.is_lateral() && code.is_structure();
-        return if plain {
-            odd_word(&rest)
-        } else {
-            Some(code.text())
+        return match code.is_lateral() && code.is_structure() {
+            true => odd_word(&rest),
+            false => Some(code.text()),
         };
     }
     let own = words(label);
@@ -378,9 +354,9 @@ pub(in crate::recording) fn code_in(label: &str) -> Option<Code> {
     const OTHERS: &[&str] = &["VE", "DS", "FO", "MO", "AV", "AA", "AN"];
     label
         .split(|c: char| !c.is_alphanumeric() && c != '?')
-        .filter(|part| part.len() == 16)
         .filter(|part| {
-            !part.contains(|c: char| c.is_ascii_lowercase())
+            part.len() == 16
+                && !part.contains(|c: char| c.is_ascii_lowercase())
                 && part.contains(|c: char| c.is_ascii_digit() || c == '?')
         })
         .find_map(|part| {
@@ -418,12 +394,10 @@ fn bracketed_units(cell: &str) -> Vec<(&str, &str, &str)> {
             '[' => opened.push((index, ']')),
             '{' => opened.push((index, '}')),
             ')' | ']' | '}' => {
-                let Some((start, close)) = opened.pop() else {
+                let begun = opened.pop().filter(|(_, close)| *close == character);
+                let Some((start, _)) = begun.filter(|_| opened.is_empty()) else {
                     continue;
                 };
-                if !opened.is_empty() || character != close {
-                    continue;
-                }
                 let content = cell[start + 1..index].trim();
                 if is_known_unit(content) || FOREIGN_UNITS.contains(&content) {
                     found.push((&cell[..start], content, &cell[index + 1..]));
@@ -516,15 +490,11 @@ fn unit_at_the_end(cell: &str) -> Option<(String, String)> {
         .chain(split)
         .map(|(label, unit)| (label.trim().to_string(), unit.trim().to_string()))
         .find(|(label, unit)| {
+            let says = |word: &String| is_lateral(word) || listed(&ACCELERATION, word);
             // In `v m/s` the `s` is no unit of time.
-            let of_time = TimeUnit::from_spelling(unit).is_some();
-            if of_time {
-                says_time(label)
-            } else {
-                let words = words(label);
-                words
-                    .iter()
-                    .any(|word| is_lateral(word) || listed(&ACCELERATION, word))
+            match TimeUnit::from_spelling(unit).is_some() {
+                true => says_time(label),
+                false => words(label).iter().any(says),
             }
         })
 }

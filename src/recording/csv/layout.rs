@@ -95,11 +95,6 @@ pub(super) struct TableLayout {
 
 impl TableLayout {
     /// Finds the layout from the first rows.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorKind::Empty`] without a data row, [`ErrorKind::Malformed`] where it is not clear
-    /// with which line the table begins.
     pub(super) fn find(text: &[u8], separator: Separator, asked: Asked) -> Result<Self, Error> {
         let options = asked.options;
         let quoted = memchr::memchr(b'"', text).is_some();
@@ -111,20 +106,14 @@ impl TableLayout {
         };
         let (header, data) = rows.split_at(header_rows);
         let first = &data[0];
-        let (columns, named) = if header.is_empty() {
-            let unnamed = (1..=filled_cells(first)).map(Column::unnamed);
-            (unnamed.collect(), false)
-        } else {
-            let named = name_columns(header, first).map_err(|found| {
+        let named = !header.is_empty();
+        let columns = match named {
+            false => (1..=filled_cells(first)).map(Column::unnamed).collect(),
+            true => name_columns(header, first).map_err(|found| {
                 let found = format!("{found} header cells over rows of {}", first.len());
-                where_it_begins(
-                    text,
-                    &rows[0],
-                    "as many header cells as the rows have",
-                    &found,
-                )
-            });
-            (named?, true)
+                let expected = "as many header cells as the rows have";
+                where_it_begins(text, &rows[0], expected, &found)
+            })?,
         };
         let ragged = data.iter().any(|row| row.len() != first.len());
         let data_line = line_of(text, first).line.unwrap_or(0);
@@ -189,11 +178,6 @@ impl TableLayout {
     }
 
     /// Checks that a data row has the cells of the first one.
-    ///
-    /// # Errors
-    ///
-    /// The index of the cell with [`ErrorKind::RaggedRow`], or [`ErrorKind::Malformed`] for
-    /// content after the last column.
     pub(super) fn check_row(&self, row: &ByteRecord) -> Result<(), (usize, Error)> {
         let (expected, found) = (self.cells, row.len());
         if found != expected {
@@ -216,11 +200,6 @@ impl TableLayout {
 
     /// Finds where the time comes from; without it, `None` and a finding if every channel was
     /// asked for.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorKind::MissingTime`] if nothing says, [`ErrorKind::UnknownName`] for a column that is
-    /// not there, [`ErrorKind::Malformed`] for several time columns or an unknown unit.
     pub(super) fn time_or_left_out(
         &self,
         options: &ReadOptions,
@@ -237,8 +216,9 @@ impl TableLayout {
             return Err(ErrorKind::MissingTime.into());
         }
         let text = format!(
-            "no time column and no sample rate, so no channel can be read; the columns are: {}; name \
-             the time with the setting `time_column` = NAME or state the setting `rate_hz` = HZ",
+            "no time column and no sample rate, so no channel can be read; the columns are: {}; \
+             name the time with the setting `time_column` = NAME or state the setting `rate_hz` = \
+             HZ",
             self.list(0..self.columns.len())
         );
         findings.push(Finding::warning("time-missing", text));
@@ -371,10 +351,8 @@ impl TableLayout {
             .filter(|i| Some(*i) != time && self.numeric[*i] && !self.is_index(*i))
             .collect();
         if selection == Selection::Every {
-            return Ok(ColumnChoice {
-                columns: candidates,
-                findings: Vec::new(),
-            });
+            let (columns, findings) = (candidates, Vec::new());
+            return Ok(ColumnChoice { columns, findings });
         }
         if let Some(wanted) = &options.channel {
             let index = self.find_column(wanted, "channel")?;
@@ -385,13 +363,10 @@ impl TableLayout {
                     "choose another column, or name the time with the setting `time_column`",
                 ));
             }
+            let findings = self.columns[index].not_lateral_finding().into_iter();
             return Ok(ColumnChoice {
                 columns: vec![index],
-                findings: self.columns[index]
-                    .not_lateral_finding()
-                    .into_iter()
-                    .filter(|_| self.named)
-                    .collect(),
+                findings: findings.filter(|_| self.named).collect(),
             });
         }
         // One that says that it is the one, or alone could be, is read though its first cells are
@@ -430,11 +405,11 @@ impl TableLayout {
                 [] => {}
                 [only] => return Ok(*only),
                 several => {
-                    return Err(Error::malformed(
+                    let (expected, found) = (
                         format!("one column `{wanted}`"),
                         self.list(several.iter().copied()),
-                        "choose it by number",
-                    ));
+                    );
+                    return Err(Error::malformed(expected, found, "choose it by number"));
                 }
             }
         }
@@ -443,22 +418,17 @@ impl TableLayout {
         {
             return Ok(number - 1);
         }
-        let known = self.list(all);
-        Err(if what == "channel" {
-            ErrorKind::NoSuchChannel {
-                wanted: wanted.to_string(),
-                known,
-            }
-        } else {
-            let names: Vec<&str> = self.columns.iter().map(|c| c.name.as_str()).collect();
-            ErrorKind::UnknownName {
-                what,
-                found: wanted.to_string(),
-                nearest: crate::error::nearest_name(wanted, &names),
-                known,
-            }
+        let (known, wanted) = (self.list(all), wanted.to_string());
+        if what == "channel" {
+            return Err(ErrorKind::NoSuchChannel { wanted, known }.into());
         }
-        .into())
+        let names: Vec<&str> = self.columns.iter().map(|c| c.name.as_str()).collect();
+        Err(Error::from(ErrorKind::UnknownName {
+            what,
+            nearest: crate::error::nearest_name(&wanted, &names),
+            found: wanted,
+            known,
+        }))
     }
 
     /// Tells whether a column is a running number: by its name, or as the first one where only others
@@ -485,12 +455,11 @@ impl TableLayout {
 
 /// Tells of each column whether at least half of its first cells are such.
 fn mostly(columns: &[Column], data: &[ByteRecord], such: fn(&[u8]) -> bool) -> Vec<bool> {
-    (0..columns.len())
-        .map(|index| {
-            let cells = data.iter().filter(|row| row.get(index).is_some_and(such));
-            2 * cells.count() >= data.len()
-        })
-        .collect()
+    let is_mostly = |index: usize| {
+        let cells = data.iter().filter(|row| row.get(index).is_some_and(such));
+        2 * cells.count() >= data.len()
+    };
+    (0..columns.len()).map(is_mostly).collect()
 }
 
 fn first_rows(mut records: Records<'_>) -> Result<Vec<ByteRecord>, Error> {
@@ -526,12 +495,10 @@ fn rows_of_header(text: &[u8], rows: &[ByteRecord], line: u32) -> Result<usize, 
         .ok_or_else(|| no_rows("the file holds no rows"))?;
     let place = line_of(text, names);
     if place.line != Some(u64::from(line)) {
-        return Err(Error::malformed(
-            format!("the names of the columns on line {line}"),
-            "an empty line or a comment",
-            "state another line with the setting `header_line`",
-        )
-        .at(Place::default().line(u64::from(line))));
+        let expected = format!("the names of the columns on line {line}");
+        let hint = "state another line with the setting `header_line`";
+        let error = Error::malformed(expected, "an empty line or a comment", hint);
+        return Err(error.at(Place::default().line(u64::from(line))));
     }
     let data = rows.iter().skip(1).position(has_number);
     data.map(|between| between + 1)
@@ -553,22 +520,17 @@ fn count_header_rows(text: &[u8], rows: &[ByteRecord], stated: bool) -> Result<u
         if stated {
             return Ok(0);
         }
-        let cells: Vec<String> = names
-            .iter()
-            .map(|cell| format!("`{}`", shown(cell)))
-            .collect();
+        let cells = names.iter().map(|cell| format!("`{}`", shown(cell)));
+        let cells: Vec<String> = cells.collect();
         let expected = "a line that names the columns";
         return Err(where_it_begins(text, names, expected, &cells.join(" and ")));
     }
-    match (rows.get(1), rows.get(2)) {
-        (None, _) => Err(no_rows("the file holds a header and no rows")),
-        (Some(row), _) if has_number(row) => Ok(1),
-        (Some(units), None) if has_unit(units) => {
-            Err(no_rows("the file holds a header and no rows"))
-        }
-        (Some(units), Some(row)) if has_unit(units) && has_number(row) => Ok(2),
-        (Some(units), Some(row)) if has_unit(units) => words(row, "numbers after names and units"),
-        (Some(row), _) => words(row, "numbers or a row of units after the header"),
+    match &rows[1..] {
+        [row, ..] if has_number(row) => Ok(1),
+        [units, row, ..] if has_unit(units) && has_number(row) => Ok(2),
+        [units, row, ..] if has_unit(units) => words(row, "numbers after names and units"),
+        [row, ..] if !has_unit(row) => words(row, "numbers or a row of units after the header"),
+        _ => Err(no_rows("the file holds a header and no rows")),
     }
 }
 
@@ -578,8 +540,8 @@ fn where_it_begins(text: &[u8], row: &ByteRecord, expected: &str, found: &str) -
         Some(Begin {
             header: Some(line), ..
         }) => format!(
-            "the columns seem to be named on line {line}; if so, state the setting `header_line` \
-             = {line}"
+            "the columns seem to be named on line {line}; if so, state the setting `header_line` = \
+             {line}"
         ),
         Some(Begin { data, .. }) => format!(
             "the samples seem to begin on line {data} without names; if so, state the setting \

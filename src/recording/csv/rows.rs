@@ -26,7 +26,7 @@ pub(super) struct WantedColumns {
 }
 
 /// The rows of a table.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Rows {
     /// Stamps [s]; empty without a time column.
     pub(super) stamps_s: Vec<f64>,
@@ -140,13 +140,9 @@ impl<'a> Gathering<'a> {
             table,
             wanted,
             rows: Rows {
-                stamps_s: Vec::new(),
-                printed_digit_s: 0.0,
                 values: vec![Ok(Vec::new()); wanted.columns.len()],
-                count: 0,
-                repeated: None,
                 coarse_digits_s: repeating.then(Vec::new),
-                decimal_comma: false,
+                ..Rows::default()
             },
             stamped,
             dates: dated.then(date::DateClock::default),
@@ -237,10 +233,6 @@ impl<'a> Gathering<'a> {
 
     /// Tells whether a row is the one before once more, which says nothing new and takes no
     /// sample away.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorKind::TimeNotIncreasing`] where another row has no later stamp.
     fn repeats_row(&mut self, row: &ByteRecord, column: usize, stamp: f64) -> Result<bool, Error> {
         let Some(previous) = self.rows.stamps_s.last().copied() else {
             return Ok(false);
@@ -322,10 +314,6 @@ fn is_repeated(error: &Error) -> bool {
 }
 
 /// Counts the rows of data before any of them is kept.
-///
-/// # Errors
-///
-/// [`ErrorKind::LimitExceeded`] at the first row beyond `samples` or `table_cells`.
 fn check_counts(
     text: &[u8],
     layout: &TableLayout,

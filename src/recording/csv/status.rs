@@ -8,16 +8,10 @@ use crate::recording::remarks::{self, Cells, Remark, RemarkPlace};
 use crate::recording::words::{Words, word_list};
 use crate::recording::{Finding, Limits};
 
-/// Words of a column by which all is well.
+// What each list holds is told at its head.
 static WELL: Words = word_list!("status-well");
-
-/// Names of columns that say whether samples are good.
 static VALID: Words = word_list!("status-valid");
-
-/// Names of columns that say whether a fault is there.
 static FAULT: Words = word_list!("status-fault");
-
-/// Names of columns that hold a state.
 static STATE: Words = word_list!("status-state");
 
 /// What is said in words, of the whole file or of the column of that number.

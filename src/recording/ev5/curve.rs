@@ -19,15 +19,9 @@ pub(super) struct Curve {
 /// Tells whether the first line is two numbers, divided by blanks or tabs.
 pub(super) fn looks_like_curve(head: &[u8]) -> bool {
     let text = String::from_utf8_lossy(head);
-    text.lines()
-        .find(|line| !line.trim().is_empty())
-        .is_some_and(|line| {
-            let cells: Vec<&str> = line.split_whitespace().collect();
-            cells.len() == 2
-                && cells
-                    .iter()
-                    .all(|cell| cell.parse::<f64>().is_ok_and(f64::is_finite))
-        })
+    let first = text.lines().find(|line| !line.trim().is_empty());
+    let mut cells = first.unwrap_or_default().split_whitespace();
+    cells.clone().count() == 2 && cells.all(|cell| cell.parse::<f64>().is_ok_and(f64::is_finite))
 }
 
 impl Curve {
@@ -65,10 +59,8 @@ impl Curve {
             }
         }
         if curve.values.is_empty() {
-            return Err(Error::empty(
-                "the curve file holds no sample",
-                "lines of stamp and value",
-            ));
+            let found = "the curve file holds no sample";
+            return Err(Error::empty(found, "lines of stamp and value"));
         }
         curve.printed_digit_s = digits.last_digit();
         Ok(curve)

@@ -157,22 +157,19 @@ impl TestSections {
 
     /// Returns what is said of the test of a curve and of its sensor.
     fn of(&self, entry: &CurveEntry) -> TestFacts {
-        let vehicle = self
-            .vehicles
-            .iter()
-            .find(|(number, _)| *number == entry.vehicle);
+        let mut vehicles = self.vehicles.iter();
+        let vehicle = vehicles.find(|(number, _)| *number == entry.vehicle);
         let said = |name: &str, text: &str| {
             let empty = text.is_empty() || text == "0";
             (!empty).then(|| format!("{name}{text}"))
         };
-        let range = entry
-            .rating()
-            .map(|rating| format!("range {rating} {}", entry.of(Y_UNIT)));
-        let sensor: Vec<String> = said("", entry.of(MAKE))
-            .into_iter()
-            .chain(said("calibrated ", entry.of(CALIBRATED)))
-            .chain(range)
-            .collect();
+        let range = |rating| format!("range {rating} {}", entry.of(Y_UNIT));
+        let sensor = [
+            said("", entry.of(MAKE)),
+            said("calibrated ", entry.of(CALIBRATED)),
+            entry.rating().map(range),
+        ];
+        let sensor: Vec<String> = sensor.into_iter().flatten().collect();
         TestFacts {
             vehicle: vehicle.map(|(number, words)| format!("vehicle {number}: {words}")),
             sensor: (!sensor.is_empty()).then(|| sensor.join(", ")),
@@ -208,10 +205,8 @@ impl CurveEntry {
                 )
             })
         };
-        let (vehicle, number) = (
-            whole(0, "the vehicle's number")?,
-            whole(1, "the curve's number")?,
-        );
+        let vehicle = whole(0, "the vehicle's number")?;
+        let number = whole(1, "the curve's number")?;
         fields.resize(COMMENT, "");
         let mut fields: Vec<String> = fields.into_iter().map(str::to_string).collect();
         for code in CODES {
@@ -248,9 +243,7 @@ impl CurveEntry {
     /// axis.
     pub(super) fn answers_to(&self, wanted: &str) -> bool {
         let wanted = wanted.trim().to_ascii_uppercase();
-        wanted
-            .parse::<u32>()
-            .is_ok_and(|number| number == self.number)
+        wanted.parse() == Ok(self.number)
             || wanted == self.name().to_ascii_uppercase()
             || wanted == format!("{} {}", self.of(ATTACHMENT), self.of(AXIS))
     }
@@ -302,15 +295,13 @@ impl CurveEntry {
     /// Says that the stated unit of time is not that of the stamps, which are seconds;
     /// `confirmed` if indices and interval agree with them.
     pub(super) fn time_unit_finding(&self, confirmed: bool) -> Option<Finding> {
-        if matches!(
-            self.of(X_UNIT),
-            "" | "S" | "SEC" | "SECS" | "SECOND" | "SECONDS"
-        ) {
+        const SECONDS: [&str; 6] = ["", "S", "SEC", "SECS", "SECOND", "SECONDS"];
+        if SECONDS.contains(&self.of(X_UNIT)) {
             return None;
         }
         let seen = format!(
-            "the header states `{}` as the unit of time (XUNITS); the stamps were read as seconds, as \
-             this format has them, and indices and interval",
+            "the header states `{}` as the unit of time (XUNITS); the stamps were read as seconds, \
+             as this format has them, and indices and interval",
             text::shown(self.of(X_UNIT))
         );
         Some(match confirmed {
@@ -320,15 +311,14 @@ impl CurveEntry {
     }
 
     pub(super) fn stated(&self) -> Stated {
-        let some = |text: &str| (!text.is_empty()).then(|| text.to_string());
+        let status = self.of(STATUS);
         Stated {
             location: Some(format!("{} {}", self.of(ATTACHMENT), self.of(AXIS))),
             full_scale: self.rating(),
             prefilter_hz: text::header_number(self.of(PREFILTER)).filter(|corner| *corner > 0.0),
-            filter_class: None,
-            status: some(self.of(STATUS)),
-            remarks: Vec::new(),
+            status: (!status.is_empty()).then(|| status.to_string()),
             test: self.test.clone(),
+            ..Stated::default()
         }
     }
 
@@ -336,11 +326,9 @@ impl CurveEntry {
     /// vehicle's structure.
     pub(super) fn doubt(&self) -> Option<String> {
         let is_plain = |start: &&str| self.of(ATTACHMENT).starts_with(*start);
-        Some(if self.of(SENSOR) != "AC" {
-            format!(
-                "its sensor type is {}, not AC (acceleration)",
-                self.of(SENSOR)
-            )
+        let sensor = self.of(SENSOR);
+        Some(if sensor != "AC" {
+            format!("its sensor type is {sensor}, not AC (acceleration)")
         } else if !self.of(AXIS).starts_with('Y') {
             format!("its axis is {}, not a lateral one", self.of(AXIS))
         } else if !self.is_seatless() {
@@ -364,26 +352,20 @@ impl CurveEntry {
 
     /// Returns what the status says of the samples; from when on, the comment may say.
     pub(super) fn status_finding(&self, span: Span) -> Option<Finding> {
-        let word = match self.of(STATUS) {
+        let (word, part_way) = match self.of(STATUS) {
             "" | "AM" => return None,
             "CM" => {
-                return Some(Finding::info(
-                    "channel-computed",
-                    "the laboratory computed this channel from others",
-                ));
+                let text = "the laboratory computed this channel from others";
+                return Some(Finding::info("channel-computed", text));
             }
-            "QD" => "questionable data",
-            "CF" => "data that become invalid part-way",
-            "MN" => "meaningless data",
-            "NO" => "no data",
-            _ => "what is not known here",
+            "QD" => ("questionable data", true),
+            "CF" => ("data that become invalid part-way", true),
+            "MN" => ("meaningless data", false),
+            "NO" => ("no data", false),
+            _ => ("what is not known here", false),
         };
-        let from = match self.of(STATUS) {
-            "QD" | "CF" => {
-                remarks::plainly_bad_from(&[self.remark()]).filter(|at_s| span.holds(*at_s))
-            }
-            _ => None,
-        };
+        let from = remarks::plainly_bad_from(&[self.remark()]);
+        let from = from.filter(|at_s| part_way && span.holds(*at_s));
         let text = format!("the laboratory states {word} (status {})", self.of(STATUS));
         Some(Finding::blocking("invalid-by-laboratory", text).since(from))
     }
@@ -416,20 +398,16 @@ impl CurveEntry {
     /// Holds the stated peak, in percent of the rating, against the samples.
     pub(super) fn peak_finding(&self, values: &[f64]) -> Option<Finding> {
         let (rating, stated) = (self.rating()?, text::header_number(self.of(PEAK_PERCENT))?);
-        let peak = values
-            .iter()
-            .fold(0.0_f64, |peak, value| peak.max(value.abs()));
+        let peak = values.iter().copied().map(f64::abs).fold(0.0, f64::max);
         let found = 100.0 * peak / rating;
         // The percentage is printed whole; a shortened or filtered copy is further off.
         ((found - stated).abs() > 1.0 + 0.02 * stated.abs()).then(|| {
-            Finding::blocking(
-                "peak-contradicted",
-                format!(
-                    "the header says that the channel reached {stated} % of its range of \
-                     {rating} (CHLMAX), the samples reach {found:.1} %: unit, range or samples \
-                     are not what the header says, or the samples were cut off"
-                ),
-            )
+            let text = format!(
+                "the header says that the channel reached {stated} % of its range of {rating} \
+                 (CHLMAX), the samples reach {found:.1} %: unit, range or samples are not what the \
+                 header says, or the samples were cut off"
+            );
+            Finding::blocking("peak-contradicted", text)
         })
     }
 

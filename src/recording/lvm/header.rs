@@ -4,7 +4,7 @@ use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column;
 use crate::recording::held::Statement;
 use crate::recording::number::Decimal;
-use crate::recording::remarks::{self, Remark};
+use crate::recording::remarks::{self, Remark, RemarkPlace};
 use crate::recording::words::{Words, word_list};
 use crate::recording::{Finding, Limits, text};
 
@@ -49,9 +49,7 @@ impl Described {
         let wanted = wanted.trim();
         self.column.name == wanted
             || (!self.column.label.trim().is_empty() && self.column.label.trim() == wanted)
-            || wanted
-                .parse::<usize>()
-                .is_ok_and(|number| number == index + 1)
+            || wanted.parse() == Ok(index + 1)
     }
 }
 
@@ -104,14 +102,11 @@ impl Header {
                 ended |= rows.iter().any(|(_, cells)| !cells[0].is_empty());
                 continue;
             }
-            let cells: Vec<String> = line
-                .split(header.separator)
-                .map(|cell| cell.trim().to_string())
-                .collect();
+            let cells = line.split(header.separator);
+            let cells: Vec<String> = cells.map(|cell| cell.trim().to_string()).collect();
             if cells.len() as u64 > limits.columns {
-                return Err(limits
-                    .over("columns", format!("{} cells on a line", cells.len()))
-                    .at(Place::default().line(number)));
+                let error = limits.over("columns", format!("{} cells on a line", cells.len()));
+                return Err(error.at(Place::default().line(number)));
             }
             if cells[0] == "X_Value" || (ended && !line.trim().is_empty()) {
                 names = Some((number, cells));
@@ -133,8 +128,8 @@ impl Header {
             return Err(Error::malformed(
                 "a second header, and after it a line X_Value with the channels' names",
                 found,
-                "which column is what is not written in the file; write it again with \
-                       headings, or read its rows as a table with the setting `input_format` = csv",
+                "which column is what is not written in the file; write it again with headings, or \
+                 read its rows as a table with the setting `input_format` = csv",
             )
             .at(Place::default().line(line)));
         };
@@ -146,20 +141,15 @@ impl Header {
 
     /// Tells whether a row of the table is the start of another header.
     pub(super) fn begins_again(cells: &[&str]) -> bool {
-        matches!(
-            cells.first(),
-            Some(&"Channels" | &"X_Value" | &"LabVIEW Measurement")
-        ) || cells.first().is_some_and(|cell| cell.starts_with(END))
+        let begins = |cell: &&str| {
+            ["Channels", "X_Value", "LabVIEW Measurement"].contains(cell) || cell.starts_with(END)
+        };
+        cells.first().is_some_and(begins)
     }
 
     fn take(&mut self, key: &str, value: &str, line: &str) -> Result<(), Error> {
-        let unknown = |expected: &str| {
-            Error::malformed(
-                expected,
-                format!("`{}`", text::shown(line)),
-                "export the file as CSV",
-            )
-        };
+        let found = || format!("`{}`", text::shown(line));
+        let unknown = |expected| Error::malformed(expected, found(), "export the file as CSV");
         match key {
             "Separator" => {
                 let word = value.trim_matches([' ', '\t']);
@@ -193,25 +183,18 @@ impl Header {
         if KEYS.iter().any(|known| known.eq_ignore_ascii_case(key)) {
             return;
         }
-        let teller = "the file's header says";
-        self.remarks.push(if remarks::is_key(key) {
-            Remark::new(value, remarks::RemarkPlace::Channel, teller)
-        } else {
-            Remark::new(
-                &format!("{key} {value}"),
-                remarks::RemarkPlace::Apart,
-                teller,
-            )
-        });
+        let (said, place) = match remarks::is_key(key) {
+            true => (value.to_string(), RemarkPlace::Channel),
+            false => (format!("{key} {value}"), RemarkPlace::Apart),
+        };
+        self.remarks
+            .push(Remark::new(&said, place, "the file's header says"));
     }
 
     fn describe(&mut self, names: &[String], rows: &[(u64, Vec<String>)]) -> Result<(), Error> {
-        let row = |key: &str| rows.iter().find(|(_, cells)| cells[0] == key);
         let cell = |key: &str, index: usize| -> Option<String> {
-            row(key)
-                .and_then(|(_, cells)| cells.get(index))
-                .filter(|cell| !cell.is_empty())
-                .cloned()
+            let (_, row) = rows.iter().find(|(_, cells)| cells[0] == key)?;
+            row.get(index).filter(|cell| !cell.is_empty()).cloned()
         };
         for (_, cells) in rows {
             self.listen(&cells[0], &cells[1..].join(" "));
@@ -220,23 +203,16 @@ impl Header {
         let filled = names.iter().rposition(|name| !name.is_empty()).unwrap_or(0);
         self.comment_column = comment.unwrap_or(filled + 1);
         let columns = self.comment_column;
-        let step = if self.time == TimeColumns::Multi {
-            2
-        } else {
-            1
-        };
-        for index in (1..columns).step_by(step) {
+        let is_multi = self.time == TimeColumns::Multi;
+        for index in (1..columns).step_by(if is_multi { 2 } else { 1 }) {
             let mut column = Column::from_header(&names[index], index);
             if let Some(unit) = cell("Y_Unit_Label", index) {
                 column = column.with_unit(&unit, "header");
             }
             let start = cell("X0", index).unwrap_or_else(|| "0".into());
             let Some(start_s) = text::header_number(&start) else {
-                return Err(Error::malformed(
-                    "X0 as a number",
-                    format!("`{}`", text::shown(&start)),
-                    "mend the header",
-                ));
+                let found = format!("`{}`", text::shown(&start));
+                return Err(Error::malformed("X0 as a number", found, "mend the header"));
             };
             self.channels.push(Described {
                 index,
@@ -246,15 +222,11 @@ impl Header {
                 interval: cell("Delta_X", index),
             });
         }
-        if let Some(dimension) = (1..columns)
-            .filter_map(|index| cell("X_Dimension", index))
-            .find(|dimension| !dimension.eq_ignore_ascii_case("Time"))
-        {
-            return Err(Error::malformed(
-                "X_Dimension Time",
-                format!("`{}`", text::shown(&dimension)),
-                "this is no signal over time; choose another export",
-            ));
+        let mut dimensions = (1..columns).filter_map(|index| cell("X_Dimension", index));
+        if let Some(other) = dimensions.find(|one| !one.eq_ignore_ascii_case("Time")) {
+            let found = format!("`{}`", text::shown(&other));
+            let hint = "this is no signal over time; choose another export";
+            return Err(Error::malformed("X_Dimension Time", found, hint));
         }
         let (key, text) = ("Channels", cell("Channels", 1));
         let stated = text.and_then(|text| {
@@ -262,21 +234,14 @@ impl Header {
             Statement { key, text }.number(|_| true, &mut self.findings)
         });
         let found = self.channels.len();
-        if stated.is_some_and(|stated| stated.total_cmp(&(found as f64)).is_ne()) {
-            return Err(Error::malformed(
-                format!(
-                    "{} channel names, as the header says",
-                    stated.unwrap_or(0.0)
-                ),
-                format!("{found}"),
-                "which column is which is not known; mend the header",
-            ));
+        if let Some(stated) = stated.filter(|stated| stated.total_cmp(&(found as f64)).is_ne()) {
+            let expected = format!("{stated} channel names, as the header says");
+            let hint = "which column is which is not known; mend the header";
+            return Err(Error::malformed(expected, found.to_string(), hint));
         }
-        if self.channels.is_empty() {
-            return Err(ErrorKind::NoChannel {
-                known: "no channel".into(),
-            }
-            .into());
+        if found == 0 {
+            let known = "no channel".into();
+            return Err(ErrorKind::NoChannel { known }.into());
         }
         Ok(())
     }

@@ -19,11 +19,6 @@ const PADDING: usize = 3;
 
 /// Walks through one message; of arrays only those with `wanted` elements are handed out, and of
 /// texts those that are wanted, each of at most `longest` [byte].
-///
-/// # Errors
-///
-/// [`crate::error::ErrorKind::Malformed`] where message and schema differ, the limit of a text that is too
-/// long.
 pub(super) fn walk(
     types: &MessageTypes,
     dialect: Dialect,

@@ -13,12 +13,6 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 const ZSTD_WINDOW_BYTES: u64 = 8 << 20;
 
 /// Returns the records inside a chunk.
-///
-/// # Errors
-///
-/// [`ErrorKind::LimitExceeded`] if the chunk claims more than the limit;
-/// [`ErrorKind::Malformed`] if size, checksum or compressed data contradict one another;
-/// [`ErrorKind::Truncated`] if the compressed data end early.
 pub(super) fn records<'a>(
     chunk: &ChunkHeader,
     data: &'a [u8],
@@ -41,17 +35,12 @@ pub(super) fn records<'a>(
         }
     };
     let found = records.len() as u64;
+    let expected = format!("{size} bytes in the chunk, as its header says");
     if found > size {
-        return Err(damaged(
-            format!("{size} bytes in the chunk, as its header says"),
-            "more",
-        ));
+        return Err(damaged(expected, "more"));
     }
     if found < size {
-        return Err(Error::truncated(
-            format!("{size} bytes in the chunk, as its header says"),
-            format!("{found}"),
-        ));
+        return Err(Error::truncated(expected, found.to_string()));
     }
     if chunk.uncompressed_crc != 0 {
         let crc = crc32fast::hash(&records);

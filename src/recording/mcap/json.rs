@@ -8,10 +8,6 @@ use serde::de::{DeserializeSeed, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 
 /// Walks `message` and hands each scalar with its path, such as `a.b[2].c`, to `sink`.
-///
-/// # Errors
-///
-/// What is wrong with the text, in the words of the JSON parser.
 pub(super) fn walk(message: &[u8], sink: Sink<'_>) -> Result<(), Error> {
     let mut deserializer = serde_json::Deserializer::from_slice(message);
     let mut path = String::new();

@@ -17,7 +17,7 @@ const LATERAL: [(&str, &str); 2] = [
 ];
 
 /// Fields that a message type is asked for.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct WantedFields {
     /// Every floating-point field that is no array element.
     pub(super) every: bool,
@@ -25,11 +25,6 @@ pub(super) struct WantedFields {
     pub(super) path: Option<String>,
     /// Whether the topic may be meant, so that it is no mere neighbour of the one that is.
     pub(super) meant: bool,
-}
-
-/// Tells whether a message type carries a lateral acceleration.
-pub(super) fn is_acceleration(schema_name: &str) -> bool {
-    lateral_path(schema_name).is_some()
 }
 
 /// Tells whether a message type of our users' own has a field whose name says lateral
@@ -248,45 +243,59 @@ fn typed_layout(
     if columns.is_empty() && wanted.path.is_none() {
         return Err(Unfit::Other);
     }
-    let is_number = |path: &String| types.way_to_number(path).is_some();
-    let estimate = asks_for_estimate(&paths) && is_number(&ESTIMATE.to_string());
-    paths.extend(estimate.then(|| ESTIMATE.to_string()));
-    let frame_path = FRAME.join(".");
+    let is_number = |path: &str| types.way_to_number(path).is_some();
     let kind = types
-        .way(&frame_path)
+        .way(&FRAME.join("."))
         .and_then(|way| Some(&way.last()?.1.kind));
     let frame = language != Language::Protobuf && kind == Some(&FieldKind::Text);
-    paths.extend(frame.then_some(frame_path));
     let stamps = match language {
         Language::Ros(Dialect::Ros2) => vec![STAMP.map(str::to_string)],
         Language::Ros(Dialect::Ros1) => vec![ROS1_STAMP.map(str::to_string)],
         Language::Protobuf => {
             let parts = [["seconds", "nanos"], ["sec", "nanosec"], ["sec", "nsec"]];
             let pairs = |base: String| parts.map(|pair| pair.map(|part| format!("{base}.{part}")));
-            protobuf::stamps(&types)
-                .into_iter()
-                .flat_map(pairs)
-                .collect()
+            let bases = protobuf::stamps(&types).into_iter();
+            bases.flat_map(pairs).collect()
         }
     };
-    let stamp = stamps.into_iter().find(|pair| pair.iter().all(is_number));
-    let stamped = stamp.is_some();
-    paths.extend(stamp.into_iter().flatten());
-    if let Language::Ros(dialect) = language {
-        ros::check(&mut types, dialect, budget)?;
+    let mut layout = MessageLayout::of(columns, (frame, &stamps), is_number);
+    layout.known = listed(&numbers);
+    layout.messages = match language {
+        Language::Protobuf => Messages::Protobuf(types),
+        Language::Ros(dialect) => {
+            ros::check(&mut types, dialect, budget)?;
+            Messages::Ros(types, dialect)
+        }
+    };
+    Ok(layout)
+}
+
+impl MessageLayout {
+    /// Lays out columns and what follows them, of which `has` tells whether it is a number of the
+    /// messages; of JSON, if nothing else is said.
+    fn of(
+        columns: Vec<(String, Option<AccelerationUnit>)>,
+        (frame, stamps): (bool, &[[String; 2]]),
+        has: impl Fn(&str) -> bool,
+    ) -> Self {
+        let mut paths: Vec<String> = columns.iter().map(|(path, _)| path.clone()).collect();
+        // What an Imu's covariance may deny.
+        let deniable = |path: &String| path.starts_with("linear_acceleration.");
+        let estimate = paths.iter().any(deniable) && has(ESTIMATE);
+        paths.extend(estimate.then(|| ESTIMATE.to_string()));
+        paths.extend(frame.then(|| FRAME.join(".")));
+        let stamp = stamps.iter().find(|pair| pair.iter().all(|path| has(path)));
+        paths.extend(stamp.into_iter().flatten().cloned());
+        Self {
+            messages: Messages::Json,
+            paths,
+            known: Vec::new(),
+            columns,
+            estimate,
+            frame,
+            stamped: stamp.is_some(),
+        }
     }
-    Ok(MessageLayout {
-        known: listed(&numbers),
-        messages: match language {
-            Language::Protobuf => Messages::Protobuf(types),
-            Language::Ros(dialect) => Messages::Ros(types, dialect),
-        },
-        paths,
-        columns,
-        estimate,
-        frame,
-        stamped,
-    })
 }
 
 /// Returns the unit that a message type of ROS prescribes, whatever language it travels in: REP 103
@@ -301,13 +310,6 @@ fn unit_of_type(types: &MessageTypes, path: &str) -> Option<AccelerationUnit> {
         )
     });
     prescribed.then_some(AccelerationUnit::MetrePerSecondSquared)
-}
-
-/// Tells whether what is wanted is what an Imu's covariance may deny.
-fn asks_for_estimate(paths: &[String]) -> bool {
-    paths
-        .iter()
-        .any(|path| path.starts_with("linear_acceleration."))
 }
 
 /// Returns the paths of fields that are no array elements, of very many the first; those that could be
@@ -336,11 +338,9 @@ fn json_fields(numbers: &[(String, bool)], wanted: &WantedFields) -> Vec<String>
     let asked = numbers
         .iter()
         .find(|(path, _)| Some(path) == wanted.path.as_ref());
-    found.extend(
-        asked
-            .filter(|(path, _)| !found.contains(path))
-            .map(|(path, _)| path.clone()),
-    );
+    if let Some((path, _)) = asked.filter(|(path, _)| !found.contains(path)) {
+        found.push(path.clone());
+    }
     found
 }
 
@@ -370,25 +370,12 @@ pub(super) fn json_layout(data: &[u8], wanted: &WantedFields) -> Result<MessageL
     if chosen.is_empty() && wanted.path.is_none() {
         return Err(Unfit::Other);
     }
-    let estimate = asks_for_estimate(&chosen) && has(ESTIMATE);
-    let stamp = JSON_STAMPS
-        .into_iter()
-        .find(|stamp| stamp.iter().all(|path| has(path)));
-    let columns = chosen.iter().map(|path| (path.clone(), unit_in_name(path)));
-    let columns = columns.collect();
-    let mut paths = chosen;
-    paths.extend(estimate.then(|| ESTIMATE.to_string()));
-    paths.extend(frame.then_some(frame_path));
-    paths.extend(stamp.into_iter().flatten().map(String::from));
-    Ok(MessageLayout {
-        known: listed(&numbers),
-        messages: Messages::Json,
-        paths,
-        columns,
-        estimate,
-        frame,
-        stamped: stamp.is_some(),
-    })
+    let unit = |path: String| (path.clone(), unit_in_name(&path));
+    let columns = chosen.into_iter().map(unit).collect();
+    let stamps = JSON_STAMPS.map(|stamp| stamp.map(str::to_string));
+    let mut layout = MessageLayout::of(columns, (frame, &stamps), has);
+    layout.known = listed(&numbers);
+    Ok(layout)
 }
 
 /// A schema as the file holds it.
@@ -403,31 +390,22 @@ pub(super) struct Schema {
 
 /// Says that a topic's messages have no number at a path.
 pub(super) fn no_field(topic: &str, path: &str, known: &[String]) -> Error {
-    let mut names: Vec<String> = known
-        .iter()
-        .take(LISTED)
-        .map(|path| name_of(topic, path))
-        .collect();
+    let first = known.iter().take(LISTED);
+    let mut names: Vec<String> = first.map(|path| name_of(topic, path)).collect();
     if names.len() >= LISTED {
         names.push("…".into());
     }
-    ErrorKind::NoSuchChannel {
-        wanted: name_of(topic, path),
-        known: if names.is_empty() {
-            format!("no number field in {topic}")
-        } else {
-            names.join(", ")
-        },
-    }
-    .into()
+    let known = match names.as_slice() {
+        [] => format!("no number field in {topic}"),
+        names => names.join(", "),
+    };
+    let wanted = name_of(topic, path);
+    ErrorKind::NoSuchChannel { wanted, known }.into()
 }
 
 fn refused(expected: &str, found: &str) -> Error {
-    Error::malformed(
-        expected,
-        found,
-        "export the topic as CSV, or record it with a current rosbag2",
-    )
+    let hint = "export the topic as CSV, or record it with a current rosbag2";
+    Error::malformed(expected, found, hint)
 }
 
 /// Returns a channel's name.

@@ -190,10 +190,6 @@ impl Field {
 
 /// Walks through what stands on the way to the `wanted` numbers of a message of the type `name`, which
 /// stands at a path; a number that proto3 leaves out is zero.
-///
-/// # Errors
-///
-/// [`crate::error::ErrorKind::Malformed`] where message and schema differ.
 pub(super) fn walk(
     types: &MessageTypes,
     (name, path): (&str, &mut String),

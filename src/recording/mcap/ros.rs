@@ -39,10 +39,8 @@ pub(super) fn types(root: &str, text: &str, dialect: Dialect) -> Result<MessageT
                 continue;
             }
             let Some(named) = line.strip_prefix("MSG:") else {
-                return Err(unreadable(
-                    "`MSG: package/Type` after the dividing line",
-                    &format!("`{line}`"),
-                ));
+                let expected = "`MSG: package/Type` after the dividing line";
+                return Err(unreadable(expected, &format!("`{line}`")));
             };
             name = plain_name(named.trim());
             opening = false;
@@ -65,15 +63,10 @@ pub(super) fn types(root: &str, text: &str, dialect: Dialect) -> Result<MessageT
     // Every reader knows these, so that some recorders leave them out. ROS 1 has both as types of
     // their own, the time without a sign.
     let (signed, whole) = (Number::I32, Number::U32);
+    let of_ros2 = [("sec", signed), ("nanosec", whole)];
     for (name, parts) in [
-        (
-            "builtin_interfaces/Time",
-            [("sec", signed), ("nanosec", whole)],
-        ),
-        (
-            "builtin_interfaces/Duration",
-            [("sec", signed), ("nanosec", whole)],
-        ),
+        ("builtin_interfaces/Time", of_ros2),
+        ("builtin_interfaces/Duration", of_ros2),
         ("ros1/time", [("secs", whole), ("nsecs", whole)]),
         ("ros1/duration", [("secs", signed), ("nsecs", signed)]),
     ] {
@@ -85,11 +78,6 @@ pub(super) fn types(root: &str, text: &str, dialect: Dialect) -> Result<MessageT
 }
 
 /// Checks that every message of a type can be walked through; notes types that take no byte.
-///
-/// # Errors
-///
-/// [`crate::error::ErrorKind::Malformed`] if a type is missing or nested too deep, or if the message
-/// holds wide strings, whose layout differs between writers; that of a spent `budget`.
 pub(super) fn check(
     types: &mut MessageTypes,
     dialect: Dialect,
@@ -141,12 +129,8 @@ fn field(line: &str, package: &str, dialect: Dialect) -> Result<Option<Field>, E
     if line.is_empty() {
         return Ok(None);
     }
-    let bad = || {
-        unreadable(
-            "`type name` in the message definition",
-            &format!("`{line}`"),
-        )
-    };
+    let expected = "`type name` in the message definition";
+    let bad = || unreadable(expected, &format!("`{line}`"));
     let (type_text, rest) = line.split_once(char::is_whitespace).ok_or_else(bad)?;
     let rest = rest.trim_start();
     let end = rest

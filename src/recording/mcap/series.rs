@@ -19,7 +19,7 @@ const LATE_NS: i128 = 50_000_000;
 /// Nanoseconds in a second.
 const NANO: i128 = 1_000_000_000;
 /// One field's values.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Column {
     path: String,
     unit: Option<AccelerationUnit>,
@@ -53,7 +53,7 @@ pub(super) struct Finished {
 }
 
 /// The messages of one topic, as far as they were read.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct TopicSeries {
     topic: String,
     /// What was wanted of it.
@@ -115,17 +115,7 @@ impl TopicSeries {
         let mut series = Self {
             topic: topic.to_string(),
             wanted: wanted.clone(),
-            layout: None,
-            columns: Vec::new(),
-            slots: Vec::new(),
-            stamps: Vec::new(),
-            logged: Vec::new(),
-            frame: None,
-            is_other: false,
-            further: None,
-            shape: None,
-            remarks: Vec::new(),
-            error: None,
+            ..Self::default()
         };
         match laid {
             None => {}
@@ -146,16 +136,16 @@ impl TopicSeries {
         let column = |(path, unit): &(String, Option<AccelerationUnit>)| Column {
             path: path.clone(),
             unit: *unit,
-            values: Vec::new(),
             is_neighbour: !self.wanted.meant
                 || (!layout::names_lateral(path) && self.wanted.path.as_ref() != Some(path)),
-            error: None,
+            ..Column::default()
         };
         self.columns = layout.columns.iter().map(column).collect();
         self.slots = vec![0.0; layout.paths.len()];
         kept.meant += OVERHEAD * self.columns.len() as u64;
         self.layout = Some(layout);
     }
+
     /// Takes in one message; what is wrong with it is kept until the series is asked for.
     pub(super) fn push(
         &mut self,
@@ -227,11 +217,9 @@ impl TopicSeries {
         }
         let mut rest = self.slots.iter().skip(self.columns.len()).copied();
         if layout.estimate && rest.next() == Some(-1.0) {
-            return Err(damaged_message(
-                "an estimate of the acceleration",
-                &format!("-1 in {ESTIMATE}, by which the sensor says that it has none"),
-            )
-            .at(place("")));
+            let found = format!("-1 in {ESTIMATE}, by which the sensor says that it has none");
+            let error = damaged_message("an estimate of the acceleration", &found);
+            return Err(error.at(place("")));
         }
         if layout.frame {
             let frame = rest.next();
@@ -255,14 +243,13 @@ impl TopicSeries {
             if column.error.is_some() {
                 continue;
             }
+            column.values.push(*value);
             if !value.is_finite() {
-                let found = format!("{value}");
+                let found = value.to_string();
                 let error = Error::from(ErrorKind::NonFinite { found });
                 column.error = Some(error.at(place(&column.path)));
                 column.values = Vec::new();
-                continue;
             }
-            column.values.push(*value);
         }
         Ok(())
     }
@@ -360,23 +347,16 @@ impl TopicSeries {
         };
         let layout = self.layout.take();
         let is_read = layout.is_some();
-        let missing = self
-            .wanted
-            .path
-            .as_deref()
-            .zip(layout)
-            .and_then(|(path, layout)| {
-                let there = self.columns.iter().any(|column| column.path == path);
-                (!there).then(|| layout::no_field(&self.topic, path, &layout.known))
-            });
+        let asked = self.wanted.path.as_deref().zip(layout);
+        let missing = asked.and_then(|(path, layout)| {
+            let there = self.columns.iter().any(|column| column.path == path);
+            (!there).then(|| layout::no_field(&self.topic, path, &layout.known))
+        });
         if !is_read && !self.is_other {
             // Of what cannot be read at all one field is told.
             self.columns.push(Column {
                 path: known.or(self.wanted.path.as_deref()).unwrap_or("").into(),
-                unit: None,
-                values: Vec::new(),
-                is_neighbour: false,
-                error: None,
+                ..Column::default()
             });
         }
         let (topic, remarks) = (self.topic, self.remarks);
@@ -438,18 +418,13 @@ impl TopicSeries {
             true => i128::from(self.stamps[index]),
             false => i128::from(self.logged[index]),
         };
-        if stamped && !use_stamps {
-            findings.push(Finding::warning(
-                "stamp-zero",
-                "header.stamp is 0 in every message; the time of logging is used, which carries \
-                 the delays of transport",
-            ));
-        } else if !use_stamps {
-            findings.push(Finding::warning(
-                "log-time",
-                "the messages have no header.stamp; the time of logging is used, which carries \
-                 the delays of transport",
-            ));
+        if !use_stamps {
+            let (code, seen) = match stamped {
+                true => ("stamp-zero", "header.stamp is 0 in every message"),
+                false => ("log-time", "the messages have no header.stamp"),
+            };
+            let used = "the time of logging is used, which carries the delays of transport";
+            findings.push(Finding::warning(code, format!("{seen}; {used}")));
         }
         let Some(end) = self.logged.len().checked_sub(1) else {
             return Ok(Vec::new());
@@ -458,16 +433,13 @@ impl TopicSeries {
         for index in 1..=end {
             let (previous, found) = (time(index - 1), time(index));
             if found <= previous {
-                let place = Place::default().channel(format!(
-                    "{}, message {} (seconds after the first)",
-                    self.name(),
-                    index + 1
-                ));
-                return Err(Error::from(ErrorKind::TimeNotIncreasing {
+                let (name, number) = (self.name(), index + 1);
+                let text = format!("{name}, message {number} (seconds after the first)");
+                let error = Error::from(ErrorKind::TimeNotIncreasing {
                     previous: seconds(previous - first),
                     found: seconds(found - first),
-                })
-                .at(place));
+                });
+                return Err(error.at(Place::default().channel(text)));
             }
         }
         if use_stamps {
@@ -475,16 +447,14 @@ impl TopicSeries {
             let stamped = last - first;
             // Transport comes late now and then; a clock that runs slow is late all the time.
             if logged > stamped + stamped / 2 + LATE_NS {
-                findings.push(Finding::warning(
-                    "log-time-differs",
-                    format!(
-                        "the messages' own stamps span {} s, the times at which they were logged \
-                         {} s: one of the two clocks is wrong, or what was measured before was \
-                         sent slowly; the stamps are used",
-                        seconds_text(stamped),
-                        seconds_text(logged)
-                    ),
-                ));
+                let text = format!(
+                    "the messages' own stamps span {} s, the times at which they were logged {} s: \
+                     one of the two clocks is wrong, or what was measured before was sent slowly; \
+                     the stamps are used",
+                    seconds_text(stamped),
+                    seconds_text(logged)
+                );
+                findings.push(Finding::warning("log-time-differs", text));
             }
         }
         let zero = match options.time_zero_s {
@@ -492,15 +462,13 @@ impl TopicSeries {
             None => first,
         };
         if !(first..=last).contains(&zero) {
-            findings.push(Finding::warning(
-                "time-zero-outside",
-                format!(
-                    "time zero is not between the first and the last message; on the file's \
-                     clock these are at {} s and {} s",
-                    seconds_text(first),
-                    seconds_text(last)
-                ),
-            ));
+            let said = format!(
+                "time zero is not between the first and the last message; on the file's clock \
+                 these are at {} s and {} s",
+                seconds_text(first),
+                seconds_text(last)
+            );
+            findings.push(Finding::warning("time-zero-outside", said));
         }
         Ok((0..=end).map(|index| seconds(time(index) - zero)).collect())
     }
@@ -574,8 +542,9 @@ fn stamp_ns([sec, nanosec]: [f64; 2]) -> Result<i64, Error> {
     // 9.2e9 s in nanoseconds still fit 64 bits.
     let whole = |value: f64| value.trunc().total_cmp(&value).is_eq();
     if !(whole(sec) && sec.abs() <= 9.2e9 && whole(nanosec) && (0.0..1e9).contains(&nanosec)) {
+        let expected = "a stamp of whole seconds, and nanoseconds below 10^9";
         return Err(damaged_message(
-            "a stamp of whole seconds, and nanoseconds below 10^9",
+            expected,
             &format!("{sec} s and {nanosec} ns"),
         ));
     }
@@ -594,7 +563,7 @@ fn nanoseconds(instant_s: f64) -> Result<i128, Error> {
     }
     // Taken as it was written: the nearest double to an instant of today is off by up to 0.1 µs,
     // its shortest decimal is not.
-    let text = format!("{}", instant_s.abs());
+    let text = instant_s.abs().to_string();
     let (whole, rest) = text.split_once('.').unwrap_or((&text, ""));
     let digits = format!("{whole}{rest:0<9.9}");
     let time: i128 = digits.parse().unwrap_or_default();

@@ -286,11 +286,6 @@ impl MessageTypes {
 
     /// Lists the paths of all number fields, and whether each is a floating-point one; an array
     /// shows as `name[0..N]`.
-    ///
-    /// # Errors
-    ///
-    /// [`ErrorKind::Malformed`] for a type with too many, [`ErrorKind::LimitExceeded`] once
-    /// `budget` is spent.
     pub(super) fn numbers(&self, budget: &mut Budget) -> Result<Vec<(String, bool)>, Error> {
         let mut found = Vec::new();
         self.list(&self.root, "", DEPTH, budget, &mut found)?;

@@ -38,12 +38,6 @@ fn is_wanted(name: &str) -> bool {
 }
 
 /// Unpacks the files of a test.
-///
-/// # Errors
-///
-/// [`ErrorKind::RefusedFormat`] for an archive without channel files or packed in another way,
-/// [`ErrorKind::LimitExceeded`] beyond a limit, [`ErrorKind::Malformed`] and
-/// [`ErrorKind::Truncated`] for damage.
 pub(super) fn unpack(name: &str, bytes: Vec<u8>, limits: &Limits) -> Result<Files, Error> {
     let mut unpacker = Unpacker::new(name, bytes.len() as u64, limits);
     let (format, way_out) = if is_zip(&bytes) {
@@ -86,11 +80,10 @@ impl<'a> Unpacker<'a> {
     /// Prepares to unpack an archive of so many bytes.
     fn new(name: &'a str, packed: u64, limits: &'a Limits) -> Self {
         let by_ratio = packed.saturating_mul(limits.unpacked_ratio).max(RATIO_FROM);
-        let (left, limit) = if by_ratio < limits.unpacked_stream_bytes {
-            (by_ratio, ("unpacked_ratio", limits.unpacked_ratio))
-        } else {
-            let most = limits.unpacked_stream_bytes;
-            (most, ("unpacked_stream_bytes", most))
+        let most = limits.unpacked_stream_bytes;
+        let (left, limit) = match by_ratio < most {
+            true => (by_ratio, ("unpacked_ratio", limits.unpacked_ratio)),
+            false => (most, ("unpacked_stream_bytes", most)),
         };
         Self {
             name,
@@ -136,18 +129,17 @@ impl<'a> Unpacker<'a> {
 
     /// Holds a file of the test, of `most` bytes at most.
     fn hold(&mut self, name: String, from: &mut dyn Read, most: u64) -> Result<u64, Error> {
-        let most = (most, self.limits.unpacked_bytes);
-        let room = most.1.saturating_sub(self.held).saturating_add(1);
+        let all = self.limits.unpacked_bytes;
+        let room = all.saturating_sub(self.held).saturating_add(1);
         let place = Place::file(format!("{}: {name}", self.name));
-        let bytes = self
-            .read(from, most.0.min(room))
-            .map_err(|error| error.at(place))?;
+        let read = self.read(from, most.min(room));
+        let bytes = read.map_err(|error| error.at(place.clone()))?;
         let count = bytes.len() as u64;
         self.held += count;
-        if self.held > most.1 {
-            let place = Place::file(format!("{}: {name}", self.name)).byte(self.out);
+        if self.held > all {
             let found = "more bytes in the files of the test together";
-            return Err(self.limits.over("unpacked_bytes", found).at(place));
+            let error = self.limits.over("unpacked_bytes", found);
+            return Err(error.at(place.byte(self.out)));
         }
         if self.files.insert(name.clone(), bytes.into()).is_some() {
             return Err(twice(&name));
@@ -174,11 +166,11 @@ impl<'a> Unpacker<'a> {
         for index in 0..archive.len() {
             let entry = archive.by_index_raw(index).map_err(not_unzipped)?;
             first = first.min(entry.header_start());
-            let packed_plainly = !entry.encrypted()
-                && matches!(
-                    entry.compression(),
-                    zip::CompressionMethod::Stored | zip::CompressionMethod::Deflated
-                );
+            let plain = [
+                zip::CompressionMethod::Stored,
+                zip::CompressionMethod::Deflated,
+            ];
+            let packed_plainly = !entry.encrypted() && plain.contains(&entry.compression());
             // Some programs for Windows write its own mark between folder and file.
             let Ok(name) = entry.name().map(|name| name.replace('\\', "/")) else {
                 continue;
@@ -203,8 +195,8 @@ impl<'a> Unpacker<'a> {
         if archive.offset() > 0 || (first > 0 && !archive.is_empty()) {
             return Err(Error::malformed(
                 "one zip archive, from the first byte on",
-                "files before those that its list names, as where two archives stand one \
-                        behind the other",
+                "files before those that its list names, as where two archives stand one behind \
+                 the other",
                 "which of them hold is not known; pack the test again",
             ));
         }
@@ -214,16 +206,13 @@ impl<'a> Unpacker<'a> {
     /// Unpacks a tar stream; tells whether it is one.
     fn untar(&mut self, stream: &mut dyn Read) -> Result<bool, Error> {
         loop {
-            let header = match self.read(stream, BLOCK) {
-                // What does not even unpack a block is no tar, unless a limit was crossed.
-                Err(error)
-                    if self.entries == 0
-                        && !matches!(error.kind(), ErrorKind::LimitExceeded { .. }) =>
-                {
-                    return Ok(false);
-                }
-                read => read?,
-            };
+            let read = self.read(stream, BLOCK);
+            // What does not even unpack a block is no tar, unless a limit was crossed.
+            let is_limit = |error: &Error| matches!(error.kind(), ErrorKind::LimitExceeded { .. });
+            if self.entries == 0 && read.as_ref().is_err_and(|error| !is_limit(error)) {
+                return Ok(false);
+            }
+            let header = read?;
             let is_end = header.iter().all(|byte| *byte == 0);
             let is_whole = header.len() as u64 == BLOCK;
             if self.entries == 0 && (is_end || !is_whole || !checksum_fits(&header)) {

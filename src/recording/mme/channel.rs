@@ -1,6 +1,6 @@
 //! Channel files: header and samples.
 
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Error, Place};
 use crate::recording::TestFacts;
 use crate::recording::code::{self, CLASSES, Code};
 use crate::recording::csv::header::Column;
@@ -15,8 +15,10 @@ use crate::units::{AccelerationUnit, SampleRate};
 /// What stands for "nothing" as a value.
 const NOTHING: &str = "NOVALUE";
 
-/// Keys whose values would be guessed if they came twice and differed.
+// What each list holds is told at its head.
 static STATED_ONCE: Words = word_list!("iso-mme-once");
+static MEASURED: Words = word_list!("iso-mme-measured");
+static COMPUTED: Words = word_list!("iso-mme-computed");
 
 /// Part of the largest magnitude by which a stated extreme may be off [-].
 const EXTREME_AGREEMENT: f64 = 1e-4;
@@ -157,8 +159,9 @@ impl ChannelHeader {
 
     /// Returns what the channel is called: its code, else its name.
     pub(super) fn label(&self) -> Option<String> {
-        let code = self.value("Channel code").map(ToString::to_string);
-        code.or_else(|| self.value("Name of the channel").map(ToString::to_string))
+        let code = self.value("Channel code");
+        let label = code.or_else(|| self.value("Name of the channel"));
+        label.map(str::to_string)
     }
 
     pub(super) fn is_time(&self) -> bool {
@@ -185,10 +188,9 @@ impl ChannelHeader {
     /// Says what keeps the channel from being taken unasked as a lateral acceleration of a
     /// vehicle's structure.
     pub(super) fn doubt(&self) -> Option<String> {
-        let words = ["Channel code", "Name of the channel"]
-            .into_iter()
-            .filter_map(|key| self.value(key))
-            .map(|text| Column::from_header(text, 1));
+        let named = ["Channel code", "Name of the channel"].map(|key| self.value(key));
+        let words = named.into_iter().flatten();
+        let words = words.map(|text| Column::from_header(text, 1));
         let Some(code) = self.code.as_ref() else {
             let mut words: Vec<Column> = words.collect();
             words.retain(|word| !word.label.is_empty());
@@ -242,12 +244,10 @@ impl ChannelHeader {
         let Some(printed) = self.value(key) else {
             return Ok(None);
         };
-        let malformed = || ErrorKind::Malformed {
-            expected: format!("`{key}` in seconds"),
-            found: format!("`{}`", text::shown(printed)),
-            hint: hint.into(),
+        let Some(number) = text::header_number(printed) else {
+            let found = format!("`{}`", text::shown(printed));
+            return Err(Error::malformed(format!("`{key}` in seconds"), found, hint));
         };
-        let number = text::header_number(printed).ok_or_else(malformed)?;
         Ok(Some((number, printed)))
     }
 
@@ -303,10 +303,8 @@ impl ChannelHeader {
     /// Returns what the header says of test and sensor.
     fn test_facts(&self) -> TestFacts {
         let one = |key: &str| self.value(key).map(ToString::to_string);
-        let sensor: Vec<String> = ["Transducer type", "Transducer id"]
-            .into_iter()
-            .filter_map(one)
-            .collect();
+        let sensor = ["Transducer type", "Transducer id"].into_iter();
+        let sensor: Vec<String> = sensor.filter_map(one).collect();
         TestFacts {
             sensor: (!sensor.is_empty()).then(|| sensor.join(", ")),
             location: one("Channel code"),
@@ -339,8 +337,8 @@ impl ChannelHeader {
             prefilter_hz,
             filter_class: class.filter(is_one).or_else(of_code),
             status: self.value("Data status").map(ToString::to_string),
-            remarks: Vec::new(),
             test: self.test_facts(),
+            ..Stated::default()
         }
     }
 
@@ -356,9 +354,8 @@ impl ChannelHeader {
     pub(super) fn status_findings(&self, span: Span) -> Vec<Finding> {
         let from = remarks::plainly_bad_from(&[self.remark()]).filter(|at_s| span.holds(*at_s));
         let statuses = self.values("Data status");
-        statuses
-            .filter_map(|status| status_finding(status, from))
-            .collect()
+        let found = statuses.filter_map(|status| status_finding(status, from));
+        found.collect()
     }
 
     /// Returns a statement of the header, if it says something.
@@ -379,18 +376,14 @@ impl ChannelHeader {
             stated.count(count, stamped, clock.span().end_s, &mut found);
         }
         let values = &clock.values;
-        let largest = values
-            .iter()
-            .fold(0.0_f64, |most, value| most.max(value.abs()));
+        let largest = values.iter().copied().map(f64::abs).fold(0.0, f64::max);
         let slack = EXTREME_AGREEMENT * largest;
         if let Some(stated) = self.statement("Maximum absolute value") {
             stated.extreme(largest, slack, &mut found);
         }
         for (word, sign) in [("maximum", 1.0), ("minimum", -1.0)] {
-            let extreme = sign
-                * values
-                    .iter()
-                    .fold(f64::MIN, |most, value| most.max(sign * value));
+            let signed = values.iter().map(|value| sign * value);
+            let extreme = sign * signed.fold(f64::MIN, f64::max);
             let key = format!("First global {word} value");
             let Some(stated) = self.statement(&key) else {
                 continue;
@@ -478,22 +471,14 @@ fn instant_finding(
             && (clock.start_s + index as f64 * interval_s - time_s).abs() <= slack
     });
     (!there).then(|| {
-        Finding::blocking(
-            "peak-contradicted",
-            format!(
-                "{} in the header is {time_s} s, and the samples do not have it there: the time \
-                 base is not what the header says, or samples are missing",
-                stated.key
-            ),
-        )
+        let said = format!(
+            "{} in the header is {time_s} s, and the samples do not have it there: the time base \
+             is not what the header says, or samples are missing",
+            stated.key
+        );
+        Finding::blocking("peak-contradicted", said)
     })
 }
-
-/// What header lines of measured samples name as their source, in small letters.
-static MEASURED: Words = word_list!("iso-mme-measured");
-
-/// Parts of words for what no sensor measured, in small letters.
-static COMPUTED: Words = word_list!("iso-mme-computed");
 
 /// Returns what a status says of the samples; `from` is the instant from which on a comment says
 /// that they are bad [s].
@@ -550,9 +535,9 @@ impl Samples {
             }
             if cell == NOTHING {
                 let index = values.len();
-                match holes.last_mut() {
-                    Some((_, end)) if *end == index => *end = index + 1,
-                    _ => holes.push((index, index + 1)),
+                match holes.last_mut().filter(|(_, end)| *end == index) {
+                    Some((_, end)) => *end += 1,
+                    None => holes.push((index, index + 1)),
                 }
                 values.push(values.last().copied().unwrap_or(0.0));
                 continue;
@@ -564,14 +549,9 @@ impl Samples {
         let hint = "beside whole numbers a factor of 1000 is not clear; export again without \
                     thousands marks, or with the same decimals in all numbers";
         marks.check(|_, marks| !marks.may_be_thousands(), hint)?;
-        if holes
-            .first()
-            .map_or(values.is_empty(), |hole| *hole == (0, values.len()))
-        {
-            return Err(Error::empty(
-                "the channel file holds no sample",
-                "one value a line after the header",
-            ));
+        if values.is_empty() || holes.first() == Some(&(0, values.len())) {
+            let found = "the channel file holds no sample";
+            return Err(Error::empty(found, "one value a line after the header"));
         }
         Ok(Self {
             values,
@@ -586,7 +566,7 @@ fn empty_line() -> Error {
     Error::malformed(
         "a value in each line up to the last sample",
         "an empty line",
-        "a missing sample is not left out, it would move those after it; write NOVALUE \
-               there, or export again",
+        "a missing sample is not left out, it would move those after it; write NOVALUE there, or \
+         export again",
     )
 }

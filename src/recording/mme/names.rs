@@ -17,12 +17,12 @@ pub(super) fn suffix_of(name: &str) -> Option<&str> {
     (!stem.is_empty()).then_some(suffix)
 }
 
-/// Tells whether a name is that of a channel file: a suffix of three digits or more.
+/// Tells whether a name is that of a channel file.
 pub(super) fn is_channel_file(name: &str) -> bool {
     number_of(name).is_some()
 }
 
-/// Returns the number that a channel file has as its suffix.
+/// Returns the number that a channel file has as its suffix, of three digits or more.
 pub(in crate::recording) fn number_of(name: &str) -> Option<u32> {
     let digits = |suffix: &&str| suffix.len() >= 3 && suffix.bytes().all(|b| b.is_ascii_digit());
     suffix_of(name).filter(digits)?.parse().ok()

@@ -76,7 +76,18 @@ fn check_one_test(names: &[String]) -> Result<(), Error> {
     ))
 }
 
+/// Returns the files of the test to which the one of a name belongs, itself included.
+fn files_of_test(beside: Vec<String>, name: &str) -> Vec<String> {
+    let mut names = kept(beside);
+    names.retain(|other| test_of(other) == test_of(name));
+    if !names.iter().any(|other| other == name) {
+        names.push(name.to_string());
+    }
+    names
+}
+
 /// The files of a test.
+#[derive(Default)]
 pub(super) struct Package {
     /// Names of the test's files, in order.
     names: Vec<String>,
@@ -93,42 +104,26 @@ pub(super) struct Package {
 
 impl Package {
     pub(super) fn open(source: &mut Reader, limits: &Limits) -> Result<Self, Error> {
-        let mut package = Self {
-            names: Vec::new(),
-            archive: None,
-            given: None,
-            header_bytes: 0,
-            recent: Vec::new(),
-        };
+        let mut package = Self::default();
         let name = source.name().to_string();
-        if source.is_folder() {
-            package.names = kept(source.list(true, limits)?);
-        } else if is_archive(&source.head()?) {
+        let (head, is_folder) = (source.head()?, source.is_folder());
+        if !is_folder && is_archive(&head) {
             let bytes = source.read_all("archive_bytes", limits.archive_bytes)?;
             let files = unpack(&name, bytes, limits)?;
             package.names = kept(files.keys().cloned().collect());
             source.lay_beside(files);
             package.archive = Some(name);
-        } else if looks_like_channel(&source.head()?) {
+        } else if !is_folder && looks_like_channel(&head) {
             let bytes = source.read_text(limits)?;
             // Others are of use only for an explicit time, so that a large folder does no harm.
-            package.names = kept(source.list(false, limits).unwrap_or_default());
-            package
-                .names
-                .retain(|other| test_of(other) == test_of(&name));
-            if !package.names.contains(&name) {
-                package.names.push(name.clone());
-            }
+            let beside = source.list(false, limits).unwrap_or_default();
+            package.names = files_of_test(beside, &name);
             package.given = Some((name, bytes));
             return Ok(package);
-        } else {
+        } else if is_folder {
             package.names = kept(source.list(true, limits)?);
-            package
-                .names
-                .retain(|other| test_of(other) == test_of(&name));
-            if !package.names.contains(&name) {
-                package.names.push(name);
-            }
+        } else {
+            package.names = files_of_test(source.list(true, limits)?, &name);
         }
         check_one_test(&package.names)?;
         Ok(package)
@@ -254,9 +249,8 @@ impl Package {
             let (content, is_cut) = self.head(&file, most, source, limits, findings)?;
             let header = ChannelHeader::read(&content);
             if is_cut && !header.is_whole() {
-                return Err(limits
-                    .over("header_bytes", ENDLESS)
-                    .at(self.place_of(&file).byte(most)));
+                let place = self.place_of(&file).byte(most);
+                return Err(limits.over("header_bytes", ENDLESS).at(place));
             }
             self.header_bytes += header.bytes();
             if self.header_bytes > limits.headers_bytes {
@@ -305,15 +299,13 @@ impl Package {
         differences.truncate(SHOWN);
         differences.extend((more > 0).then(|| format!("{more} more")));
         Ok((!differences.is_empty()).then(|| {
-            Finding::warning(
-                "list-contradicted",
-                format!(
-                    "{} and the channel files differ in {}; the files were believed, but list \
-                     and files may be of different tests",
-                    text::shown(&list),
-                    differences.join(", ")
-                ),
-            )
+            let text = format!(
+                "{} and the channel files differ in {}; the files were believed, but list and \
+                 files may be of different tests",
+                text::shown(&list),
+                differences.join(", ")
+            );
+            Finding::warning("list-contradicted", text)
         }))
     }
 

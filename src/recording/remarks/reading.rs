@@ -4,7 +4,7 @@
 //! A fault word may stand for several words of the text: `DROPOUT` is found in `drop-out`, and `NG`
 //! in `N.G.`, but not in `BEARING`, since it begins and ends where a word of the text does.
 
-use crate::recording::words::{Words, list, word_list};
+use crate::recording::words::{list, word_list};
 use std::ops::Range;
 use std::sync::LazyLock;
 
@@ -56,37 +56,36 @@ struct FaultWord {
 }
 
 static FAULT_WORDS: LazyLock<Vec<FaultWord>> = LazyLock::new(|| {
-    let entries = list(word_list!(@text "fault-words")).into_iter();
     // An umlaut written out, and an E that begins the next word.
-    let both = entries.flat_map(|entry| {
+    let both = |entry: &'static str| {
         let word = entry.trim_matches('*');
         [folded(word), word.to_string()].map(|letters| FaultWord {
             letters,
             anywhere: entry.starts_with('*'),
             goes_on: entry.ends_with('*'),
         })
-    });
-    both.collect()
+    };
+    let entries = list(word_list!(@text "fault-words"));
+    entries.into_iter().flat_map(both).collect()
 });
 
 /// A list whose entries are compared as texts are.
 type Folded = LazyLock<Vec<String>>;
 
-/// Texts that say nothing.
-static EMPTY: Folded = LazyLock::new(|| fold_all(&EMPTY_WORDS));
-static EMPTY_WORDS: Words = word_list!("remark-empty");
-
-/// Words between a fault and the instant from which on it holds.
-static AFTER: Folded = LazyLock::new(|| fold_all(&AFTER_WORDS));
-static AFTER_WORDS: Words = word_list!("instant-after");
-
-/// Words beside a fault and its instant that change nothing.
-static BESIDE: Folded = LazyLock::new(|| fold_all(&BESIDE_WORDS));
-static BESIDE_WORDS: Words = word_list!("instant-beside");
-
-fn fold_all(words: &Words) -> Vec<String> {
-    words.iter().map(|word| folded(word)).collect()
+/// Takes a list so.
+macro_rules! folded_list {
+    ($name:literal) => {
+        LazyLock::new(|| {
+            let entries = list(word_list!(@text $name));
+            entries.into_iter().map(folded).collect()
+        })
+    };
 }
+
+// What each list holds is told at its head.
+static EMPTY: Folded = folded_list!("remark-empty");
+static AFTER: Folded = folded_list!("instant-after");
+static BESIDE: Folded = folded_list!("instant-beside");
 
 /// Takes the E of umlauts that are written out, so that `UNGUELTIG`, `UNGÜLTIG` and `UNGULTIG` are
 /// one word.
@@ -249,9 +248,8 @@ impl Told {
     ///
     /// `faulty` tells which words are part of a fault word.
     fn instant(&self, faulty: &[bool]) -> Option<NamedInstant> {
-        let instants: Vec<(usize, usize, Option<f64>)> = (0..self.tokens.len())
-            .filter_map(|index| self.instant_at(index))
-            .collect();
+        let all = 0..self.tokens.len();
+        let instants: Vec<_> = all.filter_map(|index| self.instant_at(index)).collect();
         let plain = match instants.as_slice() {
             [] => return None,
             [(number, unit, Some(at_s))] => self.is_plain(*number, *unit, faulty).then_some(*at_s),
@@ -288,18 +286,16 @@ impl Told {
     /// Tells whether the samples are bad from the instant on: by "BAD AFTER …" with nothing else
     /// in the text but faults and words that change nothing.
     fn is_plain(&self, number: usize, unit: usize, faulty: &[bool]) -> bool {
-        let in_one_breath = self.tokens[..=number]
-            .iter()
-            .skip(1)
-            .all(|token| !token.breaks);
+        let mut before = self.tokens[..=number].iter().skip(1);
+        let in_one_breath = before.all(|token| !token.breaks);
         let numbers = self.tokens.iter().filter(|token| token.number.is_some());
         if number == 0 || !in_one_breath || numbers.count() > 1 {
             return false;
         }
         let last = number - 1;
         let is_one_of = |index: usize, list: &[String]| {
-            list.iter()
-                .any(|known| known == self.word(&self.tokens[index]))
+            let word = self.word(&self.tokens[index]);
+            list.iter().any(|known| known == word)
         };
         let known = |index: usize| faulty[index] || is_one_of(index, &BESIDE);
         is_one_of(last, &AFTER)

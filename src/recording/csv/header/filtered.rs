@@ -4,10 +4,8 @@ use super::words;
 use crate::recording::code::CLASSES;
 use crate::recording::words::{Words, word_list};
 
-/// Words for a filter.
+// What each list holds is told at its head.
 static FILTERS: Words = word_list!("name-filters");
-
-/// Words that take back a word for a filter behind them, or before it.
 static NEGATIONS: Words = word_list!("name-negations");
 
 /// What a text says of a filter.
