@@ -130,10 +130,9 @@ impl<'a> SignalFacts<'a> {
             samples,
             bias: removed,
             peak: reach(samples, removed),
-            quantum: if grid > 0.0 {
-                grid
-            } else {
-                noise::quantum(&levels)
+            quantum: match grid > 0.0 {
+                true => grid,
+                false => noise::quantum(&levels),
             },
             levels,
             contact: (position + 1.01).floor().max(0.0) as usize,
@@ -230,19 +229,12 @@ fn dead_sensor(facts: &SignalFacts<'_>) -> Option<Finding> {
         [] => return None,
         [only] => format!("every sample is {}", in_g(*only)),
         [low, high] => {
-            let changes = facts
-                .samples
-                .windows(2)
-                .filter(|pair| !same(pair[0], pair[1]))
-                .count();
+            let changes = facts.samples.chunk_by(|a, b| same(*a, *b)).count() - 1;
             if high - low > FLICKER_G * STANDARD_GRAVITY && changes <= 4 {
                 return None;
             }
-            format!(
-                "the samples flicker between {} and {}",
-                in_g(*low),
-                in_g(*high)
-            )
+            let (low, high) = (in_g(*low), in_g(*high));
+            format!("the samples flicker between {low} and {high}")
         }
         _ => return None,
     };

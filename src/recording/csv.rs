@@ -234,9 +234,10 @@ impl<'a> TableText<'a> {
     ) -> Result<(), Error> {
         let (columns, _) = self.layout.widths();
         let layout = &self.layout;
-        let found =
-            self.lines
-                .interruptions(&self.text, layout.separator, layout.header_rows, columns);
+        let (separator, rows) = (layout.separator, layout.header_rows);
+        let found = self
+            .lines
+            .interruptions(&self.text, separator, rows, columns);
         if let Some((line, cell)) = found.damaged {
             let error = Error::malformed(
                 "a number in the first cell, or a comment",
@@ -254,12 +255,10 @@ impl<'a> TableText<'a> {
         let broken = found.broken_at;
         let lost = numbers.or(broken.map(|line| (line, "a line that is empty or a comment")));
         if let (TimeSource::Rate(_), Some((line, what))) = (time, lost) {
-            return Err(Error::malformed(
-                "rows of samples without a break, since no column tells their time",
-                what,
-                "a sample may be missing there; export with a time column",
-            )
-            .at(Place::default().line(line)));
+            let expected = "rows of samples without a break, since no column tells their time";
+            let hint = "a sample may be missing there; export with a time column";
+            let error = Error::malformed(expected, what, hint);
+            return Err(error.at(Place::default().line(line)));
         }
         let told = |line| {
             let text = format!(
@@ -284,10 +283,8 @@ impl<'a> TableText<'a> {
         let stamped = !rows.stamps_s.is_empty();
         let place = |row: usize| {
             let line = line_of_row(&self.text, self.layout.header_rows + row + 1);
-            (
-                line.filter(|_| rows.repeated.is_none()),
-                instant_of(row, rows, base),
-            )
+            let line = line.filter(|_| rows.repeated.is_none());
+            (line, instant_of(row, rows, base))
         };
         let finding = |(&(column, named), counts): (&(usize, bool), ColumnResult)| {
             let name = &self.layout.columns[column].name;
@@ -306,10 +303,8 @@ impl<'a> TableText<'a> {
     fn row_findings(&self, rows: &Rows, time: &TimeSource) -> Vec<Finding> {
         let mut findings = Vec::new();
         if rows.decimal_comma {
-            findings.push(Finding::info(
-                "decimal-comma",
-                "the numbers are written with a decimal comma",
-            ));
+            let text = "the numbers are written with a decimal comma";
+            findings.push(Finding::info("decimal-comma", text));
         }
         if let TimeSource::Column {
             dated: true, index, ..

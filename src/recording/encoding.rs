@@ -12,9 +12,8 @@ pub(super) fn looks_like_text(head: &[u8]) -> bool {
         return true;
     }
     let body = head.strip_suffix(b"\x1a").unwrap_or(head);
-    !body
-        .iter()
-        .any(|byte| matches!(byte, 0x00..=0x08 | 0x0E..=0x1F | 0x7F))
+    let is_control = |byte: &u8| matches!(byte, 0x00..=0x08 | 0x0E..=0x1F | 0x7F);
+    !body.iter().any(is_control)
 }
 
 /// Returns the start of a file as text, as its mark says, else as UTF-8.
@@ -100,15 +99,12 @@ fn decoded(
     text.truncate(written);
     match result {
         DecoderResult::InputEmpty => Ok(text),
-        DecoderResult::OutputFull => Err(too_long(limits)),
+        DecoderResult::OutputFull => {
+            let error = limits.over("text_bytes", "more bytes once decoded to UTF-8");
+            Err(error.at(Place::default().byte(limits.text_bytes)))
+        }
         DecoderResult::Malformed(..) => Err(wrong_encoding("UTF-16", line_at(&text, written))),
     }
-}
-
-fn too_long(limits: &Limits) -> Error {
-    limits
-        .over("text_bytes", "more bytes once decoded to UTF-8")
-        .at(Place::default().byte(limits.text_bytes))
 }
 
 /// Turns a carriage return that stands alone, the line end of old Macintosh files, into a

@@ -228,10 +228,8 @@ impl<'a> LogReader<'a> {
     fn record(&mut self, opcode: u8, data: &[u8], byte: u64) -> Result<(), Error> {
         let account = &mut self.account;
         if !account.header && opcode != op::HEADER {
-            return Err(damaged(
-                "the header as the first record",
-                format!("a record {opcode:#04x}"),
-            ));
+            let found = format!("a record {opcode:#04x}");
+            return Err(damaged("the header as the first record", found));
         }
         if account.data_end && opcode != op::FOOTER {
             account.summarised = true;
@@ -345,14 +343,13 @@ impl<'a> LogReader<'a> {
             return Err(damaged("a schema id from 1", "0"));
         }
         if let Some(known) = self.schemas.get(&record.id) {
-            if known.name == record.name && known.encoding == record.encoding && known.data == data
-            {
+            let own = (&*known.name, &*known.encoding, &*known.data);
+            if own == (&*record.name, &*record.encoding, data) {
                 return Ok(());
             }
-            return Err(damaged(
-                format!("schema {} ({}) as before", record.id, known.name),
-                format!("another definition ({})", record.name),
-            ));
+            let expected = format!("schema {} ({}) as before", record.id, known.name);
+            let found = format!("another definition ({})", record.name);
+            return Err(damaged(expected, found));
         }
         self.schema_bytes += (record.name.len() + record.encoding.len() + data.len()) as u64;
         if self.schema_bytes > self.asked.limits.mcap_record_bytes {
@@ -375,31 +372,25 @@ impl<'a> LogReader<'a> {
         let texts = [&*record.topic, &record.message_encoding];
         records::check_texts(&texts, "channel", self.asked.limits)?;
         if let Some(known) = self.topics.get(&record.id) {
-            if known.name == record.topic
-                && known.encoding == record.message_encoding
-                && known.schema_id == record.schema_id
-            {
+            let own = (&*known.name, &*known.encoding, known.schema_id);
+            if own == (&*record.topic, &*record.message_encoding, record.schema_id) {
                 return Ok(());
             }
-            return Err(damaged(
-                format!("channel {} (topic {}) as before", record.id, known.name),
-                format!("another definition (topic {})", record.topic),
-            ));
+            let expected = format!("channel {} (topic {}) as before", record.id, known.name);
+            let found = format!("another definition (topic {})", record.topic);
+            return Err(damaged(expected, found));
         }
         if record.schema_id != 0 && !self.schemas.contains_key(&record.schema_id) {
-            return Err(damaged(
-                format!("schema {} before topic {}", record.schema_id, record.topic),
-                "none",
-            ));
+            let expected = format!("schema {} before topic {}", record.schema_id, record.topic);
+            return Err(damaged(expected, "none"));
         }
         if self.topics.len() as u64 >= self.asked.limits.mcap_channels {
             return Err(self.asked.limits.over("mcap_channels", "more topics"));
         }
         let (wanted, likely) = self.wanted(&record)?;
         let comments = records::comments(&record.metadata);
-        let remarks = comments
-            .map(|comment| Remark::of_channel(&[comment]))
-            .collect();
+        let remarks = comments.map(|comment| Remark::of_channel(&[comment]));
+        let remarks = remarks.collect();
         self.topics.insert(
             record.id,
             Topic {
@@ -496,19 +487,13 @@ impl<'a> LogReader<'a> {
     }
 
     fn message(&mut self, data: &[u8], byte: u64) -> Result<(), Error> {
-        let Record::Message {
-            header,
-            data: content,
-        } = records::parse(op::MESSAGE, data)?
-        else {
+        let Record::Message { header, data } = records::parse(op::MESSAGE, data)? else {
             return Ok(());
         };
         let channel_id = header.channel_id;
         let Some(topic) = self.topics.get_mut(&channel_id) else {
-            return Err(damaged(
-                format!("channel {channel_id} before its messages"),
-                "none",
-            ));
+            let expected = format!("channel {channel_id} before its messages");
+            return Err(damaged(expected, "none"));
         };
         self.messages += 1;
         topic.messages += 1;
@@ -521,7 +506,7 @@ impl<'a> LogReader<'a> {
             let message = LoggedMessage {
                 number: topic.messages,
                 log_time: header.log_time,
-                data: &content,
+                data: &data,
                 byte,
             };
             series.push(&message, &mut self.kept, self.asked.limits)?;
@@ -559,10 +544,8 @@ impl<'a> LogReader<'a> {
         let account = &mut self.account;
         account.footer = true;
         if !account.data_end {
-            return Err(Error::truncated(
-                "the end of the data before the footer",
-                "none",
-            ));
+            let expected = "the end of the data before the footer";
+            return Err(Error::truncated(expected, "none"));
         }
         let Record::Footer(footer) = records::parse(op::FOOTER, data)? else {
             return Ok(());
@@ -620,31 +603,24 @@ impl<'a> LogReader<'a> {
 
     fn every(&self, read: &[(u16, bool, Finished)], mut outcome: ReadOutcome) -> ReadOutcome {
         let mut taken = Vec::new();
-        for (id, _, topic) in read.iter().filter(|(_, likely, _)| *likely) {
-            if topic.is_other {
-                continue;
-            }
+        let meant = |(_, likely, topic): &&(u16, bool, Finished)| *likely && !topic.is_other;
+        for (id, _, topic) in read.iter().filter(meant) {
             taken.push(*id);
             for field in &topic.fields {
+                let left_out = |error| draft::left_out(&field.words.name, error);
                 match &field.channel {
                     Ok(channel) => outcome.channels.push(channel.clone()),
-                    Err(error) => {
-                        let name = &field.words.name;
-                        outcome.findings.push(draft::left_out(name, error));
-                    }
+                    Err(error) => outcome.findings.push(left_out(error)),
                 }
             }
         }
         let others = self.topics.keys().filter(|id| !taken.contains(id));
         let others: Vec<u16> = others.copied().collect();
         if !others.is_empty() {
-            let text = format!(
-                "topics without acceleration messages: {}",
-                self.describe(&others)
-            );
-            outcome
-                .findings
-                .push(Finding::info("topics-left-out", text));
+            let others = self.describe(&others);
+            let text = format!("topics without acceleration messages: {others}");
+            let left_out = Finding::info("topics-left-out", text);
+            outcome.findings.push(left_out);
         }
         outcome
     }
@@ -738,16 +714,13 @@ impl<'a> LogReader<'a> {
             meant && topic.messages == 0
         });
         let known = self.list();
-        Error::from(match (named, silent.next()) {
-            (_, Some(topic)) => ErrorKind::Empty {
-                found: format!("topic {} holds no message", topic.name),
-                expected: "messages with an acceleration".into(),
-            },
-            (Some(wanted), None) => ErrorKind::NoSuchChannel {
-                wanted: wanted.clone(),
-                known,
-            },
-            (None, None) => ErrorKind::NoChannel { known },
+        if let Some(topic) = silent.next() {
+            let found = format!("topic {} holds no message", topic.name);
+            return Error::empty(found, "messages with an acceleration");
+        }
+        Error::from(match named.cloned() {
+            Some(wanted) => ErrorKind::NoSuchChannel { wanted, known },
+            None => ErrorKind::NoChannel { known },
         })
     }
 

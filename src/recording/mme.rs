@@ -103,10 +103,8 @@ fn selected(
         .iter()
         .position(|entry| package.given() == Some(&entry.file));
     if selection == Selection::Every {
-        return Ok((
-            given.map_or((0..channels.len()).collect(), |index| vec![index]),
-            Vec::new(),
-        ));
+        let all = || (0..channels.len()).collect();
+        return Ok((given.map_or_else(all, |index| vec![index]), Vec::new()));
     }
     let (index, finding) = match (&options.channel, given) {
         (Some(wanted), _) => (named(channels, given, wanted)?, None),
@@ -136,12 +134,8 @@ fn selected(
 /// Returns the channels as they are offered.
 fn coded(channels: &[ChannelEntry]) -> Vec<ChannelOffer> {
     let one = |entry: &ChannelEntry| {
-        let header = &entry.header;
-        ChannelOffer::of_code(
-            entry.label.clone(),
-            header.is_acceleration(),
-            header.doubt(),
-        )
+        let (label, header) = (entry.label.clone(), &entry.header);
+        ChannelOffer::of_code(label, header.is_acceleration(), header.doubt())
     };
     channels.iter().map(one).collect()
 }
@@ -236,12 +230,12 @@ fn channel_of_times<'a>(
     own: usize,
     name: &str,
 ) -> Result<Option<&'a ChannelEntry>, Error> {
-    let mut named: Vec<&ChannelEntry> = channels
+    let others = channels
         .iter()
         .enumerate()
-        .filter(|(index, entry)| *index != own && entry.is_named(name))
-        .map(|(_, entry)| entry)
-        .collect();
+        .filter(|(index, _)| *index != own);
+    let others = others.map(|(_, entry)| entry);
+    let mut named: Vec<&ChannelEntry> = others.filter(|entry| entry.is_named(name)).collect();
     if named.iter().any(|entry| entry.header.is_time()) {
         named.retain(|entry| entry.header.is_time());
     }
@@ -296,10 +290,9 @@ impl TestReader<'_, '_> {
             findings.push(Finding::warning("time-reference-missing", text));
         }
         let stated = header.interval()?;
-        if let Some(stated) = stated {
+        if let Some(hertz) = stated.map(SampleRate::hertz) {
             let by = "the channel's header";
-            self.options
-                .check_rate(stated.hertz(), by, "leave out the rate")?;
+            self.options.check_rate(hertz, by, "leave out the rate")?;
         }
         let rate = match (self.options.rate_hz, stated) {
             (Some(hertz), _) => SampleRate::from_hertz(hertz)?,

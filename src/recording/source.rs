@@ -165,18 +165,13 @@ impl Source {
         name.push(".toml");
         match start_of(Path::new(&name), most) {
             Ok(bytes) => Ok(Some(bytes)),
-            Err(error)
-                if matches!(
-                    error.kind(),
-                    // No file has a name that is too long for one.
-                    io::ErrorKind::NotFound
-                        | io::ErrorKind::NotADirectory
-                        | io::ErrorKind::InvalidFilename
-                ) =>
-            {
-                Ok(None)
-            }
-            Err(error) => Err(io_error("read the card", &error)),
+            Err(error) => match error.kind() {
+                // No file has a name that is too long for one.
+                io::ErrorKind::NotFound
+                | io::ErrorKind::NotADirectory
+                | io::ErrorKind::InvalidFilename => Ok(None),
+                _ => Err(io_error("read the card", &error)),
+            },
         }
     }
 
@@ -215,10 +210,10 @@ impl Source {
         let mut beside = Beside::files(Files::new());
         let mut is_folder = false;
         let mut size = None;
+        let failed = |error: io::Error| io_error("open the file", &error);
         let inner: Box<dyn Read> = match self {
             Self::File(path) => {
-                let metadata =
-                    std::fs::metadata(path).map_err(|error| io_error("open the file", &error))?;
+                let metadata = std::fs::metadata(path).map_err(failed)?;
                 is_folder = metadata.is_dir();
                 if is_folder {
                     beside = Beside::Folder(path.clone());
@@ -228,29 +223,20 @@ impl Source {
                     if let Some(folder) = path.parent() {
                         beside = Beside::Folder(folder.to_path_buf());
                     }
-                    Box::new(File::open(path).map_err(|error| io_error("open the file", &error))?)
+                    Box::new(File::open(path).map_err(failed)?)
                 }
             }
             Self::Stdin => Box::new(io::stdin()),
             Self::Memory(memory) => {
                 let bytes = memory.files.get(&memory.name);
                 is_folder = bytes.is_none();
-                let above = memory.name.rfind('/').map_or(0, |slash| slash + 1);
+                let above = memory.name.rfind('/').filter(|_| !is_folder);
                 beside = Beside::Memory {
                     files: Arc::clone(&memory.files),
-                    folder: if is_folder {
-                        String::new()
-                    } else {
-                        memory.name[..above].to_string()
-                    },
+                    folder: memory.name[..above.map_or(0, |slash| slash + 1)].to_string(),
                 };
-                match bytes {
-                    None => Box::new(io::empty()),
-                    Some(bytes) => {
-                        size = Some(bytes.len() as u64);
-                        Box::new(io::Cursor::new(Arc::clone(bytes)))
-                    }
-                }
+                size = bytes.map(|bytes| bytes.len() as u64);
+                Box::new(io::Cursor::new(bytes.cloned().unwrap_or_default()))
             }
         };
         Ok(Reader {
@@ -292,10 +278,8 @@ impl Beside {
             Self::Memory { files, folder } => {
                 let depth = if deep { 1 } else { 0 };
                 let names = files.keys().filter_map(|name| name.strip_prefix(&**folder));
-                let names: Vec<String> = names
-                    .filter(|name| name.matches('/').count() <= depth)
-                    .map(String::from)
-                    .collect();
+                let names = names.filter(|name| name.matches('/').count() <= depth);
+                let names: Vec<String> = names.map(String::from).collect();
                 if names.len() as u64 > limits.archive_entries {
                     return Err(limits.over("archive_entries", MORE_FILES));
                 }
@@ -420,9 +404,8 @@ impl Reader<'_> {
                 let pair = new[position] == b'\r' && new.get(position + 1) == Some(&b'\n');
                 line += u64::from(!pair);
                 if line > limits.lines.saturating_add(1) {
-                    return Err(limits
-                        .over("lines", "more lines")
-                        .at(Place::default().line(line).byte(end)));
+                    let place = Place::default().line(line).byte(end);
+                    return Err(limits.over("lines", "more lines").at(place));
                 }
             }
             if offset + new.len() as u64 - start > longest {
@@ -502,9 +485,8 @@ impl Reader<'_> {
             return Ok(None);
         };
         if bytes.len() as u64 > limits.text_bytes {
-            return Err(limits
-                .over("text_bytes", "more bytes")
-                .at(Place::file(name).byte(limits.text_bytes)));
+            let place = Place::file(name).byte(limits.text_bytes);
+            return Err(limits.over("text_bytes", "more bytes").at(place));
         }
         self.parts.insert(name.to_string(), sha256(&bytes));
         Ok(Some(bytes))

@@ -42,10 +42,8 @@ pub(super) fn held(facts: &SignalFacts<'_>) -> Option<Finding> {
     ];
     let (first, length) = found.into_iter().flatten().min()?;
     let (begin, end) = (facts.samples[first], facts.samples[first + length - 1]);
-    let (from_s, to_s) = (
-        facts.raw.time_s(first),
-        facts.raw.time_s(first + length - 1),
-    );
+    let from_s = facts.raw.time_s(first);
+    let to_s = facts.raw.time_s(first + length - 1);
     let rest = "which the channel's own noise does not make by chance (below 1e-9): sensor, cable or \
          recorder failed, or the samples were filled in. If an export put them behind the record, \
          judge what comes before with the setting `window`";
@@ -76,18 +74,15 @@ pub(super) fn held(facts: &SignalFacts<'_>) -> Option<Finding> {
 /// Tells whether neither the noise before the event nor what comes right before a run makes it.
 fn no_chance(facts: &SignalFacts<'_>, kind: RunKind, first: usize, length: usize) -> bool {
     let total = facts.samples.len();
-    let before = if first >= facts.pre_event {
-        facts.noise
-    } else if facts.noise.is_some() {
+    let learn_before = |_| Noise::learn(&facts.samples[..first], facts.quantum);
+    let before = match first >= facts.pre_event {
+        true => facts.noise,
         // What a run reaches into tells nothing of noise.
-        Noise::learn(&facts.samples[..first], facts.quantum)
-    } else {
-        None
+        false => facts.noise.and_then(learn_before),
     };
     let exceeds = |noise: Noise| {
-        noise
-            .least_run(kind, total)
-            .is_some_and(|least| length as f64 >= least)
+        let least = noise.least_run(kind, total);
+        least.is_some_and(|least| length as f64 >= least)
             && (noise.is_lively() || is_cut(facts, first, length, 1.0))
     };
     let reach = (LOCAL_S * facts.raw.rate.hertz()) as usize;

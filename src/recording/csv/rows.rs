@@ -156,16 +156,14 @@ impl<'a> Gathering<'a> {
 
     /// Takes in one row.
     fn take(&mut self, row: &ByteRecord) -> Result<(), Error> {
-        self.table
-            .layout
-            .check_row(row)
-            .map_err(|(column, error)| {
-                let place = self.table.place(row, column);
-                error.at(Place {
-                    column: place.column.filter(|_| column < row.len()),
-                    ..place
-                })
-            })?;
+        let checked = self.table.layout.check_row(row);
+        checked.map_err(|(column, error)| {
+            let place = self.table.place(row, column);
+            error.at(Place {
+                column: place.column.filter(|_| column < row.len()),
+                ..place
+            })
+        })?;
         if let Some((column, per_second)) = self.stamped {
             let stamp = self.stamp(row, column, per_second)?;
             if self.repeats_row(row, column, stamp)? {
@@ -194,10 +192,9 @@ impl<'a> Gathering<'a> {
             let is_sample = place < self.wanted.samples;
             // What counts rows tells nothing of the samples' mark.
             let mut own = self.decimal;
-            let decimal = if is_sample {
-                &mut self.decimal
-            } else {
-                &mut own
+            let decimal = match is_sample {
+                true => &mut self.decimal,
+                false => &mut own,
             };
             match number::parse(&row[*column], decimal) {
                 Ok(value) => {
@@ -250,11 +247,8 @@ impl<'a> Gathering<'a> {
             self.rows.repeated = Some((rows + 1, first));
             return Ok(true);
         }
-        Err(Error::from(ErrorKind::TimeNotIncreasing {
-            previous,
-            found: stamp,
-        })
-        .at(place()))
+        let found = stamp;
+        Err(Error::from(ErrorKind::TimeNotIncreasing { previous, found }).at(place()))
     }
 
     /// Judges what only all rows together show: marks that may separate thousands.
@@ -331,10 +325,9 @@ fn check_counts(
     for (index, line) in text.split_inclusive(|byte| *byte == b'\n').enumerate() {
         rows += u64::from(dialect::is_row(line));
         if rows > most.saturating_add(layout.header_rows as u64) {
-            let error = if limits.samples <= by_cells {
-                limits.over("samples", "more rows")
-            } else {
-                limits.over("table_cells", "more cells")
+            let error = match limits.samples <= by_cells {
+                true => limits.over("samples", "more rows"),
+                false => limits.over("table_cells", "more cells"),
             };
             return Err(error.at(Place::default().line(index as u64 + 1).byte(start)));
         }

@@ -30,16 +30,12 @@ pub(super) fn walk(
         (Dialect::Ros1, _) => (message, true, 0),
         (Dialect::Ros2, [0, order @ (0 | 1), _, _, body @ ..]) => (body, *order == 1, PADDING),
         (Dialect::Ros2, [high, low, _, _, ..]) => {
-            return Err(damaged_message(
-                "a CDR header of 00 00 or 00 01 (plain CDR)",
-                &format!("{high:02x} {low:02x}"),
-            ));
+            let expected = "a CDR header of 00 00 or 00 01 (plain CDR)";
+            return Err(damaged_message(expected, &format!("{high:02x} {low:02x}")));
         }
         (Dialect::Ros2, short) => {
-            return Err(damaged_message(
-                "a message with a CDR header of 4 bytes",
-                &format!("{} bytes", short.len()),
-            ));
+            let expected = "a message with a CDR header of 4 bytes";
+            return Err(damaged_message(expected, &format!("{} bytes", short.len())));
         }
     };
     let mut cursor = CdrCursor {
@@ -55,10 +51,8 @@ pub(super) fn walk(
     cursor.message(&types.root, sink)?;
     let left = body.len() - cursor.at;
     if left > padding {
-        return Err(damaged_message(
-            "a message as long as its schema says",
-            &format!("{left} bytes more"),
-        ));
+        let expected = "a message as long as its schema says";
+        return Err(damaged_message(expected, &format!("{left} bytes more")));
     }
     Ok(())
 }
@@ -162,22 +156,16 @@ impl<'a> CdrCursor<'a> {
 
     /// Steps to a multiple of `size` [byte] and takes `count` bytes.
     fn aligned(&mut self, size: usize, count: usize) -> Result<&'a [u8], Error> {
-        let start = if self.aligned {
-            self.at.next_multiple_of(size)
-        } else {
-            self.at
+        let start = match self.aligned {
+            true => self.at.next_multiple_of(size),
+            false => self.at,
         };
-        let taken = start
-            .checked_add(count)
-            .and_then(|end| self.body.get(start..end));
-        let Some(taken) = taken else {
-            return Err(damaged_message(
-                &format!("a field at byte {} of the message", HEADER + start),
-                &format!(
-                    "the end of the message at byte {}",
-                    HEADER + self.body.len()
-                ),
-            ));
+        let end = start.checked_add(count);
+        let Some(taken) = end.and_then(|end| self.body.get(start..end)) else {
+            let expected = format!("a field at byte {} of the message", HEADER + start);
+            let end = HEADER + self.body.len();
+            let found = format!("the end of the message at byte {end}");
+            return Err(damaged_message(&expected, &found));
         };
         self.at = start + count;
         Ok(taken)

@@ -65,10 +65,8 @@ pub(super) fn types(root: &str, data: &[u8]) -> Result<MessageTypes, Error> {
     if types.types.contains_key(&types.root) {
         return Ok(types);
     }
-    Err(unreadable(
-        &format!("a definition of {}", types.root),
-        "none in the schema",
-    ))
+    let expected = format!("a definition of {}", types.root);
+    Err(unreadable(&expected, "none in the schema"))
 }
 
 /// Reads a message type and those in it.
@@ -132,19 +130,15 @@ fn field(data: &[u8], proto3: bool) -> Result<Field, Error> {
         }
         _ => (FieldKind::Other, Coding::Fixed),
     };
+    let count = match repeated {
+        true => Multiplicity::Sequence,
+        false => Multiplicity::One,
+    };
     Ok(Field {
         tag,
         coding,
         zero_if_absent: proto3 && !explicit && !repeated,
-        ..Field::new(
-            &name,
-            kind,
-            if repeated {
-                Multiplicity::Sequence
-            } else {
-                Multiplicity::One
-            },
-        )
+        ..Field::new(&name, kind, count)
     })
 }
 
@@ -219,10 +213,8 @@ pub(super) fn walk(
             // Numbers of a repeated field may stand packed in one block.
             (Wire::Bytes(block), Some((own, value))) if repeated => {
                 let elements = packed(block, own, |place, bits| {
-                    sink(
-                        &format!("{path}[{}]", index + place),
-                        Leaf::Number(value(bits)),
-                    );
+                    let element = format!("{path}[{}]", index + place);
+                    sink(&element, Leaf::Number(value(bits)));
                 })?;
                 seen[at] = index.saturating_add(elements);
                 continue;
@@ -244,10 +236,8 @@ pub(super) fn walk(
         }
     }
     path.truncate(before);
-    let absent = known
-        .iter()
-        .zip(seen)
-        .filter(|(field, seen)| *seen == 0 && field.zero_if_absent);
+    let absent = known.iter().zip(seen);
+    let absent = absent.filter(|(field, seen)| *seen == 0 && field.zero_if_absent);
     for (field, _) in absent.filter(|(field, _)| field.number().is_some()) {
         step_into(path, &field.name);
         sink(path, Leaf::Number(0.0));

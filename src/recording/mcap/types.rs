@@ -46,11 +46,8 @@ pub(super) fn too_many_fields() -> Error {
 }
 
 pub(super) fn unreadable(expected: &str, found: &str) -> Error {
-    Error::malformed(
-        expected,
-        found,
-        "the schema or message cannot be read; export the channel as CSV",
-    )
+    let hint = "the schema or message cannot be read; export the channel as CSV";
+    Error::malformed(expected, found, hint)
 }
 
 /// Says what is wrong with a message.
@@ -237,17 +234,12 @@ pub(super) fn hash(text: &[u8]) -> u64 {
 impl MessageTypes {
     /// Adds a type; a second definition must equal the first.
     pub(super) fn define(&mut self, name: &str, fields: Vec<Field>) -> Result<(), Error> {
-        match self.types.get(name) {
-            Some(known) if *known != fields => Err(unreadable(
-                &format!("one definition of {name}"),
-                "two that differ",
-            )),
-            Some(_) => Ok(()),
-            None => {
-                self.types.insert(name.to_string(), fields);
-                Ok(())
-            }
+        if self.types.get(name).is_some_and(|known| *known != fields) {
+            let expected = format!("one definition of {name}");
+            return Err(unreadable(&expected, "two that differ"));
         }
+        self.types.insert(name.to_string(), fields);
+        Ok(())
     }
 
     /// Returns the way that a path leads, if there is one.
