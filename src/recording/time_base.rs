@@ -214,10 +214,8 @@ pub(super) fn implausible_rate(
 ) -> Result<Option<Finding>, Error> {
     let assumed = if stated { "" } else { ", seconds assumed" };
     if !confirmed && (rate > INCREDIBLE || (rate < LEAST_ASSUMED && !stated)) {
-        let (expected, found) = (
-            "a rate that crash recordings have",
-            format!("{rate} Hz by {by}{assumed}"),
-        );
+        let expected = "a rate that crash recordings have";
+        let found = format!("{rate} Hz by {by}{assumed}");
         return Err(Error::malformed(expected, found, hint));
     }
     let (low, high) = match stated {

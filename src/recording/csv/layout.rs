@@ -405,10 +405,8 @@ impl TableLayout {
                 [] => {}
                 [only] => return Ok(*only),
                 several => {
-                    let (expected, found) = (
-                        format!("one column `{wanted}`"),
-                        self.list(several.iter().copied()),
-                    );
+                    let expected = format!("one column `{wanted}`");
+                    let found = self.list(several.iter().copied());
                     return Err(Error::malformed(expected, found, "choose it by number"));
                 }
             }
