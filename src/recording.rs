@@ -164,7 +164,7 @@ pub enum Selection {
 
 /// What is asked of a reader.
 #[derive(Debug, Clone, Copy)]
-pub struct Asked<'a> {
+pub struct ReadTask<'a> {
     /// What the user says.
     pub options: &'a ReadOptions,
     /// The selections to deliver; what holds one up leaves the others alone.
@@ -173,7 +173,7 @@ pub struct Asked<'a> {
     pub limits: &'a Limits,
 }
 
-impl Asked<'_> {
+impl ReadTask<'_> {
     /// Delivers each selection.
     fn each(self, mut one: impl FnMut(Selection) -> Result<ReadOutcome, Error>) -> Outcomes {
         self.selections
@@ -380,14 +380,14 @@ pub struct Format {
     /// Tells whether the file is of this format.
     pub recognises: fn(head: &Head<'_>) -> bool,
     /// Reads the channels of each selection in one pass over the bytes that `source` streams.
-    pub read: fn(source: &mut source::Reader, asked: Asked) -> Result<Outcomes, Error>,
+    pub read: fn(source: &mut source::Reader, asked: ReadTask) -> Result<Outcomes, Error>,
 }
 
 impl Format {
     const fn new(
         name: &'static str,
         recognises: fn(&Head<'_>) -> bool,
-        read: fn(&mut source::Reader, Asked) -> Result<Outcomes, Error>,
+        read: fn(&mut source::Reader, ReadTask) -> Result<Outcomes, Error>,
     ) -> Self {
         Self {
             name,
@@ -491,7 +491,7 @@ fn read_each<const N: usize>(
     limits: &Limits,
     control: Control<'_>,
 ) -> [Result<Recording, Error>; N] {
-    let asked = Asked {
+    let asked = ReadTask {
         options,
         selections: &selections,
         limits,
@@ -508,7 +508,7 @@ fn read_each<const N: usize>(
 }
 
 /// Finds the format of what a reader has before it.
-fn format_of(reader: &mut source::Reader, asked: Asked) -> Result<&'static Format, Error> {
+fn format_of(reader: &mut source::Reader, asked: ReadTask) -> Result<&'static Format, Error> {
     let bytes = reader.head()?;
     let entries = match reader.is_folder() {
         true => reader.list(true, asked.limits)?,
@@ -525,7 +525,7 @@ fn format_of(reader: &mut source::Reader, asked: Asked) -> Result<&'static Forma
 
 fn outcomes(
     source: &Source,
-    asked: Asked,
+    asked: ReadTask,
     control: Control<'_>,
 ) -> Result<Vec<Result<Recording, Error>>, Error> {
     let mut reader = source.open_watched(control)?;
@@ -571,7 +571,7 @@ pub fn table_mapping(
     control: &Control<'_>,
 ) -> Option<csv::TableMapping> {
     let mut reader = source.open_watched(*control).ok()?;
-    let asked = Asked {
+    let asked = ReadTask {
         options,
         selections: &[],
         limits,

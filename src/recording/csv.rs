@@ -33,7 +33,7 @@ use super::draft::{self, Draft, UniformSamples, Unit};
 use super::held;
 use super::source::Reader;
 use super::time_base::{self, TimeBase};
-use super::{Asked, Finding, Head, Outcomes, ReadOptions, ReadOutcome, Selection};
+use super::{Finding, Head, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::SampleRate;
 pub use layout::TableMapping;
@@ -58,7 +58,7 @@ pub fn recognises(head: &Head<'_>) -> bool {
 /// - [`ErrorKind::Malformed`], [`ErrorKind::NonFinite`], [`ErrorKind::RaggedRow`] or
 ///   [`ErrorKind::TimeNotIncreasing`] at the line and column of the first bad cell,
 /// - [`ErrorKind::LimitExceeded`] where the file is larger than allowed.
-pub fn read(source: &mut Reader, asked: Asked) -> Result<Outcomes, Error> {
+pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
     let table = TableText::open(source.read_text(asked.limits)?, asked)?;
     Ok(asked.each(|selection| table.outcome(selection)))
 }
@@ -68,7 +68,7 @@ pub fn read(source: &mut Reader, asked: Asked) -> Result<Outcomes, Error> {
 /// # Errors
 ///
 /// As [`read`], where nothing like a table is found.
-pub fn mapping(source: &mut Reader, asked: Asked) -> Result<TableMapping, Error> {
+pub fn mapping(source: &mut Reader, asked: ReadTask) -> Result<TableMapping, Error> {
     let bytes = source.read_text(asked.limits)?;
     let head = bytes[..bytes.len().min(begin::LOOKED_AT)].to_vec();
     let found =
@@ -95,11 +95,11 @@ struct TableText<'a> {
     layout: TableLayout,
     /// What was found odd up to here.
     findings: Vec<Finding>,
-    asked: Asked<'a>,
+    asked: ReadTask<'a>,
 }
 
 impl<'a> TableText<'a> {
-    fn open(bytes: Vec<u8>, asked: Asked<'a>) -> Result<Self, Error> {
+    fn open(bytes: Vec<u8>, asked: ReadTask<'a>) -> Result<Self, Error> {
         let options = asked.options;
         let (mut text, mut findings) = super::encoding::decode(bytes, asked.limits)?;
         let named = options.header_line.map(|line| line.saturating_sub(1));

@@ -20,7 +20,9 @@ use super::draft::{self, Draft, UniformSamples, Unit};
 use super::lateral::{self, ChannelOffer};
 use super::mme::names::{has_suffix, number_of};
 use super::source::Reader;
-use super::{Asked, Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection};
+use super::{
+    Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection,
+};
 use super::{encoding, held};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::SampleRate;
@@ -66,7 +68,7 @@ fn is_header(head: &[u8]) -> bool {
 /// - [`ErrorKind::Malformed`], [`ErrorKind::NonFinite`] or [`ErrorKind::TimeNotIncreasing`] at
 ///   the first bad line, [`ErrorKind::MissingUnit`] where nothing states a unit,
 /// - [`ErrorKind::LimitExceeded`] beyond a limit.
-pub fn read(source: &mut Reader, asked: Asked) -> Result<Outcomes, Error> {
+pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
     let head = source.head()?;
     if source.is_folder() {
         let names = source.list(false, asked.limits)?;
@@ -94,7 +96,7 @@ fn missing(what: &str) -> Error {
 }
 
 /// Reads a curve file, with the `.EV5` beside it if there is one.
-fn read_bare(source: &mut Reader, asked: Asked) -> Result<Outcomes, Error> {
+fn read_bare(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
     let (options, limits) = (asked.options, asked.limits);
     let mut outcome = ReadOutcome::default();
     let name = source.name().to_string();
@@ -177,7 +179,7 @@ fn read_test(
     source: &mut Reader,
     (header_name, bytes): (&str, Vec<u8>),
     parts: BTreeSet<String>,
-    asked: Asked,
+    asked: ReadTask,
 ) -> Result<Outcomes, Error> {
     let (options, limits) = (asked.options, asked.limits);
     let test = TestInstruments::read(bytes, limits)
@@ -303,7 +305,7 @@ fn channel(
     curve: &Curve,
     entry: Option<&CurveEntry>,
     label: &str,
-    asked: Asked,
+    asked: ReadTask,
     selection: Selection,
 ) -> Result<Channel, Error> {
     let options = asked.options;
@@ -349,7 +351,7 @@ impl UniformSamples {
     fn find(
         curve: &Curve,
         entry: Option<&CurveEntry>,
-        asked: Asked,
+        asked: ReadTask,
         findings: &mut Vec<Finding>,
     ) -> Result<Self, Error> {
         let (stamps_s, digit_s) = (&curve.stamps_s, curve.printed_digit_s);

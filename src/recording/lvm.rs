@@ -23,7 +23,7 @@ use super::source::Reader;
 use super::text::ColumnMarks;
 use super::time_base;
 use super::{
-    Asked, Channel, Finding, Head, Limits, Outcomes, ReadOutcome, Selection, encoding, held,
+    Channel, Finding, Head, Limits, Outcomes, ReadOutcome, ReadTask, Selection, encoding, held,
     lateral, text,
 };
 use crate::error::{Error, ErrorKind, Place};
@@ -48,7 +48,7 @@ pub fn recognises(head: &Head<'_>) -> bool {
 /// - [`ErrorKind::MissingTime`] and [`ErrorKind::MissingUnit`] where nothing says,
 /// - [`ErrorKind::NoSuchChannel`], [`ErrorKind::AmbiguousChannel`], [`ErrorKind::NoChannel`],
 /// - [`ErrorKind::Empty`] without samples, [`ErrorKind::LimitExceeded`] beyond a limit.
-pub fn read(source: &mut Reader, asked: Asked) -> Result<Outcomes, Error> {
+pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
     asked.options.refuse_other_clock("a LabVIEW file", "")?;
     let bytes = source.read_text(asked.limits)?;
     let (content, mut findings) = encoding::text_of(bytes, asked.limits)?;
@@ -71,7 +71,7 @@ struct LabviewFile<'a> {
     /// Line on which the table begins.
     first_row: u64,
     findings: Vec<Finding>,
-    asked: Asked<'a>,
+    asked: ReadTask<'a>,
 }
 
 impl LabviewFile<'_> {

@@ -43,7 +43,7 @@ use super::draft;
 use super::lateral::{self, ChannelOffer};
 use super::remarks::{Remark, RemarkPlace};
 use super::source::{Reader, io_error};
-use super::{Asked, Finding, Head, Limits, Outcomes, ReadOutcome, Selection};
+use super::{Finding, Head, Limits, Outcomes, ReadOutcome, ReadTask, Selection};
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use ::mcap::McapError;
 use ::mcap::records::{Record, SchemaHeader, op};
@@ -80,7 +80,7 @@ pub fn recognises(head: &Head<'_>) -> bool {
 ///   where the channel is not clear, [`ErrorKind::RefusedFormat`] for encodings not read,
 /// - [`ErrorKind::NonFinite`], [`ErrorKind::TimeNotIncreasing`] and
 ///   [`ErrorKind::MissingUnit`] for the channel itself.
-pub fn read(source: &mut Reader, asked: Asked) -> Result<Outcomes, Error> {
+pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
     asked.options.refuse_other_clock("an MCAP log", "")?;
     let mut log = LogReader::new(asked);
     stream(source, &mut log, asked.limits)?;
@@ -189,7 +189,7 @@ struct Topic {
 /// The state of reading one file.
 #[derive(Debug)]
 struct LogReader<'a> {
-    asked: Asked<'a>,
+    asked: ReadTask<'a>,
     schemas: BTreeMap<u16, Schema>,
     schema_bytes: u64,
     topics: BTreeMap<u16, Topic>,
@@ -209,7 +209,7 @@ struct LogReader<'a> {
 const REMARKS: usize = 1000;
 
 impl<'a> LogReader<'a> {
-    fn new(asked: Asked<'a>) -> Self {
+    fn new(asked: ReadTask<'a>) -> Self {
         Self {
             asked,
             schemas: BTreeMap::new(),

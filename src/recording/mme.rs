@@ -25,8 +25,8 @@ use super::draft::{self, Draft, UniformSamples, Unit};
 use super::lateral::ChannelOffer;
 use super::source::Reader;
 use super::{
-    Asked, Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, Selection, encoding,
-    lateral, text,
+    Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection,
+    encoding, lateral, text,
 };
 use crate::error::{Candidates, Error, ErrorKind};
 use crate::units::{SampleRate, TimeUnit};
@@ -57,7 +57,7 @@ pub fn recognises(head: &Head<'_>) -> bool {
 /// - [`ErrorKind::MissingTime`], [`ErrorKind::MissingUnit`] where header and options say nothing,
 /// - [`ErrorKind::Malformed`], [`ErrorKind::Truncated`] or [`ErrorKind::NonFinite`] for damage,
 ///   [`ErrorKind::LimitExceeded`] beyond a limit, at the byte where it was crossed.
-pub fn read(source: &mut Reader, asked: Asked) -> Result<Outcomes, Error> {
+pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
     let (options, limits) = (asked.options, asked.limits);
     options.refuse_other_clock("an ISO-MME package", "")?;
     let mut package = Package::open(source, limits)?;

@@ -9,7 +9,7 @@ use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use crate::recording::lateral::{self, ChannelOffer};
 use crate::recording::number;
 use crate::recording::text::{ONE_CELL, shown};
-use crate::recording::{Asked, Finding, Limits, ReadOptions, Selection};
+use crate::recording::{Finding, Limits, ReadOptions, ReadTask, Selection};
 use crate::units::{DecimalMark, SampleRate, TimeUnit};
 use ::csv::ByteRecord;
 use serde::Serialize;
@@ -95,7 +95,7 @@ pub(super) struct TableLayout {
 
 impl TableLayout {
     /// Finds the layout from the first rows.
-    pub(super) fn find(text: &[u8], separator: Separator, asked: Asked) -> Result<Self, Error> {
+    pub(super) fn find(text: &[u8], separator: Separator, asked: ReadTask) -> Result<Self, Error> {
         let options = asked.options;
         let quoted = memchr::memchr(b'"', text).is_some();
         let rows = first_rows(Records::new(text, separator, quoted, asked.limits))?;
@@ -143,7 +143,7 @@ impl TableLayout {
     }
 
     /// Says how the table was understood.
-    pub(super) fn mapping(&self, text: &[u8], asked: Asked) -> Result<TableMapping, Error> {
+    pub(super) fn mapping(&self, text: &[u8], asked: ReadTask) -> Result<TableMapping, Error> {
         let options = asked.options;
         let rows = Records::new(text, self.separator, self.quoted, asked.limits);
         let rows = first_rows(rows)?;

@@ -7,7 +7,7 @@ use super::records;
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::number::{self, Decimal, Marks, PrintedDigits};
 use crate::recording::text::{ColumnMarks, bad_cell, no_date};
-use crate::recording::{Asked, Limits, Selection};
+use crate::recording::{Limits, ReadTask, Selection};
 use crate::units::DecimalMark;
 use ::csv::ByteRecord;
 
@@ -60,7 +60,7 @@ pub(super) fn read(
     layout: &TableLayout,
     time: &TimeSource,
     wanted: &WantedColumns,
-    asked: Asked,
+    asked: ReadTask,
 ) -> Result<Rows, Error> {
     let table = RowTable {
         text,
@@ -88,7 +88,7 @@ struct RowTable<'a> {
     text: &'a [u8],
     layout: &'a TableLayout,
     time: &'a TimeSource,
-    asked: Asked<'a>,
+    asked: ReadTask<'a>,
 }
 
 impl RowTable<'_> {
