@@ -6,10 +6,12 @@
 //! derivatives, and `recorder` keeps peak, crossings, impacts and trace.
 //!
 //! Around it: `batch` follows many levers on one recording, `harmonic` one on a sine and
-//! `strobe_batch` many of these; `methods` are the integrators to compare with.
+//! `strobe_batch` many of these; `energy` bounds how far a lever may still come; `methods` are the
+//! integrators to compare with.
 
 pub mod batch;
 mod contact_fast;
+mod energy;
 mod eventless_step;
 mod flight_fast;
 mod forcing;
@@ -26,8 +28,7 @@ use crate::conditioning::Signal;
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::model::excitation::{Harmonic, Sampled};
-use crate::model::lever::Lever;
-use crate::model::stop::{Stop, StopModel};
+use crate::model::stop::StopModel;
 use crate::parallel::Control;
 use crate::units::{OpensWhen, SampleRate};
 pub use methods::{
@@ -38,6 +39,7 @@ pub use methods::{
 pub use harmonic::{Section, Strobe, StrobeMap};
 
 use contact_fast::FastContact;
+use energy::{energy_of, impulse_ahead, stays_below};
 use flight_fast::FastFlight;
 use kernel::Kernel;
 use methods::Problem;
@@ -201,6 +203,9 @@ pub struct RunOptions {
     pub trace: bool,
     /// Bound the error; without it `numerical_error_rad` is infinite, and the run cheaper.
     pub error_bound: bool,
+    /// Only the peak, and what came before it, is asked for: the event-driven run ends where nothing to
+    /// come can raise the peak, and the rest tells of the time until then.
+    pub peak_only: bool,
 }
 
 impl RunOptions {
@@ -217,6 +222,7 @@ impl RunOptions {
             window: None,
             trace: false,
             error_bound: true,
+            peak_only: false,
         }
     }
 }
@@ -406,14 +412,7 @@ impl pulp::WithSimd for EventDriven<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) -> RunOutcome {
-        event_driven(
-            self.signal,
-            self.design,
-            self.options,
-            self.first,
-            self.last,
-            self.within,
-        )
+        self.run()
     }
 }
 
@@ -438,88 +437,132 @@ fn begin(start: f64, design: &Design, options: &RunOptions) -> Kernel {
     kernel
 }
 
-#[inline(always)]
-fn event_driven(
-    signal: &Signal,
-    design: &Design,
-    options: &RunOptions,
-    first: usize,
-    last: usize,
-    within: &Within<'_>,
-) -> RunOutcome {
-    let mut kernel = begin(signal.start_s, design, options).for_samples(last);
-    kernel.at_most(within.steps_max);
-    let mut looked = 0;
-    let (sign, interval) = (options.opens_when.sign(), signal.rate.interval().seconds());
-    let lift_off = kernel.lift_off_acceleration();
-    let fast_flight = FastFlight::new(&kernel, interval, sign);
-    let pressed = FastContact::new(&kernel, interval, sign, 0.0);
-    let mut index = 0;
-    while index < last {
-        if index == first {
-            let error = kernel.angle_error();
-            let angle = kernel.state().0;
-            kernel
-                .recorder
-                .open_window(angle, signal.time_s(index), error);
-        }
-        if kernel.dwells() {
-            // Pressed onto the rigid stop all through the samples: nothing moves.
-            let stop_at = if index < first { first } else { last };
-            let moved = index + pressed_samples(&signal.samples[index..=stop_at], sign, lift_off);
-            if moved > index {
-                index = moved;
-                continue;
+impl EventDriven<'_> {
+    #[inline(always)]
+    fn run(&self) -> RunOutcome {
+        let Self {
+            signal,
+            options,
+            last,
+            ..
+        } = *self;
+        let mut kernel = begin(signal.start_s, self.design, options).for_samples(last);
+        kernel.at_most(self.within.steps_max);
+        let mut looked = 0;
+        let (sign, interval) = (options.opens_when.sign(), signal.rate.interval().seconds());
+        let lift_off = kernel.lift_off_acceleration();
+        let fast_flight = FastFlight::new(&kernel, interval, sign);
+        let pressed = FastContact::new(&kernel, interval, sign, 0.0);
+        let mut ends = options.peak_only.then(|| PeakEnd::of(self));
+        let mut index = 0;
+        while index < last {
+            if index == self.first {
+                self.open_window(&mut kernel, index);
             }
-        } else {
-            let stop_at = if index < first { first } else { last };
+            let mut stop_at = if index < self.first { self.first } else { last };
+            if let Some(ends) = &mut ends {
+                if ends.here(self, &kernel, index) {
+                    return self.finish(kernel, index, true);
+                }
+                stop_at = stop_at.min(ends.asked);
+            }
+            // Without closures, which would not be compiled for the machine's vectors.
             let mut taken = 0;
-            if let Some(fast_flight) = &fast_flight {
-                taken += fast_flight.fly(&mut kernel, signal, index, stop_at);
-            }
-            if taken == 0
-                && let Some(pressed) = &pressed
-            {
-                taken += pressed.press(&mut kernel, signal, index, stop_at);
+            if kernel.dwells() {
+                // Pressed onto the rigid stop all through the samples: nothing moves.
+                taken = pressed_samples(&signal.samples[index..=stop_at], sign, lift_off);
+            } else {
+                if let Some(fast_flight) = &fast_flight {
+                    taken = fast_flight.fly(&mut kernel, signal, index, stop_at);
+                }
+                if taken == 0
+                    && let Some(pressed) = &pressed
+                {
+                    taken = pressed.press(&mut kernel, signal, index, stop_at);
+                }
             }
             if taken > 0 {
                 index += taken;
                 continue;
             }
+            let (from, to) = (signal.samples[index], signal.samples[index + 1]);
+            kernel.advance(signal.time_s(index), interval, sign * from, sign * to);
+            index += 1;
+            kernel.stuck |= self.within.ends(kernel.work.steps, &mut looked);
+            if kernel.stuck {
+                break;
+            }
         }
-        let (from, to) = (
-            sign * signal.samples[index],
-            sign * signal.samples[index + 1],
-        );
-        kernel.advance(signal.time_s(index), interval, from, to);
-        index += 1;
-        kernel.stuck |= within.ends(kernel.work.steps, &mut looked);
-        if kernel.stuck {
-            break;
+        if self.first >= last {
+            self.open_window(&mut kernel, last);
         }
+        self.finish(kernel, last, false)
     }
-    if first >= last {
+
+    fn open_window(&self, kernel: &mut Kernel, index: usize) {
         let error = kernel.angle_error();
-        kernel
-            .recorder
-            .open_window(kernel.state().0, signal.time_s(last), error);
+        let (angle, time) = (kernel.state().0, self.signal.time_s(index));
+        kernel.recorder.open_window(angle, time, error);
     }
-    finish(kernel, signal.time_s(last), design, options, within)
+
+    /// Ends the run at a sample, where the lever `rests` or need not be followed.
+    fn finish(&self, kernel: Kernel, index: usize, rests: bool) -> RunOutcome {
+        let end = self.signal.time_s(index);
+        finish(kernel, end, self.design, self.options, self.within, rests)
+    }
 }
 
-/// Ends an event-driven run at `end` [s]: closes the window, coasts on, tells what there was.
+/// Where a run of which the peak alone is asked may end.
+struct PeakEnd {
+    /// ∫|a| dt from every [`Self::ASKED_EVERY`]th sample on [m/s].
+    ahead: Vec<f64>,
+    /// The sample at which it is asked next.
+    asked: usize,
+}
+
+impl PeakEnd {
+    /// Samples between two questions, in contact or flight without events.
+    const ASKED_EVERY: usize = 128;
+
+    fn of(run: &EventDriven<'_>) -> Self {
+        Self {
+            ahead: impulse_ahead(run.signal, run.last, Self::ASKED_EVERY),
+            asked: run.first,
+        }
+    }
+
+    /// Tells, where it is time to ask, whether nothing to come can raise the peak.
+    fn here(&mut self, run: &EventDriven<'_>, kernel: &Kernel, index: usize) -> bool {
+        if index < self.asked {
+            return false;
+        }
+        self.asked = index + Self::ASKED_EVERY;
+        let whose = (&run.design.lever, &run.design.stop, run.options.stop);
+        let best = kernel.recorder.highest();
+        stays_below(
+            whose,
+            kernel.state(),
+            best,
+            self.ahead[index / Self::ASKED_EVERY],
+        )
+    }
+}
+
+/// Ends an event-driven run at `end` [s]: closes the window, coasts on unless the lever `rests` or need
+/// not be followed, tells what there was.
 fn finish(
     mut kernel: Kernel,
     end: f64,
     design: &Design,
     options: &RunOptions,
     within: &Within<'_>,
+    rests: bool,
 ) -> RunOutcome {
     let (angle, velocity) = kernel.state();
     let error = kernel.angle_error();
     kernel.recorder.close_window(angle, end, error);
     kernel.recorder.point(end, angle, velocity);
-    let moving = energy_j(design, options.stop, angle, velocity) > MOVING_ENERGY_J;
+    let moving = !rests && energy_j(design, options.stop, angle, velocity) > MOVING_ENERGY_J;
     let stuck = kernel.stuck;
     let (peak, work, trace) = (
         kernel.recorder.peak,
@@ -607,17 +650,6 @@ const MOVING_ENERGY_J: f64 = 1e-9;
 #[must_use]
 pub fn energy_j(design: &Design, stop: StopModel, angle_rad: f64, velocity_rad_s: f64) -> f64 {
     energy_of(&design.lever, &design.stop, stop, angle_rad, velocity_rad_s)
-}
-
-fn energy_of(lever: &Lever, stop: &Stop, model: StopModel, angle: f64, velocity: f64) -> f64 {
-    let stiffness = if angle < 0.0 && model == StopModel::Soft {
-        stop.contact_stiffness_nm_per_rad(lever)
-    } else {
-        lever.spring_stiffness_nm_per_rad
-    };
-    0.5 * lever.moment_of_inertia_kg_m2 * velocity * velocity
-        + lever.preload_torque_nm * angle
-        + 0.5 * stiffness * angle * angle
 }
 
 /// Runs a method to compare with on the samples up to `last`.

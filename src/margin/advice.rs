@@ -53,7 +53,7 @@ const HALVINGS: usize = 8;
 const CHANGES_MAX: usize = 48;
 
 /// Part of the limit within which a value must pass.
-const ROOM: f64 = 0.9;
+pub(super) const ROOM: f64 = 0.9;
 
 /// Values beyond the one advised at which the ensemble is asked as well.
 const CHECKED: usize = 4;
@@ -70,8 +70,8 @@ pub(super) type RoomAndMembers = (f64, Option<u32>);
 
 /// The ways to ask about a value of one quantity.
 pub(super) struct AdviceProbe<'a> {
-    /// What the rule says of the nominal lever, with a part of the limit.
-    pub(super) nominal: &'a dyn Fn(f64, f64) -> Result<NominalPass, Error>,
+    /// What the rule says of the nominal lever, with [`ROOM`].
+    pub(super) nominal: &'a dyn Fn(f64) -> Result<NominalPass, Error>,
     /// The highest angle of each nominal lever, and how it came to its peak.
     pub(super) courses: &'a dyn Fn(f64) -> Result<Vec<(f64, Course)>, Error>,
     /// Peaks further apart are different ones [s].
@@ -186,7 +186,7 @@ impl AdviceSearch<'_> {
         let mut in_doubt = false;
         for place in self.places() {
             let value = self.free[place].0;
-            let found = (self.probe.nominal)(value, ROOM)?;
+            let found = (self.probe.nominal)(value)?;
             in_doubt |= found.in_doubt;
             if !found.passes {
                 break;
@@ -243,7 +243,7 @@ impl AdviceSearch<'_> {
                 changes += 1;
                 let mut passes = changes <= CHANGES_MAX;
                 for value in [from, to] {
-                    passes = passes && (self.probe.nominal)(value, ROOM)?.passes;
+                    passes = passes && (self.probe.nominal)(value)?.passes;
                 }
                 if !passes {
                     return Ok(Some(place));

@@ -1,7 +1,7 @@
 //! The search for the margin of one quantity: first where the nominal runs change their answer,
 //! then, from there, where the verdict by the whole rule does.
 
-use super::advice::{self, Advice, AdviceProbe, MEMBERS_ASKED};
+use super::advice::{self, Advice, AdviceProbe, MEMBERS_ASKED, ROOM};
 use super::change::{VerdictChange, VerdictSearch};
 use super::quantity::{SearchRange, applied};
 use super::runs::{LeverTrial, NominalRuns};
@@ -24,6 +24,7 @@ use crate::verdict::wording::angle;
 use crate::verdict::{self, AssessExtras, Policy};
 use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
 
 /// Samples times values that a search begins with, at most, unless [`POINTS_MIN`] needs more.
 const SAMPLES_TIMES_POINTS: usize = 800_000;
@@ -40,6 +41,9 @@ const LONG_SAMPLES: usize = 10_000;
 
 /// Samples times changes of the answer that are narrowed down, at most, unless there is but one.
 const SAMPLES_TIMES_NARROWED: usize = 12_000;
+
+/// What was found at scales of the recording, by their bits.
+type KnownAt<T> = BTreeMap<u64, T>;
 
 /// Everything that the searches for the margins of one verdict share.
 pub(super) struct MarginSearch<'a> {
@@ -59,6 +63,9 @@ pub(super) struct MarginSearch<'a> {
     lift_off_nm: f64,
     /// The answer of the nominal runs at present.
     pub(super) state: NominalAnswer,
+    /// What is known of the nominal levers at scales of the recording.
+    nominal_at: RefCell<KnownAt<NominalPass>>,
+    courses_at: RefCell<KnownAt<Vec<(f64, Course)>>>,
     /// Whether the verdict passes at present, once that was asked: it is the same of every
     /// quantity.
     passes: Cell<Option<bool>>,
@@ -107,6 +114,8 @@ impl<'a> MarginSearch<'a> {
                 options.basis
             },
             lift_off_nm: design.lever.unbalance_kg_m() * strongest,
+            nominal_at: RefCell::default(),
+            courses_at: RefCell::default(),
             passes: Cell::new(None),
         })
     }
@@ -187,20 +196,21 @@ impl<'a> MarginSearch<'a> {
         })
     }
 
-    /// Returns what the rule says of the nominal lever at a value.
+    /// Returns what the rule says of the nominal lever at a value, with [`ROOM`].
     pub(super) fn nominal_pass(
         &self,
         quantity: Quantity,
         value: f64,
-        room: f64,
     ) -> Result<NominalPass, Error> {
-        let mut in_doubt = false;
-        let passes = self.each(quantity, value, (room, 0), &mut |question| {
-            let found = question.nominal()?;
-            in_doubt |= found.in_doubt;
-            Ok(found.passes)
-        })?;
-        Ok(NominalPass { passes, in_doubt })
+        self.known(&self.nominal_at, quantity, value, &|| {
+            let mut in_doubt = false;
+            let passes = self.each(quantity, value, (ROOM, 0), &mut |question| {
+                let found = question.nominal()?;
+                in_doubt |= found.in_doubt;
+                Ok(found.passes)
+            })?;
+            Ok(NominalPass { passes, in_doubt })
+        })
     }
 
     /// Returns the highest angle [rad] of each nominal lever at a value, and how it came to its peak.
@@ -209,11 +219,39 @@ impl<'a> MarginSearch<'a> {
         quantity: Quantity,
         value: f64,
     ) -> Result<Vec<(f64, Course)>, Error> {
-        let mut found = Vec::new();
-        self.each(quantity, value, (1.0, 0), &mut |question| {
-            found.extend(question.courses()?);
-            Ok(true)
-        })?;
+        self.known(&self.courses_at, quantity, value, &|| {
+            let mut found = Vec::new();
+            self.each(quantity, value, (1.0, 0), &mut |question| {
+                found.extend(question.courses()?);
+                Ok(true)
+            })?;
+            Ok(found)
+        })
+    }
+
+    /// Returns what `known` holds at a value, or asks. The nominal levers do the same at an unbalance and
+    /// at that scale of the recording: the model holds both as a product.
+    fn known<T: Clone>(
+        &self,
+        known: &RefCell<KnownAt<T>>,
+        quantity: Quantity,
+        value: f64,
+        ask: &dyn Fn() -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        /// Units in the last place by which two ways to one scale may differ.
+        const ROUNDED: u64 = 4;
+        let scale = match quantity {
+            Quantity::Scale => value,
+            Quantity::Unbalance => value / self.design.lever.unbalance_kg_m(),
+            _ => return ask(),
+        };
+        let bits = scale.to_bits();
+        let near = bits.saturating_sub(ROUNDED)..=bits.saturating_add(ROUNDED);
+        if let Some((_, found)) = known.borrow().range(near).next() {
+            return Ok(found.clone());
+        }
+        let found = ask()?;
+        known.borrow_mut().insert(bits, found.clone());
         Ok(found)
     }
 
@@ -323,7 +361,7 @@ impl<'a> MarginSearch<'a> {
         found: &SearchResult,
     ) -> Result<Advice, Error> {
         let probe = AdviceProbe {
-            nominal: &|value, room| self.nominal_pass(quantity, value, room),
+            nominal: &|value| self.nominal_pass(quantity, value),
             courses: &|value| self.courses(quantity, value),
             apart_s: apart_s(self.runs.signal),
             rule: &|value, asked, cache| self.rule_passes(quantity, value, asked, (cache, false)),
@@ -397,7 +435,8 @@ impl<'a> MarginSearch<'a> {
         })
     }
 
-    /// Tells whether values between a pass and the advice are not found to pass.
+    /// Tells whether values between a pass and the advice are not found to pass: of the nominal levers
+    /// at several, of an ensemble half-way.
     fn is_isolated(
         &self,
         quantity: Quantity,
@@ -405,7 +444,7 @@ impl<'a> MarginSearch<'a> {
         at: f64,
         advice: &Advice,
     ) -> Result<bool, Error> {
-        const BETWEEN: u32 = 4;
+        const BETWEEN: u32 = 11;
         let Some(from) = advice.safe_from else {
             return Ok(true);
         };
@@ -413,16 +452,18 @@ impl<'a> MarginSearch<'a> {
         if ((at >= from) == quantity.is_safer_above()) || self.spoiled {
             return Ok(false);
         }
-        let mut cache = MemberCache::default();
+        let between = |part: f64| range.value(near + (far - near) * part);
         for step in 1..=BETWEEN {
-            let place = near + (far - near) * f64::from(step) / f64::from(BETWEEN + 1);
-            let asked = (1.0, Some(MEMBERS_ASKED));
-            let value = range.value(place);
-            if !self.rule_passes(quantity, value, asked, (&mut cache, false))? {
+            let value = between(f64::from(step) / f64::from(BETWEEN + 1));
+            let alone = |question: &PassQuestion<'_>| Ok(question.nominal()?.passes);
+            if !self.each(quantity, value, (1.0, 0), &mut { alone })? {
                 return Ok(true);
             }
         }
-        Ok(false)
+        let asked = (1.0, Some(MEMBERS_ASKED));
+        let mut cache = MemberCache::default();
+        let half_way = between(0.5);
+        Ok(!self.rule_passes(quantity, half_way, asked, (&mut cache, false))?)
     }
 
     /// Finds the nearest change of the verdict by the whole rule; none on a spoiled recording,

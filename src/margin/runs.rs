@@ -113,7 +113,8 @@ impl NominalRuns<'_> {
             .collect())
     }
 
-    /// Returns how far the levers of some trials come on one variant.
+    /// Returns how far the levers of some trials come on one variant; zero for those that stay in the
+    /// soft stop.
     fn peaks(&self, variant: Variant, trials: &[LeverTrial]) -> Result<Vec<LeverReach>, Error> {
         let options = BatchOptions {
             stop: variant.model,
@@ -141,7 +142,15 @@ impl NominalRuns<'_> {
         let within = self.work.within_of_members(self.control);
         let peaks = batch::peaks_within(self.signal, trials.len(), &member, &options, &within)?;
         self.work.add(peaks.iter().map(|peak| peak.spent).sum());
-        let reached = |of: &MemberPeak| reach(of.peak_angle_rad, of.coast_peak_angle_rad, true);
+        let reached = |of: &MemberPeak| {
+            // What is no number stays none.
+            let peak = if of.peak_angle_rad < 0.0 {
+                0.0
+            } else {
+                of.peak_angle_rad
+            };
+            reach(peak, of.coast_peak_angle_rad, true)
+        };
         Ok(peaks.iter().map(reached).collect())
     }
 
@@ -171,6 +180,7 @@ impl NominalRuns<'_> {
                 initial: self.initial(trial, model),
                 window: self.window,
                 error_bound: false,
+                peak_only: true,
                 ..RunOptions::new(model, opens_when)
             };
             self.work.share_out(1);

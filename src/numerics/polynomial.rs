@@ -11,6 +11,9 @@ pub const CAPACITY: usize = 24;
 /// Halvings after which two roots count as one point that is touched, not crossed.
 const DEPTH_MAX: u32 = 50;
 
+/// Part of the last step of Newton's method below which the next follows from both.
+const NEWTON_PART: f64 = 0.01;
+
 /// Returns the value at `x`.
 #[inline]
 #[must_use]
@@ -46,7 +49,10 @@ pub fn sign_changes(coefficients: &[f64], end: f64, visit: &mut impl FnMut(f64, 
     if is_monotone(coefficients, end) {
         let (first, last) = (coefficients[0], evaluate(coefficients, end));
         if (first < 0.0 && last > 0.0) || (first > 0.0 && last < 0.0) {
-            let guess = -first / coefficients[1];
+            // The root of the line, and what the parabola takes from it.
+            let line = -first / coefficients[1];
+            let bend = coefficients.get(2).map_or(0.0, |c| c / coefficients[1]);
+            let guess = line * (1.0 - bend * line);
             let rises = last > 0.0;
             visit(refine(coefficients, 0.0, end, guess, rises), rises);
         }
@@ -182,6 +188,8 @@ fn refine(coefficients: &[f64], low: f64, high: f64, guess: f64, rises: bool) ->
     } else {
         0.5 * (low + high)
     };
+    // The last step of Newton's method; zero where it was none.
+    let mut before = 0.0;
     for _ in 0..80 {
         let (value, derivative) = evaluate_with_derivative(coefficients, x);
         if (value > 0.0) == rises {
@@ -190,16 +198,21 @@ fn refine(coefficients: &[f64], low: f64, high: f64, guess: f64, rises: bool) ->
             low = x;
         }
         let newton = x - value / derivative;
-        let next = if newton > low && newton < high {
-            newton
-        } else {
-            0.5 * (low + high)
-        };
+        let inside = newton > low && newton < high;
+        let next = if inside { newton } else { 0.5 * (low + high) };
         let moved = (next - x).abs();
         x = next;
-        if moved <= 2.0 * f64::EPSILON * x.abs() || high - low <= f64::EPSILON * high.abs() {
+        // Each step is a constant times the square of the one before: what the next one would be.
+        let ahead = if inside && moved < NEWTON_PART * before {
+            moved * (moved / before) * (moved / before)
+        } else {
+            f64::INFINITY
+        };
+        let enough = 2.0 * f64::EPSILON * x.abs();
+        if moved <= enough || ahead <= 0.125 * enough || high - low <= f64::EPSILON * high.abs() {
             break;
         }
+        before = if inside { moved } else { 0.0 };
     }
     x
 }

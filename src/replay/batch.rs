@@ -9,12 +9,13 @@
 //! that they differ by twice that at most, and mostly by a tenth of it.
 
 use super::contact_fast::FastContact;
+use super::energy::{energy_of, impulse_ahead, stays_below};
 use super::eventless_step::{LaneState, StepCoefficients, TURN_MAX};
 use super::kernel::Kernel;
 use super::pressed_samples;
 use super::recorder::Recorder;
 use super::taylor::Turned;
-use super::{MOVING_ENERGY_J, RunOptions, Within, check_initial, energy_of};
+use super::{MOVING_ENERGY_J, RunOptions, Within, check_initial};
 use crate::conditioning::Signal;
 use crate::error::{Error, ErrorKind};
 use crate::model::lever::Lever;
@@ -79,7 +80,7 @@ pub struct AskedPeaks {
 impl AskedPeaks {
     /// Every peak.
     pub const ALL: Self = Self {
-        from_rad: 0.0,
+        from_rad: f64::NEG_INFINITY,
         to_rad: f64::INFINITY,
     };
 }
@@ -176,7 +177,7 @@ fn shared_out<M: Fn(usize) -> Member + Sync>(
 ) -> Result<Vec<MemberPeak>, Error> {
     check(signal, options)?;
     let (_, last) = judged(signal, options);
-    let ahead = ahead(signal, last);
+    let ahead = impulse_ahead(signal, last, ASKED_EVERY);
     let control = Control::unwatched(options.threads);
     let chunks = control.map(count.div_ceil(CHUNK), |index| {
         let first = index * CHUNK;
@@ -198,18 +199,6 @@ fn judged(signal: &Signal, options: &BatchOptions) -> (usize, usize) {
     let end = signal.samples.len() - 1;
     let (first, last) = options.window.unwrap_or((0, end));
     (first.min(end), last.min(end))
-}
-
-/// Returns, for every sample, ∫|a| dt from it to sample `last`, or a little more [m/s].
-fn ahead(signal: &Signal, last: usize) -> Vec<f64> {
-    let half = 0.5 * signal.rate.interval().seconds();
-    let mut ahead = vec![0.0; signal.samples.len()];
-    for index in (0..last).rev() {
-        // The chord of the magnitudes lies nowhere below the magnitude of the chord.
-        let (from, to) = (signal.samples[index], signal.samples[index + 1]);
-        ahead[index] = ahead[index + 1] + half * (from.abs() + to.abs());
-    }
-    ahead
 }
 
 fn check(signal: &Signal, options: &BatchOptions) -> Result<(), Error> {
@@ -290,6 +279,24 @@ struct Group<'a, S: pulp::Simd> {
     best: Lanes<S>,
 }
 
+/// Samples that one lane takes in contact, compiled for the machine's vectors.
+struct Press<'a> {
+    pressed: &'a FastContact,
+    kernel: &'a mut Kernel,
+    signal: &'a Signal,
+    samples: Range<usize>,
+}
+
+impl pulp::NullaryFnOnce for Press<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn call(self) -> usize {
+        let Range { start, end } = self.samples;
+        self.pressed.press(self.kernel, self.signal, start, end)
+    }
+}
+
 /// One lever of a group.
 struct Lane {
     member: Member,
@@ -300,6 +307,8 @@ struct Lane {
     bias: f64,
     lift_off: f64,
     flying: bool,
+    /// The sample it has got to, of a lane that was carried through several in contact.
+    reached: usize,
     /// Nothing to come can raise the peak; the lane is left where it was.
     settled: bool,
     scalar_samples: u32,
@@ -314,7 +323,7 @@ impl Lane {
             options.stop,
             options.initial,
             None,
-            Recorder::peak_only(),
+            Recorder::peak_from(options.asked.from_rad),
         )
         .without_error_bound();
         kernel.at_most(steps_max);
@@ -328,47 +337,26 @@ impl Lane {
             scale,
             bias,
             flying: false,
+            reached: 0,
             settled: false,
             scalar_samples: 0,
             spared_samples: 0,
         }
     }
 
-    /// Tells whether the lever stays below its peak so far, or below what is asked for, whatever
-    /// its impacts do: its energy and the impulse still to come are too small. `ahead` is the
+    /// Tells whether the lever stays below its peak so far, or below what is asked for. `ahead` is the
     /// recording's ∫|a| dt [m/s] over the `left` seconds to come.
-    ///
-    /// # Source
-    ///
-    /// d√E/dt ≤ mL|a|/√(2 I0), as in `docs/screens.md`, (R3), and its soft stop's counterpart.
     fn stays_below(
         &self,
-        (angle, velocity): (f64, f64),
+        state: (f64, f64),
         ahead: f64,
         left: f64,
         options: &BatchOptions,
     ) -> bool {
-        /// Room for rounding and for the replay's own error.
-        const ROOM: f64 = 1e-6;
         let Member { lever, stop, .. } = &self.member;
-        let model = options.stop;
-        let stored = match model {
-            StopModel::Rigid => 0.0,
-            StopModel::Soft => {
-                let stiffness = stop.contact_stiffness_nm_per_rad(lever);
-                0.5 * lever.preload_torque_nm * lever.preload_torque_nm / stiffness
-            }
-        };
-        let speed = |energy: f64| (2.0 * energy / lever.moment_of_inertia_kg_m2).sqrt();
-        let best = self.kernel.recorder.peak.angle.max(options.asked.from_rad);
-        let energy = stored + energy_of(lever, stop, model, angle, velocity);
-        let needed = stored + energy_of(lever, stop, model, best, 0.0);
-        let gained = self.kernel.gain() * (self.scale.abs() * ahead + self.bias.abs() * left);
-        // At an angle of zero the potential does not tell a lever from its stop; a state that is
-        // no number stays below nothing.
-        best > 0.0
-            && energy.is_finite()
-            && speed(energy.max(0.0)) + gained < (1.0 - ROOM) * speed(needed)
+        let impulse = self.scale.abs() * ahead + self.bias.abs() * left;
+        let best = self.kernel.recorder.highest();
+        stays_below((lever, stop, options.stop), state, best, impulse)
     }
 
     /// Tells whether the lever rests, or need not be followed.
@@ -464,12 +452,10 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
                 }
             }
             if self.flying == 0 && self.lanes.iter().all(Lane::idles) {
-                // Not beyond the next question, so that a lane's does not depend on the others.
-                let asked = index - index % ASKED_EVERY + ASKED_EVERY;
                 let stop_at = if index < first {
                     first
                 } else {
-                    last.min(asked)
+                    self.next_question(index)
                 };
                 let moved = index + self.pressed(&self.signal.samples[index..=stop_at]);
                 if moved > index {
@@ -518,6 +504,15 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
         }
     }
 
+    /// Returns the next sample at which lanes are looked at, up to which one may go on alone: so what
+    /// is found of a lane does not depend on the others.
+    fn next_question(&self, index: usize) -> usize {
+        let (first, last) = judged(self.signal, self.options);
+        let asked = index - index % ASKED_EVERY + ASKED_EVERY;
+        let end = if index < first { first } else { last };
+        end.min(asked)
+    }
+
     /// One lane's sample by the scalar kernel.
     #[inline(never)]
     fn by_kernel(&mut self, lane: usize, index: usize, from: f64, to: f64) {
@@ -527,29 +522,42 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             bias,
             lift_off,
             settled,
+            reached,
             ..
         } = &self.lanes[lane];
         let (from, to) = (scale * from + bias, scale * to + bias);
-        if *settled || kernel.stuck || (kernel.dwells() && from > *lift_off && to > *lift_off) {
+        if *settled
+            || kernel.stuck
+            || *reached > index
+            || (kernel.dwells() && from > *lift_off && to > *lift_off)
+        {
             return;
         }
         self.store(lane);
+        let until = self.next_question(index);
         let Lane {
             kernel,
             pressed,
+            reached,
             scalar_samples,
             ..
         } = &mut self.lanes[lane];
-        let stayed = pressed
-            .as_ref()
-            .is_some_and(|pressed| pressed.press(kernel, self.signal, index, index + 1) > 0);
-        if !stayed {
+        let taken = pressed.as_ref().map_or(0, |pressed| {
+            self.simd.vectorize(Press {
+                pressed,
+                kernel,
+                signal: self.signal,
+                samples: index..until,
+            })
+        });
+        if taken == 0 {
             let interval = self.signal.rate.interval().seconds();
             kernel.advance(self.signal.time_s(index), interval, from, to);
         }
-        *scalar_samples += 1;
+        *reached = index + taken.max(1);
+        *scalar_samples += u32::try_from(taken.max(1)).unwrap_or(u32::MAX);
         if kernel.recorder.judging {
-            self.best.set(lane, kernel.recorder.peak.angle);
+            self.best.set(lane, kernel.recorder.highest());
         }
         self.load(lane);
     }
@@ -571,7 +579,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             if !this.settled
                 && !this.kernel.stuck
                 && (this.kernel.recorder.peak.angle.max(state.0) > enough
-                    || this.stays_below(state, self.ahead[index], left, self.options))
+                    || this.stays_below(state, self.ahead[index / ASKED_EVERY], left, self.options))
             {
                 self.store(lane);
                 let this = &mut self.lanes[lane];
@@ -642,7 +650,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             let kernel = &mut self.lanes[lane].kernel;
             let angle = kernel.state().0;
             kernel.recorder.open_window(angle, 0.0, 0.0);
-            self.best.set(lane, angle);
+            self.best.set(lane, kernel.recorder.highest());
             self.load(lane);
         }
     }

@@ -193,6 +193,19 @@ fn impulse_response(stiffness: f64, damping: f64, part: f64) -> [f64; TERMS as u
     x
 }
 
+/// The answers at eight parts of a sample, side by side.
+fn impulse_responses(stiffness: f64, damping: f64, parts: Eight) -> Eight {
+    let mut x = [Eight::splat(0.0); TERMS as usize];
+    x[1] = parts;
+    let (first, second) = (parts * -damping, parts * -stiffness * parts);
+    for n in 2..x.len() {
+        x[n] = (first * x[n - 1] + second * x[n - 2] * INVERSE[n - 1]) * INVERSE[n];
+    }
+    // From the small to the large.
+    let largest_last = x.iter().rev();
+    largest_last.fold(Eight::splat(0.0), |sum, term| sum + *term)
+}
+
 /// The propagator of a sample in contact, with time in sample intervals.
 #[derive(Debug, Clone)]
 pub(super) struct FastContact {
@@ -246,12 +259,9 @@ impl FastContact {
         // Through the polynomial that d's values at the nodes define.
         let mut mutual = [Eight::splat(0.0); POINTS];
         for (at, reach) in nodes.iter().enumerate() {
-            for (inner, shapes) in SHAPES[at].iter().enumerate() {
-                let left = reach * (1.0 - nodes[inner]);
-                let response: f64 = impulse_response(scaled, scaled_damping, left)
-                    .iter()
-                    .rev()
-                    .sum();
+            let left = Eight(nodes.map(|node| reach * (1.0 - node)));
+            let responses = impulse_responses(scaled, scaled_damping, left).0;
+            for (inner, (shapes, response)) in SHAPES[at].iter().zip(responses).enumerate() {
                 for (column, shape) in mutual.iter_mut().zip(shapes) {
                     column.0[at] += reach * weights[inner] * shape * response;
                 }

@@ -92,8 +92,10 @@ impl<T: Real> StepCoefficients<T> {
         Bounds {
             curve,
             turn: speed + curve,
-            lowest: state.angle + state.slope.lower(zero) - curve * 0.5,
-            highest: state.angle + state.slope.upper(zero) + curve * 0.5,
+            // The angle lies between parabolas, which are extreme at the ends of the sample. What is no
+            // number comes second, for it to stay one.
+            lowest: state.angle + zero.lower(state.slope - curve * 0.5),
+            highest: state.angle + zero.upper(state.slope + curve * 0.5),
         }
     }
 

@@ -106,7 +106,7 @@ impl pulp::WithSimd for HarmonicRun<'_> {
             steps_max: u64::MAX,
             control: &Control::unwatched(1),
         };
-        super::finish(kernel, self.end, self.design, self.options, &within)
+        super::finish(kernel, self.end, self.design, self.options, &within, false)
     }
 }
 

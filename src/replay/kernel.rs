@@ -648,15 +648,20 @@ impl Kernel {
         }
     }
 
-    /// Sums up the remaining bounces if they end inside this sample and their series is
-    /// short; returns the local time of rest.
+    /// Sums up the remaining bounces if they end inside this sample; returns the local time of rest.
     ///
     /// With v the speed after an impact, α the pressing angular acceleration, β its rate and
     /// γ the damping, the bounces end after 2v/(α(1−R)) · (1 + v/(1−R) · (2β/(3α²) − γ/(3α)))
-    /// to second order in v; latchgate takes the sum where the second order is below 1e-6.
+    /// to second order in v. latchgate takes the sum where the second order is below 1e-6. Where the
+    /// peak alone is asked for, it is enough that bounds show the lever to rest before the sample ends,
+    /// after bounces none of which is the peak: what follows does not depend on when it came to rest.
     fn chatter<F: Forcing>(&mut self, stretch: &F, local: f64) -> Option<f64> {
         let speed = self.velocity;
-        if self.stop != StopModel::Rigid || speed > COUNTED_SPEED || self.restitution >= 1.0 {
+        let peak_alone = self.recorder.peak_alone;
+        if self.stop != StopModel::Rigid
+            || self.restitution >= 1.0
+            || (speed > COUNTED_SPEED && !peak_alone)
+        {
             return None;
         }
         let pressed = self.free.pressing + stretch.at(local);
@@ -672,25 +677,69 @@ impl Kernel {
         let spring = self.free.stiffness * speed * speed / (pressed * pressed);
         let time = first * (1.0 + term);
         let bend = stretch.bend() * time * time / pressed;
-        if term.abs() > CHATTER_TERM_MAX
+        let end = if term.abs() > CHATTER_TERM_MAX
             || bend > CHATTER_TERM_MAX * CHATTER_TERM_MAX
             || spring > CHATTER_TERM_MAX * CHATTER_TERM_MAX
             || local + time > stretch.length()
         {
-            return None;
-        }
-        if self.recorder.judging {
-            let height = speed * speed / (2.0 * pressed);
-            let error = self.angle_error();
-            self.recorder
-                .peak
-                .offer(height, stretch.time() + local + speed / pressed, error);
-        }
+            if !peak_alone {
+                return None;
+            }
+            (local + time.max(0.0)).min(self.rests_by(stretch, local)?)
+        } else {
+            self.offer_bounce(pressed, stretch.time() + local);
+            local + time
+        };
         self.work.events += 1;
-        let end = local + time;
         self.recorder.point(stretch.time() + end, 0.0, 0.0);
         self.rest_or_leave(self.free.pressing + stretch.at(end));
         Some(end)
+    }
+
+    /// Notes the height of the bounce that begins at `time`, the highest of those to come.
+    fn offer_bounce(&mut self, pressed: f64, time: f64) {
+        if self.recorder.judging {
+            let speed = self.velocity;
+            let error = self.angle_error();
+            self.recorder.peak.offer(
+                speed * speed / (2.0 * pressed),
+                time + speed / pressed,
+                error,
+            );
+        }
+    }
+
+    /// Returns the local time by which a lever that has just left the stop certainly rests on it, if
+    /// that is inside the sample and none of its bounces could be the peak.
+    ///
+    /// Under a pressing acceleration between α₁ and α₂ a bounce of speed v is no higher than v²/(2α₁),
+    /// lasts no longer than 2v/α₁ and is followed by one of no more than R √(α₂/α₁) v: a geometric
+    /// series. Spring and damping only shorten it, but that damping slows the fall and the spring
+    /// speeds it up, for which α₁ and α₂ leave room.
+    fn rests_by<F: Forcing>(&mut self, stretch: &F, local: f64) -> Option<f64> {
+        /// Part that rounding, and the cosine of the angle, may take.
+        const ROOM: f64 = 1e-6;
+        /// Largest α₂/α₁: with it no fall is faster than twice the speed of the bounce.
+        const RATIO_MAX: f64 = 4.0;
+        let speed = self.velocity;
+        let length = stretch.length();
+        let (from, to) = (stretch.at(local), stretch.at(length));
+        let bent = 0.125 * stretch.bend() * (length - local) * (length - local);
+        let least = self.free.pressing + from.min(to) - bent;
+        let most = self.free.pressing + from.max(to) + bent;
+        let low = (1.0 - ROOM) * least - 4.0 * self.free.damping * speed;
+        let height = speed * speed / (2.0 * low);
+        let strongest = from.abs().max(to.abs()) + bent;
+        if low.is_nan() || low <= 0.0 || strongest * height * height > ROOM * low {
+            return None;
+        }
+        let high = (1.0 + ROOM) * most + self.free.stiffness * height;
+        let next = self.restitution * (high / low).sqrt();
+        let rests = local + 2.0 * speed / (low * (1.0 - next));
+        let error = self.angle_error();
+        let (peak, ..) = self.recorder.awaits(error);
+        let ends = high <= RATIO_MAX * low && next < 1.0 && rests < length;
+        (ends && height <= peak).then_some(rests)
     }
 
     /// Carries the error's map through φ = 0 of the soft stop, where the damping changes by
@@ -803,7 +852,7 @@ impl Kernel {
         let mut now = time;
         let mut looked = self.work.steps;
         for _ in 0..STRETCHES_MAX {
-            if self.phase == Phase::Dwell || self.cannot_rise_above(self.recorder.peak.angle) {
+            if self.phase == Phase::Dwell || self.cannot_rise_above(self.recorder.highest()) {
                 return Some(self.recorder.peak);
             }
             self.advance(now, STRETCH, 0.0, 0.0);
@@ -839,7 +888,9 @@ impl Kernel {
 /// and −1 in contact.
 #[inline]
 fn hit<const N: usize>(series: &TaylorSeries<N>, reach: f64, side: f64) -> Option<f64> {
-    if side * series.start() + (side * series.slope()).min(0.0) - series.curved.angle > 0.0 {
+    // Above σ (slope − curved σ) from the start on, which is lowest at an end.
+    let (start, slope) = (side * series.start(), side * series.slope());
+    if start + (slope - series.curved.angle).min(0.0) > 0.0 {
         return None;
     }
     let mut signed = [0.0; N];

@@ -60,12 +60,16 @@ pub(super) struct Recorder {
     pub(super) threshold: f64,
     /// False before the judged window.
     pub(super) judging: bool,
+    /// Turns that stay below need not be noted [rad].
+    asked_from: f64,
     pub(super) peak: Peak,
     pub(super) first_crossing: Option<f64>,
     pub(super) time_above: f64,
     above_since: Option<f64>,
     pub(super) first_release: Option<f64>,
     pub(super) impacts: u64,
+    /// Neither impacts are asked for nor when the lever comes to rest.
+    pub(super) peak_alone: bool,
     pub(super) impact_list: Vec<[f64; 2]>,
     pub(super) trace: Option<Vec<TracePoint>>,
     /// Longest time between points of the trace in motion [s]: a longer step of the kernel gets
@@ -78,12 +82,14 @@ impl Recorder {
         Self {
             threshold,
             judging: false,
+            asked_from: f64::NEG_INFINITY,
             peak: Peak::at(f64::NEG_INFINITY, 0.0, 0.0),
             first_crossing: None,
             time_above: 0.0,
             above_since: None,
             first_release: None,
             impacts: 0,
+            peak_alone: false,
             impact_list: Vec::with_capacity(LISTED_IMPACTS),
             trace: trace.then(Vec::new),
             trace_gap_s: f64::INFINITY,
@@ -95,6 +101,16 @@ impl Recorder {
         Self {
             impact_list: Vec::new(),
             ..Self::new(f64::INFINITY, false)
+        }
+    }
+
+    /// Keeps the peak alone of a lever of whose impacts and rests nothing is asked, nor of turns below
+    /// `angle` [rad].
+    pub(super) fn peak_from(angle: f64) -> Self {
+        Self {
+            asked_from: angle,
+            peak_alone: true,
+            ..Self::peak_only()
         }
     }
 
@@ -124,6 +140,11 @@ impl Recorder {
         }
     }
 
+    /// Returns the angle above which a turn is noted [rad].
+    pub(super) fn highest(&self) -> f64 {
+        self.peak.angle.max(self.asked_from)
+    }
+
     /// Returns what a stretch must stay clear of to need no look: the height up to which a turn
     /// cannot be the peak, given the angle's `error` [rad], the threshold, and whether the lever is
     /// above it.
@@ -131,7 +152,11 @@ impl Recorder {
     pub(super) fn awaits(&self, error: f64) -> (f64, f64, bool) {
         if self.judging {
             let peak = self.peak.angle.min(self.peak.upper - error);
-            (peak, self.threshold, self.above_since.is_some())
+            (
+                peak.max(self.asked_from),
+                self.threshold,
+                self.above_since.is_some(),
+            )
         } else {
             (f64::INFINITY, f64::INFINITY, false)
         }
@@ -155,17 +180,17 @@ impl Recorder {
             return;
         }
         let (start, slope, curved) = (series.start(), series.slope(), series.curved);
-        let highest = start + slope.max(0.0) + curved.angle;
+        let highest = start + (slope + curved.angle).max(0.0);
         // Only a turning point can be a peak; the ends of the window are offered apart. A
         // hundredth more keeps a turn on the joint of two stretches from falling through.
-        if slope.abs() <= 1.01 * curved.slope {
+        if slope.abs() <= 1.01 * curved.slope && highest > self.asked_from {
             let error = error();
             // An earlier, less certain maximum must not hide a higher one.
             if highest > self.peak.angle || highest + error > self.peak.upper {
                 self.offer_maxima(series, part, time, step, error);
             }
         }
-        let lowest = start + slope.min(0.0) - curved.angle;
+        let lowest = start + (slope - curved.angle).min(0.0);
         if lowest <= self.threshold && (highest > self.threshold || self.above_since.is_some()) {
             self.cross_threshold(series, part, time, step);
         }

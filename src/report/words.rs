@@ -213,7 +213,10 @@ pub(super) fn share(ensemble: &Ensemble) -> String {
 /// Returns what the computation's error is against the distance to the limit angle, and the
 /// largest influence that it does not count.
 pub(super) fn computation(document: &Document, run: &Run) -> Option<String> {
-    let error = trimmed(uncertainty(document, run)?, 2);
+    let error = match uncertainty(document, run)? {
+        error if error > FRAC_PI_2 => " more than 90°".into(),
+        error => format!("{}\u{00A0}rad", trimmed(error, 2)),
+    };
     let beyond = run.peak_angle_rad > FRAC_PI_2;
     let distance = (document.threshold_rad - run.peak_angle_rad.min(FRAC_PI_2)).abs();
     let more = if beyond { "more than " } else { "" };
@@ -227,7 +230,7 @@ pub(super) fn computation(document: &Document, run: &Run) -> Option<String> {
         format!(" Largest other influence: {name}, {value}\u{00A0}rad (not included).")
     });
     Some(format!(
-        "Computation error ±{error}\u{00A0}rad; distance to the limit angle {more}{}\u{00A0}rad.{largest}",
+        "Computation error ±{error}; distance to the limit angle {more}{}\u{00A0}rad.{largest}",
         trimmed(distance, 2)
     ))
 }
@@ -283,10 +286,9 @@ pub(super) fn peak(document: &Document, run: &Run) -> String {
     if run.peak_angle_rad > FRAC_PI_2 {
         return "largest angle > 90°".into();
     }
-    let error = uncertainty(document, run);
     format!(
-        "largest angle {}\u{00A0}rad ({}°)",
-        with_error(run.peak_angle_rad, error),
+        "largest angle {} ({}°)",
+        peak_with_error(document, run),
         trimmed(run.peak_angle_rad.to_degrees(), 3)
     )
 }
@@ -296,10 +298,16 @@ pub(super) fn short_peak(document: &Document, run: &Run) -> String {
     if run.peak_angle_rad > FRAC_PI_2 {
         return "> 90°".into();
     }
-    format!(
-        "{}\u{00A0}rad",
-        with_error(run.peak_angle_rad, uncertainty(document, run))
-    )
+    peak_with_error(document, run)
+}
+
+/// Returns the peak with its error; an error beyond 90° has no figure either.
+fn peak_with_error(document: &Document, run: &Run) -> String {
+    let (peak, error) = (run.peak_angle_rad, uncertainty(document, run));
+    if error.is_some_and(|error| error > FRAC_PI_2) {
+        return format!("{}\u{00A0}rad ± more than 90°", trimmed(peak, 4));
+    }
+    format!("{}\u{00A0}rad", with_error(peak, error))
 }
 
 /// Returns an angle without known error, with its degrees; beyond 90° that alone.

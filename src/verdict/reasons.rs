@@ -6,7 +6,7 @@ use super::faults::Faults;
 use super::policy::{ModelChoice, Polarity, Policy};
 use super::variant::VariantResult;
 use super::what_if::{Change, ChangedSide, WhatIf};
-use super::wording::{angle, briefly, describe, instant, percent, sentence, signed};
+use super::wording::{angle, angle_error, briefly, describe, instant, percent, sentence, signed};
 use super::{Answer, ErrorBudget, Reason};
 use crate::model::Design;
 use crate::recording::{Finding, Severity};
@@ -443,9 +443,9 @@ fn coast(case: &Explained<'_>) -> Option<Reason> {
     Some(Reason {
         code: "coast-reaches-limit".into(),
         text: format!(
-            "After the last judged sample the lever moves on and reaches {}, ±{} rad, with no further acceleration ({}): the record or window ends too early for a pass.",
+            "After the last judged sample the lever moves on and reaches {}, {}, with no further acceleration ({}): the record or window ends too early for a pass.",
             angle(held.run.run().coast_peak_angle_rad.unwrap_or(0.0), 4),
-            plain(held.run.coast_uncertainty_rad(), 2),
+            angle_error(held.run.coast_uncertainty_rad(), 2),
             describe(held.variant, case.policy),
         ),
     })
@@ -562,10 +562,10 @@ fn uncertainty(case: &Explained<'_>) -> Option<Reason> {
     let total = nominal.uncertainty_rad();
     let distance = (run.peak_angle_rad - case.threshold_rad()).abs();
     let parts = format!(
-        "±{} rad (integration {} rad, straight lines between samples {} rad)",
-        plain(total, 2),
-        plain(run.numerical_error_rad, 2),
-        plain(nominal.interpolation_error_rad, 2)
+        "{} (integration {}, straight lines between samples {})",
+        angle_error(total, 2),
+        angle(run.numerical_error_rad, 2),
+        angle(nominal.interpolation_error_rad, 2)
     );
     let largest = case
         .budget

@@ -109,6 +109,7 @@ impl RunSetup<'_> {
             window,
             trace: detail == RunDetail::Trace,
             error_bound: detail != RunDetail::PeakOnly,
+            peak_only: detail == RunDetail::PeakOnly,
         };
         let within = self.work.within(self.control);
         let outcome = replay::run_within(signal, self.design, &options, &within)?;

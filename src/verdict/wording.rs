@@ -36,6 +36,12 @@ pub(crate) fn angle(radians: f64, digits: usize) -> String {
     format!("{} rad", plain(radians, digits))
 }
 
+/// Returns an error of an angle with its unit; beyond 90° that alone.
+pub(crate) fn angle_error(radians: f64, digits: usize) -> String {
+    let space = if radians > FRAC_PI_2 { " " } else { "" };
+    format!("±{space}{}", angle(radians, digits))
+}
+
 /// Returns a share in percent, with the digits that matter at the bounds of the rule.
 #[must_use]
 pub fn percent(share: f64) -> String {

@@ -324,3 +324,104 @@ fn verif_a_rebound_after_a_pause_is_not_spared() {
         assert!(off <= 2.0 * run.run.numerical_error_rad, "off by {off:e}");
     }
 }
+
+/// Peaks that are asked for from an angle on: those beyond it are what they are without the wish, to
+/// twice the stated error, the others stay below it. Chatter that matters to nobody is cut short: few
+/// samples are left to the scalar kernel.
+#[test]
+fn verif_peaks_beyond_the_angle_asked_for_are_the_same() {
+    let from_rad = 0.08;
+    let (mut beyond, mut below) = (0, 0);
+    for (amplitude, stop) in [
+        (5.0, StopModel::Rigid),
+        (30.0, StopModel::Rigid),
+        (60.0, StopModel::Rigid),
+        (5.0, StopModel::Soft),
+        (30.0, StopModel::Soft),
+        (60.0, StopModel::Soft),
+    ] {
+        let signal = burst(amplitude, 1500);
+        let every = options(stop, 2);
+        let asked = BatchOptions {
+            asked: AskedPeaks {
+                from_rad,
+                to_rad: f64::INFINITY,
+            },
+            ..every
+        };
+        let all = batch::peaks(&signal, 64, &member, &every).unwrap();
+        let some = batch::peaks(&signal, 64, &member, &asked).unwrap();
+        for (index, (all, some)) in all.iter().zip(&some).enumerate() {
+            let (want, got) = (all.highest_rad(), some.highest_rad());
+            if want > from_rad {
+                beyond += 1;
+                let stated = scalar(&signal, index, &every).run.numerical_error_rad;
+                let off = (got - want).abs();
+                assert!(
+                    off <= 2.0 * stated,
+                    "member {index} at {amplitude} m/s², {stop:?}: off by {off:e}, stated {stated:e}"
+                );
+            } else {
+                below += 1;
+                assert!(got <= from_rad, "member {index} at {amplitude} m/s²: {got}");
+            }
+        }
+        let scalar = |of: &[MemberPeak]| of.iter().map(|peak| peak.spent).sum::<u64>();
+        assert!(
+            scalar(&some) <= scalar(&all),
+            "{amplitude} m/s², {stop:?}: {} steps after {}",
+            scalar(&some),
+            scalar(&all)
+        );
+    }
+    assert!(beyond > 50 && below > 50, "{beyond} beyond, {below} below");
+}
+
+/// A run of which the peak alone is asked has the same peak, at the same time, after the same
+/// impacts, and leaves a quiet end out.
+#[test]
+fn verif_a_run_of_the_peak_alone_has_the_same_peak() {
+    let design = Design::reference();
+    for stop in [StopModel::Rigid, StopModel::Soft] {
+        let (mut steps, mut steps_alone) = (0, 0);
+        for amplitude in [8.0, 20.0, 50.0, 100.0, 300.0] {
+            let signal = burst(amplitude, 6000);
+            for window in [None, Some((200, 5000))] {
+                let whole = RunOptions {
+                    error_bound: true,
+                    window,
+                    ..RunOptions::new(stop, OpensWhen::Negative)
+                };
+                let alone = RunOptions {
+                    error_bound: false,
+                    peak_only: true,
+                    ..whole
+                };
+                let whole = replay::run(&signal, &design, &whole).unwrap().run;
+                let alone = replay::run(&signal, &design, &alone).unwrap().run;
+                let what = format!("{amplitude} m/s², {stop:?}, {window:?}");
+                let off = (alone.peak_angle_rad - whole.peak_angle_rad).abs();
+                let stated = whole.numerical_error_rad;
+                assert!(
+                    off <= 2.0 * stated,
+                    "{what}: off by {off:e}, stated {stated:e}"
+                );
+                assert!(
+                    (alone.peak_time_s - whole.peak_time_s).abs() < 1e-6,
+                    "{what}"
+                );
+                let before = |run: &replay::Run| {
+                    let list = run.impact_list.iter();
+                    list.filter(|impact| impact[0] <= run.peak_time_s).count()
+                };
+                assert_eq!(before(&alone), before(&whole), "{what}");
+                steps += whole.work.steps;
+                steps_alone += alone.work.steps;
+            }
+        }
+        assert!(
+            steps_alone < steps * 9 / 10,
+            "{stop:?}: {steps_alone} steps of {steps}"
+        );
+    }
+}

@@ -113,23 +113,29 @@ fn explicit(signal: &Signal, stop: StopModel, sign: OpensWhen) -> RunOutcome {
     replay::run(signal, &Design::reference(), &RunOptions::new(stop, sign)).unwrap()
 }
 
+/// The peak of a run of which nothing else is asked, as runs for a comparison are made.
+fn peak_alone(signal: &Signal, stop: StopModel, sign: OpensWhen) -> f64 {
+    let options = RunOptions {
+        error_bound: false,
+        peak_only: true,
+        ..RunOptions::new(stop, sign)
+    };
+    let outcome = replay::run(signal, &Design::reference(), &options).unwrap();
+    outcome.run.peak_angle_rad
+}
+
 /// Peak and U of a lever that is at rest at the end, from two explicit runs.
 fn peak_and_uncertainty(signal: &Signal, stop: StopModel) -> (f64, f64) {
     let own = explicit(signal, stop, OpensWhen::Negative).run;
     assert_eq!(own.coast_peak_angle_rad, None);
-    let peak = |signal: &Signal| {
-        explicit(signal, stop, OpensWhen::Negative)
-            .run
-            .peak_angle_rad
-    };
-    let interpolation = interpolation_rad(signal, peak);
+    let peak = |signal: &Signal| peak_alone(signal, stop, OpensWhen::Negative);
+    let interpolation = interpolation_rad(signal, own.peak_angle_rad, peak);
     (own.peak_angle_rad, own.numerical_error_rad + interpolation)
 }
 
 /// What the budget states of a regular motion: the change by the fourfold, what the
 /// fourfold changes the twofold, and what corners and jumps between samples may do.
-fn interpolation_rad(signal: &Signal, peak: impl Fn(&Signal) -> f64) -> f64 {
-    let own = peak(signal);
+fn interpolation_rad(signal: &Signal, own: f64, peak: impl Fn(&Signal) -> f64) -> f64 {
     let fourfold = resample::upsample_fourfold(signal);
     let twofold = Signal {
         rate: SampleRate::from_hertz(2.0 * signal.rate.hertz()).unwrap(),
@@ -645,14 +651,6 @@ fn verif_each_part_of_the_budget_is_the_difference_of_two_runs() {
     };
     let conditioned = conditioning::condition(&channel, &ConditioningOptions::default()).unwrap();
     assert!(conditioned.bias_samples > 100 && conditioned.filter.is_some());
-    let peak = |signal: &Signal, stop, sign| {
-        let mut design = Design::reference();
-        design.criterion.threshold_rad = 0.1;
-        replay::run(signal, &design, &RunOptions::new(stop, sign))
-            .unwrap()
-            .run
-            .peak_angle_rad
-    };
     let used = &conditioned.used;
     for (model, stop, other) in [
         (RIGID, StopModel::Rigid, StopModel::Soft),
@@ -670,15 +668,17 @@ fn verif_each_part_of_the_budget_is_the_difference_of_two_runs() {
             &options(model, NEGATIVE),
         )
         .unwrap();
-        let own = peak(used, stop, sign);
+        let run = explicit(used, stop, sign).run;
+        let own = run.peak_angle_rad;
         assert_eq!(assessment.nominal.peak_angle_rad, own);
         let budget = assessment.budget;
-        let run = explicit(used, stop, sign).run;
         assert_eq!(budget.numerical, Some(run.numerical_error_rad));
-        let part = |signal: &Signal, stop, sign| Some((peak(signal, stop, sign) - own).abs());
+        let part = |signal: &Signal, stop, sign| Some((peak_alone(signal, stop, sign) - own).abs());
         assert_eq!(
             budget.interpolation,
-            Some(interpolation_rad(used, |signal| peak(signal, stop, sign)))
+            Some(interpolation_rad(used, own, |signal| peak_alone(
+                signal, stop, sign
+            )))
         );
         assert_eq!(budget.model, part(used, other, sign));
         assert_eq!(
@@ -708,7 +708,7 @@ fn verif_each_part_of_the_budget_is_the_difference_of_two_runs() {
         )
         .unwrap();
         let sign = undeclared.nominal.opens_when;
-        let change = peak(used, stop, sign) - peak(used, stop, sign.reversed());
+        let change = own - peak_alone(used, stop, sign.reversed());
         assert_eq!(undeclared.budget.polarity, Some(change.abs()));
         assert!(change > 0.0, "the nominal run is the larger");
     }

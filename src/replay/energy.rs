@@ -1,0 +1,75 @@
+//! How far energy and impulse may still take a lever.
+
+use crate::conditioning::Signal;
+use crate::model::lever::Lever;
+use crate::model::stop::{Stop, StopModel};
+
+/// Returns the energy of a lever [J]: kinetic, of preload and spring, and what its soft stop holds.
+pub(super) fn energy_of(
+    lever: &Lever,
+    stop: &Stop,
+    model: StopModel,
+    angle: f64,
+    velocity: f64,
+) -> f64 {
+    let stiffness = if angle < 0.0 && model == StopModel::Soft {
+        stop.contact_stiffness_nm_per_rad(lever)
+    } else {
+        lever.spring_stiffness_nm_per_rad
+    };
+    0.5 * lever.moment_of_inertia_kg_m2 * velocity * velocity
+        + lever.preload_torque_nm * angle
+        + 0.5 * stiffness * angle * angle
+}
+
+/// Tells whether a lever in a state [rad, rad/s] stays below the angle `best` [rad], whatever its
+/// impacts do: its energy and the `impulse` still to come, ∫|a| dt [m/s], are too small.
+///
+/// # Source
+///
+/// d√E/dt ≤ mL|a|/√(2 I0), as in `docs/screens.md`, (R3), and its soft stop's counterpart.
+pub(super) fn stays_below(
+    (lever, stop, model): (&Lever, &Stop, StopModel),
+    (angle, velocity): (f64, f64),
+    best: f64,
+    impulse: f64,
+) -> bool {
+    /// Room for rounding and for the replay's own error.
+    const ROOM: f64 = 1e-6;
+    let stored = match model {
+        StopModel::Rigid => 0.0,
+        StopModel::Soft => {
+            let stiffness = stop.contact_stiffness_nm_per_rad(lever);
+            0.5 * lever.preload_torque_nm * lever.preload_torque_nm / stiffness
+        }
+    };
+    let inertia = lever.moment_of_inertia_kg_m2;
+    let speed = |energy: f64| (2.0 * energy / inertia).sqrt();
+    let energy = stored + energy_of(lever, stop, model, angle, velocity);
+    let needed = stored + energy_of(lever, stop, model, best, 0.0);
+    let gained = lever.unbalance_kg_m() / inertia * impulse;
+    // At an angle of zero the potential does not tell a lever from its stop; a state that is
+    // no number stays below nothing.
+    best > 0.0
+        && energy.is_finite()
+        && speed(energy.max(0.0)) + gained < (1.0 - ROOM) * speed(needed)
+}
+
+/// Returns ∫|a| dt [m/s] from every `every`-th sample to sample `last`, or a little more.
+pub(super) fn impulse_ahead(signal: &Signal, last: usize, every: usize) -> Vec<f64> {
+    let interval = signal.rate.interval().seconds();
+    // The chord of the magnitudes lies nowhere below the magnitude of the chord.
+    let chords = |samples: &[f64]| {
+        let all: f64 = samples.iter().map(|a| a.abs()).sum();
+        let ends = samples.first().zip(samples.last());
+        interval * (all - ends.map_or(0.0, |(first, last)| 0.5 * (first.abs() + last.abs())))
+    };
+    let mut ahead = vec![0.0; last / every + 1];
+    let mut sum = 0.0;
+    for (index, here) in ahead.iter_mut().enumerate().rev() {
+        let first = index * every;
+        sum += chords(&signal.samples[first..=(first + every).min(last)]);
+        *here = sum;
+    }
+    ahead
+}
