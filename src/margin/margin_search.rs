@@ -436,7 +436,7 @@ impl<'a> MarginSearch<'a> {
     }
 
     /// Tells whether values between a pass and the advice are not found to pass: of the nominal levers
-    /// at several, of an ensemble half-way.
+    /// at several, of an ensemble near the pass and half-way.
     fn is_isolated(
         &self,
         quantity: Quantity,
@@ -445,6 +445,8 @@ impl<'a> MarginSearch<'a> {
         advice: &Advice,
     ) -> Result<bool, Error> {
         const BETWEEN: u32 = 11;
+        /// Parts of the way at which the ensemble is asked.
+        const WITH_MEMBERS: [f64; 3] = [1.0 / 12.0, 0.25, 0.5];
         let Some(from) = advice.safe_from else {
             return Ok(true);
         };
@@ -462,8 +464,12 @@ impl<'a> MarginSearch<'a> {
         }
         let asked = (1.0, Some(MEMBERS_ASKED));
         let mut cache = MemberCache::default();
-        let half_way = between(0.5);
-        Ok(!self.rule_passes(quantity, half_way, asked, (&mut cache, false))?)
+        for part in WITH_MEMBERS {
+            if !self.rule_passes(quantity, between(part), asked, (&mut cache, false))? {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     /// Finds the nearest change of the verdict by the whole rule; none on a spoiled recording,

@@ -92,8 +92,8 @@ impl<T: Real> StepCoefficients<T> {
         Bounds {
             curve,
             turn: speed + curve,
-            // The angle lies between parabolas, which are extreme at the ends of the sample. What is no
-            // number comes second, for it to stay one.
+            // The angle lies between parabolas, which are extreme at the ends of the sample. Where the
+            // state is no number neither is the turn, and no step stands.
             lowest: state.angle + zero.lower(state.slope - curve * 0.5),
             highest: state.angle + zero.upper(state.slope + curve * 0.5),
         }

@@ -652,16 +652,13 @@ impl Kernel {
     ///
     /// With v the speed after an impact, α the pressing angular acceleration, β its rate and
     /// γ the damping, the bounces end after 2v/(α(1−R)) · (1 + v/(1−R) · (2β/(3α²) − γ/(3α)))
-    /// to second order in v. latchgate takes the sum where the second order is below 1e-6. Where the
-    /// peak alone is asked for, it is enough that bounds show the lever to rest before the sample ends,
+    /// to second order in v. latchgate takes the sum of bounces too slow to be counted where the second
+    /// order is below 1e-6. Where the peak alone is asked for, it is enough that bounds show the lever to rest before the sample ends,
     /// after bounces none of which is the peak: what follows does not depend on when it came to rest.
     fn chatter<F: Forcing>(&mut self, stretch: &F, local: f64) -> Option<f64> {
         let speed = self.velocity;
-        let peak_alone = self.recorder.peak_alone;
-        if self.stop != StopModel::Rigid
-            || self.restitution >= 1.0
-            || (speed > COUNTED_SPEED && !peak_alone)
-        {
+        let counted = speed > COUNTED_SPEED && !self.recorder.peak_alone;
+        if self.stop != StopModel::Rigid || self.restitution >= 1.0 || counted {
             return None;
         }
         let pressed = self.free.pressing + stretch.at(local);
@@ -677,18 +674,18 @@ impl Kernel {
         let spring = self.free.stiffness * speed * speed / (pressed * pressed);
         let time = first * (1.0 + term);
         let bend = stretch.bend() * time * time / pressed;
-        let end = if term.abs() > CHATTER_TERM_MAX
-            || bend > CHATTER_TERM_MAX * CHATTER_TERM_MAX
-            || spring > CHATTER_TERM_MAX * CHATTER_TERM_MAX
-            || local + time > stretch.length()
-        {
-            if !peak_alone {
-                return None;
-            }
-            (local + time.max(0.0)).min(self.rests_by(stretch, local)?)
-        } else {
+        let short = speed <= COUNTED_SPEED
+            && term.abs() <= CHATTER_TERM_MAX
+            && bend <= CHATTER_TERM_MAX * CHATTER_TERM_MAX
+            && spring <= CHATTER_TERM_MAX * CHATTER_TERM_MAX
+            && local + time <= stretch.length();
+        let end = if short {
             self.offer_bounce(pressed, stretch.time() + local);
             local + time
+        } else if self.recorder.peak_alone {
+            (local + time.max(0.0)).min(self.rests_by(stretch, local)?)
+        } else {
+            return None;
         };
         self.work.events += 1;
         self.recorder.point(stretch.time() + end, 0.0, 0.0);

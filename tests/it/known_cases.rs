@@ -459,13 +459,13 @@ fn cli_angles_beyond_the_geometry_are_told() {
 }
 
 #[track_caller]
-fn check_amplified(path: &Path, more: &[&str], impacts: u64) {
+fn check_amplified(path: &Path, more: &[&str], impacts: u64, times: f64) {
     let verdict = check_verdict(path, more, 3, "rounding-amplified");
     assert_eq!(verdict["verdict"], "undecided");
     let nominal = &verdict["nominal"];
     let peak = nominal["peak_angle_rad"].as_f64().unwrap();
     let stated = nominal["numerical_error_rad"].as_f64().unwrap();
-    assert!(stated > peak, "stated {stated:e} of {peak}");
+    assert!(stated > times * peak, "stated {stated:e} of {peak}");
     assert!(nominal["impacts"].as_u64().unwrap() > impacts);
 }
 
@@ -481,14 +481,15 @@ fn cli_rounding_that_impacts_amplify_leaves_the_verdict_open() {
     for stop in ["rigid", "soft"] {
         let more = ["--opens-when", "negative", "--model", stop];
         let high = ["--set", "criterion.threshold_rad=0.5"];
-        check_amplified(&path, &[&more[..], &high[..]].concat(), 50);
+        check_amplified(&path, &[&more[..], &high[..]].concat(), 50, 10.0);
     }
 }
 
-/// A real channel at full bandwidth whose 231 contacts leave nothing of double precision.
+/// A real channel at full bandwidth whose 231 contacts leave nothing of double precision: the bound is
+/// larger than the peak, how much so is rounding itself.
 #[test]
 fn cli_a_real_channel_beyond_double_precision_stays_undecided() {
     let path = data("recordings/nhtsa_v07292.147");
     let more = ["--opens-when", "positive", "--model", "soft", "--unit", "g"];
-    check_amplified(&path, &more, 200);
+    check_amplified(&path, &more, 200, 1.0);
 }
