@@ -331,7 +331,8 @@ echo "$id"
 run() {
     until [ -e "$here/go" ]; do sleep 0.05; [ -d "$here" ] || exit; done
     if [ -n "$behind" ]; then
-        while ls "$here"/array-* >/dev/null 2>&1; do sleep 0.05; done
+        # Not by ls, which fails as well when one of several goes while it looks.
+        while compgen -G "$here/array-*" >/dev/null; do sleep 0.05; done
         SLURM_JOB_ID=$id bash "$1"
     else
         for part in $(echo "$array" | tr , ' '); do
