@@ -457,8 +457,8 @@ impl<'a> MarginSearch<'a> {
         let between = |part: f64| range.value(near + (far - near) * part);
         for step in 1..=BETWEEN {
             let value = between(f64::from(step) / f64::from(BETWEEN + 1));
-            let alone = |question: &PassQuestion<'_>| Ok(question.nominal()?.passes);
-            if !self.each(quantity, value, (1.0, 0), &mut { alone })? {
+            let mut alone = |question: &PassQuestion<'_>| Ok(question.nominal()?.passes);
+            if !self.each(quantity, value, (1.0, 0), &mut alone)? {
                 return Ok(true);
             }
         }

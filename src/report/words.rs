@@ -287,9 +287,8 @@ pub(super) fn peak(document: &Document, run: &Run) -> String {
         return "largest angle > 90°".into();
     }
     format!(
-        "largest angle {} ({}°)",
-        peak_with_error(document, run),
-        trimmed(run.peak_angle_rad.to_degrees(), 3)
+        "largest angle {}",
+        peak_with_error(document, run, |degrees| format!(" ({degrees}°)"))
     )
 }
 
@@ -298,16 +297,22 @@ pub(super) fn short_peak(document: &Document, run: &Run) -> String {
     if run.peak_angle_rad > FRAC_PI_2 {
         return "> 90°".into();
     }
-    peak_with_error(document, run)
+    peak_with_error(document, run, |_| String::new())
 }
 
-/// Returns the peak with its error; an error beyond 90° has no figure either.
-fn peak_with_error(document: &Document, run: &Run) -> String {
+/// Returns the peak with its error, and what is said of its degrees; an error beyond 90° has no figure
+/// either.
+fn peak_with_error(
+    document: &Document,
+    run: &Run,
+    in_degrees: impl Fn(String) -> String,
+) -> String {
     let (peak, error) = (run.peak_angle_rad, uncertainty(document, run));
+    let degrees = in_degrees(trimmed(peak.to_degrees(), 3));
     if error.is_some_and(|error| error > FRAC_PI_2) {
-        return format!("{}\u{00A0}rad ± more than 90°", trimmed(peak, 4));
+        return format!("{}\u{00A0}rad{degrees} ± more than 90°", trimmed(peak, 4));
     }
-    format!("{}\u{00A0}rad", with_error(peak, error))
+    format!("{}\u{00A0}rad{degrees}", with_error(peak, error))
 }
 
 /// Returns an angle without known error, with its degrees; beyond 90° that alone.

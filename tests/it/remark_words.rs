@@ -31,6 +31,19 @@ fn doubt(text: &str) -> Option<Finding> {
     found
 }
 
+/// Remarks with a word of faults that a person knows to be harmless.
+pub(crate) const HARMLESS_IN_TRUTH: [&str; 9] = [
+    "NO CLIPPING",
+    "DEAD PEDAL",
+    "REPLACED BROKEN SENSOR BEFORE TEST",
+    "SENSOR REPLACED AFTER FAILED PRETEST",
+    "MOUNTED NEAR DAMAGED PANEL",
+    "TEST SPEED QUESTIONABLE",
+    "TEST FAILED TO REACH 50 KM/H",
+    "BACKUP FOR 148 IF LOST",
+    "BAD KISSINGEN",
+];
+
 #[track_caller]
 fn check_fault(texts: &[&str]) {
     for text in texts {
@@ -129,17 +142,9 @@ fn val_fault_words_are_found_however_they_are_written() {
         "ogiltig",
         "danSEN",
         "ケーブル断線",
-        // No denial is read, and no place: a person does that.
-        "NO CLIPPING",
-        "DEAD PEDAL",
-        "REPLACED BROKEN SENSOR BEFORE TEST",
-        "SENSOR REPLACED AFTER FAILED PRETEST",
-        "MOUNTED NEAR DAMAGED PANEL",
-        "TEST SPEED QUESTIONABLE",
-        "TEST FAILED TO REACH 50 KM/H",
-        "BACKUP FOR 148 IF LOST",
-        "BAD KISSINGEN",
     ]);
+    // No denial is read, and no place: a person does that.
+    check_fault(&HARMLESS_IN_TRUTH);
 }
 
 /// What laboratories write of places, mountings and settings.

@@ -1,5 +1,6 @@
 //! Remarks: what a person wrote of a channel blocks until a person accepts it, by every door.
 
+use crate::remark_words::HARMLESS_IN_TRUTH;
 use crate::support::{Folder, latchgate};
 use latchgate::pipeline::{
     self, Answer, Control, Design, Extras, Finding, Limits, MarginRequest, Outcome, Request,
@@ -89,18 +90,8 @@ const STATUS: (&str, Severity) = ("invalid-by-laboratory", Severity::Blocking);
 /// Harmless in truth, but not for a program to tell: a line in the question is enough.
 #[test]
 fn val_a_person_accepts_a_remark_by_its_text() {
-    for comment in [
-        "DEAD PEDAL",
-        "REPLACED BROKEN SENSOR BEFORE TEST",
-        "SENSOR REPLACED AFTER FAILED PRETEST",
-        "MOUNTED NEAR DAMAGED PANEL",
-        "TEST SPEED QUESTIONABLE",
-        "TEST FAILED TO REACH 50 KM/H",
-        "BACKUP FOR 148 IF LOST",
-        "BAD KISSINGEN",
-        "NO CLIPPING",
-        "AIRBAG FIRED AT 12 MS",
-    ] {
+    let comments = HARMLESS_IN_TRUTH.iter();
+    for comment in comments.chain(&["AIRBAG FIRED AT 12 MS"]) {
         let (_folder, source) = curve("AM", comment);
         check(&judged(&source, &[]), Answer::Unusable, &[BLOCKS]);
         check(&judged(&source, &[comment]), Answer::Pass, &[ACCEPTED]);

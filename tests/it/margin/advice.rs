@@ -78,6 +78,61 @@ fn prop_every_value_beyond_the_advice_passes() {
     assert!(advised as u64 > 2 * scenes, "{advised} advices of {scenes}");
 }
 
+/// A pass is told to be isolated where a value between it and the advice is no pass, and not where those
+/// near it and half-way pass.
+#[test]
+fn verif_an_isolated_pass_has_no_pass_behind_it() {
+    const TRIED: u32 = 96;
+    let (mut isolated, mut joined) = (0, 0);
+    for seed in 0..8 {
+        let (design, signal) = case(seed);
+        let mut asked = options(ModelChoice::Auto);
+        asked.basis = Basis::Verdict;
+        asked.points = None;
+        asked.policy.members = [0, 128][(seed % 2) as usize];
+        let input = conditioned(signal);
+        let found = margins(&input, &[], &design, &asked).unwrap();
+        for answer in found.answers.iter().filter(|of| !of.passes_at_present) {
+            let (Some(at), Some(from)) = (answer.at, answer.advice.safe_from) else {
+                continue;
+            };
+            if at == from || (at > from) == answer.quantity.is_safer_above() {
+                assert!(!answer.isolated, "seed {seed}, {}", answer.title);
+                continue;
+            }
+            let ratios = !matches!(
+                answer.quantity,
+                Quantity::Counterweight | Quantity::Restitution
+            );
+            let passes = |part: f64| {
+                let value = if ratios {
+                    at * libm::pow(from / at, part)
+                } else {
+                    at + part * (from - at)
+                };
+                rule_passes(answer.quantity, (&design, &input), &asked.policy, value)
+            };
+            let what = format!("seed {seed}, {}: {at} before {from}", answer.title);
+            if answer.isolated {
+                isolated += 1;
+                // The twelfths first, at which it is asked.
+                let parts = (1..12).map(|part| f64::from(part) / 12.0);
+                let finer = (1..TRIED).map(|part| f64::from(part) / f64::from(TRIED));
+                assert!(parts.chain(finer).any(|part| !passes(part)), "{what}");
+            } else {
+                joined += 1;
+                for part in [1.0 / 12.0, 0.25, 0.5] {
+                    assert!(passes(part), "{what}: no pass at {part} of the way");
+                }
+            }
+        }
+    }
+    assert!(
+        isolated > 0 && joined > 0,
+        "{isolated} isolated, {joined} not"
+    );
+}
+
 /// A preload is advised in the same words and with the same value by a report and by a search for
 /// margins.
 #[test]

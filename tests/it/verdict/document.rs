@@ -287,6 +287,42 @@ fn verif_numbers_are_printed_with_all_their_digits() {
     }
 }
 
+/// An error of the computation beyond 90° has no figure, as an angle has none: on a lever that hardly
+/// anything holds, at the end of a window just before it crosses.
+#[test]
+fn cli_an_error_beyond_90_degrees_is_told_as_that() {
+    let recording = signal_file("half_sine_30g_11ms.csv");
+    let question = [
+        "replay",
+        &recording,
+        "--set",
+        "lever.preload_torque_nm=0.001",
+        "--set",
+        "lever.spring_stiffness_nm_per_rad=0",
+        "--members",
+        "0",
+        "--window=0..0.0095",
+        "--no-report",
+    ];
+    let document = latchgate(&[&question[..], &["--format", "json"]].concat()).document();
+    let why = document["why"].as_array().unwrap().iter();
+    let told: Vec<&str> = why.filter_map(|reason| reason["text"].as_str()).collect();
+    let of_error = told
+        .iter()
+        .find(|text| text.starts_with("The error of the computation"));
+    let of_error = of_error.unwrap_or_else(|| panic!("{told:#?}"));
+    assert!(
+        of_error.starts_with("The error of the computation, ± more than 90° (integration ")
+            && of_error.contains("straight lines between samples more than 90°)"),
+        "{of_error}"
+    );
+    let shown = latchgate(&question).out;
+    assert!(
+        shown.contains("largest angle 0.08931 rad (5.12°) ± more than 90°;"),
+        "{shown}"
+    );
+}
+
 /// The first three sentences are those of the verdict card: what happened, how sure, what was
 /// not looked at.
 #[test]
