@@ -270,19 +270,22 @@ impl<'a> LogReader<'a> {
                 account.vouched |= data.iter().take(4).any(|byte| *byte != 0);
             }
             op::FOOTER => self.footer(data)?,
-            // What cannot be read of it is no one's remark.
             op::METADATA => {
-                let told = "the log's metadata say";
                 let record = records::parse(opcode, data);
-                let Ok(Record::Metadata(record)) = record else {
-                    return Ok(());
+                let comments: Vec<(&str, RemarkPlace)> = match &record {
+                    Ok(Record::Metadata(record)) => records::comments(&record.metadata)
+                        .map(|comment| (comment, RemarkPlace::Channel))
+                        .collect(),
+                    // What a person wrote there, nobody knows.
+                    _ => vec![("a record that cannot be read", RemarkPlace::State(None))],
                 };
-                for comment in records::comments(&record.metadata) {
+                for (comment, place) in comments {
                     let (text, place) = match self.remarks.len() {
-                        ..REMARKS => (comment, RemarkPlace::Channel),
+                        ..REMARKS => (comment, place),
                         REMARKS => ("more than is read", RemarkPlace::State(None)),
                         _ => break,
                     };
+                    let told = "the log's metadata say";
                     self.remarks.push(Remark::new(text, place, told));
                 }
             }

@@ -369,6 +369,15 @@ fn verif_an_archive_that_goes_on_and_on_ends_at_its_limit() {
     }
 }
 
+/// The program in a shell that bounds the address space; what asks for more is ended by its
+/// allocator.
+fn bounded() -> std::process::Command {
+    let bounded = format!("ulimit -v {MEMORY_KIB} && exec \"$0\" \"$@\"");
+    let mut shell = std::process::Command::new("sh");
+    shell.args(["-c", &bounded, env!("CARGO_BIN_EXE_latchgate")]);
+    shell
+}
+
 /// Settings with a key as long as they may be: to look for the name that was meant once took
 /// the key's length times the name's, in memory as well, and the message repeated all of it.
 #[cfg(unix)]
@@ -386,13 +395,7 @@ fn regress_a_key_as_long_as_the_settings_costs_little() {
         vec!["replay", &recording, "--no-report", "--design", &design],
         vec!["replay", carded.to_str().unwrap(), "--no-report"],
     ] {
-        // The shell bounds the address space; what asks for more is ended by its allocator.
-        let bounded = format!("ulimit -v {MEMORY_KIB} && exec \"$0\" \"$@\"");
-        let done = finish(
-            std::process::Command::new("sh")
-                .args(["-c", &bounded, env!("CARGO_BIN_EXE_latchgate")])
-                .args(&arguments),
-        );
+        let done = finish(bounded().args(&arguments));
         assert!(matches!(done.code, 2 | 4), "{} {}", done.code, done.err);
         assert!(done.err.contains("kkk…"), "{}", done.err);
         assert!(done.err.len() < 2000, "{} bytes", done.err.len());
@@ -456,11 +459,26 @@ fn verif_chunks_that_unpack_to_far_more_are_refused() {
 #[test]
 fn verif_a_string_that_claims_four_gibibytes_is_refused() {
     let claims = u32::MAX.to_le_bytes();
-    // In a record of the file ...
-    let mut body = 1_u16.to_le_bytes().to_vec();
-    body.extend(claims);
-    body.extend(b"sensor_msgs/msg/Imu");
-    let in_schema = file(&[record(0x03, &body)], &[]);
+    // In a record of the file, first text or last ...
+    let body = |parts: &[&[u8]]| parts.concat();
+    let map = |texts: &[u8]| [&(texts.len() as u32).to_le_bytes(), texts].concat();
+    let in_records = [
+        ("schema", 0x03, body(&[&[1, 0], &claims, b"a/B"])),
+        (
+            "schema",
+            0x03,
+            body(&[&[1, 0], &[1, 0, 0, 0], b"a", &claims, b"ros2msg"]),
+        ),
+        ("channel", 0x04, body(&[&[1, 0, 1, 0], &claims, b"/imu"])),
+        (
+            "channel",
+            0x04,
+            body(&[&[1, 0, 1, 0], &[0; 8], &map(&claims)]),
+        ),
+        ("chunk", 0x06, body(&[&[0; 28], &claims, b"zstd"])),
+        ("chunk index", 0x08, body(&[&[0; 44], &claims, b"zstd"])),
+    ];
+    let metadata = body(&[&[0; 4], &map(&body(&[&[0; 4], &claims]))]);
     // ... and in a message: the frame of an Imu.
     let text = Cdr::new(true).u32(1).u32(0).u32(u32::MAX).finish();
     let in_message = file(
@@ -485,10 +503,20 @@ fn verif_a_string_that_claims_four_gibibytes_is_refused() {
         });
         assert!(fed.err.contains("4294967295 bytes"), "{}", fed.err);
     }
-    // A record's own text ends with its record.
-    let fed = repeated(COMMANDS[0], &in_schema, b"", 0);
-    assert!(fed.err.contains("a whole schema record"), "{}", fed.err);
-    assert!(fed.code == 4 && fed.memory_kib < MEMORY_KIB);
+    // A record's own text ends with its record; nobody asks for the memory it claims.
+    let folder = Folder::new("limits-text");
+    let replayed = |opcode, body: &[u8]| {
+        let path = folder.write("log.mcap", file(&[record(opcode, body)], &[]));
+        let done = finish(bounded().args(["replay", "--no-report", &path]));
+        assert_eq!(done.code, 4, "{}", done.err);
+        done.err
+    };
+    for (name, opcode, body) in in_records {
+        let (told, whole) = (replayed(opcode, &body), format!("a whole {name} record"));
+        assert!(told.contains(&whole), "{told}");
+    }
+    let told = replayed(0x0C, &metadata);
+    assert!(told.contains("the recording holds: no topic"), "{told}");
 }
 
 #[test]

@@ -51,9 +51,8 @@ const WHOLE: usize = 19;
 /// its decimals.
 fn parse(cell: &[u8]) -> Option<(i128, usize)> {
     // TOML's dates have a point, and minutes in the zone.
-    let mut text = std::str::from_utf8(cell.trim_ascii())
-        .ok()?
-        .replace(',', ".");
+    let text = std::str::from_utf8(cell.trim_ascii()).ok()?;
+    let mut text = text.is_ascii().then(|| text.replace(',', "."))?;
     let rest = text.get(WHOLE..)?;
     let decimals = rest.bytes().skip(1).take_while(u8::is_ascii_digit).count();
     if let Some(zone) = rest.find(['+', '-']).map(|zone| zone + WHOLE) {

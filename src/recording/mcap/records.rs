@@ -11,7 +11,14 @@ pub(super) const PREFIX_BYTES: usize = 9;
 
 /// Reads the fields of a record.
 pub(super) fn parse(opcode: u8, data: &[u8]) -> Result<Record<'_>, Error> {
-    ::mcap::parse_record(opcode, data).map_err(|error| {
+    let parsed = match texts_fit(opcode, data) {
+        Some(()) => ::mcap::parse_record(opcode, data).map_err(|error| match &error {
+            McapError::Parse(error) => error.root_cause().to_string(),
+            other => other.to_string(),
+        }),
+        None => Err("one that ends within a text, as the text's length field says".into()),
+    };
+    parsed.map_err(|found| {
         let what = match opcode {
             op::FOOTER => "footer",
             op::SCHEMA => "schema",
@@ -22,12 +29,48 @@ pub(super) fn parse(opcode: u8, data: &[u8]) -> Result<Record<'_>, Error> {
             op::STATISTICS => "statistics",
             _ => "metadata",
         };
-        let found = match &error {
-            McapError::Parse(error) => error.root_cause().to_string(),
-            other => other.to_string(),
-        };
         damaged(format!("a whole {what} record"), found)
     })
+}
+
+/// Sees to it that no text of a record claims to be longer than what is left of the record: the
+/// crate asks for the memory of a text before it reads it. `None` if one does.
+fn texts_fit(opcode: u8, data: &[u8]) -> Option<()> {
+    // Bytes before the texts, the texts, and whether a map of texts follows.
+    let (before, texts, is_map_next) = match opcode {
+        op::SCHEMA => (2, 2, false),
+        op::CHANNEL => (4, 2, true),
+        op::CHUNK => (28, 1, false),
+        op::CHUNK_INDEX => {
+            let offsets = data
+                .get(32..)?
+                .first_chunk()
+                .map(|c| u32::from_le_bytes(*c))?;
+            (32 + 4 + offsets as usize + 8, 1, false)
+        }
+        op::METADATA => (0, 1, true),
+        _ => return Some(()),
+    };
+    let mut left = data.get(before..)?;
+    for _ in 0..texts {
+        take_text(&mut left)?;
+    }
+    let mut map: &[u8] = match is_map_next {
+        true => take_text(&mut left)?,
+        false => &[],
+    };
+    while !map.is_empty() {
+        take_text(&mut map)?;
+    }
+    Some(())
+}
+
+/// Takes a length of four bytes, and as many bytes as it says.
+fn take_text<'a>(left: &mut &'a [u8]) -> Option<&'a [u8]> {
+    let (length, rest) = left.split_first_chunk()?;
+    let (text, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+    *left = rest;
+    Some(text)
 }
 
 /// Refuses texts that are longer than allowed.
