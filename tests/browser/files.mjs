@@ -70,6 +70,10 @@ for (const [view, options] of Object.entries(views)) {
     assert.deepEqual(told, [], `${view}, ${name}: accessibility`);
     const [wide, shown] = await page.evaluate(() => [document.documentElement.scrollWidth, window.innerWidth]);
     assert.ok(wide <= shown, `${view}, ${name}: the page is ${wide} wide, the window ${shown}`);
+    const spilt = await page.evaluate(() => [...document.querySelectorAll('table')]
+      .filter((table) => table.getBoundingClientRect().width > table.parentElement.clientWidth + 1)
+      .map((table) => table.caption?.textContent ?? table.textContent.slice(0, 80)));
+    if (view !== 'phone') assert.deepEqual(spilt, [], `${view}, ${name}: tables wider than their card`);
     await page.screenshot({ path: path.join(pictures, `${view}-${name}.png`), fullPage: true });
     assert.deepEqual(odd, [], `${view}, ${name}`);
     await page.close();

@@ -103,8 +103,7 @@ fn flips(page: &mut Page, document: &MarginDocument) {
             "#Searched to",
             "#Nearest change",
             "#Change",
-            "#There",
-            "#Width of the bracket",
+            "There",
         ],
     );
     for answer in &document.answers {
@@ -113,18 +112,16 @@ fn flips(page: &mut Page, document: &MarginDocument) {
         page.element("td", "number", &with_unit(answer.present, &answer.unit));
         page.element("td", "number nominal", &advised(answer));
         page.element("td", "number", &shown(answer.advice.until, &answer.unit));
-        match (answer.at, answer.bracket) {
-            (Some(at), Some(ends)) => {
+        match answer.at {
+            Some(at) => {
                 page.element("td", "number", &with_unit(at, &answer.unit));
                 page.element("td", "number", &change(answer).replace('-', "\u{2212}"));
-                page.element("td", "number", direction(answer));
-                page.element("td", "number", &significant(ends.1 - ends.0, 2));
+                page.element("td", "", direction(answer));
             }
-            _ => {
+            None => {
                 page.element("td", "number", "never");
-                for _ in 0..3 {
-                    page.element("td", "number", ABSENT);
-                }
+                page.element("td", "number", ABSENT);
+                page.element("td", "", ABSENT);
             }
         }
         page.raw("</tr>\n");
@@ -143,6 +140,7 @@ fn searched(page: &mut Page, document: &MarginDocument) {
             "Quantity",
             "#Nominal peak meets the limit at",
             "#Verdict changes at",
+            "#Width of the bracket",
             "#Searched",
             "What stays and what moves along",
         ],
@@ -154,6 +152,8 @@ fn searched(page: &mut Page, document: &MarginDocument) {
         page.element("th", "", &answer.title);
         page.element("td", "number", &number(answer.nominal_at));
         page.element("td", "number", &number(answer.verdict_at));
+        let width = answer.bracket.map(|ends| significant(ends.1 - ends.0, 2));
+        page.element("td", "number", width.as_deref().unwrap_or(ABSENT));
         page.element(
             "td",
             "number",
