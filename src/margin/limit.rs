@@ -1,7 +1,7 @@
 //! The design's limit under half-sine pulses: amplitude against change of velocity.
 
 use super::runs::{LeverTrial, NominalRuns};
-use super::search::{self, Edge, Probe};
+use super::search::{self, Edge, Excess, Probe};
 use crate::conditioning::Signal;
 use crate::error::Error;
 use crate::model::Design;
@@ -140,7 +140,7 @@ pub fn critical_pulse(
             .collect();
         runs.scan(&trials)
     };
-    let found = search::changes(
+    let found = search::changes_among(
         up_to_first(&grid, &scan)?,
         &Probe {
             scan: &scan,
@@ -168,18 +168,22 @@ pub fn critical_pulse(
     })
 }
 
-/// Returns the amplitudes up to the second beyond the first that passes no more: what larger ones do
-/// is not asked for.
-fn up_to_first<'a>(grid: &'a [f64], scan: &search::ScanFn<'_>) -> Result<&'a [f64], Error> {
-    let mut seen = 0;
+/// Scans the amplitudes up to the second beyond the first that passes no more: what larger ones do is
+/// not asked for.
+fn up_to_first(grid: &[f64], scan: &search::ScanFn<'_>) -> Result<Vec<(f64, Excess)>, Error> {
+    let mut seen: Vec<(f64, Excess)> = Vec::new();
     for amplitudes in grid.chunks(AMPLITUDES_TAKEN) {
-        let found = scan(amplitudes)?;
-        if let Some(first) = found.iter().position(|excess| excess.pass > 0.0) {
-            return Ok(&grid[..grid.len().min(seen + first + 3)]);
+        seen.extend(amplitudes.iter().copied().zip(scan(amplitudes)?));
+        if let Some(first) = seen.iter().position(|(_, excess)| excess.pass > 0.0) {
+            let next = grid
+                .get(seen.len()..(first + 3).min(grid.len()))
+                .unwrap_or_default();
+            seen.extend(next.iter().copied().zip(scan(next)?));
+            seen.truncate(first + 3);
+            break;
         }
-        seen += amplitudes.len();
     }
-    Ok(grid)
+    Ok(seen)
 }
 
 /// Returns a half-sine pulse of one g in the opening direction.

@@ -13,7 +13,7 @@ use crate::model::Design;
 use crate::parallel::Control;
 use crate::recording::Finding;
 use crate::units::{STANDARD_GRAVITY, plain};
-use crate::verdict::assess::{NominalPass, PassQuestion};
+use crate::verdict::assess::{NominalPass, PassQuestion, PassingRuns};
 use crate::verdict::early::MemberCache;
 use crate::verdict::faults::Faults;
 use crate::verdict::interpolation::{Course, apart_s};
@@ -21,10 +21,11 @@ use crate::verdict::meter::Meter;
 use crate::verdict::readings::ReadingCache;
 use crate::verdict::usable_span::window_samples;
 use crate::verdict::wording::angle;
-use crate::verdict::{self, AssessExtras, Policy};
+use crate::verdict::{self, AssessExtras, Policy, Variant};
 use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
+use std::rc::Rc;
 
 /// Samples times values that a search begins with, at most, unless [`POINTS_MIN`] needs more.
 const SAMPLES_TIMES_POINTS: usize = 800_000;
@@ -42,8 +43,12 @@ const LONG_SAMPLES: usize = 10_000;
 /// Samples times changes of the answer that are narrowed down, at most, unless there is but one.
 const SAMPLES_TIMES_NARROWED: usize = 12_000;
 
-/// What was found at scales of the recording, by their bits.
-type KnownAt<T> = BTreeMap<u64, T>;
+/// What was found of the nominal levers, by the part of the limit and the scale of the recording, as
+/// bits.
+type KnownAt<T> = BTreeMap<(u64, u64), T>;
+
+/// The runs of each set of samples, which pass alone; or the variant that does not, if it is known.
+type PassingAt = Rc<Result<Vec<PassingRuns>, Option<Variant>>>;
 
 /// Everything that the searches for the margins of one verdict share.
 pub(super) struct MarginSearch<'a> {
@@ -63,8 +68,8 @@ pub(super) struct MarginSearch<'a> {
     lift_off_nm: f64,
     /// The answer of the nominal runs at present.
     pub(super) state: NominalAnswer,
-    /// What is known of the nominal levers at scales of the recording.
     nominal_at: RefCell<KnownAt<NominalPass>>,
+    passing_at: RefCell<KnownAt<PassingAt>>,
     courses_at: RefCell<KnownAt<Vec<(f64, Course)>>>,
     /// Whether the verdict passes at present, once that was asked: it is the same of every
     /// quantity.
@@ -115,6 +120,7 @@ impl<'a> MarginSearch<'a> {
             },
             lift_off_nm: design.lever.unbalance_kg_m() * strongest,
             nominal_at: RefCell::default(),
+            passing_at: RefCell::default(),
             courses_at: RefCell::default(),
             passes: Cell::new(None),
         })
@@ -185,73 +191,124 @@ impl<'a> MarginSearch<'a> {
         (room, members): (f64, Option<u32>),
         (cache, trust_cache): (&mut MemberCache, bool),
     ) -> Result<bool, Error> {
-        let mut own = Some(cache);
+        let alone = self.passing_at(quantity, value, room, cache)?;
+        let runs = match &*alone {
+            Ok(runs) => runs,
+            Err(variant) => {
+                if let Some(variant) = variant {
+                    cache.stands_in_the_way(*variant);
+                }
+                return Ok(false);
+            }
+        };
+        let (mut runs, mut own) = (runs.iter(), Some(cache));
         let members = members.unwrap_or(u32::MAX);
         self.each(quantity, value, (room, members), &mut |question| {
+            let Some(runs) = runs.next() else {
+                return Ok(false);
+            };
             // What is known of members holds for the samples that are asked about first.
             match own.take() {
-                Some(cache) => question.passes((cache, trust_cache)),
-                None => question.passes((&mut MemberCache::default(), false)),
+                Some(cache) => question.members_pass(runs, (cache, trust_cache)),
+                None => question.members_pass(runs, (&mut MemberCache::default(), false)),
             }
         })
     }
 
-    /// Returns what the rule says of the nominal lever at a value, with [`ROOM`].
-    pub(super) fn nominal_pass(
+    /// Returns the nominal runs at a value if all of them pass alone.
+    fn passing_at(
         &self,
         quantity: Quantity,
         value: f64,
+        room: f64,
+        cache: &MemberCache,
+    ) -> Result<PassingAt, Error> {
+        self.known(
+            &self.passing_at,
+            (quantity, value),
+            room,
+            &|quantity, value| {
+                let (mut runs, mut in_the_way) = (Vec::new(), None);
+                let pass = self.each(quantity, value, (room, u32::MAX), &mut |question| {
+                    let found = question.passing_runs(cache)?;
+                    let pass = found.is_ok();
+                    match found {
+                        Ok(found) => runs.push(found),
+                        Err(variant) => in_the_way = variant,
+                    }
+                    Ok(pass)
+                })?;
+                Ok(Rc::new(if pass { Ok(runs) } else { Err(in_the_way) }))
+            },
+        )
+    }
+
+    /// Returns what the rule says of the nominal lever at a value, with `room`, a part of the limit,
+    /// for the limit.
+    fn nominal_pass(
+        &self,
+        quantity: Quantity,
+        value: f64,
+        room: f64,
     ) -> Result<NominalPass, Error> {
-        self.known(&self.nominal_at, quantity, value, &|| {
-            let mut in_doubt = false;
-            let passes = self.each(quantity, value, (ROOM, 0), &mut |question| {
-                let found = question.nominal()?;
-                in_doubt |= found.in_doubt;
-                Ok(found.passes)
-            })?;
-            Ok(NominalPass { passes, in_doubt })
-        })
+        self.known(
+            &self.nominal_at,
+            (quantity, value),
+            room,
+            &|quantity, value| {
+                let mut in_doubt = false;
+                let passes = self.each(quantity, value, (room, 0), &mut |question| {
+                    let found = question.nominal()?;
+                    in_doubt |= found.in_doubt;
+                    Ok(found.passes)
+                })?;
+                Ok(NominalPass { passes, in_doubt })
+            },
+        )
     }
 
     /// Returns the highest angle [rad] of each nominal lever at a value, and how it came to its peak.
-    pub(super) fn courses(
-        &self,
-        quantity: Quantity,
-        value: f64,
-    ) -> Result<Vec<(f64, Course)>, Error> {
-        self.known(&self.courses_at, quantity, value, &|| {
-            let mut found = Vec::new();
-            self.each(quantity, value, (1.0, 0), &mut |question| {
-                found.extend(question.courses()?);
-                Ok(true)
-            })?;
-            Ok(found)
-        })
+    fn courses(&self, quantity: Quantity, value: f64) -> Result<Vec<(f64, Course)>, Error> {
+        self.known(
+            &self.courses_at,
+            (quantity, value),
+            1.0,
+            &|quantity, value| {
+                let mut found = Vec::new();
+                self.each(quantity, value, (1.0, 0), &mut |question| {
+                    found.extend(question.courses()?);
+                    Ok(true)
+                })?;
+                Ok(found)
+            },
+        )
     }
 
-    /// Returns what `known` holds at a value, or asks. The nominal levers do the same at an unbalance and
-    /// at that scale of the recording: the model holds both as a product.
+    /// Returns what `known` holds at a value, or asks. The nominal levers do the same at a scale of the
+    /// recording and at that unbalance: the model holds both as a product. Asked is the unbalance, of
+    /// which samples and readings are there already.
     fn known<T: Clone>(
         &self,
         known: &RefCell<KnownAt<T>>,
-        quantity: Quantity,
-        value: f64,
-        ask: &dyn Fn() -> Result<T, Error>,
+        (quantity, value): (Quantity, f64),
+        room: f64,
+        ask: &dyn Fn(Quantity, f64) -> Result<T, Error>,
     ) -> Result<T, Error> {
         /// Units in the last place by which two ways to one scale may differ.
         const ROUNDED: u64 = 4;
-        let scale = match quantity {
-            Quantity::Scale => value,
-            Quantity::Unbalance => value / self.design.lever.unbalance_kg_m(),
-            _ => return ask(),
+        let present = self.design.lever.unbalance_kg_m();
+        let (scale, unbalance) = match quantity {
+            Quantity::Scale if present > 0.0 => (value, value * present),
+            Quantity::Unbalance if present > 0.0 => (value / present, value),
+            _ => return ask(quantity, value),
         };
-        let bits = scale.to_bits();
-        let near = bits.saturating_sub(ROUNDED)..=bits.saturating_add(ROUNDED);
+        let (room, bits) = (room.to_bits(), scale.to_bits());
+        let near = (room, bits.saturating_sub(ROUNDED))..=(room, bits.saturating_add(ROUNDED));
         if let Some((_, found)) = known.borrow().range(near).next() {
             return Ok(found.clone());
         }
-        let found = ask()?;
-        known.borrow_mut().insert(bits, found.clone());
+        let found = ask(Quantity::Unbalance, unbalance)?;
+        known.borrow_mut().insert((room, bits), found.clone());
         Ok(found)
     }
 
@@ -361,7 +418,7 @@ impl<'a> MarginSearch<'a> {
         found: &SearchResult,
     ) -> Result<Advice, Error> {
         let probe = AdviceProbe {
-            nominal: &|value| self.nominal_pass(quantity, value),
+            nominal: &|value| self.nominal_pass(quantity, value, ROOM),
             courses: &|value| self.courses(quantity, value),
             apart_s: apart_s(self.runs.signal),
             rule: &|value, asked, cache| self.rule_passes(quantity, value, asked, (cache, false)),
@@ -457,8 +514,7 @@ impl<'a> MarginSearch<'a> {
         let between = |part: f64| range.value(near + (far - near) * part);
         for step in 1..=BETWEEN {
             let value = between(f64::from(step) / f64::from(BETWEEN + 1));
-            let mut alone = |question: &PassQuestion<'_>| Ok(question.nominal()?.passes);
-            if !self.each(quantity, value, (1.0, 0), &mut alone)? {
+            if !self.nominal_pass(quantity, value, 1.0)?.passes {
                 return Ok(true);
             }
         }

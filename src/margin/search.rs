@@ -124,6 +124,16 @@ struct Point {
     exact: bool,
 }
 
+impl Point {
+    fn scanned((at, excess): (f64, Excess)) -> Self {
+        Self {
+            at,
+            excess,
+            exact: false,
+        }
+    }
+}
+
 /// Finds every change of the answer on `grid`, whose values ascend, and narrows the nearest down.
 ///
 /// A pair of crossings between two neighbouring values is found where a cell is split: where
@@ -136,7 +146,22 @@ struct Point {
 ///
 /// Those of the probe.
 pub fn changes(grid: &[f64], probe: &Probe<'_>) -> Result<SearchResult, Error> {
-    let mut points = scanned(grid, probe)?;
+    search(scanned(grid, probe)?, probe)
+}
+
+/// As [`changes`], of values that were scanned before.
+///
+/// # Errors
+///
+/// Those of the probe.
+pub fn changes_among(
+    scanned: Vec<(f64, Excess)>,
+    probe: &Probe<'_>,
+) -> Result<SearchResult, Error> {
+    search(scanned.into_iter().map(Point::scanned).collect(), probe)
+}
+
+fn search(mut points: Vec<Point>, probe: &Probe<'_>) -> Result<SearchResult, Error> {
     let most = probe.values_max;
     for split in 0..SPLITS {
         let near = if split == 0 { probe.near_rad } else { 0.0 };
@@ -193,16 +218,8 @@ fn same(a: f64, b: f64) -> bool {
 }
 
 fn scanned(values: &[f64], probe: &Probe<'_>) -> Result<Vec<Point>, Error> {
-    let found = (probe.scan)(values)?;
-    Ok(values
-        .iter()
-        .zip(found)
-        .map(|(at, excess)| Point {
-            at: *at,
-            excess,
-            exact: false,
-        })
-        .collect())
+    let found = values.iter().copied().zip((probe.scan)(values)?);
+    Ok(found.map(Point::scanned).collect())
 }
 
 fn changes_in(cell: &[Point], edge: Edge) -> bool {

@@ -450,6 +450,10 @@ pub(crate) struct PassQuestion<'a> {
     pub(crate) work: &'a Meter,
 }
 
+/// Nominal runs that pass alone.
+#[derive(Debug, Clone)]
+pub(crate) struct PassingRuns(Vec<VariantRun>);
+
 /// What the nominal levers say of a pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct NominalPass {
@@ -471,19 +475,45 @@ impl PassQuestion<'_> {
             return Ok(false);
         };
         // What cannot be scattered is refused, whatever the nominal levers say.
-        let scatter = scatter(self.conditioned, self.design, self.policy)?;
-        let variants = cache.in_the_way_first(self.policy.variants());
-        let runs = match setup.passing_runs(&variants)? {
-            Ok(runs) => runs,
+        scatter(self.conditioned, self.design, self.policy)?;
+        let runs = setup.passing_runs(&cache.in_the_way_first(self.policy.variants()))?;
+        match runs {
+            Ok(runs) => self.members_pass(&PassingRuns(runs), (cache, trust_cache)),
             Err(variant) => {
                 cache.stands_in_the_way(variant);
-                return Ok(false);
+                Ok(false)
             }
+        }
+    }
+
+    /// Returns the nominal runs if all of them pass alone; otherwise a variant that does not, none where
+    /// a fault leaves no pass.
+    pub(crate) fn passing_runs(
+        &self,
+        cache: &MemberCache,
+    ) -> Result<Result<PassingRuns, Option<Variant>>, Error> {
+        let Some(setup) = self.setup()? else {
+            return Ok(Err(None));
         };
-        match scatter {
+        let runs = setup.passing_runs(&cache.in_the_way_first(self.policy.variants()))?;
+        Ok(runs.map(PassingRuns).map_err(Some))
+    }
+
+    /// Returns whether the rule says pass, the nominal runs being those that pass alone; see
+    /// [`Self::passes`].
+    pub(crate) fn members_pass(
+        &self,
+        PassingRuns(runs): &PassingRuns,
+        (cache, trust_cache): (&mut MemberCache, bool),
+    ) -> Result<bool, Error> {
+        let scatter = scatter(self.conditioned, self.design, self.policy)?;
+        match (self.setup()?, scatter) {
+            (None, _) => Ok(false),
             // By parts 3 and 4 of the rule nothing but a pass of each joins to one.
-            None => Ok(true),
-            Some(scatter) => early::all_pass(&setup, &scatter, &runs, cache, trust_cache),
+            (Some(_), None) => Ok(true),
+            (Some(setup), Some(scatter)) => {
+                early::all_pass(&setup, &scatter, runs, cache, trust_cache)
+            }
         }
     }
 
@@ -505,10 +535,12 @@ impl PassQuestion<'_> {
             peak > FAINT_PART * threshold && run.interpolation_error_rad > DOUBT_PART * peak
         };
         let clear = |run: &VariantRun| stays(run) && !doubted(run);
+        // A larger error could only confirm both.
+        let lost = |run: &VariantRun| !stays(run) && doubted(run);
         let runs = setup
             .nominal_runs(&self.policy.variants(), RunDetail::ErrorBound)?
             .into_iter()
-            .map(|outcome| setup.enough_known(outcome, clear, |_| false))
+            .map(|outcome| setup.enough_known(outcome, clear, lost))
             .collect::<Result<Vec<_>, Error>>()?;
         Ok(NominalPass {
             passes: runs.iter().all(stays),

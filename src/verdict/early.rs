@@ -66,7 +66,7 @@ enum LookEnd {
 }
 
 /// Returns whether every variant passes by the rule, as its whole ensemble would have it, of `runs`
-/// which pass alone; asked in their order.
+/// which pass alone; asked first is the one that was in the way before.
 ///
 /// With `trust_cache` a pass is not certain: where the cache has seen every member of a look, those
 /// that stayed well below the threshold are not run again. "No pass" is certain in any case.
@@ -77,8 +77,10 @@ pub(super) fn all_pass(
     cache: &mut MemberCache,
     trust_cache: bool,
 ) -> Result<bool, Error> {
-    for run in runs {
-        let variant = run.variant();
+    for variant in cache.in_the_way_first(runs.iter().map(VariantRun::variant).collect()) {
+        let Some(run) = runs.iter().find(|run| run.variant() == variant) else {
+            continue;
+        };
         let question = Question {
             setup,
             scatter,

@@ -298,7 +298,13 @@ impl RunSetup<'_> {
             numerical_error_rad: run.run.numerical_error_rad,
             apart_s: apart_s(self.signal),
         };
-        let wanted = !peaks.regular() && self.readings.has_sixteenfold();
+        let regular = peaks.regular();
+        // The finest can but add to what is seen without it.
+        let seen = if regular { 0.0 } else { peaks.bound(None, 0.0) };
+        if enough(least(seen)) {
+            return Ok(least(seen));
+        }
+        let wanted = !regular && self.readings.has_sixteenfold();
         let finest = wanted
             .then(|| read(SampleReading::Sixteenfold))
             .transpose()?;
