@@ -72,7 +72,7 @@ pub(super) fn lost_rows() -> Vec<Case> {
     let mut cases = Vec::new();
     for (index, cell) in [
         "########", "##", "#NUM!", "#DIV/0!", "#N/A", "#VALUE!", "#REF!", "#NAME?", "#NULL!",
-        "#WERT!", "#NV",
+        "#WERT!", "#NV", "#NÚM!",
     ]
     .iter()
     .enumerate()
