@@ -111,20 +111,23 @@ impl<'a> TableText<'a> {
         // The table reader takes a comment without a line end for an empty row.
         let last = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
         if text.get(last) == Some(&b'#') {
-            text.truncate(last);
+            text.push(b'\n');
         }
         let separator = begin::find_separator(&text, options.decimal);
         if separator == dialect::Separator::Blanks {
             dialect::collapse_blanks(&mut text);
         }
         let layout = TableLayout::find(&text, separator, asked)?;
-        if text.last() != Some(&b'\n')
-            && let Some(cut) = std::str::from_utf8(&text).ok().and_then(held::cut_line)
-        {
-            // What is left of its number is none that was measured.
+        if text.last() != Some(&b'\n') {
+            let cut = std::str::from_utf8(&text).ok().and_then(held::cut_line);
             let start = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
-            text.truncate(start);
-            findings.push(cut);
+            match cut {
+                // What is left of its number is none that was measured.
+                Some(_) => text.truncate(start),
+                // The table reader would take an open quote for a closed one.
+                None => text.push(b'\n'),
+            }
+            findings.extend(cut);
         }
         Ok(Self {
             text,

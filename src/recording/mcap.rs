@@ -687,6 +687,16 @@ impl<'a> LogReader<'a> {
             return Err(error);
         }
         let mut channel = field.channel.clone()?;
+        // What a topic that cannot be read holds, nobody knows; a type may say what it should.
+        for (id, topic) in &topics {
+            let unread = topic.fields.iter().find(|one| one.path.is_empty());
+            if let Some((name, Err(error))) = unread.map(|one| (&one.words.name, &one.channel)) {
+                match self.topics[id].encoding == "json" {
+                    true => outcome.findings.push(draft::left_out(name, error)),
+                    false => return Err(error.clone()),
+                }
+            }
+        }
         let name = &field.words.name;
         if channel.unit.is_none() {
             return Err(Error::from(ErrorKind::MissingUnit).at(Place::default().channel(name)));

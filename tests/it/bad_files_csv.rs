@@ -367,6 +367,12 @@ fn val_bad_shape() {
         ":4",
         "expected a quoted cell to end on its line",
     );
+    check_refused(
+        "time_s,acc_y_g\n0.0,\"1\"\n0.1,\"2.5\"\n0.2,\"12",
+        &none(),
+        ":4",
+        "expected a quoted cell to end on its line",
+    );
 }
 
 /// Files without content, and files of something else.

@@ -697,6 +697,17 @@ fn val_real_channels_are_told_apart() {
     }
 }
 
+/// The number of samples in which a body may stand still had overflowed at such a rate.
+#[test]
+fn regress_a_rate_that_no_clock_has_freezes_nothing() {
+    let record = signal(1e40, 0.0, vec![9.0, 28.0]);
+    let found = findings(&record, &ConditioningOptions::default());
+    assert!(
+        found.iter().all(|finding| finding.code != "frozen"),
+        "{found:?}"
+    );
+}
+
 /// Formula signals without a card: none may look clipped or frozen.
 #[test]
 fn val_formula_signals_are_neither_clipped_nor_frozen() {

@@ -113,7 +113,8 @@ fn silent_head(facts: &SignalFacts<'_>) -> Option<(usize, usize)> {
 /// Equal samples away from rest for longer than a moving body stands still, on a channel whose
 /// noise is not known. A slow signal on a coarse grid may stand still at its top; it comes and goes gently.
 pub(super) fn stands_still(facts: &SignalFacts<'_>) -> Option<Finding> {
-    let least = ((FROZEN_S * facts.raw.rate.hertz()).floor() as usize + 2).max(FROZEN_RUN);
+    let still = (FROZEN_S * facts.raw.rate.hertz()).floor() as usize;
+    let least = still.saturating_add(2).max(FROZEN_RUN);
     let runs = noise::equal_runs(facts.samples, least);
     let (first, length) = runs.into_iter().find(|(first, length)| {
         let away = (facts.samples[*first] - facts.bias).abs();

@@ -156,7 +156,9 @@ fn damaged_cell(line: &[u8], separator: Separator, cells: usize) -> Option<&[u8]
         all.pop();
     }
     let (first, others) = all.split_first()?;
-    let mark = |byte: &u8| byte.is_ascii_uppercase() || b"#/0!?".contains(byte);
+    // Other alphabets have capitals of their own: `#NÚM!`.
+    let is_word = |byte: &u8| byte.is_ascii_uppercase() || !byte.is_ascii();
+    let mark = |byte: &u8| is_word(byte) || b"#/0!?".contains(byte);
     let damaged = first.len() > 1 && first.starts_with(b"#") && first.iter().all(mark);
     // Behind a blank words go on in a comment, numbers in a row.
     let words = |cell: &&[u8]| !number::is_numeric(cell) && !cell.starts_with(b"#");

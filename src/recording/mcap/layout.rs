@@ -240,9 +240,11 @@ fn typed_layout(
         .iter()
         .map(|path| (path.clone(), unit(path)))
         .collect();
-    if columns.is_empty() && wanted.path.is_none() {
+    let promised = lateral_path(&schema.name).filter(|_| wanted.path.is_none());
+    if columns.is_empty() && wanted.path.is_none() && promised.is_none() {
         return Err(Unfit::Other);
     }
+    let lacking = promised.filter(|path| !paths.iter().any(|known| known == path));
     let is_number = |path: &str| types.way_to_number(path).is_some();
     let kind = types
         .way(&FRAME.join("."))
@@ -267,6 +269,10 @@ fn typed_layout(
             Messages::Ros(types, dialect)
         }
     };
+    if let Some(path) = lacking {
+        let found = format!("none in the definition of {}", schema.name);
+        return Err(refused(&format!("a floating-point {path}"), &found).into());
+    }
     Ok(layout)
 }
 

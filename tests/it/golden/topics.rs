@@ -66,8 +66,28 @@ pub(super) fn cases() -> Vec<Case> {
     cases
 }
 
-fn choices() -> Vec<Case> {
+/// The door beside a cabin of a type of its own; one without a name is JSON.
+fn beside_door(name: &str, definition: &str, cabin: impl Fn(i64) -> Vec<u8>) -> Vec<u8> {
+    let (id, encoding) = match name.is_empty() {
+        true => (0, "json"),
+        false => (2, "cdr"),
+    };
+    let own = vec![
+        schema(1, "lab/msg/Door", "ros2msg", "float64 ay_g\n"),
+        schema(2, name, "ros2msg", definition),
+        channel(1, 1, "/door", "cdr"),
+        channel(2, id, "/cabin", encoding),
+    ];
+    let door = messages(|k| Cdr::new(true).f64(push(k)).finish());
+    let cabin = (FROM..TO).map(|k| message(2, stamp(k) + 1_000_000, &cabin(k)));
     let count = (TO - FROM) as u64;
+    file(
+        &[own, door, cabin.collect()].concat(),
+        &[statistics(&[(1, count), (2, count)])],
+    )
+}
+
+fn choices() -> Vec<Case> {
     // A cabin that shakes little, beside the door.
     let cabin = |k: i64| 0.05 * push(k);
     let wide: Vec<String> = (0..70).map(|index| format!("value_{index}")).collect();
@@ -86,30 +106,32 @@ fn choices() -> Vec<Case> {
             numbers
         })
     };
-    let two_kinds = {
-        let own = vec![
-            schema(1, "lab/msg/Door", "ros2msg", "float64 ay_g\n"),
-            channel(1, 1, "/door", "cdr"),
-            channel(2, 0, "/cabin", "json"),
-        ];
-        let others: Vec<Vec<u8>> = (FROM..TO)
-            .map(|k| {
-                let body = format!("{{\"ay_g\": {}}}", cabin(k));
-                message(2, stamp(k) + 1_000_000, body.as_bytes())
-            })
-            .collect();
-        let door = messages(|k| Cdr::new(true).f64(push(k)).finish());
-        file(
-            &[own, door, others].concat(),
-            &[statistics(&[(1, count), (2, count)])],
-        )
+    let two_kinds = |begin: &str| {
+        let body = |k| format!("{begin}\"ay_g\": {}}}", cabin(k)).into_bytes();
+        beside_door("", "", body)
+    };
+    let typed = |name: &str, definition: &str| {
+        let body = |k| Cdr::new(true).f64(cabin(k)).finish();
+        beside_door(name, definition, body)
     };
     let name_alone = |name: &'static str| doubles(&[name], |k| vec![push(k)]);
     vec![
         refused(
             "json-beside-own.mcap",
-            two_kinds,
+            two_kinds("{"),
             &["several channels", "/door:ay_g", "/cabin:ay_g"],
+        ),
+        logged("no-json-beside-own.mcap", two_kinds("{{"), "/door:ay_g")
+            .finds(&["info channel-chosen", "warning channel-left-out"]),
+        refused(
+            "type-unknown-beside-own.mcap",
+            typed("lab/msg/Cabin", "float64 ay_g\nGone gone\n"),
+            &["channel /cabin: expected a definition of lab/Gone"],
+        ),
+        refused(
+            "type-without-its-field-beside-own.mcap",
+            typed("geometry_msgs/msg/AccelStamped", "float64 x\n"),
+            &["several channels", "/door:ay_g", "/cabin:accel.linear.y"],
         ),
         logged(
             "after-seventy.mcap",

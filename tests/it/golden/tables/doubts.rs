@@ -72,7 +72,7 @@ pub(super) fn lost_rows() -> Vec<Case> {
     let mut cases = Vec::new();
     for (index, cell) in [
         "########", "##", "#NUM!", "#DIV/0!", "#N/A", "#VALUE!", "#REF!", "#NAME?", "#NULL!",
-        "#WERT!", "#NV",
+        "#WERT!", "#NV", "#NÚM!",
     ]
     .iter()
     .enumerate()
@@ -102,14 +102,13 @@ pub(super) fn lost_rows() -> Vec<Case> {
             blanks,
             &says,
         ));
-        for (place, row) in [("start", FROM), ("end", TO - 1)] {
+        for (place, row) in [("start", FROM), ("end", TO - 1), ("open-end", TO - 1)] {
             let line = format!(":{}, column 1", row - FROM + 2);
-            let alone = table(
-                "acc_y_g",
-                |k| {
-                    if k == row { (*cell).to_string() } else { g(k) }
-                },
-            );
+            let sample = |k| if k == row { (*cell).to_string() } else { g(k) };
+            let mut alone = table("acc_y_g", sample);
+            if place == "open-end" {
+                assert_eq!(alone.pop(), Some('\n'));
+            }
             cases.push(
                 refused(
                     &format!("damaged-{place}-{index}.csv"),
