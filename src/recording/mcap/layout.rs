@@ -240,7 +240,8 @@ fn typed_layout(
         .iter()
         .map(|path| (path.clone(), unit(path)))
         .collect();
-    let promised = lateral_path(&schema.name).filter(|_| wanted.path.is_none());
+    let meant = |path: &&str| wanted.path.as_deref().is_none_or(|asked| asked == *path);
+    let promised = lateral_path(&schema.name).filter(meant);
     if columns.is_empty() && wanted.path.is_none() && promised.is_none() {
         return Err(Unfit::Other);
     }

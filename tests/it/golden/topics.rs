@@ -72,12 +72,12 @@ fn beside_door(name: &str, definition: &str, cabin: impl Fn(i64) -> Vec<u8>) -> 
         true => (0, "json"),
         false => (2, "cdr"),
     };
-    let own = vec![
-        schema(1, "lab/msg/Door", "ros2msg", "float64 ay_g\n"),
-        schema(2, name, "ros2msg", definition),
+    let mut own = vec![schema(1, "lab/msg/Door", "ros2msg", "float64 ay_g\n")];
+    own.extend((id > 0).then(|| schema(id, name, "ros2msg", definition)));
+    own.extend([
         channel(1, 1, "/door", "cdr"),
         channel(2, id, "/cabin", encoding),
-    ];
+    ]);
     let door = messages(|k| Cdr::new(true).f64(push(k)).finish());
     let cabin = (FROM..TO).map(|k| message(2, stamp(k) + 1_000_000, &cabin(k)));
     let count = (TO - FROM) as u64;
