@@ -475,10 +475,9 @@ impl PassQuestion<'_> {
             return Ok(false);
         };
         // What cannot be scattered is refused, whatever the nominal levers say.
-        scatter(self.conditioned, self.design, self.policy)?;
-        let runs = setup.passing_runs(&cache.in_the_way_first(self.policy.variants()))?;
-        match runs {
-            Ok(runs) => self.members_pass(&PassingRuns(runs), (cache, trust_cache)),
+        let scatter = scatter(self.conditioned, self.design, self.policy)?;
+        match setup.passing_runs(&cache.in_the_way_first(self.policy.variants()))? {
+            Ok(runs) => members_pass(&setup, scatter.as_ref(), &runs, (cache, trust_cache)),
             Err(variant) => {
                 cache.stands_in_the_way(variant);
                 Ok(false)
@@ -504,16 +503,12 @@ impl PassQuestion<'_> {
     pub(crate) fn members_pass(
         &self,
         PassingRuns(runs): &PassingRuns,
-        (cache, trust_cache): (&mut MemberCache, bool),
+        cache: (&mut MemberCache, bool),
     ) -> Result<bool, Error> {
         let scatter = scatter(self.conditioned, self.design, self.policy)?;
-        match (self.setup()?, scatter) {
-            (None, _) => Ok(false),
-            // By parts 3 and 4 of the rule nothing but a pass of each joins to one.
-            (Some(_), None) => Ok(true),
-            (Some(setup), Some(scatter)) => {
-                early::all_pass(&setup, &scatter, runs, cache, trust_cache)
-            }
+        match self.setup()? {
+            Some(setup) => members_pass(&setup, scatter.as_ref(), runs, cache),
+            None => Ok(false),
         }
     }
 
@@ -587,6 +582,20 @@ impl PassQuestion<'_> {
             window,
             work: self.work,
         }))
+    }
+}
+
+/// Returns whether the rule says pass of nominal runs that pass alone.
+fn members_pass(
+    setup: &RunSetup<'_>,
+    scatter: Option<&Scatter>,
+    runs: &[VariantRun],
+    (cache, trust_cache): (&mut MemberCache, bool),
+) -> Result<bool, Error> {
+    match scatter {
+        // By parts 3 and 4 of the rule nothing but a pass of each joins to one.
+        None => Ok(true),
+        Some(scatter) => early::all_pass(setup, scatter, runs, cache, trust_cache),
     }
 }
 
