@@ -99,28 +99,10 @@ pub struct ReadOptions {
     pub accepted_remarks: Vec<AcceptedRemark>,
 }
 
-/// Largest relative difference between a stated rate and that of the file [-].
-const RATE_AGREEMENT: f64 = 1e-3;
-
 impl ReadOptions {
     /// Returns the instant on the file's clock that becomes time 0 [s].
     fn zero_s(&self) -> f64 {
         self.time_zero_s.unwrap_or(0.0)
-    }
-
-    /// Holds the rate that option or card state against the one that the file says [Hz]; `by`
-    /// names what says it and `hint` the way out.
-    fn check_rate(&self, found: f64, by: &str, hint: &str) -> Result<(), Error> {
-        match self.rate_hz {
-            Some(stated) if (stated - found).abs() > RATE_AGREEMENT * found => {
-                Err(Error::malformed(
-                    format!("a rate of {stated} Hz, as option or card say"),
-                    format!("{found} Hz by {by}"),
-                    hint,
-                ))
-            }
-            _ => Ok(()),
-        }
     }
 
     /// Refuses settings that say how a text table is laid out, for a format that is none.

@@ -32,7 +32,7 @@ mod status;
 use super::draft::{self, Draft, UniformSamples, Unit};
 use super::held;
 use super::source::Reader;
-use super::time_base::{self, TimeBase};
+use super::time_base::{TimeBase, TimeUnitBy};
 use super::{Finding, Head, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::SampleRate;
@@ -195,12 +195,10 @@ impl<'a> TableText<'a> {
                 };
                 let mut draft = Draft::of_words(column, unit, clock, findings);
                 draft.findings.extend(base.findings.iter().cloned());
-                let flags = flags
-                    .iter()
-                    .filter(|(of, _)| of.is_none_or(|of| of == index));
-                draft
-                    .findings
-                    .extend(flags.map(|(_, finding)| finding.clone()));
+                let is_of_it = |of: Option<usize>| of.is_none_or(|of| of == index);
+                let flags = flags.iter().filter(|(of, _)| is_of_it(*of));
+                let flags = flags.map(|(_, finding)| finding.clone());
+                draft.findings.extend(flags);
                 draft.remarks.extend(of(Some(index)));
                 draft.finish(options.zero_s(), options)
             });
@@ -235,12 +233,10 @@ impl<'a> TableText<'a> {
         time: &TimeSource,
         findings: &mut Vec<Finding>,
     ) -> Result<(), Error> {
-        let (columns, _) = self.layout.widths();
-        let layout = &self.layout;
+        let (layout, lines) = (&self.layout, &self.lines);
+        let (columns, _) = layout.widths();
         let (separator, rows) = (layout.separator, layout.header_rows);
-        let found = self
-            .lines
-            .interruptions(&self.text, separator, rows, columns);
+        let found = lines.interruptions(&self.text, separator, rows, columns);
         if let Some((line, cell)) = found.damaged {
             let error = Error::malformed(
                 "a number in the first cell, or a comment",
@@ -355,14 +351,14 @@ impl<'a> TableText<'a> {
             return coarse_base(&rows.stamps_s, digits, name, rate);
         }
         let fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, self.asked.limits)?;
-        let rate = fitted.rate.hertz();
-        let hint = "state the setting `time_unit`, or leave out the rate";
-        options.check_rate(rate, &format!("the time column `{name}`"), hint)?;
-        let confirmed = options.time_unit.is_some() || options.rate_hz.is_some();
-        let by = format!("`{name}`");
-        let hint = "if its unit is another, state it with the setting `time_unit` = s|ms|us|ns";
-        let odd = time_base::implausible_rate(rate, &by, (unit_stated, confirmed), hint);
-        findings.extend(odd.map_err(|error| error.at(Place::default().channel(name)))?);
+        let unit_by = match (options.time_unit, unit_stated) {
+            (Some(_), _) => TimeUnitBy::Person,
+            (None, true) => TimeUnitBy::File,
+            (None, false) => TimeUnitBy::Nobody,
+        };
+        let by = format!("the time column `{name}`");
+        let mend = "state its unit with the setting `time_unit` = s|ms|us|ns";
+        findings.extend(options.check_rate(fitted.rate.hertz(), (&by, unit_by), mend)?);
         Ok(fitted)
     }
 }

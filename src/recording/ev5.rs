@@ -20,6 +20,7 @@ use super::draft::{self, Draft, UniformSamples, Unit};
 use super::lateral::{self, ChannelOffer};
 use super::mme::names::{has_suffix, number_of};
 use super::source::Reader;
+use super::time_base::{MEND, TimeUnitBy};
 use super::{
     Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection,
 };
@@ -356,25 +357,21 @@ impl UniformSamples {
     ) -> Result<Self, Error> {
         let (stamps_s, digit_s) = (&curve.stamps_s, curve.printed_digit_s);
         let values = curve.values.clone();
-        if let Some((start_s, rate)) = entry.and_then(CurveEntry::clock) {
-            let stated = asked.options.rate_hz.unwrap_or(rate.hertz());
-            match held::clock("the header", (start_s, stated), stamps_s, digit_s) {
-                Some(contradicted) => findings.push(contradicted),
-                None => {
-                    let rate = SampleRate::from_hertz(stated)?;
-                    return Ok(Self {
-                        start_s,
-                        rate,
-                        values,
-                    });
-                }
+        let clock = entry.and_then(CurveEntry::clock);
+        let rate_hz = asked.options.rate_hz;
+        let stated = clock.map(|(start_s, rate)| (start_s, rate_hz.unwrap_or(rate.hertz())));
+        let holds = |stated| held::clock("the header", stated, stamps_s, digit_s);
+        let clock = match (stated, stated.and_then(holds)) {
+            (Some((start_s, hertz)), None) => {
+                Self::stated(start_s, SampleRate::from_hertz(hertz)?, values)?
             }
-        }
-        let clock = Self::by_stamps(stamps_s, digit_s, values, asked.limits, findings)?;
-        let rate = clock.rate.hertz();
-        asked
-            .options
-            .check_rate(rate, "the stamps", "leave out the rate")?;
+            (_, contradicted) => {
+                findings.extend(contradicted);
+                Self::by_stamps(stamps_s, digit_s, values, asked.limits, findings)?
+            }
+        };
+        let by = ("the stamps", TimeUnitBy::File);
+        findings.extend(asked.options.check_rate(clock.rate.hertz(), by, MEND)?);
         Ok(clock)
     }
 }

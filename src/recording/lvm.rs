@@ -21,7 +21,7 @@ use super::number::{Decimal, Marks, PrintedDigits};
 use super::remarks::Cells;
 use super::source::Reader;
 use super::text::ColumnMarks;
-use super::time_base;
+use super::time_base::{self, MEND, TimeUnitBy};
 use super::{
     Channel, Finding, Head, Limits, Outcomes, ReadOutcome, ReadTask, Selection, encoding, held,
     lateral, text,
@@ -29,9 +29,6 @@ use super::{
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::SampleRate;
 use header::{Header, TimeColumns};
-
-/// What to do where option or card state another rate than the file.
-const RATE_HINT: &str = "leave out the rate, or mend the header if it is the one that is wrong";
 
 /// Tells whether the file begins as LabVIEW's do.
 #[must_use]
@@ -370,13 +367,8 @@ impl LabviewFile<'_> {
     ) -> Result<UniformSamples, Error> {
         let (header, options) = (self.header, self.asked.options);
         let described = &header.channels[index];
-        let confirmed = options.rate_hz.is_some();
-        let hint = "mend the header, or confirm the rate with the setting `rate_hz` if it is right";
-        let check = |rate: SampleRate, by: &str| {
-            let hertz = rate.hertz();
-            options.check_rate(hertz, by, RATE_HINT)?;
-            time_base::implausible_rate(hertz, by, (true, confirmed), hint)
-        };
+        let check =
+            |rate: SampleRate, by| options.check_rate(rate.hertz(), (by, TimeUnitBy::File), MEND);
         if let Some(slot) = header.time_slot(index) {
             let (numbers, digits) = &table.stamps[slot];
             let stamps = &numbers.values[..values.len().min(numbers.values.len())];

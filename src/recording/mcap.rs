@@ -46,7 +46,7 @@ use super::source::{Reader, io_error};
 use super::{Finding, Head, Limits, Outcomes, ReadOutcome, ReadTask, Selection};
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use ::mcap::McapError;
-use ::mcap::records::{Record, SchemaHeader, op};
+use ::mcap::records::{MessageHeader, Record, SchemaHeader, Statistics, op};
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use layout::{Laid, Schema, WantedFields};
 use records::{PREFIX_BYTES, damaged};
@@ -234,114 +234,107 @@ impl<'a> LogReader<'a> {
         if account.data_end && opcode != op::FOOTER {
             account.summarised = true;
         }
+        let after_data = |what| damaged("only a summary after the end of the data", what);
         match opcode {
             op::HEADER if account.header => return Err(damaged("one header", "a second")),
             op::HEADER => account.header = true,
-            op::CHUNK => {
-                self.data_section("a chunk")?;
-                let (count, sum) = self.account.chunks;
-                self.account.chunks = (count + 1, sum.wrapping_add(byte));
-                self.chunk(data, byte)?;
+            op::CHUNK if account.data_end => return Err(after_data("a chunk")),
+            op::MESSAGE if account.data_end => return Err(after_data("a message")),
+            // Statistics count the whole file, so they stand after the data.
+            op::STATISTICS if !account.data_end => {
+                return Err(damaged("statistics after the end of the data", "before it"));
             }
-            op::SCHEMA | op::CHANNEL => self.definition(opcode, data)?,
-            op::MESSAGE => {
-                self.data_section("a message")?;
-                self.message(data, byte)?;
+            op::FOOTER if !account.data_end => {
+                let expected = "the end of the data before the footer";
+                return Err(Error::truncated(expected, "none"));
             }
-            op::STATISTICS => {
-                // Statistics count the whole file, so they stand after the data.
-                if !account.data_end {
-                    return Err(damaged("statistics after the end of the data", "before it"));
-                }
-                self.statistics(data)?;
-            }
-            op::CHUNK_INDEX => {
-                if let Record::ChunkIndex(index) = records::parse(opcode, data)? {
-                    let (count, sum) = account.indexed;
-                    account.indexed = (count + 1, sum.wrapping_add(index.chunk_start_offset));
-                }
+            op::DATA_END if account.data_end => {
+                return Err(damaged("one end of the data", "a second"));
             }
             op::DATA_END => {
-                if std::mem::replace(&mut account.data_end, true) {
-                    return Err(damaged("one end of the data", "a second"));
-                }
+                account.data_end = true;
                 account.summary = byte + (PREFIX_BYTES + data.len()) as u64;
                 // The checksum itself was verified while the bytes passed.
                 account.vouched |= data.iter().take(4).any(|byte| *byte != 0);
             }
-            op::FOOTER => self.footer(data)?,
-            op::METADATA => {
-                let record = records::parse(opcode, data);
-                let comments: Vec<(&str, RemarkPlace)> = match &record {
-                    Ok(Record::Metadata(record)) => records::comments(&record.metadata)
-                        .map(|comment| (comment, RemarkPlace::Channel))
-                        .collect(),
-                    // What a person wrote there, nobody knows.
-                    _ => vec![("a record that cannot be read", RemarkPlace::State(None))],
-                };
-                for (comment, place) in comments {
-                    let (text, place) = match self.remarks.len() {
-                        ..REMARKS => (comment, place),
-                        REMARKS => ("more than is read", RemarkPlace::State(None)),
-                        _ => break,
-                    };
-                    let told = "the log's metadata say";
-                    self.remarks.push(Remark::new(text, place, told));
-                }
-            }
+            op::METADATA => self.metadata(records::parse(opcode, data).ok().as_ref()),
+            op::SCHEMA
+            | op::CHANNEL
+            | op::MESSAGE
+            | op::CHUNK
+            | op::CHUNK_INDEX
+            | op::STATISTICS
+            | op::FOOTER => self.parsed(records::parse(opcode, data)?, byte)?,
             // Attachments, indexes and what later versions may add carry no samples.
             _ => {}
         }
         Ok(())
     }
 
-    /// Refuses data after the end of the data.
-    fn data_section(&self, what: &str) -> Result<(), Error> {
-        if self.account.data_end {
-            return Err(damaged("only a summary after the end of the data", what));
-        }
-        Ok(())
-    }
-
-    fn chunk(&mut self, data: &[u8], byte: u64) -> Result<(), Error> {
-        let Record::Chunk { header, data } = records::parse(op::CHUNK, data)? else {
-            return Ok(());
-        };
-        let unpacked = decompress::records(&header, &data, self.asked.limits)?;
-        let mut left = &*unpacked;
-        while let Some((opcode, data)) = records::next_in_chunk(&mut left)? {
-            self.inside(opcode, data, byte)?;
-        }
-        Ok(())
-    }
-
-    /// Takes in one record of the chunk that starts at `byte`.
-    fn inside(&mut self, opcode: u8, data: &[u8], byte: u64) -> Result<(), Error> {
-        match opcode {
-            op::SCHEMA | op::CHANNEL => self.definition(opcode, data),
-            op::MESSAGE => self.message(data, byte),
-            0x01..=0x0F => Err(damaged(
-                "only schemas, channels and messages in a chunk",
-                format!("a record {opcode:#04x}"),
-            )),
-            _ => Ok(()),
-        }
-    }
-
-    fn definition(&mut self, opcode: u8, data: &[u8]) -> Result<(), Error> {
-        match records::parse(opcode, data)? {
+    /// Takes in the fields of a record; `byte` is where it starts, or the chunk that holds it.
+    fn parsed(&mut self, record: Record<'_>, byte: u64) -> Result<(), Error> {
+        match record {
             Record::Schema { header, data } => self.schema(header, &data),
             Record::Channel(record) => self.channel(record),
+            Record::Message { header, data } => self.message(header, &data, byte),
+            Record::Chunk { header, data } => {
+                let unpacked = decompress::records(&header, &data, self.asked.limits)?;
+                self.chunk(&unpacked, byte)
+            }
+            Record::ChunkIndex(index) => {
+                let (count, sum) = self.account.indexed;
+                self.account.indexed = (count + 1, sum.wrapping_add(index.chunk_start_offset));
+                Ok(())
+            }
+            Record::Statistics(said) => self.statistics(&said),
+            Record::Footer(footer) => self.footer(footer.summary_start),
             _ => Ok(()),
+        }
+    }
+
+    /// Takes in the records of the chunk that starts at `byte`.
+    fn chunk(&mut self, mut left: &[u8], byte: u64) -> Result<(), Error> {
+        let (count, sum) = self.account.chunks;
+        self.account.chunks = (count + 1, sum.wrapping_add(byte));
+        while let Some((opcode, data)) = records::next_in_chunk(&mut left)? {
+            match opcode {
+                op::SCHEMA | op::CHANNEL | op::MESSAGE => {
+                    self.parsed(records::parse(opcode, data)?, byte)?;
+                }
+                0x01..=0x0F => {
+                    let found = format!("a record {opcode:#04x}");
+                    let expected = "only schemas, channels and messages in a chunk";
+                    return Err(damaged(expected, found));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes in what a person wrote of the file; `None` for a record that cannot be read.
+    fn metadata(&mut self, record: Option<&Record<'_>>) {
+        let comments: Vec<(&str, RemarkPlace)> = match record {
+            Some(Record::Metadata(record)) => records::comments(&record.metadata)
+                .map(|comment| (comment, RemarkPlace::Channel))
+                .collect(),
+            // What a person wrote there, nobody knows.
+            _ => vec![("a record that cannot be read", RemarkPlace::State(None))],
+        };
+        for (comment, place) in comments {
+            let (text, place) = match self.remarks.len() {
+                ..REMARKS => (comment, place),
+                REMARKS => ("more than is read", RemarkPlace::State(None)),
+                _ => break,
+            };
+            let told = "the log's metadata say";
+            self.remarks.push(Remark::new(text, place, told));
         }
     }
 
     fn schema(&mut self, record: SchemaHeader, data: &[u8]) -> Result<(), Error> {
-        records::check_texts(
-            &[&record.name, &record.encoding],
-            "schema",
-            self.asked.limits,
-        )?;
+        let texts = [&*record.name, &record.encoding];
+        records::check_texts(&texts, "schema", self.asked.limits)?;
         if record.id == 0 {
             return Err(damaged("a schema id from 1", "0"));
         }
@@ -489,10 +482,7 @@ impl<'a> LogReader<'a> {
         Ok(())
     }
 
-    fn message(&mut self, data: &[u8], byte: u64) -> Result<(), Error> {
-        let Record::Message { header, data } = records::parse(op::MESSAGE, data)? else {
-            return Ok(());
-        };
+    fn message(&mut self, header: MessageHeader, data: &[u8], byte: u64) -> Result<(), Error> {
         let channel_id = header.channel_id;
         let Some(topic) = self.topics.get_mut(&channel_id) else {
             let expected = format!("channel {channel_id} before its messages");
@@ -509,7 +499,7 @@ impl<'a> LogReader<'a> {
             let message = LoggedMessage {
                 number: topic.messages,
                 log_time: header.log_time,
-                data: &data,
+                data,
                 byte,
             };
             series.push(&message, &mut self.kept, self.asked.limits)?;
@@ -517,11 +507,8 @@ impl<'a> LogReader<'a> {
         Ok(())
     }
 
-    fn statistics(&mut self, data: &[u8]) -> Result<(), Error> {
-        let Record::Statistics(said) = records::parse(op::STATISTICS, data)? else {
-            return Ok(());
-        };
-        let (stated, by_channel) = (said.message_count, said.channel_message_counts);
+    fn statistics(&mut self, said: &Statistics) -> Result<(), Error> {
+        let (stated, by_channel) = (said.message_count, &said.channel_message_counts);
         let holds = |expected: String, stated: u64, found: u64| match stated == found {
             true => Ok(()),
             false => Err(Error::truncated(expected, format!("{found}"))),
@@ -529,7 +516,7 @@ impl<'a> LogReader<'a> {
         let text = format!("{stated} messages, as the statistics say");
         holds(text, stated, self.messages)?;
         let mut sum = 0_u64;
-        for (id, count) in &by_channel {
+        for (id, count) in by_channel {
             sum = sum.saturating_add(*count);
             let found = self.topics.get(id).map_or(0, |topic| topic.messages);
             let text = format!("{count} messages of channel {id}, as the statistics say");
@@ -543,17 +530,10 @@ impl<'a> LogReader<'a> {
         Ok(())
     }
 
-    fn footer(&mut self, data: &[u8]) -> Result<(), Error> {
+    /// Holds what the footer says against what was read; `said` is where the summary starts.
+    fn footer(&mut self, said: u64) -> Result<(), Error> {
         let account = &mut self.account;
         account.footer = true;
-        if !account.data_end {
-            let expected = "the end of the data before the footer";
-            return Err(Error::truncated(expected, "none"));
-        }
-        let Record::Footer(footer) = records::parse(op::FOOTER, data)? else {
-            return Ok(());
-        };
-        let said = footer.summary_start;
         if (said != 0 || account.summarised) && said != account.summary {
             return Err(Error::truncated(
                 format!("the summary at byte {said}, as the footer says"),
@@ -587,12 +567,8 @@ impl<'a> LogReader<'a> {
             if let Some(series) = topic.series.take() {
                 let known = self.schemas.get(&topic.schema_id);
                 let known = known.and_then(|schema| layout::lateral_path(&schema.name));
-                let likely = topic.likely;
-                read.push((
-                    *id,
-                    likely,
-                    series.finish(known, self.asked.options, self.asked.limits),
-                ));
+                let finished = series.finish(known, self.asked.options, self.asked.limits);
+                read.push((*id, topic.likely, finished));
             }
         }
         self.asked.each(|selection| match selection {
@@ -617,10 +593,10 @@ impl<'a> LogReader<'a> {
                 }
             }
         }
-        let others = self.topics.keys().filter(|id| !taken.contains(id));
-        let others: Vec<u16> = others.copied().collect();
+        let others = self.topics.iter().filter(|(id, _)| !taken.contains(id));
+        let others: Vec<&Topic> = others.map(|(_, topic)| topic).collect();
         if !others.is_empty() {
-            let others = self.describe(&others);
+            let others = self.describe(others);
             let text = format!("topics without acceleration messages: {others}");
             let left_out = Finding::info("topics-left-out", text);
             outcome.findings.push(left_out);
@@ -739,16 +715,14 @@ impl<'a> LogReader<'a> {
 
     /// Lists the topics with their message types.
     fn list(&self) -> String {
-        let all: Vec<u16> = self.topics.keys().copied().collect();
-        if all.is_empty() {
-            return "no topic".into();
+        match self.topics.is_empty() {
+            true => "no topic".into(),
+            false => self.describe(self.topics.values()),
         }
-        self.describe(&all)
     }
 
-    fn describe(&self, ids: &[u16]) -> String {
-        let topics = ids.iter().filter_map(|id| self.topics.get(id));
-        let names = topics.map(|topic| {
+    fn describe<'t>(&self, topics: impl IntoIterator<Item = &'t Topic>) -> String {
+        let names = topics.into_iter().map(|topic| {
             let schema = self.schemas.get(&topic.schema_id);
             let schema = schema.map_or("no schema", |schema| schema.name.as_str());
             let plural = if topic.messages == 1 { "" } else { "s" };

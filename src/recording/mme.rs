@@ -24,6 +24,7 @@ use super::code::VehicleSide;
 use super::draft::{self, Draft, UniformSamples, Unit};
 use super::lateral::ChannelOffer;
 use super::source::Reader;
+use super::time_base::{MEND, TimeUnitBy};
 use super::{
     Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection,
     encoding, lateral, text,
@@ -278,9 +279,9 @@ impl TestReader<'_, '_> {
         if let Some(name) = header.reference_channel()? {
             if let Some(times) = channel_of_times(self.channels, own, name)? {
                 let clock = self.explicit_clock(times, header, samples, outcome, findings)?;
-                let hertz = clock.rate.hertz();
-                let by = "the channel of times";
-                self.options.check_rate(hertz, by, "leave out the rate")?;
+                let by = ("the channel of times", TimeUnitBy::File);
+                let odd = self.options.check_rate(clock.rate.hertz(), by, MEND)?;
+                findings.extend(odd);
                 return Ok((clock, true));
             }
             let text = format!(
@@ -291,8 +292,8 @@ impl TestReader<'_, '_> {
         }
         let stated = header.interval()?;
         if let Some(hertz) = stated.map(SampleRate::hertz) {
-            let by = "the channel's header";
-            self.options.check_rate(hertz, by, "leave out the rate")?;
+            let by = ("the channel's header", TimeUnitBy::File);
+            findings.extend(self.options.check_rate(hertz, by, MEND)?);
         }
         let rate = match (self.options.rate_hz, stated) {
             (Some(hertz), _) => SampleRate::from_hertz(hertz)?,

@@ -12,7 +12,7 @@
 //! Interpolation between irregular stamps is linear. It damps what lies near half the
 //! sampling rate, so it is right for a recording sampled well above what matters in it.
 
-use super::{Finding, Limits};
+use super::{Finding, Limits, ReadOptions};
 use crate::error::{Error, ErrorKind};
 use crate::units::SampleRate;
 
@@ -204,27 +204,57 @@ const INCREDIBLE: f64 = 500e3;
 /// such.
 const LEAST_ASSUMED: f64 = 0.2;
 
-/// Doubts a rate [Hz] that crash recordings do not have, which `by` gives in a unit of time that is
-/// `stated` or assumed. One beyond all belief is refused unless a person has `confirmed` it.
-pub(super) fn implausible_rate(
-    rate: f64,
-    by: &str,
-    (stated, confirmed): (bool, bool),
-    hint: &str,
-) -> Result<Option<Finding>, Error> {
-    let assumed = if stated { "" } else { ", seconds assumed" };
-    if !confirmed && (rate > INCREDIBLE || (rate < LEAST_ASSUMED && !stated)) {
-        let expected = "a rate that crash recordings have";
+/// Largest relative difference between a stated rate and that of the file [-].
+const RATE_AGREEMENT: f64 = 1e-3;
+
+/// What to do where a file of which the format fixes the unit of times gives a wrong rate.
+pub(super) const MEND: &str = "mend the file";
+
+/// Who says in which unit the times are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum TimeUnitBy {
+    Nobody,
+    File,
+    Person,
+}
+
+impl ReadOptions {
+    /// Holds a rate that the file gives [Hz] against the one that option or card state, and doubts
+    /// one that crash recordings do not have; one beyond all belief is refused unless a person has
+    /// confirmed it. `by` names what gives it and `mend` says what to do if it is wrong.
+    pub(super) fn check_rate(
+        &self,
+        rate: f64,
+        (by, unit_by): (&str, TimeUnitBy),
+        mend: &str,
+    ) -> Result<Option<Finding>, Error> {
+        let assumed = match unit_by {
+            TimeUnitBy::Nobody => ", seconds assumed",
+            _ => "",
+        };
         let found = format!("{rate} Hz by {by}{assumed}");
-        return Err(Error::malformed(expected, found, hint));
+        if let Some(stated) = self.rate_hz {
+            let expected = format!("a rate of {stated} Hz, as option or card say");
+            let hint = format!("{mend}, or leave out the setting `rate_hz`");
+            if (stated - rate).abs() > RATE_AGREEMENT * rate {
+                return Err(Error::malformed(expected, found, hint));
+            }
+        }
+        let (low, high) = match unit_by {
+            TimeUnitBy::Nobody => PLAUSIBLE_ASSUMED,
+            _ => PLAUSIBLE_STATED,
+        };
+        let confirmed = self.rate_hz.is_some() || unit_by == TimeUnitBy::Person;
+        let incredible = rate > INCREDIBLE || (rate < LEAST_ASSUMED && !assumed.is_empty());
+        if incredible && !confirmed {
+            let expected = "a rate that crash recordings have";
+            let hint = format!("{mend}, or confirm the rate with the setting `rate_hz`");
+            return Err(Error::malformed(expected, found, hint));
+        }
+        let text = format!("{found}, which no crash recording has; if it is wrong, {mend}");
+        let odd = !(low..=high).contains(&rate);
+        Ok(odd.then(|| Finding::warning("time-unit-implausible", text)))
     }
-    let (low, high) = match stated {
-        true => PLAUSIBLE_STATED,
-        false => PLAUSIBLE_ASSUMED,
-    };
-    let text = format!("{by} gives {rate} Hz{assumed}, which no crash recording has; {hint}");
-    let odd = !(low..=high).contains(&rate);
-    Ok(odd.then(|| Finding::warning("time-unit-implausible", text)))
 }
 
 /// Returns half a printed digit with the rounding of `f64` on top [s].

@@ -221,6 +221,45 @@ fn val_all_readers_give_one_signal() {
     }
 }
 
+/// An interval a hundred times too short makes a pulse a hundredth as long, which no lever feels:
+/// whatever the format, a rate that no crash recording has needs a person's word.
+#[test]
+fn val_a_rate_beyond_belief_is_asked_for_in_every_format() {
+    let folder = Folder::new("incredible");
+    let clock = Clock {
+        rate_hz: 1e6,
+        before: 100,
+        interval_us: "1",
+        decimals: 6,
+    };
+    for (path, options) in written(&folder, clock) {
+        check_refused(
+            &path,
+            &options,
+            |kind| matches!(kind, ErrorKind::Malformed { .. }),
+            &[
+                "a rate that crash recordings have",
+                "1000000 Hz",
+                "`rate_hz`",
+            ],
+        );
+        let confirmed = ReadOptions {
+            rate_hz: Some(clock.rate_hz),
+            ..options
+        };
+        let (channel, findings) = one(&path, &confirmed);
+        assert_eq!(channel.rate.hertz(), clock.rate_hz);
+        let told = |finding: &latchgate::recording::Finding| {
+            finding.code == "time-unit-implausible" && finding.severity == Severity::Warning
+        };
+        assert!(
+            findings.iter().any(told),
+            "{}: {findings:?}",
+            path.display()
+        );
+    }
+}
+
 /// The hash tells signals apart: by a bit of a sample, by the rate, by the start.
 #[test]
 fn val_the_hash_tells_signals_apart() {

@@ -162,11 +162,8 @@ impl TableLayout {
             let mark = mark.name().as_bytes()[0];
             cells.any(|cell| cell.contains(&mark) && number::is_numeric(cell))
         };
-        let seen = || {
-            [DecimalMark::Comma, DecimalMark::Point]
-                .into_iter()
-                .find(has)
-        };
+        let marks = [DecimalMark::Comma, DecimalMark::Point];
+        let seen = || marks.into_iter().find(has);
         Ok(TableMapping {
             separator: self.separator.name(),
             decimal: options.decimal.or_else(seen).map(DecimalMark::name),

@@ -102,6 +102,20 @@ impl RowTable<'_> {
         }
         gathered.finish()
     }
+
+    fn between_commas(self) -> bool {
+        self.layout.separator == Separator::Comma
+    }
+
+    fn place(self, row: &ByteRecord, column: usize) -> Place {
+        Place::default()
+            .line(records::line_of(self.text, row))
+            .column(column as u64 + 1)
+    }
+
+    fn bad_cell(self, row: &ByteRecord, column: usize, fault: number::NumberFault) -> Error {
+        bad_cell(&row[column], fault).at(self.place(row, column))
+    }
 }
 
 /// Rows as they are gathered for one selection.
@@ -271,31 +285,14 @@ impl<'a> Gathering<'a> {
                 }
             }
         }
-        self.rows.printed_digit_s = match (&self.dates, self.stamped) {
-            (Some(clock), _) => clock.last_digit(),
-            (None, stamped) => {
-                self.digits.last_digit() / stamped.map_or(1.0, |(_, per_second)| per_second)
-            }
+        let per_second = self.stamped.map_or(1.0, |(_, per_second)| per_second);
+        self.rows.printed_digit_s = match &self.dates {
+            Some(clock) => clock.last_digit(),
+            None => self.digits.last_digit() / per_second,
         };
         self.rows.decimal_comma =
             self.decimal == Decimal::Comma || self.decimal == Decimal::Stated(DecimalMark::Comma);
         Ok(self.rows)
-    }
-}
-
-impl RowTable<'_> {
-    fn between_commas(self) -> bool {
-        self.layout.separator == Separator::Comma
-    }
-
-    fn place(self, row: &ByteRecord, column: usize) -> Place {
-        Place::default()
-            .line(records::line_of(self.text, row))
-            .column(column as u64 + 1)
-    }
-
-    fn bad_cell(self, row: &ByteRecord, column: usize, fault: number::NumberFault) -> Error {
-        bad_cell(&row[column], fault).at(self.place(row, column))
     }
 }
 

@@ -36,31 +36,25 @@ pub(super) fn parse(opcode: u8, data: &[u8]) -> Result<Record<'_>, Error> {
 /// Sees to it that no text of a record claims to be longer than what is left of the record: the
 /// crate asks for the memory of a text before it reads it. `None` if one does.
 fn texts_fit(opcode: u8, data: &[u8]) -> Option<()> {
-    // Bytes before the texts, the texts, and whether a map of texts follows.
-    let (before, texts, is_map_next) = match opcode {
+    // Bytes before the texts, the texts, and whether the last is a map of texts.
+    let (before, texts, holds_map) = match opcode {
         op::SCHEMA => (2, 2, false),
-        op::CHANNEL => (4, 2, true),
+        op::CHANNEL => (4, 3, true),
         op::CHUNK => (28, 1, false),
         op::CHUNK_INDEX => {
-            let offsets = data
-                .get(32..)?
-                .first_chunk()
-                .map(|c| u32::from_le_bytes(*c))?;
+            let offsets = u32::from_le_bytes(*data.get(32..)?.first_chunk()?);
             (32 + 4 + offsets as usize + 8, 1, false)
         }
-        op::METADATA => (0, 1, true),
+        op::METADATA => (0, 2, true),
         _ => return Some(()),
     };
     let mut left = data.get(before..)?;
+    let mut last: &[u8] = &[];
     for _ in 0..texts {
-        take_text(&mut left)?;
+        last = take_text(&mut left)?;
     }
-    let mut map: &[u8] = match is_map_next {
-        true => take_text(&mut left)?,
-        false => &[],
-    };
-    while !map.is_empty() {
-        take_text(&mut map)?;
+    while holds_map && !last.is_empty() {
+        take_text(&mut last)?;
     }
     Some(())
 }

@@ -9,15 +9,14 @@ use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column as Named;
 use crate::recording::draft::{Draft, UniformSamples, Unit};
 use crate::recording::remarks::Remark;
-use crate::recording::time_base::TimeBase;
+use crate::recording::time_base::{MEND, TimeBase, TimeUnitBy};
 use crate::recording::{Channel, Finding, Limits, ReadOptions};
 use crate::units::AccelerationUnit;
 use std::rc::Rc;
 
 /// How much later than it was measured a message may be logged [ns].
 const LATE_NS: i128 = 50_000_000;
-/// Nanoseconds in a second.
-const NANO: i128 = 1_000_000_000;
+
 /// One field's values.
 #[derive(Debug, Default)]
 struct Column {
@@ -120,16 +119,10 @@ impl TopicSeries {
         match laid {
             None => {}
             Some(Ok(layout)) => series.take_layout(Rc::clone(layout), kept),
-            Some(Err(unfit)) => series.take_unfit(unfit.clone()),
+            Some(Err(Unfit::Other)) => series.is_other = true,
+            Some(Err(Unfit::Unreadable(error))) => series.error = Some(error.clone()),
         }
         series
-    }
-
-    fn take_unfit(&mut self, unfit: Unfit) {
-        match unfit {
-            Unfit::Other => self.is_other = true,
-            Unfit::Unreadable(error) => self.error = Some(error),
-        }
     }
 
     fn take_layout(&mut self, layout: Rc<MessageLayout>, kept: &mut Kept) {
@@ -203,7 +196,7 @@ impl TopicSeries {
             match layout::json_layout(message.data, &self.wanted) {
                 Ok(layout) => self.take_layout(Rc::new(layout), kept),
                 Err(Unfit::Unreadable(error)) => return Err(error.at(place(""))),
-                Err(unfit) => self.take_unfit(unfit),
+                Err(Unfit::Other) => self.is_other = true,
             }
         }
         let Some(layout) = self.layout.clone() else {
@@ -401,8 +394,8 @@ impl TopicSeries {
         let stamps = self.stamps_s(options, &mut findings)?;
         let base = TimeBase::fit(&stamps, 1e-9, limits)?;
         findings.extend(base.findings.iter().cloned());
-        let hint = "leave out the rate, which the messages themselves give";
-        options.check_rate(base.rate.hertz(), "the times of the messages", hint)?;
+        let by = ("the times of the messages", TimeUnitBy::File);
+        findings.extend(options.check_rate(base.rate.hertz(), by, MEND)?);
         Ok((base, stamps, findings))
     }
 
@@ -543,10 +536,8 @@ fn stamp_ns([sec, nanosec]: [f64; 2]) -> Result<i64, Error> {
     let whole = |value: f64| value.trunc().total_cmp(&value).is_eq();
     if !(whole(sec) && sec.abs() <= 9.2e9 && whole(nanosec) && (0.0..1e9).contains(&nanosec)) {
         let expected = "a stamp of whole seconds, and nanoseconds below 10^9";
-        return Err(damaged_message(
-            expected,
-            &format!("{sec} s and {nanosec} ns"),
-        ));
+        let found = format!("{sec} s and {nanosec} ns");
+        return Err(damaged_message(expected, &found));
     }
     Ok(sec as i64 * 1_000_000_000 + nanosec as i64)
 }
@@ -577,7 +568,6 @@ fn seconds(span_ns: i128) -> f64 {
 
 fn seconds_text(time_ns: i128) -> String {
     let sign = if time_ns < 0 { "-" } else { "" };
-    let time = time_ns.unsigned_abs();
-    let second = NANO.unsigned_abs();
+    let (time, second) = (time_ns.unsigned_abs(), 1_000_000_000);
     format!("{sign}{}.{:09}", time / second, time % second)
 }

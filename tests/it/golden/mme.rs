@@ -337,7 +337,7 @@ fn readings() -> Vec<Case> {
             &[
                 "777 Hz",
                 "10000 Hz by the channel of times",
-                "leave out the rate",
+                "leave out --rate-hz",
             ],
         )
         .options(&["--rate-hz", "777"]),

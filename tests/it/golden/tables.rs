@@ -390,7 +390,7 @@ fn clocks() -> Vec<Case> {
         refused(
             "ns-untold.csv",
             table("t,acc_y_g", |k| format!("{},{}", k * 100_000, g(k))),
-            &["Hz by `t`, seconds assumed", "--time-unit"],
+            &["Hz by the time column `t`, seconds assumed", "--time-unit"],
         ),
         good(
             "ms-by-option.csv",
