@@ -287,24 +287,19 @@ impl Stated {
     /// Says that a channel frequency class was applied before the samples were stored.
     fn class_finding(class: &str) -> Finding {
         let by = format!("the laboratory has already filtered the channel with CFC {class}");
-        let finding = Finding::filtered(&by);
-        match HEAVY_CLASSES.contains(&class) {
-            true => finding,
-            false => Finding {
-                severity: Severity::Info,
-                ..finding
-            },
+        let mut finding = Finding::filtered(&by);
+        if !HEAVY_CLASSES.contains(&class) {
+            finding.severity = Severity::Info;
         }
+        finding
     }
 
     /// Returns what the statements mean at a sample rate: filters that were applied before
     /// the samples were stored cannot be taken back.
     #[must_use]
     pub fn findings(&self, rate: SampleRate) -> Vec<Finding> {
-        let mut found = Vec::new();
-        if let Some(class) = &self.filter_class {
-            found.push(Self::class_finding(class));
-        }
+        let class = self.filter_class.iter();
+        let mut found: Vec<Finding> = class.map(|class| Self::class_finding(class)).collect();
         let Some(corner) = self.prefilter_hz else {
             return found;
         };
@@ -436,8 +431,7 @@ pub fn read(
     selection: Selection,
     limits: &Limits,
 ) -> Result<Recording, Error> {
-    let control = Control::default();
-    let [recording] = read_each(source, options, [selection], limits, control);
+    let [recording] = read_each(source, options, [selection], limits, Control::default());
     recording
 }
 
@@ -537,10 +531,8 @@ fn outcomes(
             findings: outcome.findings,
         }
     };
-    Ok(outcomes
-        .into_iter()
-        .map(|outcome| outcome.map(recording))
-        .collect())
+    let read = outcomes.into_iter().map(|outcome| outcome.map(recording));
+    Ok(read.collect())
 }
 
 /// Says how a text table was understood, or seems to be; `None` of another format, and where nothing
@@ -579,10 +571,9 @@ fn refused(head: &Head<'_>) -> Option<(&'static str, &'static str)> {
         Some((mark, rest.split_once('\t')?))
     });
     let listed = entries.filter(|(mark, _)| fits(mark));
-    let listed = listed.max_by_key(|(mark, _)| mark.len());
-    listed
-        .map(|(_, found)| found)
-        .or_else(|| refused_by_content(head, is_text))
+    let longest = listed.max_by_key(|(mark, _)| mark.len());
+    let found = longest.map(|(_, found)| found);
+    found.or_else(|| refused_by_content(head, is_text))
 }
 
 /// Returns the bytes of a text in which `\xNN` stands for one of them.

@@ -477,8 +477,20 @@ fn verif_a_string_that_claims_four_gibibytes_is_refused() {
         ),
         ("chunk", 0x06, body(&[&[0; 28], &claims, b"zstd"])),
         ("chunk index", 0x08, body(&[&[0; 44], &claims, b"zstd"])),
+        // An entry that goes beyond the length of its map moves what follows.
+        (
+            "channel",
+            0x04,
+            body(&[&[1, 0, 1, 0], &[0; 8], &map(&[0; 4]), &claims]),
+        ),
+        (
+            "chunk index",
+            0x08,
+            body(&[&[0; 32], &map(&[0; 5]), &[0; 13], &claims, b"zstd"]),
+        ),
     ];
     let metadata = body(&[&[0; 4], &map(&body(&[&[0; 4], &claims]))]);
+    let odd_metadata = body(&[&[0; 4], &map(&[0; 4]), &claims]);
     // ... and in a message: the frame of an Imu.
     let text = Cdr::new(true).u32(1).u32(0).u32(u32::MAX).finish();
     let in_message = file(
@@ -515,8 +527,10 @@ fn verif_a_string_that_claims_four_gibibytes_is_refused() {
         let (told, whole) = (replayed(opcode, &body), format!("a whole {name} record"));
         assert!(told.contains(&whole), "{told}");
     }
-    let told = replayed(0x0C, &metadata);
-    assert!(told.contains("the recording holds: no topic"), "{told}");
+    for metadata in [metadata, odd_metadata] {
+        let told = replayed(0x0C, &metadata);
+        assert!(told.contains("the recording holds: no topic"), "{told}");
+    }
 }
 
 #[test]

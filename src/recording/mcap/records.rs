@@ -35,36 +35,48 @@ pub(super) fn parse(opcode: u8, data: &[u8]) -> Result<Record<'_>, Error> {
 
 /// Sees to it that no text of a record claims to be longer than what is left of the record: the
 /// crate asks for the memory of a text before it reads it. `None` if one does.
+///
+/// A map ends for the crate where an entry reaches its length or goes beyond it, so it does here.
 fn texts_fit(opcode: u8, data: &[u8]) -> Option<()> {
-    // Bytes before the texts, the texts, and whether the last is a map of texts.
-    let (before, texts, holds_map) = match opcode {
+    // Bytes before the texts, the texts, and whether a map of texts follows.
+    let (before, texts, is_map_next) = match opcode {
         op::SCHEMA => (2, 2, false),
-        op::CHANNEL => (4, 3, true),
+        op::CHANNEL => (4, 2, true),
         op::CHUNK => (28, 1, false),
         op::CHUNK_INDEX => {
-            let offsets = u32::from_le_bytes(*data.get(32..)?.first_chunk()?);
-            (32 + 4 + offsets as usize + 8, 1, false)
+            let offsets = take_length(&mut data.get(32..)?)?.div_ceil(10);
+            (32 + 4 + 10 * offsets + 8, 1, false)
         }
-        op::METADATA => (0, 2, true),
+        op::METADATA => (0, 1, true),
         _ => return Some(()),
     };
     let mut left = data.get(before..)?;
-    let mut last: &[u8] = &[];
     for _ in 0..texts {
-        last = take_text(&mut left)?;
+        take_text(&mut left)?;
     }
-    while holds_map && !last.is_empty() {
-        take_text(&mut last)?;
+    let map = match is_map_next {
+        true => take_length(&mut left)?,
+        false => 0,
+    };
+    let end = left.len().saturating_sub(map);
+    while left.len() > end {
+        take_text(&mut left)?;
+        take_text(&mut left)?;
     }
     Some(())
 }
 
-/// Takes a length of four bytes, and as many bytes as it says.
-fn take_text<'a>(left: &mut &'a [u8]) -> Option<&'a [u8]> {
+fn take_length(left: &mut &[u8]) -> Option<usize> {
     let (length, rest) = left.split_first_chunk()?;
-    let (text, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
     *left = rest;
-    Some(text)
+    Some(u32::from_le_bytes(*length) as usize)
+}
+
+/// Takes a length of four bytes, and as many bytes as it says.
+fn take_text(left: &mut &[u8]) -> Option<()> {
+    let length = take_length(left)?;
+    *left = left.get(length..)?;
+    Some(())
 }
 
 /// Refuses texts that are longer than allowed.
