@@ -93,19 +93,31 @@ pub fn first_fall(coefficients: &[f64], end: f64) -> Option<f64> {
     found
 }
 
+/// C(n, j) in row n, exactly.
+const BINOMIAL: [[f64; CAPACITY]; CAPACITY] = {
+    let mut table = [[0.0; CAPACITY]; CAPACITY];
+    let mut n = 0;
+    while n < CAPACITY {
+        table[n][0] = 1.0;
+        let mut j = 1;
+        while j <= n {
+            table[n][j] = table[n - 1][j - 1] + table[n - 1][j];
+            j += 1;
+        }
+        n += 1;
+    }
+    table
+};
+
 /// Bernstein coefficients on [0, end]: b_i = Σ_{j≤i} C(i,j)/C(n,j) c_j end^j.
 fn to_bernstein(coefficients: &[f64], end: f64) -> [f64; CAPACITY] {
     let n = coefficients.len() - 1;
     let mut b = [0.0; CAPACITY];
     // c_j end^j / C(n,j), then repeated sums: b_i = Σ_j C(i,j) d_j by Pascal's rule in place.
     let mut power = 1.0;
-    let mut binomial = 1.0;
-    for (j, c) in coefficients.iter().enumerate() {
-        b[j] = c * power / binomial;
+    for ((b, c), binomial) in b.iter_mut().zip(coefficients).zip(&BINOMIAL[n]) {
+        *b = c * power / binomial;
         power *= end;
-        {
-            binomial = binomial * (n - j) as f64 / (j + 1) as f64;
-        }
     }
     for level in 1..=n {
         for i in (level..=n).rev() {

@@ -419,13 +419,7 @@ impl Kernel {
         if start.lifting {
             excitation.as_mut()[0] = -self.free.pressing;
         }
-        let series = TaylorSeries::<N>::new(
-            &self.free,
-            &start,
-            step,
-            excitation.as_ref(),
-            &self.tolerance,
-        );
+        let series = TaylorSeries::<N>::new(&self.free, &start, step, &excitation, &self.tolerance);
         let reach = series.valid_part();
         if reach.is_nan() || reach <= 0.0 {
             return self.give_up(stretch);
@@ -769,7 +763,7 @@ impl Kernel {
             &self.contact,
             &start,
             step,
-            stretch.series(local, step).as_ref(),
+            &stretch.series(local, step),
             &self.tolerance,
         );
         let reach = series.valid_part();

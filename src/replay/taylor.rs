@@ -146,6 +146,69 @@ impl Tolerance {
     }
 }
 
+/// The recurrence, order by order.
+struct Recurrence<'a, const N: usize> {
+    x: [f64; N],
+    /// j·x_j.
+    weighted: [f64; N],
+    /// (−sin, cos) side by side: one multiplication serves both recurrences.
+    turned: [[f64; 2]; N],
+    /// Coefficients that are known.
+    count: usize,
+    /// Those that the series has at least.
+    count_min: usize,
+    /// Σ |x_n| [rad].
+    size: f64,
+    /// Stiffness, damping and square of the step, in units of the step.
+    stiffness: f64,
+    damping: f64,
+    step2: f64,
+    excitation: &'a [f64],
+    tolerance: &'a Tolerance,
+}
+
+impl<const N: usize> Recurrence<'_, N> {
+    /// Takes one order: C_n = −Σ j x_j S_{n−j}/n, S_n = Σ j x_j C_{n−j}/n, then x_{n+2}. True once
+    /// the last two terms are small.
+    ///
+    /// Inlined, so that the sums of an order that is known are loops without a count.
+    #[inline(always)]
+    fn order(&mut self, n: usize) -> bool {
+        let Self {
+            x,
+            weighted,
+            turned,
+            excitation,
+            ..
+        } = self;
+        let mut sum = [0.0; 2];
+        // The newest pair last, so that the sum is ready when it arrives.
+        for j in 0..n {
+            let (w, t) = (weighted[n - j], turned[j]);
+            sum[0] += w * t[0];
+            sum[1] += w * t[1];
+        }
+        let inverse = INVERSE[n];
+        turned[n] = [-sum[1] * inverse, sum[0] * inverse];
+        let mut push = 0.0;
+        for k in (1..excitation.len().min(n + 1)).rev() {
+            push += excitation[k] * turned[n - k][1];
+        }
+        let b0 = excitation[0] * self.step2;
+        let force = -self.stiffness * x[n]
+            - self.damping * weighted[n + 1]
+            - b0 * turned[n][1]
+            - push * self.step2;
+        weighted[n + 2] = force * INVERSE[n + 1];
+        x[n + 2] = weighted[n + 2] * INVERSE[n + 2];
+        let last = x[n + 2].abs();
+        let two = last + x[n + 1].abs();
+        self.count = n + 3;
+        self.size += last;
+        self.count >= self.count_min && two <= self.tolerance.of(self.size)
+    }
+}
+
 impl<const N: usize> TaylorSeries<N> {
     /// Computes the coefficients for a step of `step` [s]: until two in a row fall below the
     /// tolerance together, or N of them. `excitation` is b = m L a/I0 [rad/s²] over the step in
@@ -155,74 +218,66 @@ impl<const N: usize> TaylorSeries<N> {
         branch: &Branch,
         start: &Start,
         step: f64,
-        excitation: &[f64],
+        excitation: &impl AsRef<[f64]>,
         tolerance: &Tolerance,
     ) -> Self {
-        let mut x = [0.0; N];
-        let mut weighted = [0.0; N]; // j·x_j
-        // (−sin, cos) side by side: one multiplication serves both recurrences.
-        let mut turned = [[0.0; 2]; N];
+        const { assert!(N >= 13, "the orders below are written out to the tenth") };
+        let excitation = excitation.as_ref();
         let step2 = step * step;
         let stiffness = branch.stiffness * step2;
         let damping = branch.damping * step;
-        let b0 = excitation[0] * step2;
-        x[0] = start.angle;
-        x[1] = start.velocity * step;
-        weighted[1] = x[1];
         let Turned { sine, cosine } = start.turned;
-        turned[0] = [-sine, cosine];
-        x[2] = if start.lifting {
+        let (x0, x1) = (start.angle, start.velocity * step);
+        let b0 = excitation[0] * step2;
+        let x2 = if start.lifting {
             0.0
         } else {
-            0.5 * (-branch.pressing * step2 - stiffness * x[0] - damping * x[1] - b0 * cosine)
+            0.5 * (-branch.pressing * step2 - stiffness * x0 - damping * x1 - b0 * cosine)
         };
-        weighted[2] = 2.0 * x[2];
-        let mut size = x[0].abs() + x[1].abs() + x[2].abs();
-        let mut count = 3;
-        let count_min = if x[0] == 0.0 && x[1] == 0.0 {
-            COUNT_MIN_FROM_REST
-        } else {
-            COUNT_MIN
+        let mut found = Recurrence {
+            x: [0.0; N],
+            weighted: [0.0; N],
+            turned: [[0.0; 2]; N],
+            count: 3,
+            count_min: match x0 == 0.0 && x1 == 0.0 {
+                true => COUNT_MIN_FROM_REST,
+                false => COUNT_MIN,
+            },
+            size: x0.abs() + x1.abs() + x2.abs(),
+            stiffness,
+            damping,
+            step2,
+            excitation,
+            tolerance,
         };
-        // One order: C_n = −Σ j x_j S_{n−j}/n, S_n = Σ j x_j C_{n−j}/n, then x_{n+2}. True once
-        // the last two terms are small.
-        let mut order = |n: usize| -> bool {
-            let mut sum = [0.0; 2];
-            // The newest pair last, so that the sum is ready when it arrives.
-            for (w, t) in weighted[1..=n].iter().rev().zip(&turned[..n]) {
-                sum[0] += w * t[0];
-                sum[1] += w * t[1];
-            }
-            let inverse = INVERSE[n];
-            turned[n] = [-sum[1] * inverse, sum[0] * inverse];
-            let mut push = 0.0;
-            for (b, t) in excitation[1..].iter().zip(turned[..n].iter().rev()).rev() {
-                push += b * t[1];
-            }
-            let force =
-                -stiffness * x[n] - damping * weighted[n + 1] - b0 * turned[n][1] - push * step2;
-            weighted[n + 2] = force * INVERSE[n + 1];
-            x[n + 2] = weighted[n + 2] * INVERSE[n + 2];
-            count = n + 3;
-            size += x[n + 2].abs();
-            count >= count_min && x[n + 2].abs() + x[n + 1].abs() <= tolerance.of(size)
-        };
+        (found.x[0], found.x[1], found.x[2]) = (x0, x1, x2);
+        (found.weighted[1], found.weighted[2]) = (x1, 2.0 * x2);
+        found.turned[0] = [-sine, cosine];
         // The orders that most steps need are written out, for the compiler to unroll.
-        let done = order(1)
-            || order(2)
-            || order(3)
-            || order(4)
-            || order(5)
-            || order(6)
-            || order(7)
-            || order(8);
+        let done = found.order(1)
+            || found.order(2)
+            || found.order(3)
+            || found.order(4)
+            || found.order(5)
+            || found.order(6)
+            || found.order(7)
+            || found.order(8)
+            || found.order(9)
+            || found.order(10);
         if !done {
-            for n in 9..N - 2 {
-                if order(n) {
+            for n in 11..N - 2 {
+                if found.order(n) {
                     break;
                 }
             }
         }
+        let Recurrence {
+            x,
+            weighted,
+            count,
+            size,
+            ..
+        } = found;
         let mut end = (0.0, 0.0);
         let mut curved = Curved {
             angle: 0.0,
@@ -236,7 +291,7 @@ impl<const N: usize> TaylorSeries<N> {
             curved.slope += w.abs();
         }
         Self {
-            end: (x[0] + (x[1] + end.0), x[1] + end.1),
+            end: (x0 + (x1 + end.0), x1 + end.1),
             coefficients: x,
             count,
             curved,

@@ -104,7 +104,7 @@ pub(super) fn doubtful_times() -> Vec<Case> {
         refused(
             "ms-over-seconds.csv",
             plain("t (ms),acc_y_g"),
-            &["Hz by `t (ms)`", "--time-unit"],
+            &["Hz by the time column `t (ms)`", "--time-unit"],
         ),
         good("ms-over-seconds-told.csv", plain("t (ms),acc_y_g"))
             .options(&["--time-unit", "s"])
