@@ -32,7 +32,7 @@ mod status;
 use super::draft::{self, Draft, UniformSamples, Unit};
 use super::held;
 use super::source::Reader;
-use super::time_base::{TimeBase, TimeUnitBy};
+use super::time_base::TimeBase;
 use super::{Finding, Head, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection};
 use crate::error::{Error, ErrorKind, Place};
 use crate::units::SampleRate;
@@ -351,14 +351,9 @@ impl<'a> TableText<'a> {
             return coarse_base(&rows.stamps_s, digits, name, rate);
         }
         let fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, self.asked.limits)?;
-        let unit_by = match (options.time_unit, unit_stated) {
-            (Some(_), _) => TimeUnitBy::Person,
-            (None, true) => TimeUnitBy::File,
-            (None, false) => TimeUnitBy::Nobody,
-        };
         let by = format!("the time column `{name}`");
         let mend = "state its unit with the setting `time_unit` = s|ms|us|ns";
-        findings.extend(options.check_rate(fitted.rate.hertz(), (&by, unit_by), mend)?);
+        findings.extend(options.check_rate(fitted.rate.hertz(), (&by, !unit_stated), mend)?);
         Ok(fitted)
     }
 }

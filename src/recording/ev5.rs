@@ -20,7 +20,7 @@ use super::draft::{self, Draft, UniformSamples, Unit};
 use super::lateral::{self, ChannelOffer};
 use super::mme::names::{has_suffix, number_of};
 use super::source::Reader;
-use super::time_base::{MEND, TimeUnitBy};
+use super::time_base::MEND;
 use super::{
     Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection,
 };
@@ -370,7 +370,7 @@ impl UniformSamples {
                 Self::by_stamps(stamps_s, digit_s, values, asked.limits, findings)?
             }
         };
-        let by = ("the stamps", TimeUnitBy::File);
+        let by = ("the stamps", false);
         findings.extend(asked.options.check_rate(clock.rate.hertz(), by, MEND)?);
         Ok(clock)
     }

@@ -21,7 +21,7 @@ use super::number::{Decimal, Marks, PrintedDigits};
 use super::remarks::Cells;
 use super::source::Reader;
 use super::text::ColumnMarks;
-use super::time_base::{self, MEND, TimeUnitBy};
+use super::time_base::{self, MEND};
 use super::{
     Channel, Finding, Head, Limits, Outcomes, ReadOutcome, ReadTask, Selection, encoding, held,
     lateral, text,
@@ -367,8 +367,7 @@ impl LabviewFile<'_> {
     ) -> Result<UniformSamples, Error> {
         let (header, options) = (self.header, self.asked.options);
         let described = &header.channels[index];
-        let check =
-            |rate: SampleRate, by| options.check_rate(rate.hertz(), (by, TimeUnitBy::File), MEND);
+        let check = |rate: SampleRate, by| options.check_rate(rate.hertz(), (by, false), MEND);
         if let Some(slot) = header.time_slot(index) {
             let (numbers, digits) = &table.stamps[slot];
             let stamps = &numbers.values[..values.len().min(numbers.values.len())];

@@ -24,7 +24,7 @@ use super::code::VehicleSide;
 use super::draft::{self, Draft, UniformSamples, Unit};
 use super::lateral::ChannelOffer;
 use super::source::Reader;
-use super::time_base::{MEND, TimeUnitBy};
+use super::time_base::MEND;
 use super::{
     Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection,
     encoding, lateral, text,
@@ -279,7 +279,12 @@ impl TestReader<'_, '_> {
         if let Some(name) = header.reference_channel()? {
             if let Some(times) = channel_of_times(self.channels, own, name)? {
                 let clock = self.explicit_clock(times, header, samples, outcome, findings)?;
-                let by = ("the channel of times", TimeUnitBy::File);
+                let assumed = times.header.value("Unit").is_none();
+                if assumed {
+                    let text = "the channel of times states no unit; seconds were assumed";
+                    findings.push(Finding::info("time-unit-assumed", text));
+                }
+                let by = ("the channel of times", assumed);
                 let odd = self.options.check_rate(clock.rate.hertz(), by, MEND)?;
                 findings.extend(odd);
                 return Ok((clock, true));
@@ -292,7 +297,7 @@ impl TestReader<'_, '_> {
         }
         let stated = header.interval()?;
         if let Some(hertz) = stated.map(SampleRate::hertz) {
-            let by = ("the channel's header", TimeUnitBy::File);
+            let by = ("the channel's header", false);
             findings.extend(self.options.check_rate(hertz, by, MEND)?);
         }
         let rate = match (self.options.rate_hz, stated) {

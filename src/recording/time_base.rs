@@ -210,43 +210,36 @@ const RATE_AGREEMENT: f64 = 1e-3;
 /// What to do where a file of which the format fixes the unit of times gives a wrong rate.
 pub(super) const MEND: &str = "mend the file";
 
-/// Who says in which unit the times are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum TimeUnitBy {
-    Nobody,
-    File,
-    Person,
-}
-
 impl ReadOptions {
     /// Holds a rate that the file gives [Hz] against the one that option or card state, and doubts
     /// one that crash recordings do not have; one beyond all belief is refused unless a person has
-    /// confirmed it. `by` names what gives it and `mend` says what to do if it is wrong.
+    /// stated it. `by` names what gives it, and whether seconds are `assumed` because nothing says
+    /// in which unit its times are; `mend` says what to do if it is wrong.
     pub(super) fn check_rate(
         &self,
         rate: f64,
-        (by, unit_by): (&str, TimeUnitBy),
+        (by, assumed): (&str, bool),
         mend: &str,
     ) -> Result<Option<Finding>, Error> {
-        let assumed = match unit_by {
-            TimeUnitBy::Nobody => ", seconds assumed",
-            _ => "",
+        let by = if assumed {
+            &format!("{by}, seconds assumed")
+        } else {
+            by
         };
-        let found = format!("{rate} Hz by {by}{assumed}");
-        if let Some(stated) = self.rate_hz {
+        let found = format!("{rate} Hz by {by}");
+        if let Some(stated) = self.rate_hz
+            && (stated - rate).abs() > RATE_AGREEMENT * rate
+        {
             let expected = format!("a rate of {stated} Hz, as option or card say");
-            let hint = format!("{mend}, or leave out the setting `rate_hz`");
-            if (stated - rate).abs() > RATE_AGREEMENT * rate {
-                return Err(Error::malformed(expected, found, hint));
-            }
+            let hint = format!("{mend}, or leave out the rate");
+            return Err(Error::malformed(expected, found, hint));
         }
-        let (low, high) = match unit_by {
-            TimeUnitBy::Nobody => PLAUSIBLE_ASSUMED,
-            _ => PLAUSIBLE_STATED,
+        let (low, high) = match assumed {
+            true => PLAUSIBLE_ASSUMED,
+            false => PLAUSIBLE_STATED,
         };
-        let confirmed = self.rate_hz.is_some() || unit_by == TimeUnitBy::Person;
-        let incredible = rate > INCREDIBLE || (rate < LEAST_ASSUMED && !assumed.is_empty());
-        if incredible && !confirmed {
+        let incredible = rate > INCREDIBLE || (rate < LEAST_ASSUMED && assumed);
+        if incredible && self.rate_hz.is_none() {
             let expected = "a rate that crash recordings have";
             let hint = format!("{mend}, or confirm the rate with the setting `rate_hz`");
             return Err(Error::malformed(expected, found, hint));

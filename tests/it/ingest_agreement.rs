@@ -247,6 +247,14 @@ fn val_a_rate_beyond_belief_is_asked_for_in_every_format() {
             rate_hz: Some(clock.rate_hz),
             ..options
         };
+        // The unit alone confirms no rate.
+        let in_seconds = ReadOptions {
+            time_unit: Some(latchgate::units::TimeUnit::Second),
+            rate_hz: None,
+            ..confirmed.clone()
+        };
+        let malformed = |kind: &ErrorKind| matches!(kind, ErrorKind::Malformed { .. });
+        check_refused(&path, &in_seconds, malformed, &["1000000 Hz"]);
         let (channel, findings) = one(&path, &confirmed);
         assert_eq!(channel.rate.hertz(), clock.rate_hz);
         let told = |finding: &latchgate::recording::Finding| {

@@ -6,7 +6,7 @@ use crate::support::{
     with_channel, zip_of,
 };
 use latchgate::error::ErrorKind;
-use latchgate::recording::{ReadOptions, Selection, Severity};
+use latchgate::recording::{Finding, ReadOptions, Selection, Severity};
 use latchgate::units::AccelerationUnit;
 use std::fmt::Write as _;
 use std::time::Instant;
@@ -401,6 +401,18 @@ fn val_explicit_times_are_read_from_their_channel() {
     }
     let everything = read_path(folder.path(), &ReadOptions::default(), Selection::Every).unwrap();
     assert_eq!(everything.channels.len(), 1);
+    // Without a unit they are seconds, which is said; these would make 10 Hz.
+    let silent = test_of(&[times.clone().without("Unit"), file.clone()]);
+    let silent = folder_of("mme-explicit", &silent);
+    let (channel, findings) = one(silent.path(), &ReadOptions::default());
+    assert_eq!(channel.rate.hertz(), 10.0);
+    for (code, severity) in [
+        ("time-unit-assumed", Severity::Info),
+        ("time-unit-implausible", Severity::Warning),
+    ] {
+        let told = |finding: &Finding| finding.code == code && finding.severity == severity;
+        assert!(findings.iter().any(told), "{findings:?}");
+    }
     // One time too few, no times at all, and nothing that says anything of time.
     let malformed: fn(&ErrorKind) -> bool = |kind| matches!(kind, ErrorKind::Malformed { .. });
     let missing: fn(&ErrorKind) -> bool = |kind| matches!(kind, ErrorKind::MissingTime);

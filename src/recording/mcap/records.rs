@@ -45,7 +45,11 @@ fn texts_fit(opcode: u8, data: &[u8]) -> Option<()> {
         op::CHUNK => (28, 1, false),
         op::CHUNK_INDEX => {
             let offsets = take_length(&mut data.get(32..)?)?.div_ceil(10);
-            (32 + 4 + 10 * offsets + 8, 1, false)
+            (
+                offsets.saturating_mul(10).saturating_add(32 + 4 + 8),
+                1,
+                false,
+            )
         }
         op::METADATA => (0, 1, true),
         _ => return Some(()),

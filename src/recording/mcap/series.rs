@@ -9,7 +9,7 @@ use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column as Named;
 use crate::recording::draft::{Draft, UniformSamples, Unit};
 use crate::recording::remarks::Remark;
-use crate::recording::time_base::{MEND, TimeBase, TimeUnitBy};
+use crate::recording::time_base::{MEND, TimeBase};
 use crate::recording::{Channel, Finding, Limits, ReadOptions};
 use crate::units::AccelerationUnit;
 use std::rc::Rc;
@@ -394,7 +394,7 @@ impl TopicSeries {
         let stamps = self.stamps_s(options, &mut findings)?;
         let base = TimeBase::fit(&stamps, 1e-9, limits)?;
         findings.extend(base.findings.iter().cloned());
-        let by = ("the times of the messages", TimeUnitBy::File);
+        let by = ("the times of the messages", false);
         findings.extend(options.check_rate(base.rate.hertz(), by, MEND)?);
         Ok((base, stamps, findings))
     }

@@ -337,7 +337,7 @@ fn readings() -> Vec<Case> {
             &[
                 "777 Hz",
                 "10000 Hz by the channel of times",
-                "leave out --rate-hz",
+                "leave out the rate",
             ],
         )
         .options(&["--rate-hz", "777"]),
