@@ -159,9 +159,11 @@ struct Recurrence<'a, const N: usize> {
     count_min: usize,
     /// Σ |x_n| [rad].
     size: f64,
-    /// Stiffness, damping and square of the step, in units of the step.
+    /// Stiffness · step² [-].
     stiffness: f64,
+    /// Damping · step [-].
     damping: f64,
+    /// step² [s²].
     step2: f64,
     excitation: &'a [f64],
     tolerance: &'a Tolerance,
