@@ -36,13 +36,13 @@ pub(super) struct VerdictSearch<'a> {
 /// First step from a boundary of the nominal runs, on the scale of places.
 const FIRST_STEP: f64 = 1e-3;
 
-/// SearchRangees in which the nominal runs pass that are looked into, the nearest first; one that
+/// Ranges in which the nominal runs pass that are looked into, the nearest first; one that
 /// reaches an end of the range is looked into in any case.
 const SPANS: usize = 3;
 
 /// The same of those that are longer than the first step: a needle is soon asked, and hardly ever
 /// an answer.
-const LONG_SPANS: usize = 12;
+const LONG_SPANS: usize = 24;
 
 /// Values to either side, evenly between the present one and the change that was found, at which
 /// the whole rule is asked whether there is a nearer one.
@@ -234,7 +234,7 @@ impl VerdictSearch<'_> {
         Ok(best)
     }
 
-    /// SearchRangees in which the nominal runs pass, on the scale of places.
+    /// Ranges in which the nominal runs pass, on the scale of places.
     fn nominal_passes(&self, changes: &[&Crossing], nominal_passes: bool) -> Vec<(f64, f64)> {
         let place = |value: f64| self.range.place(value);
         let mut spans = Vec::new();

@@ -92,7 +92,7 @@ impl<'a> MarginSearch<'a> {
             policy,
             window: window_samples(signal, policy.window_s)?,
             control,
-            enough_rad: design.criterion.threshold_rad + 2.0 * search::WHIRL_RAD,
+            enough_rad: design.criterion.threshold_rad + 2.0 * search::FAR_RAD,
             work,
         };
         let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);

@@ -111,10 +111,10 @@ pub const SPLITS: usize = 3;
 /// the peak over the cell or a neighbour.
 pub const REACH: f64 = 3.0;
 
-/// A cell both ends of which are further from the threshold than this is left as it is [rad]: a lever
-/// that whirls round changes its peak by radians from one value to the next, which says nothing of
-/// the threshold.
-pub const WHIRL_RAD: f64 = 2.0 * std::f64::consts::PI;
+/// A cell both ends of which lie further beyond the threshold than this is left as it is [rad]: a lever
+/// that is thrown wide open changes its peak by radians from one value to the next, which says nothing
+/// of the threshold.
+pub const FAR_RAD: f64 = 1.0;
 
 /// A value, the excess there, and whether the exact run gave it.
 #[derive(Clone, Copy)]
@@ -139,7 +139,9 @@ impl Point {
 /// A pair of crossings between two neighbouring values is found where a cell is split: where
 /// the peak at an end of the cell is no further from the threshold than [`REACH`] times what it
 /// changes over the cell or one of its neighbours (each split by [`PARTS`], up to [`SPLITS`] times over), or
-/// than `near_rad` (split once), but no further than [`WHIRL_RAD`]. No more values are looked at than the probe says, the
+/// than `near_rad` (split once), but no further than [`FAR_RAD`] beyond it. The peak is that which
+/// decides about a pass: changes between a fail and what is none are told as far as the values show
+/// them. No more values are looked at than the probe says, the
 /// nearest to the threshold first. A pair that shows in neither way stays unseen.
 ///
 /// # Errors
@@ -226,31 +228,26 @@ fn changes_in(cell: &[Point], edge: Edge) -> bool {
     (cell[0].excess.of(edge) > 0.0) != (cell[1].excess.of(edge) > 0.0)
 }
 
-/// How far the threshold is from a cell whose ends lie on the same side and in which it may yet
-/// be crossed twice [rad]; `None` for any other cell.
+/// How far the threshold is from a cell in which a pass may begin and end, or end and begin, unseen
+/// [rad]; `None` for any other cell. One in which the answer changes is split once, where others near
+/// the threshold are.
 fn doubtful(points: &[Point], cell: usize, near: f64) -> Option<f64> {
-    let of_edge = |edge: Edge| {
-        let value = |index: usize| points[index].excess.of(edge);
-        let (from, to) = (value(cell), value(cell + 1));
-        if (from > 0.0) != (to > 0.0) {
-            return None;
-        }
-        let distance = from.abs().min(to.abs());
-        if distance > WHIRL_RAD {
-            return None;
-        }
-        let first = cell.saturating_sub(1);
-        let last = (cell + 1).min(points.len() - 2);
-        let change = (first..=last)
-            .map(|index| (value(index + 1) - value(index)).abs())
-            .filter(|change| change.is_finite())
-            .fold(0.0, f64::max);
-        (distance <= (REACH * change).max(near)).then_some(distance)
-    };
-    [Edge::Pass, Edge::Fail]
-        .into_iter()
-        .filter_map(of_edge)
-        .reduce(f64::min)
+    let value = |index: usize| points[index].excess.pass;
+    let (from, to) = (value(cell), value(cell + 1));
+    if (from > 0.0) != (to > 0.0) {
+        return (near > 0.0).then_some(0.0);
+    }
+    if from.min(to) > FAR_RAD {
+        return None;
+    }
+    let distance = from.abs().min(to.abs());
+    let first = cell.saturating_sub(1);
+    let last = (cell + 1).min(points.len() - 2);
+    let change = (first..=last)
+        .map(|index| (value(index + 1) - value(index)).abs())
+        .filter(|change| change.is_finite())
+        .fold(0.0, f64::max);
+    (distance <= (REACH * change).max(near)).then_some(distance)
 }
 
 /// The values that split a cell.
