@@ -179,8 +179,8 @@ impl AdviceSearch<'_> {
         Ok(None)
     }
 
-    /// Asks the rule without an ensemble from the safe end on until it is no pass; returns the
-    /// places of the values that pass.
+    /// Asks the rule without an ensemble from the safe end on until it is no pass, or a lever is so
+    /// sensitive that it may be none at a value nearby; returns the places of the values that pass.
     fn nominal_passes(&mut self) -> Result<Vec<usize>, Error> {
         let mut passing = Vec::new();
         let mut in_doubt = false;
@@ -188,7 +188,7 @@ impl AdviceSearch<'_> {
             let value = self.free[place].0;
             let found = (self.probe.nominal)(value)?;
             in_doubt |= found.in_doubt;
-            if !found.passes {
+            if !found.passes || found.sensitive {
                 break;
             }
             self.asked.push(value);

@@ -256,13 +256,18 @@ impl<'a> MarginSearch<'a> {
             (quantity, value),
             room,
             &|quantity, value| {
-                let mut in_doubt = false;
+                let (mut in_doubt, mut sensitive) = (false, false);
                 let passes = self.each(quantity, value, (room, 0), &mut |question| {
                     let found = question.nominal()?;
                     in_doubt |= found.in_doubt;
+                    sensitive |= found.sensitive;
                     Ok(found.passes)
                 })?;
-                Ok(NominalPass { passes, in_doubt })
+                Ok(NominalPass {
+                    passes,
+                    in_doubt,
+                    sensitive,
+                })
             },
         )
     }

@@ -139,10 +139,11 @@ impl Point {
 /// A pair of crossings between two neighbouring values is found where a cell is split: where
 /// the peak at an end of the cell is no further from the threshold than [`REACH`] times what it
 /// changes over the cell or one of its neighbours (each split by [`PARTS`], up to [`SPLITS`] times over), or
-/// than `near_rad` (split once), but no further than [`FAR_RAD`] beyond it. The peak is that which
-/// decides about a pass: changes between a fail and what is none are told as far as the values show
-/// them. No more values are looked at than the probe says, the
-/// nearest to the threshold first. A pair that shows in neither way stays unseen.
+/// than `near_rad` (split once), but no further than [`FAR_RAD`] beyond it; no more values are looked
+/// at than the probe says, the nearest to the threshold first. A cell in which a pass begins or ends may hide
+/// more: it is split once, the outermost and the nearest first, for up to half as many values again. The
+/// peak is that which decides about a pass: changes between a fail and what is none are told as far as
+/// the values show them. A pair that shows in neither way stays unseen.
 ///
 /// # Errors
 ///
@@ -165,6 +166,8 @@ pub fn changes_among(
 
 fn search(mut points: Vec<Point>, probe: &Probe<'_>) -> Result<SearchResult, Error> {
     let most = probe.values_max;
+    // What cells with a change take is no loss to the others.
+    let mut in_changing = 0;
     for split in 0..SPLITS {
         let near = if split == 0 { probe.near_rad } else { 0.0 };
         let mut cells: Vec<(f64, usize)> = (0..points.len().saturating_sub(1))
@@ -172,10 +175,16 @@ fn search(mut points: Vec<Point>, probe: &Probe<'_>) -> Result<SearchResult, Err
             .collect();
         // The nearest to the threshold first, as many as may be looked into.
         cells.sort_by(|a, b| a.0.total_cmp(&b.0));
-        cells.truncate(most.saturating_sub(points.len()) / (PARTS - 1));
+        cells.truncate((most + in_changing).saturating_sub(points.len()) / (PARTS - 1));
+        let mut cells: Vec<usize> = cells.into_iter().map(|(_, cell)| cell).collect();
+        if split == 0 {
+            let changing = changing_cells(&points, Edge::Pass, probe, most / 2 / (PARTS - 1));
+            in_changing = changing.len() * (PARTS - 1);
+            cells.extend(changing);
+        }
         let wanted: Vec<f64> = cells
             .iter()
-            .flat_map(|(_, cell)| inside(points[*cell].at, points[cell + 1].at))
+            .flat_map(|cell| inside(points[*cell].at, points[cell + 1].at))
             .collect();
         if wanted.is_empty() {
             break;
@@ -228,14 +237,13 @@ fn changes_in(cell: &[Point], edge: Edge) -> bool {
     (cell[0].excess.of(edge) > 0.0) != (cell[1].excess.of(edge) > 0.0)
 }
 
-/// How far the threshold is from a cell in which a pass may begin and end, or end and begin, unseen
-/// [rad]; `None` for any other cell. One in which the answer changes is split once, where others near
-/// the threshold are.
+/// How far the threshold is from a cell whose ends lie on the same side and in which a pass may yet
+/// begin and end, or end and begin [rad]; `None` for any other cell.
 fn doubtful(points: &[Point], cell: usize, near: f64) -> Option<f64> {
     let value = |index: usize| points[index].excess.pass;
     let (from, to) = (value(cell), value(cell + 1));
     if (from > 0.0) != (to > 0.0) {
-        return (near > 0.0).then_some(0.0);
+        return None;
     }
     if from.min(to) > FAR_RAD {
         return None;
@@ -282,24 +290,35 @@ fn settle(points: &mut [Point], probe: &Probe<'_>) -> Result<Vec<usize>, Error> 
 }
 
 fn worth_narrowing(points: &[Point], probe: &Probe<'_>) -> Vec<usize> {
-    let changing = |edge: Edge| {
-        let cells = 0..points.len().saturating_sub(1);
-        let cells = cells.filter(|cell| changes_in(&points[*cell..*cell + 2], edge));
-        cells.collect::<Vec<usize>>()
-    };
+    let of_edge =
+        |edge: Edge| changing_cells(points, edge, probe, probe.narrowed.saturating_add(2));
+    let mut chosen = of_edge(Edge::Pass);
+    chosen.extend(of_edge(Edge::Fail));
+    chosen.sort_unstable();
+    chosen.dedup();
+    chosen
+}
+
+/// The cells in which the answer changes, at most so many: the outermost, then those nearest to the present value.
+fn changing_cells(points: &[Point], edge: Edge, probe: &Probe<'_>, most: usize) -> Vec<usize> {
     let distance = |cell: &usize| {
         let of = |index: usize| (probe.distance)(points[index].at);
         of(*cell).min(of(cell + 1))
     };
-    let mut chosen = Vec::new();
-    for mut cells in [changing(Edge::Pass), changing(Edge::Fail)] {
-        chosen.extend(cells.first().copied());
-        chosen.extend(cells.last().copied());
-        cells.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-        chosen.extend(cells.into_iter().take(probe.narrowed));
-    }
-    chosen.sort_unstable();
+    let cells = 0..points.len().saturating_sub(1);
+    let mut cells: Vec<usize> = cells
+        .filter(|cell| changes_in(&points[*cell..*cell + 2], edge))
+        .collect();
+    let outermost = [cells.first().copied(), cells.last().copied()];
+    cells.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+    let mut chosen: Vec<usize> = outermost.into_iter().flatten().collect();
     chosen.dedup();
+    let inner: Vec<usize> = cells
+        .into_iter()
+        .filter(|cell| !chosen.contains(cell))
+        .collect();
+    chosen.extend(inner);
+    chosen.truncate(most);
     chosen
 }
 

@@ -35,10 +35,6 @@ pub(crate) fn doubt_part(with_members: bool) -> f64 {
 /// The same where refinement ends and corners alone change the order of impacts; twice it was needed.
 const CORNER_DOUBT_PART: f64 = 1.5;
 
-/// The times the largest angle seen that a peak may be off by and still pass, for a search to leave the
-/// sixteenfold out: more than twice what it ever showed.
-const BEYOND_DOUBT_PART: f64 = 8.0;
-
 /// Times that the samples are run, counted as such, for the bound of one run.
 const RUNS_OF_A_BOUND: usize = 8;
 
@@ -266,18 +262,17 @@ impl RunSetup<'_> {
     fn bounds(&self, runs: &[(&RunOutcome, Option<f64>)]) -> Result<Vec<f64>, Error> {
         self.share(RUNS_OF_A_BOUND, runs, |(run, known)| {
             let proven = known.or_else(|| self.change_at_most(run));
-            self.bound(run, proven, (|_| false, |_| false))
+            self.bound(run, proven, |_| false)
         })
     }
 
     /// Bounds the interpolation error of a run [rad], of which `proven` is a bound already; where less
-    /// than the whole of it is `too_much`, it may be that. Where the finest reading would have to show
-    /// more than [`BEYOND_DOUBT_PART`] times what the others do to be more than is `little_enough`, it is not run.
+    /// than the whole of it is `enough`, it may be that.
     fn bound(
         &self,
         run: &RunOutcome,
         proven: Option<f64>,
-        (too_much, little_enough): (impl Fn(f64) -> bool, impl Fn(f64) -> bool),
+        enough: impl Fn(f64) -> bool,
     ) -> Result<f64, Error> {
         let own = ReadPeak::of(run);
         let variant = variant_of(run);
@@ -288,12 +283,12 @@ impl RunSetup<'_> {
         let more = read(SampleReading::More)?;
         let less = read(SampleReading::Less)?;
         let mut seen = change(&more).max(change(&less));
-        if too_much(least(seen)) {
+        if enough(least(seen)) {
             return Ok(least(seen));
         }
         let fourfold = read(SampleReading::Fourfold)?;
         seen += change(&fourfold);
-        if too_much(least(seen)) {
+        if enough(least(seen)) {
             return Ok(least(seen));
         }
         let peaks = ReadPeaks {
@@ -306,12 +301,8 @@ impl RunSetup<'_> {
         let regular = peaks.regular();
         // The finest can but add to what is seen without it.
         let seen = if regular { 0.0 } else { peaks.bound(None, 0.0) };
-        if too_much(least(seen)) {
+        if enough(least(seen)) {
             return Ok(least(seen));
-        }
-        let in_doubt = least(peaks.bound(None, BEYOND_DOUBT_PART));
-        if !regular && little_enough(in_doubt) {
-            return Ok(in_doubt);
         }
         let wanted = !regular && self.readings.has_sixteenfold();
         let finest = wanted
@@ -376,13 +367,10 @@ impl RunSetup<'_> {
                 return Ok(run);
             }
         }
-        let with = |error_rad: f64| with_error(outcome.clone(), error_rad);
-        let enough_is = (
-            |error_rad: f64| too_much(&with(error_rad)),
-            |error_rad: f64| enough(&with(error_rad)),
-        );
-        let error_rad = self.bound(&outcome, proven, enough_is)?;
-        Ok(with(error_rad))
+        let error_rad = self.bound(&outcome, proven, |error_rad| {
+            too_much(&with_error(outcome.clone(), error_rad))
+        })?;
+        Ok(with_error(outcome, error_rad))
     }
 
     /// Returns what a nominal run says alone. Of one that was left out because nearly all

@@ -519,7 +519,6 @@ fn verif_a_needle_between_two_values_stays_unseen() {
     assert!(probe_of(&needle, 0.01, &tenths()).is_empty());
 }
 
-/// A jump, and a stretch that could not be followed, are narrowed down like any change.
 /// Peaks of levers that are thrown wide open jump from one value to the next: a cell between two of
 /// them is left, while the same picture near the threshold is looked into.
 #[test]
@@ -537,6 +536,7 @@ fn verif_a_cell_between_levers_thrown_wide_open_is_left() {
     assert_eq!(probe_of(&peaks(1.0), 0.0, &tenths()).len(), 0);
 }
 
+/// A jump, and a stretch that could not be followed, are narrowed down like any change.
 #[test]
 fn verif_jumps_and_unknown_stretches_are_narrowed_down() {
     let jump = |x: f64| if x < 1.0 / 3.0 { -0.2 } else { 7.0 };

@@ -1,6 +1,8 @@
 //! Guards the advice: the value from which on every value searched passes.
 
 use super::*;
+use crate::support::data;
+use latchgate::pipeline::{Control, Limits, MarginRequest, Prepared, Request, Source};
 
 /// Whether the whole rule says pass with the quantity at a value.
 fn rule_passes(
@@ -76,6 +78,45 @@ fn prop_every_value_beyond_the_advice_passes() {
         advised += check_advice(seed, members, model);
     }
     assert!(advised as u64 > 2 * scenes, "{advised} advices of {scenes}");
+}
+
+/// On a door sill a lever chatters so long that rounding, told from impact to impact, may come to more
+/// than the limit at one preload and to next to nothing beside it. The advice lies beyond such values.
+#[test]
+fn regress_the_advice_lies_beyond_sensitive_levers() {
+    /// Values of a random search that are undecided for that reason [N m].
+    const SENSITIVE_NM: [f64; 3] = [2.0397716557644676, 2.11801811537789, 2.1596498505930635];
+    let request = MarginRequest {
+        replay: Request {
+            members: 0,
+            ..Request::default()
+        },
+        ..MarginRequest::default()
+    };
+    let source = Source::File(data("recordings/nhtsa_v07292.147"));
+    let (limits, control) = (Limits::default(), Control::unwatched(2));
+    let prepared = Prepared::open(&source, &request.replay, &limits, &control).unwrap();
+    let answer = |preload_nm: f64| {
+        let mut design = Design::reference();
+        design.lever.preload_torque_nm = preload_nm;
+        prepared.row(&design, &control).unwrap().verdict
+    };
+    for preload_nm in SENSITIVE_NM {
+        assert_eq!(answer(preload_nm), Answer::Undecided, "at {preload_nm} N m");
+    }
+    let found = prepared.margin(&Design::reference(), &request, &control);
+    let from = found.unwrap().document.least_preload_torque_nm_safe_from;
+    let from = from.expect("an advice");
+    assert!(from > SENSITIVE_NM[2] && from < 4.0, "{from} N m");
+    let mut numbers = Numbers(7);
+    for _ in 0..100 {
+        let preload_nm = from * libm::pow(2.0, numbers.next());
+        assert_eq!(
+            answer(preload_nm),
+            Answer::Pass,
+            "at {preload_nm} N m, {from} advised"
+        );
+    }
 }
 
 /// A pass is told to be isolated where a value between it and the advice is no pass, and not where those
