@@ -299,7 +299,8 @@ fn worth_narrowing(points: &[Point], probe: &Probe<'_>) -> Vec<usize> {
     chosen
 }
 
-/// The cells in which the answer changes, at most so many: the outermost, then those nearest to the present value.
+/// The cells in which the answer changes, at most so many: the outermost, then those nearest to the
+/// present value.
 fn changing_cells(points: &[Point], edge: Edge, probe: &Probe<'_>, most: usize) -> Vec<usize> {
     let distance = |cell: &usize| {
         let of = |index: usize| (probe.distance)(points[index].at);
@@ -313,11 +314,8 @@ fn changing_cells(points: &[Point], edge: Edge, probe: &Probe<'_>, most: usize) 
     cells.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
     let mut chosen: Vec<usize> = outermost.into_iter().flatten().collect();
     chosen.dedup();
-    let inner: Vec<usize> = cells
-        .into_iter()
-        .filter(|cell| !chosen.contains(cell))
-        .collect();
-    chosen.extend(inner);
+    cells.retain(|cell| !chosen.contains(cell));
+    chosen.extend(cells);
     chosen.truncate(most);
     chosen
 }
