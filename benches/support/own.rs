@@ -178,8 +178,8 @@ fn batches<'a>(signal: &'a Signal, stop: StopModel) -> Vec<Entry<'a>> {
     ]
 }
 
-/// Levers that a batch on one thread takes in a lap: some milliseconds.
-const LAP_LEVERS: usize = 40;
+/// Levers that a batch on one thread takes in a lap: some milliseconds, and whole vectors of any width.
+const LAP_LEVERS: usize = 64;
 
 fn peaks(
     signal: &Signal,
