@@ -2,7 +2,9 @@
 //!
 //! `cargo run --release` in this folder; `-- --once` does without repetitions, to see that it runs.
 //! The program first proves that the other one solves the same problem, and stops if it does not.
+//! `-- scene` and `-- methods` are the part of this program in `./chart`.
 
+mod chart;
 #[path = "../../support/contest.rs"]
 mod contest;
 mod lever;
@@ -28,6 +30,11 @@ const TOLERANCES: [f64; 3] = [1e-6, 1e-9, 1e-12];
 const FAIR: f64 = 1e-6;
 
 fn main() {
+    match std::env::args().nth(1).as_deref() {
+        Some("scene") => return chart::print_scene(),
+        Some("methods") => return chart::answer(),
+        _ => (),
+    }
     let timed = !std::env::args().any(|argument| argument == "--once");
     own::contest(timed, &peers);
 }
