@@ -108,7 +108,13 @@ pub fn answer() {
 
 fn entrants(signal: &Signal) -> Vec<Entrant<'_>> {
     let mut entrants: Vec<Entrant<'_>> = Vec::new();
-    entrants.push(own("latchgate", "default", Method::EventDriven, None, signal));
+    entrants.push(own(
+        "latchgate",
+        "default",
+        Method::EventDriven,
+        None,
+        signal,
+    ));
     let steps = [3000, 10_000, 30_000, 100_000, 300_000, 1_000_000];
     for steps_per_period in steps {
         let setting = format!("N = {steps_per_period}");
