@@ -313,6 +313,13 @@ impl Kernel {
     /// Advances over one sample interval that starts at `time` and lasts `length` [s], with
     /// the base acceleration going linearly from `from` to `to` [m/s², model sign].
     pub(super) fn advance(&mut self, time: f64, length: f64, from: f64, to: f64) {
+        if self.phase == Phase::Contact
+            && length > f64::from(EVENTS_PER_SAMPLE_MAX) * self.step_max.1
+        {
+            // In a stop so damped the steps of the sample would run out.
+            self.stuck = true;
+            return;
+        }
         let excitation = self.gain * from;
         self.pass::<_, FLIGHT_ORDER>(&LinearForcing {
             time,

@@ -204,6 +204,26 @@ fn check_both(what: &str, errors: &[Vec<Errors>; 2]) {
     check_coverage(&format!("{what}, end"), &errors[1]);
 }
 
+/// The stated error covers the true one on soft stops in which a motion dies away many times within a sample.
+#[test]
+fn prop_stated_error_covers_the_true_one_far_beyond_critical_damping() {
+    let mut errors = [vec![], vec![]];
+    for seed in 5_000_000..5_000_000 + 100 * MORE {
+        let mut random = Random(seed);
+        let mut design = random_design(&mut random);
+        let signal = random_signal(&mut random, 40, 5.0, 3e3);
+        let (inertia, radius) = (design.lever.moment_of_inertia_kg_m2, design.stop.radius_m);
+        let a_sample = 10.0_f64.powf(random.between(0.3, 2.0)) * signal.rate.hertz();
+        design.stop.damping_n_s_per_m = a_sample * inertia / (radius * radius);
+        let label = format!("seed {seed}");
+        let found = errors_of(&label, &signal, &design, StopModel::Soft, None);
+        for (errors, found) in errors.iter_mut().zip(found) {
+            errors.push(found);
+        }
+    }
+    check_both("far beyond critical damping", &errors);
+}
+
 #[test]
 fn prop_stated_error_covers_the_true_one_from_rest() {
     check_both(

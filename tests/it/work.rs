@@ -74,11 +74,25 @@ fn verif_long_vibration_stays_within_its_work() {
 #[test]
 fn verif_a_stop_that_glues_the_lever_ends_at_the_limit() {
     let mut design = Design::reference();
-    design.stop.damping_n_s_per_m = 1e12;
+    design.stop.damping_n_s_per_m = 1e7;
     let limit = 400_000;
     let found = judged(&vibration(10_000.0, 0.3), &design, 10_000, limit);
     assert!(found.work <= 3 * limit, "{}", found.work);
     assert_ne!(found.answer, Answer::Pass);
+}
+
+/// A stop in which a sample holds more steps than it may is given up at once: its nominal levers take no more
+/// than those of one that can be followed, and it is no pass.
+#[test]
+fn verif_a_stop_beyond_all_steps_costs_no_more_than_a_soft_one() {
+    let signal = vibration(10_000.0, 0.3);
+    let [soft, hard] = [1e3, 1e12].map(|damping| {
+        let mut design = Design::reference();
+        design.stop.damping_n_s_per_m = damping;
+        judged(&signal, &design, 0, 100_000_000)
+    });
+    assert!(hard.work <= soft.work, "{} and {}", hard.work, soft.work);
+    assert_ne!(hard.answer, Answer::Pass);
 }
 
 /// A single run asks whether to go on, by every method, and ends when it shall.
