@@ -48,6 +48,8 @@ def timed(program, path, *options):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         done = subprocess.run([program, "replay", path, *options, *LIMITS, "--no-report", "--format", "json"],
                               capture_output=True, text=True)
+        if done.returncode not in (0, 1, 3):
+            sys.exit(f"{path}: exit code {done.returncode}: {done.stderr}")
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         seconds = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
         least, spent = min(least, seconds), spent + seconds
@@ -59,15 +61,16 @@ def impacts_of(document):
 
 
 def row(rows, panel, series, x, seconds, document):
-    ensemble = document["ensemble"]
-    rows.append({"panel": panel, "series": series, "x": x, "time_s": f"{seconds:.4g}", "impacts": impacts_of(document),
-                 "members": ensemble["members"] if ensemble else 0, "verdict": document["verdict"]})
+    ensembles = document.get("ensembles") or [document["ensemble"]]
+    members = sum(ensemble["members"] for ensemble in ensembles if ensemble)
+    rows.append({"panel": panel, "series": series, "x": members if panel == "members" else x, "time_s": f"{seconds:.4g}", "impacts": impacts_of(document),
+                 "members": members, "verdict": document["verdict"]})
     print(*rows[-1].values(), file=sys.stderr)
 
 
 def measure(program, folder):
     rows = []
-    nominal, scattered = ("nominal levers", ["--members", "0"]), ("with an ensemble", [])
+    nominal, scattered = ("nominal levers", ["--members", "0"]), ("with ensembles", [])
     for exponent in (3, 3.5, 4, 4.5, 5, 5.5, 6, 6.5, 7):
         samples = round(10**exponent)
         path = folder / "samples.csv"
@@ -82,7 +85,7 @@ def measure(program, folder):
             seconds, document = timed(program, path, "--opens-when", "negative", *options)
             row(rows, "impacts", series, impacts_of(document), seconds, document)
     for members in (0, 128, 512, 2048, 10_000):
-        row(rows, "members", "with an ensemble", members, *timed(program, CHANNEL, "--members", str(members)))
+        row(rows, "members", "with ensembles", members, *timed(program, CHANNEL, "--members", str(members)))
     return rows
 
 
@@ -92,15 +95,14 @@ def draw(rows, path):
     figure.subplots_adjust(left=0.055, right=0.985, top=0.83, bottom=0.12, wspace=0.2)
     titles = {"samples": ("samples", "a pulse every 0.2 s at 10 kHz"),
               "impacts": ("impacts", "a million samples"),
-              "members": ("members", "a crash channel, 4126 samples")}
+              "members": ("members run, all ensembles together", "a crash channel, 4126 samples")}
     for axes, (panel, (label, title)) in zip(panels, titles.items()):
-        for series, colour in (("nominal levers", BLUE), ("with an ensemble", ORANGE)):
+        for series, colour in (("nominal levers", BLUE), ("with ensembles", ORANGE)):
             own = [row for row in rows if row["panel"] == panel and row["series"] == series]
             axes.plot([float(row["x"]) for row in own], [float(row["time_s"]) for row in own], "o-", color=colour,
                       label=series)
-        if panel != "members":
-            axes.set_xscale("log")
         if panel == "samples":
+            axes.set_xscale("log")
             axes.set_yscale("log")
             axes.yaxis.set_major_formatter("{x:g}")
             last = [float(row["time_s"]) for row in rows if row["panel"] == panel][-1]

@@ -610,7 +610,11 @@ fn finish(
         coast_error_rad: coast.map_or(0.0, |peak| finite(peak.bound())),
         final_error_rad: options.error_bound.then(|| finite(error)),
         broke_down,
-        breakdown: (broke_down && too_many).then_some(Breakdown::TooManySteps),
+        breakdown: match broke_down {
+            true if kernel.too_damped => Some(Breakdown::StopTooDamped),
+            true if too_many => Some(Breakdown::TooManySteps),
+            _ => None,
+        },
         lowest_angle_rad: None,
     }
 }

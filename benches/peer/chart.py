@@ -18,6 +18,8 @@ matplotlib.use("svg")
 from matplotlib import pyplot
 
 ROUNDS = 12
+# A short run is repeated for so long in each round [s]; the least time counts.
+TURN_S = 0.02
 # A run this long [s] is not repeated: nothing short disturbs it.
 LONG_S = 0.5
 LIMIT_RAD = 0.1
@@ -33,12 +35,12 @@ CURVES = {
     "dopri5": ("Dormand-Prince", "#111827", "--"),
     "dopri5-samples": ("Dormand-Prince, at samples", "#111827", "-"),
     "diffsol": ("diffsol 0.18", ORANGE, "--"),
-    "diffsol-samples": ("diffsol 0.18, at samples", ORANGE, "-"),
+    "diffsol-samples": ("diffsol, at samples", ORANGE, "-"),
     "heyoka": (f"heyoka {heyoka.__version__}, at samples, from Python", GREEN, "-"),
     "cvode": ("CVODE 6, Adams, from C", PURPLE, "--"),
-    "cvode-samples": ("CVODE 6, at samples, from C", PURPLE, "-"),
-    "scipy": (f"scipy {scipy.__version__}, DOP853", BROWN, "--"),
-    "scipy-samples": (f"scipy {scipy.__version__}, DOP853, at samples", BROWN, "-"),
+    "cvode-samples": ("CVODE, at samples", PURPLE, "-"),
+    "scipy": (f"scipy {scipy.__version__}, DOP853, from Python", BROWN, "--"),
+    "scipy-samples": ("scipy, at samples", BROWN, "-"),
 }
 MARKERS = {"latchgate": "D", "paper": "s", "heyoka": "^"}
 
@@ -80,11 +82,17 @@ def race(entrants, truth):
             before = rows.get(name)
             if before and before["time_s"] > LONG_S:
                 continue
-            peaks, bound, seconds = run()
-            error = max(abs(peak - true) for peak, true in zip(peaks, truth))
+            least, began = math.inf, time.perf_counter()
+            while True:
+                peaks, bound, seconds = run()
+                least = min(least, seconds)
+                if time.perf_counter() - began > TURN_S:
+                    break
+            errors = [abs(peak - true) for peak, true in zip(peaks, truth)]
+            error = max(errors) if all(map(math.isfinite, errors)) else math.inf
             method, setting = name.split("\t")
             rows[name] = {"method": method, "setting": setting,
-                          "time_s": min(seconds, before["time_s"] if before else math.inf),
+                          "time_s": min(least, before["time_s"] if before else math.inf),
                           "error_rad": error, "bound_rad": bound,
                           "peak_rigid_rad": peaks[0], "peak_soft_rad": peaks[1]}
         print(f"round {turn + 1} of {ROUNDS}", file=sys.stderr)
@@ -121,7 +129,7 @@ def draw(rows, floor, path):
     axes.annotate("below: the rounding of double precision on this recording", (right, floor), (-8, -16),
                   textcoords="offset points", ha="right", color="#374151")
     axes.axhline(LIMIT_RAD, color="#111827", linewidth=1.0, linestyle=":")
-    axes.annotate("the limit of the angle, 0.1 rad: an error this large answers nothing", (right, LIMIT_RAD), (-8, 5),
+    axes.annotate("the limit of the angle, 0.1 rad", (right, LIMIT_RAD), (-8, 5),
                   textcoords="offset points", ha="right", color="#111827")
     paper = next(row for row in rows if row["method"] == "paper" and row["setting"] == "N = 10000")
     axes.plot([1e3 * paper["time_s"]], [paper["error_rad"]], "o", markersize=16, markerfacecolor="none",
@@ -131,10 +139,11 @@ def draw(rows, floor, path):
     axes.grid(True, color="#e5e7eb", linewidth=0.8)
     axes.set_axisbelow(True)
     axes.xaxis.set_major_formatter("{x:g}")
-    axes.set_xlabel("time of one verdict's replays, rigid and soft stop together [ms]")
+    axes.set_xlabel("time of two replays, of the rigid and of the soft stop together [ms]")
     axes.set_ylabel("error of the peak angle, the larger of the two stops [rad]")
-    axes.legend(loc="upper left", bbox_to_anchor=(-0.01, -0.11), fontsize=10, frameon=False, ncols=3)
-    figure.suptitle("Error against time of one verdict on a measured crash channel", x=0.075, ha="left",
+    axes.legend(loc="upper left", bbox_to_anchor=(-0.01, -0.11), fontsize=10, frameon=False, ncols=3,
+                handlelength=3.2)
+    figure.suptitle("Error against time of two replays of a measured crash channel", x=0.075, ha="left",
                     fontweight="bold", fontsize=14)
     figure.text(0.075, 0.905, "NHTSA test 7292, channel 150 (centre of gravity, sideways), 4126 samples at 12.5 kHz. "
                 "Left is faster, down is more exact.\nSolid: the solver ends a step at each sample, where the "

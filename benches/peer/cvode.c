@@ -27,8 +27,10 @@ static struct {
     int at_samples;
     double tolerance;
 } const methods[] = {
-    {"cvode\t1e-6", 0, 1e-6},         {"cvode\t1e-9", 0, 1e-9},         {"cvode\t1e-12", 0, 1e-12},
-    {"cvode-samples\t1e-6", 1, 1e-6}, {"cvode-samples\t1e-9", 1, 1e-9}, {"cvode-samples\t1e-12", 1, 1e-12},
+    {"cvode\t1e-6", 0, 1e-6},         {"cvode\t1e-9", 0, 1e-9},
+    {"cvode\t1e-12", 0, 1e-12},       {"cvode\t1e-14", 0, 1e-14},
+    {"cvode-samples\t1e-6", 1, 1e-6}, {"cvode-samples\t1e-9", 1, 1e-9},
+    {"cvode-samples\t1e-12", 1, 1e-12}, {"cvode-samples\t1e-14", 1, 1e-14},
 };
 
 static void read_scene(void)
@@ -170,7 +172,7 @@ static double peak_angle(int soft, int at_samples, double tolerance)
         failed = result < 0;
         peak = fmax(peak, state[0]);
         if (result != CV_ROOT_RETURN) {
-            restart = at_samples;
+            /* At a sample the slope has a kink, no jump: what the method has learnt of it stays. */
             continue;
         }
         CVodeGetRootInfo(cvode, found);

@@ -161,7 +161,7 @@ def entrants(scene):
         integrator = Heyoka(scene, tolerance)
         yield f"heyoka\t{tolerance:g}", lambda it=integrator: [it.run(soft) for soft in (False, True)]
     for at_samples in (True, False):
-        for tolerance in (1e-6, 1e-9, 1e-12):
+        for tolerance in (1e-6, 1e-9, 1e-12, 3e-14):
             name = "scipy-samples" if at_samples else "scipy"
             yield f"{name}\t{tolerance:g}", lambda tolerance=tolerance, at_samples=at_samples: [
                 scipy_run(scene, soft, tolerance, at_samples) for soft in (False, True)]

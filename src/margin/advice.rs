@@ -39,6 +39,9 @@ pub struct Advice {
 /// begins to cross; a quarter of them on a long recording.
 const ASKED: usize = 96;
 
+/// Values that are asked side by side, whatever the threads: the last ones may be in vain.
+const SIDE_BY_SIDE: usize = 4;
+
 /// Part of the peak from which on a neighbour that differs by as much shows a jump between them.
 const JUMP: f64 = 0.5;
 
@@ -70,8 +73,8 @@ pub(super) type RoomAndMembers = (f64, Option<u32>);
 
 /// The ways to ask about a value of one quantity.
 pub(super) struct AdviceProbe<'a> {
-    /// What the rule says of the nominal lever, with [`ROOM`].
-    pub(super) nominal: &'a dyn Fn(f64) -> Result<NominalPass, Error>,
+    /// What the rule says of the nominal levers at values, with [`ROOM`].
+    pub(super) nominal: &'a dyn Fn(&[f64]) -> Result<Vec<NominalPass>, Error>,
     /// The highest angle of each nominal lever, and how it came to its peak.
     pub(super) courses: &'a dyn Fn(f64) -> Result<Vec<(f64, Course)>, Error>,
     /// Peaks further apart are different ones [s].
@@ -184,15 +187,17 @@ impl AdviceSearch<'_> {
     fn nominal_passes(&mut self) -> Result<Vec<usize>, Error> {
         let mut passing = Vec::new();
         let mut in_doubt = false;
-        for place in self.places() {
-            let value = self.free[place].0;
-            let found = (self.probe.nominal)(value)?;
-            in_doubt |= found.in_doubt;
-            if !found.passes || found.sensitive {
-                break;
+        let side_by_side = if self.probe.long { 1 } else { SIDE_BY_SIDE };
+        'way: for places in self.places().chunks(side_by_side) {
+            let values: Vec<f64> = places.iter().map(|place| self.free[*place].0).collect();
+            for (index, found) in (self.probe.nominal)(&values)?.into_iter().enumerate() {
+                in_doubt |= found.in_doubt;
+                if !found.passes || found.sensitive {
+                    break 'way;
+                }
+                self.asked.push(values[index]);
+                passing.push(places[index]);
             }
-            self.asked.push(value);
-            passing.push(place);
         }
         // Where readings were seen to disagree, or the peak jumps, they may do so at any value.
         let threshold = self.probe.threshold_rad;
@@ -241,11 +246,8 @@ impl AdviceSearch<'_> {
                 && let Some((from, to)) = self.change_of_course(before, here.clone())?
             {
                 changes += 1;
-                let mut passes = changes <= CHANGES_MAX;
-                for value in [from, to] {
-                    passes = passes && (self.probe.nominal)(value)?.passes;
-                }
-                if !passes {
+                let both = |found: Vec<NominalPass>| found.iter().all(|of| of.passes);
+                if changes > CHANGES_MAX || !both((self.probe.nominal)(&[from, to])?) {
                     return Ok(Some(place));
                 }
             }

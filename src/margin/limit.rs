@@ -123,7 +123,7 @@ pub fn critical_pulse(
         policy: &policy,
         control,
         window: None,
-        enough_rad: design.criterion.threshold_rad + 2.0 * search::FAR_RAD,
+        enough_rad: search::followed_to_rad(design.criterion.threshold_rad),
     };
     let bounds = screen::screens(design, None);
     // Neither bound alone lets the lever reach the threshold, and about their sum does.

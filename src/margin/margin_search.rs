@@ -23,9 +23,9 @@ use crate::verdict::usable_span::window_samples;
 use crate::verdict::wording::angle;
 use crate::verdict::{self, AssessExtras, Policy, Variant};
 use std::borrow::Cow;
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Samples times values that a search begins with, at most, unless [`POINTS_MIN`] needs more.
 const SAMPLES_TIMES_POINTS: usize = 800_000;
@@ -48,7 +48,12 @@ const SAMPLES_TIMES_NARROWED: usize = 12_000;
 type KnownAt<T> = BTreeMap<(u64, u64), T>;
 
 /// The runs of each set of samples, which pass alone; or the variant that does not, if it is known.
-type PassingAt = Rc<Result<Vec<PassingRuns>, Option<Variant>>>;
+type PassingAt = Arc<Result<Vec<PassingRuns>, Option<Variant>>>;
+
+/// Returns what a lock guards; whoever panicked has left it whole, since it is written at once.
+fn locked<T>(guarded: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    guarded.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// Everything that the searches for the margins of one verdict share.
 pub(super) struct MarginSearch<'a> {
@@ -68,12 +73,12 @@ pub(super) struct MarginSearch<'a> {
     lift_off_nm: f64,
     /// The answer of the nominal runs at present.
     pub(super) state: NominalAnswer,
-    nominal_at: RefCell<KnownAt<NominalPass>>,
-    passing_at: RefCell<KnownAt<PassingAt>>,
-    courses_at: RefCell<KnownAt<Vec<(f64, Course)>>>,
+    nominal_at: Mutex<KnownAt<NominalPass>>,
+    passing_at: Mutex<KnownAt<PassingAt>>,
+    courses_at: Mutex<KnownAt<Vec<(f64, Course)>>>,
     /// Whether the verdict passes at present, once that was asked: it is the same of every
     /// quantity.
-    passes: Cell<Option<bool>>,
+    passes: Mutex<Option<bool>>,
 }
 
 impl<'a> MarginSearch<'a> {
@@ -92,7 +97,7 @@ impl<'a> MarginSearch<'a> {
             policy,
             window: window_samples(signal, policy.window_s)?,
             control,
-            enough_rad: design.criterion.threshold_rad + 2.0 * search::FAR_RAD,
+            enough_rad: search::followed_to_rad(design.criterion.threshold_rad),
             work,
         };
         let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
@@ -119,10 +124,10 @@ impl<'a> MarginSearch<'a> {
                 options.basis
             },
             lift_off_nm: design.lever.unbalance_kg_m() * strongest,
-            nominal_at: RefCell::default(),
-            passing_at: RefCell::default(),
-            courses_at: RefCell::default(),
-            passes: Cell::new(None),
+            nominal_at: Mutex::default(),
+            passing_at: Mutex::default(),
+            courses_at: Mutex::default(),
+            passes: Mutex::default(),
         })
     }
 
@@ -203,16 +208,21 @@ impl<'a> MarginSearch<'a> {
         };
         let (mut runs, mut own) = (runs.iter(), Some(cache));
         let members = members.unwrap_or(u32::MAX);
-        self.each(quantity, value, (room, members), &mut |question| {
-            let Some(runs) = runs.next() else {
-                return Ok(false);
-            };
-            // What is known of members holds for the samples that are asked about first.
-            match own.take() {
-                Some(cache) => question.members_pass(runs, (cache, trust_cache)),
-                None => question.members_pass(runs, (&mut MemberCache::default(), false)),
-            }
-        })
+        self.each(
+            (quantity, value),
+            (room, members),
+            self.runs.work,
+            &mut |question| {
+                let Some(runs) = runs.next() else {
+                    return Ok(false);
+                };
+                // What is known of members holds for the samples that are asked about first.
+                match own.take() {
+                    Some(cache) => question.members_pass(runs, (cache, trust_cache)),
+                    None => question.members_pass(runs, (&mut MemberCache::default(), false)),
+                }
+            },
+        )
     }
 
     /// Returns the nominal runs at a value if all of them pass alone.
@@ -229,16 +239,21 @@ impl<'a> MarginSearch<'a> {
             room,
             &|quantity, value| {
                 let (mut runs, mut in_the_way) = (Vec::new(), None);
-                let pass = self.each(quantity, value, (room, u32::MAX), &mut |question| {
-                    let found = question.passing_runs(cache)?;
-                    let pass = found.is_ok();
-                    match found {
-                        Ok(found) => runs.push(found),
-                        Err(variant) => in_the_way = variant,
-                    }
-                    Ok(pass)
-                })?;
-                Ok(Rc::new(if pass { Ok(runs) } else { Err(in_the_way) }))
+                let pass = self.each(
+                    (quantity, value),
+                    (room, u32::MAX),
+                    self.runs.work,
+                    &mut |question| {
+                        let found = question.passing_runs(cache)?;
+                        let pass = found.is_ok();
+                        match found {
+                            Ok(found) => runs.push(found),
+                            Err(variant) => in_the_way = variant,
+                        }
+                        Ok(pass)
+                    },
+                )?;
+                Ok(Arc::new(if pass { Ok(runs) } else { Err(in_the_way) }))
             },
         )
     }
@@ -250,6 +265,7 @@ impl<'a> MarginSearch<'a> {
         quantity: Quantity,
         value: f64,
         room: f64,
+        work: &Meter,
     ) -> Result<NominalPass, Error> {
         self.known(
             &self.nominal_at,
@@ -257,7 +273,7 @@ impl<'a> MarginSearch<'a> {
             room,
             &|quantity, value| {
                 let (mut in_doubt, mut sensitive) = (false, false);
-                let passes = self.each(quantity, value, (room, 0), &mut |question| {
+                let passes = self.each((quantity, value), (room, 0), work, &mut |question| {
                     let found = question.nominal()?;
                     in_doubt |= found.in_doubt;
                     sensitive |= found.sensitive;
@@ -272,6 +288,34 @@ impl<'a> MarginSearch<'a> {
         )
     }
 
+    /// As [`Self::nominal_pass`] of several values side by side. Each may take its part of the work that is
+    /// left, so that the answers do not depend on the threads.
+    fn nominal_passes(
+        &self,
+        quantity: Quantity,
+        values: &[f64],
+        room: f64,
+    ) -> Result<Vec<NominalPass>, Error> {
+        let work = self.runs.work;
+        if let [value] = values {
+            return Ok(vec![self.nominal_pass(quantity, *value, room, work)?]);
+        }
+        let part = work.left() / values.len().max(1) as u64;
+        let asked: Vec<(f64, Meter)> = values.iter().map(|at| (*at, Meter::new(part))).collect();
+        let found = self.runs.control.unmeasured(|control| {
+            control.try_map(&asked, |(value, work)| {
+                self.nominal_pass(quantity, *value, room, work)
+            })
+        });
+        for (_, own) in &asked {
+            work.add(own.spent());
+            if own.limit_reached().is_some() {
+                work.cut();
+            }
+        }
+        found
+    }
+
     /// Returns the highest angle [rad] of each nominal lever at a value, and how it came to its peak.
     fn courses(&self, quantity: Quantity, value: f64) -> Result<Vec<(f64, Course)>, Error> {
         self.known(
@@ -280,10 +324,15 @@ impl<'a> MarginSearch<'a> {
             1.0,
             &|quantity, value| {
                 let mut found = Vec::new();
-                self.each(quantity, value, (1.0, 0), &mut |question| {
-                    found.extend(question.courses()?);
-                    Ok(true)
-                })?;
+                self.each(
+                    (quantity, value),
+                    (1.0, 0),
+                    self.runs.work,
+                    &mut |question| {
+                        found.extend(question.courses()?);
+                        Ok(true)
+                    },
+                )?;
                 Ok(found)
             },
         )
@@ -294,7 +343,7 @@ impl<'a> MarginSearch<'a> {
     /// which samples and readings are there already.
     fn known<T: Clone>(
         &self,
-        known: &RefCell<KnownAt<T>>,
+        known: &Mutex<KnownAt<T>>,
         (quantity, value): (Quantity, f64),
         room: f64,
         ask: &dyn Fn(Quantity, f64) -> Result<T, Error>,
@@ -309,11 +358,11 @@ impl<'a> MarginSearch<'a> {
         };
         let (room, bits) = (room.to_bits(), scale.to_bits());
         let near = (room, bits.saturating_sub(ROUNDED))..=(room, bits.saturating_add(ROUNDED));
-        if let Some((_, found)) = known.borrow().range(near).next() {
+        if let Some((_, found)) = locked(known).range(near).next() {
             return Ok(found.clone());
         }
         let found = ask(Quantity::Unbalance, unbalance)?;
-        known.borrow_mut().insert((room, bits), found.clone());
+        locked(known).insert((room, bits), found.clone());
         Ok(found)
     }
 
@@ -322,9 +371,9 @@ impl<'a> MarginSearch<'a> {
     /// no pass.
     fn each(
         &self,
-        quantity: Quantity,
-        value: f64,
+        (quantity, value): (Quantity, f64),
         (room, members): (f64, u32),
+        work: &Meter,
         ask: &mut dyn FnMut(&PassQuestion<'_>) -> Result<bool, Error>,
     ) -> Result<bool, Error> {
         let (mut design, scale) = self.applied(quantity, value);
@@ -349,7 +398,7 @@ impl<'a> MarginSearch<'a> {
                 design: &design,
                 policy: &policy,
                 control: self.runs.control,
-                work: self.runs.work,
+                work,
             });
             match passes {
                 Err(error) if *error.kind() == ErrorKind::Stopped => return Err(error),
@@ -423,7 +472,7 @@ impl<'a> MarginSearch<'a> {
         found: &SearchResult,
     ) -> Result<Advice, Error> {
         let probe = AdviceProbe {
-            nominal: &|value| self.nominal_pass(quantity, value, ROOM),
+            nominal: &|values| self.nominal_passes(quantity, values, ROOM),
             courses: &|value| self.courses(quantity, value),
             apart_s: apart_s(self.runs.signal),
             rule: &|value, asked, cache| self.rule_passes(quantity, value, asked, (cache, false)),
@@ -456,7 +505,7 @@ impl<'a> MarginSearch<'a> {
         let verdict = self
             .verdict_change(quantity, range, found, &changes)?
             .map(|change| (change.passes, change.bracket()));
-        let passes_at_present = match (self.basis, self.passes.get()) {
+        let passes_at_present = match (self.basis, *locked(&self.passes)) {
             (Basis::Verdict, Some(passes)) => passes,
             _ => self.state == NominalAnswer::Pass,
         };
@@ -519,7 +568,10 @@ impl<'a> MarginSearch<'a> {
         let between = |part: f64| range.value(near + (far - near) * part);
         for step in 1..=BETWEEN {
             let value = between(f64::from(step) / f64::from(BETWEEN + 1));
-            if !self.nominal_pass(quantity, value, 1.0)?.passes {
+            if !self
+                .nominal_pass(quantity, value, 1.0, self.runs.work)?
+                .passes
+            {
                 return Ok(true);
             }
         }
@@ -559,14 +611,14 @@ impl<'a> MarginSearch<'a> {
                 1e-6
             },
         };
-        let passes = match self.passes.get() {
+        let passes = match *locked(&self.passes) {
             Some(passes) => passes,
             None => {
                 let cache = (&mut *cache.borrow_mut(), false);
                 self.rule_passes(quantity, range.present, (1.0, None), cache)?
             }
         };
-        self.passes.set(Some(passes));
+        *locked(&self.passes) = Some(passes);
         let found = verdict.nearest(changes, self.state == NominalAnswer::Pass, passes)?;
         match found {
             Some(change) => self.certain(quantity, range, change, &mut cache.borrow_mut()),
@@ -623,7 +675,7 @@ impl<'a> MarginSearch<'a> {
             title: quantity.title().into(),
             unit: quantity.unit().into(),
             present: range.present,
-            passes_at_present: match (self.basis, self.passes.get()) {
+            passes_at_present: match (self.basis, *locked(&self.passes)) {
                 (Basis::Verdict, Some(passes)) => passes,
                 _ => self.state == NominalAnswer::Pass,
             },

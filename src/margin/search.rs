@@ -116,6 +116,12 @@ pub const REACH: f64 = 3.0;
 /// of the threshold.
 pub const FAR_RAD: f64 = 1.0;
 
+/// Returns the angle [rad] beyond which a lever of a scan is followed no further: its peak is at least that.
+#[must_use]
+pub fn followed_to_rad(threshold_rad: f64) -> f64 {
+    threshold_rad + 2.0 * FAR_RAD
+}
+
 /// A value, the excess there, and whether the exact run gave it.
 #[derive(Clone, Copy)]
 struct Point {

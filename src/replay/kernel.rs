@@ -100,6 +100,8 @@ pub(super) struct Kernel {
     /// Set when one sample held more events than any chatter can, the steps ran out, or the
     /// state left what a double can hold.
     pub(super) stuck: bool,
+    /// Set with it where the stop is so damped that a sample would take too many steps.
+    pub(super) too_damped: bool,
 }
 
 impl Kernel {
@@ -173,6 +175,7 @@ impl Kernel {
             step_max: (f64::INFINITY, f64::INFINITY),
             steps_max: STEPS_MAX.0,
             stuck: false,
+            too_damped: false,
         };
         // Over a longer step in contact the terms of the series grow before they fall, and a
         // truncation relative to their sum says nothing of the angle.
@@ -313,10 +316,10 @@ impl Kernel {
     /// Advances over one sample interval that starts at `time` and lasts `length` [s], with
     /// the base acceleration going linearly from `from` to `to` [m/s², model sign].
     pub(super) fn advance(&mut self, time: f64, length: f64, from: f64, to: f64) {
-        if self.phase == Phase::Contact
-            && length > f64::from(EVENTS_PER_SAMPLE_MAX) * self.step_max.1
-        {
-            // In a stop so damped the steps of the sample would run out.
+        // A lever on the face of its stop may leave it at once.
+        let inside = self.phase == Phase::Contact && self.angle < 0.0;
+        if inside && length > f64::from(EVENTS_PER_SAMPLE_MAX) * self.step_max.1 {
+            self.too_damped = true;
             self.stuck = true;
             return;
         }

@@ -83,6 +83,8 @@ pub enum Breakdown {
     TooManySteps,
     /// The step fell below the resolution of time.
     StepVanished,
+    /// The motion in the stop dies away so fast that a sample would take too many steps.
+    StopTooDamped,
 }
 
 impl Breakdown {
@@ -93,6 +95,7 @@ impl Breakdown {
             Self::NotFinite => "the state grew beyond all numbers",
             Self::TooManySteps => "it needed too many steps",
             Self::StepVanished => "its step fell below the resolution of time",
+            Self::StopTooDamped => "the stop is so damped that a sample would take too many steps",
         }
     }
 }

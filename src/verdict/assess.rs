@@ -519,8 +519,8 @@ impl PassQuestion<'_> {
     pub(crate) fn nominal(&self) -> Result<NominalPass, Error> {
         const DOUBT_PART: f64 = 0.3;
         const FAINT_PART: f64 = 0.02;
-        /// Part of the threshold. On six channels of a crash test half the levers stay below a thousandth
-        /// of this in 46 of 60 ranges of preload; where many come beyond it, some exceed the threshold.
+        /// Part of the threshold. The error of most levers of a crash test's channels stays below a
+        /// thousandth of this; where many come beyond it, some exceed the threshold.
         const SENSITIVE_PART: f64 = 1e-8;
         let none = NominalPass {
             passes: false,

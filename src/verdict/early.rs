@@ -18,6 +18,9 @@ use std::collections::BTreeMap;
 /// possible.
 const MEMBERS_IN_A_ROW: usize = 256;
 
+/// Members that the widest vectors take side by side.
+const IN_A_VECTOR: usize = 16;
+
 /// Part of the threshold from which on a peak makes its member worth asking first.
 const NEAR_PART: f64 = 0.8;
 
@@ -218,7 +221,10 @@ impl Question<'_> {
             from_rad: NEAR_PART * threshold,
             to_rad: threshold,
         };
-        let tasks: Vec<&[u32]> = members.chunks(MEMBERS_TAKEN).collect();
+        // A single task's members are shared among the threads, in whole vectors of the widest.
+        let each = members.len().div_ceil(self.setup.control.threads.max(1));
+        let taken = each.next_multiple_of(IN_A_VECTOR).min(MEMBERS_TAKEN);
+        let tasks: Vec<&[u32]> = members.chunks(taken).collect();
         let found = self.setup.share(members.len(), &tasks, |task| {
             let member = |index: usize| self.scatter.member(task[index]);
             self.setup.peaks(self.variant, task.len(), &member, asked)

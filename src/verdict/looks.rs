@@ -51,7 +51,13 @@ fn predicted(run: &VariantRun, sampling: &Sampling, look: u32) -> u64 {
     let known = sampling.peaks.window_rad.len() as u64;
     let missing = u64::from(look).saturating_sub(known);
     match known {
-        0 if run.outcome.breakdown == Some(Breakdown::TooManySteps) => u64::MAX,
+        0 if matches!(
+            run.outcome.breakdown,
+            Some(Breakdown::TooManySteps | Breakdown::StopTooDamped)
+        ) =>
+        {
+            u64::MAX
+        }
         0 => missing.saturating_mul(run.outcome.spent / 2),
         _ => missing.saturating_mul(sampling.spent / known),
     }

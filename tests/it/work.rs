@@ -95,6 +95,31 @@ fn verif_a_stop_beyond_all_steps_costs_no_more_than_a_soft_one() {
     assert_ne!(hard.answer, Answer::Pass);
 }
 
+/// Just below that a lever is followed as far as its steps reach; beyond it one that is glued breaks down and
+/// says why, and one that lies on the face of its stop still leaves it.
+#[test]
+fn verif_a_stop_is_given_up_only_where_a_sample_holds_too_many_steps() {
+    let (rate_hz, samples) = (10_000.0, vec![-200.0; 3]);
+    let signal = Signal {
+        start_s: 0.0,
+        rate: SampleRate::from_hertz(rate_hz).unwrap(),
+        samples,
+    };
+    let options = RunOptions::new(StopModel::Soft, OpensWhen::Negative);
+    let run = |damping: f64, preload: f64| {
+        let mut design = Design::reference();
+        design.stop.damping_n_s_per_m = damping;
+        design.lever.preload_torque_nm = preload;
+        replay::run(&signal, &design, &options).unwrap()
+    };
+    assert!(!run(6e8, 0.1).broke_down);
+    let glued = run(8e8, 0.1);
+    assert!(glued.broke_down);
+    assert_eq!(glued.breakdown, Some(replay::Breakdown::StopTooDamped));
+    let free = run(1e12, 0.0);
+    assert!(!free.broke_down && free.run.peak_angle_rad > 1e-6);
+}
+
 /// A single run asks whether to go on, by every method, and ends when it shall.
 #[test]
 fn verif_a_single_run_looks_up_from_its_work() {

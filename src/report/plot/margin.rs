@@ -3,6 +3,7 @@
 use super::canvas::{Anchor, Canvas};
 use super::frame::{Frame, LEFT, LegendEntry, RIGHT, Scale, header};
 use super::{Figure, WIDTH, heat};
+use crate::margin::search::followed_to_rad;
 use crate::margin::{LimitCurve, LimitPoint, Map, Margins, Quantity, Scan};
 use crate::model::stop::StopModel;
 use crate::report::MarginDocument;
@@ -192,8 +193,17 @@ const ROW_HEIGHT: f64 = 318.0;
 fn scans(document: &MarginDocument, margins: &Margins) -> Figure {
     let title = "Peak angle over each quantity";
     let mut canvas = Canvas::with_capacity(256 * 1024);
+    let level = followed_to_rad(document.threshold_rad);
+    let mut of_peak = String::from("largest peak of the runs that count");
+    let mut peaks = margins.scans.iter().flat_map(|scan| &scan.points);
+    if peaks.any(|(_, peak)| peak.is_some_and(|peak| peak >= level)) {
+        of_peak.push_str(&format!(
+            "; above {} rad: at least that",
+            significant(level, 2)
+        ));
+    }
     let entries = [
-        LegendEntry::line("used", "largest peak of the runs that count"),
+        LegendEntry::line("used", of_peak),
         LegendEntry::line("limit", "limit"),
         LegendEntry::line("edge", "present"),
     ];
