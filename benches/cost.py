@@ -107,6 +107,8 @@ def draw(rows, path):
             axes.yaxis.set_major_formatter("{x:g}")
             last = [float(row["time_s"]) for row in rows if row["panel"] == panel][-1]
             axes.plot([1e3, 1e7], [2.5 * last * 1e-4, 2.5 * last], ":", color="#374151", label="in proportion")
+        else:
+            axes.locator_params(axis="x", nbins=5)
         axes.set_ylim(bottom=None if panel == "samples" else 0.0)
         axes.grid(True, color="#e5e7eb")
         axes.set_title(title, loc="left", fontsize=11)
