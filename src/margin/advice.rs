@@ -71,10 +71,13 @@ pub(super) const MEMBERS_ASKED: u32 = 128;
 /// A part of the limit that must suffice, and the members that are asked at most.
 pub(super) type RoomAndMembers = (f64, Option<u32>);
 
+/// What the rule says of the nominal levers at several values, in their order.
+type NominalPasses = Result<Vec<NominalPass>, Error>;
+
 /// The ways to ask about a value of one quantity.
 pub(super) struct AdviceProbe<'a> {
     /// What the rule says of the nominal levers at values, with [`ROOM`].
-    pub(super) nominal: &'a dyn Fn(&[f64]) -> Result<Vec<NominalPass>, Error>,
+    pub(super) nominal: &'a dyn Fn(&[f64]) -> NominalPasses,
     /// The highest angle of each nominal lever, and how it came to its peak.
     pub(super) courses: &'a dyn Fn(f64) -> Result<Vec<(f64, Course)>, Error>,
     /// Peaks further apart are different ones [s].
