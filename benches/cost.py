@@ -63,8 +63,9 @@ def impacts_of(document):
 def row(rows, panel, series, x, seconds, document):
     ensembles = document.get("ensembles") or [document["ensemble"]]
     members = sum(ensemble["members"] for ensemble in ensembles if ensemble)
-    rows.append({"panel": panel, "series": series, "x": members if panel == "members" else x, "time_s": f"{seconds:.4g}", "impacts": impacts_of(document),
-                 "members": members, "verdict": document["verdict"]})
+    rows.append({"panel": panel, "series": series, "x": members if panel == "members" else x,
+                 "time_s": f"{seconds:.4g}", "impacts": impacts_of(document), "members": members,
+                 "verdict": document["verdict"]})
     print(*rows[-1].values(), file=sys.stderr)
 
 
