@@ -21,7 +21,7 @@ use crate::verdict::meter::Meter;
 use crate::verdict::readings::ReadingCache;
 use crate::verdict::usable_span::window_samples;
 use crate::verdict::wording::angle;
-use crate::verdict::{self, AssessExtras, Policy, Variant};
+use crate::verdict::{self, AssessExtras, Extent, Policy, Variant};
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -421,7 +421,7 @@ impl<'a> MarginSearch<'a> {
             ..self.options.policy.clone()
         };
         let extras = AssessExtras {
-            decision_only: true,
+            extent: Extent::Decision,
             ..AssessExtras::default()
         };
         let control = self.runs.control;

@@ -1,6 +1,6 @@
 //! How far a verdict is from changing, as a document.
 
-use super::prepared::{Extras, Prepared};
+use super::prepared::Prepared;
 use super::{answer, identity};
 use crate::error::{Error, Place};
 use crate::margin::{Basis, MarginOptions, Margins, margins};
@@ -10,6 +10,7 @@ use crate::recording::{Limits, Source};
 use crate::report::MarginDocument;
 use crate::report::margin_document::Context;
 use crate::request::MarginRequest;
+use crate::verdict::{AssessExtras, Extent};
 
 /// A margin with what its report draws.
 #[derive(Debug, Clone)]
@@ -68,8 +69,12 @@ impl Prepared {
             map.check(design)?;
         }
         let facts = &self.facts;
-        let (assessment, _) = control.during(0.0, 0.05, |control| {
-            self.assess(design, Extras::default(), control)
+        let assessment = control.during(0.0, 0.05, |control| {
+            let extras = AssessExtras {
+                extent: Extent::Answer,
+                ..AssessExtras::default()
+            };
+            self.decide(design, extras, control)
         })?;
         let options = MarginOptions {
             policy: facts.request.policy(facts.polarity),

@@ -8,7 +8,7 @@ use super::filters::{self, FilterRow};
 use super::interpolation::Course;
 use super::ladder::{self, Ladder, LadderInput};
 use super::meter::Meter;
-use super::policy::{AssessExtras, Policy, Variant};
+use super::policy::{AssessExtras, Extent, Policy, Variant};
 use super::proof::{self, Proof};
 use super::readings::{ReadingCache, Readings};
 use super::replay_findings::{crossing_outside_window, replay_findings, work_limit_reached};
@@ -125,7 +125,7 @@ pub(crate) fn assess_again(
             design,
             policy,
             follow_all: extras.follow_all,
-            decision_only: extras.decision_only,
+            extent: extras.extent,
             control,
             signal,
             readings: Readings::of(signal, cache),
@@ -212,7 +212,7 @@ impl Assessing<'_> {
         let of_each = variants.iter().zip(outcomes).zip(screened).enumerate();
         of_each
             .map(|(index, ((variant, outcome), screened))| {
-                if setup.decision_only && index == largest {
+                if setup.extent < Extent::Whole && index == largest {
                     // It is followed in any case.
                     return Ok(None);
                 }
@@ -350,7 +350,7 @@ impl Assessing<'_> {
         /// Times the work of the decision that all the rest takes at most.
         const REST: u64 = 64;
         let work = self.setup.work;
-        self.extras.decision_only && work.left() / REST > work.spent()
+        self.extras.extent < Extent::Whole && work.left() / REST > work.spent()
     }
 
     /// The whole rule: parts 1 and 2 over what parts 3 and 4 say of all samples and of the good
@@ -585,7 +585,7 @@ impl PassQuestion<'_> {
             design: self.design,
             policy,
             follow_all: true,
-            decision_only: true,
+            extent: Extent::Decision,
             control: self.control,
             signal,
             readings: Readings::of(signal, self.readings),

@@ -4,7 +4,7 @@
 use super::Answer;
 use super::decision::{ShareBounds, VariantRun, decide, settled};
 use super::ensemble::{self, Count, End, MemberPeaks, Scatter, most_of_a_pass};
-use super::policy::Variant;
+use super::policy::{Extent, Variant};
 use super::runs::RunSetup;
 use super::variant::VariantResult;
 use crate::error::Error;
@@ -126,12 +126,16 @@ pub(super) fn run_ensembles(
             let answer = run.answer(threshold);
             if answer != Answer::Undecided {
                 (sampling.answer, sampling.ended) = (Some(answer), End::Decided);
-            } else if !run.estimate().bounded
-                && out_of_reach(run, count, setup.policy.members, threshold)
+            } else if out_of_reach(run, count, setup.policy.members, threshold)
+                && (!run.estimate().bounded
+                    || (setup.extent == Extent::Answer
+                        && are_affordable(setup, results, &samplings)))
             {
-                // A method for comparison cannot pass: its members need not be asked to the last.
-                sampling.answer = Some(answer);
+                // A method for comparison cannot pass, or nobody asks for the share: its members need
+                // not be asked to the last.
+                samplings[index].answer = Some(answer);
             } else if look == setup.policy.members {
+                let sampling = &mut samplings[index];
                 (sampling.answer, sampling.ended) = (Some(answer), End::LastLook);
             }
         }
@@ -143,7 +147,7 @@ pub(super) fn run_ensembles(
         result.ensemble = (of.looks > 0).then(|| {
             let mut summed =
                 ensemble::summarise(scatter, &of.peaks, threshold, result.variant, end, until_s);
-            if !setup.decision_only {
+            if setup.extent == Extent::Whole {
                 summed.spread(scatter, &of.peaks);
             }
             summed
@@ -162,7 +166,7 @@ fn asked_peaks(setup: &RunSetup<'_>, results: &[VariantResult]) -> AskedPeaks {
     let of_run = |result: &VariantResult| result.counted().outcome.spent + samples;
     let each: u64 = results.iter().map(of_run).sum();
     let all = TIMES * u64::from(setup.policy.members);
-    if setup.decision_only && each.saturating_mul(all) <= setup.work.left() {
+    if setup.extent < Extent::Whole && each.saturating_mul(all) <= setup.work.left() {
         AskedPeaks {
             from_rad: setup.threshold_rad(),
             to_rad: setup.threshold_rad(),
@@ -170,6 +174,19 @@ fn asked_peaks(setup: &RunSetup<'_>, results: &[VariantResult]) -> AskedPeaks {
     } else {
         AskedPeaks::ALL
     }
+}
+
+/// Returns whether the members of all variants that are still open would be asked to the last far from
+/// the limit of work: what leaves some out must not decide what the limit leaves undecided.
+fn are_affordable(setup: &RunSetup<'_>, results: &[VariantResult], samplings: &[Sampling]) -> bool {
+    /// Times what the members so far, or half a nominal run, took each.
+    const TIMES: u64 = 2;
+    let open = results.iter().zip(samplings);
+    let predicted = open
+        .filter(|(_, of)| of.answer.is_none())
+        .map(|(result, of)| predicted(result.counted(), of, setup.policy.members))
+        .fold(0, u64::saturating_add);
+    setup.work.allows(predicted.saturating_mul(TIMES))
 }
 
 /// Runs the members of one variant up to `look`, those that are in `peaks` not again.

@@ -162,7 +162,20 @@ pub struct AssessExtras {
     pub evidence: bool,
     /// Follow every stop in full, also where bounds prove its answer; for comparison.
     pub follow_all: bool,
-    /// Leave out what the decision does not take: budget, reruns with one input moved, and how the
-    /// members' peaks are spread. Answer, peaks, their errors, shares and the first reason stay.
-    pub decision_only: bool,
+    /// How much is worked out.
+    pub extent: Extent,
+}
+
+/// How much of an assessment is worked out; the answer is the same of each.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Extent {
+    /// The answer alone: as [`Self::Decision`], and an ensemble ends as soon as nothing but undecided
+    /// can come of it, so that shares are those until then.
+    Answer,
+    /// What the decision takes, without budget, reruns with one input moved, and how the members'
+    /// peaks are spread. Answer, peaks, their errors, shares and the first reason are there.
+    Decision,
+    /// All of it.
+    #[default]
+    Whole,
 }

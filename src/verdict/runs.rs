@@ -4,7 +4,7 @@ use super::Answer;
 use super::decision::{VariantRun, combine};
 use super::ensemble::MemberPeaks;
 use super::meter::Meter;
-use super::policy::{Policy, Variant};
+use super::policy::{Extent, Policy, Variant};
 use super::readings::Readings;
 use super::usable_span::SampleSpan;
 use crate::conditioning::Signal;
@@ -34,8 +34,8 @@ pub(crate) struct RunSetup<'a> {
     pub(crate) policy: &'a Policy,
     /// Follow every stop in full, whatever bounds prove.
     pub(crate) follow_all: bool,
-    /// Nothing is told but the decision.
-    pub(crate) decision_only: bool,
+    /// How much is worked out.
+    pub(crate) extent: Extent,
     pub(crate) control: &'a Control<'a>,
     pub(crate) signal: &'a Signal,
     /// Other readings of the samples.
