@@ -11,6 +11,9 @@ pub const CAPACITY: usize = 24;
 /// Halvings after which two roots count as one point that is touched, not crossed.
 const DEPTH_MAX: u32 = 50;
 
+/// Part that rounding may take where a bound decides.
+const ROOM: f64 = 1e-12;
+
 /// Part of the last step of Newton's method below which the next follows from both.
 const NEWTON_PART: f64 = 0.01;
 
@@ -46,6 +49,9 @@ pub fn sign_changes(coefficients: &[f64], end: f64, visit: &mut impl FnMut(f64, 
         return;
     }
     let coefficients = &coefficients[..count];
+    if stays_positive(coefficients, end) {
+        return;
+    }
     if is_monotone(coefficients, end) {
         let (first, last) = (coefficients[0], evaluate(coefficients, end));
         if (first < 0.0 && last > 0.0) || (first > 0.0 && last < 0.0) {
@@ -58,6 +64,11 @@ pub fn sign_changes(coefficients: &[f64], end: f64, visit: &mut impl FnMut(f64, 
         }
         return;
     }
+    if is_bent_once(coefficients, end) {
+        let rises = coefficients[0] < 0.0;
+        visit(refine(coefficients, 0.0, end, 0.5 * end, rises), rises);
+        return;
+    }
     let bernstein = to_bernstein(coefficients, end);
     if bernstein[..count].iter().any(|b| !b.is_finite()) {
         // No halving would ever settle the sign of what is not a number.
@@ -66,18 +77,79 @@ pub fn sign_changes(coefficients: &[f64], end: f64, visit: &mut impl FnMut(f64, 
     isolate(coefficients, &bernstein[..count], 0.0, end, 0, visit);
 }
 
+/// One weight for every power.
+const ONES: [f64; CAPACITY] = [1.0; CAPACITY];
+
+/// Weights of the powers in the first derivative: n.
+const FIRST: [f64; CAPACITY] = falling_factorials(1);
+
+/// Weights of the powers in the second derivative: n (n − 1).
+const SECOND: [f64; CAPACITY] = falling_factorials(2);
+
+const fn falling_factorials(factors: usize) -> [f64; CAPACITY] {
+    let mut table = [0.0; CAPACITY];
+    let mut n = factors;
+    while n < CAPACITY {
+        let (mut product, mut factor) = (1, 0);
+        while factor < factors {
+            product *= n - factor;
+            factor += 1;
+        }
+        table[n] = product as f64;
+        n += 1;
+    }
+    table
+}
+
+/// Returns Σ w_n |c_n| `end`^(n−`from`) of the coefficients from order `from` on.
+///
+/// Even and odd powers are summed side by side, since each sum waits for its own last term alone.
+#[inline]
+fn magnitudes(coefficients: &[f64], from: usize, weights: &[f64; CAPACITY], end: f64) -> f64 {
+    let square = end * end;
+    let (mut even, mut odd, mut power) = (0.0, 0.0, 1.0);
+    let weighted = coefficients.iter().zip(weights).skip(from);
+    let mut terms = weighted.map(|(c, weight)| c.abs() * weight);
+    while let Some(term) = terms.next() {
+        even += term * power;
+        odd += terms.next().unwrap_or(0.0) * power;
+        power *= square;
+    }
+    even + odd * end
+}
+
+/// Tells whether the parabola of the first three coefficients keeps above zero on (0, `end`) by more
+/// than all others can take from it; `false` where that does not show it.
+#[inline]
+fn stays_positive(coefficients: &[f64], end: f64) -> bool {
+    let [constant, linear, ..] = coefficients else {
+        return false;
+    };
+    let bend = coefficients.get(2).map_or(0.0, |c| c * end * end);
+    let line = linear * end;
+    let last = constant + line + bend;
+    let lowest = constant.min(last) - 0.25 * bend.max(0.0);
+    // What is not a number is not more.
+    lowest > ROOM * (constant.abs() + line.abs() + bend.abs())
+        && lowest * (1.0 - ROOM) > magnitudes(coefficients, 3, &ONES, end) * (end * end * end)
+}
+
 /// Tells whether the first derivative's constant term outweighs all others on (0, `end`).
 #[inline]
 fn is_monotone(coefficients: &[f64], end: f64) -> bool {
-    let mut spread = 0.0;
-    let mut slope = 0.0;
-    for c in coefficients[1..].iter().rev() {
-        slope = slope * end + spread;
-        spread = spread * end + c.abs();
-    }
-    // With |c_1| + |c_2| x + ... the derivative by x of x times it is Σ n |c_n| x^(n−1); NaN and
-    // infinity compare as not less.
-    slope * end + spread < coefficients[1].abs() * (2.0 - 1e-12)
+    // NaN and infinity compare as not less.
+    magnitudes(coefficients, 2, &FIRST, end) * end < coefficients[1].abs() * (1.0 - ROOM)
+}
+
+/// Tells whether the second derivative's constant term outweighs all others on (0, `end`) where the
+/// polynomial begins and ends on different sides: its Bernstein coefficients then change sign once.
+#[inline]
+fn is_bent_once(coefficients: &[f64], end: f64) -> bool {
+    let (first, last) = (coefficients[0], evaluate(coefficients, end));
+    let clear = ROOM * magnitudes(coefficients, 0, &ONES, end);
+    let apart = (first > clear && last < -clear) || (first < -clear && last > clear);
+    let bend = coefficients.get(2).map_or(0.0, |c| 2.0 * c.abs());
+    apart && magnitudes(coefficients, 3, &SECOND, end) * end < bend * (1.0 - ROOM)
 }
 
 /// Returns the first place in (0, `end`) where the polynomial falls through zero.

@@ -26,6 +26,7 @@ pub use bounds::LOOKS;
 use draw::TRUNCATION;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use std::sync::LazyLock;
 
 /// Largest ensemble that may be asked for.
 pub const MEMBERS_MAX: u32 = 1_000_000;
@@ -231,6 +232,15 @@ impl Count {
 /// Returns the most members of a look that a pass lets exceed the threshold; none where not even
 /// that is enough for a pass, which a complete look then shows.
 pub(super) fn most_of_a_pass(look: u32) -> usize {
+    // Asked thousands of times of the same few looks.
+    static OF_LOOKS: LazyLock<[usize; LOOKS.len()]> = LazyLock::new(|| LOOKS.map(most_to_pass));
+    match LOOKS.iter().position(|of| *of == look) {
+        Some(index) => OF_LOOKS[index],
+        None => most_to_pass(look),
+    }
+}
+
+fn most_to_pass(look: u32) -> usize {
     let allows = |count: u32| {
         let share = Count {
             members: look,
