@@ -47,6 +47,10 @@ const TURNS_MAX: u32 = 64;
 /// Bounces within one sample before the kernel gives up.
 const EVENTS_PER_SAMPLE_MAX: u32 = 200_000;
 
+/// Steps that the damping of the stop may make of one sample before the kernel gives up: a stop in which
+/// there are more is thousands of times as damped as one that takes all speed.
+const DAMPED_STEPS_MAX: f64 = 2000.0;
+
 /// Steps before the kernel gives up: so many, and so many more per sample. A lever that
 /// bounces on a perfect stop for an hour would otherwise keep the machine for days.
 const STEPS_MAX: (u64, u64) = (20_000_000, 16);
@@ -318,7 +322,7 @@ impl Kernel {
     pub(super) fn advance(&mut self, time: f64, length: f64, from: f64, to: f64) {
         // A lever on the face of its stop may leave it at once.
         let inside = self.phase == Phase::Contact && self.angle < 0.0;
-        if inside && length > f64::from(EVENTS_PER_SAMPLE_MAX) * self.step_max.1 {
+        if inside && length > DAMPED_STEPS_MAX * self.contact.damped_step_max() {
             self.too_damped = true;
             self.stuck = true;
             return;

@@ -25,6 +25,11 @@ impl Branch {
     pub(super) fn step_max(&self) -> f64 {
         STEP_MAX / (self.stiffness.sqrt() + self.damping)
     }
+
+    /// Returns what the damping alone leaves of it [s].
+    pub(super) fn damped_step_max(&self) -> f64 {
+        STEP_MAX / self.damping
+    }
 }
 
 /// Sine and cosine of an angle.

@@ -8,7 +8,9 @@ use latchgate::model::stop::StopModel;
 use latchgate::parallel::Control;
 use latchgate::replay::{self, Method, RunOptions, Within};
 use latchgate::units::{OpensWhen, SampleRate};
-use latchgate::verdict::{Answer, AssessExtras, Assessment, ModelChoice, Polarity, Policy, assess};
+use latchgate::verdict::{
+    Answer, AssessDetail, AssessExtras, Assessment, ModelChoice, Polarity, Policy, assess,
+};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A vibration of ten sines up to 40 % of the Nyquist frequency, about ±10 g, over `seconds`.
@@ -30,6 +32,19 @@ fn vibration(rate_hz: f64, seconds: f64) -> Signal {
 }
 
 fn judged(signal: &Signal, design: &Design, members: u32, work: u64) -> Assessment {
+    let extras = AssessExtras {
+        filter_table: true,
+        ..AssessExtras::default()
+    };
+    judged_with(extras, signal, design, (members, work))
+}
+
+fn judged_with(
+    extras: AssessExtras,
+    signal: &Signal,
+    design: &Design,
+    (members, work): (u32, u64),
+) -> Assessment {
     let conditioned = Conditioned {
         raw: signal.clone(),
         used: signal.clone(),
@@ -47,12 +62,46 @@ fn judged(signal: &Signal, design: &Design, members: u32, work: u64) -> Assessme
         work,
         ..Policy::new(ModelChoice::Auto, Polarity::Declared(OpensWhen::Negative))
     };
-    let extras = AssessExtras {
-        filter_table: true,
-        ..AssessExtras::default()
-    };
     let control = Control::unwatched(2);
     assess(&conditioned, &[], design, &policy, extras, &control).unwrap()
+}
+
+/// Where the answer alone is asked, an ensemble of which only undecided can come ends before its last look;
+/// answer and findings are those of the whole assessment, also near the limit of work.
+#[test]
+fn verif_an_answer_alone_takes_no_look_that_cannot_change_it() {
+    let of = |detail, peak_m_s2: f64, work| {
+        let extras = AssessExtras {
+            detail,
+            ..AssessExtras::default()
+        };
+        let mut signal = vibration(2000.0, 0.1);
+        for sample in &mut signal.samples {
+            *sample *= peak_m_s2;
+        }
+        let found = judged_with(extras, &signal, &Design::reference(), (10_000, work));
+        ((found.answer, found.findings), found.work)
+    };
+    let (mut decision_work, mut answer_work, mut answers) = (0, 0, Vec::new());
+    for step in 0..8 {
+        let scale = libm::pow(1.2, f64::from(step));
+        let (whole, _) = of(AssessDetail::Whole, scale, 1_000_000);
+        let (answer, _) = of(AssessDetail::Answer, scale, 1_000_000);
+        assert_eq!(whole, answer, "{scale}, near the limit");
+        let (decision, taken) = of(AssessDetail::Decision, scale, 100_000_000);
+        let (answer, less) = of(AssessDetail::Answer, scale, 100_000_000);
+        assert_eq!(decision, answer, "{scale}");
+        (decision_work, answer_work) = (decision_work + taken, answer_work + less);
+        answers.push(answer.0);
+    }
+    assert!(
+        answers.contains(&Answer::Undecided) && answers.contains(&Answer::Fail),
+        "{answers:?}"
+    );
+    assert!(
+        2 * answer_work < decision_work,
+        "{answer_work} of {decision_work}"
+    );
 }
 
 /// A record of 30 s at 500 Hz takes no more steps of its nominal levers than a few tens a sample
@@ -74,7 +123,7 @@ fn verif_long_vibration_stays_within_its_work() {
 #[test]
 fn verif_a_stop_that_glues_the_lever_ends_at_the_limit() {
     let mut design = Design::reference();
-    design.stop.damping_n_s_per_m = 1e7;
+    design.stop.damping_n_s_per_m = 1e6;
     let limit = 400_000;
     let found = judged(&vibration(10_000.0, 0.3), &design, 10_000, limit);
     assert!(found.work <= 3 * limit, "{}", found.work);
@@ -112,8 +161,8 @@ fn verif_a_stop_is_given_up_only_where_a_sample_holds_too_many_steps() {
         design.lever.preload_torque_nm = preload;
         replay::run(&signal, &design, &options).unwrap()
     };
-    assert!(!run(6e8, 0.1).broke_down);
-    let glued = run(8e8, 0.1);
+    assert!(!run(6e6, 0.1).broke_down);
+    let glued = run(8e6, 0.1);
     assert!(glued.broke_down);
     assert_eq!(glued.breakdown, Some(replay::Breakdown::StopTooDamped));
     let free = run(1e12, 0.0);
