@@ -42,7 +42,7 @@ pub use decision::{DECISION_RULE, NOMINAL_DECISION_RULE};
 pub use ensemble::Ensemble;
 pub use filters::FilterRow;
 pub use ladder::Ladder;
-pub use policy::{AssessExtras, Extent, ModelChoice, Polarity, Policy, Variant};
+pub use policy::{AssessDetail, AssessExtras, ModelChoice, Polarity, Policy, Variant};
 pub use quantile_band::QuantileBand;
 pub use series::{SampledSeries, SeriesRun};
 pub use what_if::WhatIf;

@@ -21,7 +21,7 @@ use crate::verdict::meter::Meter;
 use crate::verdict::readings::ReadingCache;
 use crate::verdict::usable_span::window_samples;
 use crate::verdict::wording::angle;
-use crate::verdict::{self, AssessExtras, Extent, Policy, Variant};
+use crate::verdict::{self, Answer, AssessDetail, AssessExtras, Policy, Variant};
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -421,7 +421,7 @@ impl<'a> MarginSearch<'a> {
             ..self.options.policy.clone()
         };
         let extras = AssessExtras {
-            extent: Extent::Decision,
+            detail: AssessDetail::Decision,
             ..AssessExtras::default()
         };
         let control = self.runs.control;
@@ -434,6 +434,15 @@ impl<'a> MarginSearch<'a> {
                 Err(error) => return Ok(format!("at {at} nothing can be judged: {error}")),
                 Ok(assessed) => assessed,
             };
+        if assessed.answer == Answer::Pass {
+            return Ok(format!(
+                "at {at} the verdict is a pass, but none with a tenth of the limit to spare, or certain at values nearby"
+            ));
+        }
+        let found = &assessed.findings;
+        if found.iter().any(|of| of.code == "method-broke-down") {
+            return Ok(format!("even at {at} a lever cannot be followed"));
+        }
         let (run, threshold) = (&assessed.nominal, self.threshold_rad());
         if run.peak_angle_rad > threshold {
             let peak = angle(run.peak_angle_rad, 3);

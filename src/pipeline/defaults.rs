@@ -9,7 +9,7 @@ use crate::recording::Finding;
 use crate::replay::Method;
 use crate::request::Request;
 use crate::setting::Setting;
-use crate::verdict::{self, Answer, AssessExtras, Assessment, Extent, Policy, Reason};
+use crate::verdict::{self, Answer, AssessDetail, AssessExtras, Assessment, Policy, Reason};
 
 /// One departure from the defaults: how messages name it, and the way back.
 struct Departure {
@@ -159,7 +159,7 @@ impl Prepared {
         control: &Control<'_>,
     ) -> Result<Answer, Error> {
         let extras = AssessExtras {
-            extent: Extent::Answer,
+            detail: AssessDetail::Answer,
             ..AssessExtras::default()
         };
         let findings = &self.facts.findings;

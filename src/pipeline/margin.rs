@@ -10,7 +10,7 @@ use crate::recording::{Limits, Source};
 use crate::report::MarginDocument;
 use crate::report::margin_document::Context;
 use crate::request::MarginRequest;
-use crate::verdict::{AssessExtras, Extent};
+use crate::verdict::{AssessDetail, AssessExtras};
 
 /// A margin with what its report draws.
 #[derive(Debug, Clone)]
@@ -71,7 +71,7 @@ impl Prepared {
         let facts = &self.facts;
         let assessment = control.during(0.0, 0.05, |control| {
             let extras = AssessExtras {
-                extent: Extent::Answer,
+                detail: AssessDetail::Answer,
                 ..AssessExtras::default()
             };
             self.decide(design, extras, control)

@@ -6,7 +6,7 @@ use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::parallel::Control;
 use crate::report::Document;
-use crate::verdict::{Answer, AssessExtras, Extent, Reason};
+use crate::verdict::{Answer, AssessDetail, AssessExtras, Reason};
 use serde::{Deserialize, Serialize};
 
 /// The decision of one recording and one design. What a report adds (what-ifs, error budget,
@@ -82,7 +82,7 @@ impl Prepared {
     /// nothing to judge is a row that says `unusable`.
     pub fn row(&self, design: &Design, control: &Control<'_>) -> Result<Row, Error> {
         let extras = AssessExtras {
-            extent: Extent::Decision,
+            detail: AssessDetail::Decision,
             ..AssessExtras::default()
         };
         let conditioned = &self.conditioned;

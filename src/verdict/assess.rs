@@ -8,7 +8,7 @@ use super::filters::{self, FilterRow};
 use super::interpolation::Course;
 use super::ladder::{self, Ladder, LadderInput};
 use super::meter::Meter;
-use super::policy::{AssessExtras, Extent, Policy, Variant};
+use super::policy::{AssessDetail, AssessExtras, Policy, Variant};
 use super::proof::{self, Proof};
 use super::readings::{ReadingCache, Readings};
 use super::replay_findings::{crossing_outside_window, replay_findings, work_limit_reached};
@@ -125,7 +125,7 @@ pub(crate) fn assess_again(
             design,
             policy,
             follow_all: extras.follow_all,
-            extent: extras.extent,
+            detail: extras.detail,
             control,
             signal,
             readings: Readings::of(signal, cache),
@@ -212,7 +212,7 @@ impl Assessing<'_> {
         let of_each = variants.iter().zip(outcomes).zip(screened).enumerate();
         of_each
             .map(|(index, ((variant, outcome), screened))| {
-                if setup.extent < Extent::Whole && index == largest {
+                if setup.detail < AssessDetail::Whole && index == largest {
                     // It is followed in any case.
                     return Ok(None);
                 }
@@ -350,7 +350,7 @@ impl Assessing<'_> {
         /// Times the work of the decision that all the rest takes at most.
         const REST: u64 = 64;
         let work = self.setup.work;
-        self.extras.extent < Extent::Whole && work.left() / REST > work.spent()
+        self.extras.detail < AssessDetail::Whole && work.left() / REST > work.spent()
     }
 
     /// The whole rule: parts 1 and 2 over what parts 3 and 4 say of all samples and of the good
@@ -460,8 +460,8 @@ pub(crate) struct NominalPass {
     pub(crate) passes: bool,
     /// The error of a peak is no small part of it: other readings of the samples disagree.
     pub(crate) in_doubt: bool,
-    /// From impact to impact rounding has grown so far that at a value nearby its error may exceed the
-    /// threshold.
+    /// At a value nearby the error may exceed the threshold: from impact to impact rounding has grown far,
+    /// or readings that disagree reach a good part of the threshold.
     pub(crate) sensitive: bool,
 }
 
@@ -519,9 +519,12 @@ impl PassQuestion<'_> {
     pub(crate) fn nominal(&self) -> Result<NominalPass, Error> {
         const DOUBT_PART: f64 = 0.3;
         const FAINT_PART: f64 = 0.02;
-        /// Part of the threshold. The error of most levers of a crash test's channels stays below a
-        /// thousandth of this; where many come beyond it, some exceed the threshold.
-        const SENSITIVE_PART: f64 = 1e-8;
+        /// Part of the threshold. The error of half the levers of a crash test's channels stays below a
+        /// hundredth of this; where one in ten came beyond it, one in a hundred exceeded the threshold.
+        const SENSITIVE_PART: f64 = 1e-9;
+        /// Part of the threshold. Where readings disagree, their difference is another one at each value:
+        /// on a crash test's channel the largest of some hundred is twice the median.
+        const SCATTERED_PART: f64 = 0.5;
         let none = NominalPass {
             passes: false,
             in_doubt: false,
@@ -536,6 +539,7 @@ impl PassQuestion<'_> {
             let peak = run.run().peak_angle_rad;
             peak > FAINT_PART * threshold && run.interpolation_error_rad > DOUBT_PART * peak
         };
+        let reach = |run: &VariantRun| run.run().peak_angle_rad + run.uncertainty_rad();
         let clear = |run: &VariantRun| stays(run) && !doubted(run);
         // A larger error could only confirm both.
         let lost = |run: &VariantRun| !stays(run) && doubted(run);
@@ -547,9 +551,10 @@ impl PassQuestion<'_> {
         Ok(NominalPass {
             passes: runs.iter().all(stays),
             in_doubt: runs.iter().any(doubted),
-            sensitive: runs
-                .iter()
-                .any(|run| run.run().numerical_error_rad > SENSITIVE_PART * threshold),
+            sensitive: runs.iter().any(|run| {
+                run.run().numerical_error_rad > SENSITIVE_PART * threshold
+                    || (doubted(run) && reach(run) > SCATTERED_PART * threshold)
+            }),
         })
     }
 
@@ -585,7 +590,7 @@ impl PassQuestion<'_> {
             design: self.design,
             policy,
             follow_all: true,
-            extent: Extent::Decision,
+            detail: AssessDetail::Decision,
             control: self.control,
             signal,
             readings: Readings::of(signal, self.readings),

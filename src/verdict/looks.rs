@@ -4,7 +4,7 @@
 use super::Answer;
 use super::decision::{ShareBounds, VariantRun, decide, settled};
 use super::ensemble::{self, Count, End, MemberPeaks, Scatter, most_of_a_pass};
-use super::policy::{Extent, Variant};
+use super::policy::{AssessDetail, Variant};
 use super::runs::RunSetup;
 use super::variant::VariantResult;
 use crate::error::Error;
@@ -128,7 +128,7 @@ pub(super) fn run_ensembles(
                 (sampling.answer, sampling.ended) = (Some(answer), End::Decided);
             } else if out_of_reach(run, count, setup.policy.members, threshold)
                 && (!run.estimate().bounded
-                    || (setup.extent == Extent::Answer
+                    || (setup.detail == AssessDetail::Answer
                         && are_affordable(setup, results, &samplings)))
             {
                 // A method for comparison cannot pass, or nobody asks for the share: its members need
@@ -147,7 +147,7 @@ pub(super) fn run_ensembles(
         result.ensemble = (of.looks > 0).then(|| {
             let mut summed =
                 ensemble::summarise(scatter, &of.peaks, threshold, result.variant, end, until_s);
-            if setup.extent == Extent::Whole {
+            if setup.detail == AssessDetail::Whole {
                 summed.spread(scatter, &of.peaks);
             }
             summed
@@ -166,7 +166,7 @@ fn asked_peaks(setup: &RunSetup<'_>, results: &[VariantResult]) -> AskedPeaks {
     let of_run = |result: &VariantResult| result.counted().outcome.spent + samples;
     let each: u64 = results.iter().map(of_run).sum();
     let all = TIMES * u64::from(setup.policy.members);
-    if setup.extent < Extent::Whole && each.saturating_mul(all) <= setup.work.left() {
+    if setup.detail < AssessDetail::Whole && each.saturating_mul(all) <= setup.work.left() {
         AskedPeaks {
             from_rad: setup.threshold_rad(),
             to_rad: setup.threshold_rad(),
@@ -186,7 +186,7 @@ fn are_affordable(setup: &RunSetup<'_>, results: &[VariantResult], samplings: &[
         .filter(|(_, of)| of.answer.is_none())
         .map(|(result, of)| predicted(result.counted(), of, setup.policy.members))
         .fold(0, u64::saturating_add);
-    setup.work.allows(predicted.saturating_mul(TIMES))
+    predicted.saturating_mul(TIMES) <= setup.work.left()
 }
 
 /// Runs the members of one variant up to `look`, those that are in `peaks` not again.

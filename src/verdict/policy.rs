@@ -163,12 +163,12 @@ pub struct AssessExtras {
     /// Follow every stop in full, also where bounds prove its answer; for comparison.
     pub follow_all: bool,
     /// How much is worked out.
-    pub extent: Extent,
+    pub detail: AssessDetail,
 }
 
 /// How much of an assessment is worked out; the answer is the same of each.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Extent {
+pub enum AssessDetail {
     /// The answer alone: as [`Self::Decision`], and an ensemble ends as soon as nothing but undecided
     /// can come of it, so that shares are those until then.
     Answer,

@@ -4,7 +4,7 @@ use super::Answer;
 use super::decision::{VariantRun, combine};
 use super::ensemble::MemberPeaks;
 use super::meter::Meter;
-use super::policy::{Extent, Policy, Variant};
+use super::policy::{AssessDetail, Policy, Variant};
 use super::readings::Readings;
 use super::usable_span::SampleSpan;
 use crate::conditioning::Signal;
@@ -35,7 +35,7 @@ pub(crate) struct RunSetup<'a> {
     /// Follow every stop in full, whatever bounds prove.
     pub(crate) follow_all: bool,
     /// How much is worked out.
-    pub(crate) extent: Extent,
+    pub(crate) detail: AssessDetail,
     pub(crate) control: &'a Control<'a>,
     pub(crate) signal: &'a Signal,
     /// Other readings of the samples.
