@@ -434,9 +434,9 @@ impl<'a> MarginSearch<'a> {
                 Err(error) => return Ok(format!("at {at} nothing can be judged: {error}")),
                 Ok(assessed) => assessed,
             };
-        if assessed.answer == Answer::Pass {
+        if assessed.answer == Answer::Pass && self.biased.is_none() {
             return Ok(format!(
-                "at {at} the verdict is a pass, but none with a tenth of the limit to spare, or certain at values nearby"
+                "at {at} the verdict is a pass, but without a tenth of the limit to spare, or beside values that may be none"
             ));
         }
         let found = &assessed.findings;

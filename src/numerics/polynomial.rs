@@ -129,16 +129,18 @@ fn stays_positive(coefficients: &[f64], end: f64) -> bool {
     let line = linear * end;
     let last = constant + line + bend;
     let lowest = constant.min(last) - 0.25 * bend.max(0.0);
+    let clear = lowest - ROOM * (constant.abs() + line.abs() + bend.abs());
     // What is not a number is not more.
-    lowest > ROOM * (constant.abs() + line.abs() + bend.abs())
-        && lowest * (1.0 - ROOM) > magnitudes(coefficients, 3, &ONES, end) * (end * end * end)
+    clear > 0.0
+        && clear * (1.0 - ROOM) > magnitudes(coefficients, 3, &ONES, end) * (end * end * end)
 }
 
 /// Tells whether the first derivative's constant term outweighs all others on (0, `end`).
 #[inline]
 fn is_monotone(coefficients: &[f64], end: f64) -> bool {
-    // NaN and infinity compare as not less.
-    magnitudes(coefficients, 2, &FIRST, end) * end < coefficients[1].abs() * (1.0 - ROOM)
+    let slope = coefficients[1].abs();
+    // What is not a number is not less.
+    slope.is_finite() && magnitudes(coefficients, 2, &FIRST, end) * end < slope * (1.0 - ROOM)
 }
 
 /// Tells whether the second derivative's constant term outweighs all others on (0, `end`) where the

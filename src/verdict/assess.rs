@@ -539,7 +539,15 @@ impl PassQuestion<'_> {
             let peak = run.run().peak_angle_rad;
             peak > FAINT_PART * threshold && run.interpolation_error_rad > DOUBT_PART * peak
         };
-        let reach = |run: &VariantRun| run.run().peak_angle_rad + run.uncertainty_rad();
+        let reach = |run: &VariantRun| {
+            let coast = run.run().coast_peak_angle_rad;
+            let coast = coast.map_or(0.0, |peak| peak + run.coast_uncertainty_rad());
+            coast.max(run.run().peak_angle_rad + run.uncertainty_rad())
+        };
+        let numerical = |run: &VariantRun| {
+            let coast = run.outcome.coast_error_rad;
+            coast.max(run.run().numerical_error_rad)
+        };
         let clear = |run: &VariantRun| stays(run) && !doubted(run);
         // A larger error could only confirm both.
         let lost = |run: &VariantRun| !stays(run) && doubted(run);
@@ -552,7 +560,7 @@ impl PassQuestion<'_> {
             passes: runs.iter().all(stays),
             in_doubt: runs.iter().any(doubted),
             sensitive: runs.iter().any(|run| {
-                run.run().numerical_error_rad > SENSITIVE_PART * threshold
+                numerical(run) > SENSITIVE_PART * threshold
                     || (doubted(run) && reach(run) > SCATTERED_PART * threshold)
             }),
         })

@@ -176,14 +176,18 @@ fn asked_peaks(setup: &RunSetup<'_>, results: &[VariantResult]) -> AskedPeaks {
     }
 }
 
-/// Returns whether the members of all variants that are still open would be asked to the last far from
-/// the limit of work: what leaves some out must not decide what the limit leaves undecided.
+/// Returns whether the members of all variants that are still open, each of which some are known, would be
+/// asked to the last far from the limit of work: what leaves some out must not decide what the limit
+/// leaves undecided.
 fn are_affordable(setup: &RunSetup<'_>, results: &[VariantResult], samplings: &[Sampling]) -> bool {
-    /// Times what the members so far, or half a nominal run, took each.
+    /// Times what the members so far took each.
     const TIMES: u64 = 2;
     let open = results.iter().zip(samplings);
+    let open = open.filter(|(_, of)| of.answer.is_none());
+    if open.clone().any(|(_, of)| of.looks == 0) {
+        return false;
+    }
     let predicted = open
-        .filter(|(_, of)| of.answer.is_none())
         .map(|(result, of)| predicted(result.counted(), of, setup.policy.members))
         .fold(0, u64::saturating_add);
     predicted.saturating_mul(TIMES) <= setup.work.left()

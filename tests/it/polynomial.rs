@@ -155,10 +155,25 @@ fn prop_any_coefficients_end_in_order() {
             assert!((0.0..=1.0).contains(&x), "seed {seed}");
         }
     }
-    for bad in [f64::NAN, f64::INFINITY] {
-        let _ = found(&[1.0, bad, -3.0, 1.0], 1.0);
-        let _ = found(&[bad; CAPACITY], 1.0);
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        assert_eq!(found(&[1.0, bad, -3.0, 1.0], 1.0), []);
+        assert_eq!(found(&[-1.0, bad], 1.0), []);
+        assert_eq!(found(&[bad; CAPACITY], 1.0), []);
     }
+}
+
+/// A parabola that ends above zero by little more than its rounding, and a tail that takes as much: the
+/// value at the end is -4.4e-16 in exact numbers.
+#[test]
+fn regress_a_tail_that_turns_a_parabola_is_seen() {
+    let p = [
+        261.013_470_251_503_4,
+        -107.364_888_770_673_5,
+        -52.423_177_359_271_78,
+        -1.488_958_652_983_620_4e-6,
+    ];
+    let list = found(&p, 1.431_093_906_370_850_8);
+    assert!(matches!(list[..], [(_, false)]), "{list:?}");
 }
 
 #[test]
