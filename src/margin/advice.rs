@@ -61,6 +61,12 @@ pub(super) const ROOM: f64 = 0.9;
 /// Values beyond the one advised at which the ensemble is asked as well.
 const CHECKED: usize = 4;
 
+/// Tops of the nominal peak beyond the value advised at which the ensemble is asked.
+const TOPS: usize = 3;
+
+/// Part of the limit from which on a top is asked.
+const TOP_PART: f64 = 0.2;
+
 /// Significant digits of a value that is advised.
 const DIGITS: i32 = 3;
 
@@ -178,8 +184,12 @@ impl AdviceSearch<'_> {
         // The digits that it deserves, to the safe side; which is a value of its own to ask.
         while let Some(place) = passing.pop() {
             let value = self.rounded(self.free[place].0);
-            if self.passes(value)? && self.checked(&passing)? {
-                return Ok(Some(value));
+            if !(self.passes(value)? && self.checked(&passing)?) {
+                continue;
+            }
+            match self.top_without_pass(place)? {
+                Some(top) => passing.retain(|place| *place < top),
+                None => return Ok(Some(value)),
             }
         }
         Ok(None)
@@ -340,6 +350,27 @@ impl AdviceSearch<'_> {
             }
         }
         Ok(Some(passes))
+    }
+
+    /// Asks the rule where the nominal levers beyond a place come highest, the highest first; returns the
+    /// first place that is no pass. Scattered levers cross there, be the nominal ones below the limit.
+    fn top_without_pass(&mut self, last: usize) -> Result<Option<usize>, Error> {
+        if !self.probe.with_members {
+            return Ok(None);
+        }
+        let threshold = self.probe.threshold_rad;
+        let peak = |place: usize| self.free[place].1.pass + threshold;
+        let mut tops: Vec<usize> = (1..last)
+            .filter(|place| peak(*place) >= peak(place - 1) && peak(*place) > peak(place + 1))
+            .filter(|place| peak(*place) > TOP_PART * threshold)
+            .collect();
+        tops.sort_by(|a, b| peak(*b).total_cmp(&peak(*a)));
+        for top in tops.into_iter().take(TOPS) {
+            if !self.passes(self.free[top].0)? {
+                return Ok(Some(top));
+            }
+        }
+        Ok(None)
     }
 
     /// Asks the rule at some of the values that are safer yet, the nearest first.
