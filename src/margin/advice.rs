@@ -9,7 +9,7 @@
 
 use super::Quantity;
 use super::quantity::SearchRange;
-use super::search::{Excess, SearchResult};
+use super::search::{self, Excess, ScanFn, SearchResult};
 use crate::error::Error;
 use crate::units::plain;
 use crate::verdict::assess::NominalPass;
@@ -61,11 +61,14 @@ pub(super) const ROOM: f64 = 0.9;
 /// Values beyond the one advised at which the ensemble is asked as well.
 const CHECKED: usize = 4;
 
-/// Tops of the nominal peak beyond the value advised at which the ensemble is asked.
-const TOPS: usize = 3;
+/// Tops of the nominal peak beyond the value advised at which the rule is asked.
+const TOPS: usize = 8;
+
+/// Of these, the highest at which the ensemble is asked as well.
+const TOPS_WITH_MEMBERS: usize = 3;
 
 /// Part of the limit from which on a top is asked.
-const TOP_PART: f64 = 0.2;
+const TOP_PART: f64 = 0.1;
 
 /// Significant digits of a value that is advised.
 const DIGITS: i32 = 3;
@@ -84,6 +87,8 @@ type NominalPasses = Result<Vec<NominalPass>, Error>;
 pub(super) struct AdviceProbe<'a> {
     /// What the rule says of the nominal levers at values, with [`ROOM`].
     pub(super) nominal: &'a dyn Fn(&[f64]) -> NominalPasses,
+    /// How far the nominal levers are from a pass at values, by the method of the scan.
+    pub(super) scan: &'a ScanFn<'a>,
     /// The highest angle of each nominal lever, and how it came to its peak.
     pub(super) courses: &'a dyn Fn(f64) -> Result<Vec<(f64, Course)>, Error>,
     /// Peaks further apart are different ones [s].
@@ -352,12 +357,10 @@ impl AdviceSearch<'_> {
         Ok(Some(passes))
     }
 
-    /// Asks the rule where the nominal levers beyond a place come highest, the highest first; returns the
-    /// first place that is no pass. Scattered levers cross there, be the nominal ones below the limit.
+    /// Asks the rule where the nominal levers beyond a place come highest, the highest first: of the nominal
+    /// levers, and with an ensemble at the first few. Returns the first place that is no pass. Between
+    /// the values that are asked a lever may resonate with its bounces, and scattered levers cross there.
     fn top_without_pass(&mut self, last: usize) -> Result<Option<usize>, Error> {
-        if !self.probe.with_members {
-            return Ok(None);
-        }
         let threshold = self.probe.threshold_rad;
         let peak = |place: usize| self.free[place].1.pass + threshold;
         let mut tops: Vec<usize> = (1..last)
@@ -365,12 +368,31 @@ impl AdviceSearch<'_> {
             .filter(|place| peak(*place) > TOP_PART * threshold)
             .collect();
         tops.sort_by(|a, b| peak(*b).total_cmp(&peak(*a)));
-        for top in tops.into_iter().take(TOPS) {
-            if !self.passes(self.free[top].0)? {
+        tops.truncate(TOPS);
+        for (index, top) in tops.into_iter().enumerate() {
+            let value = self.highest_near(top)?;
+            let nominal = (self.probe.nominal)(&[value])?;
+            let held = nominal.iter().all(|of| of.passes && !of.sensitive);
+            let with_members = self.probe.with_members && index < TOPS_WITH_MEMBERS;
+            if !held || with_members && !self.passes(value)? {
                 return Ok(Some(top));
             }
         }
         Ok(None)
+    }
+
+    /// Returns the value at which the nominal levers come highest next to a place, inside the range.
+    fn highest_near(&self, place: usize) -> Result<f64, Error> {
+        let at = |place: usize| self.free[place].0;
+        let mut values: Vec<f64> = search::inside(at(place - 1), at(place)).collect();
+        values.extend(search::inside(at(place), at(place + 1)));
+        let mut highest = self.free[place];
+        for (value, excess) in values.iter().zip((self.probe.scan)(&values)?) {
+            if excess.pass > highest.1.pass {
+                highest = (*value, excess);
+            }
+        }
+        Ok(highest.0)
     }
 
     /// Asks the rule at some of the values that are safer yet, the nearest first.

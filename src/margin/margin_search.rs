@@ -5,7 +5,7 @@ use super::advice::{self, Advice, AdviceProbe, MEMBERS_ASKED, ROOM};
 use super::change::{VerdictChange, VerdictSearch};
 use super::quantity::{SearchRange, applied};
 use super::runs::{LeverTrial, NominalRuns};
-use super::search::{self, Crossing, Edge, Probe, SearchResult};
+use super::search::{self, Crossing, Edge, Excess, Probe, SearchResult};
 use super::{Basis, Margin, MarginOptions, NominalAnswer, POINTS_MAX, POINTS_MIN, Quantity};
 use crate::conditioning::{self, Conditioned};
 use crate::error::{Error, ErrorKind};
@@ -141,6 +141,18 @@ impl<'a> MarginSearch<'a> {
         applied(quantity, self.design, radius_m, value)
     }
 
+    fn trial(&self, quantity: Quantity, value: f64) -> LeverTrial {
+        let (design, scale) = self.applied(quantity, value);
+        LeverTrial::new(&design, scale)
+    }
+
+    /// Returns the excess of the nominal levers at values, side by side.
+    fn scan(&self, quantity: Quantity, values: &[f64]) -> Result<Vec<Excess>, Error> {
+        let trial = |value: &f64| self.trial(quantity, *value);
+        let trials: Vec<LeverTrial> = values.iter().map(trial).collect();
+        self.runs.scan(&trials)
+    }
+
     /// Finds every change of the nominal runs' answer over a range.
     pub(super) fn changes(
         &self,
@@ -151,20 +163,12 @@ impl<'a> MarginSearch<'a> {
         let points = self.options.points;
         let points = points
             .unwrap_or_else(|| (SAMPLES_TIMES_POINTS / samples).clamp(POINTS_MIN, POINTS_MAX));
-        let trial = |value: f64| {
-            let (design, scale) = self.applied(quantity, value);
-            LeverTrial::new(&design, scale)
-        };
         let grid = range.grid(points);
         search::changes(
             &grid,
             &Probe {
-                scan: &|values| {
-                    let trials: Vec<LeverTrial> =
-                        values.iter().map(|value| trial(*value)).collect();
-                    self.runs.scan(&trials)
-                },
-                exact: &|value| self.runs.exact(&trial(value)),
+                scan: &|values| self.scan(quantity, values),
+                exact: &|value| self.runs.exact(&self.trial(quantity, value)),
                 width: &|value| range.width(value),
                 near_rad: 0.01 * self.design.criterion.threshold_rad,
                 distance: &|value| range.distance(value),
@@ -482,6 +486,7 @@ impl<'a> MarginSearch<'a> {
     ) -> Result<Advice, Error> {
         let probe = AdviceProbe {
             nominal: &|values| self.nominal_passes(quantity, values, ROOM),
+            scan: &|values| self.scan(quantity, values),
             courses: &|value| self.courses(quantity, value),
             apart_s: apart_s(self.runs.signal),
             rule: &|value, asked, cache| self.rule_passes(quantity, value, asked, (cache, false)),

@@ -264,12 +264,12 @@ fn doubtful(points: &[Point], cell: usize, near: f64) -> Option<f64> {
     (distance <= (REACH * change).max(near)).then_some(distance)
 }
 
-/// The values that split a cell.
-fn inside(from: f64, to: f64) -> impl Iterator<Item = f64> {
+/// The values that split a cell, whichever end is the lower one.
+pub(super) fn inside(from: f64, to: f64) -> impl Iterator<Item = f64> {
     let part = move |index: usize| from + (to - from) * index as f64 / PARTS as f64;
     (1..PARTS)
         .map(part)
-        .filter(move |value| *value > from && *value < to)
+        .filter(move |value| *value > from.min(to) && *value < from.max(to))
 }
 
 /// Returns the cells whose change of the answer is to be narrowed down: as many as the probe says,

@@ -4,7 +4,9 @@
 //! the small part acts like an excitation of its own, d = b (1 − cos φ). The linear part of a
 //! sample is an exact propagator; what d adds is the convolution of d with the impulse response,
 //! by Gauss's quadrature over the sample, on the linear motion first and, if that is not enough,
-//! once more on the motion it gives.
+//! once more on the motion it gives. Where the damping lasts a fraction of a sample, the response
+//! comes from two exponentials, the weights of d from stretches as short as the damping, and one
+//! pass is enough: what it neglects is stated.
 //!
 //! # Source
 //!
@@ -18,9 +20,22 @@ use super::taylor::Branch;
 use crate::conditioning::Signal;
 use std::ops::{Add, Mul, Sub};
 
-/// Largest phase of the stop's own oscillation in a sample, and largest damping [-]: up to here
+/// Largest phase of the stop's own oscillation in a sample [-]: up to here, and up to as large a damping,
 /// the quadrature is exact to 1e-13 of d.
 pub(super) const PHASE_MAX: f64 = 2.0;
+
+/// Damping in a part of a sample [-] up to which the series of a response is summed as it is.
+const SERIES_DAMPING_MAX: f64 = 2.0;
+
+/// Damping in a part of a sample [-] up to which a response is that of half the part, twice; beyond it the
+/// stop is overdamped, whatever its phase, and its two exponentials are far apart.
+const DOUBLED_DAMPING_MAX: f64 = 16.0;
+
+/// Largest damping of a sample [-]; more of it makes a sample in which the lever leaves the stop too long.
+const DAMPING_MAX: f64 = 8000.0;
+
+/// Largest part of angle and slope that an overdamped sample may neglect; what it does is stated.
+const NEGLECTED_PART: f64 = 1e-14;
 
 /// Smallest phase: below it a step by series is as cheap.
 const PHASE_MIN: f64 = 0.02;
@@ -146,6 +161,16 @@ struct StepResponse {
 impl StepResponse {
     /// At `part` of a sample, of x'' = −damping x' − stiffness x + acceleration.
     fn at(stiffness: f64, damping: f64, part: f64) -> Self {
+        if damping * part <= SERIES_DAMPING_MAX {
+            Self::by_series(stiffness, damping, part)
+        } else if damping * part <= DOUBLED_DAMPING_MAX {
+            Self::at(stiffness, damping, 0.5 * part).twice(0.5 * part)
+        } else {
+            Self::overdamped(stiffness, damping, part)
+        }
+    }
+
+    fn by_series(stiffness: f64, damping: f64, part: f64) -> Self {
         // The impulse response; the others are its derivative and integrals.
         let x = impulse_response(stiffness, damping, part);
         // From the small to the large.
@@ -165,6 +190,144 @@ impl StepResponse {
             constant: (once, impulse),
             linear: (twice, once),
         }
+    }
+
+    /// After the same stretch of `part` once more.
+    fn twice(&self, part: f64) -> Self {
+        let mapped = |(angle, slope): (f64, f64)| {
+            (
+                self.angle.0 * angle + self.slope.0 * slope,
+                self.angle.1 * angle + self.slope.1 * slope,
+            )
+        };
+        let plus = |a: (f64, f64), b: (f64, f64)| (a.0 + b.0, a.1 + b.1);
+        let grown = (part * self.constant.0, part * self.constant.1);
+        Self {
+            angle: mapped(self.angle),
+            slope: mapped(self.slope),
+            constant: plus(mapped(self.constant), self.constant),
+            linear: plus(plus(mapped(self.linear), grown), self.linear),
+        }
+    }
+
+    /// By the two exponentials, which are far apart.
+    fn overdamped(stiffness: f64, damping: f64, part: f64) -> Self {
+        let half_apart = (0.25 * damping * damping - stiffness).sqrt();
+        let fast = 0.5 * damping + half_apart;
+        let slow = stiffness / fast;
+        // e^(−rate t), and its first and second integral.
+        let gone = libm::exp(-fast * part);
+        let fast_once = (1.0 - gone) / fast;
+        let fast_twice = (part - fast_once) / fast;
+        let left = libm::exp(-slow * part);
+        let slow_once = -libm::expm1(-slow * part) / slow;
+        let x = -slow * part;
+        // Of x below a quarter.
+        let series = (2..16)
+            .rev()
+            .fold(0.0, |sum, n| (1.0 + sum * x) / f64::from(n + 1));
+        let slow_twice = 0.5 * part * part * (1.0 + x * series);
+        let over = 0.5 / half_apart;
+        let impulse = over * (left - gone);
+        let rate = gone - slow * impulse;
+        let (once, twice) = (
+            over * (slow_once - fast_once),
+            over * (slow_twice - fast_twice),
+        );
+        Self {
+            angle: (rate + damping * impulse, -stiffness * impulse),
+            slope: (impulse, rate),
+            constant: (once, impulse),
+            linear: (twice, once),
+        }
+    }
+}
+
+/// Weights of d at the nodes in angle and slope at the end of a sample, through the polynomial that d's
+/// values at the nodes define, of a stop whose response bends too sharply for their quadrature.
+fn strongly_damped_weights(stiffness: f64, damping: f64) -> (Eight, Eight) {
+    /// Stretches, each to one and a half times the time of the one before; by the end of the last but one
+    /// nothing is left of the fast exponential.
+    const STRETCHES: i32 = 11;
+    let (places, weights) = PLACES;
+    let (mut of_angle, mut of_slope) = (Eight::splat(0.0), Eight::splat(0.0));
+    let mut from = 0.0;
+    for stretch in 0..=STRETCHES {
+        let time_constants = libm::pow(1.5, f64::from(stretch));
+        let to = if stretch == STRETCHES {
+            1.0
+        } else {
+            (time_constants / damping).min(1.0)
+        };
+        for (place, weight) in places.iter().zip(weights) {
+            let left = from + (to - from) * place;
+            let (impulse, rate) = StepResponse::at(stiffness, damping, left).slope;
+            for node in 0..POINTS {
+                let shape = weight * (to - from) * shape(node, 1.0 - left);
+                of_angle.0[node] += shape * impulse;
+                of_slope.0[node] += shape * rate;
+            }
+        }
+        from = to;
+    }
+    (of_angle, of_slope)
+}
+
+/// The value at a place of the polynomial that is one at a node and zero at the others.
+fn shape(node: usize, place: f64) -> f64 {
+    let places = PLACES.0;
+    let others = places
+        .iter()
+        .enumerate()
+        .filter(|(other, _)| *other != node);
+    others.fold(1.0, |product, (_, other)| {
+        product * (place - other) / (places[node] - other)
+    })
+}
+
+/// What one pass of the quadrature leaves out where the damping is large.
+#[derive(Debug, Clone, Copy)]
+struct StrongDamping {
+    /// See [`FastContact::softness`].
+    softness: f64,
+    /// At most, what an acceleration of one does to the angle in a sample.
+    response: f64,
+    /// What an angular acceleration at the start is worth in d's part that no polynomial follows.
+    unfollowed: f64,
+}
+
+impl StrongDamping {
+    /// Returns it for a damping beyond what the quadrature follows.
+    fn of(stiffness: f64, damping: f64) -> Option<Self> {
+        if damping <= PHASE_MAX {
+            return None;
+        }
+        let square = 0.25 * damping * damping - stiffness;
+        let apart = 2.0 * square.max(0.0).sqrt();
+        // Of e^(−damping t): the error of its interpolation at the nodes, Chebyshev's bound of its square,
+        // or else all of it and all that the nodes see of it.
+        let eighth = libm::pow(0.5 * damping, 8.0) * 2.0 / 40_320.0;
+        let (nodes, weights) = PLACES;
+        let seen = nodes.iter().zip(weights);
+        let seen: f64 = seen
+            .map(|(node, weight)| weight * libm::exp(-damping * node))
+            .sum();
+        let all = 1.0 / damping + seen;
+        Some(Self {
+            softness: (1.0 / stiffness.sqrt()).min(1.0 / apart),
+            response: 0.5_f64.min(1.0 / damping),
+            unfollowed: eighth.min(all) / (damping * damping),
+        })
+    }
+
+    /// Returns what a sample neglects [rad], of angles up to `reach`.
+    #[inline(always)]
+    fn neglected(&self, strongest: f64, reach: f64, bent: f64) -> f64 {
+        let square = reach * reach;
+        let again = 0.5 * strongest * self.response * strongest * square * reach;
+        let beyond = strongest * square * square * square / 720.0;
+        let unfollowed = strongest * reach * self.unfollowed * bent.abs();
+        self.response * (again + beyond + unfollowed)
     }
 }
 
@@ -214,7 +377,7 @@ pub(super) struct FastContact {
     pressing: f64,
     damping: f64,
     stiffness: f64,
-    /// 1/√stiffness.
+    /// At most, what an acceleration's rate of change at the start does to it in a sample.
     softness: f64,
     /// Recorded acceleration to b: factor and offset.
     gain: f64,
@@ -232,8 +395,26 @@ pub(super) struct FastContact {
     slope_weights: Eight,
     /// What d at each node does to the angle at all nodes.
     mutual: [Eight; POINTS],
+    /// Set where the damping is too large for the quadrature alone.
+    strong_damping: Option<StrongDamping>,
     /// What the samples carried along together do to a deviation.
     map: StateMap,
+}
+
+/// What d at each node does to the angle at all nodes, through the polynomial that d's values there define.
+fn mutual_weights(stiffness: f64, damping: f64) -> [Eight; POINTS] {
+    let (nodes, weights) = PLACES;
+    let mut mutual = [Eight::splat(0.0); POINTS];
+    for (at, reach) in nodes.iter().enumerate() {
+        let left = Eight(nodes.map(|node| reach * (1.0 - node)));
+        let responses = impulse_responses(stiffness, damping, left).0;
+        for (inner, (shapes, response)) in SHAPES[at].iter().zip(responses).enumerate() {
+            for (column, shape) in mutual.iter_mut().zip(shapes) {
+                column.0[at] += reach * weights[inner] * shape * response;
+            }
+        }
+    }
+    mutual
 }
 
 impl FastContact {
@@ -248,31 +429,30 @@ impl FastContact {
         let square = interval * interval;
         let (scaled_damping, scaled) = (damping * interval, stiffness * square);
         let phase = scaled.sqrt();
-        if !(PHASE_MIN..=PHASE_MAX).contains(&phase) || scaled_damping > PHASE_MAX {
+        if !(PHASE_MIN..=PHASE_MAX).contains(&phase) || !(scaled_damping <= DAMPING_MAX) {
             return None;
         }
         let (nodes, weights) = PLACES;
         let respond = |part: f64| StepResponse::at(scaled, scaled_damping, part);
         let at: [StepResponse; POINTS] = nodes.map(respond);
-        let from: [StepResponse; POINTS] = nodes.map(|node| respond(1.0 - node));
         let lanes = |value: &dyn Fn(usize) -> f64| Eight(std::array::from_fn(value));
-        // Through the polynomial that d's values at the nodes define.
-        let mut mutual = [Eight::splat(0.0); POINTS];
-        for (at, reach) in nodes.iter().enumerate() {
-            let left = Eight(nodes.map(|node| reach * (1.0 - node)));
-            let responses = impulse_responses(scaled, scaled_damping, left).0;
-            for (inner, (shapes, response)) in SHAPES[at].iter().zip(responses).enumerate() {
-                for (column, shape) in mutual.iter_mut().zip(shapes) {
-                    column.0[at] += reach * weights[inner] * shape * response;
-                }
-            }
-        }
+        let strong_damping = StrongDamping::of(scaled, scaled_damping);
+        let ((angle_weights, slope_weights), mutual) = if strong_damping.is_some() {
+            let weights = strongly_damped_weights(scaled, scaled_damping);
+            (weights, [Eight::splat(0.0); POINTS])
+        } else {
+            let from = nodes.map(|node| respond(1.0 - node));
+            let angle_weights = lanes(&|node| weights[node] * from[node].slope.0);
+            let slope_weights = lanes(&|node| weights[node] * from[node].slope.1);
+            let mutual = mutual_weights(scaled, scaled_damping);
+            ((angle_weights, slope_weights), mutual)
+        };
         Some(Self {
             interval,
             pressing: pressing * square,
             damping: scaled_damping,
             stiffness: scaled,
-            softness: 1.0 / phase,
+            softness: strong_damping.map_or(1.0 / phase, |of| of.softness),
             gain: scale * kernel.gain() * square,
             offset: bias * kernel.gain() * square,
             tolerance: kernel.truncation(),
@@ -282,9 +462,10 @@ impl FastContact {
             slope: lanes(&|node| at[node].slope.0),
             constant: lanes(&|node| at[node].constant.0),
             linear: lanes(&|node| at[node].linear.0),
-            angle_weights: lanes(&|node| weights[node] * from[node].slope.0),
-            slope_weights: lanes(&|node| weights[node] * from[node].slope.1),
+            angle_weights,
+            slope_weights,
             mutual,
+            strong_damping,
             map: StateMap::oscillator(stiffness, damping, f64::from(TOGETHER) * interval),
         })
     }
@@ -329,43 +510,39 @@ impl FastContact {
                 .tolerance
                 .0
                 .max(self.tolerance.1 * (angle.abs() + slope.abs()));
-            // What the first and the second quadrature still neglect.
-            let neglected = (
-                0.125 * strongest * square * square,
-                0.0625 * strongest * square * square * square,
-            );
             let linear =
                 self.angle * angle + self.slope * slope - self.constant * push - self.linear * b1;
             let excitation = self.nodes * b1 + Eight::splat(b0);
             let mut small = excitation * lessened(linear);
-            let mut tail = neglected.0;
-            if tail > allowed {
-                tail = neglected.1;
-                if tail > allowed {
+            let mut tail;
+            if let Some(strong) = &self.strong_damping {
+                tail = strong.neglected(strongest, reach, bent);
+                if tail > allowed.max(NEGLECTED_PART * (angle.abs() + slope.abs())) {
                     break;
                 }
-                let mut moved = linear;
-                for (column, small) in self.mutual.iter().zip(small.0) {
-                    moved = moved + *column * small;
+            } else {
+                // What the first and the second quadrature still neglect.
+                tail = 0.125 * strongest * square * square;
+                if tail > allowed {
+                    tail = 0.0625 * strongest * square * square * square;
+                    if tail > allowed {
+                        break;
+                    }
+                    let mut moved = linear;
+                    for (column, small) in self.mutual.iter().zip(small.0) {
+                        moved = moved + *column * small;
+                    }
+                    small = excitation * lessened(moved);
+                    twice += 1;
                 }
-                small = excitation * lessened(moved);
-                twice += 1;
             }
-            let after = self.end.angle.0 * angle + self.end.slope.0 * slope
-                - self.end.constant.0 * push
-                - self.end.linear.0 * b1
-                + sum(self.angle_weights * small);
-            let slope_after = self.end.angle.1 * angle + self.end.slope.1 * slope
-                - self.end.constant.1 * push
-                - self.end.linear.1 * b1
-                + sum(self.slope_weights * small);
+            let (after, slope_after) = self.after((angle, slope), (push, b1), small);
             // Between the ends it cannot rise above them by more than an eighth of its bend.
             if angle.max(after) + 0.125 * curve >= ceiling || after.is_nan() {
                 break;
             }
             let middle = b0 + 0.5 * b1;
-            let size = angle.abs() + slope.abs() + push.abs() + b1.abs();
-            let slope_size = size + self.stiffness * angle.abs();
+            let (size, slope_size) = self.rounded((angle, slope), (push, b1));
             gathered.stiffness += self.stiffness - middle * angle;
             gathered.push += middle;
             gathered.angle_square += size * size;
@@ -390,6 +567,44 @@ impl FastContact {
             kernel.work.rhs += taken as u64 + twice;
         }
         taken
+    }
+
+    /// Returns angle and slope at the end of a sample under an acceleration that begins as `push` and grows by
+    /// `growth`, with the small part of it at the nodes.
+    #[inline(always)]
+    fn after(
+        &self,
+        (angle, slope): (f64, f64),
+        (push, growth): (f64, f64),
+        small: Eight,
+    ) -> (f64, f64) {
+        // What is left of the angle after an overdamped sample is so near to it that its factor would be
+        // off by as much as the angle moves: what moves it is summed instead.
+        let (kept, turned, force) = if self.strong_damping.is_some() {
+            (angle, 0.0, push + self.stiffness * angle)
+        } else {
+            (self.end.angle.0 * angle, self.end.angle.1 * angle, push)
+        };
+        let after = kept + self.end.slope.0 * slope
+            - self.end.constant.0 * force
+            - self.end.linear.0 * growth
+            + sum(self.angle_weights * small);
+        let slope_after = turned + self.end.slope.1 * slope
+            - self.end.constant.1 * force
+            - self.end.linear.1 * growth
+            + sum(self.slope_weights * small);
+        (after, slope_after)
+    }
+
+    /// Returns the sizes of what is added up to angle and slope at the end of a sample.
+    #[inline(always)]
+    fn rounded(&self, (angle, slope): (f64, f64), (push, growth): (f64, f64)) -> (f64, f64) {
+        let size = angle.abs() + slope.abs() + push.abs() + growth.abs();
+        let slope_size = size + self.stiffness * angle.abs();
+        self.strong_damping.map_or((size, slope_size), |strong| {
+            let moved = strong.response * slope_size;
+            (angle.abs() + moved, slope.abs() + moved)
+        })
     }
 
     /// Takes what was gathered in samples' time to seconds.

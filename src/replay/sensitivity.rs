@@ -249,12 +249,18 @@ impl StateMap {
         // exp(−γ/2 t) (cos ωt, sin ωt/ω), or its hyperbolic twin beyond critical damping.
         let half = 0.5 * damping;
         let square = stiffness - half * half;
+        let rate = (-square).max(0.0).sqrt();
+        if rate * time > FAR_APART {
+            // Of the two exponentials the fast one is gone.
+            let slow = stiffness / (half + rate);
+            let odd = 0.5 * libm::exp(-slow * time) / rate;
+            return Self([[(half + rate) * odd, odd], [-stiffness * odd, -slow * odd]]);
+        }
         let decay = libm::exp(-half * time);
         let (even, odd) = if square > 0.0 {
             let omega = square.sqrt();
             (libm::cos(omega * time), libm::sin(omega * time) / omega)
         } else if square < 0.0 {
-            let rate = (-square).sqrt();
             (libm::cosh(rate * time), libm::sinh(rate * time) / rate)
         } else {
             (1.0, time)
@@ -266,6 +272,10 @@ impl StateMap {
         ])
     }
 }
+
+/// Half the difference of the two rates of an overdamped stop times the time, from which on nothing is left of the
+/// faster exponential against the slower.
+const FAR_APART: f64 = 40.0;
 
 /// Up to half of this size of (ωt)² and γt two terms of the flow's series are good to 1e-4.
 const SHORT: f64 = 1e-2;
