@@ -576,10 +576,8 @@ fn finish(
         None
     };
     let too_many = kernel.took_too_many();
-    let broke_down = stuck
-        || (moving && coast.is_none())
-        || !peak.angle.is_finite()
-        || !peak.bound().is_finite();
+    let finite_peak = peak.angle.is_finite() && peak.bound().is_finite();
+    let broke_down = stuck || (moving && coast.is_none()) || !finite_peak;
     RunOutcome {
         run: Run {
             model: options.stop,
@@ -611,9 +609,10 @@ fn finish(
         final_error_rad: options.error_bound.then(|| finite(error)),
         broke_down,
         breakdown: match broke_down {
-            true if kernel.too_damped => Some(Breakdown::StopTooDamped),
             true if too_many => Some(Breakdown::TooManySteps),
-            _ => None,
+            true if !finite_peak => Some(Breakdown::NotFinite),
+            true => kernel.breakdown,
+            false => None,
         },
         lowest_angle_rad: None,
     }

@@ -5,7 +5,8 @@
 //! ensemble at [`ASKED`] values and with the first look of one from there back. Each time a tenth
 //! of the limit must be left, so that values between those that are asked have room. Where a nominal
 //! lever near the limit begins to come to its peak after other impacts, the rule is asked on both
-//! sides: there readings of the samples disagree, in bands too narrow to be hit otherwise.
+//! sides: there readings of the samples disagree, in bands too narrow to be hit otherwise. Where the nominal
+//! peak has a top beyond the value found, it is looked at more closely and the rule asked at its highest.
 
 use super::Quantity;
 use super::quantity::SearchRange;
@@ -129,6 +130,10 @@ struct AdviceSearch<'s> {
     cache: MemberCache,
     /// Values that pass by the rule, with or without an ensemble.
     asked: Vec<f64>,
+    /// Values next to tops of the nominal peak at which the nominal levers were run.
+    looked_at: Vec<f64>,
+    /// The value and the angle [rad] at which they came highest next to a place.
+    highest: BTreeMap<usize, (f64, f64)>,
     /// What the whole rule said of values, by their bits.
     known: BTreeMap<u64, bool>,
 }
@@ -155,6 +160,8 @@ pub(super) fn advise(
         free,
         cache: MemberCache::default(),
         asked: Vec::new(),
+        looked_at: Vec::new(),
+        highest: BTreeMap::new(),
         known: BTreeMap::new(),
     };
     let safe_from = if probe.spoiled { None } else { of.safe_from()? };
@@ -169,7 +176,7 @@ pub(super) fn advise(
         safe_from,
         until: safe_end,
         by_rule: counted(&of.asked),
-        by_nominal_runs: counted(&scanned),
+        by_nominal_runs: counted(&scanned) + counted(&of.looked_at),
         reason,
         text: String::new(),
     };
@@ -370,19 +377,30 @@ impl AdviceSearch<'_> {
         tops.sort_by(|a, b| peak(*b).total_cmp(&peak(*a)));
         tops.truncate(TOPS);
         for (index, top) in tops.into_iter().enumerate() {
-            let value = self.highest_near(top)?;
+            let (value, highest_rad) = self.highest_near(top)?;
             let nominal = (self.probe.nominal)(&[value])?;
-            let held = nominal.iter().all(|of| of.passes && !of.sensitive);
-            let with_members = self.probe.with_members && index < TOPS_WITH_MEMBERS;
-            if !held || with_members && !self.passes(value)? {
+            let in_danger = self.is_in_danger(highest_rad);
+            let held = |of: &NominalPass| of.passes && !of.sensitive && !(of.in_doubt && in_danger);
+            if !nominal.iter().all(held) {
                 return Ok(Some(top));
+            }
+            let with_members = self.probe.with_members && index < TOPS_WITH_MEMBERS;
+            if with_members && !self.passes(value)? {
+                return Ok(Some(top));
+            }
+            if !with_members && !self.asked.contains(&value) {
+                self.asked.push(value);
             }
         }
         Ok(None)
     }
 
-    /// Returns the value at which the nominal levers come highest next to a place, inside the range.
-    fn highest_near(&self, place: usize) -> Result<f64, Error> {
+    /// Returns the value at which the nominal levers come highest next to a place, inside the range, and how
+    /// high [rad].
+    fn highest_near(&mut self, place: usize) -> Result<(f64, f64), Error> {
+        if let Some(known) = self.highest.get(&place) {
+            return Ok(*known);
+        }
         let at = |place: usize| self.free[place].0;
         let mut values: Vec<f64> = search::inside(at(place - 1), at(place)).collect();
         values.extend(search::inside(at(place), at(place + 1)));
@@ -392,7 +410,10 @@ impl AdviceSearch<'_> {
                 highest = (*value, excess);
             }
         }
-        Ok(highest.0)
+        self.looked_at.extend(values);
+        let found = (highest.0, highest.1.pass + self.probe.threshold_rad);
+        self.highest.insert(place, found);
+        Ok(found)
     }
 
     /// Asks the rule at some of the values that are safer yet, the nearest first.

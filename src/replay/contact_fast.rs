@@ -37,7 +37,7 @@ const DAMPING_MAX: f64 = 8000.0;
 /// Largest part of angle and slope that an overdamped sample may neglect; what it does is stated.
 const NEGLECTED_PART: f64 = 1e-14;
 
-/// Smallest phase: below it a step by series is as cheap.
+/// Smallest phase: below it a step by series is as cheap, but in a strongly damped stop.
 const PHASE_MIN: f64 = 0.02;
 
 /// Samples whose error is carried along together.
@@ -290,46 +290,71 @@ fn shape(node: usize, place: f64) -> f64 {
 struct StrongDamping {
     /// See [`FastContact::softness`].
     softness: f64,
-    /// At most, what an acceleration of one does to the angle in a sample.
+    /// At most, what an acceleration of one does to the angle in a sample: the impulse response h stays
+    /// above zero, and its integral below 1/damping.
     response: f64,
-    /// What an angular acceleration at the start is worth in d's part that no polynomial follows.
-    unfollowed: f64,
+    /// Of an angular acceleration as large as it gets: what the polynomial of d misses.
+    smooth: f64,
+    /// Of the angular acceleration and of its forced rate of change at the start: what the fast exponential
+    /// leaves in d that no polynomial follows.
+    sharp: (f64, f64),
 }
 
 impl StrongDamping {
     /// Returns it for a damping beyond what the quadrature follows.
     fn of(stiffness: f64, damping: f64) -> Option<Self> {
+        /// From this damping on the two exponentials are far apart, whatever the phase.
+        const FAR_APART: f64 = 8.0;
         if damping <= PHASE_MAX {
             return None;
         }
-        let square = 0.25 * damping * damping - stiffness;
-        let apart = 2.0 * square.max(0.0).sqrt();
-        // Of e^(−damping t): the error of its interpolation at the nodes, Chebyshev's bound of its square,
-        // or else all of it and all that the nodes see of it.
-        let eighth = libm::pow(0.5 * damping, 8.0) * 2.0 / 40_320.0;
+        let apart = (damping * damping - 4.0 * stiffness).max(0.0).sqrt();
+        // Of e^(−fast t) all of it, and all that the nodes see of it, twice for their weights in the end.
+        let fast = 0.5 * (damping + apart);
         let (nodes, weights) = PLACES;
         let seen = nodes.iter().zip(weights);
         let seen: f64 = seen
-            .map(|(node, weight)| weight * libm::exp(-damping * node))
+            .map(|(node, weight)| (weight + 1.0 / damping) * libm::exp(-fast * node))
             .sum();
-        let all = 1.0 / damping + seen;
+        let sharp = if damping > FAR_APART {
+            let missed = 2.0 * (1.0 / fast + seen) / (fast * fast * apart);
+            (missed * fast, missed)
+        } else {
+            (f64::INFINITY, f64::INFINITY)
+        };
+        // The eighth derivative of the angle's square, no derivative of the angle being above twice the
+        // acceleration times powers of the damping; as much again for the excitation's growth.
+        let eighth = libm::pow(damping, 4.0) * (damping * (damping + 8.0) + 119.0);
         Some(Self {
             softness: (1.0 / stiffness.sqrt()).min(1.0 / apart),
-            response: 0.5_f64.min(1.0 / damping),
-            unfollowed: eighth.min(all) / (damping * damping),
+            response: 1.0 / damping,
+            smooth: 4.0 * INTERPOLATION * eighth,
+            sharp,
         })
     }
 
-    /// Returns what a sample neglects [rad], of angles up to `reach`.
+    /// Returns what a sample neglects [rad], of angles up to `reach` and angular accelerations up to `curve`;
+    /// at its start these are `bent` and their forced rate of change `turn`.
     #[inline(always)]
-    fn neglected(&self, strongest: f64, reach: f64, bent: f64) -> f64 {
+    fn neglected(
+        &self,
+        strongest: f64,
+        (reach, curve): (f64, f64),
+        (bent, turn): (f64, f64),
+    ) -> f64 {
         let square = reach * reach;
         let again = 0.5 * strongest * self.response * strongest * square * reach;
         let beyond = strongest * square * square * square / 720.0;
-        let unfollowed = strongest * reach * self.unfollowed * bent.abs();
+        let sharp = self.sharp.0 * bent.abs() + self.sharp.1 * turn.abs();
+        let unfollowed = strongest * reach * (self.smooth * curve).min(sharp);
         self.response * (again + beyond + unfollowed)
     }
 }
+
+/// Largest product of the distances from the nodes in a sample, over 8!: what an eighth derivative of one
+/// leaves of an interpolation at the nodes. The product is that polynomial of Legendre with a first
+/// coefficient of one, which is largest at the ends: 8!²/16!.
+const INTERPOLATION: f64 = 1.93e-9;
 
 /// Terms of a series over a sample: 2.8^32/32! is below 1e-21.
 const TERMS: u8 = 32;
@@ -503,8 +528,14 @@ impl FastContact {
             // The acceleration is a damped oscillator of its own.
             let bent = push + self.damping * slope + self.stiffness * angle;
             let bent_rate = b1 - self.damping * bent + self.stiffness * slope;
-            let curve = 1.01 * (bent.abs() + bent_rate.abs() * self.softness) + 1e-5 * strongest;
-            let reach = angle.abs() + slope.abs() + curve;
+            let mut curve =
+                1.01 * (bent.abs() + bent_rate.abs() * self.softness) + 1e-5 * strongest;
+            let mut reach = angle.abs() + slope.abs() + curve;
+            if self.strong_damping.is_some() {
+                // Strongly damped it may be so deep that the cosine adds more.
+                curve += 1.5 * strongest * reach * reach;
+                reach = angle.abs() + slope.abs() + curve;
+            }
             let square = reach * reach;
             let allowed = self
                 .tolerance
@@ -516,7 +547,8 @@ impl FastContact {
             let mut small = excitation * lessened(linear);
             let mut tail;
             if let Some(strong) = &self.strong_damping {
-                tail = strong.neglected(strongest, reach, bent);
+                let turn = b1 + self.stiffness * slope;
+                tail = strong.neglected(strongest, (reach, curve), (bent, turn));
                 if tail > allowed.max(NEGLECTED_PART * (angle.abs() + slope.abs())) {
                     break;
                 }
@@ -548,6 +580,10 @@ impl FastContact {
             gathered.angle_square += size * size;
             gathered.velocity_square += slope_size * slope_size;
             gathered.truncation += tail;
+            if self.strong_damping.is_some() {
+                // The impulse response rises and falls once: what d lacks moves the slope by twice as much.
+                gathered.truncation_velocity += 2.0 * tail;
+            }
             gathered.count += 1;
             (angle, slope, b0) = (after, slope_after, next);
             taken += 1;
@@ -616,12 +652,13 @@ impl FastContact {
             stiffness: gathered.stiffness * per_second,
             push: gathered.push * per_second,
             velocity_square: gathered.velocity_square * per_second * per_second,
+            truncation_velocity: gathered.truncation_velocity * per_second,
             ..*gathered
         }
     }
 }
 
-/// 1 − cos of small angles: the next term is below 1e-20 up to 2e-3 rad.
+/// 1 − cos of small angles: the next term is below 1e-20 up to 2e-3 rad, and stated where deeper.
 #[inline(always)]
 fn lessened(angle: Eight) -> Eight {
     let square = angle * angle;

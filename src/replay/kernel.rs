@@ -11,7 +11,7 @@ use super::recorder::{COUNTED_SPEED, Peak, Recorder};
 use super::sensitivity::{Sensitivity, Smooth, Smooths, StateMap};
 use super::tangent::{Tangent, TangentStep};
 use super::taylor::{Branch, Start, TaylorSeries, Tolerance, Turned};
-use super::{Within, Work};
+use super::{Breakdown, Within, Work};
 use crate::model::design::Design;
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
@@ -104,8 +104,8 @@ pub(super) struct Kernel {
     /// Set when one sample held more events than any chatter can, the steps ran out, or the
     /// state left what a double can hold.
     pub(super) stuck: bool,
-    /// Set with it where the stop is so damped that a sample would take too many steps.
-    pub(super) too_damped: bool,
+    /// Why it was set, where that is not that the steps ran out.
+    pub(super) breakdown: Option<Breakdown>,
 }
 
 impl Kernel {
@@ -179,7 +179,7 @@ impl Kernel {
             step_max: (f64::INFINITY, f64::INFINITY),
             steps_max: STEPS_MAX.0,
             stuck: false,
-            too_damped: false,
+            breakdown: None,
         };
         // Over a longer step in contact the terms of the series grow before they fall, and a
         // truncation relative to their sum says nothing of the angle.
@@ -323,8 +323,7 @@ impl Kernel {
         // A lever on the face of its stop may leave it at once.
         let inside = self.phase == Phase::Contact && self.angle < 0.0;
         if inside && length > DAMPED_STEPS_MAX * self.contact.damped_step_max() {
-            self.too_damped = true;
-            self.stuck = true;
+            self.break_down(Breakdown::StopTooDamped);
             return;
         }
         let excitation = self.gain * from;
@@ -353,11 +352,13 @@ impl Kernel {
             };
             guard += 1;
             if guard > EVENTS_PER_SAMPLE_MAX {
-                self.stuck = true;
+                self.break_down(Breakdown::TooManyEvents);
                 break;
             }
         }
-        if self.took_too_many() || !(self.angle.is_finite() && self.velocity.is_finite()) {
+        if !(self.angle.is_finite() && self.velocity.is_finite()) {
+            self.break_down(Breakdown::NotFinite);
+        } else if self.took_too_many() {
             self.stuck = true;
         }
         let end = stretch.time() + stretch.length();
@@ -471,10 +472,17 @@ impl Kernel {
         }
     }
 
+    /// Follows the lever no further; the first reason stays.
+    #[cold]
+    fn break_down(&mut self, why: Breakdown) {
+        self.stuck = true;
+        self.breakdown.get_or_insert(why);
+    }
+
     /// The series holds numbers beyond a double: there is no step that could be taken.
     #[cold]
     fn give_up<F: Forcing>(&mut self, stretch: &F) -> f64 {
-        self.stuck = true;
+        self.break_down(Breakdown::NotFinite);
         stretch.length()
     }
 

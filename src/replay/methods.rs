@@ -85,6 +85,8 @@ pub enum Breakdown {
     StepVanished,
     /// The motion in the stop dies away so fast that a sample would take too many steps.
     StopTooDamped,
+    /// A sample held more meetings with the stop than any chatter can.
+    TooManyEvents,
 }
 
 impl Breakdown {
@@ -95,6 +97,7 @@ impl Breakdown {
             Self::NotFinite => "the state grew beyond all numbers",
             Self::TooManySteps => "it needed too many steps",
             Self::StepVanished => "its step fell below the resolution of time",
+            Self::TooManyEvents => "it met and left the stop too often within a sample",
             Self::StopTooDamped => "the stop is so damped that a sample would take too many steps",
         }
     }

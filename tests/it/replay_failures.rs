@@ -7,7 +7,7 @@ use crate::support::{Random, data, json, number, options, replay, signal};
 use latchgate::conditioning::Signal;
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
-use latchgate::replay::{RunOptions, RunOutcome, TracePoint};
+use latchgate::replay::{Breakdown, RunOptions, RunOutcome, TracePoint};
 use latchgate::units::{OpensWhen, STANDARD_GRAVITY};
 use serde_json::Value;
 
@@ -513,6 +513,7 @@ fn verif_endless_bounces_are_given_up() {
         };
         let outcome = replay(&record, &design, &start);
         assert!(outcome.broke_down, "{speed:e}");
+        assert_eq!(outcome.breakdown, Some(Breakdown::TooManyEvents));
         assert!(outcome.run.work.steps < 1_000_000);
     }
 }

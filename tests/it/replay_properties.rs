@@ -237,16 +237,23 @@ fn prop_stated_error_covers_the_true_one_far_beyond_critical_damping() {
 #[test]
 fn prop_stated_error_covers_the_true_one_in_overdamped_samples() {
     let mut errors = [vec![], vec![]];
-    let (mut steps, mut steps_by_series) = (0.0, 0.0);
+    let mut at_pace = 0;
     for seed in 6_000_000..6_000_000 + 60 * MORE {
         let mut random = Random(seed);
         let mut design = random_design(&mut random);
         let signal = random_signal(&mut random, 80, 5.0, 3e3);
         let rate = signal.rate.hertz();
         let (inertia, radius) = (design.lever.moment_of_inertia_kg_m2, design.stop.radius_m);
-        let turned = 10.0_f64.powf(random.between(-1.6, 0.2)) * rate;
+        // A third near the critical damping.
+        let critical = seed % 3 == 0;
+        let exponents = if critical { (0.0, 0.3) } else { (-1.69, 0.3) };
+        let turned = 10.0_f64.powf(random.between(exponents.0, exponents.1)) * rate;
         design.stop.stiffness_n_per_m = turned * turned * inertia / (radius * radius);
-        let a_sample = 10.0_f64.powf(random.between(0.4, 3.0)) * rate;
+        let a_sample = if critical {
+            2.0 * turned * random.between(1.0, 1.2)
+        } else {
+            10.0_f64.powf(random.between(0.31, 3.0)) * rate
+        };
         design.stop.damping_n_s_per_m = a_sample * inertia / (radius * radius);
         let thrown = (seed % 2 == 1).then(|| (0.0, random.between(-20.0, 0.0)));
         let label = format!("seed {seed}");
@@ -254,25 +261,24 @@ fn prop_stated_error_covers_the_true_one_in_overdamped_samples() {
         for (errors, found) in errors.iter_mut().zip(found) {
             errors.push(found);
         }
-        // Pressed into the stop it takes a step a sample, however damped that is, but for the first, in which
-        // it may rise yet.
+        // Pressed into the stop, and not as deep as in some of these, it takes a step a sample, however
+        // damped that is, but for the first: it never comes back to where it rested.
         let held = Signal {
             samples: signal
                 .samples
                 .iter()
-                .map(|a| a.abs())
+                .map(|a| 50.0 + a.abs())
                 .collect::<Vec<_>>()
                 .repeat(10),
             ..signal
         };
         let options = RunOptions::new(StopModel::Soft, OpensWhen::Negative);
-        steps += replay(&held, &design, &options).run.work.steps as f64;
-        steps_by_series += held.samples.len() as f64 * a_sample / rate / 4.0;
+        let steps = replay(&held, &design, &options).run.work.steps as f64;
+        let most = 2.0 * held.samples.len() as f64 + 3.0 * a_sample / rate;
+        at_pace += usize::from(steps < most);
     }
-    assert!(
-        10.0 * steps < steps_by_series,
-        "{steps} of {steps_by_series}"
-    );
+    println!("{at_pace} of {} at a step a sample", errors[0].len());
+    assert!(10 * at_pace > 9 * errors[0].len(), "{at_pace}");
     for (what, errors) in ["peak", "end"].iter().zip(&errors) {
         let what = format!("overdamped samples, {what}");
         let median = check_covered(&what, errors);

@@ -75,7 +75,7 @@ fn prop_every_value_beyond_the_advice_passes() {
         .unwrap_or(6);
     let mut advised = 0;
     // In the next two a search that passes over the changes of course advises what does not hold, in the
-    // last one a search that asks no ensemble where the nominal lever comes highest.
+    // third one that does not look closely at tops, in the last one that asks no ensemble there.
     for seed in (100..100 + scenes).chain([111, 121, 303, 311]) {
         let members = [0, 128, 600][(seed % 3) as usize];
         let model = [ModelChoice::Auto, only(StopModel::Rigid)][(seed % 2) as usize];
