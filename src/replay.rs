@@ -10,6 +10,7 @@
 //! integrators to compare with.
 
 pub mod batch;
+mod breakdown;
 mod contact_fast;
 mod energy;
 mod eventless_step;
@@ -31,9 +32,9 @@ use crate::model::excitation::{Harmonic, Sampled};
 use crate::model::stop::StopModel;
 use crate::parallel::Control;
 use crate::units::{OpensWhen, SampleRate};
+pub use breakdown::Breakdown;
 pub use methods::{
-    ADAPTIVE_TOLERANCE, ADAPTIVE_TOLERANCE_MIN, Breakdown, REST_SPEED_RAD_S,
-    step_seconds as fixed_step_s,
+    ADAPTIVE_TOLERANCE, ADAPTIVE_TOLERANCE_MIN, REST_SPEED_RAD_S, step_seconds as fixed_step_s,
 };
 
 pub use harmonic::{Section, Strobe, StrobeMap};

@@ -528,14 +528,7 @@ impl FastContact {
             // The acceleration is a damped oscillator of its own.
             let bent = push + self.damping * slope + self.stiffness * angle;
             let bent_rate = b1 - self.damping * bent + self.stiffness * slope;
-            let mut curve =
-                1.01 * (bent.abs() + bent_rate.abs() * self.softness) + 1e-5 * strongest;
-            let mut reach = angle.abs() + slope.abs() + curve;
-            if self.strong_damping.is_some() {
-                // Strongly damped it may be so deep that the cosine adds more.
-                curve += 1.5 * strongest * reach * reach;
-                reach = angle.abs() + slope.abs() + curve;
-            }
+            let (reach, curve) = self.reached((angle, slope), (bent, bent_rate), strongest);
             let square = reach * reach;
             let allowed = self
                 .tolerance
@@ -603,6 +596,24 @@ impl FastContact {
             kernel.work.rhs += taken as u64 + twice;
         }
         taken
+    }
+
+    /// Returns bounds of angle and angular acceleration within a sample.
+    #[inline(always)]
+    fn reached(
+        &self,
+        (angle, slope): (f64, f64),
+        (bent, bent_rate): (f64, f64),
+        strongest: f64,
+    ) -> (f64, f64) {
+        let curve = 1.01 * (bent.abs() + bent_rate.abs() * self.softness) + 1e-5 * strongest;
+        let reach = angle.abs() + slope.abs() + curve;
+        if self.strong_damping.is_none() {
+            return (reach, curve);
+        }
+        // Strongly damped it may be so deep that the cosine adds more.
+        let curve = curve + 1.5 * strongest * reach * reach;
+        (angle.abs() + slope.abs() + curve, curve)
     }
 
     /// Returns angle and slope at the end of a sample under an acceleration that begins as `push` and grows by

@@ -6,12 +6,13 @@
 //! an impact the first root of the step's polynomial, a sequence of ever smaller bounces
 //! ends at its accumulation time.
 
+use super::breakdown::Breakdown;
 use super::forcing::{Forcing, LinearForcing, SINE_ORDER, Sine};
 use super::recorder::{COUNTED_SPEED, Peak, Recorder};
 use super::sensitivity::{Sensitivity, Smooth, Smooths, StateMap};
 use super::tangent::{Tangent, TangentStep};
 use super::taylor::{Branch, Start, TaylorSeries, Tolerance, Turned};
-use super::{Breakdown, Within, Work};
+use super::{Within, Work};
 use crate::model::design::Design;
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};

@@ -31,6 +31,7 @@ mod record;
 mod rk4;
 mod rk4_located;
 
+use super::breakdown::Breakdown;
 use super::kernel::Kernel;
 use super::recorder::Recorder;
 use super::{
@@ -44,7 +45,6 @@ use crate::model::stop::StopModel;
 use crate::numerics;
 use crate::units::SampleInterval;
 use record::Record;
-use serde::Serialize;
 
 pub use located::REST_SPEED_RAD_S;
 pub use rk4::step_seconds;
@@ -72,36 +72,6 @@ const COARSE_CONTACT: f64 = 0.03;
 /// Contact angular frequency times step beyond which located events no longer help: a contact
 /// is fewer than ten steps, and the peak was seen off by 4e-4 to 4e-2 rad.
 const COARSE_LOCATED: f64 = 0.3;
-
-/// Why a method could not follow the lever to the end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Breakdown {
-    /// Angle or angular velocity is no longer a finite number.
-    NotFinite,
-    /// More steps than any honest run needs.
-    TooManySteps,
-    /// The step fell below the resolution of time.
-    StepVanished,
-    /// The motion in the stop dies away so fast that a sample would take too many steps.
-    StopTooDamped,
-    /// A sample held more meetings with the stop than any chatter can.
-    TooManyEvents,
-}
-
-impl Breakdown {
-    /// Returns a few words for people.
-    #[must_use]
-    pub fn text(self) -> &'static str {
-        match self {
-            Self::NotFinite => "the state grew beyond all numbers",
-            Self::TooManySteps => "it needed too many steps",
-            Self::StepVanished => "its step fell below the resolution of time",
-            Self::TooManyEvents => "it met and left the stop too often within a sample",
-            Self::StopTooDamped => "the stop is so damped that a sample would take too many steps",
-        }
-    }
-}
 
 /// What a method is to solve.
 #[derive(Debug)]
