@@ -7,7 +7,7 @@
 //!
 //! Around it: `batch` follows many levers on one recording, `harmonic` one on a sine and
 //! `strobe_batch` many of these; `energy` bounds how far a lever may still come; `methods` are the
-//! integrators to compare with.
+//! integrators to compare with, and `breakdown` says why a lever could not be followed.
 
 pub mod batch;
 mod breakdown;
