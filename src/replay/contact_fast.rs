@@ -454,7 +454,9 @@ impl FastContact {
         let square = interval * interval;
         let (scaled_damping, scaled) = (damping * interval, stiffness * square);
         let phase = scaled.sqrt();
-        if !(PHASE_MIN..=PHASE_MAX).contains(&phase) || !(scaled_damping <= DAMPING_MAX) {
+        if !(PHASE_MIN..=PHASE_MAX).contains(&phase)
+            || !(0.0..=DAMPING_MAX).contains(&scaled_damping)
+        {
             return None;
         }
         let (nodes, weights) = PLACES;
