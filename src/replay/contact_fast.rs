@@ -34,7 +34,7 @@ const DOUBLED_DAMPING_MAX: f64 = 16.0;
 /// Largest damping of a sample [-]; more of it makes a sample in which the lever leaves the stop too long.
 const DAMPING_MAX: f64 = 8000.0;
 
-/// Largest part of angle and slope that an overdamped sample may neglect; what it does is stated.
+/// Largest part of angle and slope that a strongly damped sample may neglect; what it does is stated.
 const NEGLECTED_PART: f64 = 1e-14;
 
 /// Smallest phase: below it a step by series is as cheap, but in a strongly damped stop.
@@ -80,14 +80,7 @@ static SHAPES: [[[f64; POINTS]; POINTS]; POINTS] = {
             let place = places[at] * places[inner];
             let mut node = 0;
             while node < POINTS {
-                let mut other = 0;
-                while other < POINTS {
-                    if other != node {
-                        shapes[at][inner][node] *=
-                            (place - places[other]) / (places[node] - places[other]);
-                    }
-                    other += 1;
-                }
+                shapes[at][inner][node] = shape(node, place);
                 node += 1;
             }
             inner += 1;
@@ -96,6 +89,20 @@ static SHAPES: [[[f64; POINTS]; POINTS]; POINTS] = {
     }
     shapes
 };
+
+/// The value at a place of the polynomial that is one at a point and zero at the others.
+const fn shape(point: usize, place: f64) -> f64 {
+    let places = PLACES.0;
+    let mut value = 1.0;
+    let mut other = 0;
+    while other < POINTS {
+        if other != point {
+            value *= (place - places[other]) / (places[point] - places[other]);
+        }
+        other += 1;
+    }
+    value
+}
 
 /// A number at each point.
 #[derive(Debug, Clone, Copy)]
@@ -271,18 +278,6 @@ fn strongly_damped_weights(stiffness: f64, damping: f64) -> (Eight, Eight) {
         from = to;
     }
     (of_angle, of_slope)
-}
-
-/// The value at a place of the polynomial that is one at a node and zero at the others.
-fn shape(node: usize, place: f64) -> f64 {
-    let places = PLACES.0;
-    let others = places
-        .iter()
-        .enumerate()
-        .filter(|(other, _)| *other != node);
-    others.fold(1.0, |product, (_, other)| {
-        product * (place - other) / (places[node] - other)
-    })
 }
 
 /// What one pass of the quadrature leaves out where the damping is large.
@@ -627,7 +622,7 @@ impl FastContact {
         (push, growth): (f64, f64),
         small: Eight,
     ) -> (f64, f64) {
-        // What is left of the angle after an overdamped sample is so near to it that its factor would be
+        // What is left of the angle after a strongly damped sample is so near to it that its factor would be
         // off by as much as the angle moves: what moves it is summed instead.
         let (kept, turned, force) = if self.strong_damping.is_some() {
             (angle, 0.0, push + self.stiffness * angle)

@@ -232,7 +232,7 @@ fn prop_stated_error_covers_the_true_one_far_beyond_critical_damping() {
     check_both("far beyond critical damping", &errors);
 }
 
-/// The same of stops whose whole samples are taken at once, up to a thousand time constants long, with levers
+/// The same of stops whose whole samples are taken at once, up to eight thousand time constants long, with levers
 /// that are thrown into them. Such a sample is more exact than what is stated of its rounding.
 #[test]
 fn prop_stated_error_covers_the_true_one_in_overdamped_samples() {
@@ -252,7 +252,9 @@ fn prop_stated_error_covers_the_true_one_in_overdamped_samples() {
         let a_sample = if critical {
             2.0 * turned * random.between(1.0, 1.2)
         } else {
-            10.0_f64.powf(random.between(0.31, 3.0)) * rate
+            // Up to the most that whole samples are taken for; rarely, since the truth takes long there.
+            let largest = if seed % 20 == 1 { 3.9 } else { 3.0 };
+            10.0_f64.powf(random.between(0.31, largest)) * rate
         };
         design.stop.damping_n_s_per_m = a_sample * inertia / (radius * radius);
         let thrown = (seed % 2 == 1).then(|| (0.0, random.between(-20.0, 0.0)));
