@@ -296,6 +296,15 @@ struct StrongDamping {
 }
 
 impl StrongDamping {
+    /// What stands where there is none: numbers all the same, since a product of what is not set, computed
+    /// ahead of the question whether it is, may take a hundred times as long.
+    const NONE: Self = Self {
+        softness: 0.0,
+        response: 0.0,
+        smooth: 0.0,
+        sharp: (0.0, 0.0),
+    };
+
     /// Returns it for a damping beyond what the quadrature follows.
     fn of(stiffness: f64, damping: f64) -> Option<Self> {
         /// From this damping on the two exponentials are far apart, whatever the phase.
@@ -415,8 +424,10 @@ pub(super) struct FastContact {
     slope_weights: Eight,
     /// What d at each node does to the angle at all nodes.
     mutual: [Eight; POINTS],
-    /// Set where the damping is too large for the quadrature alone.
-    strong_damping: Option<StrongDamping>,
+    /// The damping is too large for the quadrature alone.
+    strongly_damped: bool,
+    /// Where it is.
+    strong: StrongDamping,
     /// What the samples carried along together do to a deviation.
     map: StateMap,
 }
@@ -487,7 +498,8 @@ impl FastContact {
             angle_weights,
             slope_weights,
             mutual,
-            strong_damping,
+            strongly_damped: strong_damping.is_some(),
+            strong: strong_damping.unwrap_or(StrongDamping::NONE),
             map: StateMap::oscillator(stiffness, damping, f64::from(TOGETHER) * interval),
         })
     }
@@ -527,19 +539,19 @@ impl FastContact {
             let bent_rate = b1 - self.damping * bent + self.stiffness * slope;
             let (reach, curve) = self.reached((angle, slope), (bent, bent_rate), strongest);
             let square = reach * reach;
-            let allowed = self
-                .tolerance
-                .0
-                .max(self.tolerance.1 * (angle.abs() + slope.abs()));
+            let moves = angle.abs() + slope.abs();
+            let allowed = self.tolerance.0.max(self.tolerance.1 * moves);
             let linear =
                 self.angle * angle + self.slope * slope - self.constant * push - self.linear * b1;
             let excitation = self.nodes * b1 + Eight::splat(b0);
             let mut small = excitation * lessened(linear);
             let mut tail;
-            if let Some(strong) = &self.strong_damping {
+            if self.strongly_damped {
                 let turn = b1 + self.stiffness * slope;
-                tail = strong.neglected(strongest, (reach, curve), (bent, turn));
-                if tail > allowed.max(NEGLECTED_PART * (angle.abs() + slope.abs())) {
+                tail = self
+                    .strong
+                    .neglected(strongest, (reach, curve), (bent, turn));
+                if tail > allowed.max(NEGLECTED_PART * moves) {
                     break;
                 }
             } else {
@@ -570,7 +582,7 @@ impl FastContact {
             gathered.angle_square += size * size;
             gathered.velocity_square += slope_size * slope_size;
             gathered.truncation += tail;
-            if self.strong_damping.is_some() {
+            if self.strongly_damped {
                 // The impulse response rises and falls once: what d lacks moves the slope by twice as much.
                 gathered.truncation_velocity += 2.0 * tail;
             }
@@ -605,7 +617,7 @@ impl FastContact {
     ) -> (f64, f64) {
         let curve = 1.01 * (bent.abs() + bent_rate.abs() * self.softness) + 1e-5 * strongest;
         let reach = angle.abs() + slope.abs() + curve;
-        if self.strong_damping.is_none() {
+        if !self.strongly_damped {
             return (reach, curve);
         }
         // Strongly damped it may be so deep that the cosine adds more.
@@ -624,7 +636,7 @@ impl FastContact {
     ) -> (f64, f64) {
         // What is left of the angle after a strongly damped sample is so near to it that its factor would be
         // off by as much as the angle moves: what moves it is summed instead.
-        let (kept, turned, force) = if self.strong_damping.is_some() {
+        let (kept, turned, force) = if self.strongly_damped {
             (angle, 0.0, push + self.stiffness * angle)
         } else {
             (self.end.angle.0 * angle, self.end.angle.1 * angle, push)
@@ -645,10 +657,11 @@ impl FastContact {
     fn rounded(&self, (angle, slope): (f64, f64), (push, growth): (f64, f64)) -> (f64, f64) {
         let size = angle.abs() + slope.abs() + push.abs() + growth.abs();
         let slope_size = size + self.stiffness * angle.abs();
-        self.strong_damping.map_or((size, slope_size), |strong| {
-            let moved = strong.response * slope_size;
-            (angle.abs() + moved, slope.abs() + moved)
-        })
+        if !self.strongly_damped {
+            return (size, slope_size);
+        }
+        let moved = self.strong.response * slope_size;
+        (angle.abs() + moved, slope.abs() + moved)
     }
 
     /// Takes what was gathered in samples' time to seconds.
