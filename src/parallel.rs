@@ -2,6 +2,7 @@
 
 use crate::error::{Error, ErrorKind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// How a piece of work is carried out: on how many threads, watched by whom. No result depends
 /// on it, but for the one of work that was stopped.
@@ -88,31 +89,34 @@ impl Control<'_> {
     /// Computes `of(0)` to `of(count − 1)` and returns the results in order, whatever the threads;
     /// `None` in place of those that were not begun when the work was stopped.
     pub fn map<T: Send>(&self, count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<Option<T>> {
+        let ordered: Mutex<Vec<Option<T>>> =
+            Mutex::new(std::iter::repeat_with(|| None).take(count).collect());
+        self.each(count, &|index| {
+            let result = of(index);
+            ordered.lock().unwrap_or_else(PoisonError::into_inner)[index] = Some(result);
+        });
+        ordered.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Calls `work` with 0 to `count` − 1, but for what is not begun when it is stopped. Behind a pointer, as in
+    /// [`on_threads`], so that threads are compiled once for all there is to do on them.
+    fn each(&self, count: usize, work: &(dyn Fn(usize) + Sync)) {
         let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
         let stopped = AtomicBool::new(false);
-        let take = || {
-            let mut results = Vec::new();
+        on_threads(self.threads.clamp(1, count.max(1)), &|| {
             while !stopped.load(Ordering::Relaxed) {
                 let index = next.fetch_add(1, Ordering::Relaxed);
                 if index >= count {
                     break;
                 }
-                results.push((index, of(index)));
+                work(index);
                 let finished = done.fetch_add(1, Ordering::Relaxed) + 1;
                 let part = finished as f64 / count as f64;
                 if !(self.proceed)(Some(part)) {
                     stopped.store(true, Ordering::Relaxed);
                 }
             }
-            results
-        };
-        let threads = self.threads.clamp(1, count.max(1));
-        let results = on_threads(threads, take);
-        let mut ordered: Vec<Option<T>> = std::iter::repeat_with(|| None).take(count).collect();
-        for (index, result) in results.into_iter().flatten() {
-            ordered[index] = Some(result);
-        }
-        ordered
+        });
     }
 
     /// Computes `of` each item and returns the results in the items' order, whatever the threads.
@@ -133,21 +137,18 @@ impl Control<'_> {
     }
 }
 
-/// Calls `work` on each of `threads` threads, the calling one among them; the results come in no
-/// particular order.
-pub fn on_threads<T: Send>(threads: usize, work: impl Fn() -> T + Sync) -> Vec<T> {
+/// Calls `work` on each of `threads` threads, the calling one among them.
+pub fn on_threads(threads: usize, work: &(dyn Fn() + Sync)) {
     if threads <= 1 {
-        return vec![work()];
+        return work();
     }
     std::thread::scope(|scope| {
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(&work)).collect();
-        let mut results = vec![work()];
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+        work();
         for other in others {
-            match other.join() {
-                Ok(result) => results.push(result),
-                Err(panic) => std::panic::resume_unwind(panic),
+            if let Err(panic) = other.join() {
+                std::panic::resume_unwind(panic);
             }
         }
-        results
-    })
+    });
 }

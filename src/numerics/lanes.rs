@@ -210,15 +210,16 @@ pub struct Mask<S: Simd> {
 }
 
 impl<S: Simd> Mask<S> {
-    /// Returns one lane's answer.
+    /// Returns the lanes that say yes, each as the bit of its number.
     #[inline(always)]
     #[must_use]
-    pub fn lane(&self, lane: usize) -> bool {
-        let (zero, one) = (self.simd.splat_f64s(0.0), self.simd.splat_f64s(1.0));
-        let chosen = self
-            .simd
-            .select_f64s(self.vectors[lane / S::F64_LANES], one, zero);
-        bytemuck::cast_slice::<S::f64s, f64>(&[chosen])[lane % S::F64_LANES] > 0.0
+    pub fn bits(self) -> u32 {
+        let Self { simd, vectors } = self;
+        let place = Lanes::from_fn(simd, |lane| f64::from(1_u32 << lane));
+        let none = simd.splat_f64s(0.0);
+        let of = |n: usize| simd.select_f64s(vectors[n], place.vectors[n], none);
+        // Every sum of powers of two is exact.
+        simd.reduce_sum_f64s(simd.add_f64s(of(0), of(1))) as u32
     }
 
     /// Tells whether every lane says yes.

@@ -10,7 +10,7 @@
 
 use super::contact_fast::FastContact;
 use super::energy::{energy_of, impulse_ahead, stays_below};
-use super::eventless_step::{LaneState, StepCoefficients, TURN_MAX};
+use super::eventless_step::{Bounds, LaneState, StepCoefficients, TURN_MAX};
 use super::kernel::Kernel;
 use super::pressed_samples;
 use super::recorder::Recorder;
@@ -104,6 +104,9 @@ pub struct BatchOptions {
     pub threads: usize,
 }
 
+/// Gives a member by its number; behind a pointer, so that the vectors' code is compiled once for all.
+pub type MemberOf<'a> = &'a (dyn Fn(usize) -> Member + Sync);
+
 /// Members that one thread takes at a time.
 const CHUNK: usize = 2 * LANES_MAX;
 
@@ -117,7 +120,7 @@ const CHUNK: usize = 2 * LANES_MAX;
 pub fn peaks(
     signal: &Signal,
     count: usize,
-    member: &(impl Fn(usize) -> Member + Sync),
+    member: MemberOf<'_>,
     options: &BatchOptions,
 ) -> Result<Vec<MemberPeak>, Error> {
     let control = Control::unwatched(options.threads);
@@ -136,12 +139,12 @@ pub fn peaks(
 pub fn peaks_within(
     signal: &Signal,
     count: usize,
-    member: &(impl Fn(usize) -> Member + Sync),
+    member: MemberOf<'_>,
     options: &BatchOptions,
     within: &Within<'_>,
 ) -> Result<Vec<MemberPeak>, Error> {
     let arch = pulp::Arch::new();
-    let run = |chunk: Chunk<'_, _>| arch.dispatch(chunk);
+    let run = |chunk: Chunk<'_>| arch.dispatch(chunk);
     shared_out(signal, count, member, options, within, run)
 }
 
@@ -153,7 +156,7 @@ pub fn peaks_within(
 pub fn peaks_without_vectors(
     signal: &Signal,
     count: usize,
-    member: &(impl Fn(usize) -> Member + Sync),
+    member: MemberOf<'_>,
     options: &BatchOptions,
 ) -> Result<Vec<MemberPeak>, Error> {
     let control = Control::unwatched(options.threads);
@@ -167,13 +170,13 @@ pub fn peaks_without_vectors(
 }
 
 /// Shares the members out over the threads, a chunk at a time, each by `run`.
-fn shared_out<M: Fn(usize) -> Member + Sync>(
+fn shared_out(
     signal: &Signal,
     count: usize,
-    member: &M,
+    member: MemberOf<'_>,
     options: &BatchOptions,
     within: &Within<'_>,
-    run: impl Fn(Chunk<'_, M>) -> Vec<MemberPeak> + Sync,
+    run: impl Fn(Chunk<'_>) -> Vec<MemberPeak> + Sync,
 ) -> Result<Vec<MemberPeak>, Error> {
     check(signal, options)?;
     let (_, last) = judged(signal, options);
@@ -224,16 +227,16 @@ fn check(signal: &Signal, options: &BatchOptions) -> Result<(), Error> {
 }
 
 /// A chunk's run, compiled once for each width of vectors and chosen by the machine.
-struct Chunk<'a, M> {
+struct Chunk<'a> {
     members: Range<usize>,
-    member: &'a M,
+    member: MemberOf<'a>,
     signal: &'a Signal,
     ahead: &'a [f64],
     options: &'a BatchOptions,
     within: &'a Within<'a>,
 }
 
-impl<M: Fn(usize) -> Member> pulp::WithSimd for Chunk<'_, M> {
+impl pulp::WithSimd for Chunk<'_> {
     type Output = Vec<MemberPeak>;
 
     #[inline(always)]
@@ -273,8 +276,8 @@ struct Group<'a, S: pulp::Simd> {
     offset: Lanes<S>,
     /// State of the lanes in eventless flight; the others' is in their kernel.
     state: LaneState<Lanes<S>>,
-    /// Lanes in eventless flight.
-    flying: usize,
+    /// Lanes in eventless flight, each as the bit of its number.
+    flying: u32,
     /// Largest angle so far, of judged samples.
     best: Lanes<S>,
 }
@@ -306,7 +309,6 @@ struct Lane {
     scale: f64,
     bias: f64,
     lift_off: f64,
-    flying: bool,
     /// The sample it has got to, of a lane that was carried through several in contact.
     reached: usize,
     /// Nothing to come can raise the peak; the lane is left where it was.
@@ -325,7 +327,8 @@ impl Lane {
             None,
             Recorder::peak_from(options.asked.from_rad),
         )
-        .without_error_bound();
+        .without_error_bound()
+        .with_truncation(TRUNCATION);
         kernel.at_most(steps_max);
         let sign = options.opens_when.sign();
         let (scale, bias) = (sign * member.scale, sign * member.bias_m_s2);
@@ -336,7 +339,6 @@ impl Lane {
             kernel,
             scale,
             bias,
-            flying: false,
             reached: 0,
             settled: false,
             scalar_samples: 0,
@@ -381,7 +383,7 @@ impl Lane {
 
 impl<'a, S: pulp::Simd> Group<'a, S> {
     #[inline(always)]
-    fn new<M>(simd: S, members: Vec<Member>, wanted: usize, chunk: &Chunk<'a, M>) -> Self {
+    fn new(simd: S, members: Vec<Member>, wanted: usize, chunk: &Chunk<'a>) -> Self {
         let Chunk {
             signal,
             ahead,
@@ -445,7 +447,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             {
                 break;
             }
-            if self.flying < self.lanes.len() {
+            if self.flying != self.all() {
                 let steps = self.lanes.iter().map(|lane| lane.kernel.work.steps);
                 if self.within.ends(steps.sum(), &mut looked) {
                     break;
@@ -492,16 +494,21 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             self.refresh();
         }
         let (state, stands) = self.step(from, to);
-        if self.flying == self.lanes.len() && stands.all() {
+        if self.flying == self.all() && stands.all() {
             self.state = state;
             return;
         }
         self.state = chosen(stands, &state, &self.state);
-        for lane in 0..self.lanes.len() {
-            if !(self.lanes[lane].flying && stands.lane(lane)) {
-                self.by_kernel(lane, index, from, to);
-            }
+        let mut others = self.all() & !(self.flying & stands.bits());
+        while others != 0 {
+            self.by_kernel(others.trailing_zeros() as usize, index, from, to);
+            others &= others - 1;
         }
+    }
+
+    /// All lanes, each as the bit of its number.
+    fn all(&self) -> u32 {
+        u32::MAX >> (u32::BITS - self.lanes.len() as u32)
     }
 
     /// Returns the next sample at which lanes are looked at, up to which one may go on alone: so what
@@ -569,7 +576,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
         let left = (last - index) as f64 * interval;
         for lane in 0..self.lanes.len() {
             let this = &self.lanes[lane];
-            let state = if this.flying {
+            let state = if self.flies(lane) {
                 let velocity = self.state.slope.lane(lane) * self.signal.rate.hertz();
                 (self.state.angle.lane(lane), velocity)
             } else {
@@ -594,14 +601,10 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
     #[inline(always)]
     fn load(&mut self, lane: usize) {
         let Lane {
-            kernel,
-            flying,
-            settled,
-            ..
-        } = &mut self.lanes[lane];
-        *flying = kernel.flies_free() && !*settled;
-        if *flying {
-            self.flying += 1;
+            kernel, settled, ..
+        } = &self.lanes[lane];
+        if kernel.flies_free() && !*settled {
+            self.flying |= 1 << lane;
             let (angle, velocity) = kernel.state();
             let Turned { sine, cosine } = kernel.turned();
             let interval = self.signal.rate.interval().seconds();
@@ -612,18 +615,22 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
         }
     }
 
+    fn flies(&self, lane: usize) -> bool {
+        self.flying & (1 << lane) != 0
+    }
+
     /// Gives a flying lane's state back to its kernel.
     #[inline(always)]
     fn store(&mut self, lane: usize) {
-        let Lane { kernel, flying, .. } = &mut self.lanes[lane];
-        if std::mem::take(flying) {
-            self.flying -= 1;
+        if self.flies(lane) {
+            self.flying &= !(1 << lane);
             let velocity = self.state.slope.lane(lane) * self.signal.rate.hertz();
             let turned = Turned {
                 sine: self.state.sine.lane(lane),
                 cosine: self.state.cosine.lane(lane),
             };
-            kernel.put(self.state.angle.lane(lane), velocity, turned);
+            let angle = self.state.angle.lane(lane);
+            self.lanes[lane].kernel.put(angle, velocity, turned);
         }
     }
 
@@ -671,16 +678,45 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
         let within = |tail: Lanes<S>, turn_max: f64| {
             tail.at_most(allowed) & bounds.turn.at_most(constant(turn_max))
         };
-        let nine = within(orders.tail_of_nine(), TURN_MAX.0);
-        let short = orders.end_of_nine(state);
-        if (nine | !calm).all() {
-            return (short, calm & nine);
+        let eight = within(orders.tail_of_eight(), TURN_MAX[0]);
+        let short = orders.end_of_eight(state);
+        if (calm & eight).all() {
+            return (short, calm);
         }
-        coefficients.more_orders(&mut orders, &b);
-        let eleven = within(orders.tail_of_eleven(), TURN_MAX.1);
+        // What the end of the step tells is asked of those alone that the start has left open.
+        let calm = calm | (eight & self.was_calm(&short, &bounds, &b));
+        if (eight | !calm).all() {
+            return (short, calm & eight);
+        }
+        coefficients.up_to_nine(&mut orders, &b);
+        coefficients.up_to_eleven(&mut orders, &b);
+        let eleven = within(orders.tail_of_eleven(), TURN_MAX[2]);
         let long = orders.end_of_eleven(state);
         // A lane that needs no more keeps what it would have alone.
-        (chosen(nine, &short, &long), calm & (nine | eleven))
+        (chosen(eight, &short, &long), calm & (eight | eleven))
+    }
+
+    /// Tells of which lanes a step to `after` met neither the stop nor a peak: angle and slope each lie between
+    /// their values at the ends but for an eighth of their largest second derivative.
+    #[inline(always)]
+    fn was_calm(
+        &self,
+        after: &LaneState<Lanes<S>>,
+        bounds: &Bounds<Lanes<S>>,
+        [from, change]: &[Lanes<S>; 2],
+    ) -> Mask<S> {
+        let (state, zero) = (&self.state, from.constant(0.0));
+        let strongest = from.magnitude() + change.magnitude();
+        let third = self
+            .coefficients
+            .third(bounds, strongest, change.magnitude())
+            * 0.125;
+        let bend = bounds.curve * 0.125;
+        let clear = (state.angle.lower(after.angle) - bend).above(zero);
+        let rises = (state.slope.lower(after.slope) - third).above(zero);
+        let falls = zero.above(state.slope.upper(after.slope) + third);
+        let below = !(state.angle.upper(after.angle) + bend).above(self.best);
+        clear & (rises | falls | below)
     }
 }
 

@@ -6,8 +6,8 @@
 use crate::numerics::lanes::Real;
 
 /// Largest bound on the turn within a sample [rad] for which the sine's and cosine's own series
-/// are good to 1e-18, after seven and after nine orders.
-pub(super) const TURN_MAX: (f64, f64) = (0.014, 0.07);
+/// are good to 1e-18, after six, seven and nine orders.
+pub(super) const TURN_MAX: [f64; 3] = [0.009, 0.014, 0.07];
 
 /// Largest part of the lever's own stiffness and damping in a sample: beyond it the bounds on
 /// the curvature are not worth having.
@@ -99,7 +99,15 @@ impl<T: Real> StepCoefficients<T> {
         }
     }
 
-    /// Computes the coefficients up to order 9, for an excitation Σ b_n σ^n of `K` terms.
+    /// Returns a bound on the third derivative's size over the sample, in which the excitation's size stays
+    /// below `strongest` and changes by `change`.
+    #[inline(always)]
+    pub(super) fn third(&self, bounds: &Bounds<T>, strongest: T, change: T) -> T {
+        let own = self.damping * bounds.curve + self.stiffness * bounds.turn;
+        (own + change + strongest * bounds.turn) * (1.0 + 1e-12)
+    }
+
+    /// Computes the coefficients up to order 8, for an excitation Σ b_n σ^n of `K` terms.
     #[inline(always)]
     pub(super) fn orders<const K: usize>(
         &self,
@@ -128,13 +136,18 @@ impl<T: Real> StepCoefficients<T> {
         orders.order(self, b, 4, [3, 2]);
         orders.order(self, b, 5, [3, 4, 2]);
         orders.order(self, b, 6, [4, 3, 5, 2]);
-        orders.order(self, b, 7, [4, 5, 3, 6, 2]);
         orders
     }
 
-    /// Computes two orders more.
+    /// Goes on to order 9.
     #[inline(always)]
-    pub(super) fn more_orders<const K: usize>(&self, orders: &mut Orders<T>, b: &[T; K]) {
+    pub(super) fn up_to_nine<const K: usize>(&self, orders: &mut Orders<T>, b: &[T; K]) {
+        orders.order(self, b, 7, [4, 5, 3, 6, 2]);
+    }
+
+    /// Goes on from order 9 to order 11.
+    #[inline(always)]
+    pub(super) fn up_to_eleven<const K: usize>(&self, orders: &mut Orders<T>, b: &[T; K]) {
         orders.order(self, b, 8, [5, 4, 6, 3, 7, 2]);
         orders.order(self, b, 9, [5, 6, 4, 7, 3, 8, 2]);
     }
@@ -203,6 +216,13 @@ impl<T: Real> Orders<T> {
         self.x[1].magnitude() + (self.x[2].magnitude() + self.x[3].magnitude())
     }
 
+    /// Returns a bound on what is neglected after order 8, of angle and slope [rad]: the order that comes
+    /// next is the slope's ninth.
+    #[inline(always)]
+    pub(super) fn tail_of_eight(&self) -> T {
+        (self.x[8].magnitude() + self.x[7].magnitude()) * self.next * 8.0
+    }
+
     /// Returns a bound on what is neglected [rad] after order 9.
     #[inline(always)]
     pub(super) fn tail_of_nine(&self) -> T {
@@ -215,7 +235,20 @@ impl<T: Real> Orders<T> {
         (self.x[11].magnitude() + self.x[10].magnitude()) * self.next
     }
 
-    /// Returns the state at the end of the sample from the orders up to 9.
+    /// Returns the state at the end of the sample from the orders up to 8.
+    #[inline(always)]
+    pub(super) fn end_of_eight(&self, state: &LaneState<T>) -> LaneState<T> {
+        let Self { x, w, s, c, .. } = self;
+        let sums = [
+            sum_of_eight(x),
+            sum_of_eight(w),
+            turn_of_six(s),
+            turn_of_six(c),
+        ];
+        state.moved(sums)
+    }
+
+    /// Returns the same from the orders up to 9.
     #[inline(always)]
     pub(super) fn end_of_nine(&self, state: &LaneState<T>) -> LaneState<T> {
         let Self { x, w, s, c, .. } = self;
@@ -245,6 +278,16 @@ impl<T: Real> Orders<T> {
 }
 
 // The sums go in pairs, so that none waits for many others, and the late ones come last.
+
+#[inline(always)]
+fn sum_of_eight<T: Real>(x: &[T; 12]) -> T {
+    ((x[4] + x[5]) + (x[2] + x[3])) + ((x[6] + x[7]) + x[8])
+}
+
+#[inline(always)]
+fn turn_of_six<T: Real>(s: &[T; 10]) -> T {
+    ((s[3] + s[4]) + (s[1] + s[2])) + (s[5] + s[6])
+}
 
 #[inline(always)]
 fn sum_of_nine<T: Real>(x: &[T; 12]) -> T {

@@ -139,13 +139,14 @@ impl FastFlight {
     ) -> Option<(LaneState<f64>, f64, u64)> {
         let mut orders = self.coefficients.orders(state, bounds, b);
         let allowed = self.tolerance.0.max(self.tolerance.1 * orders.motion());
+        self.coefficients.up_to_nine(&mut orders, b);
         let tail = orders.tail_of_nine();
-        if tail <= allowed && bounds.turn <= TURN_MAX.0 {
+        if tail <= allowed && bounds.turn <= TURN_MAX[1] {
             return Some((orders.end_of_nine(state), tail, 9));
         }
-        self.coefficients.more_orders(&mut orders, b);
+        self.coefficients.up_to_eleven(&mut orders, b);
         let tail = orders.tail_of_eleven();
-        (tail <= allowed && bounds.turn <= TURN_MAX.1)
+        (tail <= allowed && bounds.turn <= TURN_MAX[2])
             .then(|| (orders.end_of_eleven(state), tail, 11))
     }
 }

@@ -223,6 +223,12 @@ impl Kernel {
         self
     }
 
+    /// Lets `relative` truncation pass in a step.
+    pub(super) fn with_truncation(mut self, relative: f64) -> Self {
+        self.tolerance.relative = relative;
+        self
+    }
+
     /// Returns angle [rad] and angular velocity [rad/s].
     pub(super) fn state(&self) -> (f64, f64) {
         (self.angle, self.velocity)

@@ -29,6 +29,7 @@ use crate::parallel::on_threads;
 use cut::{Cut, Piece, TERMS};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// One lever of a batch: where it starts, and how strongly it is shaken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,6 +93,13 @@ const SECTIONS_MAX: usize = 50_000_000;
 /// Periods after which a group asks its watcher, if no lever ends before.
 const ASK_EVERY: u32 = 64;
 
+/// Gives a lever's start by its number; behind a pointer, as [`IsDone`], so that the vectors' code is compiled once
+/// for all.
+pub type StartOf<'a> = &'a (dyn Fn(usize) -> HarmonicStart + Sync);
+
+/// Tells of a lever by its number, the periods that it has seen and its newest section whether it is done.
+pub type IsDone<'a> = &'a (dyn Fn(usize, u32, &Section) -> bool + Sync);
+
 /// Follows `count` levers, of which `start` gives each, until `done` says so of each, asked with
 /// the lever's index, the periods it has seen (from 1 on) and its newest section.
 ///
@@ -107,9 +115,9 @@ const ASK_EVERY: u32 = 64;
 pub fn follow(
     design: &Design,
     count: usize,
-    start: &(impl Fn(usize) -> HarmonicStart + Sync),
+    start: StartOf<'_>,
     options: &StrobeBatchOptions,
-    done: &(impl Fn(usize, u32, &Section) -> bool + Sync),
+    done: IsDone<'_>,
     watch: Option<&(dyn Fn(usize) -> bool + Sync)>,
 ) -> Result<Vec<Followed>, Error> {
     let kept = count.saturating_mul(options.keep.min(options.periods_max as usize));
@@ -149,38 +157,40 @@ pub fn follow(
         stopped: AtomicBool::new(false),
     };
     let arch = pulp::Arch::new();
-    let mut all = Vec::with_capacity(count);
+    let all = Mutex::new(Vec::with_capacity(count));
     for (pieces, members) in by_pieces {
         let cut = Cut::new(design, options, pieces);
         let next = AtomicUsize::new(0);
         let threads = options.threads.clamp(1, members.len());
-        let take = || {
-            arch.dispatch(StrobeWorker {
+        on_threads(threads, &|| {
+            let followed = arch.dispatch(StrobeWorker {
                 batch: &batch,
                 cut: &cut,
                 members: &members,
                 next: &next,
                 lanes_max: members.len().div_ceil(threads),
-            })
-        };
-        all.extend(on_threads(threads, take).into_iter().flatten());
+            });
+            let mut all = all.lock().unwrap_or_else(PoisonError::into_inner);
+            all.extend(followed);
+        });
     }
+    let mut all = all.into_inner().unwrap_or_else(PoisonError::into_inner);
     all.sort_by_key(|followed: &Followed| followed.index);
     Ok(all)
 }
 
 /// What all threads share.
-struct StrobeBatch<'a, R, D> {
+struct StrobeBatch<'a> {
     design: &'a Design,
     options: &'a StrobeBatchOptions,
-    start: &'a R,
-    done: &'a D,
+    start: StartOf<'a>,
+    done: IsDone<'a>,
     watch: Option<&'a (dyn Fn(usize) -> bool + Sync)>,
     ended: AtomicUsize,
     stopped: AtomicBool,
 }
 
-impl<R, D> StrobeBatch<'_, R, D> {
+impl StrobeBatch<'_> {
     /// Tells the watcher how many have ended, and notes whether it wants to go on.
     fn ask(&self, more: usize) {
         let ended = self.ended.fetch_add(more, Ordering::Relaxed) + more;
@@ -191,19 +201,15 @@ impl<R, D> StrobeBatch<'_, R, D> {
 }
 
 /// A thread's share, compiled once for each width of vectors and chosen by the machine.
-struct StrobeWorker<'a, R, D> {
-    batch: &'a StrobeBatch<'a, R, D>,
+struct StrobeWorker<'a> {
+    batch: &'a StrobeBatch<'a>,
     cut: &'a Cut,
     members: &'a [usize],
     next: &'a AtomicUsize,
     lanes_max: usize,
 }
 
-impl<R, D> pulp::WithSimd for StrobeWorker<'_, R, D>
-where
-    R: Fn(usize) -> HarmonicStart,
-    D: Fn(usize, u32, &Section) -> bool,
-{
+impl pulp::WithSimd for StrobeWorker<'_> {
     type Output = Vec<Followed>;
 
     #[inline(always)]
@@ -295,12 +301,7 @@ impl<'a, S: pulp::Simd> StrobeGroup<'a, S> {
     }
 
     /// Puts lever `index` into a lane.
-    fn begin<R: Fn(usize) -> HarmonicStart, D>(
-        &mut self,
-        lane: usize,
-        batch: &StrobeBatch<'_, R, D>,
-        index: usize,
-    ) {
+    fn begin(&mut self, lane: usize, batch: &StrobeBatch<'_>, index: usize) {
         let HarmonicStart {
             initial,
             amplitude_m_s2,
@@ -355,11 +356,7 @@ impl<'a, S: pulp::Simd> StrobeGroup<'a, S> {
     }
 
     /// Ends a lane's period; returns its lever if it is followed no further.
-    fn observe<R, D: Fn(usize, u32, &Section) -> bool>(
-        &mut self,
-        lane: usize,
-        batch: &StrobeBatch<'_, R, D>,
-    ) -> Option<Followed> {
+    fn observe(&mut self, lane: usize, batch: &StrobeBatch<'_>) -> Option<Followed> {
         let options = batch.options;
         let of = self.lanes[lane].as_mut()?;
         let section = (!of.kernel.stuck).then(|| {
@@ -447,11 +444,10 @@ impl<'a, S: pulp::Simd> StrobeGroup<'a, S> {
             return;
         }
         self.state = chosen(stands, &state, &self.state);
-        let constant = |value: f64| Lanes::splat(self.simd, value);
-        let taken = stands.choose(constant(1.0), constant(0.0));
+        let stands = stands.bits();
         for lane in 0..self.lanes.len() {
             // A lane that does not fly lies below the stop, where no step stands.
-            if taken.lane(lane) <= 0.0 {
+            if stands & (1 << lane) == 0 {
                 self.by_kernel(lane, index, piece);
             }
         }
@@ -543,7 +539,8 @@ impl<'a, S: pulp::Simd> StrobeGroup<'a, S> {
         let turns = state.slope.magnitude().at_most(bounds.curve * 1.01);
         let calm = bounds.lowest.above(constant(0.0)) & !(turns & bounds.highest.above(self.best));
         let mut orders = coefficients.orders(state, &bounds, &b);
-        coefficients.more_orders(&mut orders, &b);
+        coefficients.up_to_nine(&mut orders, &b);
+        coefficients.up_to_eleven(&mut orders, &b);
         orders.swinging(constant(self.cut.swing));
         let short = orders
             .tail_of_eleven()

@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::parallel::Control;
-use crate::replay::batch::{self, AskedPeaks, BatchOptions, Member, MemberPeak};
+use crate::replay::batch::{self, AskedPeaks, BatchOptions, MemberOf, MemberPeak};
 use crate::replay::{self, Breakdown, Run, RunOptions, RunOutcome};
 use crate::units::OpensWhen;
 
@@ -147,7 +147,7 @@ impl RunSetup<'_> {
         &self,
         variant: Variant,
         count: usize,
-        member: &(impl Fn(usize) -> Member + Sync),
+        member: MemberOf<'_>,
         asked: AskedPeaks,
     ) -> Result<MemberPeaks, Error> {
         let parts = replay::subdivision(self.signal, self.design, variant.model);
