@@ -171,8 +171,14 @@ pub(super) fn body_at<T: DeserializeOwned>(
     let Some(packed) = packed_at(file, offset, head)? else {
         return Ok(None);
     };
-    let unpacked = DeflateDecoder::new(&*packed).take(UNFOLDED_MAX);
-    Ok(serde_json::from_reader(io::BufReader::new(unpacked)).ok())
+    // Text as a whole is parsed several times as fast as a stream.
+    let mut text = Vec::new();
+    let unpacked = DeflateDecoder::new(&*packed)
+        .take(UNFOLDED_MAX)
+        .read_to_end(&mut text);
+    Ok(unpacked
+        .ok()
+        .and_then(|_| serde_json::from_slice(&text).ok()))
 }
 
 fn packed_at(
