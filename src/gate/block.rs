@@ -46,7 +46,7 @@ pub(super) enum BlockKind {
     GivenUp,
     /// A recording is begun.
     Begun,
-    /// A recording is left in good order, done or not.
+    /// A recording is left in good order, done or not; or how its process was ended is noted elsewhere.
     Left,
     /// A recording ended its process.
     Ended,

@@ -1,6 +1,6 @@
 //! The share of one process: its recordings judged with every design, kept block by block.
 
-use super::block::{BlockKind, BlockOf, Key};
+use super::block::{self, BlockKind, BlockOf, Key};
 use super::file::malformed;
 use super::index::{ENDS_MAX, EndNote, KnownDesigns, Share, StoreIndex, name_of, put_in_place};
 use super::plan::{Plan, PlannedRecording};
@@ -11,7 +11,8 @@ use crate::error::{Error, ErrorKind, Place};
 use crate::pipeline::{Answer, Control, Design, Limits, Prepared, Reason, Row, Source};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs;
+use std::fs::{self, OpenOptions};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -421,6 +422,14 @@ pub fn note_end(folder: &Path, share: Share, process: u32, how: &str) -> Result<
         notes.append(BlockOf::note(BlockKind::Ended, *recording), &note)?;
     }
     notes.sync()?;
+    // Its file then speaks of no end of its own: without the notes the recordings are tried again. As
+    // long as the notes are there it changes nothing, and a full disk may refuse it.
+    if let Ok(mut file) = OpenOptions::new().append(true).open(path) {
+        for recording in &begun {
+            let left = block::encode(BlockOf::note(BlockKind::Left, *recording), &());
+            let _ = left.and_then(|left| file.write_all(&left));
+        }
+    }
     Ok(!begun.is_empty())
 }
 
@@ -446,19 +455,26 @@ mod tests {
         };
         let (first, second) = ([1; 16], [2; 16]);
         let earlier = begin(first)?;
-        begin(second)?;
         // A clock that was set back meanwhile.
         let (earlier, _) = earlier.ok_or("no file")?;
         let earlier = fs::File::options().append(true).open(earlier)?;
         let hour = core::time::Duration::from_secs(3600);
         earlier.set_modified(earlier.metadata()?.modified()? + hour)?;
         for _ in 0..ENDS_MAX {
+            begin(second)?;
             assert!(note_end(&folder, share, std::process::id(), "a test")?);
         }
         let files = store::files(&folder)?;
         let index = StoreIndex::open(&folder, files, Some(share), false)?;
         assert_eq!(index.given_up(second), Some("a test"));
         assert_eq!(index.given_up(first), None);
+        // Without the notes it is tried again.
+        let is_note = |path: &Path| name_of(path).contains("-ended");
+        for note in store::files(&folder)?.iter().filter(|path| is_note(path)) {
+            fs::remove_file(note)?;
+        }
+        let index = StoreIndex::open(&folder, store::files(&folder)?, Some(share), false)?;
+        assert_eq!(index.given_up(second), None);
         Ok(fs::remove_dir_all(&folder)?)
     }
 }
