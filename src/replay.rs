@@ -429,6 +429,9 @@ fn begin(start: f64, design: &Design, options: &RunOptions) -> Kernel {
     );
     if !options.error_bound {
         kernel = kernel.without_error_bound();
+        if options.peak_only {
+            kernel = kernel.for_peak();
+        }
     }
     let (angle, velocity) = kernel.state();
     if angle > 0.0 || (angle >= 0.0 && velocity > 0.0) {

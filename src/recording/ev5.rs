@@ -360,7 +360,11 @@ impl UniformSamples {
         let clock = entry.and_then(CurveEntry::clock);
         let rate_hz = asked.options.rate_hz;
         let stated = clock.map(|(start_s, rate)| (start_s, rate_hz.unwrap_or(rate.hertz())));
-        let holds = |stated| held::clock("the header", stated, stamps_s, digit_s);
+        let by = match rate_hz {
+            Some(_) => "the header, with the rate of option or card,",
+            None => "the header",
+        };
+        let holds = |stated| held::clock(by, stated, stamps_s, digit_s);
         let clock = match (stated, stated.and_then(holds)) {
             (Some((start_s, hertz)), None) => {
                 Self::stated(start_s, SampleRate::from_hertz(hertz)?, values)?

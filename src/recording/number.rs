@@ -133,6 +133,13 @@ fn plain(cell: &[u8]) -> Result<f64, NumberFault> {
 
 /// Tells whether somebody meant a number here, be it a bad one.
 pub(super) fn is_numeric(cell: &[u8]) -> bool {
+    // Digits and a point need no reading.
+    let digits = cell.strip_prefix(b"-").unwrap_or(cell);
+    let points = digits.iter().filter(|byte| **byte == b'.').count();
+    let bare = |byte: &u8| byte.is_ascii_digit() || *byte == b'.';
+    if digits.iter().all(bare) && points <= 1 && digits.len() > points {
+        return true;
+    }
     matches!(
         parse(cell, &mut Decimal::Unknown),
         Ok(_) | Err(NumberFault::NonFinite | NumberFault::OtherMark)

@@ -11,7 +11,7 @@
 use super::contact_fast::FastContact;
 use super::energy::{energy_of, impulse_ahead, stays_below};
 use super::eventless_step::{Bounds, LaneState, StepCoefficients, TURN_MAX};
-use super::kernel::Kernel;
+use super::kernel::{Kernel, PEAK_TRUNCATION};
 use super::pressed_samples;
 use super::recorder::Recorder;
 use super::taylor::Turned;
@@ -253,9 +253,6 @@ impl pulp::WithSimd for Chunk<'_> {
     }
 }
 
-/// Relative truncation that a lane's step lets pass.
-const TRUNCATION: f64 = 1e-16;
-
 /// Samples after which sine and cosine are computed afresh.
 const FRESH_EVERY: usize = 64;
 
@@ -328,7 +325,7 @@ impl Lane {
             Recorder::peak_from(options.asked.from_rad),
         )
         .without_error_bound()
-        .with_truncation(TRUNCATION);
+        .for_peak();
         kernel.at_most(steps_max);
         let sign = options.opens_when.sign();
         let (scale, bias) = (sign * member.scale, sign * member.bias_m_s2);
@@ -674,11 +671,12 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
         let turns = state.slope.magnitude().at_most(bounds.curve * 1.01);
         let calm = bounds.lowest.above(constant(0.0)) & !(turns & bounds.highest.above(self.best));
         let mut orders = coefficients.orders(state, &bounds, &b);
-        let allowed = orders.motion() * TRUNCATION;
+        coefficients.up_to_eight(&mut orders, &b);
+        let allowed = orders.motion() * PEAK_TRUNCATION;
         let within = |tail: Lanes<S>, turn_max: f64| {
             tail.at_most(allowed) & bounds.turn.at_most(constant(turn_max))
         };
-        let eight = within(orders.tail_of_eight(), TURN_MAX[0]);
+        let eight = within(orders.tail_of_eight(), TURN_MAX[1]);
         let short = orders.end_of_eight(state);
         if (calm & eight).all() {
             return (short, calm);
@@ -690,7 +688,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
         }
         coefficients.up_to_nine(&mut orders, &b);
         coefficients.up_to_eleven(&mut orders, &b);
-        let eleven = within(orders.tail_of_eleven(), TURN_MAX[2]);
+        let eleven = within(orders.tail_of_eleven(), TURN_MAX[3]);
         let long = orders.end_of_eleven(state);
         // A lane that needs no more keeps what it would have alone.
         (chosen(eight, &short, &long), calm & (eight | eleven))

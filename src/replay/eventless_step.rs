@@ -6,8 +6,8 @@
 use crate::numerics::lanes::Real;
 
 /// Largest bound on the turn within a sample [rad] for which the sine's and cosine's own series
-/// are good to 1e-18, after six, seven and nine orders.
-pub(super) const TURN_MAX: [f64; 3] = [0.009, 0.014, 0.07];
+/// are good to 1e-18, after four, six, seven and nine orders.
+pub(super) const TURN_MAX: [f64; 4] = [0.000_65, 0.009, 0.014, 0.07];
 
 /// Largest part of the lever's own stiffness and damping in a sample: beyond it the bounds on
 /// the curvature are not worth having.
@@ -107,7 +107,7 @@ impl<T: Real> StepCoefficients<T> {
         (own + change + strongest * bounds.turn) * (1.0 + 1e-12)
     }
 
-    /// Computes the coefficients up to order 8, for an excitation Σ b_n σ^n of `K` terms.
+    /// Computes the coefficients up to order 6, for an excitation Σ b_n σ^n of `K` terms.
     #[inline(always)]
     pub(super) fn orders<const K: usize>(
         &self,
@@ -134,12 +134,17 @@ impl<T: Real> StepCoefficients<T> {
         orders.order(self, b, 2, []);
         orders.order(self, b, 3, [2]);
         orders.order(self, b, 4, [3, 2]);
-        orders.order(self, b, 5, [3, 4, 2]);
-        orders.order(self, b, 6, [4, 3, 5, 2]);
         orders
     }
 
-    /// Goes on to order 9.
+    /// Goes on from order 6 to order 8.
+    #[inline(always)]
+    pub(super) fn up_to_eight<const K: usize>(&self, orders: &mut Orders<T>, b: &[T; K]) {
+        orders.order(self, b, 5, [3, 4, 2]);
+        orders.order(self, b, 6, [4, 3, 5, 2]);
+    }
+
+    /// Goes on from order 8 to order 9.
     #[inline(always)]
     pub(super) fn up_to_nine<const K: usize>(&self, orders: &mut Orders<T>, b: &[T; K]) {
         orders.order(self, b, 7, [4, 5, 3, 6, 2]);
@@ -216,8 +221,14 @@ impl<T: Real> Orders<T> {
         self.x[1].magnitude() + (self.x[2].magnitude() + self.x[3].magnitude())
     }
 
-    /// Returns a bound on what is neglected after order 8, of angle and slope [rad]: the order that comes
-    /// next is the slope's ninth.
+    /// Returns a bound on what is neglected after order 6, of angle and slope [rad]: the order that comes
+    /// next is the slope's seventh.
+    #[inline(always)]
+    pub(super) fn tail_of_six(&self) -> T {
+        (self.x[6].magnitude() + self.x[5].magnitude()) * self.next * 6.0
+    }
+
+    /// Returns the same after order 8.
     #[inline(always)]
     pub(super) fn tail_of_eight(&self) -> T {
         (self.x[8].magnitude() + self.x[7].magnitude()) * self.next * 8.0
@@ -235,7 +246,19 @@ impl<T: Real> Orders<T> {
         (self.x[11].magnitude() + self.x[10].magnitude()) * self.next
     }
 
-    /// Returns the state at the end of the sample from the orders up to 8.
+    /// Returns the state at the end of the sample from the orders up to 6.
+    #[inline(always)]
+    pub(super) fn end_of_six(&self, state: &LaneState<T>) -> LaneState<T> {
+        let Self { x, w, s, c, .. } = self;
+        state.moved([
+            sum_of_six(x),
+            sum_of_six(w),
+            turn_of_four(s),
+            turn_of_four(c),
+        ])
+    }
+
+    /// Returns the same from the orders up to 8.
     #[inline(always)]
     pub(super) fn end_of_eight(&self, state: &LaneState<T>) -> LaneState<T> {
         let Self { x, w, s, c, .. } = self;
@@ -278,6 +301,16 @@ impl<T: Real> Orders<T> {
 }
 
 // The sums go in pairs, so that none waits for many others, and the late ones come last.
+
+#[inline(always)]
+fn sum_of_six<T: Real>(x: &[T; 12]) -> T {
+    ((x[2] + x[3]) + (x[4] + x[5])) + x[6]
+}
+
+#[inline(always)]
+fn turn_of_four<T: Real>(s: &[T; 10]) -> T {
+    (s[1] + s[2]) + (s[3] + s[4])
+}
 
 #[inline(always)]
 fn sum_of_eight<T: Real>(x: &[T; 12]) -> T {

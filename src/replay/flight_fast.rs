@@ -10,7 +10,7 @@
 //! same on every machine.
 
 use super::eventless_step::{Bounds, LaneState, StepCoefficients, TURN_MAX};
-use super::kernel::Kernel;
+use super::kernel::{Kernel, PEAK_TRUNCATION};
 use super::sensitivity::Smooths;
 use super::taylor::Turned;
 use crate::conditioning::Signal;
@@ -33,6 +33,8 @@ pub(super) struct FastFlight {
     gain: f64,
     /// Truncation let pass: absolute [rad], relative.
     tolerance: (f64, f64),
+    /// Six orders are tried, which suffice for refined samples; not where an error is stated.
+    six: bool,
 }
 
 /// What excludes events for the next few samples.
@@ -54,6 +56,7 @@ impl FastFlight {
             coefficients: StepCoefficients::scaled(kernel.free_branch(), interval)?,
             gain: sign * kernel.gain() * interval * interval,
             tolerance: kernel.truncation(),
+            six: kernel.truncation().1 >= PEAK_TRUNCATION,
         })
     }
 
@@ -139,14 +142,21 @@ impl FastFlight {
     ) -> Option<(LaneState<f64>, f64, u64)> {
         let mut orders = self.coefficients.orders(state, bounds, b);
         let allowed = self.tolerance.0.max(self.tolerance.1 * orders.motion());
+        if self.six {
+            let tail = orders.tail_of_six();
+            if tail <= allowed && bounds.turn <= TURN_MAX[0] {
+                return Some((orders.end_of_six(state), tail, 6));
+            }
+        }
+        self.coefficients.up_to_eight(&mut orders, b);
         self.coefficients.up_to_nine(&mut orders, b);
         let tail = orders.tail_of_nine();
-        if tail <= allowed && bounds.turn <= TURN_MAX[1] {
+        if tail <= allowed && bounds.turn <= TURN_MAX[2] {
             return Some((orders.end_of_nine(state), tail, 9));
         }
         self.coefficients.up_to_eleven(&mut orders, b);
         let tail = orders.tail_of_eleven();
-        (tail <= allowed && bounds.turn <= TURN_MAX[2])
+        (tail <= allowed && bounds.turn <= TURN_MAX[3])
             .then(|| (orders.end_of_eleven(state), tail, 11))
     }
 }

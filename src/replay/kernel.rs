@@ -34,6 +34,9 @@ const CONTACT_PHASE_MAX: f64 = 1.25;
 /// what rounding does to them.
 const TRUNCATION: f64 = 1e-17;
 
+/// The same of a run whose error is not stated, since only its peak is asked for: as much as rounding does.
+pub(super) const PEAK_TRUNCATION: f64 = 1e-16;
+
 /// A bounce this slow [rad/s] on a pressed lever is rest, whatever the series says.
 const SPEED_MIN: f64 = 1e-30;
 
@@ -223,9 +226,9 @@ impl Kernel {
         self
     }
 
-    /// Lets `relative` truncation pass in a step.
-    pub(super) fn with_truncation(mut self, relative: f64) -> Self {
-        self.tolerance.relative = relative;
+    /// Lets [`PEAK_TRUNCATION`] pass in a step.
+    pub(super) fn for_peak(mut self) -> Self {
+        self.tolerance.relative = PEAK_TRUNCATION;
         self
     }
 

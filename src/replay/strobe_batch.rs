@@ -17,7 +17,7 @@ mod cut;
 
 use super::Section;
 use super::eventless_step::{LaneState, StepCoefficients};
-use super::kernel::Kernel;
+use super::kernel::{Kernel, PEAK_TRUNCATION};
 use super::recorder::Recorder;
 use super::taylor::Turned;
 use crate::error::{Error, ErrorKind};
@@ -242,9 +242,6 @@ impl pulp::WithSimd for StrobeWorker<'_> {
         finished
     }
 }
-
-/// Relative truncation that a lane's step lets pass.
-const TRUNCATION: f64 = 1e-16;
 
 /// Pieces after which sine and cosine are computed afresh.
 const FRESH_EVERY: usize = 16;
@@ -539,13 +536,14 @@ impl<'a, S: pulp::Simd> StrobeGroup<'a, S> {
         let turns = state.slope.magnitude().at_most(bounds.curve * 1.01);
         let calm = bounds.lowest.above(constant(0.0)) & !(turns & bounds.highest.above(self.best));
         let mut orders = coefficients.orders(state, &bounds, &b);
+        coefficients.up_to_eight(&mut orders, &b);
         coefficients.up_to_nine(&mut orders, &b);
         coefficients.up_to_eleven(&mut orders, &b);
         orders.swinging(constant(self.cut.swing));
         let short = orders
             .tail_of_eleven()
-            .at_most(orders.motion() * TRUNCATION)
-            & orders.tail_turned().at_most(constant(TRUNCATION));
+            .at_most(orders.motion() * PEAK_TRUNCATION)
+            & orders.tail_turned().at_most(constant(PEAK_TRUNCATION));
         (orders.end_of_eleven(state), calm & short)
     }
 }

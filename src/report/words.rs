@@ -77,7 +77,9 @@ pub(super) fn shortened(text: &str, most: usize) -> String {
         return text.to_string();
     }
     let cut: String = text.chars().take(most).collect();
-    let end = cut.rfind(' ').unwrap_or(cut.len());
+    // A word of half the text, such as a path, is cut itself.
+    let end = cut.rfind(' ').filter(|end| 2 * end >= cut.len());
+    let end = end.unwrap_or(cut.len());
     format!("{} …", cut[..end].trim_end_matches([',', ';', ':']))
 }
 

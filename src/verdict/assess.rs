@@ -13,6 +13,7 @@ use super::proof::{self, Proof};
 use super::readings::{ReadingCache, Readings};
 use super::replay_findings::{crossing_outside_window, replay_findings, work_limit_reached};
 use super::runs::{RunDetail, RunSetup, index_of_largest};
+use super::screen::Decided;
 use super::usable_span::{UsableSpan, window_samples};
 use super::variant::VariantResult;
 use super::what_if::{self, WhatIf};
@@ -172,9 +173,13 @@ impl Assessing<'_> {
         let outcomes = setup.nominal_runs(&variants, detail)?;
         let proofs = self.proofs(&screened, &variants, &outcomes)?;
         let stand_ins = self.stand_ins(&proofs, &outcomes);
-        let proven: Vec<Option<f64>> = proofs
+        let proven: Vec<Option<Option<f64>>> = proofs
             .iter()
-            .map(|proof| proof.and_then(|proof| proof.interpolation_at_most_rad))
+            .zip(&screened)
+            .map(|(proof, screened)| {
+                let of_proof = proof.map(|proof| proof.interpolation_at_most_rad);
+                of_proof.or((screened.answer != Some(Decided::Pass)).then_some(None))
+            })
             .collect();
         let runs = setup.refined(outcomes, stand_ins, &proven)?;
         let mut before_fault = match self.span {

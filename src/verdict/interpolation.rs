@@ -10,9 +10,10 @@
 use super::Answer;
 use super::decision::VariantRun;
 use super::policy::Variant;
+use super::proof;
 use super::readings::SampleReading;
 use super::runs::{RunDetail, RunSetup};
-use super::screen::{self, Subject};
+use super::screen::{self, Decided, Subject};
 use crate::conditioning::Signal;
 use crate::error::Error;
 use crate::model::stop::StopModel;
@@ -186,16 +187,16 @@ impl RunSetup<'_> {
     }
 
     /// Sets each run beside the same on other readings of its samples; one with a `stand_in`, which
-    /// states its error without a further run, becomes that. `proven` are bounds of the error, of the
-    /// runs in their order, as far as they are known.
+    /// states its error without a further run, becomes that. `proven` says of the runs, in their order,
+    /// what [`Self::change_at_most`] does, as far as it was asked.
     pub(super) fn refined(
         &self,
         runs: Vec<RunOutcome>,
         stand_ins: Vec<Option<VariantRun>>,
-        proven: &[Option<f64>],
+        proven: &[Option<Option<f64>>],
     ) -> Result<Vec<VariantRun>, Error> {
         let known = proven.iter().copied().chain(std::iter::repeat(None));
-        let open: Vec<(&RunOutcome, Option<f64>)> = runs
+        let open: Vec<(&RunOutcome, Option<Option<f64>>)> = runs
             .iter()
             .zip(known)
             .zip(&stand_ins)
@@ -259,9 +260,9 @@ impl RunSetup<'_> {
     }
 
     /// Bounds the interpolation error of each run [rad].
-    fn bounds(&self, runs: &[(&RunOutcome, Option<f64>)]) -> Result<Vec<f64>, Error> {
+    fn bounds(&self, runs: &[(&RunOutcome, Option<Option<f64>>)]) -> Result<Vec<f64>, Error> {
         self.share(RUNS_OF_A_BOUND, runs, |(run, known)| {
-            let proven = known.or_else(|| self.change_at_most(run));
+            let proven = known.unwrap_or_else(|| self.change_at_most(run));
             self.bound(run, proven, |_| false)
         })
     }
@@ -360,7 +361,10 @@ impl RunSetup<'_> {
         enough: impl Fn(&VariantRun) -> bool,
         too_much: impl Fn(&VariantRun) -> bool,
     ) -> Result<VariantRun, Error> {
-        let proven = self.change_at_most(&outcome);
+        let may_be_proven = proof::decided(self, variant_of(&outcome)) == Some(Decided::Pass);
+        let proven = may_be_proven
+            .then(|| self.change_at_most(&outcome))
+            .flatten();
         if let Some(error_rad) = proven {
             let run = with_error(outcome.clone(), error_rad);
             if enough(&run) {
@@ -400,7 +404,9 @@ impl RunSetup<'_> {
             StopModel::Soft if self.window.is_some() => return None,
             StopModel::Soft => -self.design.stop.rest_angle_rad(&self.design.lever),
         };
+        // No bound keeps a lever that crosses on its own samples.
         if outcome.broke_down
+            || outcome.run.peak_angle_rad > self.threshold_rad()
             || self.initial(model).is_some()
             || self.policy.method != Method::EventDriven
         {

@@ -5,7 +5,7 @@
 
 use super::decision::{FAIL_SHARE_MIN, PASS_SHARE_MAX, ShareBounds, VariantRun};
 use super::ensemble::{self, Scatter, bounds};
-use super::policy::{ModelChoice, Policy, Variant};
+use super::policy::{AssessDetail, ModelChoice, Policy, Variant};
 use super::runs::RunSetup;
 use super::screen::{self, Decided, Subject};
 use super::usable_span::{SampleSpan, UsableSpan};
@@ -63,7 +63,8 @@ impl Proof {
         screened: Option<Decided>,
     ) -> Result<Self, Error> {
         setup.control.check()?;
-        let interpolation_at_most_rad = (screened != Some(Decided::Fail))
+        // What is not proven of the samples is not of all their readings.
+        let interpolation_at_most_rad = (screened == Some(Decided::Pass))
             .then(|| setup.change_at_most(outcome))
             .flatten();
         let of_use = |wanted| wanted == Decided::Fail || interpolation_at_most_rad.is_some();
@@ -144,7 +145,7 @@ pub(super) fn nominal_stand_ins(
     let of_each = variants.iter().zip(outcomes);
     of_each
         .map(|(variant, outcome)| {
-            let proof = Proof::of(setup, None, *variant, outcome, None)?;
+            let proof = Proof::of(setup, None, *variant, outcome, decided(setup, *variant))?;
             Ok(proof.proven(outcome, setup.threshold_rad(), 0))
         })
         .collect()
@@ -153,11 +154,12 @@ pub(super) fn nominal_stand_ins(
 /// Returns what each bound says of one variant.
 pub(super) fn screened(setup: &RunSetup<'_>, variant: Variant) -> ScreenedRun {
     let Variant { opens_when, model } = variant;
-    let subject = Subject {
-        initial: setup.initial(model),
-        ..subject(setup, model, setup.window)
+    let (subject, seen) = (subject_of(setup, model), setup.readings.seen(opens_when));
+    let screened = if setup.detail < AssessDetail::Whole {
+        screen::screen_briefly(&subject, &seen)
+    } else {
+        screen::screen(&subject, &seen)
     };
-    let screened = screen::screen(&subject, &setup.readings.seen(opens_when));
     ScreenedRun {
         model,
         opens_when,
@@ -165,6 +167,21 @@ pub(super) fn screened(setup: &RunSetup<'_>, variant: Variant) -> ScreenedRun {
         by: screened.by,
         peak_at_most_rad: screened.peak_at_most_rad,
         bounds: screened.bounds,
+    }
+}
+
+/// Returns what bounds prove of one variant.
+pub(super) fn decided(
+    setup: &RunSetup<'_>,
+    Variant { opens_when, model }: Variant,
+) -> Option<Decided> {
+    screen::decide(&subject_of(setup, model), &setup.readings.seen(opens_when))
+}
+
+fn subject_of(setup: &RunSetup<'_>, model: StopModel) -> Subject {
+    Subject {
+        initial: setup.initial(model),
+        ..subject(setup, model, setup.window)
     }
 }
 

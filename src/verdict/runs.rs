@@ -46,7 +46,7 @@ pub(crate) struct RunSetup<'a> {
     pub(crate) work: &'a Meter,
 }
 
-/// SampleSpan, of all runs, from which further threads gain more than their start costs.
+/// Samples, of all runs, from which further threads gain more than their start costs.
 const SHARED_SAMPLES: usize = 20_000;
 
 impl RunSetup<'_> {
@@ -60,7 +60,7 @@ impl RunSetup<'_> {
     }
 
     /// Does `of` each item and returns the results in the items' order; `runs` says how many runs
-    /// that takes on all of them, few of which on a short recording stay on one thread.
+    /// an item takes, few of which on a short recording stay on one thread.
     ///
     /// # Errors
     ///
@@ -85,6 +85,7 @@ impl RunSetup<'_> {
     ) -> Result<Vec<R>, Error> {
         control.check()?;
         self.work.share_out(items.len());
+        let runs = runs.saturating_mul(items.len());
         let few = self.signal.samples.len().saturating_mul(runs) < SHARED_SAMPLES;
         let threads = if few { 1 } else { control.threads };
         control.with_threads(threads).try_map(items, of)

@@ -282,6 +282,14 @@ pub fn screen(subject: &Subject, seen: &Seen) -> Screened {
     measure(subject, seen, false).screened(subject)
 }
 
+/// Returns what [`screen`] proves, without its numbers; stops as soon as nothing more can be proven.
+pub(super) fn screen_briefly(subject: &Subject, seen: &Seen) -> Screened {
+    Screened {
+        answer: decide(subject, seen),
+        ..Measured::default().screened(subject)
+    }
+}
+
 /// Returns an angle that the lever does not exceed [rad], as [`screen`] does, where the bounds
 /// prove a pass; stops as soon as they cannot.
 #[must_use]

@@ -135,20 +135,35 @@ fn longest_run(rows: &Lines<'_>, separator: Separator) -> (usize, usize) {
     let mut best = (0, rows.len());
     let (mut score, mut start, mut width) = (0, 0, 0);
     for (index, (_, line)) in rows.iter().enumerate() {
-        let cells = cells(line, separator);
-        let is_number = |cell: &&&[u8]| number::is_numeric(cell) || date::is_date(cell);
-        let found = cells.iter().filter(is_number).count();
-        if found == 0 || (cells.len() < 2) != (separator == Separator::None) {
+        let Some((found, cells)) = numbers(line, separator) else {
             width = 0;
             continue;
+        };
+        if cells != width {
+            (score, start, width) = (0, index, cells);
         }
-        if cells.len() != width {
-            (score, start, width) = (0, index, cells.len());
-        }
-        score += 1000 * found / cells.len();
+        score += 1000 * found / cells;
         if score > best.0 {
             best = (score, start);
         }
     }
     best
+}
+
+/// Returns how many numbers a row holds, and how many cells; `None` without a number, or if it is not as
+/// the separator has it.
+fn numbers(line: &[u8], separator: Separator) -> Option<(usize, usize)> {
+    let one = separator == Separator::None;
+    let blank = separator == Separator::Blanks && line.contains(&b'\t');
+    // Most rows hold no byte of most separators, and need not be split.
+    if !(one || blank || line.contains(&separator.byte())) {
+        return None;
+    }
+    let cells = cells(line, separator);
+    if (cells.len() < 2) != one {
+        return None;
+    }
+    let is_number = |cell: &&&[u8]| number::is_numeric(cell) || date::is_date(cell);
+    let found = cells.iter().filter(is_number).count();
+    (found > 0).then_some((found, cells.len()))
 }

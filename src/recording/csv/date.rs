@@ -52,7 +52,8 @@ const WHOLE: usize = 19;
 fn parse(cell: &[u8]) -> Option<(i128, usize)> {
     // TOML's dates have a point, and minutes in the zone.
     let text = std::str::from_utf8(cell.trim_ascii()).ok()?;
-    let mut text = text.is_ascii().then(|| text.replace(',', "."))?;
+    let long = text.is_ascii() && text.len() >= WHOLE;
+    let mut text = long.then(|| text.replace(',', "."))?;
     let rest = text.get(WHOLE..)?;
     let decimals = rest.bytes().skip(1).take_while(u8::is_ascii_digit).count();
     if let Some(zone) = rest.find(['+', '-']).map(|zone| zone + WHOLE) {

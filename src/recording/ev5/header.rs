@@ -6,6 +6,8 @@ use crate::recording::remarks::{self, Remark, Span};
 use crate::recording::words::{Words, word_list};
 use crate::recording::{Finding, Limits, Stated, TestFacts, encoding, text, time_base};
 use crate::units::{AccelerationUnit, SampleRate};
+use std::ops::Range;
+use std::rc::Rc;
 
 /// Fields of a line of instrumentation.
 const FIELDS: usize = 20;
@@ -27,10 +29,11 @@ pub(super) struct TestInstruments {
 pub(super) struct CurveEntry {
     vehicle: u32,
     pub(super) number: u32,
-    /// All fields, codes among them in capitals.
-    fields: Vec<String>,
+    /// Its line, codes in capitals, and where in it each field stands.
+    line: String,
+    fields: [Range<usize>; FIELDS],
     /// What is said of the test.
-    test: TestFacts,
+    test: Rc<TestSections>,
 }
 
 // Places of fields in a line.
@@ -95,8 +98,9 @@ impl TestInstruments {
             }
             entries.push(entry);
         }
+        let test = Rc::new(test);
         for entry in &mut entries {
-            entry.test = test.of(entry);
+            entry.test = Rc::clone(&test);
         }
         Ok(Self { entries })
     }
@@ -107,7 +111,7 @@ impl TestInstruments {
 }
 
 /// What the sections before the instrumentation say.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, PartialEq)]
 struct TestSections {
     number: Option<String>,
     facts: TestFacts,
@@ -181,49 +185,58 @@ impl TestSections {
 
 impl CurveEntry {
     fn read(line: &str) -> Result<Self, Error> {
-        let mut fields: Vec<&str> = line.split('|').map(str::trim).collect();
+        let mut line = line.to_string();
+        let mut fields = [const { 0..0 }; FIELDS];
+        let mut count = 0;
+        let mut from = 0;
         // The comment stands last and may hold a `|` of its own; other sections' lines end
         // with one.
-        let comment = if fields.len() > FIELDS {
-            fields.split_off(FIELDS - 1).join("|")
-        } else {
-            fields.get(FIELDS - 1).unwrap_or(&"").to_string()
-        };
-        if fields.len() < FIELDS - 1 {
+        for text in line.splitn(FIELDS, '|') {
+            let own = text.trim();
+            let start = from + text.len() - text.trim_start().len();
+            fields[count] = start..start + own.len();
+            count += 1;
+            from += text.len() + 1;
+        }
+        if count < FIELDS - 1 {
             return Err(Error::malformed(
                 format!("{FIELDS} fields divided by |"),
-                format!("{}", fields.len()),
+                format!("{count}"),
                 "the .EV5 is damaged; fetch it again",
             ));
         }
-        let whole = |index: usize, what: &str| -> Result<u32, Error> {
-            fields[index].parse().map_err(|_| {
-                Error::malformed(
-                    format!("{what} in field {}", index + 1),
-                    format!("`{}`", text::shown(fields[index])),
-                    "the .EV5 is damaged; fetch it again",
-                )
-            })
-        };
-        let vehicle = whole(0, "the vehicle's number")?;
-        let number = whole(1, "the curve's number")?;
-        fields.resize(COMMENT, "");
-        let mut fields: Vec<String> = fields.into_iter().map(str::to_string).collect();
+        let comment = line[fields[COMMENT].clone()].trim_end_matches('|').trim();
+        fields[COMMENT].end = fields[COMMENT].start + comment.len();
         for code in CODES {
-            fields[code].make_ascii_uppercase();
+            line[fields[code].clone()].make_ascii_uppercase();
         }
-        fields.push(comment.trim_end_matches('|').trim().to_string());
-        Ok(Self {
-            vehicle,
-            number,
+        let entry = Self {
+            vehicle: 0,
+            number: 0,
+            line,
             fields,
-            test: TestFacts::default(),
+            test: Rc::default(),
+        };
+        Ok(Self {
+            vehicle: entry.whole(0, "the vehicle's number")?,
+            number: entry.whole(1, "the curve's number")?,
+            ..entry
+        })
+    }
+
+    fn whole(&self, field: usize, what: &str) -> Result<u32, Error> {
+        self.of(field).parse().map_err(|_| {
+            Error::malformed(
+                format!("{what} in field {}", field + 1),
+                format!("`{}`", text::shown(self.of(field))),
+                "the .EV5 is damaged; fetch it again",
+            )
         })
     }
 
     /// Returns a field.
     pub(super) fn of(&self, field: usize) -> &str {
-        &self.fields[field]
+        &self.line[self.fields[field].clone()]
     }
 
     /// Returns the channel's name: number, vehicle, sensor, attachment, axis and rank.
@@ -317,7 +330,7 @@ impl CurveEntry {
             full_scale: self.rating(),
             prefilter_hz: text::header_number(self.of(PREFILTER)).filter(|corner| *corner > 0.0),
             status: (!status.is_empty()).then(|| status.to_string()),
-            test: self.test.clone(),
+            test: self.test.of(self),
             ..Stated::default()
         }
     }

@@ -90,9 +90,13 @@ static BESIDE: Folded = folded_list!("instant-beside");
 /// Takes the E of umlauts that are written out, so that `UNGUELTIG`, `UNGÜLTIG` and `UNGULTIG` are
 /// one word.
 fn folded(word: &str) -> String {
-    word.replace("AE", "A")
-        .replace("OE", "O")
-        .replace("UE", "U")
+    let mut before = ' ';
+    let kept = |letter: &char| {
+        let umlaut = *letter == 'E' && matches!(before, 'A' | 'O' | 'U');
+        before = *letter;
+        !umlaut
+    };
+    word.chars().filter(kept).collect()
 }
 
 /// Writes a character as it is compared: a capital without its accent.
