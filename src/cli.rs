@@ -13,6 +13,7 @@
 //! - `manual`: shell completions and manual pages;
 //! - `margin`: `latchgate margin`: how far a verdict is from changing, and what design would
 //!   change it;
+//! - `offers`: channels to choose: for each the command that takes it;
 //! - `options`: options that commands share, and what they ask as data;
 //! - `output`: the only place that prints;
 //! - `progress`: what a command is doing and how far it has come, on a terminal, and Ctrl-C,
@@ -36,6 +37,7 @@ mod limits;
 mod log;
 mod manual;
 mod margin;
+mod offers;
 pub mod options;
 mod output;
 mod progress;

@@ -8,7 +8,7 @@
 //! - `codes`: places and axes of sensors spelt out, by tables beside it;
 //! - `document`: the documents that a replay answers with, block by block;
 //! - `escape`: makes text from files safe to show: in markup and on a terminal;
-//! - `folder`: a report's folder, which holds the earlier report, the new one or none;
+//! - `folder`: a report's folder: its name; it holds the earlier report, the new one or none;
 //! - `html`: `report.html`: one file that opens offline, in light and dark, and prints on A4;
 //! - `json`: `verdict.json`: the document, key by key, with all digits of its numbers;
 //! - `margin`: what `latchgate margin` hands over: its text, and the files of its report;
@@ -47,7 +47,7 @@ mod words;
 
 use crate::error::Error;
 pub use document::Document;
-pub(crate) use folder::Unplaced;
+pub(crate) use folder::{Unplaced, folder_name};
 pub use margin_document::MarginDocument;
 
 use crate::verdict::Evidence;

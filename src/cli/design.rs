@@ -1,11 +1,30 @@
 //! The design that the command line asks for: a file, or the paper's, with overrides.
 
 use super::failure::Failure;
+use super::options::{Common, ReplayArguments};
 use crate::error::{Error, Place};
 use crate::model::Design;
 use crate::pipeline::{design_from_bytes, read_within};
 use crate::recording::Limits;
+use crate::request::Request;
 use std::path::Path;
+
+/// Returns the design that the options ask for, checked together with the question.
+pub(super) fn asked_design(
+    own: &ReplayArguments,
+    request: &Request,
+    common: &Common,
+) -> Result<Design, Failure> {
+    request.check().map_err(Failure::Usage)?;
+    let limits = common.limits().map_err(Failure::Usage)?;
+    let design = design(own.design.as_deref(), &own.set, &limits)?;
+    request.check_design(&design).map_err(match own.design {
+        None => Failure::Usage,
+        // Here it takes the file to see that value and tolerance do not go together.
+        Some(_) => Failure::Data,
+    })?;
+    Ok(design)
+}
 
 /// Reads the design file, if one is named, and applies the overrides.
 pub(super) fn design(

@@ -1,10 +1,10 @@
 //! `latchgate inspect`: what a recording holds. Judges nothing.
 
 use super::failure::Failure;
+use super::offers::offers;
 use super::options::{Common, InspectArguments};
 use super::output;
 use super::progress::Progress;
-use super::replay::offers;
 use super::values::OutputFormat;
 use crate::error::ErrorKind;
 use crate::pipeline::{self, ChannelStatus, ListedChannel, Listing};

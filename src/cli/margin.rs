@@ -1,10 +1,10 @@
 //! `latchgate margin`: how far a verdict is from changing, and what design would change it.
 
+use super::design::asked_design;
 use super::failure::{COULD_NOT, Failure};
 use super::options::{Common, MarginArguments};
 use super::output;
 use super::progress::Progress;
-use super::replay::{asked_design, folder_name};
 use super::values::OutputFormat;
 use crate::pipeline;
 use crate::recording::Limits;
@@ -34,7 +34,8 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
     document.run.elapsed_s = started.elapsed().as_secs_f64();
     let folder = (!own.replay.no_report).then(|| {
         let folder = || {
-            let name = folder_name(&document.recording.file, &design.name, &document.report_id);
+            let name =
+                report::folder_name(&document.recording.file, &design.name, &document.report_id);
             Path::new("reports/out").join(name)
         };
         own.replay.out.clone().unwrap_or_else(folder)

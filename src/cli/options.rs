@@ -135,15 +135,20 @@ pub struct ReadArguments {
     pub accept_remark: Vec<String>,
 }
 
+/// Returns the source: `-` is standard input, anything else a path.
+pub(super) fn source_of(recording: &Path) -> Source {
+    if recording == Path::new("-") {
+        Source::Stdin
+    } else {
+        Source::File(recording.to_path_buf())
+    }
+}
+
 impl ReadArguments {
     /// Returns the source: `-` is standard input, anything else a path.
     #[must_use]
     pub fn source(&self) -> Source {
-        if self.recording == Path::new("-") {
-            Source::Stdin
-        } else {
-            Source::File(self.recording.clone())
-        }
+        source_of(&self.recording)
     }
 
     /// Returns how the recording is read, as a question of which the rest has its defaults.

@@ -1,18 +1,16 @@
 //! `latchgate replay`: recordings, one design, a verdict each.
 
-use super::command_line::quoted;
-use super::design::design;
+use super::design::asked_design;
 use super::failure::{COULD_NOT, Failure};
-use super::options::{Common, ReplayArguments, ReplayCommand};
+use super::offers::offers;
+use super::options::{Common, ReplayCommand, source_of};
 use super::output;
 use super::progress::Progress;
 use super::values::OutputFormat;
 use crate::error::Error;
-use crate::model::Design;
-use crate::pipeline::{self, Extras, Offer, Outcome};
-use crate::recording::{Limits, Source};
-use crate::report::{self, Document, escape, text};
-use crate::request::Request;
+use crate::pipeline::{self, Extras, Outcome};
+use crate::recording::Limits;
+use crate::report::{self, Document, text};
 use crate::verdict::Answer;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -47,7 +45,7 @@ pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failur
         };
         let started = Instant::now();
         let mut outcome = progress.watch(&step, common.thread_count(), |control| {
-            let source = source(recording);
+            let source = source_of(recording);
             let extras = Extras {
                 filter_table: advises || !own.replay.no_report || request.members > 0,
                 preload_answer: advises || !own.replay.no_report,
@@ -79,15 +77,6 @@ pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failur
     Ok(exit_code(&judged))
 }
 
-/// Returns the source: `-` is standard input, anything else a path.
-fn source(recording: &Path) -> Source {
-    if recording == Path::new("-") {
-        Source::Stdin
-    } else {
-        Source::File(recording.to_path_buf())
-    }
-}
-
 /// Writes the report, if there is to be one; what was not judged has none.
 fn kept(own: &ReplayCommand, recording: &Path, several: bool, outcome: Outcome) -> ReplayedFile {
     let mut judged = ReplayedFile {
@@ -102,7 +91,7 @@ fn kept(own: &ReplayCommand, recording: &Path, several: bool, outcome: Outcome) 
     if own.replay.no_report || judged.outcome.refusal.is_some() {
         return judged;
     }
-    let name = folder_name(
+    let name = report::folder_name(
         &document.recording.file,
         &document.design.name,
         &document.report_id,
@@ -189,23 +178,6 @@ fn exit_code(judged: &[ReplayedFile]) -> u8 {
     worst.map_or(COULD_NOT, Answer::exit_code)
 }
 
-/// Returns the design that the options ask for, checked together with the question.
-pub(super) fn asked_design(
-    own: &ReplayArguments,
-    request: &Request,
-    common: &Common,
-) -> Result<Design, Failure> {
-    request.check().map_err(Failure::Usage)?;
-    let limits = common.limits().map_err(Failure::Usage)?;
-    let design = design(own.design.as_deref(), &own.set, &limits)?;
-    request.check_design(&design).map_err(match own.design {
-        None => Failure::Usage,
-        // Here it takes the file to see that value and tolerance do not go together.
-        Some(_) => Failure::Data,
-    })?;
-    Ok(design)
-}
-
 /// Says on stderr why there is no answer, and which channels there are to choose from, or why
 /// there is no report.
 fn say(recording: &Path, judged: &ReplayedFile) {
@@ -227,79 +199,4 @@ fn say(recording: &Path, judged: &ReplayedFile) {
     if let Some(error) = &judged.unwritten {
         output::talk(&format!("latchgate: {error}"));
     }
-}
-
-/// Returns a line for each channel to choose: the command that takes it, its shape, and what
-/// keeps it from being taken unasked.
-pub(super) fn offers(recording: &Path, offers: &[Offer]) -> String {
-    const LISTED: usize = 24;
-    let recording = recording.to_string_lossy();
-    let words = std::env::args_os().skip(1);
-    let words = words.map(|word| word.to_string_lossy().into_owned());
-    let further = further_options(words, &recording);
-    let mut lines: String = offers
-        .iter()
-        .take(LISTED)
-        .map(|offer| {
-            let doubt = offer.doubt.as_ref();
-            let doubt = doubt.map_or(String::new(), |doubt| format!("  ({doubt})"));
-            format!(
-                "  choose: latchgate replay {} --channel {}{}  {}{}\n",
-                escape::terminal(&quoted(&recording)),
-                escape::terminal(&quoted(&offer.channel)),
-                escape::terminal(&further),
-                offer.spark,
-                escape::terminal(&doubt),
-            )
-        })
-        .collect();
-    if offers.len() > LISTED {
-        lines += &format!("  … {} more\n", offers.len() - LISTED);
-    }
-    lines
-}
-
-/// Returns the options of a command line, each after a blank, but the one that names a channel.
-fn further_options(words: impl Iterator<Item = String>, recording: &str) -> String {
-    let mut rest = String::new();
-    let (mut command, mut file, mut value) = (false, false, false);
-    for word in words {
-        if std::mem::take(&mut value) || word.starts_with("--channel=") {
-            continue;
-        }
-        if word == "--channel" {
-            value = true;
-        } else if !command && matches!(word.as_str(), "replay" | "inspect" | "margin") {
-            command = true;
-        } else if !file && word == recording {
-            file = true;
-        } else {
-            rest += &format!(" {}", quoted(&word));
-        }
-    }
-    rest
-}
-
-/// Returns the name of a report's folder, `<recording>-<design>-<id>`, of characters that any file
-/// system takes.
-pub(super) fn folder_name(recording: &str, design: &str, id: &str) -> String {
-    let name = if recording == "-" { "stdin" } else { recording };
-    let id: String = id.chars().take(8).collect();
-    // A folder's name has 255 bytes at most, and a letter up to four.
-    let mut plain: String = format!("{name}-{design}")
-        .chars()
-        .take(50)
-        .map(|c| {
-            if c.is_alphanumeric() || matches!(c, '.' | '_' | '-') {
-                c
-            } else {
-                '_'
-            }
-        })
-        .collect();
-    if !id.is_empty() {
-        plain.push('-');
-        plain.push_str(&id);
-    }
-    plain
 }

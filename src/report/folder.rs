@@ -1,4 +1,5 @@
-//! A report's folder, which holds the earlier report, the new one or none, never parts of both.
+//! A report's folder: its name, and that it holds the earlier report, the new one or none, never
+//! parts of both.
 
 use crate::error::{Error, ErrorKind, Place};
 use std::fs;
@@ -14,6 +15,30 @@ const MAKE: &str = "make the report folder";
 
 /// Number of the next folder that this process writes beside another.
 static NEXT: AtomicU32 = AtomicU32::new(0);
+
+/// Returns the name of a report's folder, `<recording>-<design>-<id>`, of characters that any file
+/// system takes.
+pub(crate) fn folder_name(recording: &str, design: &str, id: &str) -> String {
+    let name = if recording == "-" { "stdin" } else { recording };
+    let id: String = id.chars().take(8).collect();
+    // A folder's name has 255 bytes at most, and a letter up to four.
+    let mut plain: String = format!("{name}-{design}")
+        .chars()
+        .take(50)
+        .map(|c| {
+            if c.is_alphanumeric() || matches!(c, '.' | '_' | '-') {
+                c
+            } else {
+                '_'
+            }
+        })
+        .collect();
+    if !id.is_empty() {
+        plain.push('-');
+        plain.push_str(&id);
+    }
+    plain
+}
 
 /// Puts `files` into `dir`, made if absent, in place of those of the names `ours`, and returns
 /// their paths. They are written into a folder beside it, which then takes its name. Where
