@@ -1,8 +1,11 @@
 //! `latchgate replay`: recordings, one design, a verdict each.
+//!
+//! - `answer`: what it prints, on stdout and on stderr, and its exit code.
+
+mod answer;
 
 use super::design::asked_design;
-use super::failure::{COULD_NOT, Failure};
-use super::offers::offers;
+use super::failure::Failure;
 use super::options::{Common, ReplayCommand, source_of};
 use super::output;
 use super::progress::Progress;
@@ -10,9 +13,7 @@ use super::values::OutputFormat;
 use crate::error::Error;
 use crate::pipeline::{self, Extras, Outcome};
 use crate::recording::Limits;
-use crate::report::{self, Document, text};
-use crate::verdict::Answer;
-use serde_json::{Value, json};
+use crate::report;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -67,14 +68,14 @@ pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failur
         judged.push(kept(own, recording, recordings.len() > 1, outcome));
     }
     drop(progress);
-    answer(&judged, common).map_err(Failure::Data)?;
+    answer::print(&judged, common).map_err(Failure::Data)?;
     for (recording, judged) in recordings.iter().zip(&judged) {
-        say(recording, judged);
+        answer::say(recording, judged);
         if let (true, Some(report)) = (own.open, &judged.report) {
             output::open(&report.join(report::REPORT_FILE));
         }
     }
-    Ok(exit_code(&judged))
+    Ok(answer::exit_code(&judged))
 }
 
 /// Writes the report, if there is to be one; what was not judged has none.
@@ -117,86 +118,4 @@ fn kept(own: &ReplayCommand, recording: &Path, several: bool, outcome: Outcome) 
         Err(error) => judged.unwritten = Some(error),
     }
     judged
-}
-
-/// Returns the document as it is printed: the same, whether a report was written or not. A question of
-/// nominal runs alone is a program's, that wants it soon: it has no filter table.
-fn printed(judged: &ReplayedFile) -> Document {
-    let mut document = judged.outcome.document.clone();
-    document.preload_answer = None;
-    if document.request.members == 0 {
-        document.filters.clear();
-    }
-    document
-}
-
-/// Prints the answer: one document or text, or a table of several.
-fn answer(judged: &[ReplayedFile], common: &Common) -> Result<(), Error> {
-    let look = output::look(common);
-    match (common.format, judged) {
-        (OutputFormat::Json, [one]) => output::document(&report::json::render(&printed(one))),
-        (OutputFormat::Json, several) => {
-            let worst = several.iter().map(|judged| judged.outcome.document.verdict);
-            let worst = worst.min_by_key(|answer| text::rank(*answer));
-            let documents: Vec<Value> = several
-                .iter()
-                .map(|judged| json!(printed(judged)))
-                .collect();
-            output::document(&report::json::render(&json!({
-                "schema": "latchgate.verdicts/1",
-                "verdict": worst.map(Answer::name),
-                "verdicts": documents,
-            })))
-        }
-        // What was not judged is told on stderr.
-        (OutputFormat::Text, [one]) if one.outcome.refusal.is_some() => Ok(()),
-        (OutputFormat::Text, [one]) => {
-            let document = &one.outcome.document;
-            output::document(&text::render(document, one.report.as_deref(), look))
-        }
-        (OutputFormat::Text, several) => {
-            let rows: Vec<text::TableRow> = several
-                .iter()
-                .map(|judged| text::TableRow {
-                    document: &judged.outcome.document,
-                    judged: judged.outcome.refusal.is_none(),
-                    report: judged.report.as_deref(),
-                })
-                .collect();
-            output::document(&text::table(&rows, look))
-        }
-    }
-}
-
-/// Returns the worst exit code, in the order 4, 1, 3, 0.
-fn exit_code(judged: &[ReplayedFile]) -> u8 {
-    if judged.iter().any(|judged| judged.unwritten.is_some()) {
-        return COULD_NOT;
-    }
-    let answers = judged.iter().map(|judged| judged.outcome.document.verdict);
-    let worst = answers.min_by_key(|answer| text::rank(*answer));
-    worst.map_or(COULD_NOT, Answer::exit_code)
-}
-
-/// Says on stderr why there is no answer, and which channels there are to choose from, or why
-/// there is no report.
-fn say(recording: &Path, judged: &ReplayedFile) {
-    let document = &judged.outcome.document;
-    if let Some(error) = &judged.outcome.refusal {
-        output::talk(&format!("latchgate: {error}"));
-        let lines = offers(recording, &judged.outcome.offers);
-        if !lines.is_empty() {
-            output::talk(lines.trim_end());
-        }
-    } else if document.verdict == Answer::Unusable {
-        let reason = document
-            .why
-            .first()
-            .map_or("", |reason| reason.text.as_str());
-        let file = &document.recording.file;
-        output::talk(&format!("latchgate: {file}: unusable: {reason}"));
-    }
-    if let Some(error) = &judged.unwritten {
-        output::talk(&format!("latchgate: {error}"));
-    }
 }

@@ -1,0 +1,96 @@
+//! What a replay prints, on stdout and on stderr, and its exit code.
+
+use super::ReplayedFile;
+use crate::cli::failure::COULD_NOT;
+use crate::cli::offers::offers;
+use crate::cli::options::Common;
+use crate::cli::output;
+use crate::cli::values::OutputFormat;
+use crate::error::Error;
+use crate::report::{self, Document, text};
+use crate::verdict::Answer;
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// Returns the document as it is printed: the same, whether a report was written or not. A question of
+/// nominal runs alone is a program's, that wants it soon: it has no filter table.
+fn printed(judged: &ReplayedFile) -> Document {
+    let mut document = judged.outcome.document.clone();
+    document.preload_answer = None;
+    if document.request.members == 0 {
+        document.filters.clear();
+    }
+    document
+}
+
+/// Prints the answer: one document or text, or a table of several.
+pub(super) fn print(judged: &[ReplayedFile], common: &Common) -> Result<(), Error> {
+    let look = output::look(common);
+    match (common.format, judged) {
+        (OutputFormat::Json, [one]) => output::document(&report::json::render(&printed(one))),
+        (OutputFormat::Json, several) => {
+            let documents: Vec<Value> = several
+                .iter()
+                .map(|judged| json!(printed(judged)))
+                .collect();
+            output::document(&report::json::render(&json!({
+                "schema": "latchgate.verdicts/1",
+                "verdict": worst(several).map(Answer::name),
+                "verdicts": documents,
+            })))
+        }
+        // What was not judged is told on stderr.
+        (OutputFormat::Text, [one]) if one.outcome.refusal.is_some() => Ok(()),
+        (OutputFormat::Text, [one]) => {
+            let document = &one.outcome.document;
+            output::document(&text::render(document, one.report.as_deref(), look))
+        }
+        (OutputFormat::Text, several) => {
+            let rows: Vec<text::TableRow> = several
+                .iter()
+                .map(|judged| text::TableRow {
+                    document: &judged.outcome.document,
+                    judged: judged.outcome.refusal.is_none(),
+                    report: judged.report.as_deref(),
+                })
+                .collect();
+            output::document(&text::table(&rows, look))
+        }
+    }
+}
+
+/// Returns the worst exit code, in the order 4, 1, 3, 0.
+pub(super) fn exit_code(judged: &[ReplayedFile]) -> u8 {
+    if judged.iter().any(|judged| judged.unwritten.is_some()) {
+        return COULD_NOT;
+    }
+    worst(judged).map_or(COULD_NOT, Answer::exit_code)
+}
+
+fn worst(judged: &[ReplayedFile]) -> Option<Answer> {
+    let answers = judged.iter().map(|judged| judged.outcome.document.verdict);
+    answers.min_by_key(|answer| text::rank(*answer))
+}
+
+/// Says on stderr why there is no answer, and which channels there are to choose from, or why
+/// there is no report.
+pub(super) fn say(recording: &Path, judged: &ReplayedFile) {
+    let document = &judged.outcome.document;
+    if let Some(error) = &judged.outcome.refusal {
+        output::talk(&format!("latchgate: {error}"));
+        let lines = offers(recording, &judged.outcome.offers);
+        if !lines.is_empty() {
+            output::talk(lines.trim_end());
+        }
+    } else if document.verdict == Answer::Unusable {
+        let reason = document
+            .why
+            .first()
+            .map_or("", |reason| reason.text.as_str());
+        let file = &document.recording.file;
+        output::talk(&format!("latchgate: {file}: unusable: {reason}"));
+    }
+    if let Some(error) = &judged.unwritten {
+        output::talk(&format!("latchgate: {error}"));
+    }
+}
