@@ -27,13 +27,13 @@
 
 pub mod args;
 mod command_line;
-mod compare;
+pub mod compare;
 mod design;
 mod failure;
 pub mod gate;
 pub mod init;
 mod inspect;
-mod limits;
+pub mod limits;
 mod log;
 mod manual;
 mod margin;

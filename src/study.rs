@@ -28,13 +28,13 @@ pub mod step_size;
 pub mod work_precision;
 
 use crate::model::stop::StopModel;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A clock: seconds since some instant.
 pub type Stopwatch<'a> = &'a dyn Fn() -> f64;
 
 /// A figure that a reader should take away.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Headline {
     /// Case or subject.
     pub subject: String,
@@ -45,7 +45,7 @@ pub struct Headline {
     /// The figure; `None` where there is none.
     pub value: Option<f64>,
     /// Significant digits worth showing; the JSON file has them all.
-    #[serde(skip)]
+    #[serde(skip, default = "usual_digits")]
     pub digits: usize,
 }
 
@@ -54,6 +54,10 @@ impl Headline {
     pub const DIGITS: usize = 4;
     /// Digits of figures that are solutions of equations.
     pub const EXACT: usize = 11;
+}
+
+const fn usual_digits() -> usize {
+    Headline::DIGITS
 }
 
 /// Headline figures of one subject, as they are put together.

@@ -10,7 +10,9 @@ use crate::recording::{Limits, read_within};
 use crate::report::html::DifferenceRow;
 use crate::report::series::SeriesTable;
 use crate::report::{self, Document, escape, number, terminal};
-use serde_json::{Map, Value, json};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -30,11 +32,30 @@ const PARTS: [(&str, &[&str]); 4] = [
     ),
 ];
 
-/// A value that differs: the part it belongs to, its key, and what it is in each verdict.
-struct Differing {
-    part: &'static str,
-    key: String,
-    values: [Option<Value>; 2],
+/// The document that `compare --format json` prints.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct VerdictComparison {
+    /// What differs.
+    pub differences: Vec<DifferingValue>,
+    /// What names each verdict.
+    pub report_ids: [Option<String>; 2],
+    /// Whether nothing does.
+    pub same: bool,
+    /// `latchgate.compare/1`.
+    pub schema: Cow<'static, str>,
+}
+
+/// A value that differs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DifferingValue {
+    /// Its key, from the document's root.
+    pub key: String,
+    /// In the one verdict; `None` where the key is absent or null.
+    pub one: Option<Value>,
+    /// In the other.
+    pub other: Option<Value>,
+    /// The part it belongs to: `recording`, `settings`, `design` or `results`.
+    pub part: Cow<'static, str>,
 }
 
 /// Runs the command; returns the exit code.
@@ -50,19 +71,15 @@ pub(super) fn command(own: &CompareArguments, common: &Common) -> Result<u8, Fai
     let written = (!own.no_report).then(|| page(own, &documents, &found));
     let text = match common.format {
         OutputFormat::Json => {
-            let rows: Vec<Value> = found
-                .iter()
-                .map(|row| {
-                    let [one, other] = &row.values;
-                    json!({"part": row.part, "key": row.key, "one": one, "other": other})
-                })
-                .collect();
-            report::json::render(&json!({
-                "schema": "latchgate.compare/1",
-                "same": found.is_empty(),
-                "report_ids": documents.each_ref().map(|document| &document["report_id"]),
-                "differences": rows,
-            }))
+            let id = |document: &Map<String, Value>| {
+                document.get("report_id")?.as_str().map(String::from)
+            };
+            report::json::render(&VerdictComparison {
+                differences: found.clone(),
+                report_ids: documents.each_ref().map(id),
+                same: found.is_empty(),
+                schema: "latchgate.compare/1".into(),
+            })
         }
         OutputFormat::Text => {
             let page = written.as_ref().and_then(|written| written.as_ref().ok());
@@ -80,7 +97,7 @@ pub(super) fn command(own: &CompareArguments, common: &Common) -> Result<u8, Fai
 fn page(
     own: &CompareArguments,
     verdicts: &[Map<String, Value>; 2],
-    found: &[Differing],
+    found: &[DifferingValue],
 ) -> Result<PathBuf, Error> {
     let paths = [&own.one, &own.other];
     let mut documents = Vec::new();
@@ -108,12 +125,9 @@ fn page(
     let rows: Vec<DifferenceRow> = found
         .iter()
         .map(|row| DifferenceRow {
-            part: row.part.into(),
+            part: row.part.to_string(),
             key: row.key.clone(),
-            values: row
-                .values
-                .each_ref()
-                .map(|value| short_value(value.as_ref(), PAGE_CELL)),
+            values: [&row.one, &row.other].map(|value| short_value(value.as_ref(), PAGE_CELL)),
         })
         .collect();
     let ids = [&documents[0], &documents[1]].map(|document| short(&document.report_id));
@@ -148,7 +162,12 @@ fn verdict(path: &Path) -> Result<Map<String, Value>, Failure> {
 }
 
 /// Notes the values that differ; lists are taken whole, but for those of what has a code.
-fn walk(part: &'static str, key: &str, values: [Option<&Value>; 2], found: &mut Vec<Differing>) {
+fn walk(
+    part: &'static str,
+    key: &str,
+    values: [Option<&Value>; 2],
+    found: &mut Vec<DifferingValue>,
+) {
     if let [Some(one), Some(other)] = values.map(|value| value.and_then(by_code)) {
         walk(part, key, [Some(&one), Some(&other)], found);
     } else if let [Some(Value::Object(one)), Some(Value::Object(other))] = values {
@@ -158,10 +177,12 @@ fn walk(part: &'static str, key: &str, values: [Option<&Value>; 2], found: &mut 
             walk(part, &name, [one.get(inner), other.get(inner)], found);
         }
     } else if values[0] != values[1] {
-        found.push(Differing {
-            part,
+        let [one, other] = values.map(Option::<&Value>::cloned);
+        found.push(DifferingValue {
             key: key.to_string(),
-            values: values.map(Option::<&Value>::cloned),
+            one,
+            other,
+            part: part.into(),
         });
     }
 }
@@ -180,7 +201,7 @@ fn by_code(list: &Value) -> Option<Value> {
     Some(Value::Object(texts))
 }
 
-fn table(found: &[Differing], documents: &[Map<String, Value>; 2]) -> String {
+fn table(found: &[DifferingValue], documents: &[Map<String, Value>; 2]) -> String {
     let word = |index: usize, key: &str| documents[index][key].as_str().unwrap_or("–").to_string();
     let head = |index: usize| {
         let id = short(&word(index, "report_id"));
@@ -189,11 +210,10 @@ fn table(found: &[Differing], documents: &[Map<String, Value>; 2]) -> String {
     let mut rows = vec![vec![String::new(), String::new(), head(0), head(1)]];
     let mut part = "";
     for row in found {
-        let name = if row.part == part { "" } else { row.part };
-        part = row.part;
-        let values = row.values.each_ref();
-        let [one, other] =
-            values.map(|value| escape::terminal(&short_value(value.as_ref(), CELL)).into_owned());
+        let name = if row.part == part { "" } else { &*row.part };
+        part = &*row.part;
+        let [one, other] = [&row.one, &row.other]
+            .map(|value| escape::terminal(&short_value(value.as_ref(), CELL)).into_owned());
         rows.push(vec![name.into(), row.key.clone(), one, other]);
     }
     if found.is_empty() {

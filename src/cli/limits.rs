@@ -6,28 +6,33 @@ use super::output;
 use super::values::OutputFormat;
 use crate::error::ErrorKind;
 use crate::recording::limits::Limit;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::fmt::Write as _;
 
 /// The document that `limits --format json` prints.
-#[derive(Debug, Serialize)]
-struct LimitList {
-    schema: &'static str,
-    limits: Vec<ListedLimit>,
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LimitList {
+    /// `latchgate.limits/1`.
+    pub schema: Cow<'static, str>,
+    /// Every limit, in the order of their table.
+    pub limits: Vec<ListedLimit>,
 }
 
-#[derive(Debug, Serialize)]
-struct ListedLimit {
+/// A limit, and how it is changed.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ListedLimit {
+    /// The limit.
     #[serde(flatten)]
-    limit: Limit,
+    pub limit: Limit,
     /// The option that sets it to the value it has.
-    change: String,
+    pub change: String,
 }
 
 /// Runs the command; returns the exit code.
 pub(super) fn command(common: &Common) -> Result<u8, Failure> {
     let listing = LimitList {
-        schema: "latchgate.limits/1",
+        schema: "latchgate.limits/1".into(),
         limits: common
             .limits()
             .map_err(Failure::Usage)?

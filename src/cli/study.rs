@@ -106,20 +106,20 @@ pub(super) fn command(own: &Study, common: &Common) -> Result<u8, Failure> {
     let answer = analysis.run(&design, &session)?;
     let complete = answer.complete;
     let summary = Summary {
-        schema: "latchgate.study/1",
-        study: analysis.name(),
+        schema: "latchgate.study/1".into(),
+        study: analysis.name().into(),
         parameters: answer.parameters,
         complete,
         headlines: answer.headlines,
         cases: answer.cases,
         results: answer.results,
-        version: env!("CARGO_PKG_VERSION"),
+        version: env!("CARGO_PKG_VERSION").into(),
         elapsed_s: session.elapsed_s(),
     };
     let files = StudyFiles::new(&summary, answer.tables, answer.svg);
     let folder = out
         .clone()
-        .unwrap_or_else(|| PathBuf::from("reports/out").join(files.name));
+        .unwrap_or_else(|| PathBuf::from("reports/out").join(&*files.name));
     let written = files.write(&folder).map_err(Failure::Data)?;
     match common.format {
         OutputFormat::Json => output::document(&files.json),

@@ -4,22 +4,23 @@
 //! An assignment `KEY=VALUE` changes an entry.
 
 use crate::error::{Error, ErrorKind};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// A limit as it stands.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Limit {
     /// Name, as messages and assignments use it.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Its value.
     pub value: u64,
     /// The value unless changed.
     pub default: u64,
     /// What it counts, for example `bytes`.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// What is counted where.
-    pub meaning: &'static str,
+    pub meaning: Cow<'static, str>,
 }
 
 macro_rules! limits {
@@ -44,11 +45,11 @@ macro_rules! limits {
             #[must_use]
             pub fn entries(&self) -> Vec<Limit> {
                 vec![$(Limit {
-                    name: stringify!($name),
+                    name: stringify!($name).into(),
                     value: self.$name,
                     default: $value,
-                    unit: $unit,
-                    meaning: $meaning,
+                    unit: $unit.into(),
+                    meaning: $meaning.into(),
                 }),*]
             }
 

@@ -165,3 +165,14 @@ pub struct Document {
     /// Version and time; last.
     pub run: RunBlock,
 }
+
+/// What a replay of several recordings prints.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Verdicts {
+    /// `latchgate.verdicts/1`.
+    pub schema: Cow<'static, str>,
+    /// The worst answer of them.
+    pub verdict: Option<Answer>,
+    /// Each recording's, in the order they were named.
+    pub verdicts: Vec<Document>,
+}

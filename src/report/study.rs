@@ -5,17 +5,18 @@ use crate::error::{Error, ErrorKind, Place};
 use crate::model::stop::StopModel;
 use crate::study::Headline;
 use crate::study::work_precision::Truth;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// What stands in `NAME.json`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Name and version of this form.
-    pub schema: &'static str,
+    pub schema: Cow<'static, str>,
     /// The study's name.
-    pub study: &'static str,
+    pub study: Cow<'static, str>,
     /// The study's options, its design among them.
     pub parameters: serde_json::Value,
     /// Whether the work was done to its end.
@@ -23,13 +24,13 @@ pub struct Summary {
     /// What to take away.
     pub headlines: Vec<Headline>,
     /// The truth of each case, where the study has cases.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cases: Vec<Truth>,
     /// What else the study found, in its own form.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub results: Option<serde_json::Value>,
     /// Version of the program.
-    pub version: &'static str,
+    pub version: Cow<'static, str>,
     /// Time that the study took [s].
     pub elapsed_s: f64,
 }
@@ -94,7 +95,7 @@ impl StudyTable {
 #[derive(Debug, Clone, PartialEq)]
 pub struct StudyFiles {
     /// The study's name, and the files' without their ends.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Its rows.
     pub tables: Vec<StudyTable>,
     /// Its chart.
@@ -108,7 +109,7 @@ impl StudyFiles {
     #[must_use]
     pub fn new(summary: &Summary, tables: Vec<StudyTable>, svg: String) -> Self {
         Self {
-            name: summary.study,
+            name: summary.study.clone(),
             tables,
             svg,
             json: json::render(summary),

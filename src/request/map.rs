@@ -368,8 +368,8 @@ fn limits(value: &Value) -> Result<BTreeMap<String, u64>, String> {
     }
     // A limit that is stated as it stands is none that was changed.
     for limit in Limits::default().entries() {
-        if changed.get(limit.name) == Some(&limit.value) {
-            changed.remove(limit.name);
+        if changed.get(&*limit.name) == Some(&limit.value) {
+            changed.remove(&*limit.name);
         }
     }
     Ok(changed)

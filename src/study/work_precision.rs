@@ -14,7 +14,8 @@ use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::replay::{self, Method, RunOptions, RunOutcome};
 use crate::units::OpensWhen;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// Options of the study of error against cost.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -104,10 +105,10 @@ pub struct Row {
 }
 
 /// The truth of a case, with what it is good for.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
     /// Case.
-    pub case: &'static str,
+    pub case: Cow<'static, str>,
     /// Stop model.
     pub model: StopModel,
     /// What the case is.
@@ -292,7 +293,7 @@ impl<'a> TimedCase<'a> {
             case,
             model,
             truth: Truth {
-                case: case.name,
+                case: case.name.into(),
                 model,
                 title: case.title.clone(),
                 samples: case.signal().map(|signal| signal.samples.len()),
@@ -402,7 +403,7 @@ impl<'a> TimedCase<'a> {
             _ => None,
         };
         Ok(Row {
-            case: self.case.name,
+            case: self.case.name.into(),
             model: self.model,
             method: method.name(),
             steps_per_period: method.steps_per_period(),
@@ -463,7 +464,7 @@ fn headlines(truth: &Truth, rows: &[Row], out: &mut Vec<Headline>) {
     let mut say = |what: String, value: Option<f64>| {
         out.push(Headline {
             digits: Headline::DIGITS,
-            subject: truth.case.into(),
+            subject: truth.case.to_string(),
             model: Some(truth.model),
             what,
             value,

@@ -1,13 +1,18 @@
 //! The face of the library: a question as data, a recording that is read once, documents that can
 //! be read back, and what names them.
 
-use crate::support::{Folder, data};
+use crate::support::{Folder, data, finish, program};
+use latchgate::cli::compare::VerdictComparison;
+use latchgate::cli::limits::LimitList;
 use latchgate::error::ErrorKind;
+use latchgate::gate::GateSummary;
 use latchgate::model::parameters::PARAMETERS;
 use latchgate::pipeline::{
     self, Control, Design, Document, Extras, Limits, Listing, MarginRequest, NUMBERS_REVISION,
-    Outcome, Prepared, Request, Source, Stored,
+    Outcome, Prepared, Request, Source, Stored, Verification,
 };
+use latchgate::report::document::Verdicts;
+use latchgate::report::study::Summary;
 use latchgate::report::{MarginDocument, json};
 use latchgate::request::PolaritySource;
 use latchgate::setting::Setting;
@@ -466,16 +471,86 @@ fn verif_documents_are_read_back() {
         let text = json::render(&listing);
         assert_eq!(again::<Listing>(&text), text, "{name}");
     }
-    let asked: MarginRequest = serde_json::from_value(json!({
-        "members": 0, "points": 50,
-        "map": ["lever.mass_kg=0.1..0.2", "lever.preload_torque_nm=0.1..3"], "map_grid": "4x3",
-    }))
-    .unwrap();
-    let source = signals("surviving.csv");
-    let margin =
-        pipeline::margin(&source, &asked, &Design::reference(), &limits, &control).unwrap();
-    let text = json::render(&margin.document);
-    assert_eq!(again::<MarginDocument>(&text), text);
+    for (name, asked) in [
+        (
+            "surviving.csv",
+            json!({
+                "members": 0, "points": 50, "map_grid": "4x3",
+                "map": ["lever.mass_kg=0.1..0.2", "lever.preload_torque_nm=0.1..3"],
+            }),
+        ),
+        ("burst.csv", json!({"members": 0, "points": 50})),
+        ("burst_imu.mcap", json!({"members": 0, "points": 50})),
+        (
+            "half_sine_30g_11ms.csv",
+            json!({"members": 0, "points": 50}),
+        ),
+        ("sled_30g_30ms.csv", json!({"members": 0, "points": 50})),
+        ("ugly.csv", json!({"members": 0, "points": 50})),
+    ] {
+        let source = signals(name);
+        let asked: MarginRequest = serde_json::from_value(asked).unwrap();
+        let design = Design::reference();
+        let margin = pipeline::margin(&source, &asked, &design, &limits, &control).unwrap();
+        let text = json::render(&margin.document);
+        assert_eq!(again::<MarginDocument>(&text), text, "{name}");
+    }
+}
+
+/// What the other commands print, and the studies that are kept, is read back as well.
+#[test]
+fn verif_documents_of_every_command_are_read_back() {
+    let folder = Folder::new("read-back");
+    for name in ["burst.csv", "surviving.csv"] {
+        let Source::File(path) = signals(name) else {
+            unreachable!("a file")
+        };
+        std::fs::copy(&path, folder.path().join(name)).unwrap();
+        std::fs::copy(
+            path.with_extension("csv.toml"),
+            folder.path().join(format!("{name}.toml")),
+        )
+        .unwrap();
+    }
+    let gate = "[[recordings]]\nfiles = [\"burst.csv\", \"surviving.csv\"]\nmembers = 0\n\
+                [[designs]]\nname = \"paper\"\n";
+    folder.write("gate.toml", gate);
+    let run = |words: &[&str]| {
+        let done = finish(program().args(words).current_dir(folder.path()));
+        assert!(done.code < 4, "{words:?}: {}", done.err);
+        done.out
+    };
+    let json = ["--format", "json"];
+    let asked = |words: &[&str]| run(&[words, &json].concat());
+    let nominal = ["--members", "0"];
+    let several = asked(&[&["replay", "burst.csv", "surviving.csv"], &nominal[..]].concat());
+    check_again::<Verdicts>("replay", &several);
+    run(&[&["replay", "burst.csv", "--out", "a"], &nominal[..]].concat());
+    run(&[&["replay", "surviving.csv", "--out", "b"], &nominal[..]].concat());
+    for other in ["a/verdict.json", "b/verdict.json"] {
+        check_again::<VerdictComparison>("compare", &asked(&["compare", "a/verdict.json", other]));
+    }
+    check_again::<Verification>("verify", &asked(&["verify", "a/verdict.json"]));
+    let verdict = std::fs::read_to_string(folder.path().join("a/verdict.json")).unwrap();
+    let moved = verdict.replacen("\"threshold_rad\": ", "\"threshold_rad\": 1", 1);
+    folder.write("a/verdict.json", moved);
+    check_again::<Verification>("verify", &asked(&["verify", "a/verdict.json"]));
+    check_again::<LimitList>("limits", &asked(&["limits", "--limit", "lines=7"]));
+    run(&["gate", "gate.toml", "--out", "gate", "--reports", "none"]);
+    let summary = std::fs::read_to_string(folder.path().join("gate/summary.json")).unwrap();
+    check_again::<GateSummary>("gate", &summary);
+    for name in ["damages", "stability", "work-precision"] {
+        let kept = std::fs::read_to_string(format!("reports/{name}/{name}.json")).unwrap();
+        check_again::<Summary>(name, &kept);
+    }
+}
+
+/// Checks that a document is read back as it was written, whatever way it was indented.
+#[track_caller]
+fn check_again<T: serde::Serialize + serde::de::DeserializeOwned>(name: &str, text: &str) {
+    let written: Value = serde_json::from_str(text).unwrap();
+    let read: Value = serde_json::from_str(&again::<T>(text)).unwrap();
+    assert_eq!(read, written, "{name}");
 }
 
 /// A stored verdict comes out again, byte for byte; one that was changed by hand is refused.

@@ -7,9 +7,10 @@ use crate::cli::options::Common;
 use crate::cli::output;
 use crate::cli::values::OutputFormat;
 use crate::error::Error;
+use crate::report::document::Verdicts;
 use crate::report::{self, Document, text};
 use crate::verdict::Answer;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::path::Path;
 
 /// Returns the document as it is printed: the same, whether a report was written or not. A question of
@@ -29,15 +30,13 @@ pub(super) fn print(judged: &[ReplayedFile], common: &Common) -> Result<(), Erro
     match (common.format, judged) {
         (OutputFormat::Json, [one]) => output::document(&report::json::render(&printed(one))),
         (OutputFormat::Json, several) => {
-            let documents: Vec<Value> = several
-                .iter()
-                .map(|judged| json!(printed(judged)))
-                .collect();
-            output::document(&report::json::render(&json!({
-                "schema": "latchgate.verdicts/1",
-                "verdict": worst(several).map(Answer::name),
-                "verdicts": documents,
-            })))
+            let verdicts = Verdicts {
+                schema: "latchgate.verdicts/1".into(),
+                verdict: worst(several),
+                verdicts: several.iter().map(printed).collect(),
+            };
+            // A value's keys are in the order of their names.
+            output::document(&report::json::render(&json!(verdicts)))
         }
         // What was not judged is told on stderr.
         (OutputFormat::Text, [one]) if one.outcome.refusal.is_some() => Ok(()),
