@@ -142,12 +142,17 @@ fn short(id: &str) -> String {
     id.chars().take(8).filter(char::is_ascii_hexdigit).collect()
 }
 
+/// Returns the text of a key; of one that is absent or no text, nothing.
+fn text_at<'a>(document: &'a Map<String, Value>, key: &str) -> &'a str {
+    document.get(key).and_then(Value::as_str).unwrap_or("")
+}
+
 /// Reads a verdict.
 fn verdict(path: &Path) -> Result<Map<String, Value>, Failure> {
     let bytes = read(path).map_err(Failure::Data)?;
     let document: Option<Value> = serde_json::from_slice(&bytes).ok();
     match document {
-        Some(Value::Object(document)) if document["schema"] == "latchgate.verdict/1" => {
+        Some(Value::Object(document)) if text_at(&document, "schema") == "latchgate.verdict/1" => {
             Ok(document)
         }
         _ => Err(Failure::Data(
@@ -202,10 +207,13 @@ fn by_code(list: &Value) -> Option<Value> {
 }
 
 fn table(found: &[DifferingValue], documents: &[Map<String, Value>; 2]) -> String {
-    let word = |index: usize, key: &str| documents[index][key].as_str().unwrap_or("–").to_string();
     let head = |index: usize| {
-        let id = short(&word(index, "report_id"));
-        format!("{} ({id})", word(index, "verdict").to_uppercase())
+        let document: &Map<String, Value> = &documents[index];
+        let answer = match text_at(document, "verdict") {
+            "" => "–".to_string(),
+            answer => answer.to_uppercase(),
+        };
+        format!("{answer} ({})", short(text_at(document, "report_id")))
     };
     let mut rows = vec![vec![String::new(), String::new(), head(0), head(1)]];
     let mut part = "";

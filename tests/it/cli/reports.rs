@@ -243,6 +243,26 @@ fn cli_two_verdicts_are_compared() {
     assert_eq!(run(&["compare", "a/verdict.json", "a/series.csv"]).code, 4);
 }
 
+/// What is JSON but no verdict is refused, and a verdict that lost its keys is compared; both ended
+/// in a panic.
+#[test]
+fn regress_verdicts_that_lost_keys_are_compared_or_refused() {
+    let folder = Folder::new("compare-bare");
+    folder.write("empty.json", "{}");
+    folder.write("bare.json", "{\"schema\": \"latchgate.verdict/1\"}");
+    let compared = |name: &str, format: &str| {
+        let words = ["compare", name, name, "--no-report", "--format", format];
+        finish(program().args(words).current_dir(folder.path()))
+    };
+    for format in ["text", "json"] {
+        let done = compared("empty.json", format);
+        assert_eq!(done.code, 4, "{}", done.err);
+        assert!(done.err.contains("expected a verdict"), "{}", done.err);
+        let done = compared("bare.json", format);
+        assert_eq!((done.code, done.err.as_str()), (0, ""));
+    }
+}
+
 /// A verdict is printed even where its report cannot be written.
 #[test]
 fn cli_a_verdict_does_not_wait_for_its_report() {
