@@ -246,11 +246,6 @@ fn check_words(what: &str, words: &[&str], allowed: &[&str]) {
 /// Errors and findings name a setting; only the command line spells it as an option.
 #[test]
 fn tidy_only_the_command_line_spells_options() {
-    let options: Vec<String> = Setting::ALL
-        .iter()
-        .map(|setting| format!("--{}", setting.key().replace('_', "-")))
-        .chain(["--threads", "--out", "--no-report", "--limit", "--format"].map(String::from))
-        .collect();
     let mut found = Vec::new();
     for path in files_below("src") {
         if module_of(&path) == "cli" || !path.ends_with(".rs") {
@@ -258,14 +253,20 @@ fn tidy_only_the_command_line_spells_options() {
         }
         // Comments too: a library's documents speak of its own names.
         let text = text_of(&path);
-        for option in &options {
-            for (offset, _) in text.match_indices(option.as_str()) {
-                let next = text[offset + option.len()..].chars().next();
-                let whole = next.is_none_or(|c| !(c.is_alphanumeric() || c == '-' || c == '_'));
-                let styles = text[..offset].ends_with("var(");
-                if whole && !styles {
-                    found.push(format!("{path}:{}: {option}", line_of(&text, offset)));
-                }
+        for (offset, mark) in text.match_indices("--") {
+            let before = text[..offset].chars().next_back();
+            let word: String = text[offset + mark.len()..]
+                .chars()
+                .take_while(|c| c.is_ascii_alphanumeric() || "-_".contains(*c))
+                .collect();
+            let option = word.starts_with(|c: char| c.is_ascii_lowercase());
+            // A longer dash, and a style's own property: `var(--tone)`, `{--tone:`, `--tone: red`.
+            let dash = before.is_some_and(|c| c == '-' || c.is_alphanumeric());
+            let after = text[offset + mark.len() + word.len()..].chars().next();
+            let styles =
+                text[..offset].ends_with("var(") || before == Some('{') || after == Some(':');
+            if option && !dash && !styles {
+                found.push(format!("{path}:{}: --{word}", line_of(&text, offset)));
             }
         }
     }

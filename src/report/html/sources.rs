@@ -327,11 +327,7 @@ pub(super) fn provenance(page: &mut Page, document: &Document) {
     );
     page.fact("latchgate", &format!("version {}", document.run.version));
     page.code_fact("Report", &document.report_id);
-    let file = crate::report::escape::shell(&document.recording.file);
-    page.code_fact(
-        "Verify",
-        &format!("latchgate verify verdict.json --recording {file}"),
-    );
+    page.code_fact("Verify", "latchgate verify verdict.json");
     page.fact(
         "All digits",
         &format!("verdict.json beside this report, {}", document.schema),
