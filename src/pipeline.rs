@@ -73,7 +73,7 @@ pub use inspect::{
 };
 pub use margin::{MarginOutcome, margin};
 pub use prepared::{Extras, Outcome, Prepared, Refused};
-pub use row::Row;
+pub use row::DecisionRow;
 pub use verify::{Stored, Verification, verify};
 
 /// Reads, conditions, replays and decides: one recording, one design, one document.

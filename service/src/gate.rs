@@ -15,7 +15,9 @@ use latchgate::gate::{
     self, Asked, Baseline, GateFile, GateSummary, JudgedRecording, Plan, Store, file, junit,
     markdown, page,
 };
-use latchgate::pipeline::{Answer, Design, Error, Limits, NUMBERS_REVISION, Reason, Request, Row};
+use latchgate::pipeline::{
+    Answer, DecisionRow, Design, Error, Limits, NUMBERS_REVISION, Reason, Request,
+};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -444,7 +446,7 @@ fn decided_here(gate: &StoredGate, jobs: &[Job]) -> Result<Decided, Problem> {
     let store = Arc::new(Store::unkept());
     let mut judged = Vec::with_capacity(gate.recordings.len());
     for jobs in jobs.chunks(gate.designs.len()) {
-        let rows: Vec<Row> = jobs.iter().zip(&gate.designs).map(row_of).collect();
+        let rows: Vec<DecisionRow> = jobs.iter().zip(&gate.designs).map(row_of).collect();
         // Every pair of a recording was read from the same file, and of the same channel.
         let read = jobs.iter().find_map(|job| match &job.state {
             JobState::Decided { row } => Some(row),
@@ -463,7 +465,7 @@ fn decided_here(gate: &StoredGate, jobs: &[Job]) -> Result<Decided, Problem> {
 }
 
 /// Returns the row of a pair; one whose job has no answer is unusable, whatever the reason.
-fn row_of((job, design): (&Job, &Value)) -> Row {
+fn row_of((job, design): (&Job, &Value)) -> DecisionRow {
     let refused = match &job.state {
         JobState::Decided { row } => {
             match serde_json::from_value(row.get("row").unwrap_or(row).clone()) {
@@ -475,7 +477,7 @@ fn row_of((job, design): (&Job, &Value)) -> Row {
         _ => Value::Null,
     };
     let word = |key: &str, other: &str| refused[key].as_str().unwrap_or(other).to_string();
-    Row {
+    DecisionRow {
         report_id: job.id.clone(),
         verdict: Answer::Unusable,
         reason: Reason {

@@ -3,7 +3,7 @@
 use super::pairs::{Pair, PairStanding};
 use super::summary::{Changes, GateSummary, Moved};
 use crate::error::{Error, ErrorKind, Place};
-use crate::pipeline::{Answer, Row};
+use crate::pipeline::{Answer, DecisionRow};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// An earlier summary.
@@ -61,7 +61,7 @@ impl Baseline {
         recording: &str,
         design: &str,
         required: Answer,
-        row: &Row,
+        row: &DecisionRow,
     ) -> bool {
         let before = self.get(recording, design);
         before.is_some_and(|before| {
@@ -145,11 +145,11 @@ impl BaselineComparison<'_> {
 }
 
 /// Returns what is left of the limit at the peak [rad].
-fn margin(row: &Row) -> Option<f64> {
+fn margin(row: &DecisionRow) -> Option<f64> {
     row.peak_angle_rad.map(|peak| row.threshold_rad - peak)
 }
 
-fn uncertainty(row: &Row) -> f64 {
+fn uncertainty(row: &DecisionRow) -> f64 {
     row.uncertainty_rad.unwrap_or(0.0)
 }
 
@@ -164,7 +164,7 @@ fn badness(verdict: Answer, required: Answer) -> u8 {
 }
 
 /// Tells whether the margin went further from what is required, by more than its uncertainty.
-fn is_further(before: &Row, now: &Row, required: Answer) -> bool {
+fn is_further(before: &DecisionRow, now: &DecisionRow, required: Answer) -> bool {
     match (margin(before), margin(now)) {
         (Some(margin_before), Some(margin_now)) => {
             let lost = margin_before - margin_now;

@@ -6,7 +6,7 @@
 
 use super::store::failed;
 use crate::error::{Error, ErrorKind, Place};
-use crate::pipeline::Row;
+use crate::pipeline::DecisionRow;
 use crate::report::Unplaced;
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -14,7 +14,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 /// A number of a row.
-type NumberOf = fn(&Row) -> Option<f64>;
+type NumberOf = fn(&DecisionRow) -> Option<f64>;
 
 /// The numbers of a row, `NaN` where there is none.
 const NUMBERS: [(&str, NumberOf); 6] = [
@@ -79,7 +79,7 @@ impl Columns {
     /// # Errors
     ///
     /// [`ErrorKind::Io`] if it cannot be written.
-    pub fn add(&mut self, row: &Row) -> Result<(), Error> {
+    pub fn add(&mut self, row: &DecisionRow) -> Result<(), Error> {
         let mut written = self.verdicts.write_all(&[row.verdict.exit_code()]);
         for ((_, number), out) in NUMBERS.iter().zip(&mut self.numbers) {
             let number = number(row).unwrap_or(f64::NAN);

@@ -3,7 +3,7 @@
 
 use super::store::{RowAddress, Store};
 use crate::error::Error;
-use crate::pipeline::{Answer, Row};
+use crate::pipeline::{Answer, DecisionRow};
 use serde::ser::{Error as _, SerializeSeq};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::cmp::Reverse;
@@ -41,7 +41,7 @@ pub struct Pair {
     /// Reason and last day of the exception that lets it through.
     pub exception: Option<(String, String)>,
     /// The decision.
-    pub row: Row,
+    pub row: DecisionRow,
 }
 
 impl Pair {
@@ -93,7 +93,7 @@ pub(super) struct PairNames {
 }
 
 /// The rows of a recording with where they lie, a row for each design.
-pub(super) type PlacedRows = Vec<(RowAddress, Row)>;
+pub(super) type PlacedRows = Vec<(RowAddress, DecisionRow)>;
 
 /// What of a pair orders and counts it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,7 +3,7 @@
 use super::plan::{Plan, PlannedRecording};
 use super::store::{RowAddress, Store};
 use crate::error::{Error, ErrorKind};
-use crate::pipeline::{Control, Design, Limits, Prepared, Row, Source};
+use crate::pipeline::{Control, DecisionRow, Design, Limits, Prepared, Source};
 
 /// Rows of a recording that are kept together: what a kill costs, and what is read again for one.
 const KEPT_TOGETHER: usize = 64;
@@ -60,7 +60,8 @@ fn judged(
         Err(refused) => {
             let mut rows = Vec::with_capacity(designs.len());
             for some in designs.chunks(KEPT_TOGETHER) {
-                let refusals: Vec<Row> = some.iter().map(|design| refused.row(design)).collect();
+                let refusals: Vec<DecisionRow> =
+                    some.iter().map(|design| refused.row(design)).collect();
                 rows.extend(store.put_aside(&refusals)?);
             }
             return Ok(JudgedRecording {

@@ -8,7 +8,7 @@ use super::question::Questions;
 use super::store::{self, BlockRows, Store, failed};
 use super::submission::Submission;
 use crate::error::{Error, ErrorKind, Place};
-use crate::pipeline::{Answer, Control, Design, Limits, Prepared, Reason, Row, Source};
+use crate::pipeline::{Answer, Control, DecisionRow, Design, Limits, Prepared, Reason, Source};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::{self, OpenOptions};
@@ -149,7 +149,7 @@ pub fn judge_pair(
     design: &Design,
     limits: &Limits,
     control: &Control<'_>,
-) -> Result<Row, Error> {
+) -> Result<DecisionRow, Error> {
     let source = Source::File(recording.path.clone());
     match Prepared::open(&source, &recording.request, limits, control) {
         Ok(prepared) => prepared.row(design, control),
@@ -278,7 +278,7 @@ impl ShareDesk<'_> {
         block: &mut PendingBlock,
         key: Key,
         place: usize,
-        row: Row,
+        row: DecisionRow,
     ) -> Result<(), Error> {
         if place != block.first + block.body.rows.len() {
             self.flush(block, key)?;
@@ -366,8 +366,8 @@ struct PendingBlock {
     body: BlockRows,
 }
 
-fn row_given_up(design: &Design, how: &str) -> Row {
-    Row {
+fn row_given_up(design: &Design, how: &str) -> DecisionRow {
+    DecisionRow {
         // No question is answered.
         report_id: String::new(),
         verdict: Answer::Unusable,

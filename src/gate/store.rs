@@ -10,7 +10,7 @@
 
 use super::block::{self, BlockHead, BlockKind, BlockOf, Key};
 use crate::error::{Error, ErrorKind, Place};
-use crate::pipeline::Row;
+use crate::pipeline::DecisionRow;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
@@ -33,12 +33,12 @@ pub(super) struct BlockRows {
     pub(super) sha256: Option<String>,
     /// The channel that was judged.
     pub(super) channel: Option<String>,
-    pub(super) rows: Vec<Row>,
+    pub(super) rows: Vec<DecisionRow>,
 }
 
 impl BlockRows {
     /// Returns rows of which it is not known here what they are of.
-    fn plain(rows: &[Row]) -> Self {
+    fn plain(rows: &[DecisionRow]) -> Self {
         Self {
             rows: rows.to_vec(),
             ..Self::default()
@@ -199,7 +199,7 @@ impl Store {
     /// # Errors
     ///
     /// [`ErrorKind::Io`] if it cannot be written.
-    pub fn put(&self, rows: &[Row]) -> Result<Vec<RowAddress>, Error> {
+    pub fn put(&self, rows: &[DecisionRow]) -> Result<Vec<RowAddress>, Error> {
         if self.folder.is_none() {
             return self.put_aside(rows);
         }
@@ -266,7 +266,7 @@ impl Store {
     /// # Errors
     ///
     /// [`ErrorKind::Io`] if they are too many for a block.
-    pub fn put_aside(&self, rows: &[Row]) -> Result<Vec<RowAddress>, Error> {
+    pub fn put_aside(&self, rows: &[DecisionRow]) -> Result<Vec<RowAddress>, Error> {
         if rows.is_empty() {
             return Ok(Vec::new());
         }
@@ -289,7 +289,7 @@ impl Store {
     /// # Errors
     ///
     /// [`ErrorKind::Io`] if a block is no longer there, or no longer fits its checksum.
-    pub fn rows(&self, addresses: &[RowAddress]) -> Result<Vec<Row>, Error> {
+    pub fn rows(&self, addresses: &[RowAddress]) -> Result<Vec<DecisionRow>, Error> {
         let mut found = Vec::with_capacity(addresses.len());
         for of_block in addresses.chunk_by(|a, b| a.block == b.block) {
             let rows = self.block(of_block[0].block)?.rows;

@@ -3,7 +3,7 @@
 use super::pairs::{Pair, PairStanding, Pairs};
 use super::summary::GateSummary;
 use crate::error::Error;
-use crate::pipeline::{Answer, Row};
+use crate::pipeline::{Answer, DecisionRow};
 use crate::report::{escape, number};
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write as _;
@@ -211,7 +211,7 @@ pub(super) fn what(pair: &Pair) -> String {
 }
 
 /// Returns the share of scattered levers that cross, where the peak alone does not tell the answer.
-fn share(row: &Row) -> Option<String> {
+fn share(row: &DecisionRow) -> Option<String> {
     let (lower, upper) = row.share?;
     let apart = (row.peak_angle_rad? - row.threshold_rad).abs();
     let tells = apart > row.uncertainty_rad?;
@@ -225,7 +225,7 @@ fn share(row: &Row) -> Option<String> {
 }
 
 /// Returns the peak with its error and the limit.
-pub(super) fn peak(row: &Row) -> Option<String> {
+pub(super) fn peak(row: &DecisionRow) -> Option<String> {
     let peak = row.peak_angle_rad?;
     let limit = format!("limit {} rad", row.threshold_rad);
     if peak > FRAC_PI_2 {

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 /// tables, curves) is left out; [`Prepared::judge`] gives it, and the same answer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Row {
+pub struct DecisionRow {
     /// What the question and what was read for it hash to, as [`Document::report_id`].
     pub report_id: String,
     /// The answer.
@@ -34,7 +34,7 @@ pub struct Row {
     pub share: Option<(f64, f64)>,
 }
 
-impl Row {
+impl DecisionRow {
     /// Returns how far the peak stays below the threshold, error taken off, as part of the
     /// threshold; below zero where it does not. `None` without a peak.
     #[must_use]
@@ -80,7 +80,7 @@ impl Prepared {
     ///
     /// [`crate::error::ErrorKind::Stopped`] if `control` ends the work. Anything else that leaves
     /// nothing to judge is a row that says `unusable`.
-    pub fn row(&self, design: &Design, control: &Control<'_>) -> Result<Row, Error> {
+    pub fn row(&self, design: &Design, control: &Control<'_>) -> Result<DecisionRow, Error> {
         let extras = AssessExtras {
             detail: AssessDetail::Decision,
             ..AssessExtras::default()
@@ -91,14 +91,14 @@ impl Prepared {
             Err(error) if *error.kind() == ErrorKind::Stopped => return Err(error),
             Err(error) => answer::refused(&self.facts, Some(conditioned), design, &error),
         };
-        Ok(Row::of(&document))
+        Ok(DecisionRow::of(&document))
     }
 }
 
 impl Refused {
     /// Returns the row of a design: that it could not be judged, and why.
     #[must_use]
-    pub fn row(&self, design: &Design) -> Row {
-        Row::of(&answer::refused(self.facts(), None, design, &self.error))
+    pub fn row(&self, design: &Design) -> DecisionRow {
+        DecisionRow::of(&answer::refused(self.facts(), None, design, &self.error))
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::support::{Random, half_sine};
 use latchgate::pipeline::{
-    Control, Design, Document, Extras, Limits, Prepared, Request, Row, Source,
+    Control, DecisionRow, Design, Document, Extras, Limits, Prepared, Request, Source,
 };
 use latchgate::verdict::Answer;
 use std::fmt::Write as _;
@@ -85,7 +85,7 @@ fn design(random: &mut Random) -> Design {
 
 /// Holds a row against the document of the same pair.
 #[track_caller]
-fn check(row: &Row, document: &Document, what: &str) {
+fn check(row: &DecisionRow, document: &Document, what: &str) {
     assert_eq!(row.report_id, document.report_id, "{what}");
     assert_eq!(row.verdict, document.verdict, "{what}");
     assert_eq!(Some(&row.reason), document.why.first(), "{what}");

@@ -51,7 +51,7 @@ fn cli_a_card_is_part_of_what_is_cached() {
 #[test]
 fn prop_flipped_bytes_change_no_answer() {
     use latchgate::gate::Store;
-    use latchgate::pipeline::Row;
+    use latchgate::pipeline::DecisionRow;
 
     let yard = Yard::new("flipped");
     yard.gate(GATE, &[]);
@@ -69,7 +69,7 @@ fn prop_flipped_bytes_change_no_answer() {
         .iter()
         .map(|pair| pair["row"]["report_id"].as_str().unwrap().to_string())
         .collect();
-    let undamaged: Vec<Row> = ids.iter().map(|id| row(&known, id).unwrap()).collect();
+    let undamaged: Vec<DecisionRow> = ids.iter().map(|id| row(&known, id).unwrap()).collect();
     let mut random = Random::new(7);
     for turn in 0..1000 {
         let (at, bit) = (random.below(whole.len()), random.below(8));
