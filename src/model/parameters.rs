@@ -28,6 +28,8 @@ pub struct DesignParameter {
     pub stream: Option<u32>,
     /// What it is.
     pub what: &'static str,
+    /// What it is called in a sentence.
+    pub noun: &'static str,
     /// Where it stands in a design.
     pub slot: Slot,
 }
@@ -130,7 +132,7 @@ macro_rules! slot {
 }
 
 macro_rules! parameters {
-    ($($section:ident.$key:ident as $slot:ident, $range:ident, $low:literal..$high:expr, $stream:expr, $symbol:literal, $unit:literal, $what:literal;)*) => {
+    ($($section:ident.$key:ident as $slot:ident, $range:ident, $low:literal..$high:expr, $stream:expr, $symbol:literal, $unit:literal, $what:literal, $noun:literal;)*) => {
         /// Every number of a design, in the order of a design file.
         pub const PARAMETERS: &[DesignParameter] = &[$(DesignParameter {
             name: concat!(stringify!($section), ".", stringify!($key)),
@@ -140,23 +142,24 @@ macro_rules! parameters {
             plausible: ($low, $high),
             stream: $stream,
             what: $what,
+            noun: $noun,
             slot: slot!($slot $key),
         }),*];
     };
 }
 
 parameters! {
-    lever.moment_of_inertia_kg_m2 as Lever, Positive, 1e-6..0.1, Some(2), "I₀", "kg m²", "Moment of inertia about the pivot";
-    lever.pivot_damping_nm_s_per_rad as Lever, NotNegative, 0.0..0.1, Some(3), "c₀", "N m s/rad", "Damping at the pivot";
-    lever.spring_stiffness_nm_per_rad as Lever, NotNegative, 0.0..100.0, Some(4), "k₀", "N m/rad", "Stiffness of the spring";
-    lever.preload_torque_nm as Lever, NotNegative, 0.0..100.0, Some(5), "T₀", "N m", "Preload torque";
-    lever.mass_kg as Lever, Positive, 1e-3..5.0, Some(6), "m", "kg", "Mass";
-    lever.center_of_mass_m as Lever, Positive, 1e-3..0.5, Some(7), "L", "m", "Distance of the centre of mass";
-    stop.restitution as Stop, Ratio, 0.0..1.0, Some(8), "R", "1", "Restitution of the rigid stop";
-    stop.stiffness_n_per_m as Stop, Positive, 1e3..1e10, Some(9), "kₛ", "N/m", "Stiffness of the soft stop";
-    stop.damping_n_s_per_m as Stop, NotNegative, 0.0..1e4, Some(10), "cₛ", "N s/m", "Damping of the soft stop";
-    stop.radius_m as Stop, Positive, 1e-3..1.0, Some(11), "lₛ", "m", "Distance of the stop from the pivot";
-    criterion.threshold_rad as Threshold, Positive, 1e-4..std::f64::consts::FRAC_PI_2, None, "φ*", "rad", "Limit of the angle";
-    input.scale as InputScale, NotNegative, 0.0..0.3, Some(0), "", "1", "Input: scale of the acceleration";
-    input.bias_g as InputBias, NotNegative, 0.0..10.0, Some(1), "", "g", "Input: bias of the acceleration";
+    lever.moment_of_inertia_kg_m2 as Lever, Positive, 1e-6..0.1, Some(2), "I₀", "kg m²", "Moment of inertia about the pivot", "moment of inertia";
+    lever.pivot_damping_nm_s_per_rad as Lever, NotNegative, 0.0..0.1, Some(3), "c₀", "N m s/rad", "Damping at the pivot", "damping at the pivot";
+    lever.spring_stiffness_nm_per_rad as Lever, NotNegative, 0.0..100.0, Some(4), "k₀", "N m/rad", "Stiffness of the spring", "stiffness of the spring";
+    lever.preload_torque_nm as Lever, NotNegative, 0.0..100.0, Some(5), "T₀", "N m", "Preload torque", "preload torque";
+    lever.mass_kg as Lever, Positive, 1e-3..5.0, Some(6), "m", "kg", "Mass", "mass of the lever";
+    lever.center_of_mass_m as Lever, Positive, 1e-3..0.5, Some(7), "L", "m", "Distance of the centre of mass", "distance of its centre of mass";
+    stop.restitution as Stop, Ratio, 0.0..1.0, Some(8), "R", "1", "Restitution of the rigid stop", "restitution of the stop";
+    stop.stiffness_n_per_m as Stop, Positive, 1e3..1e10, Some(9), "kₛ", "N/m", "Stiffness of the soft stop", "stiffness of the stop";
+    stop.damping_n_s_per_m as Stop, NotNegative, 0.0..1e4, Some(10), "cₛ", "N s/m", "Damping of the soft stop", "damping of the stop";
+    stop.radius_m as Stop, Positive, 1e-3..1.0, Some(11), "lₛ", "m", "Distance of the stop from the pivot", "distance of the stop";
+    criterion.threshold_rad as Threshold, Positive, 1e-4..std::f64::consts::FRAC_PI_2, None, "φ*", "rad", "Limit of the angle", "limit of the angle";
+    input.scale as InputScale, NotNegative, 0.0..0.3, Some(0), "", "1", "Input: scale of the acceleration", "scale of the acceleration";
+    input.bias_g as InputBias, NotNegative, 0.0..10.0, Some(1), "", "g", "Input: bias of the acceleration", "bias of the acceleration";
 }

@@ -1,7 +1,7 @@
 //! Words that the terminal and the page share.
 
 use crate::model::Design;
-use crate::model::parameters::PARAMETERS;
+use crate::model::parameters::{DesignParameter, PARAMETERS};
 use crate::model::stop::StopModel;
 use crate::recording::{Finding, Severity};
 use crate::replay::Run;
@@ -575,38 +575,15 @@ pub(super) fn severity(severity: Severity) -> &'static str {
     }
 }
 
-/// Returns what a design key of an ensemble's parameter means.
-pub(super) fn parameter(key: &str) -> &str {
-    match key {
-        "input.scale" => "scale of the acceleration",
-        "input.bias_g" => "bias of the acceleration",
-        "lever.moment_of_inertia_kg_m2" => "moment of inertia",
-        "lever.pivot_damping_nm_s_per_rad" => "damping at the pivot",
-        "lever.spring_stiffness_nm_per_rad" => "stiffness of the spring",
-        "lever.preload_torque_nm" => "preload torque",
-        "lever.mass_kg" => "mass of the lever",
-        "lever.center_of_mass_m" => "distance of its centre of mass",
-        "stop.restitution" => "restitution of the stop",
-        "stop.stiffness_n_per_m" => "stiffness of the stop",
-        "stop.damping_n_s_per_m" => "damping of the stop",
-        "stop.radius_m" => "distance of the stop",
-        other => other,
-    }
+/// Returns what a number of the design, given by its name, is called in a sentence.
+pub(super) fn parameter(name: &str) -> &str {
+    DesignParameter::named(name).map_or(name, |parameter| parameter.noun)
 }
 
-/// Returns the unit of a design key of an ensemble's parameter.
-pub(super) fn parameter_unit(key: &str) -> &'static str {
-    match key {
-        "input.bias_g" => "g",
-        "lever.moment_of_inertia_kg_m2" => "kg m²",
-        "lever.pivot_damping_nm_s_per_rad" => "N m s/rad",
-        "lever.spring_stiffness_nm_per_rad" => "N m/rad",
-        "lever.preload_torque_nm" => "N m",
-        "lever.mass_kg" => "kg",
-        "lever.center_of_mass_m" | "stop.radius_m" => "m",
-        "stop.stiffness_n_per_m" => "N/m",
-        "stop.damping_n_s_per_m" => "N s/m",
-        // Scale and restitution are ratios.
+/// Returns the unit of a number of the design, given by its name; a ratio has none.
+pub(super) fn parameter_unit(name: &str) -> &'static str {
+    match DesignParameter::named(name) {
+        Some(parameter) if parameter.unit != "1" => parameter.unit,
         _ => "",
     }
 }
