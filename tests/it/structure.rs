@@ -88,6 +88,7 @@ fn tidy_modules_know_only_whom_they_may_know() {
     let directions = directions();
     let modules: BTreeSet<String> = directions.keys().cloned().collect();
     let mut found = Vec::new();
+    let mut idle = directions.clone();
     for (path, code) in sources() {
         let module = module_of(&path);
         if matches!(module.as_str(), "lib" | "main") {
@@ -101,8 +102,11 @@ fn tidy_modules_know_only_whom_they_may_know() {
             if modules.contains(&name) && name != module && !allowed.contains(&name) {
                 found.push(format!("{path}:{line}: `{module}` uses `{name}`"));
             }
+            idle.get_mut(&module).map(|left| left.remove(&name));
         }
     }
+    let unused = idle.iter().filter(|(_, left)| !left.is_empty());
+    found.extend(unused.map(|(module, left)| format!("`{module}` uses none of {left:?}")));
     check_none(
         "uses against the table in docs/architecture.md (mend the code, or decide and say why there)",
         &found,
