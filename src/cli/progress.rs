@@ -235,7 +235,14 @@ impl Drop for Progress {
 
 #[cfg(test)]
 mod tests {
-    use super::{BAR, NAMED, bar, named};
+    use super::{BAR, GRACE, NAMED, bar, named};
+    use std::time::Duration;
+
+    /// A command that Ctrl-C asks to end is gone within a second.
+    #[test]
+    fn verif_the_grace_is_below_a_second() {
+        assert!(GRACE < Duration::from_secs(1));
+    }
 
     #[test]
     fn verif_a_line_of_progress_fits_and_tells_the_part() {

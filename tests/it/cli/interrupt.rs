@@ -1,7 +1,7 @@
 //! Ctrl-C ends every command soon, with a word and an exit code of its own; nothing half-made is
 //! left for an answer.
 
-use crate::support::{Folder, program};
+use crate::support::{Folder, finish, program};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -12,6 +12,7 @@ fn check_ended(folder: &Folder, arguments: &[&str]) {
     let mut child = program()
         .args(arguments)
         .current_dir(folder.path())
+        .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -27,6 +28,7 @@ fn check_ended(folder: &Folder, arguments: &[&str]) {
         .unwrap();
     assert!(asked.success());
     let pressed = Instant::now();
+    // Its standard input stays open until it ends.
     while child.try_wait().unwrap().is_none() {
         if pressed.elapsed() > Duration::from_secs(20) {
             child.kill().unwrap();
@@ -40,7 +42,7 @@ fn check_ended(folder: &Folder, arguments: &[&str]) {
     assert_eq!(said, "latchgate: interrupted\n", "{arguments:?}");
     assert!(output.stdout.is_empty(), "{arguments:?} left an answer");
     assert!(
-        !folder.path().join("reports").exists(),
+        !folder.path().join("reports").exists() && !folder.path().join("out").exists(),
         "{arguments:?} left a report"
     );
 }
@@ -51,13 +53,30 @@ fn cli_ctrl_c_ends_every_command() {
     let path = format!("{}/signals/burst.csv", env!("CARGO_MANIFEST_DIR"));
     check_ended(&folder, &["margin", &path, "--points", "20000"]);
     // Two million samples, and a lever that is never at rest.
-    let long = folder.path().join("long.csv");
-    let rows: String = (0..2_000_000_u32)
+    let (short, long) = (square(&folder, 20_000), square(&folder, 2_000_000));
+    let asked = ["--rate-hz", "20000"];
+    check_ended(&folder, &[&["replay", &long][..], &asked].concat());
+    check_ended(&folder, &[&["margin", &long][..], &asked].concat());
+    // The question of a short recording, asked of the long one.
+    let mut verdict = program();
+    verdict.args(["replay", &short, "--members", "0", "--out"]);
+    verdict.arg(folder.path().join("short")).args(asked);
+    assert_eq!(finish(&mut verdict).code, 4, "it flickers");
+    let verdict = "short/verdict.json";
+    check_ended(&folder, &["verify", verdict, "--recording", &long]);
+    let gate = "[[recordings]]\nfiles = [\"2000000.csv\"]\nrate_hz = 20000\nmembers = 0\n\
+                [[designs]]\nname = \"paper\"\n";
+    folder.write("gate.toml", gate);
+    let judged = ["gate", "gate.toml", "--out", "out", "--no-store"];
+    check_ended(&folder, &judged);
+    // A recording that never ends: nobody writes to its standard input.
+    check_ended(&folder, &["inspect", "-"]);
+}
+
+/// Writes a recording of so many samples, and returns its path.
+fn square(folder: &Folder, samples: u32) -> String {
+    let rows: String = (0..samples)
         .map(|k| format!("{}.0\n", if k % 40 < 20 { 20 } else { -20 }))
         .collect();
-    std::fs::write(&long, format!("acc_y_g\n{rows}")).unwrap();
-    let long = long.to_str().unwrap();
-    let asked = ["--rate-hz", "20000"];
-    check_ended(&folder, &[&["replay", long][..], &asked].concat());
-    check_ended(&folder, &[&["margin", long][..], &asked].concat());
+    folder.write(&format!("{samples}.csv"), format!("acc_y_g\n{rows}"))
 }
