@@ -1,8 +1,8 @@
 //! Options that commands share, and what they ask as data.
 
 use super::values::{
-    ColorArgument, Grid, Known, LogSettings, MethodArgument, ModelArgument, OutputFormat, Resample,
-    parse_grid, parse_limit, parse_log, parse_resample,
+    ColorArgument, Grid, LogSettings, MethodArgument, ModelArgument, OutputFormat, Resample,
+    ValueWords, parse_grid, parse_limit, parse_log, parse_resample,
 };
 use crate::conditioning::{BiasWindow, FilterChoice, FilterStandard};
 use crate::error::Error;
@@ -95,7 +95,7 @@ pub struct ReadArguments {
     #[arg(value_name = "RECORDING")]
     pub recording: PathBuf,
     /// Format of the recording, if it shall not be detected [possible values: csv, ev5, iso-mme, lvm, mcap]
-    #[arg(long, value_name = "FORMAT", hide_possible_values = true, value_parser = Known(|text: &str| Ok::<_, String>(text.to_string()), &["csv", "ev5", "iso-mme", "lvm", "mcap"]))]
+    #[arg(long, value_name = "FORMAT", hide_possible_values = true, value_parser = ValueWords(|text: &str| Ok::<_, String>(text.to_string()), &["csv", "ev5", "iso-mme", "lvm", "mcap"]))]
     pub input_format: Option<String>,
     /// Column name or 1-based number, or MCAP topic:field.path [default: the one lateral acceleration]
     #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
@@ -109,7 +109,7 @@ pub struct ReadArguments {
     )]
     pub time_column: Option<String>,
     /// Unit of the time column [default: as the file states, else s]
-    #[arg(long, value_name = "s|ms|us|ns", hide_possible_values = true, value_parser = Known(parse_time_unit, &["s", "ms", "us", "ns"]))]
+    #[arg(long, value_name = "s|ms|us|ns", hide_possible_values = true, value_parser = ValueWords(parse_time_unit, &["s", "ms", "us", "ns"]))]
     pub time_unit: Option<TimeUnit>,
     /// Line of a text table that names its columns; lines above it are no samples [default: found]
     #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), conflicts_with = "skip_lines", allow_hyphen_values = true)]
@@ -118,7 +118,7 @@ pub struct ReadArguments {
     #[arg(long, value_name = "N", value_parser = count(0, u32::MAX), allow_hyphen_values = true)]
     pub skip_lines: Option<u32>,
     /// Decimal mark of a text table; the other mark may then separate thousands [default: found]
-    #[arg(long, value_name = ".|,", hide_possible_values = true, value_parser = Known(parse_decimal, &[".", ","]))]
+    #[arg(long, value_name = ".|,", hide_possible_values = true, value_parser = ValueWords(parse_decimal, &[".", ","]))]
     pub decimal: Option<DecimalMark>,
     /// Sample rate where the file holds no time [Hz]
     #[arg(long, value_name = "HZ", value_parser = parse_positive, allow_hyphen_values = true)]
@@ -127,7 +127,7 @@ pub struct ReadArguments {
     #[arg(long, value_name = "S", value_parser = parse_finite, allow_hyphen_values = true)]
     pub time_zero: Option<f64>,
     /// Unit of acceleration [default: as header, units row, card or format states]
-    #[arg(long, value_name = "g|m/s2|mm/s2|mm/ms2|ft/s2|kilo-g", hide_possible_values = true, value_parser = Known(parse_unit, &["g", "m/s2", "mm/s2", "mm/ms2", "ft/s2", "kilo-g"]))]
+    #[arg(long, value_name = "g|m/s2|mm/s2|mm/ms2|ft/s2|kilo-g", hide_possible_values = true, value_parser = ValueWords(parse_unit, &["g", "m/s2", "mm/s2", "mm/ms2", "ft/s2", "kilo-g"]))]
     pub unit: Option<AccelerationUnit>,
     /// Remark that a person has read and accepts, by its text as it is shown; it does not block any
     /// more, and that is told. May be given several times
@@ -187,20 +187,20 @@ pub struct ReplayArguments {
     pub read: ReadArguments,
     /// Sign of the recorded acceleration that opens the lever; both: judge each, the worse counts
     /// [default: the card; else both are judged and must agree]
-    #[arg(help_heading = "Signal", long, value_name = "negative|positive|both", hide_possible_values = true, value_parser = Known(parse_polarity, &["negative", "positive", "both"]))]
+    #[arg(help_heading = "Signal", long, value_name = "negative|positive|both", hide_possible_values = true, value_parser = ValueWords(parse_polarity, &["negative", "positive", "both"]))]
     pub opens_when: Option<CardPolarity>,
     /// Window whose mean is removed, START..END in s, or none [default: all samples at t <= -1 ms
     /// if they span at least 5 ms]
-    #[arg(help_heading = "Signal", long, value_name = "START..END|none", hide_possible_values = true, value_parser = Known(parse_bias, &["none"]), allow_hyphen_values = true)]
+    #[arg(help_heading = "Signal", long, value_name = "START..END|none", hide_possible_values = true, value_parser = ValueWords(parse_bias, &["none"]), allow_hyphen_values = true)]
     pub bias: Option<BiasWindow>,
     /// Channel frequency class [default: cfc1000 where the rate is at least 10 kHz, else none]
-    #[arg(help_heading = "Signal", long, value_name = "none|cfc60|cfc180|cfc600|cfc1000", hide_possible_values = true, value_parser = Known(parse_filter, &["none", "cfc60", "cfc180", "cfc600", "cfc1000"]))]
+    #[arg(help_heading = "Signal", long, value_name = "none|cfc60|cfc180|cfc600|cfc1000", hide_possible_values = true, value_parser = ValueWords(parse_filter, &["none", "cfc60", "cfc180", "cfc600", "cfc1000"]))]
     pub filter: Option<FilterChoice>,
     /// Filter constant and end treatment
-    #[arg(help_heading = "Signal", long, value_name = "iso6487|saej211", hide_possible_values = true, value_parser = Known(parse_standard, &["iso6487", "saej211"]), default_value = "iso6487")]
+    #[arg(help_heading = "Signal", long, value_name = "iso6487|saej211", hide_possible_values = true, value_parser = ValueWords(parse_standard, &["iso6487", "saej211"]), default_value = "iso6487")]
     pub filter_standard: FilterStandard,
     /// Rate fed to the model [Hz], or native
-    #[arg(help_heading = "Signal", long, value_name = "HZ|native", hide_possible_values = true, value_parser = Known(parse_resample, &["native"]), default_value = "native", allow_hyphen_values = true)]
+    #[arg(help_heading = "Signal", long, value_name = "HZ|native", hide_possible_values = true, value_parser = ValueWords(parse_resample, &["native"]), default_value = "native", allow_hyphen_values = true)]
     pub resample: Resample,
     /// Judge only crossings inside START..END in s; the whole record drives the lever
     #[arg(help_heading = "Signal", long, value_name = "START..END", value_parser = parse_window, allow_hyphen_values = true)]

@@ -21,14 +21,14 @@ pub enum OutputFormat {
 
 /// What reads a value, and the words that it may be, for completions; it may be others, too.
 #[derive(Debug, Clone)]
-pub struct Known<T>(
+pub struct ValueWords<T>(
     /// What reads it.
     pub fn(&str) -> Result<T, String>,
     /// The words.
     pub &'static [&'static str],
 );
 
-impl<T: Clone + Send + Sync + 'static> TypedValueParser for Known<T> {
+impl<T: Clone + Send + Sync + 'static> TypedValueParser for ValueWords<T> {
     type Value = T;
 
     fn parse_ref(

@@ -45,7 +45,7 @@ pub struct Options {
 
 /// What is said of one recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Judged {
+pub struct DamageAnswer {
     /// Whether it passes.
     pub passes: bool,
     /// Codes of findings that block.
@@ -55,7 +55,7 @@ pub struct Judged {
 }
 
 /// Judges a recording whose negative acceleration opens.
-pub type Judge<'a> = &'a (dyn Fn(&Signal) -> Result<Judged, Error> + Sync);
+pub type Judge<'a> = &'a (dyn Fn(&Signal) -> Result<DamageAnswer, Error> + Sync);
 
 /// How the damages of one kind and severity ended.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -114,13 +114,13 @@ pub struct Damages {
 struct Ended {
     kind: Kind,
     severity: usize,
-    judged: Judged,
+    judged: DamageAnswer,
 }
 
 /// One recording with what was said of it, and its damages.
 struct Batch {
     /// Recordings that were made, the damaged one last.
-    sound: Vec<Judged>,
+    sound: Vec<DamageAnswer>,
     coarse: bool,
     ended: Vec<Ended>,
 }
@@ -296,7 +296,7 @@ impl Row {
         rows
     }
 
-    fn count(&mut self, base: &Judged, judged: &Judged) {
+    fn count(&mut self, base: &DamageAnswer, judged: &DamageAnswer) {
         self.runs += 1;
         if !judged.blocking.is_empty() {
             self.blocked += 1;
@@ -310,7 +310,7 @@ impl Row {
     }
 }
 
-impl Judged {
+impl DamageAnswer {
     fn codes(&self) -> impl Iterator<Item = &str> {
         self.blocking
             .iter()

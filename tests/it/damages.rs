@@ -8,7 +8,7 @@ use latchgate::conditioning::{ConditioningOptions, Signal, condition};
 use latchgate::model::Design;
 use latchgate::parallel::Control;
 use latchgate::recording::{Channel, Severity, Stated};
-use latchgate::study::damages::{self, Judged, Options};
+use latchgate::study::damages::{self, DamageAnswer, Options};
 use latchgate::units::{AccelerationUnit, OpensWhen, STANDARD_GRAVITY};
 use latchgate::verdict::{ModelChoice, Polarity, Policy, passes};
 use std::f64::consts::{PI, TAU};
@@ -244,7 +244,7 @@ fn verif_a_channel_without_noise_is_named() {
     );
 }
 
-fn judged(signal: &Signal) -> Judged {
+fn judged(signal: &Signal) -> DamageAnswer {
     let channel = Channel {
         name: "damaged".into(),
         unit: Some(AccelerationUnit::MetrePerSecondSquared),
@@ -264,7 +264,7 @@ fn judged(signal: &Signal) -> Judged {
     let policy = Policy::new(ModelChoice::Auto, Polarity::Declared(OpensWhen::Negative));
     let design = Design::reference();
     let passed = passes(&conditioned, found, &design, &policy, &Control::default()).unwrap();
-    Judged {
+    DamageAnswer {
         passes: passed,
         blocking: codes(Severity::Blocking),
         warnings: codes(Severity::Warning),

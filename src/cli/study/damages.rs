@@ -10,7 +10,7 @@ use crate::parallel::Control;
 use crate::recording::{self, Channel, Limits, ReadOptions, Selection, Severity, Source, Stated};
 use crate::report::plot;
 use crate::report::study::StudyTable;
-use crate::study::damages::{self, Judged};
+use crate::study::damages::{self, DamageAnswer};
 use crate::units::{AccelerationUnit, OpensWhen};
 use crate::verdict::{ModelChoice, Polarity, Policy, passes};
 use clap::Args;
@@ -90,7 +90,7 @@ impl Arguments {
 }
 
 /// Judges a signal by nominal runs on both stops, as a replay without members does.
-fn judged(signal: &Signal, design: &Design) -> Result<Judged, Error> {
+fn judged(signal: &Signal, design: &Design) -> Result<DamageAnswer, Error> {
     let channel = Channel {
         name: "damaged".into(),
         unit: Some(AccelerationUnit::MetrePerSecondSquared),
@@ -112,7 +112,7 @@ fn judged(signal: &Signal, design: &Design) -> Result<Judged, Error> {
     let found = &conditioned.findings;
     let control = Control::default();
     let passes = blocking.is_empty() && passes(&conditioned, found, design, &policy, &control)?;
-    Ok(Judged {
+    Ok(DamageAnswer {
         passes,
         blocking,
         warnings: codes(Severity::Warning),

@@ -30,7 +30,7 @@ pub(super) enum NamedInstant {
 
 /// Reads a text.
 pub(super) fn read(text: &str) -> Gist {
-    let told = Told::of(text);
+    let told = RemarkTokens::of(text);
     let faults = told.faults();
     let fault = faults.iter().min().and_then(|(from, to)| {
         let of_it = &told.tokens[told.within(*from, *to)];
@@ -145,12 +145,12 @@ struct Token {
 
 /// The words and numbers of a text, and their letters without anything between.
 #[derive(Default)]
-struct Told {
+struct RemarkTokens {
     letters: String,
     tokens: Vec<Token>,
 }
 
-impl Told {
+impl RemarkTokens {
     fn of(text: &str) -> Self {
         let characters: Vec<(usize, char)> = text.char_indices().collect();
         let mut told = Self::default();
