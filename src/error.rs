@@ -1,4 +1,7 @@
 //! One error for the library: what was expected, what was found, where, and what to try.
+//!
+//! A kind says what is wrong, a place says where, and candidates are what there was to choose
+//! from. All messages stand here, so that they are worded alike and name settings, never options.
 
 use crate::setting::Setting;
 use std::fmt;

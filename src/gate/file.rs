@@ -1,4 +1,7 @@
 //! The words of a gate file: what is judged, and what is required of it.
+//!
+//! Tables and keys are read one by one, so that all that is wrong is told at once, each at its
+//! place. What the words lead to, files and designs, is looked up by `plan`.
 
 use crate::error::{Error, ErrorKind, Place, nearest_name};
 use crate::pipeline::{Answer, Limits, Request};

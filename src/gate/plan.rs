@@ -1,4 +1,7 @@
 //! A gate's words made plain: recordings in order, designs by name, what is required of each pair.
+//!
+//! Patterns become files, files become names, and names meet what is required of them; each step
+//! needs the one before, and what matches nothing is an error. No recording is opened.
 
 use super::file::{DesignEntry, Exception, GateFile, RecordingsEntry, malformed};
 use crate::error::{Error, ErrorKind, Place};

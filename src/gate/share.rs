@@ -1,4 +1,7 @@
 //! The share of one process: its recordings judged with every design, kept block by block.
+//!
+//! The desk of one process holds its store, its clock and the block that is not yet written;
+//! judging, writing and giving up share it, and so stand together.
 
 use super::block::{self, BlockKind, BlockOf, Key};
 use super::file::malformed;

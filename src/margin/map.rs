@@ -1,4 +1,7 @@
 //! A map of the peak angle over two design keys, with the boundary of the pass.
+//!
+//! The request, the grid and the boundary share one geometry: the boundary is followed through the
+//! cells of the grid, and its crossings are exact runs between two of its values.
 
 use super::quantity::with_restitution;
 use super::runs::{LeverTrial, NominalRuns};

@@ -389,6 +389,7 @@ impl<'a> MarginSearch<'a> {
         let biased = self.biased.as_ref().map(|(of, readings)| (of, readings));
         let of_each = std::iter::once((self.conditioned, &self.readings)).chain(biased);
         for (conditioned, readings) in of_each {
+            // Readings are of one set of samples, and a scaled recording has others.
             let fresh = ReadingCache::default();
             let (conditioned, readings) = if quantity == Quantity::Scale {
                 (Cow::Owned(scaled(conditioned, scale)), &fresh)
@@ -463,6 +464,7 @@ impl<'a> MarginSearch<'a> {
         let bias_g =
             (conditioned.bias_standard_error_m_s2 / STANDARD_GRAVITY).max(design.input.bias_g);
         let holds_g = design.lever.lift_off_acceleration_m_s2() / STANDARD_GRAVITY;
+        // Among hundreds of members some have a bias of three standard deviations.
         if 3.0 * bias_g > holds_g {
             return Ok(format!(
                 "the bias alone opens this lever: it is uncertain by {} g (one standard deviation), and the preload holds {} g",
@@ -580,6 +582,7 @@ impl<'a> MarginSearch<'a> {
             return Ok(false);
         }
         let between = |part: f64| range.value(near + (far - near) * part);
+        // A nominal lever costs one run, an ensemble hundreds: the one is asked first and more often.
         for step in 1..=BETWEEN {
             let value = between(f64::from(step) / f64::from(BETWEEN + 1));
             if !self
@@ -667,6 +670,7 @@ impl<'a> MarginSearch<'a> {
             } else {
                 range.high - range.low
             };
+            // The steps double, so that few questions reach the end of the range.
             let step = (2.0 * (to - from).abs()).max(1e-3 * unit);
             does_not = range.value(to + step.copysign(to - from));
             let at_an_end = |value: f64| value <= range.low || value >= range.high;

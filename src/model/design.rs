@@ -1,4 +1,7 @@
 //! A design: lever, stop, criterion, tolerances, as a TOML file states them.
+//!
+//! A number comes from a file, a document or an override; each way in ends at the same check
+//! against the table of parameters, so they stand together.
 
 use super::lever::Lever;
 use super::parameters::{DesignParameter, PARAMETERS, Range, Slot};

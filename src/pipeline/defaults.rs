@@ -20,6 +20,7 @@ struct Departure {
 /// Lists what differs from the defaults and may decide.
 fn departures(request: &Request, design: &Design) -> Vec<Departure> {
     let default = Request::default();
+    // A limit below the default makes no pass of what is none.
     let raised = design.criterion.threshold_rad > design.default_threshold_rad();
     let mut found = Vec::new();
     let mut note = |differs: bool, name: String, undo: fn(&mut Request, &mut Design)| {
@@ -80,6 +81,7 @@ impl Prepared {
         assessment: &mut Assessment,
         control: &Control<'_>,
     ) -> Result<(), Error> {
+        // Only a pass lets a design through, so only a pass may not hang on a choice.
         if assessment.answer != Answer::Pass {
             return Ok(());
         }
@@ -109,6 +111,8 @@ impl Prepared {
         if answer == Answer::Pass {
             return Ok(());
         }
+        // Named is what turns the answer alone, or else all, which do it together; of a single
+        // departure that is known already.
         let mut alone = Vec::new();
         for departure in &departures {
             if departures.len() == 1 || by(&[departure])? != Answer::Pass {
@@ -129,6 +133,7 @@ impl Prepared {
                 text: text.clone(),
             },
         );
+        // The settings were asked for: the answer stays, and says what it hangs on.
         let finding = Finding::warning("setting-decides", text);
         assessment.findings.insert(0, finding);
         Ok(())

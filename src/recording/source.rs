@@ -1,4 +1,7 @@
 //! Where the bytes come from: a file, standard input or memory, hashed while they are read.
+//!
+//! A reader hashes all that it hands out, files beside the recording too, so that the hashes in a
+//! verdict are those of the very bytes that were judged. No other file of `recording` opens one.
 
 use super::Limits;
 use crate::error::{Error, ErrorKind, Place};

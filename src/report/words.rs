@@ -1,4 +1,7 @@
 //! Words that the terminal and the page share.
+//!
+//! Numbers with their units, names of stops, numbers of the design and whole sentences: what must
+//! not differ between the two. How it is laid out is the matter of each.
 
 use crate::model::Design;
 use crate::model::parameters::{DesignParameter, PARAMETERS};

@@ -1,4 +1,7 @@
 //! A request as keys and values, both ways.
+//!
+//! What is written and what is read of a setting stand in one file, so that one is not added
+//! without the other; the keys of a margin are those of a replay and a few more.
 
 use super::value::{self, STEPS_PER_PERIOD_DEFAULT};
 use super::{Request, parse_method};

@@ -1,4 +1,7 @@
 //! Stroboscopic sections against the excitation's amplitude, and where orbits are born and double.
+//!
+//! Columns of sections come first, each for itself; then neighbours are compared, which tells
+//! where a branch goes on, doubles or ends. Both share what counts as the same orbit.
 
 use super::Headline;
 use super::cascade::{self, BranchBounds, Cascade};

@@ -1,4 +1,7 @@
 //! From a conditioned channel to an answer: which runs are made, and what they say together.
+//!
+//! The whole assessment and the short question of a margin, whether it passes, stand together:
+//! both make the same runs by the same rule, and the short one ends where its answer is certain.
 
 use super::decision::VariantRun;
 use super::early::{self, MemberCache};

@@ -102,6 +102,7 @@ pub(super) fn run_ensembles(
                 continue;
             }
             let run = results[index].counted();
+            // The limit is held against a look before it begins: a share counts all of its members.
             if !setup.work.allows(predicted(run, &samplings[index], look)) {
                 results[index].counted_mut().share = Some(ShareBounds::UNKNOWN);
                 let sampling = &mut samplings[index];

@@ -1,4 +1,7 @@
 //! The reasons of a verdict, in sentences.
+//!
+//! Each function tells one reason, or none where the case gives no cause; `reasons` asks them in
+//! the order of their weight. They share the case that they explain.
 
 use super::decision::{FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, PASS_SHARE_MAX};
 use super::ensemble::Ensemble;

@@ -1,4 +1,7 @@
 //! Layouts: which rows are header, which column is time, which one is the lateral acceleration.
+//!
+//! The first rows answer one question after the other: where the header ends, what its columns are
+//! called, which holds the time, which the samples. Each answer needs the one before.
 
 use super::begin::{self, Begin};
 use super::date;

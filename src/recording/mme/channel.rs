@@ -1,4 +1,7 @@
 //! Channel files: header and samples.
+//!
+//! The header is read by its keys, the samples line by line; both stand here since what the header
+//! states (extremes, times, count) is held against the samples.
 
 use crate::error::{Error, Place};
 use crate::recording::TestFacts;

@@ -1,4 +1,7 @@
 //! What the runs say: comparison, impacts, error budget, bounds, findings.
+//!
+//! Each function writes one section of the page from the blocks of the document that tell of runs;
+//! they share which runs are shown and how an angle is worded.
 
 use super::markup::Page;
 use crate::recording::Finding;

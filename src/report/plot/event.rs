@@ -1,4 +1,7 @@
 //! Acceleration, velocity and angle on one time axis, zoomed to the event.
+//!
+//! The drawing knows curves, marks and panels alone: the report of one verdict fills it here, the
+//! page of two verdicts in `overlay`.
 
 use super::canvas::{Anchor, Canvas};
 use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Scale};
