@@ -307,6 +307,15 @@ fn tidy_the_count_of_lines_sees_functions_as_they_are() {
 
 // ---------------------------------------------------------------- names
 
+#[test]
+fn tidy_the_list_of_types_sees_every_visibility() {
+    let text = "struct A;\npub enum B {}\npub(super) trait C {\n    type D;\n}\n\
+                pub(in crate::gate) struct E(u8);\npub(crate) type F = u8;\nlet structure = 1;\n";
+    let found: Vec<(String, usize)> = types(text);
+    let expected = [("A", 1), ("B", 2), ("C", 3), ("E", 6), ("F", 7)];
+    assert_eq!(found, expected.map(|(name, line)| (name.to_string(), line)));
+}
+
 /// A type's name leads to one definition, so that a search finds the thing.
 #[test]
 fn tidy_no_type_name_is_defined_twice() {

@@ -19,7 +19,7 @@ const LATE_NS: i128 = 50_000_000;
 
 /// One field's values.
 #[derive(Debug, Default)]
-struct Column {
+struct FieldColumn {
     path: String,
     unit: Option<AccelerationUnit>,
     values: Vec<f64>,
@@ -60,7 +60,7 @@ pub(super) struct TopicSeries {
     /// `None` for JSON before its first message, which alone tells its fields, and where an
     /// error says why there is none.
     layout: Option<Rc<MessageLayout>>,
-    columns: Vec<Column>,
+    columns: Vec<FieldColumn>,
     /// Numbers of the message at hand, as the layout says.
     slots: Vec<f64>,
     /// Stamps in the messages [ns].
@@ -126,12 +126,12 @@ impl TopicSeries {
     }
 
     fn take_layout(&mut self, layout: Rc<MessageLayout>, kept: &mut Kept) {
-        let column = |(path, unit): &(String, Option<AccelerationUnit>)| Column {
+        let column = |(path, unit): &(String, Option<AccelerationUnit>)| FieldColumn {
             path: path.clone(),
             unit: *unit,
             is_neighbour: !self.wanted.meant
                 || (!layout::names_lateral(path) && self.wanted.path.as_ref() != Some(path)),
-            ..Column::default()
+            ..FieldColumn::default()
         };
         self.columns = layout.columns.iter().map(column).collect();
         self.slots = vec![0.0; layout.paths.len()];
@@ -347,13 +347,13 @@ impl TopicSeries {
         });
         if !is_read && !self.is_other {
             // Of what cannot be read at all one field is told.
-            self.columns.push(Column {
+            self.columns.push(FieldColumn {
                 path: known.or(self.wanted.path.as_deref()).unwrap_or("").into(),
-                ..Column::default()
+                ..FieldColumn::default()
             });
         }
         let (topic, remarks) = (self.topic, self.remarks);
-        let field = |column: Column| {
+        let field = |column: FieldColumn| {
             let path = column.path.clone();
             let words = layout::words_of(&topic, &path);
             let may_be_lateral = match known {
@@ -470,7 +470,7 @@ impl TopicSeries {
 /// Values kept in all, times and all topics included, per sample that is allowed.
 const KEPT_PER_SAMPLE: u64 = 4;
 
-impl Column {
+impl FieldColumn {
     fn into_channel(
         self,
         (words, remarks): (&Named, &[Remark]),

@@ -181,16 +181,15 @@ pub(super) fn types(code: &str) -> Vec<(String, usize)> {
     let mut found = Vec::new();
     let mut inner = 0_usize;
     for (number, line) in (1..).zip(code.lines()) {
-        let words: Vec<&str> = line
+        let declared = without_visibility(line.trim_start());
+        let words: Vec<&str> = declared
             .split(|c: char| !(c.is_alphanumeric() || c == '_'))
-            .filter(|word| {
-                !["pub", "crate", "super", "in", "unsafe"].contains(word) && !word.is_empty()
-            })
+            .filter(|word| *word != "unsafe" && !word.is_empty())
             .collect();
         if let [kind, name, ..] = words.as_slice() {
             let defines = ["struct", "enum", "union", "trait"].contains(kind)
                 || (*kind == "type" && inner == 0);
-            if defines && line.trim_start().starts_with(|c: char| c.is_lowercase()) {
+            if defines && declared.starts_with(|c: char| c.is_lowercase()) {
                 found.push(((*name).to_string(), number));
             }
         }
@@ -198,6 +197,17 @@ pub(super) fn types(code: &str) -> Vec<(String, usize)> {
         inner -= line.matches('}').count().min(inner);
     }
     found
+}
+
+/// Cuts `pub`, `pub(crate)`, `pub(in crate::gate)` and their like off a line.
+fn without_visibility(line: &str) -> &str {
+    let Some(rest) = line.strip_prefix("pub") else {
+        return line;
+    };
+    match rest.strip_prefix('(').and_then(|rest| rest.split_once(')')) {
+        Some((_, rest)) => rest.trim_start(),
+        None => rest.trim_start(),
+    }
 }
 
 /// What a file does with names of other modules.
