@@ -2,9 +2,10 @@
 //!
 //! The file is read once, from the first byte to the last, record by record. Memory is
 //! bounded by one record (`mcap_record_bytes`), one chunk unpacked (`mcap_chunk_bytes`; the
-//! zstd decoder may hold as much again), the schemas (together at most `mcap_record_bytes`)
-//! and the samples kept: per topic at most `samples`, in all at most four times as many
-//! values, times included.
+//! zstd decoder may hold as much again), the schemas (together at most `mcap_record_bytes`),
+//! the steps through the messages of their types (together at most `mcap_fields`) and the
+//! samples kept: per topic at most `samples`, in all at most four times as many values, times
+//! included.
 //!
 //! A log that was cut, damaged or put together from two must not pass for a whole one, so
 //! everything the file says of itself is held against what it holds: the checksums of

@@ -6,8 +6,8 @@
 use super::records;
 use super::ros::Dialect;
 use super::types::{
-    Field, FieldKind, Leaf, MessageTypes, Multiplicity, Number, Sink, damaged_message, fingerprint,
-    leads_on, step_into,
+    self, Budget, DEPTH, FieldKind, Leaf, MessageTypes, Multiplicity, Number, damaged_message,
+    fingerprint, unreadable,
 };
 use crate::error::Error;
 
@@ -16,17 +16,172 @@ const HEADER: usize = 4;
 /// Bytes that may follow the last field: padding of the message to a multiple of four, as the
 /// header's alignment asks. A field of four bytes that the schema lacks is no padding.
 const PADDING: usize = 3;
+/// Bytes of the count before a sequence or a text.
+const COUNT: usize = 4;
 
-/// Walks through one message; of arrays only those with `wanted` elements are handed out, and of
-/// texts those that are wanted, each of at most `longest` [byte].
-pub(super) fn walk(
+/// The way through the messages of a type: the messages of types within it stand in line.
+#[derive(Debug)]
+pub(super) struct MessagePlan {
+    steps: Vec<PlanStep>,
+    dialect: Dialect,
+}
+
+/// A step through a message. What is wanted goes to slots.
+#[derive(Debug)]
+enum PlanStep {
+    /// Passes over numbers of a size [byte], or over a sequence of them.
+    Skip(usize, Option<u64>),
+    Number(Number, Box<[usize]>),
+    Text(Box<[usize]>),
+    Array(Box<Array>),
+}
+
+/// An array, or a sequence if no count is given.
+#[derive(Debug)]
+struct Array {
+    count: Option<u64>,
+    /// The steps through any element but the wanted ones.
+    element: Vec<PlanStep>,
+    /// The wanted elements in order.
+    wanted: Vec<(u64, Vec<PlanStep>)>,
+}
+
+/// A slot, and the way that is left to what is wanted for it.
+type Wanted<'a> = (usize, &'a [types::Step<'a>]);
+
+/// Plans the way through the messages of a type to what stands at `paths`, each of which gets a
+/// slot; sees to it that the messages can be walked through.
+pub(super) fn plan(
     types: &MessageTypes,
     dialect: Dialect,
+    paths: &[String],
+    budget: &mut Budget,
+) -> Result<MessagePlan, Error> {
+    let ways: Vec<_> = paths.iter().map(|path| types.way(path)).collect();
+    let wanted = ways.iter().map(|way| way.as_deref().unwrap_or_default());
+    let wanted: Vec<Wanted<'_>> = wanted.enumerate().collect();
+    let mut planner = Planner {
+        types,
+        dialect,
+        budget,
+    };
+    let steps = planner.message(&types.root, &wanted, DEPTH)?;
+    Ok(MessagePlan { steps, dialect })
+}
+
+struct Planner<'a> {
+    types: &'a MessageTypes,
+    dialect: Dialect,
+    budget: &'a mut Budget,
+}
+
+impl Planner<'_> {
+    /// Plans a message; there is no step if it takes no byte.
+    fn message<'w>(
+        &mut self,
+        name: &str,
+        wanted: &[Wanted<'w>],
+        depth: usize,
+    ) -> Result<Vec<PlanStep>, Error> {
+        let Some(fields) = self.types.types.get(name) else {
+            let expected = format!("a definition of {name}");
+            return Err(unreadable(&expected, "none in the schema"));
+        };
+        if depth == 0 {
+            let expected = format!("types nested at most {DEPTH} deep");
+            return Err(unreadable(&expected, &format!("more, at {name}")));
+        }
+        if fields.is_empty() && self.dialect == Dialect::Ros2 {
+            // An empty type of ROS 2 travels as one byte that stands for nothing.
+            return Ok(vec![PlanStep::Skip(1, Some(1))]);
+        }
+        let mut steps = Vec::new();
+        for field in fields {
+            self.budget.spend()?;
+            let leads_on = |(slot, way): &Wanted<'w>| {
+                let ((_, own, index), left) = way.split_first()?;
+                (own.name == field.name).then_some((*index, (*slot, left)))
+            };
+            let mut within: Vec<_> = wanted.iter().filter_map(leads_on).collect();
+            within.sort_by_key(|(index, _)| *index);
+            let count = match field.count {
+                Multiplicity::One => {
+                    let within: Vec<_> = within.into_iter().map(|(_, wanted)| wanted).collect();
+                    steps.append(&mut self.element(&field.kind, &within, depth)?);
+                    continue;
+                }
+                Multiplicity::Fixed(count) => Some(count),
+                Multiplicity::Sequence => None,
+            };
+            let element = self.element(&field.kind, &[], depth)?;
+            let mut elements = Vec::new();
+            for same in within.chunk_by(|(one, _), (other, _)| one == other) {
+                let within: Vec<_> = same.iter().map(|(_, wanted)| *wanted).collect();
+                let index = same[0].0.unwrap_or_default();
+                elements.push((index, self.element(&field.kind, &within, depth)?));
+            }
+            steps.extend(array(&field.kind, count, element, elements));
+        }
+        Ok(steps)
+    }
+
+    fn element(
+        &mut self,
+        kind: &FieldKind,
+        wanted: &[Wanted<'_>],
+        depth: usize,
+    ) -> Result<Vec<PlanStep>, Error> {
+        let slots = || wanted.iter().map(|(slot, _)| *slot).collect();
+        Ok(vec![match kind {
+            FieldKind::Message(name) => return self.message(name, wanted, depth - 1),
+            FieldKind::Number(number) if wanted.is_empty() => {
+                PlanStep::Skip(number.size(), Some(1))
+            }
+            FieldKind::Number(number) => PlanStep::Number(*number, slots()),
+            FieldKind::Bool => PlanStep::Skip(1, Some(1)),
+            FieldKind::Text => PlanStep::Text(slots()),
+            FieldKind::Other => {
+                return Err(unreadable(
+                    "numbers, booleans, strings and messages",
+                    "a wide string, whose layout differs between writers",
+                ));
+            }
+        }])
+    }
+}
+
+/// Returns the step through an array, if it takes a byte.
+fn array(
+    kind: &FieldKind,
+    count: Option<u64>,
+    element: Vec<PlanStep>,
+    wanted: Vec<(u64, Vec<PlanStep>)>,
+) -> Option<PlanStep> {
+    match (kind, element.as_slice()) {
+        // Of elements without a byte there is but the count.
+        (_, []) => count.is_none().then_some(PlanStep::Skip(COUNT, Some(1))),
+        (FieldKind::Number(_) | FieldKind::Bool, [PlanStep::Skip(size, _)])
+            if wanted.is_empty() =>
+        {
+            Some(PlanStep::Skip(*size, count))
+        }
+        _ => Some(PlanStep::Array(Box::new(Array {
+            count,
+            element,
+            wanted,
+        }))),
+    }
+}
+
+/// Walks through one message and puts what is wanted into `slots`; each text may have `longest`
+/// bytes.
+pub(super) fn walk(
+    plan: &MessagePlan,
     message: &[u8],
-    (wanted, longest): (&[String], u64),
-    sink: Sink<'_>,
+    longest: u64,
+    slots: &mut [Option<Leaf>],
 ) -> Result<(), Error> {
-    let (body, little, padding) = match (dialect, message) {
+    let (body, little, padding) = match (plan.dialect, message) {
         (Dialect::Ros1, _) => (message, true, 0),
         (Dialect::Ros2, [0, order @ (0 | 1), _, _, body @ ..]) => (body, *order == 1, PADDING),
         (Dialect::Ros2, [high, low, _, _, ..]) => {
@@ -39,16 +194,14 @@ pub(super) fn walk(
         }
     };
     let mut cursor = CdrCursor {
-        types,
-        wanted,
-        path: String::new(),
         body,
         at: 0,
         little,
-        aligned: dialect == Dialect::Ros2,
+        aligned: plan.dialect == Dialect::Ros2,
         longest,
+        slots,
     };
-    cursor.message(&types.root, sink)?;
+    cursor.walk(&plan.steps)?;
     let left = body.len() - cursor.at;
     if left > padding {
         let expected = "a message as long as its schema says";
@@ -58,116 +211,119 @@ pub(super) fn walk(
 }
 
 struct CdrCursor<'a> {
-    types: &'a MessageTypes,
-    wanted: &'a [String],
-    /// Path of the field at hand.
-    path: String,
     body: &'a [u8],
     at: usize,
     little: bool,
     aligned: bool,
     /// Longest text let in [byte].
     longest: u64,
+    slots: &'a mut [Option<Leaf>],
 }
 
 impl<'a> CdrCursor<'a> {
-    fn message(&mut self, name: &str, sink: Sink<'_>) -> Result<(), Error> {
-        let types = self.types;
-        let fields = types.types.get(name).map_or(&[][..], Vec::as_slice);
-        if fields.is_empty() {
-            // An empty type of ROS 2 travels as one byte that stands for nothing.
-            return self.aligned(1, usize::from(self.aligned)).map(|_| ());
-        }
-        for field in fields {
-            let before = self.path.len();
-            step_into(&mut self.path, &field.name);
-            self.field(field, sink)?;
-            self.path.truncate(before);
+    fn walk(&mut self, steps: &[PlanStep]) -> Result<(), Error> {
+        for step in steps {
+            match step {
+                PlanStep::Skip(size, count) => {
+                    let count = self.count(*count)?;
+                    self.skip(*size, count)?;
+                }
+                PlanStep::Number(number, slots) => {
+                    let value = number.value(self.bits(number.size())?);
+                    self.put(slots, || Leaf::Number(value));
+                }
+                PlanStep::Text(slots) => {
+                    let text = self.text()?;
+                    // The zero at the end, which some writers leave out, is none of the text.
+                    let text = text.strip_suffix(&[0]).unwrap_or(text);
+                    self.put(slots, || Leaf::Text(fingerprint(text)));
+                }
+                PlanStep::Array(array) => self.array(array)?,
+            }
         }
         Ok(())
+    }
+
+    fn put(&mut self, slots: &[usize], leaf: impl Fn() -> Leaf) {
+        for slot in slots {
+            self.slots[*slot] = Some(leaf());
+        }
+    }
+
+    fn array(&mut self, array: &Array) -> Result<(), Error> {
+        let count = self.count(array.count)?;
+        let mut next = 0;
+        for (index, steps) in array.wanted.iter().filter(|(index, _)| *index < count) {
+            self.repeat(&array.element, index - next)?;
+            self.walk(steps)?;
+            next = index + 1;
+        }
+        self.repeat(&array.element, count - next)
     }
 
     // Every element takes at least one byte, so that a count which promises more than the message
     // holds ends at the end of the message.
-    fn field(&mut self, field: &Field, sink: Sink<'_>) -> Result<(), Error> {
-        let count = match field.count {
-            Multiplicity::One => return self.element(&field.kind, sink),
-            Multiplicity::Fixed(count) => count,
-            Multiplicity::Sequence => self.length()?,
-        };
-        let size = match &field.kind {
-            FieldKind::Message(name) if self.types.empty.contains(name) => return Ok(()),
-            FieldKind::Number(number) => number.size(),
-            FieldKind::Bool => 1,
-            _ => 0,
-        };
-        if size > 0 && count > 0 && !leads_on(&self.path, self.wanted) {
-            let count = usize::try_from(count).ok();
-            let bytes = count.and_then(|count| count.checked_mul(size));
-            return self.aligned(size, bytes.unwrap_or(usize::MAX)).map(|_| ());
+    fn repeat(&mut self, element: &[PlanStep], count: u64) -> Result<(), Error> {
+        // Numbers of which one is beyond the end go singly up to that one, which the error names.
+        if let [PlanStep::Skip(size, Some(1))] = element
+            && self.skip(*size, count).is_ok()
+        {
+            return Ok(());
         }
-        let before = self.path.len();
-        for index in 0..count {
-            self.path.push_str(&format!("[{index}]"));
-            self.element(&field.kind, sink)?;
-            self.path.truncate(before);
+        (0..count).try_for_each(|_| self.walk(element))
+    }
+
+    /// Reads the count of a sequence, if none is `known`.
+    fn count(&mut self, known: Option<u64>) -> Result<u64, Error> {
+        known.map_or_else(|| self.bits(COUNT), Ok)
+    }
+
+    fn text(&mut self) -> Result<&'a [u8], Error> {
+        let length = self.bits(COUNT)?;
+        if length > self.longest {
+            return Err(records::too_long(self.longest, length, "message"));
         }
-        Ok(())
-    }
-
-    fn element(&mut self, kind: &FieldKind, sink: Sink<'_>) -> Result<(), Error> {
-        let leaf = match kind {
-            FieldKind::Message(name) => return self.message(name, sink),
-            FieldKind::Number(number) => Leaf::Number(self.number(*number)?),
-            FieldKind::Bool => self.aligned(1, 1).map(|_| Leaf::Boolean)?,
-            FieldKind::Text | FieldKind::Other => {
-                let length = self.length()?;
-                if length > self.longest {
-                    return Err(records::too_long(self.longest, length, "message"));
-                }
-                let text = self.aligned(1, usize::try_from(length).unwrap_or(usize::MAX))?;
-                if !self.wanted.contains(&self.path) {
-                    return Ok(());
-                }
-                // The zero at the end, which some writers leave out, is none of the text.
-                Leaf::Text(fingerprint(text.strip_suffix(&[0]).unwrap_or(text)))
-            }
-        };
-        sink(&self.path, leaf);
-        Ok(())
-    }
-
-    fn length(&mut self) -> Result<u64, Error> {
-        self.bits(4)
-    }
-
-    fn number(&mut self, number: Number) -> Result<f64, Error> {
-        Ok(number.value(self.bits(number.size())?))
+        self.take(1, usize::try_from(length).unwrap_or(usize::MAX))
     }
 
     fn bits(&mut self, size: usize) -> Result<u64, Error> {
-        let mut array = [0; 8];
-        array[..size].copy_from_slice(self.aligned(size, size)?);
-        if !self.little {
-            array[..size].reverse();
-        }
-        Ok(u64::from_le_bytes(array))
+        let bytes = self.take(size, size)?.iter();
+        let push = |bits: u64, byte: &u8| (bits << 8) | u64::from(*byte);
+        Ok(match self.little {
+            true => bytes.rev().fold(0, push),
+            false => bytes.fold(0, push),
+        })
     }
 
-    /// Steps to a multiple of `size` [byte] and takes `count` bytes.
-    fn aligned(&mut self, size: usize, count: usize) -> Result<&'a [u8], Error> {
+    /// Passes over numbers of a size [byte].
+    fn skip(&mut self, size: usize, count: u64) -> Result<(), Error> {
+        if count > 0 {
+            let count = usize::try_from(count).ok();
+            let bytes = count.and_then(|count| count.checked_mul(size));
+            self.take(size, bytes.unwrap_or(usize::MAX))?;
+        }
+        Ok(())
+    }
+
+    /// Steps to a multiple of `size` [byte], a power of two, and takes `count` bytes.
+    fn take(&mut self, size: usize, count: usize) -> Result<&'a [u8], Error> {
         let start = match self.aligned {
-            true => self.at.next_multiple_of(size),
+            true => (self.at + size - 1) & !(size - 1),
             false => self.at,
         };
         let end = start.checked_add(count);
         let Some(taken) = end.and_then(|end| self.body.get(start..end)) else {
-            let expected = format!("a field at byte {} of the message", HEADER + start);
-            let end = HEADER + self.body.len();
-            let found = format!("the end of the message at byte {end}");
-            return Err(damaged_message(&expected, &found));
+            return Err(self.ends_before(start));
         };
         self.at = start + count;
         Ok(taken)
+    }
+
+    #[cold]
+    fn ends_before(&self, start: usize) -> Error {
+        let expected = format!("a field at byte {} of the message", HEADER + start);
+        let end = HEADER + self.body.len();
+        let found = format!("the end of the message at byte {end}");
+        damaged_message(&expected, &found)
     }
 }

@@ -1,5 +1,6 @@
 //! Where in the messages of a type stands what is wanted of them, and in which unit.
 
+use super::cdr::{self, MessagePlan};
 use super::json;
 use super::protobuf;
 use super::ros::{self, Dialect, plain_name};
@@ -129,7 +130,7 @@ const ROS1_STAMP: [&str; 2] = ["header.stamp.secs", "header.stamp.nsecs"];
 /// Path of the number by which a message says that it holds no estimate: −1.
 pub(super) const ESTIMATE: &str = "linear_acceleration_covariance[0]";
 /// Path of the text that names the sensor's frame.
-pub(super) const FRAME: [&str; 2] = ["header", "frame_id"];
+pub(super) const FRAME: &str = "header.frame_id";
 /// Paths under which messages in JSON keep their stamp.
 const JSON_STAMPS: [[&str; 2]; 4] = [
     STAMP,
@@ -141,7 +142,7 @@ const JSON_STAMPS: [[&str; 2]; 4] = [
 /// How messages are walked through.
 #[derive(Debug)]
 pub(super) enum Messages {
-    Ros(MessageTypes, Dialect),
+    Ros(MessagePlan),
     Protobuf(MessageTypes),
     Json,
 }
@@ -225,7 +226,7 @@ fn typed_layout(
         )
         .into());
     }
-    let mut types = schema.types()?;
+    let types = schema.types()?;
     let numbers = types.numbers(budget)?;
     let all = numbers
         .iter()
@@ -247,9 +248,7 @@ fn typed_layout(
     }
     let lacking = promised.filter(|path| !paths.iter().any(|known| known == path));
     let is_number = |path: &str| types.way_to_number(path).is_some();
-    let kind = types
-        .way(&FRAME.join("."))
-        .and_then(|way| Some(&way.last()?.1.kind));
+    let kind = types.way(FRAME).and_then(|way| Some(&way.last()?.1.kind));
     let frame = language != Language::Protobuf && kind == Some(&FieldKind::Text);
     let stamps = match language {
         Language::Ros(Dialect::Ros2) => vec![STAMP.map(str::to_string)],
@@ -265,10 +264,7 @@ fn typed_layout(
     layout.known = listed(&numbers);
     layout.messages = match language {
         Language::Protobuf => Messages::Protobuf(types),
-        Language::Ros(dialect) => {
-            ros::check(&mut types, dialect, budget)?;
-            Messages::Ros(types, dialect)
-        }
+        Language::Ros(dialect) => Messages::Ros(cdr::plan(&types, dialect, &layout.paths, budget)?),
     };
     if let Some(path) = lacking {
         let found = format!("none in the definition of {}", schema.name);
@@ -290,7 +286,7 @@ impl MessageLayout {
         let deniable = |path: &String| path.starts_with("linear_acceleration.");
         let estimate = paths.iter().any(deniable) && has(ESTIMATE);
         paths.extend(estimate.then(|| ESTIMATE.to_string()));
-        paths.extend(frame.then(|| FRAME.join(".")));
+        paths.extend(frame.then(|| FRAME.to_string()));
         let stamp = stamps.iter().find(|pair| pair.iter().all(|path| has(path)));
         paths.extend(stamp.into_iter().flatten().cloned());
         Self {
@@ -355,9 +351,8 @@ fn json_fields(numbers: &[(String, bool)], wanted: &WantedFields) -> Vec<String>
 pub(super) fn json_layout(data: &[u8], wanted: &WantedFields) -> Result<MessageLayout, Unfit> {
     let mut numbers: Vec<(String, bool)> = Vec::new();
     let (mut frame, mut too_many) = (false, false);
-    let frame_path = FRAME.join(".");
     let mut found = |path: &str, leaf: Leaf| {
-        frame |= path == frame_path && matches!(leaf, Leaf::Text(_));
+        frame |= path == FRAME && matches!(leaf, Leaf::Text(_));
         // What is null now may be a number in the next message.
         let numeric = matches!(leaf, Leaf::Number(_) | Leaf::Null);
         let is_wanted = wanted.path.as_deref() == Some(path);

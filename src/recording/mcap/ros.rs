@@ -3,9 +3,7 @@
 //! The text holds the definition of one type, then those of the types it uses, divided by
 //! lines of 80 `=`, each opened by `MSG: package/Type`.
 
-use super::types::{
-    Budget, DEPTH, Field, FieldKind, MessageTypes, Multiplicity, Number, unreadable,
-};
+use super::types::{Field, FieldKind, MessageTypes, Multiplicity, Number, unreadable};
 use crate::error::Error;
 
 /// Shortest line of `=` that divides definitions.
@@ -75,52 +73,6 @@ pub(super) fn types(root: &str, text: &str, dialect: Dialect) -> Result<MessageT
         types.types.entry(name.to_string()).or_insert_with(fields);
     }
     Ok(types)
-}
-
-/// Checks that every message of a type can be walked through; notes types that take no byte.
-pub(super) fn check(
-    types: &mut MessageTypes,
-    dialect: Dialect,
-    budget: &mut Budget,
-) -> Result<(), Error> {
-    let root = types.root.clone();
-    takes_bytes(types, &root, dialect, budget, DEPTH).map(|_| ())
-}
-
-/// Tells whether a type takes bytes in a message.
-fn takes_bytes(
-    types: &mut MessageTypes,
-    name: &str,
-    dialect: Dialect,
-    budget: &mut Budget,
-    depth: usize,
-) -> Result<bool, Error> {
-    let Some(fields) = types.types.get(name).cloned() else {
-        let expected = format!("a definition of {name}");
-        return Err(unreadable(&expected, "none in the schema"));
-    };
-    if depth == 0 {
-        let expected = format!("types nested at most {DEPTH} deep");
-        return Err(unreadable(&expected, &format!("more, at {name}")));
-    }
-    let mut takes = fields.is_empty() && dialect == Dialect::Ros2;
-    for field in fields {
-        budget.spend()?;
-        takes |= match &field.kind {
-            FieldKind::Message(inner) => takes_bytes(types, inner, dialect, budget, depth - 1)?,
-            FieldKind::Other => {
-                return Err(unreadable(
-                    "numbers, booleans, strings and messages",
-                    "a wide string, whose layout differs between writers",
-                ));
-            }
-            FieldKind::Number(_) | FieldKind::Bool | FieldKind::Text => true,
-        } || field.count == Multiplicity::Sequence;
-    }
-    if !takes {
-        types.empty.insert(name.to_string());
-    }
-    Ok(takes)
 }
 
 /// Reads one line of a definition; `None` for comments, constants and empty lines.

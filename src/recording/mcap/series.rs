@@ -54,13 +54,15 @@ pub(super) struct Finished {
 /// The messages of one topic, as far as they were read.
 #[derive(Debug, Default)]
 pub(super) struct TopicSeries {
-    topic: String,
+    topic: Rc<str>,
     /// What was wanted of it.
     wanted: WantedFields,
     /// `None` for JSON before its first message, which alone tells its fields, and where an
     /// error says why there is none.
     layout: Option<Rc<MessageLayout>>,
     columns: Vec<FieldColumn>,
+    /// What is wanted of the message at hand, as it stands there.
+    leaves: Vec<Option<Leaf>>,
     /// Numbers of the message at hand, as the layout says.
     slots: Vec<f64>,
     /// Stamps in the messages [ns].
@@ -112,7 +114,7 @@ impl TopicSeries {
         kept: &mut Kept,
     ) -> Self {
         let mut series = Self {
-            topic: topic.to_string(),
+            topic: topic.into(),
             wanted: wanted.clone(),
             ..Self::default()
         };
@@ -190,7 +192,7 @@ impl TopicSeries {
         kept: &mut Kept,
         limits: &Limits,
     ) -> Result<(), Error> {
-        let topic = self.topic.clone();
+        let topic = Rc::clone(&self.topic);
         let place = |path: &str| place(&topic, message, path);
         if self.layout.is_none() {
             match layout::json_layout(message.data, &self.wanted) {
@@ -255,46 +257,31 @@ impl TopicSeries {
         limits: &Limits,
     ) -> Result<(), Error> {
         let paths = &layout.paths;
-        let mut leaves: Vec<Option<Leaf>> = vec![None; paths.len()];
-        let (mut twice, mut shape) = (None, 0_u64);
+        self.leaves.clear();
+        self.leaves.resize(paths.len(), None);
+        match &layout.messages {
+            Messages::Ros(plan) => {
+                cdr::walk(plan, data, limits.mcap_string_bytes, &mut self.leaves)?;
+            }
+            Messages::Protobuf(types) => {
+                let root = (&*types.root, &mut String::new());
+                let mut found = |path: &str, leaf| _ = put(&mut self.leaves, paths, path, leaf);
+                protobuf::walk(types, root, data, paths, &mut found)?;
+            }
+            Messages::Json => self.extract_json(paths, data)?,
+        }
         let is_json = matches!(layout.messages, Messages::Json);
-        let mut found = |path: &str, leaf: Leaf| {
-            for (slot, wanted) in leaves.iter_mut().zip(paths) {
-                if wanted == path && slot.replace(leaf).is_some() && is_json {
-                    twice = Some(path.to_string());
-                }
-            }
-            let numeric = matches!(leaf, Leaf::Number(_) | Leaf::Null);
-            if is_json && numeric && !path.contains('[') {
-                shape = shape.wrapping_add(hash(path.as_bytes()));
-            }
-        };
-        walk(&layout.messages, data, (paths, limits), &mut found)?;
-        if let Some(path) = twice {
-            let expected = format!("the field {path} once");
-            return Err(damaged_message(&expected, "it twice"));
-        }
-        if *self.shape.get_or_insert(shape) != shape {
-            let error = Error::malformed(
-                "the fields of the first message",
-                "other fields, of which one may be another lateral acceleration",
-                "choose one with the setting `channel` = TOPIC:FIELD, or write each sensor to a \
-                 topic of its own",
-            );
-            self.further.get_or_insert(error);
-        }
-        let frame = FRAME.join(".");
-        for (place, (leaf, path)) in leaves.into_iter().zip(paths).enumerate() {
+        for (place, (leaf, path)) in self.leaves.iter().zip(paths).enumerate() {
             let non_finite = |kind: &str| {
                 let found = format!("{kind} in {path}");
                 ErrorKind::NonFinite { found }.into()
             };
-            let error: Error = match leaf {
+            let error: Error = match *leaf {
                 Some(Leaf::Number(value)) => {
                     self.slots[place] = value;
                     continue;
                 }
-                Some(Leaf::Text(fingerprint)) if *path == frame => {
+                Some(Leaf::Text(fingerprint)) if path == FRAME => {
                     self.slots[place] = fingerprint;
                     continue;
                 }
@@ -316,6 +303,35 @@ impl TopicSeries {
                 Some(column) => column.error.get_or_insert(error),
                 None => return Err(error),
             };
+        }
+        Ok(())
+    }
+
+    /// Takes what is wanted from a message in JSON, whose fields must be those of the first.
+    fn extract_json(&mut self, paths: &[String], data: &[u8]) -> Result<(), Error> {
+        let (mut twice, mut shape) = (None, 0_u64);
+        let mut found = |path: &str, leaf: Leaf| {
+            if put(&mut self.leaves, paths, path, leaf) {
+                twice = Some(path.to_string());
+            }
+            let numeric = matches!(leaf, Leaf::Number(_) | Leaf::Null);
+            if numeric && !path.contains('[') {
+                shape = shape.wrapping_add(hash(path.as_bytes()));
+            }
+        };
+        json::walk(data, &mut found)?;
+        if let Some(path) = twice {
+            let expected = format!("the field {path} once");
+            return Err(damaged_message(&expected, "it twice"));
+        }
+        if *self.shape.get_or_insert(shape) != shape {
+            let error = Error::malformed(
+                "the fields of the first message",
+                "other fields, of which one may be another lateral acceleration",
+                "choose one with the setting `channel` = TOPIC:FIELD, or write each sensor to a \
+                 topic of its own",
+            );
+            self.further.get_or_insert(error);
         }
         Ok(())
     }
@@ -510,24 +526,15 @@ fn place(topic: &str, message: &LoggedMessage<'_>, path: &str) -> Place {
     place.channel(format!("{name}, message {number}"))
 }
 
-/// Walks through a message.
-fn walk(
-    messages: &Messages,
-    data: &[u8],
-    (wanted, limits): (&[String], &Limits),
-    found: &mut dyn FnMut(&str, Leaf),
-) -> Result<(), Error> {
-    match messages {
-        Messages::Ros(types, dialect) => {
-            let longest = limits.mcap_string_bytes;
-            cdr::walk(types, *dialect, data, (wanted, longest), found)
+/// Puts a scalar into every slot whose path is its own; tells whether one held another.
+fn put(leaves: &mut [Option<Leaf>], paths: &[String], path: &str, leaf: Leaf) -> bool {
+    let mut twice = false;
+    for (slot, wanted) in leaves.iter_mut().zip(paths) {
+        if wanted == path {
+            twice |= slot.replace(leaf).is_some();
         }
-        Messages::Protobuf(types) => {
-            let root = (&*types.root, &mut String::new());
-            protobuf::walk(types, root, data, wanted, found)
-        }
-        Messages::Json => json::walk(data, found),
     }
+    twice
 }
 
 /// Returns a stamp in whole nanoseconds.

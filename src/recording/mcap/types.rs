@@ -165,10 +165,15 @@ pub(super) struct Segment {
 
 /// Reads a field path such as `linear_acceleration.y` or `values[3].x`.
 pub(super) fn segments(path: &str) -> Option<Vec<Segment>> {
+    // A number is written in one way only, as messages are compared by it: `3`, not `03`.
+    let number = |text: &str| {
+        let number: u64 = text.parse().ok()?;
+        (number.to_string() == text).then_some(number)
+    };
     let segment = |part: &str| {
         let (name, index) = match part.split_once('[') {
             None => (part, None),
-            Some((name, index)) => (name, Some(index.strip_suffix(']')?.parse().ok()?)),
+            Some((name, index)) => (name, Some(number(index.strip_suffix(']')?)?)),
         };
         let name = name.to_string();
         (!name.is_empty()).then_some(Segment { name, index })
@@ -186,8 +191,6 @@ pub(super) struct MessageTypes {
     pub(super) types: BTreeMap<String, Vec<Field>>,
     /// Types whose fields stand in no order that could be asked for: entries of protobuf's maps.
     pub(super) unordered: BTreeSet<String>,
-    /// Types that take no byte in a message.
-    pub(super) empty: BTreeSet<String>,
 }
 
 /// A scalar of a message.
