@@ -415,29 +415,21 @@ fn in_si(channel: &Channel) -> Result<Signal, Error> {
         .ok_or(ErrorKind::MissingUnit)?
         .metres_per_second_squared();
     if channel.values.len() < 2 {
-        return Err(ErrorKind::TooShort {
-            what: "a recording",
-            needed: 2,
-            found: channel.values.len(),
-        }
-        .into());
+        return Err(Error::too_short("a recording", 2, channel.values.len()));
     }
     let samples: Vec<f64> = channel.values.iter().map(|value| value * factor).collect();
     if let Some(index) = samples
         .iter()
         .position(|value| !(value.is_finite() && value.abs() <= LARGEST_ACCELERATION))
     {
-        return Err(ErrorKind::OutOfRange {
-            what: format!(
+        return Err(Error::out_of_range(
+            format!(
                 "acceleration at {} s [m/s²]",
                 plain(channel.time_s(index), 6)
             ),
-            expected: format!(
-                "finite and at most {LARGEST_ACCELERATION:e} in magnitude; check the unit"
-            ),
-            found: format!("{:e}", samples[index]),
-        }
-        .into());
+            format!("finite and at most {LARGEST_ACCELERATION:e} in magnitude; check the unit"),
+            format!("{:e}", samples[index]),
+        ));
     }
     Ok(Signal {
         start_s: channel.start_s,

@@ -5,6 +5,7 @@
 
 use crate::setting::Setting;
 use std::fmt;
+use std::path::Path;
 
 /// A channel that could be meant.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -143,6 +144,12 @@ impl Place {
             file: Some(name.into()),
             ..Self::default()
         }
+    }
+
+    /// Names the file at `path`.
+    #[must_use]
+    pub fn path(path: &Path) -> Self {
+        Self::file(path.display().to_string())
     }
 
     /// Adds a line, counted from 1.
@@ -404,6 +411,31 @@ impl Error {
             found,
             hint,
         })
+    }
+
+    /// Says that a quantity lies outside its permitted range: what was expected and found.
+    pub fn out_of_range(
+        what: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> Self {
+        let (what, expected, found) = (what.into(), expected.into(), found.into());
+        Self::from(ErrorKind::OutOfRange {
+            what,
+            expected,
+            found,
+        })
+    }
+
+    /// Says that the operating system refused what was tried, and its reason.
+    pub fn io(action: &'static str, reason: &dyn fmt::Display) -> Self {
+        let reason = reason.to_string();
+        Self::from(ErrorKind::Io { action, reason })
+    }
+
+    /// Says that the operating system refused what was tried with that file, and its reason.
+    pub fn io_at(action: &'static str, path: &Path, reason: &dyn fmt::Display) -> Self {
+        Self::io(action, reason).at(Place::path(path))
     }
 
     /// Says that a limit of that name and value was crossed by what was found.

@@ -282,12 +282,7 @@ pub fn run_within(
 ) -> Result<RunOutcome, Error> {
     let count = signal.samples.len();
     if count < 2 {
-        return Err(ErrorKind::TooShort {
-            what: "a replay",
-            needed: 2,
-            found: count,
-        }
-        .into());
+        return Err(Error::too_short("a replay", 2, count));
     }
     check_initial(options)?;
     if let Some(bad) = signal.samples.iter().find(|a| !a.is_finite()) {
@@ -379,15 +374,14 @@ fn check_initial(options: &RunOptions) -> Result<(), Error> {
         || !velocity.is_finite()
         || velocity.abs() > VELOCITY_LIMIT
     {
-        return Err(ErrorKind::OutOfRange {
-            what: "initial state (phi0 [rad], omega0 [rad/s])".into(),
-            expected: format!(
+        return Err(Error::out_of_range(
+            "initial state (phi0 [rad], omega0 [rad/s])",
+            format!(
                 "{least} to {ANGLE_LIMIT} rad on a {} stop and at most {VELOCITY_LIMIT} rad/s",
                 options.stop.name()
             ),
-            found: format!("({angle}, {velocity})"),
-        }
-        .into());
+            format!("({angle}, {velocity})"),
+        ));
     }
     Ok(())
 }
@@ -708,14 +702,8 @@ pub fn run_harmonic(
     options: &RunOptions,
 ) -> Result<RunOutcome, Error> {
     check_initial(options)?;
-    let refuse = |what: &str, expected: &str, found: String| {
-        Err(ErrorKind::OutOfRange {
-            what: what.into(),
-            expected: expected.into(),
-            found,
-        }
-        .into())
-    };
+    let refuse =
+        |what: &str, expected: &str, found: String| Err(Error::out_of_range(what, expected, found));
     if options.window.is_some() {
         return refuse("window", "none on a smooth sine", "a window".into());
     }

@@ -21,7 +21,7 @@ pub use value::{
 };
 
 use crate::conditioning::{BiasWindow, ConditioningOptions, FilterChoice, FilterStandard};
-use crate::error::{Error, ErrorKind, nearest_name};
+use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::recording::card::CardPolarity;
@@ -168,23 +168,21 @@ impl Request {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::UnknownName`] for a format that no reader bears, [`ErrorKind::OutOfRange`] for
-    /// an initial angle inside a rigid stop, a method that does not know the soft stop, or a
-    /// tolerance finer than the method's rounding.
+    /// [`crate::error::ErrorKind::UnknownName`] for a format that no reader bears,
+    /// [`crate::error::ErrorKind::OutOfRange`] for an initial angle inside a rigid stop, a method
+    /// that does not know the soft stop, or a tolerance finer than the method's rounding.
     pub fn check(&self) -> Result<(), Error> {
         self.check_values()?;
         self.check_format()?;
         if let Some(angle) = self.phi0_rad.filter(|angle| *angle < 0.0)
             && self.model != ModelChoice::Only(StopModel::Soft)
         {
-            return Err(ErrorKind::OutOfRange {
-                what: "the setting `phi0` [rad]".into(),
-                expected: "0 or more on the rigid stop; choose the setting `model` = soft for an \
-                           angle inside the stop"
-                    .into(),
-                found: angle.to_string(),
-            }
-            .into());
+            return Err(Error::out_of_range(
+                "the setting `phi0` [rad]",
+                "0 or more on the rigid stop; choose the setting `model` = soft for an \
+                 angle inside the stop",
+                angle.to_string(),
+            ));
         }
         self.check_method()
     }
@@ -192,46 +190,39 @@ impl Request {
     /// Refuses values that no document could state: what is written must be read back.
     fn check_values(&self) -> Result<(), Error> {
         if self.time_column.is_some() && self.rate_hz.is_some() {
-            return Err(ErrorKind::OutOfRange {
-                what: Setting::RateHz.to_string(),
-                expected: format!(
+            return Err(Error::out_of_range(
+                Setting::RateHz.to_string(),
+                format!(
                     "absent where {} says where the time is",
                     Setting::TimeColumn
                 ),
-                found: "both".into(),
-            }
-            .into());
+                "both",
+            ));
         }
         if self.header_line.is_some() && self.skip_lines.is_some() {
-            return Err(ErrorKind::OutOfRange {
-                what: Setting::SkipLines.to_string(),
-                expected: format!("absent where {} is stated", Setting::HeaderLine),
-                found: "both".into(),
-            }
-            .into());
+            return Err(Error::out_of_range(
+                Setting::SkipLines.to_string(),
+                format!("absent where {} is stated", Setting::HeaderLine),
+                "both",
+            ));
         }
         let stated = BTreeMap::<String, Value>::from(self.clone());
         if Self::try_from(stated)? == *self {
             return Ok(());
         }
-        Err(ErrorKind::OutOfRange {
-            what: "every number of a request".into(),
-            expected: "finite".into(),
-            found: format!("{self:?}"),
-        }
-        .into())
+        Err(Error::out_of_range(
+            "every number of a request",
+            "finite",
+            format!("{self:?}"),
+        ))
     }
 
     fn check_format(&self) -> Result<(), Error> {
         let known: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
         match &self.input_format {
-            Some(name) if !known.contains(&name.as_str()) => Err(ErrorKind::UnknownName {
-                what: "input format",
-                found: name.clone(),
-                nearest: nearest_name(name, &known),
-                known: known.join(", "),
+            Some(name) if !known.contains(&name.as_str()) => {
+                Err(Error::unknown("input format", name.clone(), &known))
             }
-            .into()),
             _ => Ok(()),
         }
     }
@@ -240,27 +231,25 @@ impl Request {
         let name = self.method.name();
         if !self.method.admits(StopModel::Soft) && self.model != ModelChoice::Only(StopModel::Rigid)
         {
-            return Err(ErrorKind::OutOfRange {
-                what: Setting::Method.to_string(),
-                expected: format!(
+            return Err(Error::out_of_range(
+                Setting::Method.to_string(),
+                format!(
                     "one that knows the soft stop; {name} knows the rigid one only, choose the \
                      setting `model` = rigid"
                 ),
-                found: format!("{name} with the setting `model` = {}", self.model.name()),
-            }
-            .into());
+                format!("{name} with the setting `model` = {}", self.model.name()),
+            ));
         }
         if let Some(tolerance) = self
             .tolerance_rad
             .filter(|tolerance| *tolerance < ADAPTIVE_TOLERANCE_MIN)
             && matches!(self.method, Method::Dopri5 { .. })
         {
-            return Err(ErrorKind::OutOfRange {
-                what: format!("{} of {name}", Setting::Tolerance),
-                expected: format!("at least {ADAPTIVE_TOLERANCE_MIN:e}"),
-                found: tolerance.to_string(),
-            }
-            .into());
+            return Err(Error::out_of_range(
+                format!("{} of {name}", Setting::Tolerance),
+                format!("at least {ADAPTIVE_TOLERANCE_MIN:e}"),
+                tolerance.to_string(),
+            ));
         }
         Ok(())
     }

@@ -85,12 +85,11 @@ impl Restitution {
         if (0.0..=1.0).contains(&ratio) {
             Ok(Self(ratio))
         } else {
-            Err(ErrorKind::OutOfRange {
-                what: "restitution [-]".into(),
-                expected: "0 to 1".into(),
-                found: format!("{ratio}"),
-            }
-            .into())
+            Err(Error::out_of_range(
+                "restitution [-]",
+                "0 to 1",
+                format!("{ratio}"),
+            ))
         }
     }
 

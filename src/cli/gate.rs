@@ -17,7 +17,7 @@ use super::options::Common;
 use super::output;
 use super::progress::Progress;
 use super::values::{OutputFormat, parse_date};
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Error, Place};
 use crate::gate::files::Reports;
 use crate::gate::{self, Asked, Baseline, GateFile, GateSummary, Plan, Store};
 use crate::pipeline::Request;
@@ -250,12 +250,8 @@ fn plan(path: &Path, own: &[PathBuf], limits: &Limits) -> Result<Option<Plan>, F
     let bytes = read(path, limits).map_err(Failure::Data)?;
     let text = String::from_utf8(bytes).map_err(|_| {
         Failure::Data(
-            Error::from(ErrorKind::Malformed {
-                expected: "UTF-8".into(),
-                found: "other bytes".into(),
-                hint: "save the gate file as UTF-8".into(),
-            })
-            .at(Place::file(name.clone())),
+            Error::malformed("UTF-8", "other bytes", "save the gate file as UTF-8")
+                .at(Place::file(name.clone())),
         )
     })?;
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -317,11 +313,11 @@ fn check_baseline(own: &GateArguments, folder: &Path) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::Usage(
-        Error::from(ErrorKind::Malformed {
-            expected: "a baseline outside the folder that the gate writes".into(),
-            found: format!("it in {}", folder.display()),
-            hint: "keep it elsewhere, or name another folder with the setting `out`".into(),
-        })
+        Error::malformed(
+            "a baseline outside the folder that the gate writes",
+            format!("it in {}", folder.display()),
+            "keep it elsewhere, or name another folder with the setting `out`",
+        )
         .at(Place::file("--baseline")),
     ))
 }

@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::output;
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::Error;
 use clap::{Args, ValueEnum};
 use std::fs::OpenOptions;
 use std::io::Write;
@@ -47,18 +47,12 @@ pub(super) fn command(own: &InitArguments) -> Result<u8, Failure> {
 ///
 /// # Errors
 ///
-/// [`ErrorKind::Io`] if it is, or cannot be written.
+/// [`crate::error::ErrorKind::Io`] if it is, or cannot be written.
 pub(super) fn create(path: &Path, text: &str) -> Result<(), Error> {
     OpenOptions::new()
         .write(true)
         .create_new(true)
         .open(path)
         .and_then(|mut file| file.write_all(text.as_bytes()))
-        .map_err(|error| {
-            Error::from(ErrorKind::Io {
-                action: "write a file to start from",
-                reason: error.to_string(),
-            })
-            .at(Place::file(path.display().to_string()))
-        })
+        .map_err(|error| Error::io_at("write a file to start from", path, &error))
 }

@@ -6,7 +6,7 @@ use super::options::{Common, InspectArguments};
 use super::output;
 use super::progress::Progress;
 use super::values::OutputFormat;
-use crate::error::ErrorKind;
+use crate::error::Error;
 use crate::pipeline::{self, ChannelStatus, ListedChannel, Listing};
 use crate::recording::{Finding, Limits};
 use crate::report::{escape, number};
@@ -27,15 +27,8 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
     let listing = listing.map_err(Failure::of_data)?;
     match common.format {
         OutputFormat::Json => {
-            let mut text = serde_json::to_string_pretty(&listing).map_err(|error| {
-                Failure::Data(
-                    ErrorKind::Io {
-                        action: "write the listing",
-                        reason: error.to_string(),
-                    }
-                    .into(),
-                )
-            })?;
+            let mut text = serde_json::to_string_pretty(&listing)
+                .map_err(|error| Failure::Data(Error::io("write the listing", &error)))?;
             text.push('\n');
             output::document(&text)
         }

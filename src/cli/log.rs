@@ -2,7 +2,7 @@
 
 use super::options::Common;
 use super::values::LogFormat;
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use std::io::IsTerminal;
 use tracing::level_filters::LevelFilter;
 
@@ -10,7 +10,7 @@ use tracing::level_filters::LevelFilter;
 ///
 /// # Errors
 ///
-/// [`ErrorKind::Io`] if tracing was started before in this process.
+/// [`crate::error::ErrorKind::Io`] if tracing was started before in this process.
 pub(super) fn start(common: &Common) -> Result<(), Error> {
     let asked = common.log.map_or(LevelFilter::OFF, |log| log.level);
     let level = match common.verbose {
@@ -32,11 +32,5 @@ pub(super) fn start(common: &Common) -> Result<(), Error> {
         Some(LogFormat::Json) => builder.json().flatten_event(true).try_init(),
         Some(LogFormat::Text) | None => builder.try_init(),
     };
-    started.map_err(|error| {
-        ErrorKind::Io {
-            action: "start tracing",
-            reason: error.to_string(),
-        }
-        .into()
-    })
+    started.map_err(|error| Error::io("start tracing", &error))
 }

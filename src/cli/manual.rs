@@ -3,7 +3,7 @@
 use super::args::{Arguments, CompletionsArguments, ManArguments};
 use super::failure::Failure;
 use super::output;
-use crate::error::{ErrorKind, nearest_name};
+use crate::error::Error;
 use clap::CommandFactory;
 
 /// Prints the completions for a shell.
@@ -31,15 +31,11 @@ pub(super) fn man(own: &ManArguments) -> Result<u8, Failure> {
                 .get_subcommands()
                 .map(clap::Command::get_name)
                 .collect();
-            return Err(Failure::Usage(
-                ErrorKind::UnknownName {
-                    what: "command",
-                    found: word.clone(),
-                    nearest: nearest_name(word, &known),
-                    known: known.join(", "),
-                }
-                .into(),
-            ));
+            return Err(Failure::Usage(Error::unknown(
+                "command",
+                word.clone(),
+                &known,
+            )));
         };
         name = format!("{name}-{word}");
         page = found.clone().name(name.clone());
@@ -47,15 +43,7 @@ pub(super) fn man(own: &ManArguments) -> Result<u8, Failure> {
     let mut roff = Vec::new();
     clap_mangen::Man::new(page)
         .render(&mut roff)
-        .map_err(|error| {
-            Failure::Data(
-                ErrorKind::Io {
-                    action: "write the manual page",
-                    reason: error.to_string(),
-                }
-                .into(),
-            )
-        })?;
+        .map_err(|error| Failure::Data(Error::io("write the manual page", &error)))?;
     output::document(&String::from_utf8_lossy(&roff)).map_err(Failure::Data)?;
     Ok(0)
 }

@@ -2,7 +2,7 @@
 
 use super::options::Common;
 use super::values::ColorArgument;
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Error, Place};
 use crate::report::terminal::Look;
 use crate::setting::Setting;
 use std::io::{self, IsTerminal, Write};
@@ -107,8 +107,8 @@ pub(super) fn text(text: &str) -> Result<(), Error> {
 ///
 /// # Errors
 ///
-/// [`ErrorKind::Io`] if the data could not be written for another reason, for example a full disk:
-/// an answer that nobody got must not end with the exit code of one.
+/// [`crate::error::ErrorKind::Io`] if the data could not be written for another reason, for example
+/// a full disk: an answer that nobody got must not end with the exit code of one.
 pub(super) fn document(text: &str) -> Result<(), Error> {
     let mut out = io::stdout().lock();
     let open = if STDOUT_IS_CLOSED.load(Ordering::Relaxed) {
@@ -119,11 +119,7 @@ pub(super) fn document(text: &str) -> Result<(), Error> {
     let written = open.and_then(|()| out.write_all(text.as_bytes()));
     match written.and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Error::from(ErrorKind::Io {
-                action: "write the answer",
-                reason: error.to_string(),
-            })
-            .at(Place::file("stdout")))
+            Err(Error::io("write the answer", &error).at(Place::file("stdout")))
         }
         _ => Ok(()),
     }

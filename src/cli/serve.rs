@@ -2,7 +2,7 @@
 
 use super::args::ServeArguments;
 use super::failure::Failure;
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -19,13 +19,13 @@ pub(super) fn command(own: &ServeArguments) -> Result<u8, Failure> {
     let error = run(Command::new(program).args(&own.options));
     match error {
         Ok(code) => Ok(code),
-        Err(error) => Err(Failure::Data(Error::from(ErrorKind::Io {
-            action: "start the service, latchgate-serve",
-            reason: format!(
+        Err(error) => Err(Failure::Data(Error::io(
+            "start the service, latchgate-serve",
+            &format!(
                 "{error}; build it with cargo build --release -p latchgate-service, or start it \
                  with cargo run --release -p latchgate-service"
             ),
-        }))),
+        ))),
     }
 }
 

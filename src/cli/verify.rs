@@ -6,7 +6,7 @@ use super::options::{Common, ReplayArguments, VerifyArguments};
 use super::output;
 use super::progress::Progress;
 use super::values::OutputFormat;
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Error, Place};
 use crate::model::Design;
 use crate::pipeline::{self, Difference, Stored, Verification};
 use crate::recording::{Limits, Source, read_within};
@@ -119,15 +119,8 @@ struct OlderCommand {
 
 /// Takes the question of an older verdict from its command line.
 fn asked_by_command(stored: &Stored) -> Result<Request, Error> {
-    let malformed = |expected: &str, found: String, hint: &str| {
-        Error::from(ErrorKind::Malformed {
-            expected: expected.into(),
-            found,
-            hint: hint.into(),
-        })
-    };
     let unknown = |found: String| {
-        malformed(
+        Error::malformed(
             "in request.command a replay that this version knows",
             found,
             "give the verdict.json that latchgate replay wrote",
@@ -160,9 +153,9 @@ fn asked_by_command(stored: &Stored) -> Result<Request, Error> {
         given.set(assignment)?;
     }
     if given != *stored.design() {
-        return Err(malformed(
+        return Err(Error::malformed(
             "the design that request.command gives",
-            "another one".into(),
+            "another one",
             "command and design of a verdict belong together; it was changed by hand, or put \
              together from two",
         ));
@@ -195,13 +188,11 @@ fn recording(own: &VerifyArguments, stored: &Stored) -> Result<PathBuf, Error> {
         _ => places.first(),
     };
     found.cloned().ok_or_else(|| {
-        Error::from(ErrorKind::Io {
-            action: "find the recording",
-            reason: format!(
-                "no file or folder {name:?} beside the verdict, where it was replayed or in the current folder; name it with --recording"
-            ),
-        })
-        .at(place(&own.verdict))
+        let absent = format!(
+            "no file or folder {name:?} beside the verdict, where it was replayed or in the \
+             current folder; name it with --recording"
+        );
+        Error::io("find the recording", &absent).at(place(&own.verdict))
     })
 }
 
@@ -226,9 +217,5 @@ fn existing(path: &Path) -> Result<PathBuf, Error> {
     if path.exists() {
         return Ok(path.to_path_buf());
     }
-    Err(Error::from(ErrorKind::Io {
-        action: "read the recording",
-        reason: "no such file or folder".into(),
-    })
-    .at(place(path)))
+    Err(Error::io("read the recording", &"no such file or folder").at(place(path)))
 }

@@ -4,7 +4,7 @@
 //! in over 0.33 s is 0.32 m/s, most of the velocity that opens a weak lever.
 
 use super::{BiasWindow, Conditioned, Signal};
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use crate::recording::Finding;
 use crate::units::{STANDARD_GRAVITY, plain};
 
@@ -42,7 +42,8 @@ pub struct Bias {
 ///
 /// # Errors
 ///
-/// [`ErrorKind::OutOfRange`] if a named window is not an interval or holds fewer than two samples.
+/// [`crate::error::ErrorKind::OutOfRange`] if a named window is not an interval or holds fewer than
+/// two samples.
 pub fn bias(signal: &Signal, window: BiasWindow) -> Result<(Bias, Vec<Finding>), Error> {
     match window {
         BiasWindow::None => Ok((Bias::default(), Vec::new())),
@@ -176,12 +177,7 @@ pub fn must_pass_without(conditioned: &Conditioned) -> bool {
 
 fn named(signal: &Signal, from_s: f64, to_s: f64) -> Result<Bias, Error> {
     let refuse = |expected: String, found: String| -> Error {
-        ErrorKind::OutOfRange {
-            what: "bias window [s]".into(),
-            expected,
-            found,
-        }
-        .into()
+        Error::out_of_range("bias window [s]", expected, found)
     };
     if !(from_s.is_finite() && to_s.is_finite() && from_s < to_s) {
         return Err(refuse(

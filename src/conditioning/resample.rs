@@ -16,7 +16,7 @@
 //! - The weights of each output sample are divided by their sum: a constant stays that constant.
 
 use super::Signal;
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use crate::recording::Limits;
 use crate::units::SampleRate;
 use std::f64::consts::PI;
@@ -59,8 +59,9 @@ const LONGEST_KERNEL: usize = 4;
 ///
 /// # Errors
 ///
-/// [`ErrorKind::OutOfRange`] below [`LEAST_RATE_HZ`] or if more samples would come out than
-/// [`Limits`] lets in; [`ErrorKind::TooShort`] if the record is a small part of the kernel.
+/// [`crate::error::ErrorKind::OutOfRange`] below [`LEAST_RATE_HZ`] or if more samples would come
+/// out than [`Limits`] lets in; [`crate::error::ErrorKind::TooShort`] if the record is a small part
+/// of the kernel.
 pub fn resample(signal: &Signal, to: SampleRate) -> Result<Signal, Error> {
     if is_native(signal, to) {
         return Ok(signal.clone());
@@ -93,12 +94,11 @@ pub fn resample(signal: &Signal, to: SampleRate) -> Result<Signal, Error> {
     }
     let half = half_length_samples(signal.rate, to);
     if half > (LONGEST_KERNEL * count) as f64 {
-        return Err(ErrorKind::TooShort {
-            what: "resampling to this rate",
-            needed: as_index(half / LONGEST_KERNEL as f64) + 1,
-            found: count,
-        }
-        .into());
+        return Err(Error::too_short(
+            "resampling to this rate",
+            as_index(half / LONGEST_KERNEL as f64) + 1,
+            count,
+        ));
     }
     let padding = as_index(half) + 2;
     let extended = extend_and_hold(&signal.samples, padding);
@@ -321,12 +321,7 @@ fn bessel_i0(x: f64) -> f64 {
 }
 
 fn out_of_range(what: &str, expected: String, found: String) -> Error {
-    ErrorKind::OutOfRange {
-        what: what.into(),
-        expected,
-        found,
-    }
-    .into()
+    Error::out_of_range(what, expected, found)
 }
 
 fn as_index(value: f64) -> usize {

@@ -2,7 +2,7 @@
 
 use super::pairs::{Pair, PairStanding};
 use super::summary::{Changes, GateSummary, Moved};
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Error, Place};
 use crate::pipeline::{Answer, DecisionRow};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,22 +19,22 @@ impl Baseline {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Malformed`] if it is none.
+    /// [`crate::error::ErrorKind::Malformed`] if it is none.
     pub fn from_json(name: &str, bytes: &[u8]) -> Result<Self, Error> {
         let summary: GateSummary = serde_json::from_slice(bytes).map_err(|error| {
-            Error::from(ErrorKind::Malformed {
-                expected: "a summary.json of latchgate gate".into(),
-                found: error.to_string(),
-                hint: "run the gate once and keep its summary.json".into(),
-            })
+            Error::malformed(
+                "a summary.json of latchgate gate",
+                error.to_string(),
+                "run the gate once and keep its summary.json",
+            )
             .at(Place::file(name))
         })?;
         if summary.schema != "latchgate.gate/1" {
-            return Err(Error::from(ErrorKind::Malformed {
-                expected: "the schema latchgate.gate/1".into(),
-                found: summary.schema,
-                hint: "make the baseline with this version".into(),
-            })
+            return Err(Error::malformed(
+                "the schema latchgate.gate/1",
+                summary.schema,
+                "make the baseline with this version",
+            )
             .at(Place::file(name)));
         }
         let mut pairs = BTreeMap::new();

@@ -2,7 +2,6 @@
 
 use super::block::Key;
 use super::columns::Columns;
-use super::file::malformed;
 use super::index::{KnownDesigns, PlaceOfRow, Share, StoreIndex, name_of};
 use super::pairs::WHOLE_MAX;
 use super::plan::Plan;
@@ -126,7 +125,7 @@ impl<'a> Collection<'a> {
         }
         let name = changed.map_or("", |number| self.plan.recordings[number].name.as_str());
         let expected = "the recording as it was submitted and judged";
-        let error = malformed(expected, "another one", "submit the shares again");
+        let error = Error::malformed(expected, "another one", "submit the shares again");
         Err(error.at(Place::file(name)))
     }
 
@@ -254,7 +253,7 @@ impl<'a> Collection<'a> {
                 Some((body, address, body.rows.get(index as usize)?.clone()))
             });
             let Some((body, address, row)) = found else {
-                let error = malformed(
+                let error = Error::malformed(
                     "a decision for every design",
                     "a damaged block in the store, and no other that holds what it held",
                     "let its share be judged again",

@@ -4,8 +4,7 @@
 //!
 //! NumPy Enhancement Proposal 1, "A Simple File Format for NumPy Arrays", version 1.0.
 
-use super::store::failed;
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Error, Place};
 use crate::pipeline::DecisionRow;
 use crate::report::Unplaced;
 use std::collections::BTreeSet;
@@ -45,7 +44,7 @@ impl Columns {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if they cannot be written.
+    /// [`crate::error::ErrorKind::Io`] if they cannot be written.
     pub fn beside(folder: &Path, recordings: &[String], designs: &[String]) -> Result<Self, Error> {
         let beside = Unplaced::beside(folder)?;
         let shape = (recordings.len(), designs.len());
@@ -55,14 +54,14 @@ impl Columns {
                 out.write_all(&header(kind, shape))?;
                 Ok(out)
             });
-            begun.map_err(|error| failed("write the columns", &path, &error))
+            begun.map_err(|error| Error::io_at("write the columns", &path, &error))
         };
         for (name, list) in [("recordings", recordings), ("designs", designs)] {
             let path = beside.path().join(format!("{name}.json"));
             serde_json::to_vec(list)
                 .map_err(io::Error::from)
                 .and_then(|text| fs::write(&path, text))
-                .map_err(|error| failed("write the columns", &path, &error))?;
+                .map_err(|error| Error::io_at("write the columns", &path, &error))?;
         }
         Ok(Self {
             verdicts: array(VERDICT, "|u1")?,
@@ -78,25 +77,26 @@ impl Columns {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if it cannot be written.
+    /// [`crate::error::ErrorKind::Io`] if it cannot be written.
     pub fn add(&mut self, row: &DecisionRow) -> Result<(), Error> {
         let mut written = self.verdicts.write_all(&[row.verdict.exit_code()]);
         for ((_, number), out) in NUMBERS.iter().zip(&mut self.numbers) {
             let number = number(row).unwrap_or(f64::NAN);
             written = written.and_then(|()| out.write_all(&number.to_le_bytes()));
         }
-        written.map_err(|error| failed("write the columns", self.beside.path(), &error))
+        written.map_err(|error| Error::io_at("write the columns", self.beside.path(), &error))
     }
 
     /// Puts the columns in place, where a folder of columns is replaced.
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if that fails, [`ErrorKind::Malformed`] where anything else stands there.
+    /// [`crate::error::ErrorKind::Io`] if that fails, [`crate::error::ErrorKind::Malformed`] where
+    /// anything else stands there.
     pub fn settle(mut self, folder: &Path) -> Result<(), Error> {
         for out in self.numbers.iter_mut().chain([&mut self.verdicts]) {
             out.flush()
-                .map_err(|error| failed("write the columns", folder, &error))?;
+                .map_err(|error| Error::io_at("write the columns", folder, &error))?;
         }
         self.beside.settle(folder, |_| others(folder)).map(drop)
     }
@@ -110,12 +110,12 @@ fn others(folder: &Path) -> Option<Result<(), Error>> {
     let names = fs::read_dir(folder).ok()?.flatten();
     let mut names = names.map(|entry| entry.file_name().to_string_lossy().into_owned());
     let other = names.find(|name| !ours.contains(name))?;
-    let error = Error::from(ErrorKind::Malformed {
-        expected: "a folder of columns alone, since it is replaced".into(),
-        found: format!("`{other}` in it"),
-        hint: "name another folder for the columns".into(),
-    });
-    Some(Err(error.at(Place::file(folder.display().to_string()))))
+    let error = Error::malformed(
+        "a folder of columns alone, since it is replaced",
+        format!("`{other}` in it"),
+        "name another folder for the columns",
+    );
+    Some(Err(error.at(Place::path(folder))))
 }
 
 /// Returns the header of an array in the order of C.

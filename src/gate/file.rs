@@ -3,7 +3,7 @@
 //! Tables and keys are read one by one, so that all that is wrong is told at once, each at its
 //! place. What the words lead to, files and designs, is looked up by `plan`.
 
-use crate::error::{Error, ErrorKind, Place, nearest_name};
+use crate::error::{Error, ErrorKind, Place};
 use crate::pipeline::{Answer, Limits, Request};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -111,7 +111,7 @@ impl GateFile {
                 _ => "write tables such as [[recordings]] and [[designs]]",
             };
             let place = Place::file(name).line(line as u64);
-            vec![malformed("TOML", error.message(), hint).at(place)]
+            vec![Error::malformed("TOML", error.message(), hint).at(place)]
         })?;
         let mut reading = FileReading {
             file: name,
@@ -220,7 +220,7 @@ fn not_tables(kind: &str, found: &toml::Value) -> Error {
         "require" => "\"pass\", \"fail\" or [[require]] tables".to_string(),
         _ => format!("[[{kind}]] tables"),
     };
-    malformed(&expected, &told(found), "mend the gate file")
+    Error::malformed(&expected, told(found), "mend the gate file")
 }
 
 /// Takes one table in.
@@ -249,7 +249,7 @@ fn entry_of(
             let until = table.date("until")?;
             let reason = table.needed("reason")?;
             if reason.trim().is_empty() {
-                return Err(malformed(
+                return Err(Error::malformed(
                     "a `reason`",
                     "none",
                     "say why the pair is let through",
@@ -275,7 +275,7 @@ fn recordings(
     let files = table
         .remove(FILES)
         .ok_or_else(|| {
-            malformed(
+            Error::malformed(
                 "`files`",
                 "none",
                 "name paths or patterns: files = [\"*.csv\"]",
@@ -308,7 +308,7 @@ fn design(table: toml::Table, place: Place) -> Result<DesignEntry, Error> {
     let name = table.text("name")?;
     if name.as_deref().is_some_and(|name| name.trim().is_empty()) {
         let hint = "name the design, or leave `name` out";
-        return Err(malformed("a `name`", "none", hint));
+        return Err(Error::malformed("a `name`", "none", hint));
     }
     Ok(DesignEntry {
         place,
@@ -339,7 +339,7 @@ impl Entry {
 
     fn needed(&mut self, key: &str) -> Result<String, Error> {
         self.text(key)?
-            .ok_or_else(|| malformed(&format!("`{key}`"), "none", "add it to the table"))
+            .ok_or_else(|| Error::malformed(format!("`{key}`"), "none", "add it to the table"))
     }
 
     /// A day, as a TOML date or as a text.
@@ -349,7 +349,13 @@ impl Entry {
             Some(toml::Value::Datetime(date)) => date.to_string(),
             Some(toml::Value::String(text)) => text,
             Some(other) => return Err(wrong(key, expected, &other)),
-            None => return Err(malformed("`until`", "none", "say until which day it holds")),
+            None => {
+                return Err(Error::malformed(
+                    "`until`",
+                    "none",
+                    "say until which day it holds",
+                ));
+            }
         };
         if is_day(&text) {
             Ok(text)
@@ -405,13 +411,7 @@ fn required(word: &str) -> Result<Answer, Error> {
     match word {
         "pass" => Ok(Answer::Pass),
         "fail" => Ok(Answer::Fail),
-        other => Err(ErrorKind::UnknownName {
-            what: "required verdict",
-            nearest: nearest_name(other, &["pass", "fail"]),
-            found: other.into(),
-            known: "pass, fail".into(),
-        }
-        .into()),
+        other => Err(Error::unknown("required verdict", other, &["pass", "fail"])),
     }
 }
 
@@ -454,30 +454,15 @@ fn wrong(key: &str, expected: &str, found: &toml::Value) -> Error {
         toml::Value::String(text) => format!("\"{text}\""),
         other => told(other),
     };
-    malformed(
-        &format!("`{key}` to be {expected}"),
+    Error::malformed(
+        format!("`{key}` to be {expected}"),
         &found,
         "mend the gate file",
     )
 }
 
-pub(super) fn malformed(expected: &str, found: &str, hint: &str) -> Error {
-    ErrorKind::Malformed {
-        expected: expected.into(),
-        found: found.into(),
-        hint: hint.into(),
-    }
-    .into()
-}
-
 fn unknown(key: &str, known: &[&str]) -> Error {
-    ErrorKind::UnknownName {
-        what: "key",
-        nearest: nearest_name(key, known),
-        found: key.into(),
-        known: known.join(", "),
-    }
-    .into()
+    Error::unknown("key", key, known)
 }
 
 #[cfg(test)]

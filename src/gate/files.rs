@@ -9,7 +9,7 @@ use crate::pipeline::{Control, Extras, Limits, Prepared, Source};
 use crate::report::{self, Unplaced};
 use std::collections::BTreeSet;
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Write as _};
+use std::io::{BufWriter, Write as _};
 use std::path::Path;
 
 /// Most full reports: one costs as much time as a hundred rows, and a megabyte.
@@ -75,7 +75,7 @@ pub fn write(
     let file = |name: &str| {
         let path = beside.path().join(name);
         let made = File::create(&path).map(BufWriter::new);
-        made.map_err(|error| failed(&path, &error))
+        made.map_err(|error| Error::io_at("write the gate's report", &path, &error))
     };
     let end = |mut out: BufWriter<File>| out.flush().map_err(unwritten);
     let mut out = file("summary.json")?;
@@ -121,11 +121,11 @@ fn full(
         return Err(ErrorKind::Stopped.into());
     }
     if outcome.document.report_id != pair.row.report_id {
-        let error = Error::from(ErrorKind::Malformed {
-            expected: "the recording as it was judged".into(),
-            found: "another one, or another card, by the time of its report".into(),
-            hint: "run the gate again when nothing writes there".into(),
-        });
+        let error = Error::malformed(
+            "the recording as it was judged",
+            "another one, or another card, by the time of its report",
+            "run the gate again when nothing writes there",
+        );
         return Err(error.at(Place::file(pair.recording.as_str())));
     }
     let id: String = pair.row.report_id.chars().take(12).collect();
@@ -156,18 +156,10 @@ fn others(folder: &Path) -> Option<Result<(), Error>> {
         .map(|entry| entry.file_name().to_string_lossy().into_owned())
         .collect();
     let other = names.iter().find(|name| !OURS.contains(&name.as_str()))?;
-    let error = Error::from(ErrorKind::Malformed {
-        expected: "a folder of a gate's own, since it is replaced".into(),
-        found: format!("`{other}` in it"),
-        hint: "name another folder with the setting `out`".into(),
-    });
-    Some(Err(error.at(Place::file(folder.display().to_string()))))
-}
-
-fn failed(path: &Path, error: &io::Error) -> Error {
-    Error::from(ErrorKind::Io {
-        action: "write the gate's report",
-        reason: error.to_string(),
-    })
-    .at(Place::file(path.display().to_string()))
+    let error = Error::malformed(
+        "a folder of a gate's own, since it is replaced",
+        format!("`{other}` in it"),
+        "name another folder with the setting `out`",
+    );
+    Some(Err(error.at(Place::path(folder))))
 }

@@ -2,7 +2,7 @@
 
 use super::block::{self, BlockHead, BlockKind, Key, key_of_bytes};
 use super::question::{hex, key_of_hex};
-use super::store::{damage, failed};
+use super::store::damage;
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -145,7 +145,7 @@ impl StoreIndex {
             }
             let left = index
                 .read(&path, whole, &mut explained)
-                .map_err(|error| failed("read the store", &path, &error))?;
+                .map_err(|error| Error::io_at("read the store", &path, &error))?;
             // Of this share no other process is at work: the engine promises it.
             if share.is_some() && label == share {
                 unfinished.extend(left);
@@ -257,7 +257,7 @@ impl StoreIndex {
         let mut alone = Self::default();
         let left = alone
             .read(path, false, &mut BTreeSet::new())
-            .map_err(|error| failed("read the store", path, &error))?;
+            .map_err(|error| Error::io_at("read the store", path, &error))?;
         Ok(left.into_iter().map(|left| left.recording).collect())
     }
 
@@ -334,7 +334,7 @@ impl KnownDesigns {
         if fs::read(&path).is_ok_and(|kept| kept == text) {
             return Ok(());
         }
-        put_in_place(&path, &text).map_err(|error| failed("write the store", &path, &error))
+        put_in_place(&path, &text).map_err(|error| Error::io_at("write the store", &path, &error))
     }
 
     /// Returns where the designs of a list stand here; none of them, where the list is not there.

@@ -52,11 +52,7 @@ pub fn first(folder: &Path, limits: &Limits, control: &Control<'_>) -> Result<St
     list(folder, 0, &mut paths)?;
     paths.sort();
     if paths.is_empty() {
-        return Err(Error::from(ErrorKind::Empty {
-            found: "the folder holds no file".into(),
-            expected: "recordings".into(),
-        })
-        .at(Place::file(folder.display().to_string())));
+        return Err(Error::empty("the folder holds no file", "recordings").at(Place::path(folder)));
     }
     let reasons = control.try_map(&paths, |path| {
         let source = Source::File(path.clone());
@@ -120,13 +116,7 @@ fn name_below(path: &Path, folder: &Path) -> String {
 }
 
 fn list(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> Result<(), Error> {
-    let failed = |error: std::io::Error| {
-        Error::from(ErrorKind::Io {
-            action: "list the folder",
-            reason: error.to_string(),
-        })
-        .at(Place::file(folder.display().to_string()))
-    };
+    let failed = |error: std::io::Error| Error::io_at("list the folder", folder, &error);
     let mut paths = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(failed)? {
         paths.push(entry.map_err(failed)?.path());

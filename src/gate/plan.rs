@@ -3,8 +3,8 @@
 //! Patterns become files, files become names, and names meet what is required of them; each step
 //! needs the one before, and what matches nothing is an error. No recording is opened.
 
-use super::file::{DesignEntry, Exception, GateFile, RecordingsEntry, malformed};
-use crate::error::{Error, ErrorKind, Place};
+use super::file::{DesignEntry, Exception, GateFile, RecordingsEntry};
+use crate::error::{Error, Place};
 use crate::pipeline::{Answer, Design, Limits, Request, design_from_bytes, read_within};
 use glob::{MatchOptions, Pattern};
 use std::collections::{BTreeMap, BTreeSet};
@@ -145,7 +145,7 @@ impl Plan {
         ] {
             if missing {
                 let hint = "a gate that judges nothing lets everything through; add it";
-                errors.push(malformed(what, "none", hint).at(Place::file(gate)));
+                errors.push(Error::malformed(what, "none", hint).at(Place::file(gate)));
             }
         }
         let mut plan = Self {
@@ -233,8 +233,8 @@ impl Plan {
 }
 
 fn matches_nothing(what: &str, key: &str, pattern: &str) -> Error {
-    malformed(
-        &format!("one of the {key} to be named `{pattern}` by this {what}"),
+    Error::malformed(
+        format!("one of the {key} to be named `{pattern}` by this {what}"),
         "none",
         "mend the pattern, or take the entry out",
     )
@@ -243,7 +243,7 @@ fn matches_nothing(what: &str, key: &str, pattern: &str) -> Error {
 fn pattern(text: &str) -> Result<Pattern, Error> {
     Pattern::new(text).map_err(|error| {
         let found = format!("`{text}` ({error})");
-        malformed(
+        Error::malformed(
             "a pattern of names",
             &found,
             "write * for any letters, ** for any folders",
@@ -275,7 +275,7 @@ fn recordings(
                 let known = path.metadata();
                 if known.is_ok_and(|known| !known.is_file() && !known.is_dir()) {
                     let found = format!("`{}`, which is neither", path.display());
-                    let error = malformed("a file or a folder", &found, "leave it out");
+                    let error = Error::malformed("a file or a folder", &found, "leave it out");
                     errors.push(error.at(entry.place.clone()));
                     continue;
                 }
@@ -292,8 +292,8 @@ fn recordings(
                 let earlier = places.get(&key).unwrap_or(&name);
                 match found.get(earlier) {
                     Some(earlier) if !is_same(earlier, &planned) => {
-                        let error = malformed(
-                            &format!("`{name}` with one setting"),
+                        let error = Error::malformed(
+                            format!("`{name}` with one setting"),
                             "two entries that judge it differently",
                             "let one entry match it, or give it a channel in both",
                         );
@@ -320,8 +320,8 @@ fn is_same(one: &PlannedRecording, two: &PlannedRecording) -> bool {
 /// Returns the files and folders that a path or pattern names.
 fn paths(files: &str, folder: &Path, own: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
     let nothing = || {
-        malformed(
-            &format!("a recording at `{files}`"),
+        Error::malformed(
+            format!("a recording at `{files}`"),
             "none",
             "mend the path or pattern; it is relative to the gate file, ** stands for folders (so \
              **/* for all files below), and [[] for the letter [",
@@ -338,7 +338,7 @@ fn paths(files: &str, folder: &Path, own: &[PathBuf]) -> Result<Vec<PathBuf>, Er
     let whole = Path::new(&root).join(files);
     let matches = glob::glob_with(&whole.to_string_lossy(), NAMES).map_err(|error| {
         let found = format!("`{files}` ({error})");
-        malformed(
+        Error::malformed(
             "a pattern of files",
             &found,
             "write * for any letters, ** for any folders",
@@ -355,12 +355,7 @@ fn paths(files: &str, folder: &Path, own: &[PathBuf]) -> Result<Vec<PathBuf>, Er
     };
     let mut found = BTreeSet::new();
     for path in matches {
-        let path = path.map_err(|error| {
-            Error::from(ErrorKind::Io {
-                action: "look for recordings",
-                reason: error.to_string(),
-            })
-        })?;
+        let path = path.map_err(|error| Error::io("look for recordings", &error))?;
         if is_recording(&path) && !is_own(&path) {
             found.insert(path);
         }
@@ -390,7 +385,7 @@ fn unnameable(folder: &Path, files: &str) -> Result<(), Error> {
             let name = entry.file_name();
             if name.to_str().is_none() {
                 let found = format!("`{}` in {}", name.to_string_lossy(), folder.display());
-                return Err(malformed(
+                return Err(Error::malformed(
                     "names in UTF-8 where a pattern looks",
                     &found,
                     "give the file another name; no pattern matches this one",
@@ -446,7 +441,7 @@ fn designs(
         match design(entry, folder, limits) {
             Ok(design) if found.contains_key(&design.name) => {
                 let what = format!("one design named `{}`", design.name);
-                let error = malformed(&what, "two", "give one of them another `name`");
+                let error = Error::malformed(&what, "two", "give one of them another `name`");
                 errors.push(error.at(entry.place.clone()));
             }
             Ok(design) => {

@@ -4,11 +4,10 @@
 //! judging, writing and giving up share it, and so stand together.
 
 use super::block::{self, BlockKind, BlockOf, Key};
-use super::file::malformed;
 use super::index::{ENDS_MAX, EndNote, KnownDesigns, Share, StoreIndex, name_of, put_in_place};
 use super::plan::{Plan, PlannedRecording};
 use super::question::Questions;
-use super::store::{self, BlockRows, Store, failed};
+use super::store::{self, BlockRows, Store};
 use super::submission::Submission;
 use crate::error::{Error, ErrorKind, Place};
 use crate::pipeline::{Answer, Control, DecisionRow, Design, Limits, Prepared, Reason, Source};
@@ -356,7 +355,7 @@ impl ShareDesk<'_> {
         serde_json::to_vec(&done)
             .map_err(Into::into)
             .and_then(|text| put_in_place(&path, &text))
-            .map_err(|error| failed("write the store", &path, &error))
+            .map_err(|error| Error::io_at("write the store", &path, &error))
     }
 }
 
@@ -391,7 +390,7 @@ fn row_given_up(design: &Design, how: &str) -> DecisionRow {
 
 fn changed(recording: &PlannedRecording, when: &str) -> Error {
     let found = format!("another one, or another card: its hash changed {when}");
-    malformed("the recording as it was", &found, "submit the sweep again")
+    Error::malformed("the recording as it was", &found, "submit the sweep again")
         .at(Place::file(recording.name.clone()))
 }
 

@@ -9,7 +9,7 @@
 //! put aside as blocks in memory.
 
 use super::block::{self, BlockHead, BlockKind, BlockOf, Key};
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::Error;
 use crate::pipeline::DecisionRow;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -112,7 +112,7 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if the folder cannot be made, listed or read.
+    /// [`crate::error::ErrorKind::Io`] if the folder cannot be made, listed or read.
     pub fn open(folder: &Path) -> Result<Self, Error> {
         make(folder)?;
         let paths = files(folder)?;
@@ -123,7 +123,7 @@ impl Store {
         for path in paths {
             store
                 .list(&path)
-                .map_err(|error| failed("read the store", &path, &error))?;
+                .map_err(|error| Error::io_at("read the store", &path, &error))?;
         }
         // Of two rows of one question either is as good as the other.
         store.index.sort_unstable();
@@ -169,13 +169,13 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if that fails.
+    /// [`crate::error::ErrorKind::Io`] if that fails.
     pub(super) fn sync(&self) -> Result<(), Error> {
         match (&self.blocks().own, &self.folder) {
             (Some(own), Some(folder)) => own
                 .file
                 .sync_data()
-                .map_err(|error| failed("write the store", folder, &error)),
+                .map_err(|error| Error::io_at("write the store", folder, &error)),
             _ => Ok(()),
         }
     }
@@ -198,7 +198,7 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if it cannot be written.
+    /// [`crate::error::ErrorKind::Io`] if it cannot be written.
     pub fn put(&self, rows: &[DecisionRow]) -> Result<Vec<RowAddress>, Error> {
         if self.folder.is_none() {
             return self.put_aside(rows);
@@ -220,15 +220,15 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if it cannot be written; what was written of it is taken back where
-    /// possible.
+    /// [`crate::error::ErrorKind::Io`] if it cannot be written; what was written of it is taken
+    /// back where possible.
     pub(super) fn append(
         &self,
         of: BlockOf,
         body: &impl Serialize,
     ) -> Result<Vec<RowAddress>, Error> {
         let folder = self.folder.as_deref().unwrap_or(Path::new(""));
-        let unwritable = |error: io::Error| failed("write the store", folder, &error);
+        let unwritable = |error: io::Error| Error::io_at("write the store", folder, &error);
         let block = block::encode(of, body).map_err(unwritable)?;
         let mut blocks = self.blocks();
         if blocks.own.is_none() {
@@ -265,7 +265,7 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if they are too many for a block.
+    /// [`crate::error::ErrorKind::Io`] if they are too many for a block.
     pub fn put_aside(&self, rows: &[DecisionRow]) -> Result<Vec<RowAddress>, Error> {
         if rows.is_empty() {
             return Ok(Vec::new());
@@ -288,7 +288,8 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if a block is no longer there, or no longer fits its checksum.
+    /// [`crate::error::ErrorKind::Io`] if a block is no longer there, or no longer fits its
+    /// checksum.
     pub fn rows(&self, addresses: &[RowAddress]) -> Result<Vec<DecisionRow>, Error> {
         let mut found = Vec::with_capacity(addresses.len());
         for of_block in addresses.chunk_by(|a, b| a.block == b.block) {
@@ -319,7 +320,7 @@ impl Store {
         drop(blocks);
         File::open(&path)
             .and_then(|mut file| rows_at(&mut file, place.offset))
-            .map_err(|error| failed("read the store again", &path, &error))
+            .map_err(|error| Error::io_at("read the store again", &path, &error))
     }
 
     fn blocks(&self) -> MutexGuard<'_, Blocks> {
@@ -406,20 +407,22 @@ fn whole_at(
 
 /// Makes the folder of a store, with its mark.
 pub(super) fn make(folder: &Path) -> Result<(), Error> {
-    fs::create_dir_all(folder).map_err(|error| failed("make the store", folder, &error))?;
+    fs::create_dir_all(folder).map_err(|error| Error::io_at("make the store", folder, &error))?;
     let tag = folder.join("CACHEDIR.TAG");
     if !tag.exists() {
-        fs::write(&tag, CACHE_TAG).map_err(|error| failed("write the store", &tag, &error))?;
+        fs::write(&tag, CACHE_TAG)
+            .map_err(|error| Error::io_at("write the store", &tag, &error))?;
     }
     Ok(())
 }
 
 /// Lists the files of a store, in the order of their names.
 pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    let listed = fs::read_dir(folder).map_err(|error| failed("list the store", folder, &error))?;
+    let listed =
+        fs::read_dir(folder).map_err(|error| Error::io_at("list the store", folder, &error))?;
     let mut paths = BTreeSet::new();
     for entry in listed {
-        let entry = entry.map_err(|error| failed("list the store", folder, &error))?;
+        let entry = entry.map_err(|error| Error::io_at("list the store", folder, &error))?;
         let path = entry.path();
         // What else bears such a name is nobody's here, and to open a pipe takes for ever.
         if path.extension().is_some_and(|end| end == ENDING) && path.is_file() {
@@ -441,10 +444,7 @@ fn gone() -> io::Error {
 }
 
 fn unkept(error: io::Error) -> Error {
-    Error::from(ErrorKind::Io {
-        action: "read a decision again",
-        reason: error.to_string(),
-    })
+    Error::io("read a decision again", &error)
 }
 
 /// The first half of a `report_id`.
@@ -474,12 +474,4 @@ fn own_file(folder: &Path, label: &str) -> io::Result<(File, PathBuf)> {
             other => return other.map(|file| (file, path)),
         }
     }
-}
-
-pub(super) fn failed(action: &'static str, path: &Path, error: &io::Error) -> Error {
-    Error::from(ErrorKind::Io {
-        action,
-        reason: error.to_string(),
-    })
-    .at(Place::file(path.display().to_string()))
 }

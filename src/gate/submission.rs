@@ -1,11 +1,10 @@
 //! What a sweep was when it was submitted, so that every share judges that and nothing else.
 
 use super::block::Key;
-use super::file::malformed;
 use super::index::put_in_place;
 use super::plan::Plan;
 use super::question::{Questions, design_key, hex, key_of_hex};
-use super::store::{self, failed};
+use super::store;
 use crate::error::{Error, Place};
 use crate::pipeline::{Control, Design, Limits, NUMBERS_REVISION};
 use serde::{Deserialize, Serialize};
@@ -89,7 +88,7 @@ impl Submission {
     pub fn check(&self, plan: &Plan) -> Result<(), Error> {
         let hint = "submit the sweep again";
         let differs = |expected: String, found: &str| {
-            Err(malformed(&expected, found, hint).at(Place::file(plan.gate.clone())))
+            Err(Error::malformed(&expected, found, hint).at(Place::file(plan.gate.clone())))
         };
         if self.numbers_revision != NUMBERS_REVISION {
             let expected = format!("numbers of revision {}", self.numbers_revision);
@@ -140,7 +139,7 @@ impl Submission {
         serde_json::to_vec(self)
             .map_err(Into::into)
             .and_then(|text| put_in_place(&path, &text))
-            .map_err(|error| failed("write the store", &path, &error))
+            .map_err(|error| Error::io_at("write the store", &path, &error))
     }
 
     /// Reads the last submission of a gate from a store, if there is one.
@@ -153,9 +152,9 @@ impl Submission {
         match fs::read(&path) {
             Ok(text) => serde_json::from_slice(&text)
                 .map(Some)
-                .map_err(|error| failed("read the submission", &path, &error.into())),
+                .map_err(|error| Error::io_at("read the submission", &path, &error)),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(failed("read the submission", &path, &error)),
+            Err(error) => Err(Error::io_at("read the submission", &path, &error)),
         }
     }
 
@@ -171,7 +170,7 @@ impl Submission {
                 let found = other.map_or("none".into(), |other| other.id());
                 let hint =
                     "the sweep was submitted again since; let the tasks of the newer one work";
-                let error = malformed(&format!("the submission {id}"), &found, hint);
+                let error = Error::malformed(format!("the submission {id}"), &found, hint);
                 Err(error.at(Place::file(Self::path(folder, gate).display().to_string())))
             }
         }

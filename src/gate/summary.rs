@@ -1,7 +1,7 @@
 //! What became of each pair and of the whole: the document of a gate.
 
 use super::pairs::{COULD_NOT, PairStanding, Pairs, severity};
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use crate::pipeline::Design;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -146,7 +146,7 @@ impl GateSummary {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if it cannot be written, or a row no longer be read.
+    /// [`crate::error::ErrorKind::Io`] if it cannot be written, or a row no longer be read.
     pub fn write_json(&self, mut out: impl io::Write) -> Result<(), Error> {
         serde_json::to_writer_pretty(&mut out, self)
             .map_err(io::Error::from)
@@ -157,8 +157,5 @@ impl GateSummary {
 
 /// Says that an output of a gate could not be written.
 pub(super) fn unwritten(error: io::Error) -> Error {
-    Error::from(ErrorKind::Io {
-        action: "write the gate's report",
-        reason: error.to_string(),
-    })
+    Error::io("write the gate's report", &error)
 }

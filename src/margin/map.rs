@@ -6,7 +6,7 @@
 use super::quantity::with_restitution;
 use super::runs::{LeverTrial, NominalRuns};
 use super::search::{self, Edge, Excess, Probe};
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use crate::model::Design;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -51,17 +51,17 @@ impl MapRequest {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::UnknownName`] for a key that no design has, [`ErrorKind::OutOfRange`] for one
-    /// that moves no nominal run, for two equal keys, for a range that does not ascend or whose
-    /// ends the key cannot take, and for a grid of fewer than 2 or more than [`GRID_MAX`] values
-    /// a side.
+    /// [`crate::error::ErrorKind::UnknownName`] for a key that no design has,
+    /// [`crate::error::ErrorKind::OutOfRange`] for one that moves no nominal run, for two equal
+    /// keys, for a range that does not ascend or whose ends the key cannot take, and for a grid of
+    /// fewer than 2 or more than [`GRID_MAX`] values a side.
     pub fn check(&self, design: &Design) -> Result<(), Error> {
         let refuse = |expected: &str, found: String| {
-            Err(Error::from(ErrorKind::OutOfRange {
-                what: crate::setting::Setting::Map.to_string(),
-                expected: expected.into(),
+            Err(Error::out_of_range(
+                crate::setting::Setting::Map.to_string(),
+                expected,
                 found,
-            }))
+            ))
         };
         for axis in [&self.x, &self.y] {
             let moves_a_run = ["lever.", "stop.", "criterion."]

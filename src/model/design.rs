@@ -6,7 +6,7 @@
 use super::lever::Lever;
 use super::parameters::{DesignParameter, PARAMETERS, Range, Slot};
 use super::stop::Stop;
-use crate::error::{Error, ErrorKind, Place, nearest_name};
+use crate::error::{Error, Place};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -159,9 +159,9 @@ impl Design {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Malformed`] if the text is not TOML or a value is of the wrong type,
-    /// [`ErrorKind::UnknownName`] for an unknown key, with the nearest known one,
-    /// [`ErrorKind::OutOfRange`] for a value that no lever can have.
+    /// [`crate::error::ErrorKind::Malformed`] if the text is not TOML or a value is of the wrong
+    /// type, [`crate::error::ErrorKind::UnknownName`] for an unknown key, with the nearest known
+    /// one, [`crate::error::ErrorKind::OutOfRange`] for a value that no lever can have.
     pub fn from_toml(text: &str) -> Result<Self, Error> {
         let table: toml::Table = text
             .parse()
@@ -209,12 +209,11 @@ impl Design {
     /// As [`Design::from_toml`].
     pub fn set(&mut self, assignment: &str) -> Result<(), Error> {
         let Some((key, value)) = assignment.split_once('=') else {
-            return Err(ErrorKind::Malformed {
-                expected: "KEY=VALUE".into(),
-                found: format!("`{assignment}`"),
-                hint: "for example the setting `set` = lever.preload_torque_nm=2.82".into(),
-            }
-            .into());
+            return Err(Error::malformed(
+                "KEY=VALUE",
+                format!("`{assignment}`"),
+                "for example the setting `set` = lever.preload_torque_nm=2.82",
+            ));
         };
         let (key, value) = (key.trim(), value.trim());
         if key == "name" {
@@ -222,11 +221,11 @@ impl Design {
             return Ok(());
         }
         let parsed: f64 = value.parse().map_err(|_| {
-            Error::from(ErrorKind::Malformed {
-                expected: format!("a number for {key}"),
-                found: format!("`{value}`"),
-                hint: "write a decimal number with a dot".into(),
-            })
+            Error::malformed(
+                format!("a number for {key}"),
+                format!("`{value}`"),
+                "write a decimal number with a dot",
+            )
         })?;
         let criterion = self.criterion;
         let before = self.number(key);
@@ -345,9 +344,10 @@ impl Design {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::OutOfRange`] for a number that no lever can have, or if neither spring nor
-    /// preload presses the lever onto the stop, or the inertia is less than that of the mass at
-    /// its own centre; [`ErrorKind::UnknownName`] for a tolerance of what has none.
+    /// [`crate::error::ErrorKind::OutOfRange`] for a number that no lever can have, or if neither
+    /// spring nor preload presses the lever onto the stop, or the inertia is less than that of the
+    /// mass at its own centre; [`crate::error::ErrorKind::UnknownName`] for a tolerance of what has
+    /// none.
     pub fn validate(&self) -> Result<(), Error> {
         for parameter in PARAMETERS {
             parameter
@@ -359,21 +359,19 @@ impl Design {
         }
         let lever = &self.lever;
         if lever.preload_torque_nm + lever.spring_stiffness_nm_per_rad <= 0.0 {
-            return Err(ErrorKind::OutOfRange {
-                what: "lever.preload_torque_nm and lever.spring_stiffness_nm_per_rad".into(),
-                expected: "positive, at least one of them, or nothing closes the lever".into(),
-                found: "0 and 0".into(),
-            }
-            .into());
+            return Err(Error::out_of_range(
+                "lever.preload_torque_nm and lever.spring_stiffness_nm_per_rad",
+                "positive, at least one of them, or nothing closes the lever",
+                "0 and 0",
+            ));
         }
         let least = lever.mass_kg * lever.center_of_mass_m * lever.center_of_mass_m;
         if lever.moment_of_inertia_kg_m2 < least {
-            return Err(ErrorKind::OutOfRange {
-                what: "lever.moment_of_inertia_kg_m2 [kg m²]".into(),
-                expected: format!("at least m·L² = {least:e} (parallel-axis theorem)"),
-                found: format!("{:e}", lever.moment_of_inertia_kg_m2),
-            }
-            .into());
+            return Err(Error::out_of_range(
+                "lever.moment_of_inertia_kg_m2 [kg m²]",
+                format!("at least m·L² = {least:e} (parallel-axis theorem)"),
+                format!("{:e}", lever.moment_of_inertia_kg_m2),
+            ));
         }
         Ok(())
     }
@@ -402,24 +400,22 @@ fn wrong_entry(key: &str, value: &toml::Value) -> Error {
             return unknown(key, &known);
         }
     };
-    ErrorKind::Malformed {
+    Error::malformed(
         expected,
-        found: with_article(value.type_str()),
-        hint: "see the design file in the README".into(),
-    }
-    .into()
+        with_article(value.type_str()),
+        "see the design file in the README",
+    )
 }
 
 fn number(key: &str, value: &toml::Value) -> Result<f64, Error> {
     match value {
         toml::Value::Float(number) => Ok(*number),
         toml::Value::Integer(number) => Ok(*number as f64),
-        other => Err(ErrorKind::Malformed {
-            expected: format!("a number for `{key}`"),
-            found: with_article(other.type_str()),
-            hint: "write a decimal number with a dot, without quotes".into(),
-        }
-        .into()),
+        other => Err(Error::malformed(
+            format!("a number for `{key}`"),
+            with_article(other.type_str()),
+            "write a decimal number with a dot, without quotes",
+        )),
     }
 }
 
@@ -434,13 +430,7 @@ fn with_article(kind: &str) -> String {
 
 fn unknown<T: AsRef<str>>(key: &str, known: &[T]) -> Error {
     let known: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
-    ErrorKind::UnknownName {
-        what: "design key",
-        found: key.into(),
-        nearest: nearest_name(key, &known),
-        known: known.join(", "),
-    }
-    .into()
+    Error::unknown("design key", key, &known)
 }
 
 fn malformed(error: &toml::de::Error, text: &str) -> Error {
@@ -448,11 +438,11 @@ fn malformed(error: &toml::de::Error, text: &str) -> Error {
         let before = text.as_bytes().iter().take(span.start);
         1 + before.filter(|byte| **byte == b'\n').count() as u64
     });
-    Error::from(ErrorKind::Malformed {
-        expected: "a design file in TOML".into(),
-        found: error.message().to_string(),
-        hint: "see the design file in the README".into(),
-    })
+    Error::malformed(
+        "a design file in TOML",
+        error.message().to_string(),
+        "see the design file in the README",
+    )
     .at(Place::default().line(line))
 }
 

@@ -5,7 +5,7 @@
 
 use super::lever::Lever;
 use super::stop::Stop;
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 
 /// A number of a design.
 #[derive(Debug, Clone, Copy)]
@@ -65,7 +65,7 @@ impl Range {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::OutOfRange`] with the condition.
+    /// [`crate::error::ErrorKind::OutOfRange`] with the condition.
     pub fn check(self, name: &str, value: f64) -> Result<(), Error> {
         let (good, expected) = match self {
             Self::Positive => (value > 0.0 && value.is_finite(), "positive and finite"),
@@ -78,12 +78,7 @@ impl Range {
         if good {
             Ok(())
         } else {
-            Err(ErrorKind::OutOfRange {
-                what: name.into(),
-                expected: expected.into(),
-                found: format!("{value}"),
-            }
-            .into())
+            Err(Error::out_of_range(name, expected, format!("{value}")))
         }
     }
 

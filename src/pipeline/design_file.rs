@@ -1,6 +1,6 @@
 //! A design file within its limits.
 
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Error, Place};
 use crate::model::Design;
 use crate::recording::Limits;
 use std::path::Path;
@@ -25,24 +25,25 @@ use std::path::Path;
 ///
 /// # Errors
 ///
-/// [`ErrorKind::LimitExceeded`] beyond the limit, [`ErrorKind::Malformed`] if they are no UTF-8,
-/// and those of [`Design::from_toml`], each at the file's name.
+/// [`crate::error::ErrorKind::LimitExceeded`] beyond the limit,
+/// [`crate::error::ErrorKind::Malformed`] if they are no UTF-8, and those of [`Design::from_toml`],
+/// each at the file's name.
 pub fn design_from_bytes(file: &str, bytes: &[u8], limits: &Limits) -> Result<Design, Error> {
     let place = Place::file(file);
     if bytes.len() as u64 > limits.settings_bytes {
-        return Err(Error::from(ErrorKind::LimitExceeded {
-            limit: "settings_bytes",
-            value: limits.settings_bytes,
-            found: "a larger design file".into(),
-        })
+        return Err(Error::over(
+            "settings_bytes",
+            limits.settings_bytes,
+            "a larger design file",
+        )
         .at(place));
     }
     let text = std::str::from_utf8(bytes).map_err(|error| {
-        Error::from(ErrorKind::Malformed {
-            expected: "UTF-8".into(),
-            found: format!("a stray byte after {} bytes", error.valid_up_to()),
-            hint: "save the design file as UTF-8".into(),
-        })
+        Error::malformed(
+            "UTF-8",
+            format!("a stray byte after {} bytes", error.valid_up_to()),
+            "save the design file as UTF-8",
+        )
         .at(place.clone())
     })?;
     let mut design = Design::from_toml(text).map_err(|error| error.at(place))?;

@@ -59,11 +59,11 @@ pub struct VerifiedFile {
 }
 
 fn malformed(expected: impl Into<String>, found: impl Into<String>) -> Error {
-    Error::from(ErrorKind::Malformed {
-        expected: expected.into(),
-        found: found.into(),
-        hint: "give the verdict.json that latchgate replay wrote".into(),
-    })
+    Error::malformed(
+        expected,
+        found,
+        "give the verdict.json that latchgate replay wrote",
+    )
 }
 
 impl Stored {
@@ -170,12 +170,11 @@ impl Stored {
         if identity::report_id_of(revision, &recording, request, &self.design) == id {
             return Ok(());
         }
-        Err(Error::from(ErrorKind::Malformed {
-            expected: "the report_id that recording, request and design of the verdict give".into(),
-            found: "another one".into(),
-            hint: "they belong together; the verdict was changed by hand, or put together from two"
-                .into(),
-        }))
+        Err(Error::malformed(
+            "the report_id that recording, request and design of the verdict give",
+            "another one",
+            "they belong together; the verdict was changed by hand, or put together from two",
+        ))
     }
 }
 

@@ -48,11 +48,11 @@ impl Draft {
         let span = self.clock.span();
         let distance_s = (span.end_s - zero).abs();
         if distance_s.is_nan() || distance_s >= LONGEST_S {
-            let error = Error::from(ErrorKind::OutOfRange {
-                what: "the time of the last sample [s]".into(),
-                expected: "a time".into(),
-                found: format!("{:e} at {:e} Hz", span.end_s, self.clock.rate.hertz()),
-            });
+            let error = Error::out_of_range(
+                "the time of the last sample [s]",
+                "a time",
+                format!("{:e} at {:e} Hz", span.end_s, self.clock.rate.hertz()),
+            );
             return Err(error.at(Place::default().channel(self.name)));
         }
         self.stated.remarks = remarks::shown(&self.remarks);
@@ -141,12 +141,13 @@ impl Unit {
         if unit.unit.is_some() || selection == Selection::Every {
             return Ok(unit);
         }
-        let kind = text.map_or(ErrorKind::MissingUnit, |text| ErrorKind::Malformed {
-            expected: "a unit of acceleration".into(),
-            found: format!("`{text}` in {place}"),
-            hint: "choose another channel, or state the unit with the setting `unit`".into(),
-        });
-        Err(kind.into())
+        Err(text.map_or(ErrorKind::MissingUnit.into(), |text| {
+            Error::malformed(
+                "a unit of acceleration",
+                format!("`{text}` in {place}"),
+                "choose another channel, or state the unit with the setting `unit`",
+            )
+        }))
     }
 }
 

@@ -89,11 +89,7 @@ pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
 }
 
 fn missing(what: &str) -> Error {
-    ErrorKind::Io {
-        action: "read the test",
-        reason: format!("{what} is not there"),
-    }
-    .into()
+    Error::io("read the test", &format!("{what} is not there"))
 }
 
 /// Reads a curve file, with the `.EV5` beside it if there is one.

@@ -3,7 +3,7 @@
 //! One table lists them with unit and meaning; `latchgate limits` prints it, and
 //! An assignment `KEY=VALUE` changes an entry.
 
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -112,8 +112,9 @@ impl Limits {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::UnknownName`] for a key that is no limit, [`ErrorKind::OutOfRange`] for a
-    /// value that is no positive whole number below 2⁶³.
+    /// [`crate::error::ErrorKind::UnknownName`] for a key that is no limit,
+    /// [`crate::error::ErrorKind::OutOfRange`] for a value that is no positive whole number below
+    /// 2⁶³.
     pub fn set(&mut self, assignment: &str) -> Result<(), Error> {
         let (name, text) = assignment.split_once('=').unwrap_or((assignment, ""));
         let (name, text) = (name.trim(), text.trim());
@@ -125,11 +126,11 @@ impl Limits {
                 true => "; KiB, MiB and GiB may follow it",
                 false => "",
             };
-            Error::from(ErrorKind::OutOfRange {
-                what: format!("the limit {name}"),
-                expected: format!("a whole number from 1 on, as in {name}=1000000{bytes}"),
-                found: format!("`{text}`"),
-            })
+            Error::out_of_range(
+                format!("the limit {name}"),
+                format!("a whole number from 1 on, as in {name}=1000000{bytes}"),
+                format!("`{text}`"),
+            )
         })?;
         Ok(())
     }

@@ -43,7 +43,7 @@ use super::csv::header::Column as Named;
 use super::draft;
 use super::lateral::{self, ChannelOffer};
 use super::remarks::{Remark, RemarkPlace};
-use super::source::{Reader, io_error};
+use super::source::Reader;
 use super::{Finding, Head, Limits, Outcomes, ReadOutcome, ReadTask, Selection};
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use ::mcap::McapError;
@@ -108,7 +108,7 @@ fn stream(source: &mut Reader, log: &mut LogReader<'_>, limits: &Limits) -> Resu
                 let count = loop {
                     match source.read(reader.insert(wanted)) {
                         Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                        read => break read.map_err(|error| io_error("read the file", &error))?,
+                        read => break read.map_err(|error| Error::io("read the file", &error))?,
                     }
                 };
                 reader.notify_read(count);

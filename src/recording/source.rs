@@ -4,7 +4,7 @@
 //! verdict are those of the very bytes that were judged. No other file of `recording` opens one.
 
 use super::Limits;
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Error, Place};
 use crate::parallel::Control;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -33,7 +33,8 @@ pub enum Source {
 ///
 /// # Errors
 ///
-/// [`ErrorKind::Io`] if it cannot be read, [`ErrorKind::LimitExceeded`] if it is larger.
+/// [`crate::error::ErrorKind::Io`] if it cannot be read, [`crate::error::ErrorKind::LimitExceeded`]
+/// if it is larger.
 pub fn read_within(
     path: &Path,
     shown: &str,
@@ -41,7 +42,7 @@ pub fn read_within(
     (limit, value): (&'static str, u64),
 ) -> Result<Vec<u8>, Error> {
     let bytes = start_of(path, value.saturating_add(1))
-        .map_err(|error| io_error(action, &error).at(Place::file(shown)))?;
+        .map_err(|error| Error::io(action, &error).at(Place::file(shown)))?;
     if bytes.len() as u64 > value {
         let error = Error::over(limit, value, "a larger file");
         return Err(error.at(Place::file(shown)));
@@ -173,7 +174,7 @@ impl Source {
                 io::ErrorKind::NotFound
                 | io::ErrorKind::NotADirectory
                 | io::ErrorKind::InvalidFilename => Ok(None),
-                _ => Err(io_error("read the card", &error)),
+                _ => Err(Error::io("read the card", &error)),
             },
         }
     }
@@ -199,7 +200,7 @@ impl Source {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if there is no such file, or it may not be read.
+    /// [`crate::error::ErrorKind::Io`] if there is no such file, or it may not be read.
     pub fn open(&self) -> Result<Reader<'static>, Error> {
         self.open_watched(Control::default())
     }
@@ -213,7 +214,7 @@ impl Source {
         let mut beside = Beside::files(Files::new());
         let mut is_folder = false;
         let mut size = None;
-        let failed = |error: io::Error| io_error("open the file", &error);
+        let failed = |error: io::Error| Error::io("open the file", &error);
         let inner: Box<dyn Read> = match self {
             Self::File(path) => {
                 let metadata = std::fs::metadata(path).map_err(failed)?;
@@ -306,7 +307,7 @@ impl Beside {
             return Ok(None);
         }
         let bytes = start_of(&path, most)
-            .map_err(|error| io_error("read the file", &error).at(Place::file(name)))?;
+            .map_err(|error| Error::io("read the file", &error).at(Place::file(name)))?;
         Ok(Some(bytes))
     }
 }
@@ -342,14 +343,14 @@ impl Reader<'_> {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if reading fails.
+    /// [`crate::error::ErrorKind::Io`] if reading fails.
     pub fn head(&mut self) -> Result<Vec<u8>, Error> {
         if self.head.is_empty() {
             let mut head = Vec::new();
             (&mut self.inner)
                 .take(HEAD_BYTES)
                 .read_to_end(&mut head)
-                .map_err(|error| io_error("read the file", &error))?;
+                .map_err(|error| Error::io("read the file", &error))?;
             self.hasher.update(&head);
             self.head = head;
         }
@@ -360,7 +361,8 @@ impl Reader<'_> {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::LimitExceeded`] at the byte beyond `limit`, [`ErrorKind::Io`] if reading fails.
+    /// [`crate::error::ErrorKind::LimitExceeded`] at the byte beyond `limit`,
+    /// [`crate::error::ErrorKind::Io`] if reading fails.
     pub fn read_all(&mut self, limit_name: &'static str, limit: u64) -> Result<Vec<u8>, Error> {
         self.read_checked(limit_name, limit, |_, _| Ok(()))
     }
@@ -370,8 +372,8 @@ impl Reader<'_> {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::LimitExceeded`] at the byte where a limit is crossed, [`ErrorKind::Io`] if
-    /// reading fails.
+    /// [`crate::error::ErrorKind::LimitExceeded`] at the byte where a limit is crossed,
+    /// [`crate::error::ErrorKind::Io`] if reading fails.
     pub fn read_text(&mut self, limits: &Limits) -> Result<Vec<u8>, Error> {
         let head = self.head()?;
         // UTF-16 takes two bytes for a character.
@@ -441,7 +443,7 @@ impl Reader<'_> {
                 .by_ref()
                 .take(BLOCK)
                 .read_to_end(&mut bytes)
-                .map_err(|error| io_error("read the file", &error))?;
+                .map_err(|error| Error::io("read the file", &error))?;
             self.control.check()?;
             if bytes.len() as u64 > limit {
                 return Err(crossed());
@@ -471,8 +473,8 @@ impl Reader<'_> {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if a folder cannot be listed, [`ErrorKind::LimitExceeded`] beyond
-    /// `limits.archive_entries`.
+    /// [`crate::error::ErrorKind::Io`] if a folder cannot be listed,
+    /// [`crate::error::ErrorKind::LimitExceeded`] beyond `limits.archive_entries`.
     pub fn list(&self, deep: bool, limits: &Limits) -> Result<Vec<String>, Error> {
         self.beside.list(deep, limits)
     }
@@ -482,7 +484,8 @@ impl Reader<'_> {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::LimitExceeded`] beyond the limit, [`ErrorKind::Io`] if reading fails.
+    /// [`crate::error::ErrorKind::LimitExceeded`] beyond the limit, [`crate::error::ErrorKind::Io`]
+    /// if reading fails.
     pub fn read_beside(&mut self, name: &str, limits: &Limits) -> Result<Option<Vec<u8>>, Error> {
         let Some(bytes) = self.read_head_of(name, limits.text_bytes.saturating_add(1))? else {
             return Ok(None);
@@ -506,7 +509,7 @@ impl Reader<'_> {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if reading fails.
+    /// [`crate::error::ErrorKind::Io`] if reading fails.
     pub fn read_head_of(&self, name: &str, most: u64) -> Result<Option<Vec<u8>>, Error> {
         self.beside.read(name, most)
     }
@@ -522,10 +525,10 @@ impl Reader<'_> {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if reading fails.
+    /// [`crate::error::ErrorKind::Io`] if reading fails.
     pub fn finish(mut self) -> Result<String, Error> {
         self.head()?;
-        io::copy(&mut self, &mut io::sink()).map_err(|error| io_error("read the file", &error))?;
+        io::copy(&mut self, &mut io::sink()).map_err(|error| Error::io("read the file", &error))?;
         Ok(hexadecimal(&self.hasher.finalize()))
     }
 }
@@ -599,7 +602,7 @@ fn list_into(
     (deep, seen): (bool, &mut u64),
     limits: &Limits,
 ) -> Result<(), Error> {
-    let failed = |error: io::Error| io_error("list the folder", &error);
+    let failed = |error: io::Error| Error::io("list the folder", &error);
     for entry in std::fs::read_dir(folder).map_err(failed)? {
         let path = entry.map_err(failed)?.path();
         *seen += 1;
@@ -621,9 +624,4 @@ fn list_into(
 
 pub(super) fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-pub(super) fn io_error(action: &'static str, error: &io::Error) -> Error {
-    let reason = error.to_string();
-    ErrorKind::Io { action, reason }.into()
 }

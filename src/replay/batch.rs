@@ -206,12 +206,7 @@ fn judged(signal: &Signal, options: &BatchOptions) -> (usize, usize) {
 
 fn check(signal: &Signal, options: &BatchOptions) -> Result<(), Error> {
     if signal.samples.len() < 2 {
-        return Err(ErrorKind::TooShort {
-            what: "a replay",
-            needed: 2,
-            found: signal.samples.len(),
-        }
-        .into());
+        return Err(Error::too_short("a replay", 2, signal.samples.len()));
     }
     check_initial(&RunOptions {
         initial: options.initial,

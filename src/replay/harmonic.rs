@@ -5,7 +5,7 @@ use super::kernel::Kernel;
 use super::recorder::Recorder;
 use super::tangent::Tangent;
 use super::{RunOptions, RunOutcome, Within};
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use crate::model::Design;
 use crate::model::excitation::Harmonic;
 use crate::model::stop::StopModel;
@@ -125,15 +125,14 @@ pub(super) fn check(
         && excitation.amplitude_m_s2.is_finite()
         && excitation.phase_rad.is_finite();
     if !sound {
-        return Err(ErrorKind::OutOfRange {
-            what: "excitation (amplitude [m/s²], angular frequency [rad/s], phase [rad])".into(),
-            expected: "finite numbers, the frequency positive".into(),
-            found: format!(
+        return Err(Error::out_of_range(
+            "excitation (amplitude [m/s²], angular frequency [rad/s], phase [rad])",
+            "finite numbers, the frequency positive",
+            format!(
                 "({}, {}, {})",
                 excitation.amplitude_m_s2, excitation.angular_frequency_rad_s, excitation.phase_rad
             ),
-        }
-        .into());
+        ));
     }
     Ok(())
 }
@@ -180,8 +179,8 @@ impl Strobe {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::OutOfRange`] for an initial state that the stop does not admit, an angular
-    /// frequency that is not positive, an amplitude or a phase that is not finite.
+    /// [`crate::error::ErrorKind::OutOfRange`] for an initial state that the stop does not admit,
+    /// an angular frequency that is not positive, an amplitude or a phase that is not finite.
     pub fn new(
         design: &Design,
         stop: StopModel,

@@ -198,23 +198,21 @@ fn finer_step<E>(problem: &Problem<'_, E>, method: Method) -> Option<f64> {
 fn check<E>(problem: &Problem<'_, E>, options: &RunOptions) -> Result<(), Error> {
     let method = options.method;
     if !method.admits(problem.stop) {
-        return Err(ErrorKind::OutOfRange {
-            what: format!("stop model of the method {}", method.name()),
-            expected: "rigid; choose the setting `model` = rigid".into(),
-            found: problem.stop.name().into(),
-        }
-        .into());
+        return Err(Error::out_of_range(
+            format!("stop model of the method {}", method.name()),
+            "rigid; choose the setting `model` = rigid",
+            problem.stop.name(),
+        ));
     }
     if let Some(tolerance) = options.tolerance_rad
         && matches!(method, Method::Dopri5 { .. })
         && tolerance < ADAPTIVE_TOLERANCE_MIN
     {
-        return Err(ErrorKind::OutOfRange {
-            what: format!("tolerance of the method {}", method.name()),
-            expected: format!("at least {ADAPTIVE_TOLERANCE_MIN:e}"),
-            found: format!("{tolerance:e}"),
-        }
-        .into());
+        return Err(Error::out_of_range(
+            format!("tolerance of the method {}", method.name()),
+            format!("at least {ADAPTIVE_TOLERANCE_MIN:e}"),
+            format!("{tolerance:e}"),
+        ));
     }
     if let Some(steps_per_period) = method.steps_per_period() {
         let step = problem.fixed_step(steps_per_period);
@@ -226,23 +224,19 @@ fn check<E>(problem: &Problem<'_, E>, options: &RunOptions) -> Result<(), Error>
             .into());
         }
         if !step.is_finite() {
-            return Err(ErrorKind::OutOfRange {
-                what: "lever.spring_stiffness_nm_per_rad".into(),
-                expected: "positive, since the fixed step is a part of the natural period".into(),
-                found: "0".into(),
-            }
-            .into());
+            return Err(Error::out_of_range(
+                "lever.spring_stiffness_nm_per_rad",
+                "positive, since the fixed step is a part of the natural period",
+                "0",
+            ));
         }
         let steps = (problem.end_s - problem.start_s) / step;
         if steps.is_nan() || 2.0 * steps > FIXED_STEPS_MAX {
-            return Err(ErrorKind::OutOfRange {
-                what: "steps of the fixed-step method".into(),
-                expected: format!(
-                    "at most {FIXED_STEPS_MAX:e}; lower the setting `steps_per_period`"
-                ),
-                found: format!("{:e}", 2.0 * steps),
-            }
-            .into());
+            return Err(Error::out_of_range(
+                "steps of the fixed-step method",
+                format!("at most {FIXED_STEPS_MAX:e}; lower the setting `steps_per_period`"),
+                format!("{:e}", 2.0 * steps),
+            ));
         }
     }
     Ok(())

@@ -20,7 +20,7 @@ use super::eventless_step::{LaneState, StepCoefficients};
 use super::kernel::{Kernel, PEAK_TRUNCATION};
 use super::recorder::Recorder;
 use super::taylor::Turned;
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use crate::model::Design;
 use crate::model::excitation::Harmonic;
 use crate::model::stop::StopModel;
@@ -109,8 +109,8 @@ pub type IsDone<'a> = &'a (dyn Fn(usize, u32, &Section) -> bool + Sync);
 ///
 /// # Errors
 ///
-/// [`ErrorKind::OutOfRange`] for an initial state that the stop does not admit, an angular
-/// frequency that is not positive, an amplitude or a phase that is not finite, and for more
+/// [`crate::error::ErrorKind::OutOfRange`] for an initial state that the stop does not admit, an
+/// angular frequency that is not positive, an amplitude or a phase that is not finite, and for more
 /// sections to keep than 50 million.
 pub fn follow(
     design: &Design,
@@ -122,12 +122,11 @@ pub fn follow(
 ) -> Result<Vec<Followed>, Error> {
     let kept = count.saturating_mul(options.keep.min(options.periods_max as usize));
     if kept > SECTIONS_MAX {
-        return Err(ErrorKind::OutOfRange {
-            what: "sections to keep of all levers together".into(),
-            expected: format!("at most {SECTIONS_MAX}; keep fewer of each, or take fewer levers"),
-            found: kept.to_string(),
-        }
-        .into());
+        return Err(Error::out_of_range(
+            "sections to keep of all levers together",
+            format!("at most {SECTIONS_MAX}; keep fewer of each, or take fewer levers"),
+            kept.to_string(),
+        ));
     }
     let mut by_pieces: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for index in 0..count {

@@ -1,7 +1,7 @@
 //! A report's folder: its name, and that it holds the earlier report, the new one or none, never
 //! parts of both.
 
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::Error;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -47,7 +47,8 @@ pub(crate) fn folder_name(recording: &str, design: &str, id: &str) -> String {
 ///
 /// # Errors
 ///
-/// [`ErrorKind::Io`] if a folder cannot be made or a file not be written, moved or removed.
+/// [`crate::error::ErrorKind::Io`] if a folder cannot be made or a file not be written, moved or
+/// removed.
 pub(super) fn put(
     dir: &Path,
     ours: &[impl AsRef<str>],
@@ -55,19 +56,20 @@ pub(super) fn put(
 ) -> Result<Vec<PathBuf>, Error> {
     if dir.exists() && !dir.is_dir() {
         let error = io::Error::from(io::ErrorKind::NotADirectory);
-        return Err(failed(MAKE, dir, &error));
+        return Err(Error::io_at(MAKE, dir, &error));
     }
     // Of `.` and `..` there is no beside.
     let whole = dir.file_name().is_some();
     let beside = if whole {
         Unplaced::beside(dir)?
     } else {
-        fs::create_dir_all(dir).map_err(|error| failed(MAKE, dir, &error))?;
+        fs::create_dir_all(dir).map_err(|error| Error::io_at(MAKE, dir, &error))?;
         Unplaced::new(dir)?
     };
     for (name, content) in files {
         let path = beside.path.join(name);
-        fs::write(&path, content).map_err(|error| failed("write the report", &path, &error))?;
+        fs::write(&path, content)
+            .map_err(|error| Error::io_at("write the report", &path, &error))?;
     }
     beside.settle(dir, |beside| {
         (!whole || holds_others(dir, ours)).then(|| exchange(beside, dir, ours, files))
@@ -93,18 +95,18 @@ impl Unplaced {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if it or the folder above cannot be made.
+    /// [`crate::error::ErrorKind::Io`] if it or the folder above cannot be made.
     pub(crate) fn beside(dir: &Path) -> Result<Self, Error> {
         let parent = dir.parent().unwrap_or(Path::new(""));
         if !parent.as_os_str().is_empty() {
-            fs::create_dir_all(parent).map_err(|error| failed(MAKE, dir, &error))?;
+            fs::create_dir_all(parent).map_err(|error| Error::io_at(MAKE, dir, &error))?;
         }
         Self::new(parent)
     }
 
     fn new(parent: &Path) -> Result<Self, Error> {
         let made = Self::unmade(parent);
-        fs::create_dir_all(&made.path).map_err(|error| failed(MAKE, &made.path, &error))?;
+        fs::create_dir_all(&made.path).map_err(|error| Error::io_at(MAKE, &made.path, &error))?;
         Ok(made)
     }
 
@@ -127,13 +129,13 @@ impl Unplaced {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Io`] if it cannot, and those of `otherwise`.
+    /// [`crate::error::ErrorKind::Io`] if it cannot, and those of `otherwise`.
     pub(crate) fn settle(
         self,
         dir: &Path,
         otherwise: impl Fn(&Path) -> Option<Result<(), Error>>,
     ) -> Result<(), Error> {
-        let cannot = |error: io::Error| failed("replace the earlier report", dir, &error);
+        let cannot = |error: io::Error| Error::io_at("replace the earlier report", dir, &error);
         for _ in 0..ATTEMPTS {
             if let Some(done) = otherwise(&self.path) {
                 return done;
@@ -142,7 +144,7 @@ impl Unplaced {
                 return Ok(());
             };
             if !dir.is_dir() {
-                return Err(failed(MAKE, dir, &error));
+                return Err(Error::io_at(MAKE, dir, &error));
             }
             let old = Self::unmade(&self.parent);
             match fs::rename(dir, &old.path) {
@@ -192,7 +194,7 @@ fn exchange(
         let path = dir.join(name);
         match fs::remove_file(&path) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                return Err(failed("replace the earlier report", &path, &error));
+                return Err(Error::io_at("replace the earlier report", &path, &error));
             }
             _ => {}
         }
@@ -200,15 +202,7 @@ fn exchange(
     for (name, _) in files {
         let path = dir.join(name);
         fs::rename(beside.join(name), &path)
-            .map_err(|error| failed("write the report", &path, &error))?;
+            .map_err(|error| Error::io_at("write the report", &path, &error))?;
     }
     Ok(())
-}
-
-fn failed(action: &'static str, path: &Path, error: &io::Error) -> Error {
-    Error::from(ErrorKind::Io {
-        action,
-        reason: error.to_string(),
-    })
-    .at(Place::file(path.display().to_string()))
 }

@@ -1,6 +1,6 @@
 //! Signal and trajectories as a table, sample by sample, with all digits.
 
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::Error;
 use crate::verdict::SampledSeries;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -56,14 +56,14 @@ impl SeriesTable {
     ///
     /// # Errors
     ///
-    /// [`ErrorKind::Malformed`] if it is no such table.
+    /// [`crate::error::ErrorKind::Malformed`] if it is no such table.
     pub fn from_csv(text: &[u8]) -> Result<Self, Error> {
         let malformed = |found: String| {
-            Error::from(ErrorKind::Malformed {
-                expected: "the series of a report".into(),
+            Error::malformed(
+                "the series of a report",
                 found,
-                hint: "replay the recording again; its report holds the series".into(),
-            })
+                "replay the recording again; its report holds the series",
+            )
         };
         let mut reader = csv::Reader::from_reader(text);
         let heads = reader
@@ -100,15 +100,10 @@ impl SeriesTable {
 ///
 /// # Errors
 ///
-/// [`ErrorKind::Io`] if it cannot be written.
+/// [`crate::error::ErrorKind::Io`] if it cannot be written.
 pub fn write(path: &Path, series: &SampledSeries) -> Result<(), Error> {
-    std::fs::write(path, csv(series)).map_err(|error| {
-        Error::from(ErrorKind::Io {
-            action: "write the series",
-            reason: error.to_string(),
-        })
-        .at(Place::file(path.display().to_string()))
-    })
+    std::fs::write(path, csv(series))
+        .map_err(|error| Error::io_at("write the series", path, &error))
 }
 
 /// Writes a number with all its digits; nothing for one that is not finite.

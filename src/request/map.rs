@@ -6,7 +6,7 @@
 use super::value::{self, STEPS_PER_PERIOD_DEFAULT};
 use super::{Request, parse_method};
 use crate::conditioning::{BiasWindow, FilterChoice};
-use crate::error::{Error, ErrorKind, nearest_name};
+use crate::error::{Error, ErrorKind};
 use crate::margin::{MapAxis, MapRequest, map::GRID_MAX};
 use crate::recording::Limits;
 use crate::setting::Setting;
@@ -268,13 +268,7 @@ fn refuse_unknown(entries: &Entries, known: &[Setting]) -> Result<(), Error> {
         return Ok(());
     };
     let known: Vec<&str> = known.iter().map(|setting| setting.key()).collect();
-    Err(ErrorKind::UnknownName {
-        what: "setting",
-        found: key.clone(),
-        nearest: nearest_name(key, &known),
-        known: known.join(", "),
-    }
-    .into())
+    Err(Error::unknown("setting", key.clone(), &known))
 }
 
 /// Sets one value; an error says what was expected.

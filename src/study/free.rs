@@ -1,7 +1,7 @@
 //! Free motion: the lever let go away from the stop, without excitation.
 
 use crate::conditioning::Signal;
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::replay::{self, RunOptions, TracePoint};
@@ -88,18 +88,17 @@ const SAMPLES_MAX: f64 = 4e6;
 ///
 /// # Errors
 ///
-/// [`ErrorKind::OutOfRange`] if it has no spring.
+/// [`crate::error::ErrorKind::OutOfRange`] if it has no spring.
 pub fn natural_period_s(design: &Design) -> Result<f64, Error> {
     let period = TAU / design.lever.angular_frequency_rad_s();
     if period.is_finite() && period > 0.0 {
         return Ok(period);
     }
-    Err(ErrorKind::OutOfRange {
-        what: "lever.spring_stiffness_nm_per_rad".into(),
-        expected: "positive, since this study counts time in natural periods".into(),
-        found: design.lever.spring_stiffness_nm_per_rad.to_string(),
-    }
-    .into())
+    Err(Error::out_of_range(
+        "lever.spring_stiffness_nm_per_rad",
+        "positive, since this study counts time in natural periods",
+        design.lever.spring_stiffness_nm_per_rad.to_string(),
+    ))
 }
 
 /// Lets the lever go.
@@ -109,8 +108,8 @@ pub fn natural_period_s(design: &Design) -> Result<f64, Error> {
 ///
 /// # Errors
 ///
-/// [`ErrorKind::OutOfRange`] for an initial state that the stop does not admit, or for more than
-/// four million samples.
+/// [`crate::error::ErrorKind::OutOfRange`] for an initial state that the stop does not admit, or
+/// for more than four million samples.
 pub fn run(design: &Design, against: Against, release: &Release) -> Result<FreeMotion, Error> {
     let mut design = design.clone();
     design.lever.preload_torque_nm = release.preload_torque_nm;
@@ -125,12 +124,11 @@ pub fn run(design: &Design, against: Against, release: &Release) -> Result<FreeM
     };
     let intervals = (release.duration_s * release.rate_hz).ceil().max(1.0);
     if intervals.is_nan() || intervals > SAMPLES_MAX {
-        return Err(ErrorKind::OutOfRange {
-            what: "samples of a free motion".into(),
-            expected: format!("at most {SAMPLES_MAX:e}; ask for fewer periods"),
-            found: format!("{intervals:e}"),
-        }
-        .into());
+        return Err(Error::out_of_range(
+            "samples of a free motion",
+            format!("at most {SAMPLES_MAX:e}; ask for fewer periods"),
+            format!("{intervals:e}"),
+        ));
     }
     let count = intervals as usize + 1;
     let silence = Signal {

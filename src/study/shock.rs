@@ -7,7 +7,7 @@
 
 use super::{Figures, Headline, cases};
 use crate::conditioning::{self, Signal};
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::replay::{self, Run, RunOptions, TracePoint};
@@ -87,15 +87,14 @@ pub const DURATION_MAX_S: f64 = 100.0;
 ///
 /// # Errors
 ///
-/// [`ErrorKind::OutOfRange`] for a duration beyond 100 s; as [`replay::run`].
+/// [`crate::error::ErrorKind::OutOfRange`] for a duration beyond 100 s; as [`replay::run`].
 pub fn run(options: &Options) -> Result<Shock, Error> {
     if options.duration_s.is_nan() || options.duration_s > DURATION_MAX_S {
-        return Err(ErrorKind::OutOfRange {
-            what: "duration [s]".into(),
-            expected: format!("at most {DURATION_MAX_S}"),
-            found: options.duration_s.to_string(),
-        }
-        .into());
+        return Err(Error::out_of_range(
+            "duration [s]",
+            format!("at most {DURATION_MAX_S}"),
+            options.duration_s.to_string(),
+        ));
     }
     let (text, shock_s) = burst(options, 1.0)?;
     let (axis, _) = burst(options, 1.0 / options.gravity_m_s2)?;
@@ -120,13 +119,10 @@ pub fn run(options: &Options) -> Result<Shock, Error> {
 /// of the burst [s].
 fn burst(options: &Options, factor: f64) -> Result<(Signal, f64), Error> {
     let case = cases::shock(options.gravity_m_s2)?;
-    let mut signal = case.signal().cloned().ok_or_else(|| {
-        Error::from(ErrorKind::TooShort {
-            what: "a replay",
-            needed: 2,
-            found: 0,
-        })
-    })?;
+    let mut signal = case
+        .signal()
+        .cloned()
+        .ok_or_else(|| Error::too_short("a replay", 2, 0))?;
     for sample in &mut signal.samples {
         *sample *= factor * options.amplitude_g / PEAK_G;
     }

@@ -4,7 +4,7 @@
 use super::free::{self, Against, FreeMotion, Release};
 use super::{Figures, Headline};
 use crate::conditioning::spectrum::{self, ShortTime};
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::units::SampleRate;
@@ -80,18 +80,17 @@ const COLUMNS: usize = 320;
 ///
 /// # Errors
 ///
-/// As [`free::natural_period_s`] and [`free::run`]; [`ErrorKind::OutOfRange`] for a window longer
-/// than the motion.
+/// As [`free::natural_period_s`] and [`free::run`]; [`crate::error::ErrorKind::OutOfRange`] for a
+/// window longer than the motion.
 pub fn run(options: &Options) -> Result<MotionSpectrogram, Error> {
     let design = &options.design;
     let period = free::natural_period_s(design)?;
     if options.window_periods >= options.periods {
-        return Err(ErrorKind::OutOfRange {
-            what: "window [natural periods]".into(),
-            expected: format!("shorter than the motion, {}", options.periods),
-            found: options.window_periods.to_string(),
-        }
-        .into());
+        return Err(Error::out_of_range(
+            "window [natural periods]",
+            format!("shorter than the motion, {}", options.periods),
+            options.window_periods.to_string(),
+        ));
     }
     let rate_hz = POINTS_PER_PERIOD / period;
     let duration_s = options.periods * period;

@@ -15,7 +15,7 @@ pub(super) mod drivers;
 
 use super::decision::{PASS_SHARE_MAX, ShareBounds};
 use super::policy::Variant;
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use crate::model::Design;
 use crate::model::lever::Lever;
 use crate::model::parameters::{PARAMETERS, Range, Slot};
@@ -413,7 +413,7 @@ impl Scatter {
 ///
 /// # Errors
 ///
-/// [`ErrorKind::OutOfRange`], naming the tolerance.
+/// [`crate::error::ErrorKind::OutOfRange`], naming the tolerance.
 pub fn check(design: &Design) -> Result<(), Error> {
     let scale = design.input.scale;
     if TRUNCATION * scale >= 1.0 {
@@ -455,14 +455,13 @@ pub fn check(design: &Design) -> Result<(), Error> {
 }
 
 fn refused(what: &str, expected: &str, found: f64) -> Error {
-    ErrorKind::OutOfRange {
-        what: what.into(),
-        expected: expected.into(),
-        found: format!(
+    Error::out_of_range(
+        what,
+        expected,
+        format!(
             "{found}; give a smaller one, or judge the nominal lever with the setting `members` = 0"
         ),
-    }
-    .into()
+    )
 }
 
 /// The peaks of members, in their order.

@@ -3,7 +3,7 @@
 use super::Answer;
 use super::faults::Faults;
 use crate::conditioning::Signal;
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 
 /// First and last sample of a span.
 pub(crate) type SampleSpan = (usize, usize);
@@ -41,7 +41,7 @@ impl UsableSpan {
 ///
 /// # Errors
 ///
-/// [`ErrorKind::OutOfRange`] for a window that holds fewer than two samples.
+/// [`crate::error::ErrorKind::OutOfRange`] for a window that holds fewer than two samples.
 pub(crate) fn window_samples(
     signal: &Signal,
     window_s: Option<(f64, f64)>,
@@ -57,16 +57,15 @@ pub(crate) fn window_samples(
     let first_index = (place(from) - 1e-6).ceil().max(0.0);
     let last_index = (place(to) + 1e-6).floor().min(last);
     if first_index.is_nan() || last_index.is_nan() || first_index >= last_index {
-        return Err(ErrorKind::OutOfRange {
-            what: "window [s]".into(),
-            expected: format!(
+        return Err(Error::out_of_range(
+            "window [s]",
+            format!(
                 "an interval that holds at least two samples of the record, which runs from {} to {}",
                 signal.start_s,
                 signal.end_s()
             ),
-            found: format!("{from}..{to}"),
-        }
-        .into());
+            format!("{from}..{to}"),
+        ));
     }
     Ok(Some((first_index as usize, last_index as usize)))
 }

@@ -1,6 +1,6 @@
 //! The programs of a batch system, called with a limit on time.
 
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use std::io::Read;
 use std::process::{Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
@@ -22,8 +22,8 @@ const REASON_MAX: usize = 400;
 ///
 /// # Errors
 ///
-/// [`ErrorKind::Io`] that says whether it is not installed, does not answer, finds no configuration
-/// or no controller, or refuses, in its own words.
+/// [`crate::error::ErrorKind::Io`] that says whether it is not installed, does not answer, finds no
+/// configuration or no controller, or refuses, in its own words.
 pub(super) fn ask(program: &str, arguments: &[String], within: Duration) -> Result<String, Error> {
     let begun = Command::new(program)
         .args(arguments)
@@ -111,8 +111,5 @@ fn reason(program: &str, err: &str) -> String {
 }
 
 fn failed(reason: String) -> Error {
-    Error::from(ErrorKind::Io {
-        action: "speak with the batch system",
-        reason,
-    })
+    Error::io("speak with the batch system", &reason)
 }

@@ -2,7 +2,7 @@
 
 use super::engine::ask;
 use crate::cli::command_line::quoted;
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -166,11 +166,11 @@ impl Slurm<'_> {
         // The number, and behind a semicolon the cluster where there are several.
         let number = said.trim().split(';').next().and_then(|id| id.parse().ok());
         number.ok_or_else(|| {
-            Error::from(ErrorKind::Malformed {
-                expected: "the number of a job from sbatch".into(),
-                found: format!("`{}`", said.trim()),
-                hint: "see squeue for what was submitted".into(),
-            })
+            Error::malformed(
+                "the number of a job from sbatch",
+                format!("`{}`", said.trim()),
+                "see squeue for what was submitted",
+            )
         })
     }
 
@@ -379,11 +379,7 @@ fn put(path: &Path, what: &impl Serialize) -> Result<(), Error> {
 }
 
 fn unwritten(path: &Path, error: &std::io::Error) -> Error {
-    Error::from(ErrorKind::Io {
-        action: "keep what was submitted",
-        reason: error.to_string(),
-    })
-    .at(Place::file(path.display().to_string()))
+    Error::io_at("keep what was submitted", path, error)
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 
 use crate::cli::failure::{COULD_NOT, Failure};
 use crate::cli::{output, progress};
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use crate::gate::{self, Share};
 use std::io::Read;
 use std::path::Path;
@@ -96,10 +96,7 @@ fn wait(worker: &mut Child) -> std::io::Result<(ExitStatus, bool)> {
 }
 
 fn unwatched(error: &std::io::Error) -> Error {
-    Error::from(ErrorKind::Io {
-        action: "watch the process of the share",
-        reason: error.to_string(),
-    })
+    Error::io("watch the process of the share", error)
 }
 
 /// Names the signal that ended a process.

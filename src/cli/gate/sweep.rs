@@ -362,12 +362,11 @@ impl SweepCommand<'_> {
 
     fn print_manifest(&self, shares: u32) -> Result<u8, Failure> {
         if !self.own.sweep.print {
-            return Err(Failure::Usage(Error::from(ErrorKind::Malformed {
-                expected: "--print".into(),
-                found: "a job to submit".into(),
-                hint: "print the manifest, fill in image and volume, and apply it with kubectl"
-                    .into(),
-            })));
+            return Err(Failure::Usage(Error::malformed(
+                "--print",
+                "a job to submit",
+                "print the manifest, fill in image and volume, and apply it with kubectl",
+            )));
         }
         let command = self.command_line("latchgate", None);
         let manifest = kubernetes::manifest(&self.plan.gate, shares, &command);
@@ -524,11 +523,11 @@ impl SweepCommand<'_> {
 
     fn resubmit(&self) -> Result<u8, Failure> {
         let Some(submission) = self.submission()? else {
-            return Err(Failure::Data(Error::from(ErrorKind::Malformed {
-                expected: "a submission in the store".into(),
-                found: "none".into(),
-                hint: "submit the shares first, with --submit".into(),
-            })));
+            return Err(Failure::Data(Error::malformed(
+                "a submission in the store",
+                "none",
+                "submit the shares first, with --submit",
+            )));
         };
         let standing = self.collection(Some(&submission), true)?.standing();
         if standing.missing == 0 {
@@ -556,12 +555,12 @@ impl SweepCommand<'_> {
             .as_ref()
             .is_some_and(|then| *then != self.gate_sha256())
         {
-            let error = Error::from(ErrorKind::Malformed {
-                expected: "the gate file as it was submitted".into(),
-                found: "another one".into(),
-                hint: "submit the shares again".into(),
-            });
-            let place = Place::file(self.gate.display().to_string());
+            let error = Error::malformed(
+                "the gate file as it was submitted",
+                "another one",
+                "submit the shares again",
+            );
+            let place = Place::path(&self.gate);
             return Err(Failure::Data(error.at(place)));
         }
         let submission = self.submission()?;

@@ -1,7 +1,7 @@
 //! Options that studies share: sine, initial state, ranges, grids, lengths.
 
 use crate::cli::failure::Failure;
-use crate::error::ErrorKind;
+use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
 use crate::request::{parse_finite, parse_phi0, parse_positive, parse_velocity};
@@ -161,15 +161,11 @@ pub(super) fn parse_grid(text: &str) -> Result<(u32, u32), String> {
 /// Returns an initial state that every one of `stops` admits.
 pub(super) fn start(phi0: f64, omega0: f64, stops: &[StopModel]) -> Result<(f64, f64), Failure> {
     if phi0 < 0.0 && stops.contains(&StopModel::Rigid) {
-        return Err(Failure::Usage(
-            ErrorKind::OutOfRange {
-                what: "--phi0 [rad]".into(),
-                expected: "0 or more on a rigid stop; choose --model soft to start inside the stop"
-                    .into(),
-                found: phi0.to_string(),
-            }
-            .into(),
-        ));
+        return Err(Failure::Usage(Error::out_of_range(
+            "--phi0 [rad]",
+            "0 or more on a rigid stop; choose --model soft to start inside the stop",
+            phi0.to_string(),
+        )));
     }
     Ok((phi0, omega0))
 }

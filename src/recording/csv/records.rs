@@ -1,7 +1,7 @@
 //! Rows as cells, by the table reader of the `csv` crate.
 
 use super::dialect::{Separator, is_row};
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Error, Place};
 use crate::recording::Limits;
 use crate::recording::text::line_at;
 use ::csv::{ByteRecord, Reader, ReaderBuilder};
@@ -38,10 +38,7 @@ impl<'a> Records<'a> {
     /// quoted cell that runs over its line's end, are refused.
     pub(super) fn next(&mut self) -> Result<Option<&ByteRecord>, Error> {
         let more = self.reader.read_byte_record(&mut self.row);
-        let more = more.map_err(|error| ErrorKind::Io {
-            action: "read the table",
-            reason: error.to_string(),
-        })?;
+        let more = more.map_err(|error| Error::io("read the table", &error))?;
         if !more {
             return Ok(None);
         }

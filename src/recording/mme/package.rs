@@ -165,10 +165,7 @@ impl Package {
             // It is needed once, for it is no channel of times of its own.
             Some((_, bytes)) => std::mem::take(bytes),
             None => {
-                let absent = || {
-                    let (action, reason) = ("read the test", format!("{name} is not there"));
-                    Error::from(ErrorKind::Io { action, reason })
-                };
+                let absent = || Error::io("read the test", &format!("{name} is not there"));
                 let read = source.read_beside(name, limits);
                 let read = read.and_then(|bytes| bytes.ok_or_else(absent));
                 read.map_err(|error| error.at(self.place_of(name)))?
