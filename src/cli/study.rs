@@ -74,30 +74,30 @@ pub enum Study {
 }
 
 impl Study {
-    fn analysis(&self) -> &dyn Analysis {
+    /// Returns the name, which the files take, the options of every study, and the study itself.
+    fn analysis(&self) -> (&'static str, &StudyCommon, &dyn Analysis) {
         match self {
-            Self::Restitution(own) => own,
-            Self::StepSize(own) => own,
-            Self::FreeVibration(own) => own,
-            Self::Spectrogram(own) => own,
-            Self::Bifurcation(own) => own,
-            Self::Attractor(own) => own,
-            Self::Basins(own) => own,
-            Self::ExcitationMap(own) => own,
-            Self::Histories(own) => own,
-            Self::Shock(own) => own,
-            Self::WorkPrecision(own) => own,
-            Self::Stability(own) => own,
-            Self::Damages(own) => own,
+            Self::Restitution(own) => ("restitution", &own.study, own),
+            Self::StepSize(own) => ("step-size", &own.study, own),
+            Self::FreeVibration(own) => ("free-vibration", &own.study, own),
+            Self::Spectrogram(own) => ("spectrogram", &own.study, own),
+            Self::Bifurcation(own) => ("bifurcation", &own.study, own),
+            Self::Attractor(own) => ("attractor", &own.study, own),
+            Self::Basins(own) => ("basins", &own.study, own),
+            Self::ExcitationMap(own) => ("excitation-map", &own.study, own),
+            Self::Histories(own) => ("histories", &own.study, own),
+            Self::Shock(own) => ("shock", &own.study, own),
+            Self::WorkPrecision(own) => ("work-precision", &own.study, own),
+            Self::Stability(own) => ("stability", &own.study, own),
+            Self::Damages(own) => ("damages", &own.study, own),
         }
     }
 }
 
 /// Runs the command; returns the exit code.
 pub(super) fn command(own: &Study, common: &Common) -> Result<u8, Failure> {
-    let analysis = own.analysis();
-    let session = Session::new(analysis.name(), common.thread_count());
-    let StudyCommon { out, design, set } = analysis.common();
+    let (study, StudyCommon { out, design, set }, analysis) = own.analysis();
+    let session = Session::new(study, common.thread_count());
     let design = super::design::design(
         design.as_deref(),
         set,
@@ -107,7 +107,7 @@ pub(super) fn command(own: &Study, common: &Common) -> Result<u8, Failure> {
     let complete = answer.complete;
     let summary = Summary {
         schema: "latchgate.study/1".into(),
-        study: analysis.name().into(),
+        study: study.into(),
         parameters: answer.parameters,
         complete,
         headlines: answer.headlines,

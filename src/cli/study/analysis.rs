@@ -1,7 +1,6 @@
 //! What the command line asks of a study, what it gives one, and what it gets back.
 
 use crate::cli::failure::Failure;
-use crate::cli::options::StudyCommon;
 use crate::cli::progress::Progress;
 use crate::error::Error;
 use crate::model::Design;
@@ -16,12 +15,6 @@ use std::time::Instant;
 
 /// A study as the command line sees it: options that can be run.
 pub(super) trait Analysis {
-    /// Returns the study's name, which its files take.
-    fn name(&self) -> &'static str;
-
-    /// Returns the options of every study.
-    fn common(&self) -> &StudyCommon;
-
     /// Runs it on `design`.
     fn run(&self, design: &Design, session: &Session) -> Result<StudyAnswer, Failure>;
 }

@@ -41,14 +41,6 @@ pub struct Arguments {
 }
 
 impl Analysis for Arguments {
-    fn name(&self) -> &'static str {
-        "basins"
-    }
-
-    fn common(&self) -> &StudyCommon {
-        &self.study
-    }
-
     fn run(&self, design: &Design, session: &Session) -> Result<StudyAnswer, Failure> {
         let stops = self.model.stops();
         let base = |stop| basins::Options {

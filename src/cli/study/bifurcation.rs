@@ -58,14 +58,6 @@ pub enum SweepArgument {
 }
 
 impl Analysis for Arguments {
-    fn name(&self) -> &'static str {
-        "bifurcation"
-    }
-
-    fn common(&self) -> &StudyCommon {
-        &self.study
-    }
-
     fn run(&self, design: &Design, session: &Session) -> Result<StudyAnswer, Failure> {
         let stops = self.model.stops();
         let initial = self.start.state(&stops)?;

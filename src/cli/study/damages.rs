@@ -43,14 +43,6 @@ pub struct Arguments {
 }
 
 impl Analysis for Arguments {
-    fn name(&self) -> &'static str {
-        "damages"
-    }
-
-    fn common(&self) -> &StudyCommon {
-        &self.study
-    }
-
     fn run(&self, design: &Design, session: &Session) -> Result<StudyAnswer, Failure> {
         let options = damages::Options {
             runs: self.points,

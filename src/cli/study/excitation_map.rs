@@ -39,14 +39,6 @@ pub struct Arguments {
 }
 
 impl Analysis for Arguments {
-    fn name(&self) -> &'static str {
-        "excitation-map"
-    }
-
-    fn common(&self) -> &StudyCommon {
-        &self.study
-    }
-
     fn run(&self, design: &Design, session: &Session) -> Result<StudyAnswer, Failure> {
         let stops = self.model.stops();
         let base = |stop| excitation_map::Options {

@@ -34,14 +34,6 @@ pub struct Arguments {
 }
 
 impl Analysis for Arguments {
-    fn name(&self) -> &'static str {
-        "free-vibration"
-    }
-
-    fn common(&self) -> &StudyCommon {
-        &self.study
-    }
-
     fn run(&self, design: &Design, _session: &Session) -> Result<StudyAnswer, Failure> {
         let (angle_rad, velocity_rad_s) = start(self.phi0, self.omega0, &self.model.stops())?;
         let options = free_vibration::Options {

@@ -22,14 +22,6 @@ pub struct Arguments {
 }
 
 impl Analysis for Arguments {
-    fn name(&self) -> &'static str {
-        "restitution"
-    }
-
-    fn common(&self) -> &StudyCommon {
-        &self.study
-    }
-
     fn run(&self, design: &Design, _session: &Session) -> Result<StudyAnswer, Failure> {
         let options = restitution::Options {
             design: design.clone(),

@@ -44,14 +44,6 @@ fn parse_duration(text: &str) -> Result<f64, String> {
 }
 
 impl Analysis for Arguments {
-    fn name(&self) -> &'static str {
-        "shock"
-    }
-
-    fn common(&self) -> &StudyCommon {
-        &self.study
-    }
-
     fn run(&self, design: &Design, _session: &Session) -> Result<StudyAnswer, Failure> {
         let options = shock::Options {
             design: design.clone(),

@@ -5,7 +5,7 @@ use super::sweep::{parse_periods, start};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::StopArgument;
-use crate::error::ErrorKind;
+use crate::error::Error;
 use crate::model::Design;
 use crate::report::plot;
 use crate::report::study::StudyTable;
@@ -51,25 +51,14 @@ fn parse_window(text: &str) -> Result<f64, String> {
 }
 
 impl Analysis for Arguments {
-    fn name(&self) -> &'static str {
-        "spectrogram"
-    }
-
-    fn common(&self) -> &StudyCommon {
-        &self.study
-    }
-
     fn run(&self, design: &Design, _session: &Session) -> Result<StudyAnswer, Failure> {
         let (angle_rad, velocity_rad_s) = start(self.phi0, self.omega0, &[self.model.stop()])?;
         if self.window >= self.periods {
-            return Err(Failure::Usage(
-                ErrorKind::OutOfRange {
-                    what: "--window [natural periods]".into(),
-                    expected: format!("less than --periods, which is {}", self.periods),
-                    found: self.window.to_string(),
-                }
-                .into(),
-            ));
+            return Err(Failure::Usage(Error::out_of_range(
+                "--window [natural periods]",
+                format!("less than --periods, which is {}", self.periods),
+                self.window.to_string(),
+            )));
         }
         let options = spectrogram::Options {
             design: design.clone(),

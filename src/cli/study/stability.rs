@@ -25,14 +25,6 @@ pub struct Arguments {
 }
 
 impl Analysis for Arguments {
-    fn name(&self) -> &'static str {
-        "stability"
-    }
-
-    fn common(&self) -> &StudyCommon {
-        &self.study
-    }
-
     fn run(&self, design: &Design, _session: &Session) -> Result<StudyAnswer, Failure> {
         let options = stability::Options {
             design: design.clone(),

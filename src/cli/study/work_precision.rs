@@ -42,14 +42,6 @@ pub struct Arguments {
 }
 
 impl Analysis for Arguments {
-    fn name(&self) -> &'static str {
-        "work-precision"
-    }
-
-    fn common(&self) -> &StudyCommon {
-        &self.study
-    }
-
     fn run(&self, design: &Design, session: &Session) -> Result<StudyAnswer, Failure> {
         let options = work_precision::Options {
             design: design.clone(),
