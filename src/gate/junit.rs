@@ -55,7 +55,7 @@ enum TestOutcome {
 /// # Errors
 ///
 /// [`crate::error::ErrorKind::Io`] if it cannot be written, or a decision no longer be read.
-pub fn write(summary: &GateSummary, out: impl io::Write) -> Result<(), Error> {
+pub fn write(summary: &GateSummary, out: &mut dyn io::Write) -> Result<(), Error> {
     let suites = suites(summary);
     let mut writer = Writer::new_with_indent(out, b' ', 1);
     document(&mut writer, summary, &suites)
@@ -182,7 +182,7 @@ fn of_pair(pair: &Pair) -> Written {
 }
 
 fn document(
-    writer: &mut Writer<impl io::Write>,
+    writer: &mut Writer<&mut dyn io::Write>,
     summary: &GateSummary,
     suites: &Suites<'_>,
 ) -> io::Result<()> {
@@ -221,7 +221,7 @@ fn document(
     Ok(())
 }
 
-fn test(writer: &mut Writer<impl io::Write>, suite: &str, case: &Written) -> io::Result<()> {
+fn test(writer: &mut Writer<&mut dyn io::Write>, suite: &str, case: &Written) -> io::Result<()> {
     let element = writer
         .create_element("testcase")
         .with_attribute(("name", clean(&case.name).as_str()))

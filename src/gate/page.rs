@@ -39,7 +39,7 @@ pub type ReportFolders = BTreeMap<usize, String>;
 pub fn write(
     summary: &GateSummary,
     reports: &ReportFolders,
-    mut file: impl io::Write,
+    file: &mut dyn io::Write,
 ) -> Result<(), Error> {
     let mut out = String::new();
     let frame = page::PageFrame {

@@ -147,7 +147,7 @@ impl GateSummary {
     /// # Errors
     ///
     /// [`crate::error::ErrorKind::Io`] if it cannot be written, or a row no longer be read.
-    pub fn write_json(&self, mut out: impl io::Write) -> Result<(), Error> {
+    pub fn write_json(&self, mut out: &mut dyn io::Write) -> Result<(), Error> {
         serde_json::to_writer_pretty(&mut out, self)
             .map_err(io::Error::from)
             .and_then(|()| out.write_all(b"\n"))

@@ -175,7 +175,7 @@ fn cli_outputs_of_very_many_pairs_stay_within_their_limits() {
     // 5 001 pairs that are not as required: the rest is one failing test.
     assert_eq!(yard.gate(&gate("pass"), &[]).code, 1);
     let failing = many(&yard, 1667, 3);
-    gate::junit::write(&failing, File::create(yard.out("junit.xml")).unwrap()).unwrap();
+    gate::junit::write(&failing, &mut File::create(yard.out("junit.xml")).unwrap()).unwrap();
     assert_eq!(check_xml(&yard), 5000);
     let text = yard.text("junit.xml");
     assert_eq!(text.matches("<failure ").count(), 5000);
@@ -196,7 +196,7 @@ fn cli_outputs_of_very_many_pairs_stay_within_their_limits() {
     // As many that stand: one test per recording.
     assert_eq!(yard.gate(&gate("fail"), &[]).code, 0);
     let standing = many(&yard, 1667, 3);
-    gate::junit::write(&standing, File::create(yard.out("junit.xml")).unwrap()).unwrap();
+    gate::junit::write(&standing, &mut File::create(yard.out("junit.xml")).unwrap()).unwrap();
     assert_eq!(check_xml(&yard), 1667);
     assert!(yard.text("junit.xml").contains("all stand: 3 designs"));
     // Past 50 000 cells the page shows the worst of each row and column.
