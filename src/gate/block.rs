@@ -9,7 +9,7 @@ use flate2::write::DeflateEncoder;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{self, Read, Seek, SeekFrom, Write as _};
 
 /// What a block begins with.
 const MAGIC: &[u8; 8] = b"latchro2";
@@ -97,7 +97,7 @@ impl BlockHead {
 /// Returns a block's bytes.
 pub(super) fn encode(of: BlockOf, body: &impl Serialize) -> io::Result<Vec<u8>> {
     let mut packed = DeflateEncoder::new(Vec::new(), Compression::fast());
-    serde_json::to_writer(&mut packed, body)?;
+    packed.write_all(&serde_json::to_vec(body)?)?;
     let packed = packed.finish()?;
     let length = u32::try_from(packed.len())
         .ok()
