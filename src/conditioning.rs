@@ -21,7 +21,6 @@ pub mod spectrum;
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::{Channel, Finding};
 use crate::units::{STANDARD_GRAVITY, SampleRate, plain};
-use serde::{Deserialize, Serialize};
 
 /// A uniformly sampled acceleration [m/s²], linear between samples, zero after the last.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,7 +59,7 @@ pub enum BiasWindow {
 }
 
 /// Channel frequency class of SAE J211-1 and ISO 6487.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Cfc {
     /// CFC 60: structures, for comparison.
     Cfc60,
@@ -111,13 +110,11 @@ pub enum FilterChoice {
 }
 
 /// The standard whose filter constant and end treatment are used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FilterStandard {
     /// ISO 6487: ωd = 2π·CFC·25/12, point-mirrored ends of 10 ms.
-    #[serde(rename = "iso6487")]
     Iso6487,
     /// SAE J211-1: ωd = 2π·CFC·2.0775, both passes started at zero.
-    #[serde(rename = "saej211")]
     SaeJ211,
 }
 

@@ -77,7 +77,7 @@ pub const SOURCE_FILE: &str = "recording.path";
 #[must_use]
 pub fn id_in(dir: &Path) -> Option<String> {
     let text = std::fs::read_to_string(dir.join(VERDICT_FILE)).ok()?;
-    let document: serde_json::Value = serde_json::from_str(&text).ok()?;
+    let document: serde_json::Value = text.parse().ok()?;
     document["report_id"].as_str().map(String::from)
 }
 

@@ -101,25 +101,19 @@ impl Restitution {
 }
 
 /// The unit in which a recording states acceleration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AccelerationUnit {
     /// Standard gravity, 9.806 65 m/s².
-    #[serde(rename = "g")]
     StandardGravity,
     /// Metre per second squared.
-    #[serde(rename = "m/s2")]
     MetrePerSecondSquared,
     /// Millimetre per second squared, 1e-3 m/s².
-    #[serde(rename = "mm/s2")]
     MillimetrePerSecondSquared,
     /// Millimetre per millisecond squared, 1000 m/s² (finite-element codes).
-    #[serde(rename = "mm/ms2")]
     MillimetrePerMillisecondSquared,
     /// Foot per second squared, 0.3048 m/s².
-    #[serde(rename = "ft/s2")]
     FootPerSecondSquared,
     /// A thousand times standard gravity; never a kilogram, so that it is spelt out.
-    #[serde(rename = "kilo-g")]
     ThousandStandardGravity,
 }
 
@@ -235,19 +229,15 @@ fn plain_spelling(text: &str) -> String {
 }
 
 /// The unit in which a recording states time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TimeUnit {
     /// Second.
-    #[serde(rename = "s")]
     Second,
     /// Millisecond.
-    #[serde(rename = "ms")]
     Millisecond,
     /// Microsecond.
-    #[serde(rename = "us")]
     Microsecond,
     /// Nanosecond.
-    #[serde(rename = "ns")]
     Nanosecond,
 }
 
@@ -301,13 +291,11 @@ impl TimeUnit {
 }
 
 /// The mark between the whole part of a number and its decimals.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DecimalMark {
     /// A point; commas may separate thousands.
-    #[serde(rename = ".")]
     Point,
     /// A comma; points may separate thousands.
-    #[serde(rename = ",")]
     Comma,
 }
 

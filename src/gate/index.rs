@@ -16,7 +16,7 @@ pub(super) const ENDS_MAX: usize = 3;
 
 /// One of several equal parts of a gate: recordings by the hash of their name, so that they stay
 /// where they are when others join.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Share {
     /// Its number, from 1.
     pub number: u32,

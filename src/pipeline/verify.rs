@@ -261,7 +261,8 @@ pub fn verify(
     if outcome.was_stopped() {
         return Err(ErrorKind::Stopped.into());
     }
-    let now: Value = serde_json::from_str(&json::render(&outcome.document))
+    let now = json::render(&outcome.document)
+        .parse::<Value>()
         .map_err(|error| malformed("a document", error.to_string()))?;
     let mut before = stored.document.clone();
     let mut after = now;

@@ -1,10 +1,7 @@
 //! Why a lever could not be followed to the end, by any method.
 
-use serde::Serialize;
-
 /// Why a method could not follow the lever to the end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Breakdown {
     /// Angle or angular velocity is no longer a finite number.
     NotFinite,
