@@ -5,6 +5,7 @@
 
 use crate::setting::Setting;
 use std::fmt;
+use std::ops::Range;
 use std::path::Path;
 
 /// A channel that could be meant.
@@ -178,6 +179,38 @@ impl Place {
     pub fn channel(mut self, channel: impl Into<String>) -> Self {
         self.channel = Some(channel.into());
         self
+    }
+
+    /// Names the line of `text` in which a span of bytes begins: the first where none is known.
+    #[must_use]
+    pub fn of_span(text: &str, span: Option<Range<usize>>) -> Self {
+        let start = span.map_or(0, |span| span.start);
+        let before = text.as_bytes().iter().take(start);
+        Self::default().line(1 + before.filter(|byte| **byte == b'\n').count() as u64)
+    }
+
+    /// Names the line of a TOML text on which `key` stands, below the line of its `[section]` if it has one.
+    #[must_use]
+    pub fn of_key(text: &str, section: Option<&str>, key: &str) -> Self {
+        let names = |line: &str, name: &str| {
+            let line = line.trim_start_matches(['[', '"', '\'', ' ']);
+            line.strip_prefix(name)
+                .is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
+        };
+        let lines = || text.lines().map(str::trim_start).zip(1_u64..);
+        let start = section.map_or(Some(0), |section| {
+            lines()
+                .find(|(line, _)| line.starts_with('[') && names(line, section))
+                .map(|(_, number)| number)
+        });
+        // A table written in one line, or a dotted key, holds its keys on the line of its name.
+        let found = match (section, start) {
+            (Some(section), None) => lines().find(|(line, _)| names(line, section)),
+            (_, start) => {
+                lines().find(|(line, number)| *number > start.unwrap_or(0) && names(line, key))
+            }
+        };
+        found.map_or_else(Self::default, |(_, number)| Self::default().line(number))
     }
 
     fn is_empty(&self) -> bool {
@@ -529,6 +562,16 @@ impl fmt::Display for Error {
 }
 
 impl std::error::Error for Error {}
+
+/// Returns the name of a kind of value with its article: `an integer`.
+pub(crate) fn with_article(kind: &str) -> String {
+    let article = if kind.starts_with(['a', 'i']) {
+        "an"
+    } else {
+        "a"
+    };
+    format!("{article} {kind}")
+}
 
 /// Shortens a name for a message: one taken from a file may be as long as the file.
 fn shortened(name: &str) -> String {

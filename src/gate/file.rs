@@ -3,7 +3,7 @@
 //! Tables and keys are read one by one, so that all that is wrong is told at once, each at its
 //! place. What the words lead to, files and designs, is looked up by `plan`.
 
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Error, ErrorKind, Place, with_article};
 use crate::pipeline::{Answer, Limits, Request};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -99,9 +99,6 @@ impl GateFile {
     /// take.
     pub fn from_toml(name: &str, text: &str, limits: &Limits) -> Result<Self, Vec<Error>> {
         let table: toml::Table = toml::from_str(text).map_err(|error: toml::de::Error| {
-            let start = error.span().map_or(0, |span| span.start);
-            let before = text.as_bytes().iter().take(start);
-            let line = 1 + before.filter(|byte| **byte == b'\n').count();
             let hint = match error.message() {
                 // A key and tables of the same name, which TOML does not allow.
                 said if said.contains("duplicate key") => {
@@ -110,8 +107,10 @@ impl GateFile {
                 }
                 _ => "write tables such as [[recordings]] and [[designs]]",
             };
-            let place = Place::file(name).line(line as u64);
-            vec![Error::malformed("TOML", error.message(), hint).at(place)]
+            let error = Error::malformed("TOML", error.message(), hint)
+                .at(Place::of_span(text, error.span()))
+                .at(Place::file(name));
+            vec![error]
         })?;
         let mut reading = FileReading {
             file: name,
@@ -220,7 +219,11 @@ fn not_tables(kind: &str, found: &toml::Value) -> Error {
         "require" => "\"pass\", \"fail\" or [[require]] tables".to_string(),
         _ => format!("[[{kind}]] tables"),
     };
-    Error::malformed(&expected, told(found), "mend the gate file")
+    Error::malformed(
+        &expected,
+        with_article(found.type_str()),
+        "mend the gate file",
+    )
 }
 
 /// Takes one table in.
@@ -439,20 +442,10 @@ pub fn day(days: i64) -> String {
     format!("{year:04}-{month:02}-{day:02}")
 }
 
-fn told(value: &toml::Value) -> String {
-    let kind = value.type_str();
-    let article = if kind.starts_with(['a', 'i']) {
-        "an"
-    } else {
-        "a"
-    };
-    format!("{article} {kind}")
-}
-
 fn wrong(key: &str, expected: &str, found: &toml::Value) -> Error {
     let found = match found {
         toml::Value::String(text) => format!("\"{text}\""),
-        other => told(other),
+        other => with_article(other.type_str()),
     };
     Error::malformed(
         format!("`{key}` to be {expected}"),

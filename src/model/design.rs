@@ -6,7 +6,7 @@
 use super::lever::Lever;
 use super::parameters::{DesignParameter, PARAMETERS, Range, Slot};
 use super::stop::Stop;
-use crate::error::{Error, Place};
+use crate::error::{Error, Place, with_article};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -175,7 +175,7 @@ impl Design {
                     design.set_section(key, entries, text)?;
                 }
                 other => {
-                    return Err(wrong_entry(key, other).at(place_of_key(text, None, key)));
+                    return Err(wrong_entry(key, other).at(Place::of_key(text, None, key)));
                 }
             }
         }
@@ -197,7 +197,7 @@ impl Design {
         for (key, value) in entries {
             number(key, value)
                 .and_then(|value| self.set_number(&format!("{section}.{key}"), value))
-                .map_err(|error| error.at(place_of_key(text, Some(section), key)))?;
+                .map_err(|error| error.at(Place::of_key(text, Some(section), key)))?;
         }
         Ok(())
     }
@@ -419,52 +419,16 @@ fn number(key: &str, value: &toml::Value) -> Result<f64, Error> {
     }
 }
 
-fn with_article(kind: &str) -> String {
-    let article = if kind.starts_with(['a', 'i']) {
-        "an"
-    } else {
-        "a"
-    };
-    format!("{article} {kind}")
-}
-
 fn unknown<T: AsRef<str>>(key: &str, known: &[T]) -> Error {
     let known: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
     Error::unknown("design key", key, &known)
 }
 
 fn malformed(error: &toml::de::Error, text: &str) -> Error {
-    let line = error.span().map_or(1, |span| {
-        let before = text.as_bytes().iter().take(span.start);
-        1 + before.filter(|byte| **byte == b'\n').count() as u64
-    });
     Error::malformed(
         "a design file in TOML",
         error.message().to_string(),
         "see the design file in the README",
     )
-    .at(Place::default().line(line))
-}
-
-/// Finds the line on which `key` stands, below the line of its `[section]` if it has one.
-fn place_of_key(text: &str, section: Option<&str>, key: &str) -> Place {
-    let names = |line: &str, name: &str| {
-        let line = line.trim_start_matches(['[', '"', '\'', ' ']);
-        line.strip_prefix(name)
-            .is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
-    };
-    let lines = || text.lines().map(str::trim_start).zip(1_u64..);
-    let start = section.map_or(Some(0), |section| {
-        lines()
-            .find(|(line, _)| line.starts_with('[') && names(line, section))
-            .map(|(_, number)| number)
-    });
-    // A table written in one line, or a dotted key, holds its keys on the line of its name.
-    let found = match (section, start) {
-        (Some(section), None) => lines().find(|(line, _)| names(line, section)),
-        (_, start) => {
-            lines().find(|(line, number)| *number > start.unwrap_or(0) && names(line, key))
-        }
-    };
-    found.map_or_else(Place::default, |(_, number)| Place::default().line(number))
+    .at(Place::of_span(text, error.span()))
 }

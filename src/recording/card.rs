@@ -4,7 +4,7 @@ use super::TestFacts;
 use super::limits::Limits;
 use super::source::{Source, sha256};
 use super::text::line_at;
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Error, ErrorKind, Place, with_article};
 use crate::units::{AccelerationUnit, DecimalMark, OpensWhen, SampleRate};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -76,16 +76,13 @@ impl Card {
     /// ```
     pub fn from_toml(text: &str) -> Result<Self, Error> {
         let table: toml::Table = toml::from_str(text).map_err(|error| {
-            let line = error
-                .span()
-                .map_or(1, |span| line_at(text.as_bytes(), span.start));
             Error::malformed("TOML", error.message(), "write lines such as unit = \"g\"")
-                .at(Place::default().line(line))
+                .at(Place::of_span(text, error.span()))
         })?;
         let mut card = Self::default();
         for (key, value) in &table {
             card.set(key, value)
-                .map_err(|error| error.at(place_of_key(text, key)))?;
+                .map_err(|error| error.at(Place::of_key(text, None, key)))?;
         }
         Ok(card)
     }
@@ -279,23 +276,7 @@ impl CardPolarity {
 
 fn take<T: DeserializeOwned>(key: &str, value: &toml::Value, expected: &str) -> Result<T, Error> {
     value.clone().try_into().map_err(|_| {
-        let found = match value.type_str() {
-            kind @ ("integer" | "array") => format!("an {kind}"),
-            kind => format!("a {kind}"),
-        };
+        let found = with_article(value.type_str());
         Error::malformed(format!("`{key}` to be {expected}"), found, "mend the card")
     })
-}
-
-/// Finds the line on which a top-level key stands.
-fn place_of_key(text: &str, key: &str) -> Place {
-    let found = text.lines().position(|line| {
-        let line = line.trim_start().trim_start_matches(['[', '"', '\'', ' ']);
-        line.strip_prefix(key)
-            .is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
-    });
-    match found {
-        Some(index) => Place::default().line(index as u64 + 1),
-        None => Place::default(),
-    }
 }
