@@ -44,7 +44,7 @@ impl Default for Control<'_> {
 impl Control<'_> {
     /// Returns a control that nobody watches and nothing stops.
     #[must_use]
-    pub fn unwatched(threads: usize) -> Self {
+    pub const fn unwatched(threads: usize) -> Self {
         Self {
             threads,
             proceed: &|_| true,

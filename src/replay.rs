@@ -121,6 +121,12 @@ pub struct Within<'a> {
 }
 
 impl Within<'_> {
+    /// As many steps as a run takes, and nothing that stops it.
+    pub const UNBOUNDED: Within<'static> = Within {
+        steps_max: u64::MAX,
+        control: &Control::unwatched(1),
+    };
+
     /// Steps between two looks at the control, some hundredths of a second.
     const LOOK_EVERY: u64 = 1 << 17;
 
@@ -261,11 +267,7 @@ pub struct RunOutcome {
 /// [`ErrorKind::OutOfRange`] for an initial state that the stop does not admit, a sample that
 /// is not finite, or a fixed step that would need more than 10⁹ steps.
 pub fn run(signal: &Signal, design: &Design, options: &RunOptions) -> Result<RunOutcome, Error> {
-    let within = Within {
-        steps_max: u64::MAX,
-        control: &Control::unwatched(1),
-    };
-    run_within(signal, design, options, &within)
+    run_within(signal, design, options, &Within::UNBOUNDED)
 }
 
 /// As [`run`], of a run that may be stopped or take too much: one that needs more steps than it may
@@ -740,13 +742,9 @@ pub fn run_harmonic(
     if options.method == Method::EventDriven {
         return Ok(harmonic::run(&excitation, end_s, design, options));
     }
-    let within = Within {
-        steps_max: u64::MAX,
-        control: &Control::unwatched(1),
-    };
     methods::run(
         &Problem {
-            within: &within,
+            within: &Within::UNBOUNDED,
             excitation: &excitation,
             design,
             stop: options.stop,

@@ -10,7 +10,7 @@
 
 use super::contact_fast::FastContact;
 use super::energy::{energy_of, impulse_ahead, stays_below};
-use super::eventless_step::{Bounds, LaneState, StepCoefficients, TURN_MAX};
+use super::eventless_step::{Bounds, LaneState, StepCoefficients, TURN_MAX, chosen};
 use super::kernel::{Kernel, PEAK_TRUNCATION};
 use super::pressed_samples;
 use super::recorder::Recorder;
@@ -123,12 +123,7 @@ pub fn peaks(
     member: MemberOf<'_>,
     options: &BatchOptions,
 ) -> Result<Vec<MemberPeak>, Error> {
-    let control = Control::unwatched(options.threads);
-    let within = Within {
-        steps_max: u64::MAX,
-        control: &control,
-    };
-    peaks_within(signal, count, member, options, &within)
+    peaks_within(signal, count, member, options, &Within::UNBOUNDED)
 }
 
 /// As [`peaks`], of members each of which may take so much, and may be stopped.
@@ -159,14 +154,8 @@ pub fn peaks_without_vectors(
     member: MemberOf<'_>,
     options: &BatchOptions,
 ) -> Result<Vec<MemberPeak>, Error> {
-    let control = Control::unwatched(options.threads);
-    let within = Within {
-        steps_max: u64::MAX,
-        control: &control,
-    };
-    shared_out(signal, count, member, options, &within, |chunk| {
-        pulp::WithSimd::with_simd(chunk, pulp::Scalar::new())
-    })
+    let run = |chunk: Chunk<'_>| pulp::WithSimd::with_simd(chunk, pulp::Scalar::new());
+    shared_out(signal, count, member, options, &Within::UNBOUNDED, run)
 }
 
 /// Shares the members out over the threads, a chunk at a time, each by `run`.
@@ -746,20 +735,5 @@ fn finish(
         spent: kernel.work.counted() + (samples as u64).saturating_sub(apart) / 4,
         scalar_samples: lane.scalar_samples,
         spared_samples: lane.spared_samples,
-    }
-}
-
-/// Takes the states of one or the other.
-#[inline(always)]
-fn chosen<S: pulp::Simd>(
-    which: Mask<S>,
-    yes: &LaneState<Lanes<S>>,
-    no: &LaneState<Lanes<S>>,
-) -> LaneState<Lanes<S>> {
-    LaneState {
-        angle: which.choose(yes.angle, no.angle),
-        slope: which.choose(yes.slope, no.slope),
-        sine: which.choose(yes.sine, no.sine),
-        cosine: which.choose(yes.cosine, no.cosine),
     }
 }

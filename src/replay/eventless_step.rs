@@ -3,7 +3,7 @@
 //!
 //! The formulas are written once, for one lever and for several side by side.
 
-use crate::numerics::lanes::Real;
+use crate::numerics::lanes::{Lanes, Mask, Real};
 
 /// Largest bound on the turn within a sample [rad] for which the sine's and cosine's own series
 /// are good to 1e-18, after four, six, seven and nine orders.
@@ -30,6 +30,21 @@ pub(super) struct LaneState<T> {
     pub(super) slope: T,
     pub(super) sine: T,
     pub(super) cosine: T,
+}
+
+/// Takes the states of one or the other.
+#[inline(always)]
+pub(super) fn chosen<S: pulp::Simd>(
+    which: Mask<S>,
+    yes: &LaneState<Lanes<S>>,
+    no: &LaneState<Lanes<S>>,
+) -> LaneState<Lanes<S>> {
+    LaneState {
+        angle: which.choose(yes.angle, no.angle),
+        slope: which.choose(yes.slope, no.slope),
+        sine: which.choose(yes.sine, no.sine),
+        cosine: which.choose(yes.cosine, no.cosine),
+    }
 }
 
 /// Bounds over a sample, known at its start.

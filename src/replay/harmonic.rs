@@ -9,7 +9,6 @@ use crate::error::Error;
 use crate::model::Design;
 use crate::model::excitation::Harmonic;
 use crate::model::stop::StopModel;
-use crate::parallel::Control;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Periods that a run may last.
@@ -102,11 +101,14 @@ impl pulp::WithSimd for HarmonicRun<'_> {
             kernel.advance_sine(&quarters.piece(index, self.end));
             index += 1;
         }
-        let within = Within {
-            steps_max: u64::MAX,
-            control: &Control::unwatched(1),
-        };
-        super::finish(kernel, self.end, self.design, self.options, &within, false)
+        super::finish(
+            kernel,
+            self.end,
+            self.design,
+            self.options,
+            &Within::UNBOUNDED,
+            false,
+        )
     }
 }
 

@@ -16,7 +16,7 @@
 mod cut;
 
 use super::Section;
-use super::eventless_step::{LaneState, StepCoefficients};
+use super::eventless_step::{LaneState, StepCoefficients, chosen};
 use super::kernel::{Kernel, PEAK_TRUNCATION};
 use super::recorder::Recorder;
 use super::taylor::Turned;
@@ -551,20 +551,5 @@ impl StrobeLane {
     /// Tells whether the lever rests on the rigid stop for ever.
     fn sleeps(&self, pressing: f64) -> bool {
         self.kernel.dwells() && self.strength.abs() <= pressing
-    }
-}
-
-/// Takes the states of one or the other.
-#[inline(always)]
-fn chosen<S: pulp::Simd>(
-    which: Mask<S>,
-    yes: &LaneState<Lanes<S>>,
-    no: &LaneState<Lanes<S>>,
-) -> LaneState<Lanes<S>> {
-    LaneState {
-        angle: which.choose(yes.angle, no.angle),
-        slope: which.choose(yes.slope, no.slope),
-        sine: which.choose(yes.sine, no.sine),
-        cosine: which.choose(yes.cosine, no.cosine),
     }
 }
