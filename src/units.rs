@@ -360,6 +360,27 @@ fn positive(what: &'static str, value: f64) -> Result<f64, Error> {
     }
 }
 
+/// As [`plain`] without zeros at the end of its decimals: `6.4`, `1000`, `3.10e-7`.
+#[must_use]
+pub fn short(value: f64, digits: usize) -> String {
+    let text = plain(value, digits);
+    if text.contains('.') && !text.contains('e') {
+        text.trim_end_matches('0').trim_end_matches('.').to_string()
+    } else {
+        text
+    }
+}
+
+/// As [`plain`] with as few digits as give the value to 1e-9 of it, four at most.
+#[must_use]
+pub fn shortest(value: f64) -> String {
+    let digits = (1..=4).find(|digits| {
+        let read: f64 = plain(value, *digits).parse().unwrap_or(f64::NAN);
+        (read - value).abs() <= 1e-9 * value.abs()
+    });
+    plain(value, digits.unwrap_or(4))
+}
+
 /// Returns `value` with `digits` significant digits in ASCII, for a terminal: `-0.46000` or
 /// `3.1000e-7`; `-` if it is not finite.
 #[must_use]

@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::pipeline::{self, ChannelStatus, ListedChannel, Listing};
 use crate::recording::{Finding, Limits};
 use crate::report::{escape, number};
+use crate::units::short;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -38,16 +39,6 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
     }
     .map_err(Failure::Data)?;
     Ok(0)
-}
-
-/// Returns a number with so many significant digits, zeros at the end left out.
-fn short(value: f64, digits: usize) -> String {
-    let text = number::plain(value, digits);
-    if text.contains('.') && !text.contains('e') {
-        text.trim_end_matches('0').trim_end_matches('.').to_string()
-    } else {
-        text
-    }
 }
 
 fn table(listing: &Listing, asked: &Path, all: bool) -> String {

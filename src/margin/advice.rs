@@ -12,7 +12,7 @@ use super::Quantity;
 use super::quantity::SearchRange;
 use super::search::{self, Excess, ScanFn, SearchResult};
 use crate::error::Error;
-use crate::units::plain;
+use crate::units::{plain, shortest};
 use crate::verdict::assess::NominalPass;
 use crate::verdict::early::MemberCache;
 use crate::verdict::interpolation::{Course, doubt_part};
@@ -490,10 +490,10 @@ fn text(advice: &Advice, quantity: Quantity, range: &SearchRange) -> String {
     match (advice.safe_from, &advice.reason) {
         (Some(from), _) => format!(
             "Every {title} searched from {}{unit} {direction} to {until}{unit} passes: {} values by the rule with a tenth of the limit to spare, {} by the nominal lever; present: {}{unit}.",
-            short(from),
+            shortest(from),
             advice.by_rule,
             advice.by_nominal_runs,
-            short(range.present),
+            shortest(range.present),
         ),
         (None, reason) => format!(
             "No {title} was found from which on every value {direction} to {until}{unit} passes{}.",
@@ -502,15 +502,6 @@ fn text(advice: &Advice, quantity: Quantity, range: &SearchRange) -> String {
                 .map_or_else(String::new, |why| format!(": {why}"))
         ),
     }
-}
-
-/// Returns a number with four digits at most, without zeros at its end.
-fn short(value: f64) -> String {
-    let digits = (1..=4).find(|digits| {
-        let read: f64 = plain(value, *digits).parse().unwrap_or(f64::NAN);
-        (read - value).abs() <= 1e-9 * value.abs()
-    });
-    plain(value, digits.unwrap_or(4))
 }
 
 impl Advice {

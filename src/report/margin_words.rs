@@ -3,6 +3,7 @@
 use super::margin_document::MarginDocument;
 use super::number::plain;
 use crate::margin::Margin;
+use crate::units::shortest;
 
 /// Returns a bracket with as many digits as tell its ends apart, 17 at most.
 pub(super) fn bracket((low, high): (f64, f64)) -> String {
@@ -14,7 +15,10 @@ pub(super) fn bracket((low, high): (f64, f64)) -> String {
 
 /// Returns an answer's value with its unit.
 pub(super) fn with_unit(value: f64, unit: &str) -> String {
-    let number = plain(value, 6);
+    of_unit(plain(value, 6), unit)
+}
+
+fn of_unit(number: String, unit: &str) -> String {
     if unit.is_empty() {
         number
     } else {
@@ -35,16 +39,7 @@ pub(super) fn change(answer: &Margin) -> String {
 
 /// Returns a number with four digits at most and its unit.
 pub(super) fn shown(value: f64, unit: &str) -> String {
-    let digits = (1..=4).find(|digits| {
-        let read: f64 = plain(value, *digits).parse().unwrap_or(f64::NAN);
-        (read - value).abs() <= 1e-9 * value.abs()
-    });
-    let number = plain(value, digits.unwrap_or(4));
-    if unit.is_empty() {
-        number
-    } else {
-        format!("{number} {unit}")
-    }
+    of_unit(shortest(value), unit)
 }
 
 /// Returns the value from which on every value searched passes, and to which side.

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::policy::{Polarity, Policy, Variant};
 use crate::conditioning::{Cfc, bias};
-use crate::units::plain;
+use crate::units::{plain, short};
 
 /// Returns the name of a filter as verdicts state it.
 #[must_use]
@@ -45,12 +45,7 @@ pub(crate) fn angle_error(radians: f64, digits: usize) -> String {
 /// Returns a share in percent, with the digits that matter at the bounds of the rule.
 #[must_use]
 pub fn percent(share: f64) -> String {
-    let text = plain(100.0 * share, 4);
-    if text.contains('.') && !text.contains('e') {
-        text.trim_end_matches('0').trim_end_matches('.').to_string()
-    } else {
-        text
-    }
+    short(100.0 * share, 4)
 }
 
 /// Returns a change with its sign.
