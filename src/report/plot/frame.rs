@@ -3,6 +3,7 @@
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas};
 use super::{PlotContext, WIDTH, thin};
+use crate::model::stop::StopModel;
 
 /// Left and right edge of every panel across the drawing, so that time axes of all plots stand
 /// under one another.
@@ -328,6 +329,22 @@ impl LegendEntry {
     pub(super) fn line(class: &'static str, text: impl Into<String>) -> Self {
         Self::new(Sample::Line(class), text)
     }
+}
+
+/// Returns an entry for each stop that is `shown`, drawn as its `class`.
+pub(super) fn stop_legend(
+    class: fn(StopModel) -> &'static str,
+    shown: &dyn Fn(StopModel) -> bool,
+) -> Vec<LegendEntry> {
+    let stops = [
+        (StopModel::Rigid, "rigid stop"),
+        (StopModel::Soft, "soft stop"),
+    ];
+    stops
+        .into_iter()
+        .filter(|(model, _)| shown(*model))
+        .map(|(model, text)| LegendEntry::line(class(model), text))
+        .collect()
 }
 
 /// Writes title, notes and legend at the top and returns where the first panel may start.

@@ -3,7 +3,7 @@
 use crate::model::stop::StopModel;
 use crate::report::number::{exact, significant};
 use crate::report::plot::canvas::{Anchor, Canvas};
-use crate::report::plot::frame::{self, Frame, LegendEntry, Scale};
+use crate::report::plot::frame::{self, Frame, Scale};
 use crate::report::plot::{Figure, WIDTH};
 use crate::study::histories::{Histories, History};
 
@@ -20,20 +20,10 @@ pub(in crate::report::plot) fn draw(result: &Histories) -> Figure {
         exact(amplitude),
         exact(frequency)
     );
-    let shown = |model| {
-        result
-            .histories
-            .iter()
-            .any(|history| history.model == model)
-    };
-    let legend: Vec<LegendEntry> = [
-        (StopModel::Rigid, "rigid stop"),
-        (StopModel::Soft, "soft stop"),
-    ]
-    .into_iter()
-    .filter(|(model, _)| shown(*model))
-    .map(|(model, text)| LegendEntry::line(class(model), text))
-    .collect();
+    let legend = frame::stop_legend(class, &|model| {
+        let mut histories = result.histories.iter();
+        histories.any(|history| history.model == model)
+    });
     let mut top = frame::header(
         &mut canvas,
         72.0,

@@ -12,20 +12,10 @@ const NAME: &str = "shock";
 pub(in crate::report::plot) fn draw(result: &Shock) -> Figure {
     let mut canvas = Canvas::with_capacity(128 * 1024);
     let title = "Response to the shock of a side impact";
-    let shown = |model| {
-        result
-            .responses
-            .iter()
-            .any(|response| response.run.model == model)
-    };
-    let mut legend: Vec<LegendEntry> = [
-        (StopModel::Rigid, "rigid stop"),
-        (StopModel::Soft, "soft stop"),
-    ]
-    .into_iter()
-    .filter(|(model, _)| shown(*model))
-    .map(|(model, text)| LegendEntry::line(class(model), text))
-    .collect();
+    let mut legend = frame::stop_legend(class, &|model| {
+        let mut responses = result.responses.iter();
+        responses.any(|response| response.run.model == model)
+    });
     legend.push(LegendEntry::line("limit", "limit"));
     let top = frame::header(
         &mut canvas,
