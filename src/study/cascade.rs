@@ -182,7 +182,7 @@ impl BranchWalk<'_> {
             return None;
         }
         let spent = &mut self.spent;
-        orbit::locate_within(self.forced, kind, period, guess, amplitude_g, spent)
+        orbit::locate(self.forced, kind, period, guess, amplitude_g, spent)
     }
 
     /// Follows `orbit` to larger amplitudes until a multiplier passes −1.

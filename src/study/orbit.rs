@@ -377,23 +377,12 @@ fn solve(mut rows: [[f64; 4]; 3]) -> Option<[f64; 3]> {
     Some([0, 1, 2].map(|n| rows[n][3] / rows[n][n]))
 }
 
-/// Finds the bifurcation of the orbit of `period` periods near `guess` and `amplitude_g` [g].
+/// Finds the bifurcation of the orbit of `period` periods near `guess` and `amplitude_g` [g]; adds
+/// the periods computed to `spent`.
 ///
 /// The equation on the multipliers is differentiated by differences: that slows the method down,
 /// and leaves its solution alone.
-#[must_use]
-pub fn locate(
-    forced: &ForcedLever,
-    kind: BifurcationKind,
-    period: u32,
-    guess: PhasePoint,
-    amplitude_g: f64,
-) -> Option<Bifurcation> {
-    locate_within(forced, kind, period, guess, amplitude_g, &mut 0)
-}
-
-/// As [`locate()`]; adds the periods computed to `spent`.
-pub(super) fn locate_within(
+pub(super) fn locate(
     forced: &ForcedLever,
     kind: BifurcationKind,
     period: u32,

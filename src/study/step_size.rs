@@ -98,8 +98,6 @@ pub struct StepSize {
     pub runs: Vec<FixedStepRun>,
     /// The scan, from coarse to fine.
     pub scan: Vec<StepScan>,
-    /// Speed of entry in the scan [rad/s].
-    pub entry_speed_rad_s: f64,
     /// The right ratio of exit to entry speed [-]; `None` if the lever stays.
     pub right_ratio: Option<f64>,
     /// Contact angular frequency times step beyond which a step amplifies [-].
@@ -165,7 +163,6 @@ pub fn run(options: &Options) -> Result<StepSize, Error> {
         exact,
         runs,
         scan,
-        entry_speed_rad_s,
         right_ratio,
         limit,
         limit_steps_per_period: frequency * period / limit,
