@@ -331,7 +331,7 @@ fn correlated_error(values: &[f64]) -> f64 {
     (summed / (total - taken).max(total / 2.0)).sqrt()
 }
 
-fn mean(samples: &[f64]) -> f64 {
+pub(super) fn mean(samples: &[f64]) -> f64 {
     samples.iter().sum::<f64>() / samples.len().max(1) as f64
 }
 

@@ -32,11 +32,8 @@ type Neighbours = BTreeMap<String, PathBuf>;
 
 impl Questions {
     pub(super) fn new(limits: &Limits) -> Self {
-        let changed = limits.changed().into_iter();
         Self {
-            limits: changed
-                .map(|(name, value)| (name.to_string(), value))
-                .collect(),
+            limits: limits.changed(),
             folders: Mutex::default(),
         }
     }

@@ -232,8 +232,8 @@ fn zero_shift(facts: &SignalFacts<'_>) -> Option<Finding> {
     }
     let tail = &facts.samples[count - length..];
     let earlier = &facts.samples[count - 2 * length..count - length];
-    let shift = mean(tail) - facts.pre_mean;
-    let steady = (mean(earlier) - mean(tail)).abs() < 0.4 * shift.abs();
+    let shift = bias::mean(tail) - facts.pre_mean;
+    let steady = (bias::mean(earlier) - bias::mean(tail)).abs() < 0.4 * shift.abs();
     let error = libm::hypot(bias::standard_error_of_mean(tail), facts.pre_mean_error);
     let added = 0.5 * shift.abs() * facts.raw.end_s();
     let matters = steady && added > ADDED_VELOCITY;
@@ -268,8 +268,4 @@ fn velocity_returns(facts: &SignalFacts<'_>) -> Option<Finding> {
         );
         Finding::warning("velocity-returns", text)
     })
-}
-
-fn mean(samples: &[f64]) -> f64 {
-    samples.iter().sum::<f64>() / samples.len().max(1) as f64
 }
