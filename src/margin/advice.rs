@@ -17,7 +17,6 @@ use crate::verdict::assess::NominalPass;
 use crate::verdict::early::MemberCache;
 use crate::verdict::interpolation::{Course, doubt_part};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 
 /// From where on every value searched passes by the whole rule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -133,9 +132,9 @@ struct AdviceSearch<'s> {
     /// Values next to tops of the nominal peak at which the nominal levers were run.
     looked_at: Vec<f64>,
     /// The value and the angle [rad] at which they came highest next to a place.
-    highest: BTreeMap<usize, (f64, f64)>,
-    /// What the whole rule said of values, by their bits.
-    known: BTreeMap<u64, bool>,
+    highest: Vec<Option<(f64, f64)>>,
+    /// What the whole rule said of values.
+    known: Vec<(f64, bool)>,
 }
 
 /// Finds the advice for a quantity, of which the nominal runs `found` their changes.
@@ -153,6 +152,7 @@ pub(super) fn advise(
     let safe_end = if above { range.high } else { range.low };
     let stay = free.iter().take_while(|(_, excess)| excess.pass <= 0.0);
     free.truncate(stay.count());
+    let highest = vec![None; free.len()];
     let mut of = AdviceSearch {
         probe,
         quantity,
@@ -161,8 +161,8 @@ pub(super) fn advise(
         cache: MemberCache::default(),
         asked: Vec::new(),
         looked_at: Vec::new(),
-        highest: BTreeMap::new(),
-        known: BTreeMap::new(),
+        highest,
+        known: Vec::new(),
     };
     let safe_from = if probe.spoiled { None } else { of.safe_from()? };
     let beyond = |value: f64| safe_from.is_some_and(|from| (value >= from) == above);
@@ -398,8 +398,8 @@ impl AdviceSearch<'_> {
     /// Returns the value at which the nominal levers come highest next to a place, inside the range, and how
     /// high [rad].
     fn highest_near(&mut self, place: usize) -> Result<(f64, f64), Error> {
-        if let Some(known) = self.highest.get(&place) {
-            return Ok(*known);
+        if let Some(known) = self.highest[place] {
+            return Ok(known);
         }
         let at = |place: usize| self.free[place].0;
         let mut values: Vec<f64> = search::inside(at(place - 1), at(place)).collect();
@@ -412,7 +412,7 @@ impl AdviceSearch<'_> {
         }
         self.looked_at.extend(values);
         let found = (highest.0, highest.1.pass + self.probe.threshold_rad);
-        self.highest.insert(place, found);
+        self.highest[place] = Some(found);
         Ok(found)
     }
 
@@ -438,11 +438,12 @@ impl AdviceSearch<'_> {
     }
 
     fn passes(&mut self, value: f64) -> Result<bool, Error> {
-        if let Some(known) = self.known.get(&value.to_bits()) {
-            return Ok(*known);
+        let mut known = self.known.iter();
+        if let Some((_, passes)) = known.find(|(asked, _)| asked.to_bits() == value.to_bits()) {
+            return Ok(*passes);
         }
         let passes = (self.probe.rule)(value, (ROOM, Some(MEMBERS_ASKED)), &mut self.cache)?;
-        self.known.insert(value.to_bits(), passes);
+        self.known.push((value, passes));
         if passes {
             self.asked.push(value);
         }

@@ -9,7 +9,6 @@ use super::search::{self, Edge, Excess, Probe};
 use crate::error::Error;
 use crate::model::Design;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 
 /// One axis of a map: a design key and its range.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -163,6 +162,7 @@ pub(super) fn map(
     let mut values = field.scan()?;
     field.settle(&mut values)?;
     let mut outline = Outline::default();
+    outline.known = vec![None; 2 * request.columns * request.rows];
     for row in 0..request.rows - 1 {
         for column in 0..request.columns - 1 {
             outline.take(&field, &values, column, row)?;
@@ -190,7 +190,7 @@ pub(super) fn map(
 struct Outline {
     vertices: Vec<MapVertex>,
     /// The vertex on each side that the boundary crosses, which two cells share.
-    known: BTreeMap<GridSide, usize>,
+    known: Vec<Option<usize>>,
     segments: Vec<(usize, usize)>,
 }
 
@@ -237,12 +237,14 @@ impl Outline {
         values: &[Option<Excess>],
         side: GridSide,
     ) -> Result<usize, Error> {
-        if let Some(index) = self.known.get(&side) {
-            return Ok(*index);
+        let (column, row, along_x) = side;
+        let place = 2 * (row * field.request.columns + column) + usize::from(along_x);
+        if let Some(index) = self.known[place] {
+            return Ok(index);
         }
+        let index = self.vertices.len();
         self.vertices.push(field.vertex(values, side)?);
-        let index = self.vertices.len() - 1;
-        self.known.insert(side, index);
+        self.known[place] = Some(index);
         Ok(index)
     }
 }

@@ -24,7 +24,6 @@ use crate::verdict::wording::angle;
 use crate::verdict::{self, Answer, AssessDetail, AssessExtras, Policy, Variant};
 use std::borrow::Cow;
 use std::cell::RefCell;
-use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Samples times values that a search begins with, at most, unless [`POINTS_MIN`] needs more.
@@ -44,8 +43,8 @@ const LONG_SAMPLES: usize = 10_000;
 const SAMPLES_TIMES_NARROWED: usize = 12_000;
 
 /// What was found of the nominal levers, by the part of the limit and the scale of the recording, as
-/// bits.
-type KnownAt<T> = BTreeMap<(u64, u64), T>;
+/// bits, in their order.
+type KnownAt<T> = Vec<((u64, u64), T)>;
 
 /// The runs of each set of samples, which pass alone; or the variant that does not, if it is known.
 type PassingAt = Arc<Result<Vec<PassingRuns>, Option<Variant>>>;
@@ -361,12 +360,19 @@ impl<'a> MarginSearch<'a> {
             _ => return ask(quantity, value),
         };
         let (room, bits) = (room.to_bits(), scale.to_bits());
-        let near = (room, bits.saturating_sub(ROUNDED))..=(room, bits.saturating_add(ROUNDED));
-        if let Some((_, found)) = locked(known).range(near).next() {
-            return Ok(found.clone());
+        let first_from = |known: &KnownAt<T>, from| known.partition_point(|(at, _)| *at < from);
+        {
+            let known = locked(known);
+            let nearest = known.get(first_from(&known, (room, bits.saturating_sub(ROUNDED))));
+            let last = (room, bits.saturating_add(ROUNDED));
+            if let Some((_, found)) = nearest.filter(|(at, _)| *at <= last) {
+                return Ok(found.clone());
+            }
         }
         let found = ask(Quantity::Unbalance, unbalance)?;
-        locked(known).insert((room, bits), found.clone());
+        let mut known = locked(known);
+        let place = first_from(&known, (room, bits));
+        known.insert(place, ((room, bits), found.clone()));
         Ok(found)
     }
 

@@ -632,17 +632,14 @@ fn members_pass(
 
 /// Returns the run with the larger peak of each stop.
 fn by_model(runs: &[&VariantRun]) -> BTreeMap<StopModel, Run> {
-    let mut models: BTreeMap<StopModel, &Run> = BTreeMap::new();
+    let mut models: BTreeMap<StopModel, Run> = BTreeMap::new();
     for run in runs.iter().map(|run| run.run()) {
-        let largest = models.entry(run.model).or_insert(run);
-        if run.peak_angle_rad > largest.peak_angle_rad {
-            *largest = run;
+        let known = models.get(&run.model);
+        if known.is_none_or(|known| run.peak_angle_rad > known.peak_angle_rad) {
+            models.insert(run.model, run.clone());
         }
     }
     models
-        .into_iter()
-        .map(|(model, run)| (model, run.clone()))
-        .collect()
 }
 
 /// Returns every run by sign and stop, where two signs were judged.

@@ -12,7 +12,6 @@ use super::policy::Variant;
 use super::runs::RunSetup;
 use crate::error::Error;
 use crate::replay::batch::AskedPeaks;
-use std::collections::BTreeMap;
 
 /// Members that are run one after the other between two questions whether a pass is still
 /// possible.
@@ -30,7 +29,7 @@ const NEAR_PART: f64 = 0.8;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct MemberCache {
     /// Of each variant, the angle [rad] of each member where it was run last.
-    peaks: BTreeMap<Variant, BTreeMap<u32, f64>>,
+    peaks: Vec<(Variant, Vec<Option<f64>>)>,
     /// The variant that did not pass last.
     in_the_way: Option<Variant>,
 }
@@ -45,6 +44,15 @@ impl MemberCache {
     /// Notes the variant that did not pass.
     pub(crate) fn stands_in_the_way(&mut self, variant: Variant) {
         self.in_the_way = Some(variant);
+    }
+
+    fn peaks_of(&mut self, variant: Variant) -> &mut Vec<Option<f64>> {
+        let known = self.peaks.iter().position(|(one, _)| *one == variant);
+        let place = known.unwrap_or_else(|| {
+            self.peaks.push((variant, Vec::new()));
+            self.peaks.len() - 1
+        });
+        &mut self.peaks[place].1
     }
 }
 
@@ -91,7 +99,7 @@ pub(super) fn all_pass(
             estimate: run.estimate(),
             trust_cache,
         };
-        if !question.passes(cache.peaks.entry(variant).or_default())? {
+        if !question.passes(cache.peaks_of(variant))? {
             cache.stands_in_the_way(variant);
             return Ok(false);
         }
@@ -101,14 +109,15 @@ pub(super) fn all_pass(
 
 impl Question<'_> {
     /// Returns whether the variant passes by the rule, and notes in `cached` what members did.
-    fn passes(&self, cached: &mut BTreeMap<u32, f64>) -> Result<bool, Error> {
+    fn passes(&self, cached: &mut Vec<Option<f64>>) -> Result<bool, Error> {
         let members = self.setup.policy.members;
         let likely = likely(cached, self.setup.threshold_rad());
         let mut peaks: Vec<Option<f64>> = vec![None; members as usize];
         let mut looks = Vec::new();
         let mut answer = Answer::Undecided;
         for look in ensemble::looks(members) {
-            let all_seen = self.trust_cache && cached.range(..look).count() == look as usize;
+            let seen = cached.iter().take(look as usize).flatten().count();
+            let all_seen = self.trust_cache && seen == look as usize;
             looks.push(look);
             match self.ask(look, &likely, all_seen, &mut peaks)? {
                 LookEnd::NoPass => {}
@@ -119,10 +128,9 @@ impl Question<'_> {
                 break;
             }
         }
-        for (member, peak) in (0..).zip(&peaks) {
-            if let Some(peak) = peak {
-                cached.insert(member, *peak);
-            }
+        cached.resize(cached.len().max(peaks.len()), None);
+        for (cached, peak) in cached.iter_mut().zip(peaks) {
+            *cached = peak.or(*cached);
         }
         Ok(answer == Answer::Pass)
     }
@@ -234,10 +242,11 @@ impl Question<'_> {
 }
 
 /// Returns the members that came near the threshold or went beyond, the furthest first.
-fn likely(cached: &BTreeMap<u32, f64>, threshold: f64) -> Vec<u32> {
-    let mut near: Vec<(u32, f64)> = cached
-        .iter()
-        .map(|(member, peak)| (*member, if peak.is_nan() { f64::INFINITY } else { *peak }))
+fn likely(cached: &[Option<f64>], threshold: f64) -> Vec<u32> {
+    let mut near: Vec<(u32, f64)> = (0..)
+        .zip(cached)
+        .filter_map(|(member, peak)| Some((member, (*peak)?)))
+        .map(|(member, peak)| (member, if peak.is_nan() { f64::INFINITY } else { peak }))
         .filter(|(_, peak)| *peak > NEAR_PART * threshold)
         .collect();
     near.sort_by(|a, b| b.1.total_cmp(&a.1));
