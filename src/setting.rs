@@ -10,7 +10,7 @@ macro_rules! settings {
         /// A setting of a question.
         ///
         /// Displayed, it reads ``the setting `time_unit` ``.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub enum Setting {
             $($(#[doc = $doc])+ $name,)+
         }

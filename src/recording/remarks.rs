@@ -18,7 +18,7 @@ use crate::error::nearest_name;
 use crate::setting::Setting;
 use crate::units::SampleRate;
 use reading::NamedInstant;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// A remark that a person has read and accepts: it does not block any more.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -247,7 +247,7 @@ pub(super) fn findings(
 ) -> Vec<Finding> {
     let mut told = BTreeSet::new();
     let mut found = Vec::new();
-    let mut more: BTreeMap<Severity, (usize, Finding)> = BTreeMap::new();
+    let mut more: [Option<(usize, Finding)>; 3] = Default::default();
     for remark in remarks {
         // Of lines that say the same one is enough.
         if remark.place == RemarkPlace::Apart && !told.insert(&remark.text) {
@@ -263,12 +263,12 @@ pub(super) fn findings(
             found.push(finding);
             continue;
         }
-        let (count, last) = more.entry(severity).or_insert_with(|| (0, finding.clone()));
+        let (count, last) = more[severity as usize].get_or_insert_with(|| (0, finding.clone()));
         *count += 1;
         // The earliest instant counts, and none at all is earlier still.
         last.at_s = last.at_s.zip(finding.at_s).map(|(a, b)| a.min(b));
     }
-    found.extend(more.into_values().map(|(count, last)| Finding {
+    found.extend(more.into_iter().flatten().map(|(count, last)| Finding {
         text: format!("{count} more remarks, told when those that block are accepted"),
         ..last
     }));

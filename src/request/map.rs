@@ -22,8 +22,7 @@ type Entries = BTreeMap<String, Value>;
 
 impl From<Request> for Entries {
     fn from(request: Request) -> Self {
-        let named = |(setting, value): (Setting, Value)| (setting.key().to_string(), value);
-        all(&request).into_iter().map(named).collect()
+        all(&request)
     }
 }
 
@@ -151,11 +150,11 @@ const OF_MARGIN: &[Setting] = &[
 ];
 
 /// Returns every setting that has a value, defaults among them.
-fn all(request: &Request) -> BTreeMap<Setting, Value> {
-    let mut found = BTreeMap::new();
-    let mut put = |setting, value: Option<Value>| {
+fn all(request: &Request) -> Entries {
+    let mut found = Entries::new();
+    let mut put = |setting: Setting, value: Option<Value>| {
         if let Some(value) = value {
-            found.insert(setting, value);
+            found.insert(setting.key().to_string(), value);
         }
     };
     let text = |text: &Option<String>| text.as_ref().map(|text| json!(text));

@@ -20,7 +20,6 @@ use crate::conditioning::Signal;
 use crate::error::Error;
 use crate::parallel::Control;
 use serde::Serialize;
-use std::collections::BTreeMap;
 
 /// Damages that one recording is given before the next is made.
 const DAMAGES_PER_BASE: usize = 25;
@@ -211,7 +210,7 @@ fn batch(options: &Options, index: u64, judge: Judge<'_>) -> Result<Batch, Error
 
 fn counted(batches: &[Batch]) -> Damages {
     let mut rows = Row::all();
-    let mut findings: BTreeMap<&str, FindingRate> = BTreeMap::new();
+    let mut findings: Vec<FindingRate> = Vec::new();
     let (mut sound, mut sound_blocked, mut sound_warned) = (0, 0, 0);
     for batch in batches {
         for base in &batch.sound {
@@ -241,7 +240,7 @@ fn counted(batches: &[Batch]) -> Damages {
         sound,
         sound_blocked,
         sound_warned,
-        findings: findings.into_values().collect(),
+        findings,
     }
 }
 
@@ -324,11 +323,18 @@ impl DamageAnswer {
 }
 
 impl FindingRate {
-    fn of<'a, 'b>(all: &'b mut BTreeMap<&'a str, Self>, code: &'a str) -> &'b mut Self {
-        all.entry(code).or_insert_with(|| Self {
-            code: code.into(),
-            false_alarms: 0,
-            damages_found: 0,
-        })
+    /// Returns that of a code among `all`, which stand in the order of their codes.
+    fn of<'a>(all: &'a mut Vec<Self>, code: &str) -> &'a mut Self {
+        let known = all.binary_search_by(|one| one.code.as_str().cmp(code));
+        let place = known.unwrap_or_else(|place| {
+            let rate = Self {
+                code: code.into(),
+                false_alarms: 0,
+                damages_found: 0,
+            };
+            all.insert(place, rate);
+            place
+        });
+        &mut all[place]
     }
 }
