@@ -170,8 +170,9 @@ impl ReadArguments {
             unit: self.unit,
             accepted_remarks: {
                 // Their order asks nothing else.
-                let texts: BTreeSet<&String> = self.accept_remark.iter().collect();
-                texts.into_iter().cloned().collect()
+                let texts = self.accept_remark.iter().map(String::as_str);
+                let texts: BTreeSet<&str> = texts.collect();
+                texts.into_iter().map(String::from).collect()
             },
             limits: common.changed_limits()?,
             ..Request::default()

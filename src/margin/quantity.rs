@@ -184,7 +184,7 @@ impl SearchRange {
             }
         }
         values.retain(|value| (self.low..=self.high).contains(value));
-        values.sort_by(f64::total_cmp);
+        values.sort_unstable_by(f64::total_cmp);
         values.dedup_by(|a, b| a.to_bits() == b.to_bits());
         values
     }

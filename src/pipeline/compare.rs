@@ -113,7 +113,8 @@ fn walk(
 ) {
     match (stored, now) {
         (Some(Value::Object(before)), Some(Value::Object(after))) => {
-            let keys: BTreeSet<&String> = before.keys().chain(after.keys()).collect();
+            let keys = before.keys().chain(after.keys());
+            let keys: BTreeSet<&str> = keys.map(String::as_str).collect();
             for key in keys {
                 walk(
                     format!("{at}.{key}"),

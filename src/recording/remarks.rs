@@ -250,7 +250,7 @@ pub(super) fn findings(
     let mut more: [Option<(usize, Finding)>; 3] = Default::default();
     for remark in remarks {
         // Of lines that say the same one is enough.
-        if remark.place == RemarkPlace::Apart && !told.insert(&remark.text) {
+        if remark.place == RemarkPlace::Apart && !told.insert(remark.text.as_str()) {
             continue;
         }
         let Some(finding) = remark.finding(accepted, span) else {

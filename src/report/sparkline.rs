@@ -26,7 +26,7 @@ pub fn render(values: &[f64], width: usize) -> String {
         .flatten()
         .map(|(low, high)| low / 2.0 + high / 2.0)
         .collect();
-    middles.sort_by(f64::total_cmp);
+    middles.sort_unstable_by(f64::total_cmp);
     let Some(&centre) = middles.get(middles.len() / 2) else {
         return " ".repeat(columns);
     };

@@ -678,6 +678,9 @@ fn traces(results: &[VariantResult], nominal: Variant) -> Vec<Trace> {
             (result.variant, trace)
         })
         .collect();
-    traces.sort_by_key(|(variant, _)| *variant != nominal);
+    let of_nominal = traces.iter().position(|(variant, _)| *variant == nominal);
+    if let Some(place) = of_nominal {
+        traces[..=place].rotate_right(1);
+    }
     traces.into_iter().map(|(_, trace)| trace).collect()
 }

@@ -106,7 +106,7 @@ pub(super) fn around(
         for (value, path) in column.iter_mut().zip(&followed) {
             *value = path[index];
         }
-        column.sort_by(f64::total_cmp);
+        column.sort_unstable_by(f64::total_cmp);
         band.p05.push(quantile(&column, 0.05));
         band.p50.push(quantile(&column, 0.50));
         band.p95.push(quantile(&column, 0.95));

@@ -43,7 +43,7 @@ impl CommonSeries {
             .copied()
             .filter(|time| (from..=to).contains(time))
             .collect();
-        time_s.sort_by(f64::total_cmp);
+        time_s.sort_unstable_by(f64::total_cmp);
         time_s.dedup();
         if time_s.len() < 2 {
             return None;

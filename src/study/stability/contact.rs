@@ -29,7 +29,7 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
         .map(|index| REACH.0 * libm::pow(REACH.1 / REACH.0, f64::from(index) / last))
         .collect();
     reaches.extend(super::PAPER_STEPS.map(|steps| frequency * paper_step_s(steps)));
-    reaches.sort_by(f64::total_cmp);
+    reaches.sort_unstable_by(f64::total_cmp);
     for reach in reaches {
         let step = reach / frequency;
         for phase in 0..PHASES {

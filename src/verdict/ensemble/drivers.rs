@@ -8,7 +8,7 @@ use super::{Driver, Parameter, PeakQuantiles};
 /// position p (n − 1) of the sorted peaks, counted from 0.
 pub(super) fn quantiles(peaks: &[f64]) -> Option<PeakQuantiles> {
     let mut sorted: Vec<f64> = peaks.iter().copied().filter(|p| p.is_finite()).collect();
-    sorted.sort_by(f64::total_cmp);
+    sorted.sort_unstable_by(f64::total_cmp);
     let max = *sorted.last()?;
     Some(PeakQuantiles {
         p05: quantile(&sorted, 0.05),
