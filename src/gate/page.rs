@@ -288,11 +288,13 @@ fn worst_of_each(
 ) -> Result<(), Error> {
     let pairs = &summary.pairs;
     let designs = summary.designs.len().max(1);
-    let mut worst: BTreeMap<(bool, usize), usize> = BTreeMap::new();
+    // Of each design, then of each recording.
+    let mut worst: Vec<Option<usize>> = vec![None; designs];
     for number in 0..pairs.len() {
-        let place = pairs.place(number);
-        for key in [(false, place / designs), (true, place % designs)] {
-            let held = worst.entry(key).or_insert(number);
+        let (recording, design) = (pairs.place(number) / designs, pairs.place(number) % designs);
+        worst.resize(worst.len().max(designs + recording + 1), None);
+        for place in [design, designs + recording] {
+            let held = worst[place].get_or_insert(number);
             if pairs.rank(number) < pairs.rank(*held) {
                 *held = number;
             }
@@ -302,7 +304,8 @@ fn worst_of_each(
         "<table class=\"pairs\"><thead><tr><th>answer</th><th>recording</th><th>design</th><th>margin</th></tr></thead><tbody>\n",
     )?;
     let ranked: BTreeSet<_> = worst
-        .into_values()
+        .into_iter()
+        .flatten()
         .map(|number| pairs.rank(number))
         .collect();
     for (_, _, number) in ranked {

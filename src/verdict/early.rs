@@ -37,7 +37,9 @@ pub(crate) struct MemberCache {
 impl MemberCache {
     /// Returns the variants with the one first that was in the way before: it is likely to be so again.
     pub(crate) fn in_the_way_first(&self, mut variants: Vec<Variant>) -> Vec<Variant> {
-        let before = variants.iter().position(|one| Some(*one) == self.in_the_way);
+        let before = variants
+            .iter()
+            .position(|one| Some(*one) == self.in_the_way);
         if let Some(place) = before {
             variants[..=place].rotate_right(1);
         }
