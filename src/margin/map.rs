@@ -161,8 +161,10 @@ pub(super) fn map(
     };
     let mut values = field.scan()?;
     field.settle(&mut values)?;
-    let mut outline = Outline::default();
-    outline.known = vec![None; 2 * request.columns * request.rows];
+    let mut outline = Outline {
+        known: vec![None; 2 * request.columns * request.rows],
+        ..Outline::default()
+    };
     for row in 0..request.rows - 1 {
         for column in 0..request.columns - 1 {
             outline.take(&field, &values, column, row)?;

@@ -560,7 +560,7 @@ impl SweepCommand<'_> {
                 "another one",
                 "submit the shares again",
             );
-            let place = Place::path(&self.gate);
+            let place = Place::path(self.gate);
             return Err(Failure::Data(error.at(place)));
         }
         let submission = self.submission()?;
