@@ -133,11 +133,11 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
         .entries()
         .into_iter()
         .map(|limit| ListedLimit {
+            change: format!("`request.limit.{}` of a question", limit.name),
             name: limit.name.into(),
             value: limit.value,
             unit: limit.unit.into(),
             meaning: limit.meaning.into(),
-            change: format!("`request.limit.{}` of a question", limit.name),
         });
     Json(LimitList {
         limits: own.chain(fixed).chain(of_reading).collect(),
