@@ -403,7 +403,7 @@ impl<'a> TimedCase<'a> {
             _ => None,
         };
         Ok(Row {
-            case: self.case.name.into(),
+            case: self.case.name,
             model: self.model,
             method: method.name(),
             steps_per_period: method.steps_per_period(),
