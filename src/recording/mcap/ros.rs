@@ -5,6 +5,7 @@
 
 use super::types::{Field, FieldKind, MessageTypes, Multiplicity, Number, unreadable};
 use crate::error::Error;
+use std::collections::BTreeSet;
 
 /// Shortest line of `=` that divides definitions.
 const DIVIDER: usize = 80;
@@ -27,10 +28,12 @@ pub(super) fn types(root: &str, text: &str, dialect: Dialect) -> Result<MessageT
         ..MessageTypes::default()
     };
     let mut fields: Vec<Field> = Vec::new();
+    let mut names = BTreeSet::new();
     let mut opening = false;
     for line in text.lines().map(str::trim) {
         if line.len() >= DIVIDER && line.bytes().all(|byte| byte == b'=') {
             types.define(&name, std::mem::take(&mut fields))?;
+            names.clear();
             opening = true;
         } else if opening {
             if line.is_empty() {
@@ -45,7 +48,7 @@ pub(super) fn types(root: &str, text: &str, dialect: Dialect) -> Result<MessageT
         } else {
             let package = name.split('/').next().unwrap_or_default();
             if let Some(field) = field(line, package, dialect)? {
-                if fields.iter().any(|known| known.name == field.name) {
+                if !names.insert(field.name.clone()) {
                     return Err(unreadable(
                         &format!("each field of {name} once"),
                         &format!("`{}` twice", field.name),
