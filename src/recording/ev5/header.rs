@@ -205,8 +205,14 @@ impl CurveEntry {
                 "the .EV5 is damaged; fetch it again",
             ));
         }
-        let comment = line[fields[COMMENT].clone()].trim_end_matches('|').trim();
-        fields[COMMENT].end = fields[COMMENT].start + comment.len();
+        let parts: Vec<&str> = line[fields[COMMENT].clone()]
+            .split('|')
+            .map(str::trim)
+            .collect();
+        let joined = parts.join("|");
+        let comment = joined.trim_end_matches('|').trim();
+        fields[COMMENT] = line.len()..line.len() + comment.len();
+        line.push_str(comment);
         for code in CODES {
             line[fields[code].clone()].make_ascii_uppercase();
         }
