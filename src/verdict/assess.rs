@@ -8,7 +8,7 @@ use super::early::{self, MemberCache};
 use super::ensemble::{Ensemble, Scatter};
 use super::faults::Faults;
 use super::filters::{self, FilterRow};
-use super::interpolation::Course;
+use super::interpolation::{Course, KnownChange};
 use super::ladder::{self, Ladder, LadderInput};
 use super::meter::Meter;
 use super::policy::{AssessDetail, AssessExtras, Policy, Variant};
@@ -176,12 +176,13 @@ impl Assessing<'_> {
         let outcomes = setup.nominal_runs(&variants, detail)?;
         let proofs = self.proofs(&screened, &variants, &outcomes)?;
         let stand_ins = self.stand_ins(&proofs, &outcomes);
-        let proven: Vec<Option<Option<f64>>> = proofs
+        let proven: Vec<KnownChange> = proofs
             .iter()
             .zip(&screened)
-            .map(|(proof, screened)| {
-                let of_proof = proof.map(|proof| proof.interpolation_at_most_rad);
-                of_proof.or((screened.answer != Some(Decided::Pass)).then_some(None))
+            .map(|(proof, screened)| match proof {
+                Some(proof) => proof.interpolation_at_most_rad.into(),
+                None if screened.answer == Some(Decided::Pass) => KnownChange::Unasked,
+                None => KnownChange::Unproven,
             })
             .collect();
         let runs = setup.refined(outcomes, stand_ins, &proven)?;

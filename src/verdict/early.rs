@@ -238,7 +238,7 @@ impl Question<'_> {
         let each = members.len().div_ceil(self.setup.control.threads.max(1));
         let taken = each.next_multiple_of(IN_A_VECTOR).min(MEMBERS_TAKEN);
         let tasks: Vec<&[u32]> = members.chunks(taken).collect();
-        let found = self.setup.share(members.len(), &tasks, |task| {
+        let found = self.setup.share(taken, &tasks, |task| {
             let member = |index: usize| self.scatter.member(task[index]);
             self.setup.peaks(self.variant, task.len(), &member, asked)
         })?;

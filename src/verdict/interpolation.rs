@@ -176,6 +176,23 @@ impl ReadPeaks {
     }
 }
 
+/// What [`RunSetup::change_at_most`] says of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum KnownChange {
+    /// It was not asked.
+    Unasked,
+    /// No bound keeps the lever below the threshold.
+    Unproven,
+    /// The peak moves by no more [rad].
+    AtMost(f64),
+}
+
+impl From<Option<f64>> for KnownChange {
+    fn from(proven: Option<f64>) -> Self {
+        proven.map_or(Self::Unproven, Self::AtMost)
+    }
+}
+
 impl RunSetup<'_> {
     fn read(&self, reading: SampleReading, variant: Variant) -> Result<RunOutcome, Error> {
         let factor = reading.factor();
@@ -193,10 +210,11 @@ impl RunSetup<'_> {
         &self,
         runs: Vec<RunOutcome>,
         stand_ins: Vec<Option<VariantRun>>,
-        proven: &[Option<Option<f64>>],
+        proven: &[KnownChange],
     ) -> Result<Vec<VariantRun>, Error> {
-        let known = proven.iter().copied().chain(std::iter::repeat(None));
-        let open: Vec<(&RunOutcome, Option<Option<f64>>)> = runs
+        let unasked = std::iter::repeat(KnownChange::Unasked);
+        let known = proven.iter().copied().chain(unasked);
+        let open: Vec<(&RunOutcome, KnownChange)> = runs
             .iter()
             .zip(known)
             .zip(&stand_ins)
@@ -260,9 +278,13 @@ impl RunSetup<'_> {
     }
 
     /// Bounds the interpolation error of each run [rad].
-    fn bounds(&self, runs: &[(&RunOutcome, Option<Option<f64>>)]) -> Result<Vec<f64>, Error> {
+    fn bounds(&self, runs: &[(&RunOutcome, KnownChange)]) -> Result<Vec<f64>, Error> {
         self.share(RUNS_OF_A_BOUND, runs, |(run, known)| {
-            let proven = known.unwrap_or_else(|| self.change_at_most(run));
+            let proven = match known {
+                KnownChange::Unasked => self.change_at_most(run),
+                KnownChange::Unproven => None,
+                KnownChange::AtMost(change_rad) => Some(*change_rad),
+            };
             self.bound(run, proven, |_| false)
         })
     }

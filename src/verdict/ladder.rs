@@ -171,7 +171,10 @@ fn step(of: &LadderInput<'_>, result: &VariantResult) -> LadderStep {
 
 /// Says which bound proves the answer, of how many levers, and what was run all the same.
 fn by_bounds(result: &VariantResult, answer: Answer, members: Option<ProvenMembers>) -> String {
-    let bound = result.screened.by.map_or("", |screen| screen.name());
+    let bound = result
+        .screened
+        .by
+        .map_or("closed-form", |screen| screen.name());
     let share = members.map_or_else(String::new, |members| {
         let proven = if answer == Answer::Pass {
             members.below

@@ -205,8 +205,7 @@ fn extend(
 ) -> Result<(), Error> {
     let known = u32::try_from(peaks.window_rad.len()).unwrap_or(look);
     let tasks: Vec<u32> = (known..look).step_by(MEMBERS_TAKEN).collect();
-    let runs = tasks.len().saturating_mul(MEMBERS_TAKEN);
-    let found = setup.share_by(control, runs, &tasks, |&first| {
+    let found = setup.share_by(control, MEMBERS_TAKEN, &tasks, |&first| {
         let count = MEMBERS_TAKEN.min((look - first) as usize);
         let member =
             |index: usize| scatter.member(first.saturating_add(u32::try_from(index).unwrap_or(0)));

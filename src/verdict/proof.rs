@@ -63,7 +63,8 @@ impl Proof {
         screened: Option<Decided>,
     ) -> Result<Self, Error> {
         setup.control.check()?;
-        // What is not proven of the samples is not of all their readings.
+        // What is not proven of the samples is hardly ever proven of all their readings; where no bound
+        // is asked, the error is measured.
         let interpolation_at_most_rad = (screened == Some(Decided::Pass))
             .then(|| setup.change_at_most(outcome))
             .flatten();

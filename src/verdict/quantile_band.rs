@@ -62,7 +62,7 @@ pub(super) fn around(
         .clamp(MEMBERS_MIN, MEMBERS_MAX)
         .min(most);
     let members: Vec<u32> = (0..).take(shown).collect();
-    let paths = setup.share(shown, &members, |index| {
+    let paths = setup.share(1, &members, |index| {
         let member = scatter.member(*index);
         let seen = Signal {
             samples: signal
