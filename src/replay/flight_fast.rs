@@ -33,7 +33,8 @@ pub(super) struct FastFlight {
     gain: f64,
     /// Truncation let pass: absolute [rad], relative.
     tolerance: (f64, f64),
-    /// Six orders are tried, which suffice for refined samples; not where an error is stated.
+    /// Six orders are tried, which mostly suffice for refined samples; never where an error is
+    /// stated, since what they leave out is an estimate.
     six: bool,
 }
 
@@ -56,7 +57,7 @@ impl FastFlight {
             coefficients: StepCoefficients::scaled(kernel.free_branch(), interval)?,
             gain: sign * kernel.gain() * interval * interval,
             tolerance: kernel.truncation(),
-            six: kernel.truncation().1 >= PEAK_TRUNCATION,
+            six: !kernel.states_error(),
         })
     }
 
@@ -143,8 +144,9 @@ impl FastFlight {
         let mut orders = self.coefficients.orders(state, bounds, b);
         let allowed = self.tolerance.0.max(self.tolerance.1 * orders.motion());
         if self.six {
-            let tail = orders.tail_of_six();
-            if tail <= allowed && bounds.turn <= TURN_MAX[0] {
+            let tail = orders.tail_of_six(b);
+            let turned = orders.tail_turned_of_six();
+            if tail <= allowed && turned <= PEAK_TRUNCATION && bounds.turn <= TURN_MAX[0] {
                 return Some((orders.end_of_six(state), tail, 6));
             }
         }

@@ -34,7 +34,8 @@ const CONTACT_PHASE_MAX: f64 = 1.25;
 /// what rounding does to them.
 const TRUNCATION: f64 = 1e-17;
 
-/// The same of a run whose error is not stated, since only its peak is asked for: as much as rounding does.
+/// The same of a run whose error is not stated, since only its peak is asked for: as much as rounding
+/// does to it, by an estimate.
 pub(super) const PEAK_TRUNCATION: f64 = 1e-16;
 
 /// A bounce this slow [rad/s] on a pressed lever is rest, whatever the series says.
@@ -224,6 +225,11 @@ impl Kernel {
     pub(super) fn without_error_bound(mut self) -> Self {
         self.bounds_error = false;
         self
+    }
+
+    /// Tells whether the run states its error.
+    pub(super) fn states_error(&self) -> bool {
+        self.bounds_error
     }
 
     /// Lets [`PEAK_TRUNCATION`] pass in a step.

@@ -3,7 +3,7 @@
 
 use crate::oracle;
 use crate::support::{Random, options, random_design, random_signal, replay};
-use latchgate::conditioning::Signal;
+use latchgate::conditioning::{Signal, resample};
 use latchgate::model::Design;
 use latchgate::model::stop::StopModel;
 use latchgate::replay::{RunOptions, RunOutcome};
@@ -100,6 +100,39 @@ fn prop_random_replays_are_consistent() {
             check_consistent(&label, &outcome, &design, &options);
         }
     }
+}
+
+/// A run that states no error takes fewer orders, and its peak lies where the error that is stated of the
+/// same run allows it.
+#[test]
+fn prop_a_run_for_its_peak_alone_has_the_peak() {
+    let mut orders = [0, 0];
+    for seed in 0..300 * MORE {
+        let mut random = Random(seed);
+        let design = random_design(&mut random);
+        let signal = random_signal(&mut random, 60, 1.0, 1e4);
+        let signal = resample::upsample_again(&resample::upsample_fourfold(&signal));
+        for stop in [StopModel::Rigid, StopModel::Soft] {
+            let options = options(stop);
+            let stated = replay(&signal, &design, &options);
+            let alone = RunOptions {
+                error_bound: false,
+                peak_only: true,
+                ..options
+            };
+            let alone = replay(&signal, &design, &alone);
+            let (peak, error) = (stated.run.peak_angle_rad, stated.run.numerical_error_rad);
+            let off = (alone.run.peak_angle_rad - peak).abs();
+            assert!(
+                off <= error,
+                "seed {seed} {}: {peak} +- {error} is off by {off}",
+                stop.name()
+            );
+            orders[0] += stated.run.work.rhs;
+            orders[1] += alone.run.work.rhs;
+        }
+    }
+    assert!(5 * orders[1] < 4 * orders[0], "{orders:?}");
 }
 
 /// True and stated error of one replay.
