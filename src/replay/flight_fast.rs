@@ -57,7 +57,7 @@ impl FastFlight {
             coefficients: StepCoefficients::scaled(kernel.free_branch(), interval)?,
             gain: sign * kernel.gain() * interval * interval,
             tolerance: kernel.truncation(),
-            six: !kernel.states_error(),
+            six: !kernel.states_error() && kernel.truncation().1 >= PEAK_TRUNCATION,
         })
     }
 
