@@ -29,17 +29,17 @@
 //! assert_eq!(document.report_id.len(), 64);
 //! ```
 
-pub mod error;
 pub mod gate;
 pub mod pipeline;
-pub mod setting;
-pub mod units;
+
+#[doc(inline)]
+pub use latchgate_kernel::{error, setting, units};
 
 // The line of the program, in reading order:
 // recording → channel → conditioned signal → replay → verdict → report.
 
 #[doc(hidden)]
-pub mod parallel;
+pub use latchgate_kernel::{parallel, signal};
 
 #[doc(hidden)]
 pub mod recording;
@@ -48,13 +48,7 @@ pub mod recording;
 pub mod conditioning;
 
 #[doc(hidden)]
-pub mod numerics;
-
-#[doc(hidden)]
-pub mod model;
-
-#[doc(hidden)]
-pub mod replay;
+pub use latchgate_kernel::{model, numerics, replay};
 
 #[doc(hidden)]
 pub mod study;

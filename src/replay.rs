@@ -25,12 +25,12 @@ pub mod strobe_batch;
 mod tangent;
 mod taylor;
 
-use crate::conditioning::Signal;
 use crate::error::{Error, ErrorKind};
 use crate::model::Design;
 use crate::model::excitation::{Harmonic, Sampled};
 use crate::model::stop::StopModel;
 use crate::parallel::Control;
+use crate::signal::Signal;
 use crate::units::{OpensWhen, SampleRate};
 pub use breakdown::Breakdown;
 pub use methods::{
@@ -345,7 +345,7 @@ pub fn subdivision(signal: &Signal, design: &Design, stop: StopModel) -> usize {
 }
 
 /// Returns the signal with each sample interval divided into `parts`.
-pub(crate) fn divided(signal: &Signal, parts: usize) -> Cow<'_, Signal> {
+pub fn divided(signal: &Signal, parts: usize) -> Cow<'_, Signal> {
     let rate = SampleRate::from_hertz(signal.rate.hertz() * parts as f64);
     let (true, Ok(rate)) = (parts > 1, rate) else {
         return Cow::Borrowed(signal);

@@ -16,12 +16,12 @@ use super::pressed_samples;
 use super::recorder::Recorder;
 use super::taylor::Turned;
 use super::{MOVING_ENERGY_J, RunOptions, Within, check_initial};
-use crate::conditioning::Signal;
 use crate::error::{Error, ErrorKind};
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
 use crate::numerics::lanes::{LANES_MAX, Lanes, Mask, Real, lanes};
 use crate::parallel::Control;
+use crate::signal::Signal;
 use crate::units::OpensWhen;
 use std::ops::Range;
 

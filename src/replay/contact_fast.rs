@@ -17,7 +17,7 @@
 use super::kernel::Kernel;
 use super::sensitivity::{Smooths, StateMap};
 use super::taylor::Branch;
-use crate::conditioning::Signal;
+use crate::signal::Signal;
 use std::ops::{Add, Mul, Sub};
 
 /// Largest phase of the stop's own oscillation in a sample [-]: up to here, and up to as large a damping,

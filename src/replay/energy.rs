@@ -1,8 +1,8 @@
 //! How far energy and impulse may still take a lever.
 
-use crate::conditioning::Signal;
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
+use crate::signal::Signal;
 
 /// Returns the energy of a lever [J]: kinetic, of preload and spring, and what its soft stop holds.
 pub(super) fn energy_of(

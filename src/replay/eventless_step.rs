@@ -67,6 +67,9 @@ pub(super) struct Orders<T> {
     c: [T; 10],
     /// By how much a further order is smaller, at most.
     next: T,
+    /// Size of the last two orders of the angle. Kept when they are computed: taken from the arrays
+    /// afterwards they are fetched as a pair before both have arrived there.
+    last: T,
 }
 
 impl StepCoefficients<f64> {
@@ -138,6 +141,7 @@ impl<T: Real> StepCoefficients<T> {
             s: [zero; 10],
             c: [zero; 10],
             next: bounds.turn + self.damping + self.stiffness,
+            last: zero,
         };
         (orders.x[0], orders.x[1], orders.w[1]) = (state.angle, state.slope, state.slope);
         (orders.s[0], orders.c[0]) = (state.sine, state.cosine);
@@ -187,7 +191,9 @@ impl<T: Real> Orders<T> {
         n: usize,
         inner: [usize; M],
     ) {
-        let Self { x, w, s, c, .. } = self;
+        let Self {
+            x, w, s, c, last, ..
+        } = self;
         let inverse = 1.0 / n as f64;
         let (mut sine, mut cosine) = (b[0].constant(0.0), b[0].constant(0.0));
         if M > 0 {
@@ -213,6 +219,7 @@ impl<T: Real> Orders<T> {
         let force = of.damping.fused(w[n + 1], force);
         w[n + 2] = force * (-1.0 / (n + 1) as f64);
         x[n + 2] = force * (-1.0 / ((n + 1) * (n + 2)) as f64);
+        *last = x[n + 2].magnitude() + x[n + 1].magnitude();
     }
 
     /// Takes into account that the excitation itself turns, by `swing` [rad]: order n of a turn is
@@ -244,7 +251,7 @@ impl<T: Real> Orders<T> {
     pub(super) fn tail_of_six(&self, b: &[T; 2]) -> T {
         let bends = self.x[2].magnitude() + self.x[3].magnitude();
         let turned = (b[0].magnitude() + b[1].magnitude()) * bends * bends;
-        let further = (self.x[6].magnitude() + self.x[5].magnitude()) * self.next * 6.0;
+        let further = self.last * self.next * 6.0;
         turned * (1.0 / 6.0) + further
     }
 
@@ -259,19 +266,19 @@ impl<T: Real> Orders<T> {
     /// motion in a sample more where a lever turns close to its stop.
     #[inline(always)]
     pub(super) fn tail_of_eight(&self) -> T {
-        (self.x[8].magnitude() + self.x[7].magnitude()) * self.next * 8.0
+        self.last * self.next * 8.0
     }
 
     /// Returns a bound on what is neglected [rad] after order 9.
     #[inline(always)]
     pub(super) fn tail_of_nine(&self) -> T {
-        (self.x[9].magnitude() + self.x[8].magnitude()) * self.next
+        self.last * self.next
     }
 
     /// Returns the same after order 11.
     #[inline(always)]
     pub(super) fn tail_of_eleven(&self) -> T {
-        (self.x[11].magnitude() + self.x[10].magnitude()) * self.next
+        self.last * self.next
     }
 
     /// Returns the state at the end of the sample from the orders up to 6.

@@ -13,8 +13,8 @@ use super::eventless_step::{Bounds, LaneState, StepCoefficients, TURN_MAX};
 use super::kernel::{Kernel, PEAK_TRUNCATION};
 use super::sensitivity::Smooths;
 use super::taylor::Turned;
-use crate::conditioning::Signal;
 use crate::numerics::lanes::Real;
+use crate::signal::Signal;
 
 /// Steps whose error is carried along together.
 const TOGETHER: u32 = 16;
@@ -72,8 +72,23 @@ impl FastFlight {
         last: usize,
     ) -> usize {
         if !kernel.flies_free() {
-            return 0;
+            0
+        } else if self.six {
+            self.fly_by::<true>(kernel, signal, first, last)
+        } else {
+            self.fly_by::<false>(kernel, signal, first, last)
         }
+    }
+
+    /// The same by steps that try six orders first, or do not.
+    #[inline(always)]
+    fn fly_by<const SIX: bool>(
+        &self,
+        kernel: &mut Kernel,
+        signal: &Signal,
+        first: usize,
+        last: usize,
+    ) -> usize {
         let mut taken = 0;
         let (angle, velocity) = kernel.state();
         let turned = kernel.turned();
@@ -96,7 +111,7 @@ impl FastFlight {
                 break;
             }
             let Some((after, tail, count)) =
-                self.step(&state, &bounds, &[excitation, next - excitation])
+                self.step::<SIX>(&state, &bounds, &[excitation, next - excitation])
             else {
                 break;
             };
@@ -135,7 +150,7 @@ impl FastFlight {
 
     /// Takes one step over a whole sample: new state, neglected part [rad], orders.
     #[inline(always)]
-    fn step(
+    fn step<const SIX: bool>(
         &self,
         state: &LaneState<f64>,
         bounds: &Bounds<f64>,
@@ -143,7 +158,7 @@ impl FastFlight {
     ) -> Option<(LaneState<f64>, f64, u64)> {
         let mut orders = self.coefficients.orders(state, bounds, b);
         let allowed = self.tolerance.0.max(self.tolerance.1 * orders.motion());
-        if self.six {
+        if SIX {
             let tail = orders.tail_of_six(b);
             let turned = orders.tail_turned_of_six();
             if tail <= allowed && turned <= PEAK_TRUNCATION && bounds.turn <= TURN_MAX[0] {
