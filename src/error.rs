@@ -564,6 +564,7 @@ impl fmt::Display for Error {
 impl std::error::Error for Error {}
 
 /// Returns the name of a kind of value with its article: `an integer`.
+#[doc(hidden)]
 pub fn with_article(kind: &str) -> String {
     let article = if kind.starts_with(['a', 'i']) {
         "an"

@@ -192,6 +192,11 @@ impl<const TAPS: usize> pulp::WithSimd for Refined<'_, TAPS> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
         let windows = self.extended.array_windows();
+        debug_assert_eq!(
+            windows.len(),
+            self.samples.len() + 1,
+            "a window for each sample"
+        );
         for (sample, window) in self.samples.iter().zip(windows) {
             let [a, b, c] = self.phases;
             self.to.extend([
