@@ -48,9 +48,10 @@ pub enum Command {
     /// How far the verdict is from changing, and what design would change it
     ///
     /// Each quantity is varied alone over a range that the answer states: scale of the recording,
-    /// preload, unbalance, counterweight, restitution. With --members 0 the numbers are those of
-    /// the nominal run's peak, else those of the verdict. Exit codes: 0 answered, 2 wrong usage,
-    /// 4 could not answer, or a blocking finding spoils the recording.
+    /// preload, unbalance, counterweight, restitution. The counterweight is one fixed to the lever;
+    /// a part that only touches the lever swings away on its own and is not covered. With --members
+    /// 0 the numbers are those of the nominal run's peak, else those of the verdict. Exit codes: 0
+    /// answered, 2 wrong usage, 4 could not answer, or a blocking finding spoils the recording.
     Margin(Box<MarginArguments>),
     /// Judge many recordings with many designs: one summary, one exit code
     ///

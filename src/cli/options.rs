@@ -303,7 +303,7 @@ pub struct MarginArguments {
     /// What is replayed.
     #[command(flatten)]
     pub replay: ReplayArguments,
-    /// Distance of the counterweight from the pivot, on its far side [m]
+    /// Distance from the pivot of the counterweight, fixed to the lever on the pivot's far side [m]
     #[arg(long, value_name = "M", value_parser = parse_positive, default_value_t = 0.03, allow_hyphen_values = true)]
     pub counterweight_radius: f64,
     /// Values of each quantity that the search begins with [default: 200 to 1200, fewer the longer

@@ -82,7 +82,7 @@ fn answers(page: &mut Page, document: &MarginDocument) {
     searched(page, document);
     if let Some(mass) = document.counterweight.mass_kg {
         page.note(&format!(
-            "A counterweight of {} kg at {} m leaves an unbalance of {} kg m and a moment of inertia of {} kg m².",
+            "A counterweight of {} kg, fixed to the lever at {} m, leaves an unbalance of {} kg m and a moment of inertia of {} kg m².",
             significant(mass, 5),
             document.counterweight.radius_m,
             document.counterweight.unbalance_kg_m.map_or_else(|| ABSENT.into(), |v| significant(v, 5)),
