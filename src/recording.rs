@@ -5,6 +5,7 @@
 //! and one line there. Readers never guess in silence: what they assume or mend they
 //! return as a [`Finding`] beside the channel.
 //!
+//! - `archive`: archives: .zip, .tar.gz and .tar, unpacked within limits;
 //! - `card`: cards: a recording's full name plus `.toml`, saying what the file itself does not;
 //! - `code`: channel codes of ISO/TS 13499: 16 characters that say what was measured where;
 //! - `csv`: text tables: CSV and its relatives;
@@ -32,6 +33,7 @@
 //! - `words`: lists of words that readers know, each in a file of its own in `words/`, where
 //!   words are added without a look at the program.
 
+mod archive;
 pub mod card;
 mod code;
 pub mod csv;
@@ -345,7 +347,9 @@ pub struct Head<'a> {
     pub file_name: &'a str,
     /// Whether it is a folder.
     pub is_folder: bool,
-    /// Names of the files in it, if it is a folder.
+    /// Whether it is an archive that was unpacked.
+    pub is_archive: bool,
+    /// Names of the files in it, if it is a folder or an archive.
     pub entries: &'a [String],
 }
 
@@ -486,7 +490,12 @@ fn read_each<const N: usize>(
 /// Finds the format of what a reader has before it.
 fn format_of(reader: &mut source::Reader, asked: ReadTask) -> Result<&'static Format, Error> {
     let bytes = reader.head()?;
-    let entries = match reader.is_folder() {
+    let named = asked.options.input_format.as_deref();
+    let may_be_archive = named.is_none_or(|name| ["ev5", "iso-mme"].contains(&name));
+    if may_be_archive && archive::is_archive(&bytes) {
+        reader.unpack(asked.limits)?;
+    }
+    let entries = match reader.is_folder() || reader.is_archive() {
         true => reader.list(true, asked.limits)?,
         false => Vec::new(),
     };
@@ -494,9 +503,10 @@ fn format_of(reader: &mut source::Reader, asked: ReadTask) -> Result<&'static Fo
         bytes: &bytes,
         file_name: reader.name(),
         is_folder: reader.is_folder(),
+        is_archive: reader.is_archive(),
         entries: &entries,
     };
-    find_format(&head, asked.options.input_format.as_deref())
+    find_format(&head, named)
 }
 
 fn outcomes(
@@ -563,8 +573,9 @@ fn refused(head: &Head<'_>) -> Option<(&'static str, &'static str)> {
     let own = head.file_name.rsplit_once('.').map_or("", |(_, own)| own);
     let fits = |mark: &str| match mark.as_bytes()[0] {
         b'.' => !is_text && mark[1..].eq_ignore_ascii_case(own),
-        b'~' => !is_text && head.bytes.starts_with(&unescaped(&mark[1..])),
-        _ => head.bytes.starts_with(&unescaped(mark)),
+        b'+' => begins_with(head.bytes, &mark[1..]),
+        // The names of a table's columns may begin so.
+        _ => begins_with(head.bytes, mark) && !(is_text && csv::looks_like_table(head.bytes)),
     };
     let entries = REFUSED.iter().filter_map(|line| {
         let (mark, rest) = line.split_once('\t')?;
@@ -576,16 +587,35 @@ fn refused(head: &Head<'_>) -> Option<(&'static str, &'static str)> {
     found.or_else(|| refused_by_content(head, is_text))
 }
 
-/// Returns the bytes of a text in which `\xNN` stands for one of them.
-fn unescaped(text: &str) -> Vec<u8> {
-    let mut parts = text.split("\\x");
-    let mut bytes = parts.next().unwrap_or_default().as_bytes().to_vec();
-    for part in parts {
-        let (code, rest) = part.split_at(2);
-        bytes.extend(u8::from_str_radix(code, 16));
-        bytes.extend(rest.bytes());
+/// Tells whether bytes begin as a mark says, in which `\xNN` stands for a byte, `\d` for a digit and
+/// `\?` for any byte.
+fn begins_with(bytes: &[u8], mark: &str) -> bool {
+    let (mut bytes, mut letters) = (bytes.iter(), mark.bytes());
+    while let Some(letter) = letters.next() {
+        let Some(byte) = bytes.next() else {
+            return false;
+        };
+        let escape = if letter == b'\\' {
+            letters.next()
+        } else {
+            None
+        };
+        let fits = match escape {
+            None => *byte == letter,
+            Some(b'd') => byte.is_ascii_digit(),
+            Some(b'?') => true,
+            Some(_) => {
+                let digit = |letter: Option<u8>| char::from(letter?).to_digit(16);
+                digit(letters.next())
+                    .zip(digit(letters.next()))
+                    .is_some_and(|(high, low)| u32::from(*byte) == 16 * high + low)
+            }
+        };
+        if !fits {
+            return false;
+        }
     }
-    bytes
+    true
 }
 
 /// Recognises formats that are not read and whose first bytes alone do not say it: name, way out.
@@ -595,8 +625,23 @@ fn refused_by_content(head: &Head<'_>, is_text: bool) -> Option<(&'static str, &
     if text.starts_with(b"<?xml") && memchr::memmem::find(text, b"usi:tdm").is_some() {
         return Some(("NI DIAdem (.tdm)", "export the channel as CSV from DIAdem"));
     }
+    if text.starts_with(b"<?xml") && memchr::memmem::find(text, b"<sie ").is_some() {
+        return Some((
+            "HBM SoMat (.sie)",
+            "export the channel as CSV from InField or nCode",
+        ));
+    }
     let lines = text.split(|byte| *byte == b'\n');
     let lines: Vec<&[u8]> = lines.take(3).map(<[u8]>::trim_ascii_end).collect();
+    if let [date, base, _] = lines.as_slice()
+        && date.starts_with(b"date ")
+        && base.starts_with(b"base ")
+        && memchr::memmem::find(base, b"timestamps ").is_some()
+    {
+        let way_out = "decode the signal and export it as CSV from CANalyzer, or with python-can \
+                       and cantools";
+        return Some(("a CAN log of Vector (.asc)", way_out));
+    }
     // A dataset begins with a line of -1 and one with its number, both in six columns, and text.
     if let [b"    -1", dataset, title] = lines.as_slice()
         && let Some(number) = dataset.strip_prefix(b"  ").and_then(|rest| rest.get(..4))
@@ -642,16 +687,21 @@ fn find_format(head: &Head<'_>, named: Option<&str>) -> Result<&'static Format, 
     if head.bytes.is_empty() && !head.is_folder {
         return Err(Error::empty("the file is empty", "a recording"));
     }
-    if let Some((format, way_out)) = refused(head).filter(|_| !head.is_folder) {
+    let format = formats.find(|format| (format.recognises)(head));
+    // Any text may be a table, which only means that nothing more is known of it.
+    let is_told = format.is_some_and(|format| format.name != "csv") || head.is_folder;
+    if let Some((format, way_out)) = refused(head).filter(|_| !is_told) {
         return Err(ErrorKind::RefusedFormat { format, way_out }.into());
     }
-    let format = formats.find(|format| (format.recognises)(head));
     format.ok_or_else(|| {
         let (action, reason) = ("read the recording", "it is a folder; name a file in it");
         let start = &head.bytes[..head.bytes.len().min(8)];
         Error::from(if head.is_folder {
             let reason = reason.into();
             ErrorKind::Io { action, reason }
+        } else if head.is_archive {
+            let (format, way_out) = ("an archive of several tests", "unpack it and name one");
+            ErrorKind::RefusedFormat { format, way_out }
         } else {
             ErrorKind::UnknownFormat {
                 found: format!("first bytes {start:02x?}"),

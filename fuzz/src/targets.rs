@@ -213,6 +213,7 @@ pub fn any(data: &[u8]) {
             bytes: &data[..data.len().min(4096)],
             file_name: name,
             is_folder: false,
+            is_archive: false,
             entries: &[],
         };
         let format = recording::FORMATS

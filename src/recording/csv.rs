@@ -47,6 +47,11 @@ pub fn recognises(head: &Head<'_>) -> bool {
     !head.is_folder && super::encoding::looks_like_text(head.bytes)
 }
 
+/// Tells whether the head of a text shows two rows of a table, with numbers in them.
+pub(super) fn looks_like_table(head: &[u8]) -> bool {
+    begin::has_rows(head)
+}
+
 /// Reads a text table.
 ///
 /// # Errors

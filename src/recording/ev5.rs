@@ -1,6 +1,7 @@
-//! NHTSA EV5 ASCII X-Y: a test's `.EV5` with its curve files, or one curve file.
+//! NHTSA EV5 ASCII X-Y: a test's `.EV5` with its curve files, in a folder or an archive, or one
+//! curve file.
 //!
-//! A curve file (`v01234.146`) holds stamps and values, nothing else. What a curve is stands in
+//! A curve file (`v01234.146`, or `v01234_146.tsv`) holds stamps and values, nothing else. What a curve is stands in
 //! one line of the `.EV5` beside it, whose second field is the curve's number, the file's
 //! extension. First and last sample index and interval state the clock; time 0 is first
 //! contact. They are preferred to the printed stamps, which are rounded to a microsecond, and
@@ -18,9 +19,9 @@ mod header;
 
 use super::draft::{self, Draft, UniformSamples, Unit};
 use super::lateral::{self, ChannelOffer};
-use super::mme::names::{has_suffix, number_of};
+use super::mme::names::{has_suffix, is_shadow, number_of};
 use super::source::Reader;
-use super::time_base::MEND;
+use super::time_base::{self, MEND};
 use super::{
     Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection,
 };
@@ -31,10 +32,11 @@ use curve::Curve;
 use header::{CurveEntry, TestInstruments};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Recognises an `.EV5`, or a curve file by its numeric extension and its two columns.
+/// Recognises a folder or an archive with one `.EV5`, an `.EV5`, or a curve file by its numeric
+/// extension and its two columns.
 #[must_use]
 pub fn recognises(head: &Head<'_>) -> bool {
-    if head.is_folder {
+    if head.is_folder || head.is_archive {
         let headers = head.entries.iter().filter(|name| is_header_name(name));
         return headers.count() == 1;
     }
@@ -47,7 +49,7 @@ pub fn recognises(head: &Head<'_>) -> bool {
 }
 
 fn is_header_name(name: &str) -> bool {
-    has_suffix(name, "ev5")
+    has_suffix(name, "ev5") && !is_shadow(name)
 }
 
 fn is_header(head: &[u8]) -> bool {
@@ -71,8 +73,8 @@ fn is_header(head: &[u8]) -> bool {
 /// - [`ErrorKind::LimitExceeded`] beyond a limit.
 pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
     let head = source.head()?;
-    if source.is_folder() {
-        let names = source.list(false, asked.limits)?;
+    if source.is_folder() || source.is_archive() {
+        let names = source.list(true, asked.limits)?;
         let absent = || missing("the test's .EV5 file");
         let name = names.into_iter().find(|name| is_header_name(name));
         let name = name.ok_or_else(absent)?;
@@ -186,9 +188,11 @@ fn read_test(
         return Err(Error::empty(found, "one line for each curve"));
     }
     let files = CurveFiles::find(source, header_name, limits)?;
+    // The hash of an archive is that of all its files.
+    let are_parts = !source.is_archive();
     Ok(asked.each(|selection| {
         let mut outcome = ReadOutcome {
-            parts: parts.clone(),
+            parts: parts.iter().filter(|_| are_parts).cloned().collect(),
             ..ReadOutcome::default()
         };
         let wanted = selected(&test, &files, options, selection, &mut outcome.findings)?;
@@ -199,8 +203,11 @@ fn read_test(
             let read = files.only_name_of(entry.number).and_then(|file| {
                 let absent = || missing(&format!("the {file}"));
                 let bytes = source.read_beside(&file, limits)?.ok_or_else(absent)?;
-                outcome.parts.insert(file);
-                let curve = Curve::read(bytes, limits)?;
+                let place = Place::file(file.clone());
+                if are_parts {
+                    outcome.parts.insert(file);
+                }
+                let curve = Curve::read(bytes, limits).map_err(|error| error.at(place))?;
                 channel(&curve, Some(entry), &name, asked, selection)
             });
             read.map(Some).map_err(|error| (name, error))
@@ -232,6 +239,23 @@ fn selected(
     Ok(there)
 }
 
+/// Returns the number of the curve that a file of the test with this stem holds: its suffix, or
+/// the digits before `.tsv` (`v01234_146.tsv`, `v01234.146.tsv`).
+fn curve_number(name: &str, stem: &str) -> Option<u32> {
+    let (own, suffix) = name.rsplit_once('.')?;
+    let start = own.get(..stem.len())?;
+    if is_shadow(name) || !start.eq_ignore_ascii_case(stem) {
+        return None;
+    }
+    let rest = &own[stem.len()..];
+    if !suffix.eq_ignore_ascii_case("tsv") {
+        return number_of(name).filter(|_| rest.is_empty());
+    }
+    let digits = rest.trim_start_matches(['.', '_', '-', ' ']);
+    let is_number = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
+    digits.parse().ok().filter(|_| is_number)
+}
+
 /// The curve files beside an `.EV5`, by their number.
 struct CurveFiles(BTreeMap<u32, Vec<String>>);
 
@@ -239,11 +263,9 @@ impl CurveFiles {
     fn find(source: &Reader, header_name: &str, limits: &Limits) -> Result<Self, Error> {
         let stem = header_name.rsplit_once('.').map_or("", |(stem, _)| stem);
         let mut files: BTreeMap<u32, Vec<String>> = BTreeMap::new();
-        for name in source.list(false, limits)? {
-            let own = name.rsplit_once('.').map_or("", |(own, _)| own);
-            if let Some(number) = number_of(&name)
-                && own.eq_ignore_ascii_case(stem)
-            {
+        let deep = source.is_folder() || source.is_archive();
+        for name in source.list(deep, limits)? {
+            if let Some(number) = curve_number(&name, stem) {
                 files.entry(number).or_default().push(name);
             }
         }
@@ -354,13 +376,14 @@ impl UniformSamples {
         let (stamps_s, digit_s) = (&curve.stamps_s, curve.printed_digit_s);
         let values = curve.values.clone();
         let clock = entry.and_then(CurveEntry::clock);
-        let rate_hz = asked.options.rate_hz;
-        let stated = clock.map(|(start_s, rate)| (start_s, rate_hz.unwrap_or(rate.hertz())));
-        let by = match rate_hz {
-            Some(_) => "the header, with the rate of option or card,",
-            None => "the header",
-        };
-        let holds = |stated| held::clock(by, stated, stamps_s, digit_s);
+        let stated = clock.map(|(start_s, rate)| {
+            // An interval is printed in whole microseconds; a rate that a person states may be the
+            // same with more digits, but stands in for no other one.
+            let finer = asked.options.rate_hz;
+            let finer = finer.filter(|hertz| time_base::rates_agree(*hertz, rate.hertz()));
+            (start_s, finer.unwrap_or(rate.hertz()))
+        });
+        let holds = |stated| held::clock("the header", stated, stamps_s, digit_s);
         let clock = match (stated, stated.and_then(holds)) {
             (Some((start_s, hertz)), None) => {
                 Self::stated(start_s, SampleRate::from_hertz(hertz)?, values)?

@@ -9,13 +9,11 @@
 //!
 //! ISO/TS 13499 and its related electronic document B (codes), as far as they show in the files.
 //!
-//! - `archive`: archives: .zip, .tar.gz and .tar, read within limits;
 //! - `channel`: channel files: header and samples;
 //! - `names`: names of a test's files: which are its header, its list and its channels;
 //! - `package`: the files of a test, wherever they are: in a folder, in an archive, or beside the
 //!   one given.
 
-mod archive;
 mod channel;
 pub(super) mod names;
 mod package;
@@ -35,15 +33,24 @@ use channel::{ChannelHeader, Samples};
 use package::{ChannelEntry, Package};
 use std::collections::BTreeMap;
 
-/// Recognises archives, folders with an .mme or .chn file, and single files of a test.
+/// Recognises archives with a channel file, folders with an .mme or .chn file, and single files of
+/// a test.
 #[must_use]
 pub fn recognises(head: &Head<'_>) -> bool {
-    if head.is_folder {
-        return head.entries.iter().any(|name| names::is_test_file(name));
+    let mut entries = head.entries.iter();
+    if head.is_archive {
+        // The curves of NHTSA's tests have such names, too.
+        let is_other = head
+            .entries
+            .iter()
+            .any(|name| names::has_suffix(name, "ev5"));
+        return !is_other && entries.any(|name| names::is_channel_file(name));
     }
-    archive::is_archive(head.bytes)
-        || (encoding::looks_like_text(head.bytes)
-            && (names::is_test_file(head.file_name) || channel::looks_like_channel(head.bytes)))
+    if head.is_folder {
+        return entries.any(|name| names::is_test_file(name));
+    }
+    encoding::looks_like_text(head.bytes)
+        && (names::is_test_file(head.file_name) || channel::looks_like_channel(head.bytes))
 }
 
 /// Reads channels of a test.

@@ -3,7 +3,7 @@
 //! A reader hashes all that it hands out, files beside the recording too, so that the hashes in a
 //! verdict are those of the very bytes that were judged. No other file of `recording` opens one.
 
-use super::Limits;
+use super::{Limits, archive};
 use crate::error::{Error, Place};
 use crate::parallel::Control;
 use serde::{Deserialize, Serialize};
@@ -248,6 +248,7 @@ impl Source {
             name: self.name(),
             beside,
             is_folder,
+            is_archive: false,
             size,
             parts: BTreeMap::new(),
             hasher: Sha256::new(),
@@ -327,6 +328,7 @@ pub struct Reader<'a> {
     name: String,
     beside: Beside,
     is_folder: bool,
+    is_archive: bool,
     /// Bytes in all, where they are known beforehand.
     size: Option<u64>,
     /// Hashes of the further files that were read.
@@ -467,8 +469,14 @@ impl Reader<'_> {
         self.is_folder
     }
 
-    /// Lists, in order, the files beside the recording, or those in it if it is a folder; if
-    /// `deep`, with those in the folders one level down. Names are relative, with `/` between
+    /// Tells whether the recording is an archive that was unpacked.
+    #[must_use]
+    pub fn is_archive(&self) -> bool {
+        self.is_archive
+    }
+
+    /// Lists, in order, the files beside the recording, or those in it if it is a folder or an
+    /// archive; if `deep`, with those in the folders one level down, of an archive in all. Names are relative, with `/` between
     /// folder and file. Standard input has none.
     ///
     /// # Errors
@@ -476,7 +484,12 @@ impl Reader<'_> {
     /// [`crate::error::ErrorKind::Io`] if a folder cannot be listed,
     /// [`crate::error::ErrorKind::LimitExceeded`] beyond `limits.archive_entries`.
     pub fn list(&self, deep: bool, limits: &Limits) -> Result<Vec<String>, Error> {
-        self.beside.list(deep, limits)
+        match &self.beside {
+            Beside::Memory { files, .. } if self.is_archive && deep => {
+                Ok(files.keys().cloned().collect())
+            }
+            beside => beside.list(deep, limits),
+        }
     }
 
     /// Reads a file that [`Self::list`] names, of at most `limits.text_bytes`, and notes it as
@@ -498,10 +511,14 @@ impl Reader<'_> {
         Ok(Some(bytes))
     }
 
-    /// Lays the files of an archive beside the recording that it is, in place of those that are
-    /// there; they are no further parts of it.
-    pub(super) fn lay_beside(&mut self, files: Files) {
-        self.beside = Beside::files(files);
+    /// Unpacks the recording, which is an archive: its files stand in place of those beside it, and
+    /// are no further parts of it.
+    pub(super) fn unpack(&mut self, limits: &Limits) -> Result<(), Error> {
+        let name = self.name.clone();
+        let bytes = self.read_all("archive_bytes", limits.archive_bytes)?;
+        self.beside = Beside::files(archive::unpack(&name, bytes, limits)?);
+        self.is_archive = true;
+        Ok(())
     }
 
     /// Reads up to `most` bytes from the start of a file that [`Self::list`] names, only to see

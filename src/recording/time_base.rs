@@ -210,6 +210,11 @@ const RATE_AGREEMENT: f64 = 1e-3;
 /// What to do where a file of which the format fixes the unit of times gives a wrong rate.
 pub(super) const MEND: &str = "mend the file";
 
+/// Tells whether a stated rate is that of the file, but for its digits.
+pub(super) fn rates_agree(stated_hz: f64, hertz: f64) -> bool {
+    (stated_hz - hertz).abs() <= RATE_AGREEMENT * hertz
+}
+
 impl ReadOptions {
     /// Holds a rate that the file gives [Hz] against the one that option or card state, and doubts
     /// one that crash recordings do not have; one beyond all belief is refused unless a person has
@@ -228,7 +233,7 @@ impl ReadOptions {
         };
         let found = format!("{rate} Hz by {by}");
         if let Some(stated) = self.rate_hz
-            && (stated - rate).abs() > RATE_AGREEMENT * rate
+            && !rates_agree(stated, rate)
         {
             let expected = format!("a rate of {stated} Hz, as option or card say");
             let hint = format!("{mend}, or leave out the rate");

@@ -222,7 +222,10 @@ fn table(out: &mut String, document: &MarginDocument) {
     ]];
     for answer in &document.answers {
         let title = if answer.quantity == Quantity::Counterweight {
-            format!("{} fixed at {} m", answer.title, document.counterweight.radius_m)
+            format!(
+                "{} fixed at {} m",
+                answer.title, document.counterweight.radius_m
+            )
         } else {
             answer.title.to_string()
         };

@@ -331,9 +331,41 @@ fn val_other_formats_are_refused_by_name_with_a_way_out() {
         (b"\xFD7zXZ\0\0", ["xz", "unpack"]),
         (b"#ROSBAG V2.0\n", ["ROS 1 bag", "mcap convert"]),
         (b"SQLite format 3\0", ["SQLite", "ros2 bag convert"]),
+        (b"ULog\x01\x12\x35\x01\0\0", ["ULog", "ulog2csv"]),
+        (b"LOGG\x90\0\0\0\x05\x02", ["Vector (.blf)", "CSV"]),
+        (
+            b"date Sam Sep 30 15:06:13.191 2017\nbase hex  timestamps absolute\ninternal events logged\n",
+            ["Vector (.asc)", "CSV"],
+        ),
+        (
+            b"date Tue May 3 10:00:00 am 2024\r\nbase dec  timestamps relative\r\n   0.01 1  64  Rx d 2 01 02\r\n",
+            ["Vector (.asc)", "CSV"],
+        ),
+        (b"FORMAT\0\0\0\0\0\0", ["RPC III", "CSV"]),
+        (b"\0\0\x01\x20\0\0\0\0\x51\xED\xA7\xA0<?xml", ["SoMat", "CSV"]),
+        (
+            b"<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<sie version=\"1.0\">\n",
+            ["SoMat", "CSV"],
+        ),
+        (b"#9001120146WAVEDESC\0\0\0", ["LeCroy", "CSV"]),
+        (b"WAVEDESC\0\0\0\0LECROY_2_3", ["LeCroy", "CSV"]),
+        (b"\x0F\x0F:WFM#003\x04\x0C", ["Tektronix", "CSV"]),
+        (b"\xF0\xF0:WFM#002\x04\x0C", ["Tektronix", "CSV"]),
+        (b"000001D ANMO 00BHZIU\x07\xDA\0", ["miniSEED", "CSV"]),
+        (b"123456R STATION\0\0", ["miniSEED", "CSV"]),
+        (b"MS\x03\x04\0\0", ["miniSEED", "CSV"]),
+        (b"\x02\x50\x0C\0", ["C3D", "CSV"]),
+        (b"\xFFBIOSEMI", ["BDF", "CSV"]),
+        (b"ARROW1\0\0", ["Feather", "CSV"]),
+        (b"FEA1\0\0", ["Feather", "CSV"]),
+        (b"\x08\x08\x08\x01\x01\x01\0\0", ["binout", "CSV"]),
     ] {
         // The content counts, whatever the name says.
         refused(&folder.file("a.csv", head), &words);
+    }
+    // These say nothing of themselves; their names do.
+    for (name, word) in [("a.tdx", "DIAdem"), ("A.TDX", "DIAdem"), ("a.edf", "EDF")] {
+        refused(&folder.file(name, b"\0\x01\x02\x03"), &[word, "CSV"]);
     }
     for (name, word) in [
         ("canedge_vehicle_imu_finalized.MF4", "MDF4"),

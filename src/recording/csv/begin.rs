@@ -88,6 +88,14 @@ pub(super) fn find(text: &[u8]) -> Option<Begin> {
     Some(Begin { header, data })
 }
 
+/// Tells whether two rows follow one another that have as many cells each, numbers among them.
+pub(super) fn has_rows(text: &[u8]) -> bool {
+    let rows = rows(text);
+    let (separator, start) = best_run(&rows, false);
+    let width = |index: usize| Some(numbers(rows.get(index)?.1, separator)?.1);
+    width(start).is_some() && width(start) == width(start + 1)
+}
+
 /// Splits a row, quotes taken off its cells; empty cells at its end are left out.
 fn cells(line: &[u8], separator: Separator) -> Vec<&[u8]> {
     let mark = separator.byte();

@@ -1,7 +1,7 @@
 //! Names of a test's files: which are its header, its list and its channels.
 
 /// Tells whether a name is that of a test's header or channel list.
-pub(super) fn is_test_file(name: &str) -> bool {
+pub(in crate::recording) fn is_test_file(name: &str) -> bool {
     has_suffix(name, "mme") || has_suffix(name, "chn")
 }
 
@@ -18,7 +18,7 @@ pub(super) fn suffix_of(name: &str) -> Option<&str> {
 }
 
 /// Tells whether a name is that of a channel file.
-pub(super) fn is_channel_file(name: &str) -> bool {
+pub(in crate::recording) fn is_channel_file(name: &str) -> bool {
     number_of(name).is_some()
 }
 
@@ -39,14 +39,15 @@ pub(super) fn test_of(name: &str) -> (String, String) {
     (folder.to_string(), stem.to_lowercase())
 }
 
-/// Keeps the names of the test's header, list and channels; not those of the shadows that macOS
-/// packs beside each file.
+/// Keeps the names of the test's header, list and channels; not those of shadows.
 pub(super) fn kept(mut names: Vec<String>) -> Vec<String> {
-    names.retain(|name| {
-        let file = name.rsplit('/').next().unwrap_or(name);
-        let is_shadow = file.starts_with("._") || name.starts_with("__MACOSX/");
-        (is_test_file(name) || is_channel_file(name)) && !is_shadow
-    });
+    names.retain(|name| (is_test_file(name) || is_channel_file(name)) && !is_shadow(name));
     names.sort();
     names
+}
+
+/// Tells whether a file is one of the shadows that macOS packs beside each file.
+pub(in crate::recording) fn is_shadow(name: &str) -> bool {
+    let file = name.rsplit('/').next().unwrap_or(name);
+    file.starts_with("._") || name.starts_with("__MACOSX/")
 }

@@ -1,6 +1,5 @@
 //! The files of a test, wherever they are: in a folder, in an archive, or beside the one given.
 
-use super::archive::{is_archive, unpack};
 use super::channel::{ChannelHeader, Samples, looks_like_channel};
 use super::names::{has_suffix, is_channel_file, kept, number_of, suffix_of, test_of};
 use crate::error::{Error, ErrorKind, Place};
@@ -107,11 +106,8 @@ impl Package {
         let mut package = Self::default();
         let name = source.name().to_string();
         let (head, is_folder) = (source.head()?, source.is_folder());
-        if !is_folder && is_archive(&head) {
-            let bytes = source.read_all("archive_bytes", limits.archive_bytes)?;
-            let files = unpack(&name, bytes, limits)?;
-            package.names = kept(files.keys().cloned().collect());
-            source.lay_beside(files);
+        if source.is_archive() {
+            package.names = kept(source.list(true, limits)?);
             package.archive = Some(name);
         } else if !is_folder && looks_like_channel(&head) {
             let bytes = source.read_text(limits)?;

@@ -1,6 +1,7 @@
 //! NHTSA tests: a header and its curves.
 
 use super::{Case, FROM, TO, good, push, refused};
+use crate::support::{gzip_of, tar_of, zip_of};
 
 /// What the line of curve 146 says, as far as a case changes it.
 struct Line {
@@ -153,7 +154,122 @@ pub(super) fn cases() -> Vec<Case> {
             .unusable(&["blocking samples-missing"], &["is cut"])
             .named("a last line that is cut"),
     );
+    cases.extend(archives());
+    cases.extend(tab_separated());
+    cases.push(slow_header());
     cases
+}
+
+/// The header and curve 146 under a folder's name, which may be empty, and a curve's name.
+fn files(folder: &str, curve: &str) -> Vec<(String, Vec<u8>)> {
+    let header = header(&[PLAIN.text(146)]).into_bytes();
+    vec![
+        (format!("{folder}v07292.EV5"), header),
+        (format!("{folder}{curve}"), whole().into_bytes()),
+    ]
+}
+
+/// A test as the database delivers it, packed.
+fn archives() -> Vec<Case> {
+    let read = |name: &str, bytes: Vec<u8>| {
+        good(name, bytes)
+            .channel("146 V1 AC DSLF YG")
+            .unit("g", value)
+    };
+    let with = |file: (&str, &[u8])| {
+        let more = (file.0.to_string(), file.1.to_vec());
+        zip_of(&[files("", "v07292.146"), vec![more]].concat())
+    };
+    vec![
+        read("v07292ascii.zip", zip_of(&files("", "v07292.146"))),
+        read("folder.zip", zip_of(&files("v07292/", "V07292.146"))),
+        read("windows.zip", zip_of(&files("a\\v07292\\", "v07292.146"))),
+        read("t.tar.gz", gzip_of(&tar_of(&files("", "v07292.146")))),
+        read("t.tar", tar_of(&files("7292/", "v07292.146"))),
+        read("tabs.zip", zip_of(&files("", "v07292_146.tsv"))),
+        read("report.zip", with(("v07292R001.pdf", b"%PDF-1.4"))),
+        read("shadow.zip", with(("__MACOSX/._v07292.EV5", b"shadow"))),
+        refused(
+            "header-alone.zip",
+            zip_of(&files("", "v07292.146")[..1]),
+            &["no channel carries"],
+        ),
+        refused(
+            "two-tests.zip",
+            with(("v07293.EV5", header(&[PLAIN.text(146)]).as_bytes())),
+            &["several tests", "unpack it"],
+        ),
+        refused(
+            "two-headers.zip",
+            zip_of(&[
+                ("v07292.EV5".into(), b"----- EV5 -----".to_vec()),
+                ("v07293.EV5".into(), b"----- EV5 -----".to_vec()),
+            ]),
+            &["several tests", "unpack it"],
+        ),
+        refused(
+            "curve-twice.zip",
+            with(("v07292_146.tsv", whole().as_bytes())),
+            &["one file of curve 146", "v07292.146, v07292_146.tsv"],
+        ),
+        refused(
+            "word-in-curve.zip",
+            zip_of(&[
+                files("", "v07292.146")[0].clone(),
+                ("v07292.146".into(), b"-0.02 0\n-0.0199 x\n".to_vec()),
+            ]),
+            &["v07292.146:2"],
+        ),
+    ]
+}
+
+/// Curves whose number stands before `.tsv`.
+fn tab_separated() -> Vec<Case> {
+    let names = [
+        "v07292_146.tsv",
+        "v07292.146.tsv",
+        "V07292-146.TSV",
+        "v07292 0146.tsv",
+    ];
+    let read = |name: &&str| {
+        let opened = |file| {
+            good("v07292.EV5", header(&[PLAIN.text(146)]))
+                .beside(name, whole())
+                .open(file)
+                .channel("146 V1 AC DSLF YG")
+                .unit("g", value)
+                .named(&format!("{name} with {file:?}"))
+        };
+        [opened("v07292.EV5"), opened("")]
+    };
+    let mut cases: Vec<Case> = names.iter().flat_map(read).collect();
+    // Of another test, or no number.
+    for name in ["v07293_146.tsv", "v07292_x146.tsv", "v07292.tsv"] {
+        cases.push(
+            good("v07292.EV5", header(&[PLAIN.text(146)]))
+                .beside(name, whole())
+                .named(name)
+                .refused(&["no channel carries"]),
+        );
+    }
+    cases
+}
+
+/// A rate that a person states is no witness against the header's interval.
+fn slow_header() -> Case {
+    let rows: String = (0..TO - FROM)
+        .map(|k| format!("{:.6}\t{}\n", k as f64 / 1e4, value(k + FROM)))
+        .collect();
+    let line = PLAIN.text(146).replace("|-200|599|100|", "|0|799|200|");
+    good("v07292.146", rows)
+        .beside("v07292.EV5", header(&[line]))
+        .options(&["--rate-hz", "10000"])
+        .channel("146 V1 AC DSLF YG")
+        .unit("g", value)
+        .clock(10_000.0, 0.0)
+        .finds(&["info header-beside", "warning no-pre-event-data"])
+        .unusable(&["blocking time-contradicted"], &["differ"])
+        .named("a header twice as slow as its stamps")
 }
 
 fn readings() -> Vec<Case> {

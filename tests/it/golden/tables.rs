@@ -730,6 +730,11 @@ fn other_formats() -> Vec<Case> {
         head("door.chn", b"\x1F\x35\x36\x2C", "DTS SLICEWare"),
         head("sled.bin", b"\x94\x13\0\0", "HBM catman"),
         head("sled.npy", b"\x93NUMPY\x01\0", "NumPy"),
+        // Names of columns that begin as other formats do.
+        good("logger.csv", plain("LOGG time_s,acc_y_g")).options(&["--time-unit", "s"]),
+        good("mdf.csv", plain("MDF   time_s,acc_y_g")).options(&["--time-unit", "s"]),
+        good("format.csv", plain("FORMAT  time_s,acc_y_g")).options(&["--time-unit", "s"]),
+        good("riff.csv", plain("RIFF time_s,acc_y_g")).options(&["--time-unit", "s"]),
         refused(
             "pointer.csv",
             "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n",

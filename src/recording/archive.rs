@@ -1,12 +1,12 @@
 //! Archives: .zip, .tar.gz and .tar, unpacked within limits.
 //!
-//! The files of the test are held together, all others are passed over. An archive that unpacks to
-//! more than a limit, or to far more than it takes, ends the reading there.
+//! The files of a test, ISO-MME or NHTSA, are held together, all others are passed over. An archive
+//! that unpacks to more than a limit, or to far more than it takes, ends the reading there.
 
-use super::names::{is_channel_file, is_test_file};
+use super::mme::names::{has_suffix, is_channel_file, is_shadow, is_test_file};
+use super::source::Files;
+use super::{Limits, text};
 use crate::error::{Error, ErrorKind, Place};
-use crate::recording::source::Files;
-use crate::recording::{Limits, text};
 use std::io::{self, Cursor, Read};
 
 /// Bytes unpacked before the ratio counts.
@@ -33,8 +33,15 @@ fn is_gzip(head: &[u8]) -> bool {
     head.starts_with(b"\x1F\x8B")
 }
 
+/// Tells whether a file may be one of a test: header, list, channel or curve.
 fn is_wanted(name: &str) -> bool {
-    is_test_file(name) || is_channel_file(name)
+    let of_nhtsa = || has_suffix(name, "ev5") || has_suffix(name, "tsv");
+    (is_test_file(name) || is_channel_file(name) || of_nhtsa()) && !is_shadow(name)
+}
+
+/// Tells whether a file shows that the archive is one of a test.
+fn shows_test(name: &str) -> bool {
+    is_channel_file(name) || has_suffix(name, "ev5")
 }
 
 /// Unpacks the files of a test.
@@ -43,18 +50,18 @@ pub(super) fn unpack(name: &str, bytes: Vec<u8>, limits: &Limits) -> Result<File
     let (format, way_out) = if is_zip(&bytes) {
         match unpacker.unzip(bytes)? {
             true => ("Excel (.xlsx)", "save the sheet as CSV"),
-            false => ("a .zip that holds no ISO-MME test", UNPACK),
+            false => ("a .zip that holds no ISO-MME test and no .EV5", UNPACK),
         }
     } else if is_gzip(&bytes) {
         match unpacker.untar(&mut flate2::read::MultiGzDecoder::new(Cursor::new(bytes)))? {
-            true => ("a .tar.gz that holds no ISO-MME test", UNPACK),
+            true => ("a .tar.gz that holds no ISO-MME test and no .EV5", UNPACK),
             false => ("a gzip file", "unpack it first"),
         }
     } else {
         unpacker.untar(&mut Cursor::new(bytes))?;
-        ("a .tar that holds no ISO-MME test", UNPACK)
+        ("a .tar that holds no ISO-MME test and no .EV5", UNPACK)
     };
-    if unpacker.files.keys().any(|name| is_channel_file(name)) {
+    if unpacker.files.keys().any(|name| shows_test(name)) {
         return Ok(unpacker.files);
     }
     Err(ErrorKind::RefusedFormat { format, way_out }.into())
