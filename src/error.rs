@@ -307,7 +307,9 @@ pub enum ErrorKind {
         hint: String,
     },
     /// A sample or time stamp that is not a finite number.
-    #[error("expected a finite number, found `{found}`; remove the row or mark the gap in time")]
+    #[error(
+        "expected a finite number, found `{found}`; leave the sample out, so that the gap shows in time"
+    )]
     NonFinite {
         /// The text or value found.
         found: String,

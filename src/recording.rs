@@ -64,7 +64,9 @@ pub use source::{Part, Source, read_within};
 use crate::error::{Error, ErrorKind, Place};
 use crate::parallel::Control;
 use crate::setting::Setting;
-use crate::units::{AccelerationUnit, DecimalMark, STANDARD_GRAVITY, SampleRate, TimeUnit};
+use crate::units::{
+    AccelerationUnit, DecimalMark, MessageClock, STANDARD_GRAVITY, SampleRate, TimeUnit,
+};
 use remarks::{Remark, Span};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -81,6 +83,8 @@ pub struct ReadOptions {
     pub time_column: Option<String>,
     /// Unit of the time column.
     pub time_unit: Option<TimeUnit>,
+    /// Whose clock tells the time of a log's messages.
+    pub time_source: Option<MessageClock>,
     /// Line of a text table that names its columns, counted from 1; what stands above is no sample.
     pub header_line: Option<u32>,
     /// Lines at the start of a text table that are passed over.
@@ -107,8 +111,16 @@ impl ReadOptions {
         self.time_zero_s.unwrap_or(0.0)
     }
 
-    /// Refuses settings that say how a text table is laid out, for a format that is none.
-    fn refuse_table_settings(&self, format: &str) -> Result<(), Error> {
+    /// Refuses settings that say how a text table is laid out, for a format that is none, and whose
+    /// clock counts in a log, for a format that is no log.
+    fn refuse_settings_of_others(&self, format: &str) -> Result<(), Error> {
+        if format != "mcap" && self.time_source.is_some() {
+            return Err(Error::malformed(
+                format!("a log of messages, as {} is for", Setting::TimeSource),
+                format!("the format {format}"),
+                format!("leave out {}", Setting::TimeSource),
+            ));
+        }
         let stated = self.header_line.is_some() || self.skip_lines.is_some();
         if format == "csv" || !(stated || self.decimal.is_some()) {
             return Ok(());
@@ -493,7 +505,9 @@ fn format_of(reader: &mut source::Reader, asked: ReadTask) -> Result<&'static Fo
     let named = asked.options.input_format.as_deref();
     let may_be_archive = named.is_none_or(|name| ["ev5", "iso-mme"].contains(&name));
     if may_be_archive && archive::is_archive(&bytes) {
-        reader.unpack(asked.limits)?;
+        let packed = reader.read_all("archive_bytes", asked.limits.archive_bytes)?;
+        let files = archive::unpack(reader.name(), packed, asked.limits)?;
+        reader.lay_beside(files);
     }
     let entries = match reader.is_folder() || reader.is_archive() {
         true => reader.list(true, asked.limits)?,
@@ -516,7 +530,7 @@ fn outcomes(
 ) -> Result<Vec<Result<Recording, Error>>, Error> {
     let mut reader = source.open_watched(control)?;
     let format = format_of(&mut reader, asked)?;
-    asked.options.refuse_table_settings(format.name)?;
+    asked.options.refuse_settings_of_others(format.name)?;
     let mut outcomes = (format.read)(&mut reader, asked)?;
     for (outcome, selection) in outcomes.iter_mut().zip(asked.selections) {
         if let Ok(read) = outcome {

@@ -17,7 +17,7 @@ pub use value::{
     MEMBERS_DEFAULT, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, parse_bias, parse_count,
     parse_decimal, parse_filter, parse_finite, parse_map_axis, parse_method, parse_model,
     parse_number, parse_phi0, parse_polarity, parse_positive, parse_resample, parse_standard,
-    parse_time_unit, parse_tolerance, parse_unit, parse_velocity, parse_window,
+    parse_time_source, parse_time_unit, parse_tolerance, parse_unit, parse_velocity, parse_window,
 };
 
 use crate::conditioning::{BiasWindow, ConditioningOptions, FilterChoice, FilterStandard};
@@ -28,7 +28,7 @@ use crate::recording::card::CardPolarity;
 use crate::recording::{AcceptedRemark, Card, FORMATS, Limits, ReadOptions};
 use crate::replay::{ADAPTIVE_TOLERANCE_MIN, Method};
 use crate::setting::Setting;
-use crate::units::{AccelerationUnit, DecimalMark, OpensWhen, TimeUnit};
+use crate::units::{AccelerationUnit, DecimalMark, MessageClock, OpensWhen, TimeUnit};
 use crate::verdict::{ModelChoice, Polarity, Policy, ensemble};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -62,6 +62,8 @@ pub struct Request {
     pub time_column: Option<String>,
     /// Unit of that column.
     pub time_unit: Option<TimeUnit>,
+    /// Whose clock tells the time of a log's messages.
+    pub time_source: Option<MessageClock>,
     /// Line of a text table that names its columns, counted from 1; what stands above is no sample.
     pub header_line: Option<u32>,
     /// Lines at the start of a text table that are passed over.
@@ -113,6 +115,7 @@ impl Default for Request {
             channel: None,
             time_column: None,
             time_unit: None,
+            time_source: None,
             header_line: None,
             skip_lines: None,
             decimal: None,
@@ -288,6 +291,7 @@ impl Request {
             channel: self.channel.clone().or_else(|| card.channel.clone()),
             time_column: self.time_column.clone(),
             time_unit: self.time_unit,
+            time_source: self.time_source.or(card.time_source),
             // Of the two ways to say where a table begins, that of the request counts alone.
             header_line: self
                 .header_line

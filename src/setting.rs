@@ -39,6 +39,8 @@ settings! {
     TimeColumn = "time_column",
     /// Unit of that column.
     TimeUnit = "time_unit",
+    /// Whose clock tells the time of a log's messages.
+    TimeSource = "time_source",
     /// Line of a text table that names its columns.
     HeaderLine = "header_line",
     /// Lines of a text table that are passed over.

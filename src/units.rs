@@ -313,6 +313,32 @@ impl DecimalMark {
     }
 }
 
+/// Whose clock tells the time of a message in a log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MessageClock {
+    /// The stamp in the message's own header: when it was measured.
+    Header,
+    /// The recorder's: when the message was logged.
+    Log,
+    /// The sender's: when the message was published.
+    Publish,
+}
+
+impl MessageClock {
+    /// Lists the clocks, the one nearest to the measurement first.
+    pub const ALL: [Self; 3] = [Self::Header, Self::Log, Self::Publish];
+
+    /// Returns the word that options, cards and documents use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Header => "header",
+            Self::Log => "log",
+            Self::Publish => "publish",
+        }
+    }
+}
+
 /// The sign of the recorded acceleration that swings the lever open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

@@ -12,10 +12,10 @@ use crate::recording::{Limits, Source};
 use crate::request::{
     MEMBERS_DEFAULT, MarginRequest, Request, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, parse_bias,
     parse_count, parse_decimal, parse_filter, parse_finite, parse_map_axis, parse_phi0,
-    parse_polarity, parse_positive, parse_standard, parse_time_unit, parse_tolerance, parse_unit,
-    parse_velocity, parse_window,
+    parse_polarity, parse_positive, parse_standard, parse_time_source, parse_time_unit,
+    parse_tolerance, parse_unit, parse_velocity, parse_window,
 };
-use crate::units::{AccelerationUnit, DecimalMark, TimeUnit};
+use crate::units::{AccelerationUnit, DecimalMark, MessageClock, TimeUnit};
 use crate::verdict::ensemble::MEMBERS_MAX;
 use clap::Args;
 use std::collections::{BTreeMap, BTreeSet};
@@ -111,6 +111,10 @@ pub struct ReadArguments {
     /// Unit of the time column [default: as the file states, else s]
     #[arg(long, value_name = "s|ms|us|ns", hide_possible_values = true, value_parser = ValueWords(parse_time_unit, &["s", "ms", "us", "ns"]))]
     pub time_unit: Option<TimeUnit>,
+    /// Whose clock tells the time of a log's messages: the stamp in them, or when they were logged or
+    /// published [default: header where the messages have stamps, else log]
+    #[arg(long, value_name = "header|log|publish", hide_possible_values = true, value_parser = ValueWords(parse_time_source, &["header", "log", "publish"]))]
+    pub time_source: Option<MessageClock>,
     /// Line of a text table that names its columns; lines above it are no samples [default: found]
     #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), conflicts_with = "skip_lines", allow_hyphen_values = true)]
     pub header_line: Option<u32>,
@@ -123,7 +127,8 @@ pub struct ReadArguments {
     /// Sample rate where the file holds no time [Hz]
     #[arg(long, value_name = "HZ", value_parser = parse_positive, allow_hyphen_values = true)]
     pub rate_hz: Option<f64>,
-    /// Instant of first contact on the file's clock [s] [default: 0 of that clock; MCAP: the first sample]
+    /// Instant of first contact on the file's clock [s]; MCAP: also from the first sample on, as times
+    /// are shown [default: 0 of that clock; MCAP: the first sample]
     #[arg(long, value_name = "S", value_parser = parse_finite, allow_hyphen_values = true)]
     pub time_zero: Option<f64>,
     /// Unit of acceleration [default: as header, units row, card or format states]
@@ -162,6 +167,7 @@ impl ReadArguments {
             channel: self.channel.clone(),
             time_column: self.time_column.clone(),
             time_unit: self.time_unit,
+            time_source: self.time_source,
             header_line: self.header_line,
             skip_lines: self.skip_lines,
             decimal: self.decimal,

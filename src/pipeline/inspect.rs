@@ -198,9 +198,14 @@ pub fn table_mapping(
 
 /// Says why a recording holds no channel.
 fn nothing_read(source: &Source, every: &Recording, chosen: Result<Recording, Error>) -> Error {
-    // Where it is one channel's fault, the message of a replay says it best.
+    // Where it is one channel's fault, the message of a replay says it best; of a log it lists the
+    // topics with their fields as well.
+    let lists_topics = every
+        .findings
+        .iter()
+        .any(|one| one.code == "topics-left-out");
     if let Err(error) = chosen
-        && !matches!(error.kind(), ErrorKind::NoChannel { .. })
+        && (lists_topics || !matches!(error.kind(), ErrorKind::NoChannel { .. }))
     {
         return error;
     }

@@ -5,17 +5,18 @@ use super::limits::Limits;
 use super::source::{Source, sha256};
 use super::text::line_at;
 use crate::error::{Error, ErrorKind, Place, with_article};
-use crate::units::{AccelerationUnit, DecimalMark, OpensWhen, SampleRate};
+use crate::units::{AccelerationUnit, DecimalMark, MessageClock, OpensWhen, SampleRate};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 
 /// The keys a card may hold beside those of texts, as they are listed.
-const KEYS: [&str; 10] = [
+const KEYS: [&str; 11] = [
     "channel",
     "unit",
     "opens_when",
     "rate",
+    "time_source",
     "header_line",
     "skip_lines",
     "decimal",
@@ -35,6 +36,8 @@ pub struct Card {
     pub opens_when: Option<CardPolarity>,
     /// Sample rate [Hz].
     pub rate: Option<f64>,
+    /// Whose clock tells the time of a log's messages: `header`, `log`, `publish`.
+    pub time_source: Option<MessageClock>,
     /// Line of a text table that names its columns, counted from 1.
     pub header_line: Option<u32>,
     /// Lines at the start of a text table that are passed over.
@@ -126,6 +129,14 @@ impl Card {
             "rate" => {
                 let rate = take(key, value, "a number without quotes")?;
                 self.rate = Some(SampleRate::from_hertz(rate)?.hertz());
+            }
+            "time_source" => {
+                let name: String = take(key, value, "\"header\", \"log\" or \"publish\"")?;
+                let known = MessageClock::ALL.map(MessageClock::name);
+                let mut all = MessageClock::ALL.into_iter();
+                let clock = all.find(|clock| clock.name().eq_ignore_ascii_case(name.trim()));
+                let unknown = || Error::unknown("clock", name, &known);
+                self.time_source = Some(clock.ok_or_else(unknown)?);
             }
             "header_line" => {
                 let line: NonZeroU32 = take(key, value, "a whole number from 1")?;

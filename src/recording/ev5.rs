@@ -242,12 +242,11 @@ fn selected(
 /// Returns the number of the curve that a file of the test with this stem holds: its suffix, or
 /// the digits before `.tsv` (`v01234_146.tsv`, `v01234.146.tsv`).
 fn curve_number(name: &str, stem: &str) -> Option<u32> {
-    let (own, suffix) = name.rsplit_once('.')?;
-    let start = own.get(..stem.len())?;
+    let (file_stem, suffix) = name.rsplit_once('.')?;
+    let (start, rest) = file_stem.split_at_checked(stem.len())?;
     if is_shadow(name) || !start.eq_ignore_ascii_case(stem) {
         return None;
     }
-    let rest = &own[stem.len()..];
     if !suffix.eq_ignore_ascii_case("tsv") {
         return number_of(name).filter(|_| rest.is_empty());
     }

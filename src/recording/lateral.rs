@@ -9,15 +9,35 @@ use crate::error::{Candidate, Candidates, Error, ErrorKind};
 #[must_use]
 pub fn is_lateral(channel: &Channel) -> bool {
     let named = |name: &str| Column::from_header(name, 1).doubt().is_none();
+    let name = channel
+        .name
+        .rsplit_once(TWIN)
+        .map_or(&*channel.name, |(name, _)| name);
     let axis = |text: &str| {
         text.split_whitespace()
             .any(|word| matches!(word, "YL" | "YG" | "Y"))
     };
     let place = channel.stated.location.as_deref();
     channel.unit.is_some()
-        && (named(&channel.name)
-            || named(channel.name.rsplit(['/', ':']).next().unwrap_or(""))
+        && (named(name)
+            || named(name.rsplit(['/', ':']).next().unwrap_or(""))
             || place.is_some_and(|place| axis(place) || named(place)))
+}
+
+/// What tells the channels of a topic that was recorded twice from one another.
+const TWIN: &str = " (channel id ";
+
+/// Returns what stands behind the name of a topic that was recorded twice.
+pub(super) fn twin_mark(id: u16) -> String {
+    format!("{TWIN}{id})")
+}
+
+/// Returns a name without the mark of a twin; `None` if it is that of another channel id.
+pub(super) fn without_twin_mark(name: &str, id: u16) -> Option<&str> {
+    match name.rsplit_once(TWIN) {
+        Some((start, rest)) => (*rest == format!("{id})")).then_some(start),
+        None => Some(name),
+    }
 }
 
 /// A channel to choose from, as its words or its codes describe it.
@@ -47,21 +67,13 @@ impl ChannelOffer {
         }
     }
 
-    /// Describes columns by their words, each with its number, which counts what `counted` says and
-    /// may be one by which a person asks for it.
-    pub(super) fn of_words(
-        columns: &[(usize, &Column)],
-        (counted, asked): (&str, bool),
-    ) -> Vec<Self> {
+    /// Describes columns by their words, each with its number, which counts what `counted` says.
+    pub(super) fn of_words(columns: &[(usize, &Column)], counted: &str) -> Vec<Self> {
         let one = |(number, column): &(usize, &Column)| {
             let same = |(_, other): &&(usize, &Column)| other.name == column.name;
             let candidate = match columns.iter().filter(same).count() {
                 1 => Candidate::named(&column.name),
-                _ => {
-                    let twin = Candidate::numbered(&column.name, counted, *number);
-                    let asked_as = twin.asked_as.clone().filter(|_| asked);
-                    Candidate { asked_as, ..twin }
-                }
+                _ => Candidate::numbered(&column.name, counted, *number),
             };
             Self {
                 candidate: candidate.doubted(column.doubt()),

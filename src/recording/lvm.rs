@@ -402,7 +402,7 @@ impl Header {
     fn offers(&self, indices: impl IntoIterator<Item = usize>) -> Vec<ChannelOffer> {
         let column = |index: usize| (index + 1, &self.channels[index].column);
         let columns: Vec<(usize, &Column)> = indices.into_iter().map(column).collect();
-        ChannelOffer::of_words(&columns, ("channel", true))
+        ChannelOffer::of_words(&columns, "channel")
     }
 
     /// Returns the one channel of a name or number.

@@ -4,7 +4,7 @@
 //! bounded by one record (`mcap_record_bytes`), one chunk unpacked (`mcap_chunk_bytes`; the
 //! zstd decoder may hold as much again), the schemas (together at most `mcap_record_bytes`),
 //! the steps through the messages of their types (together at most `mcap_fields`) and the
-//! samples kept: per topic at most `samples`, in all at most four times as many values, times
+//! samples kept: per topic at most `samples`, in all at most five times as many values, times
 //! included.
 //!
 //! A log that was cut, damaged or put together from two must not pass for a whole one, so
@@ -19,6 +19,8 @@
 //!
 //! - `cdr`: CDR, the encoding of ROS 2 messages: numbers aligned to their size, in either byte
 //!   order;
+//! - `clock`: the clocks of a topic's messages: which one is used, and whether the others agree with
+//!   it;
 //! - `decompress`: chunks: decompression within limits, checked against the chunk's own size and
 //!   checksum;
 //! - `json`: JSON messages: one walk through the text that hands out every scalar with its path;
@@ -30,6 +32,7 @@
 //! - `types`: message types as a schema defines them, whatever its language.
 
 mod cdr;
+mod clock;
 mod decompress;
 mod json;
 mod layout;
@@ -45,11 +48,11 @@ use super::lateral::{self, ChannelOffer};
 use super::remarks::{Remark, RemarkPlace};
 use super::source::Reader;
 use super::{Finding, Head, Limits, Outcomes, ReadOutcome, ReadTask, Selection};
-use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
+use crate::error::{Candidates, Error, ErrorKind, Place};
 use ::mcap::McapError;
 use ::mcap::records::{MessageHeader, Record, SchemaHeader, Statistics, op};
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use layout::{Laid, Schema, WantedFields};
+use layout::{Contents, Laid, Schema, WantedFields};
 use records::{PREFIX_BYTES, damaged};
 use series::{Finished, Kept, LoggedMessage, TopicField, TopicSeries};
 use std::collections::BTreeMap;
@@ -70,7 +73,8 @@ pub fn recognises(head: &Head<'_>) -> bool {
 /// Without a name the one topic of type `sensor_msgs/msg/Imu` or
 /// `geometry_msgs/msg/AccelStamped` (or of JSON messages with such a field) is taken, and of
 /// it the y axis; failing that, the one field of any other type whose name says lateral
-/// acceleration. Times are those of `header.stamp`, or of logging where there is none.
+/// acceleration. Times are those of `ReadOptions::time_source`, else of `header.stamp`, or of
+/// logging where there is none.
 ///
 /// # Errors
 ///
@@ -82,7 +86,8 @@ pub fn recognises(head: &Head<'_>) -> bool {
 /// - [`ErrorKind::NonFinite`], [`ErrorKind::TimeNotIncreasing`] and
 ///   [`ErrorKind::MissingUnit`] for the channel itself.
 pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
-    asked.options.refuse_other_clock("an MCAP log", "")?;
+    let way_out = ", or say whose clock counts with the setting `time_source`";
+    asked.options.refuse_other_clock("an MCAP log", way_out)?;
     let mut log = LogReader::new(asked);
     stream(source, &mut log, asked.limits)?;
     Ok(log.finish())
@@ -185,6 +190,8 @@ struct Topic {
     likely: bool,
     /// What was read of it, from its first message on.
     series: Option<TopicSeries>,
+    /// What its messages hold; `None` where only their type can tell.
+    contents: Option<Contents>,
 }
 
 /// The state of reading one file.
@@ -399,14 +406,18 @@ impl<'a> LogReader<'a> {
                 wanted,
                 likely,
                 series: None,
+                contents: None,
             },
         );
         Ok(())
     }
 
-    /// Returns what a person's word for a channel asks of a topic: the field at a path, or any.
-    fn asked(&self, topic: &str) -> Option<Option<&str>> {
-        let rest = self.asked.options.channel.as_deref()?.strip_prefix(topic)?;
+    /// Returns what a person's word for a channel asks of a topic: the field at a path, or any. The
+    /// word may end with the channel's id, as the names of topics that were recorded twice do.
+    fn asked(&self, id: u16, topic: &str) -> Option<Option<&str>> {
+        let wanted = self.asked.options.channel.as_deref()?;
+        let wanted = lateral::without_twin_mark(wanted, id)?;
+        let rest = wanted.strip_prefix(topic)?;
         match rest.is_empty() {
             true => Some(None),
             false => rest.strip_prefix(':').map(Some),
@@ -434,7 +445,7 @@ impl<'a> LogReader<'a> {
                 },
             },
         };
-        let asked = self.asked(&record.topic);
+        let asked = self.asked(record.id, &record.topic);
         let all = self.asked.options.channel.is_none()
             || self.asked.selections.contains(&Selection::Every);
         let wanted = WantedFields {
@@ -500,6 +511,7 @@ impl<'a> LogReader<'a> {
             let message = LoggedMessage {
                 number: topic.messages,
                 log_time: header.log_time,
+                publish_time: header.publish_time,
                 data,
                 byte,
             };
@@ -564,11 +576,19 @@ impl<'a> LogReader<'a> {
             ));
         }
         let mut read = Vec::new();
+        let with_messages = self.topics.values().filter(|topic| topic.messages > 0);
+        let names: Vec<String> = with_messages.map(|topic| topic.name.clone()).collect();
         for (id, topic) in &mut self.topics {
             if let Some(series) = topic.series.take() {
                 let known = self.schemas.get(&topic.schema_id);
                 let known = known.and_then(|schema| layout::lateral_path(&schema.name));
-                let finished = series.finish(known, self.asked.options, self.asked.limits);
+                let is_twin = names.iter().filter(|name| **name == topic.name).count() > 1;
+                let mark = match is_twin {
+                    true => lateral::twin_mark(*id),
+                    false => String::new(),
+                };
+                let finished = series.finish(known, &mark, self.asked.options, self.asked.limits);
+                topic.contents = finished.contents.clone();
                 read.push((*id, topic.likely, finished));
             }
         }
@@ -583,7 +603,10 @@ impl<'a> LogReader<'a> {
 
     fn every(&self, read: &[(u16, bool, Finished)], mut outcome: ReadOutcome) -> ReadOutcome {
         let mut taken = Vec::new();
-        let meant = |(_, likely, topic): &&(u16, bool, Finished)| *likely && !topic.is_other;
+        let asked = |id: &u16| self.asked(*id, &self.topics[id].name).is_some();
+        let meant = |(id, likely, topic): &&(u16, bool, Finished)| {
+            (*likely || asked(id)) && !topic.is_other
+        };
         for (id, _, topic) in read.iter().filter(meant) {
             taken.push(*id);
             for field in &topic.fields {
@@ -616,24 +639,19 @@ impl<'a> LogReader<'a> {
         let topics: Vec<(u16, &Finished)> = read
             .iter()
             .filter(|(id, likely, topic)| match named {
-                Some(_) => self.asked(name_of(id)).is_some(),
+                Some(_) => self.asked(*id, name_of(id)).is_some(),
                 None => *likely && !topic.is_other,
             })
             .map(|(id, _, topic)| (*id, topic))
             .collect();
         if let (Some(wanted), [_, _, ..]) = (named, topics.as_slice()) {
-            let twin = |(id, _): &(u16, &Finished)| Candidate {
-                name: wanted.clone(),
-                twin: Some(format!("channel id {id}")),
-                asked_as: None,
-                doubt: None,
-            };
-            let candidates = Candidates(topics.iter().map(twin).collect());
+            let twin = |(id, _): &(u16, &Finished)| format!("{wanted}{}", lateral::twin_mark(*id));
+            let candidates = Candidates::named(topics.iter().map(twin));
             return Err(ErrorKind::AmbiguousChannel { candidates }.into());
         }
         let path = topics
             .first()
-            .and_then(|(id, _)| self.asked(name_of(id)).flatten());
+            .and_then(|(id, _)| self.asked(*id, name_of(id)).flatten());
         let fields: Vec<(usize, &TopicField)> = topics
             .iter()
             .flat_map(|(id, topic)| topic.fields.iter().map(|field| (usize::from(*id), field)))
@@ -653,8 +671,7 @@ impl<'a> LogReader<'a> {
             (_, 0) => return Err(self.no_channel(topics.first().map(|(_, topic)| *topic))),
             (Some(_), _) => 0,
             (None, _) => {
-                // A channel's id singles out none of several topics of a name.
-                let choices = ChannelOffer::of_words(&columns, ("channel id", false));
+                let choices = ChannelOffer::of_words(&columns, "channel id");
                 lateral::take(&choices, self.list())?.0
             }
         };
@@ -696,22 +713,32 @@ impl<'a> LogReader<'a> {
             return error;
         }
         let named = self.asked.options.channel.as_ref();
-        let mut silent = self.topics.values().filter(|topic| {
+        let mut silent = self.topics.iter().filter(|(id, topic)| {
             let meant = match named {
-                Some(_) => self.asked(&topic.name).is_some(),
+                Some(_) => self.asked(**id, &topic.name).is_some(),
                 None => topic.likely && topic.encoding != "json",
             };
             meant && topic.messages == 0
         });
-        let known = self.list();
-        if let Some(topic) = silent.next() {
+        if let Some((_, topic)) = silent.next() {
             let found = format!("topic {} holds no message", topic.name);
             return Error::empty(found, "messages with an acceleration");
         }
-        Error::from(match named.cloned() {
-            Some(wanted) => ErrorKind::NoSuchChannel { wanted, known },
-            None => ErrorKind::NoChannel { known },
-        })
+        let known = self.list();
+        if let Some(wanted) = named.cloned() {
+            return ErrorKind::NoSuchChannel { wanted, known }.into();
+        }
+        let contents: Vec<Contents> = self.topics.values().map(|one| self.contents(one)).collect();
+        let has_field = contents.iter().any(|one| !one.numbers.is_empty());
+        let is_why = |one: &Contents| one.why_none().is_some() && !(has_field && one.is_foreign());
+        match contents.iter().any(is_why) {
+            true => Error::malformed(
+                "a topic with one sample in each message",
+                known,
+                "export the topic as CSV, one row a sample",
+            ),
+            false => ErrorKind::NoChannel { known }.into(),
+        }
     }
 
     /// Lists the topics with their message types.
@@ -722,14 +749,35 @@ impl<'a> LogReader<'a> {
         }
     }
 
+    /// Describes topics, each with its type, its fields to choose from, and why there may be none.
     fn describe<'t>(&self, topics: impl IntoIterator<Item = &'t Topic>) -> String {
-        let names = topics.into_iter().map(|topic| {
+        const LISTED: usize = 40;
+        let mut texts: Vec<String> = Vec::new();
+        let mut more = 0;
+        for topic in topics {
+            if texts.len() >= LISTED {
+                more += 1;
+                continue;
+            }
             let schema = self.schemas.get(&topic.schema_id);
             let schema = schema.map_or("no schema", |schema| schema.name.as_str());
             let plural = if topic.messages == 1 { "" } else { "s" };
             let (name, encoding, count) = (&topic.name, &topic.encoding, topic.messages);
-            format!("{name} ({schema}, {encoding}): {count} message{plural}")
-        });
-        Candidates::named(names).to_string()
+            let head = Candidates::named([format!("{name} ({schema}, {encoding})")]);
+            let mut text = format!("{head}: {count} message{plural}");
+            if count > 0 {
+                text += &self.contents(topic).in_words(name);
+            }
+            texts.push(text);
+        }
+        texts.extend((more > 0).then(|| format!("{more} more")));
+        texts.join(", ")
+    }
+
+    /// Returns what the messages of a topic hold, as far as a person is told.
+    fn contents(&self, topic: &Topic) -> Contents {
+        let schema = self.schemas.get(&topic.schema_id);
+        let of_schema = || layout::contents(&topic.encoding, schema, self.asked.limits);
+        topic.contents.clone().unwrap_or_else(of_schema)
     }
 }

@@ -3,7 +3,7 @@
 //! A reader hashes all that it hands out, files beside the recording too, so that the hashes in a
 //! verdict are those of the very bytes that were judged. No other file of `recording` opens one.
 
-use super::{Limits, archive};
+use super::Limits;
 use crate::error::{Error, Place};
 use crate::parallel::Control;
 use serde::{Deserialize, Serialize};
@@ -511,14 +511,11 @@ impl Reader<'_> {
         Ok(Some(bytes))
     }
 
-    /// Unpacks the recording, which is an archive: its files stand in place of those beside it, and
+    /// Lays the files of the archive that the recording is in place of those that are beside it; they
     /// are no further parts of it.
-    pub(super) fn unpack(&mut self, limits: &Limits) -> Result<(), Error> {
-        let name = self.name.clone();
-        let bytes = self.read_all("archive_bytes", limits.archive_bytes)?;
-        self.beside = Beside::files(archive::unpack(&name, bytes, limits)?);
+    pub(super) fn lay_beside(&mut self, files: Files) {
+        self.beside = Beside::files(files);
         self.is_archive = true;
-        Ok(())
     }
 
     /// Reads up to `most` bytes from the start of a file that [`Self::list`] names, only to see

@@ -117,6 +117,7 @@ const OF_REPLAY: &[Setting] = &[
     Setting::Channel,
     Setting::TimeColumn,
     Setting::TimeUnit,
+    Setting::TimeSource,
     Setting::HeaderLine,
     Setting::SkipLines,
     Setting::Decimal,
@@ -165,6 +166,10 @@ fn all(request: &Request) -> Entries {
     put(
         Setting::TimeUnit,
         request.time_unit.map(|unit| json!(unit.name())),
+    );
+    put(
+        Setting::TimeSource,
+        request.time_source.map(|clock| json!(clock.name())),
     );
     let count = |count: Option<u32>| count.map(|count| json!(count));
     put(Setting::HeaderLine, count(request.header_line));
@@ -282,6 +287,7 @@ fn set(
         Setting::Channel => request.channel = Some(name(value)?),
         Setting::TimeColumn => request.time_column = Some(name(value)?),
         Setting::TimeUnit => request.time_unit = Some(value::parse_time_unit(text(value)?)?),
+        Setting::TimeSource => request.time_source = Some(value::parse_time_source(text(value)?)?),
         Setting::HeaderLine => request.header_line = Some(count(value, 1, u32::MAX)?),
         Setting::SkipLines => request.skip_lines = Some(count(value, 0, u32::MAX)?),
         Setting::Decimal => request.decimal = Some(value::parse_decimal(text(value)?)?),

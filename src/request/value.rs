@@ -7,7 +7,7 @@ use crate::margin::MapAxis;
 use crate::model::stop::StopModel;
 use crate::recording::card::CardPolarity;
 use crate::replay::Method;
-use crate::units::{AccelerationUnit, DecimalMark, TimeUnit};
+use crate::units::{AccelerationUnit, DecimalMark, MessageClock, TimeUnit};
 use crate::verdict::ModelChoice;
 
 /// Largest ensemble unless a request says otherwise.
@@ -167,6 +167,15 @@ pub fn parse_unit(text: &str) -> Result<AccelerationUnit, String> {
 pub fn parse_time_unit(text: &str) -> Result<TimeUnit, String> {
     let known = TimeUnit::ALL.map(|unit| (unit, unit.name()));
     TimeUnit::from_spelling(text).map_or_else(|| one_of(text, &known), Ok)
+}
+
+/// Reads whose clock tells the time of a log's messages.
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_time_source(text: &str) -> Result<MessageClock, String> {
+    one_of(text, &MessageClock::ALL.map(|clock| (clock, clock.name())))
 }
 
 /// Reads a decimal mark.

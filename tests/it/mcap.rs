@@ -139,10 +139,15 @@ pub(crate) fn channel(id: u16, schema: u16, topic: &str, encoding: &str) -> Vec<
 }
 
 pub(crate) fn message(channel: u16, log_time: u64, data: &[u8]) -> Vec<u8> {
+    message_at(channel, (log_time, log_time), data)
+}
+
+/// A message with its times of logging and of publishing.
+pub(crate) fn message_at(channel: u16, (log, publish): (u64, u64), data: &[u8]) -> Vec<u8> {
     let mut body = channel.to_le_bytes().to_vec();
     body.extend(7_u32.to_le_bytes());
-    body.extend(log_time.to_le_bytes());
-    body.extend(log_time.to_le_bytes());
+    body.extend(log.to_le_bytes());
+    body.extend(publish.to_le_bytes());
     body.extend(data);
     record(0x05, &body)
 }
@@ -323,7 +328,7 @@ fn val_imu_in_little_endian_cdr_comes_out_to_the_last_bit() {
     assert_eq!(channel.unit, Some(AccelerationUnit::MetrePerSecondSquared));
     assert_eq!(channel.unit_source, "format");
     let codes: Vec<&str> = channel.findings.iter().map(|found| &*found.code).collect();
-    assert_eq!(codes, ["channel-chosen"]);
+    assert_eq!(codes, ["channel-chosen", "time-zero-first"]);
 }
 
 /// Every frame length shifts the alignment of what follows.
@@ -566,8 +571,16 @@ fn val_time_zero_is_an_instant_on_the_clock_of_the_file() {
         "{}",
         channel.start_s
     );
+    // As times are shown, from the first message on.
     options.time_zero_s = Some(0.01);
+    let shown = one(&bytes, &options);
+    assert!((shown.start_s + 0.01).abs() < 1e-12, "{}", shown.start_s);
+    check_finding(&shown, "time-zero-outside");
+    // A little before the log began, and on the clock of another day.
+    options.time_zero_s = Some(4.995);
     check_finding(&one(&bytes, &options), "time-zero-outside");
+    options.time_zero_s = Some(1.7e9);
+    check_error(&bytes, &options, "must lie between 5 and 5.0199 s");
 }
 
 // ---------------------------------------------------------------- which channel

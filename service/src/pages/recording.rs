@@ -17,6 +17,7 @@ const READING: &[(&str, &str, &str)] = &[
     ("input_format", "Format", "found"),
     ("time_column", "Time column", "found"),
     ("time_unit", "Unit of time", "s"),
+    ("time_source", "Clock of a log", "header"),
     ("rate_hz", "Sample rate [Hz]", "from the time"),
     ("header_line", "Line of the names", "found"),
     ("skip_lines", "Lines to pass over", "0"),
@@ -29,6 +30,7 @@ const READING: &[(&str, &str, &str)] = &[
 const CHOICES: &[(&str, &[&str])] = &[
     ("input_format", &["csv", "lvm", "ev5", "iso-mme", "mcap"]),
     ("time_unit", &["s", "ms", "us", "ns"]),
+    ("time_source", &["header", "log", "publish"]),
     ("decimal", &[".", ","]),
 ];
 

@@ -377,7 +377,7 @@ impl TableLayout {
             .filter(|i| alone || self.numeric[*i] || self.columns[*i].says_lateral_acceleration());
         let meant: Vec<usize> = meant.collect();
         let columns = meant.iter().map(|index| (index + 1, &self.columns[*index]));
-        let choices = ChannelOffer::of_words(&columns.collect::<Vec<_>>(), ("column", true));
+        let choices = ChannelOffer::of_words(&columns.collect::<Vec<_>>(), "column");
         let (index, finding) = lateral::take(&choices, self.list(0..self.columns.len()))?;
         Ok(ColumnChoice {
             columns: vec![meant[index]],

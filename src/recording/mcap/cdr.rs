@@ -6,8 +6,8 @@
 use super::records;
 use super::ros::Dialect;
 use super::types::{
-    self, Budget, DEPTH, FieldKind, Leaf, MessageTypes, Multiplicity, Number, damaged_message,
-    fingerprint, unreadable,
+    self, Budget, DEPTH, FieldKind, Leaf, MessageTypes, Multiplicity, Number, TextMark,
+    damaged_message, unreadable,
 };
 use crate::error::Error;
 
@@ -236,7 +236,7 @@ impl<'a> CdrCursor<'a> {
                     let text = self.text()?;
                     // The zero at the end, which some writers leave out, is none of the text.
                     let text = text.strip_suffix(&[0]).unwrap_or(text);
-                    self.put(slots, || Leaf::Text(fingerprint(text)));
+                    self.put(slots, || Leaf::Text(TextMark::new(text)));
                 }
                 PlanStep::Array(array) => self.array(array)?,
             }

@@ -2,7 +2,7 @@
 //!
 //! Nothing is kept of what is not wanted, so that a large message costs time but no memory.
 
-use super::types::{Leaf, Sink, damaged_message, fingerprint, step_into};
+use super::types::{Leaf, Sink, TextMark, damaged_message, step_into};
 use crate::error::Error;
 use serde::de::{DeserializeSeed, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::fmt;
@@ -64,7 +64,7 @@ impl<'de> Visitor<'de> for JsonWalk<'_> {
     }
 
     fn visit_str<E>(self, value: &str) -> Result<(), E> {
-        self.leaf(Leaf::Text(fingerprint(value.as_bytes())))
+        self.leaf(Leaf::Text(TextMark::new(value.as_bytes())))
     }
 
     fn visit_unit<E>(self) -> Result<(), E> {

@@ -6,6 +6,7 @@ use super::protobuf;
 use super::ros::{self, Dialect, plain_name};
 use super::types::{Budget, FIELDS, FieldKind, Leaf, MessageTypes, too_many_fields};
 use crate::error::{Error, ErrorKind};
+use crate::recording::Limits;
 use crate::recording::csv::header::Column as Named;
 use crate::units::AccelerationUnit;
 use std::rc::Rc;
@@ -153,8 +154,7 @@ pub(super) struct MessageLayout {
     pub(super) messages: Messages,
     /// The paths to what is wanted, in the order of the slots.
     pub(super) paths: Vec<String>,
-    /// The first of all fields that hold numbers.
-    pub(super) known: Vec<String>,
+    pub(super) contents: Contents,
     /// The fields, with their units.
     pub(super) columns: Vec<(String, Option<AccelerationUnit>)>,
     /// Whether a number follows the columns that says whether there is an estimate.
@@ -261,7 +261,7 @@ fn typed_layout(
         }
     };
     let mut layout = MessageLayout::of(columns, (frame, &stamps), is_number);
-    layout.known = listed(&numbers);
+    layout.contents = Contents::of_types(&numbers);
     layout.messages = match language {
         Language::Protobuf => Messages::Protobuf(types),
         Language::Ros(dialect) => Messages::Ros(cdr::plan(&types, dialect, &layout.paths, budget)?),
@@ -292,7 +292,7 @@ impl MessageLayout {
         Self {
             messages: Messages::Json,
             paths,
-            known: Vec::new(),
+            contents: Contents::default(),
             columns,
             estimate,
             frame,
@@ -323,12 +323,6 @@ fn shown<'a>(paths: impl Iterator<Item = &'a String>) -> Vec<String> {
     shown.map(|(_, path)| path.clone()).collect()
 }
 
-/// Returns the first names of a list for a message.
-fn listed(numbers: &[(String, bool)]) -> Vec<String> {
-    let first = numbers.iter().take(LISTED);
-    first.map(|(path, _)| path.clone()).collect()
-}
-
 /// Returns which of a message's numbers are wanted; of each is told whether it is one now, for what
 /// is null now may be a number in the next message.
 fn json_fields(numbers: &[(String, bool)], wanted: &WantedFields) -> Vec<String> {
@@ -347,37 +341,166 @@ fn json_fields(numbers: &[(String, bool)], wanted: &WantedFields) -> Vec<String>
     found
 }
 
-/// Learns the fields of a JSON topic from its first message.
-pub(super) fn json_layout(data: &[u8], wanted: &WantedFields) -> Result<MessageLayout, Unfit> {
-    let mut numbers: Vec<(String, bool)> = Vec::new();
-    let (mut frame, mut too_many) = (false, false);
-    let mut found = |path: &str, leaf: Leaf| {
-        frame |= path == FRAME && matches!(leaf, Leaf::Text(_));
-        // What is null now may be a number in the next message.
-        let numeric = matches!(leaf, Leaf::Number(_) | Leaf::Null);
-        let is_wanted = wanted.path.as_deref() == Some(path);
-        if numeric && (is_wanted || path == ESTIMATE || !path.contains('[')) {
-            too_many |= numbers.len() > FIELDS;
-            if !too_many && !numbers.iter().any(|(known, _)| known == path) {
-                numbers.push((path.to_string(), matches!(leaf, Leaf::Number(_))));
-            }
-        }
-    };
-    json::walk(data, &mut found)?;
-    if too_many {
-        return Err(too_many_fields().into());
-    }
+/// Learns the fields of a JSON topic from what its first message holds; `None` where nothing in it is
+/// wanted.
+pub(super) fn json_layout(contents: &Contents, wanted: &WantedFields) -> Option<MessageLayout> {
+    let numbers = &contents.numbers;
     let has = |path: &str| numbers.iter().any(|(known, _)| known == path);
-    let chosen = json_fields(&numbers, wanted);
+    let chosen = json_fields(numbers, wanted);
     if chosen.is_empty() && wanted.path.is_none() {
-        return Err(Unfit::Other);
+        return None;
     }
     let unit = |path: String| (path.clone(), unit_in_name(&path));
     let columns = chosen.into_iter().map(unit).collect();
     let stamps = JSON_STAMPS.map(|stamp| stamp.map(str::to_string));
-    let mut layout = MessageLayout::of(columns, (frame, &stamps), has);
-    layout.known = listed(&numbers);
-    Ok(layout)
+    let mut layout = MessageLayout::of(columns, (contents.names_frame, &stamps), has);
+    layout.contents = contents.clone();
+    Some(layout)
+}
+
+/// What the messages of a topic hold: fields that can be asked for, and why there may be none.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Contents {
+    /// Paths of numbers of which a message has one, and whether they are floating-point numbers, or
+    /// in JSON numbers now.
+    pub(super) numbers: Vec<(String, bool)>,
+    /// Paths of numbers in arrays, as `samples[0..].ay`.
+    arrays: Vec<String>,
+    /// Paths of numbers in quotes.
+    quoted: Vec<String>,
+    /// The encoding, if it is none that is read.
+    unread: Option<String>,
+    /// Whether messages in JSON name the sensor's frame.
+    names_frame: bool,
+}
+
+/// Returns what the messages of a topic hold by their type.
+pub(super) fn contents(encoding: &str, schema: Option<&Schema>, limits: &Limits) -> Contents {
+    if !["cdr", "ros1", "protobuf", "json"].contains(&encoding) {
+        return Contents {
+            unread: Some(encoding.to_string()),
+            ..Contents::default()
+        };
+    }
+    let types = schema.and_then(|schema| schema.types().ok());
+    let numbers = types.and_then(|types| types.numbers(&mut Budget::new(limits)).ok());
+    Contents::of_types(&numbers.unwrap_or_default())
+}
+
+impl Contents {
+    fn of_types(all: &[(String, bool)]) -> Self {
+        let (arrays, numbers): (Vec<_>, Vec<_>) = all
+            .iter()
+            .cloned()
+            .partition(|(path, _)| path.contains('['));
+        Self {
+            numbers,
+            arrays: arrays.into_iter().map(|(path, _)| path).collect(),
+            ..Self::default()
+        }
+    }
+
+    /// Takes what a message in JSON holds. What is null now may be a number in the next message.
+    pub(super) fn of_json(data: &[u8], wanted: &WantedFields) -> Result<Self, Error> {
+        let mut contents = Self::default();
+        let mut too_many = false;
+        let mut found = |path: &str, leaf: Leaf| {
+            contents.names_frame |= path == FRAME && matches!(leaf, Leaf::Text(_));
+            let is_plain = !path.contains('[');
+            if let Leaf::Text(text) = leaf {
+                let is_quoted = text.is_number && is_plain && path != FRAME;
+                if is_quoted && contents.quoted.len() < LISTED {
+                    contents.quoted.push(path.to_string());
+                }
+            }
+            if !matches!(leaf, Leaf::Number(_) | Leaf::Null) {
+                return;
+            }
+            let array = path.replace("[0]", "[0..]");
+            if !array.replace("[0..]", "").contains('[') && !is_plain {
+                contents
+                    .arrays
+                    .extend((contents.arrays.len() < LISTED).then_some(array));
+            }
+            let is_wanted = wanted.path.as_deref() == Some(path);
+            if is_wanted || path == ESTIMATE || is_plain {
+                too_many |= contents.numbers.len() > FIELDS;
+                if !too_many && !contents.numbers.iter().any(|(known, _)| known == path) {
+                    let is_number = matches!(leaf, Leaf::Number(_));
+                    contents.numbers.push((path.to_string(), is_number));
+                }
+            }
+        };
+        json::walk(data, &mut found)?;
+        match too_many {
+            true => Err(too_many_fields()),
+            false => Ok(contents),
+        }
+    }
+
+    /// Says why no sample can be asked for, or not the one that a name promises.
+    pub(super) fn why_none(&self) -> Option<String> {
+        if let Some(encoding) = &self.unread {
+            return Some(format!("messages in `{encoding}` are not read"));
+        }
+        let of = |paths: &[String]| {
+            let is_meant = |path: &&String| self.fields().is_empty() || promises_lateral(path);
+            let meant = paths.iter().filter(is_meant).take(3).cloned();
+            meant.collect::<Vec<String>>().join(", ")
+        };
+        let (arrays, quoted) = (of(&self.arrays), of(&self.quoted));
+        if !arrays.is_empty() {
+            return Some(format!(
+                "arrays of numbers, {arrays}: one sample in each message is read"
+            ));
+        }
+        (!quoted.is_empty()).then(|| format!("numbers in quotes, {quoted}, are not read"))
+    }
+
+    /// Tells whether no name in it promises a lateral acceleration.
+    pub(super) fn is_foreign(&self) -> bool {
+        let mut promised = self.arrays.iter().chain(&self.quoted);
+        !promised.any(|path| promises_lateral(path))
+    }
+
+    /// Returns the paths of numbers that may be samples.
+    fn fields(&self) -> Vec<&String> {
+        let stamps = JSON_STAMPS.as_flattened();
+        let is_stamp = |path: &str| stamps.contains(&path) || path == ESTIMATE;
+        let paths = self.numbers.iter().map(|(path, _)| path);
+        paths.filter(|path| !is_stamp(path)).collect()
+    }
+
+    /// Names the fields of a topic for a list of topics, those that say lateral acceleration alone where
+    /// there are such.
+    pub(super) fn in_words(&self, topic: &str) -> String {
+        const SHOWN: usize = 3;
+        let all = self.fields();
+        let lateral = || all.iter().copied().filter(|path| names_lateral(path));
+        let mut shown: Vec<&String> = lateral().take(SHOWN).collect();
+        if shown.is_empty() {
+            shown = all.iter().copied().take(SHOWN).collect();
+        }
+        let names: Vec<String> = shown.iter().map(|path| name_of(topic, path)).collect();
+        let mut text = match names.as_slice() {
+            [] => String::new(),
+            names => format!(" with {}", names.join(", ")),
+        };
+        if all.len() > shown.len() {
+            text += &format!(" and {} more", all.len() - shown.len());
+        }
+        text + &self
+            .why_none()
+            .map_or(String::new(), |why| format!(" ({why})"))
+    }
+}
+
+/// Tells whether a path says lateral acceleration, arrays on the way or not.
+fn promises_lateral(path: &str) -> bool {
+    let parts = path
+        .split('[')
+        .map(|part| part.split_once(']').map_or(part, |(_, rest)| rest));
+    named(&parts.collect::<String>()).says_lateral_acceleration()
 }
 
 /// A schema as the file holds it.
@@ -391,16 +514,20 @@ pub(super) struct Schema {
 }
 
 /// Says that a topic's messages have no number at a path.
-pub(super) fn no_field(topic: &str, path: &str, known: &[String]) -> Error {
-    let first = known.iter().take(LISTED);
+pub(super) fn no_field(topic: &str, path: &str, contents: &Contents) -> Error {
+    let numbers = contents.numbers.iter().map(|(path, _)| path);
+    let first = numbers.chain(&contents.arrays).take(LISTED);
     let mut names: Vec<String> = first.map(|path| name_of(topic, path)).collect();
     if names.len() >= LISTED {
         names.push("…".into());
     }
-    let known = match names.as_slice() {
+    let mut known = match names.as_slice() {
         [] => format!("no number field in {topic}"),
         names => names.join(", "),
     };
+    known += &contents
+        .why_none()
+        .map_or(String::new(), |why| format!(" ({why})"));
     let wanted = name_of(topic, path);
     ErrorKind::NoSuchChannel { wanted, known }.into()
 }

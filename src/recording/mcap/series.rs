@@ -1,7 +1,8 @@
 //! One topic's messages turned into numbers, each at its stamp.
 
+use super::clock::{MessageBase, MessageTimes};
 use super::layout::{
-    self, ESTIMATE, FRAME, Laid, MessageLayout, Messages, Unfit, WantedFields, name_of,
+    self, Contents, ESTIMATE, FRAME, Laid, MessageLayout, Messages, Unfit, WantedFields, name_of,
 };
 use super::types::{Leaf, damaged_message, hash};
 use super::{cdr, json, protobuf};
@@ -9,13 +10,9 @@ use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column as Named;
 use crate::recording::draft::{Draft, UniformSamples, Unit};
 use crate::recording::remarks::Remark;
-use crate::recording::time_base::{MEND, TimeBase};
-use crate::recording::{Channel, Finding, Limits, ReadOptions};
+use crate::recording::{Channel, Limits, ReadOptions};
 use crate::units::AccelerationUnit;
 use std::rc::Rc;
-
-/// How much later than it was measured a message may be logged [ns].
-const LATE_NS: i128 = 50_000_000;
 
 /// One field's values.
 #[derive(Debug, Default)]
@@ -45,6 +42,8 @@ pub(super) struct Finished {
     pub(super) fields: Vec<TopicField>,
     /// Whether its messages have nothing that is wanted.
     pub(super) is_other: bool,
+    /// What messages in JSON hold.
+    pub(super) contents: Option<Contents>,
     /// That the field which a person names is not there.
     pub(super) missing: Option<Error>,
     /// That a later message had other fields than the first.
@@ -65,14 +64,13 @@ pub(super) struct TopicSeries {
     leaves: Vec<Option<Leaf>>,
     /// Numbers of the message at hand, as the layout says.
     slots: Vec<f64>,
-    /// Stamps in the messages [ns].
-    stamps: Vec<i64>,
-    /// Times of recording [ns].
-    logged: Vec<u64>,
+    times: MessageTimes,
     /// The frame that the first message names.
     frame: Option<f64>,
     /// Whether its messages have nothing that is wanted.
     is_other: bool,
+    /// What messages in JSON hold.
+    contents: Option<Contents>,
     /// That a later message had other fields than the first.
     further: Option<Error>,
     /// Fingerprint of the fields that the first message in JSON had.
@@ -88,6 +86,7 @@ pub(super) struct TopicSeries {
 pub(super) struct LoggedMessage<'a> {
     pub(super) number: u64,
     pub(super) log_time: u64,
+    pub(super) publish_time: u64,
     pub(super) data: &'a [u8],
     pub(super) byte: u64,
 }
@@ -158,8 +157,8 @@ impl TopicSeries {
         // Each message costs one value per column and one for each of its times.
         let meant = self.wanted.meant;
         let neighbours = self.columns.iter().filter(|column| column.is_neighbour);
-        let neighbours = neighbours.count() as u64 + if meant { 0 } else { 2 };
-        kept.meant += self.columns.len() as u64 + 2 - neighbours;
+        let neighbours = neighbours.count() as u64 + if meant { 0 } else { CLOCKS };
+        kept.meant += self.columns.len() as u64 + CLOCKS - neighbours;
         kept.neighbours += neighbours;
         let most = limits.samples.saturating_mul(KEPT_PER_SAMPLE);
         let full = message.number > limits.samples;
@@ -179,7 +178,7 @@ impl TopicSeries {
                 column.values = Vec::new();
             }
             if !meant {
-                (self.stamps, self.logged) = (Vec::new(), Vec::new());
+                self.times = MessageTimes::default();
                 self.error = Some(error);
             }
         }
@@ -195,11 +194,13 @@ impl TopicSeries {
         let topic = Rc::clone(&self.topic);
         let place = |path: &str| place(&topic, message, path);
         if self.layout.is_none() {
-            match layout::json_layout(message.data, &self.wanted) {
-                Ok(layout) => self.take_layout(Rc::new(layout), kept),
-                Err(Unfit::Unreadable(error)) => return Err(error.at(place(""))),
-                Err(Unfit::Other) => self.is_other = true,
+            let contents = Contents::of_json(message.data, &self.wanted);
+            let contents = contents.map_err(|error| error.at(place("")))?;
+            match layout::json_layout(&contents, &self.wanted) {
+                Some(layout) => self.take_layout(Rc::new(layout), kept),
+                None => self.is_other = true,
             }
+            self.contents = Some(contents);
         }
         let Some(layout) = self.layout.clone() else {
             return Ok(());
@@ -228,12 +229,12 @@ impl TopicSeries {
             }
             self.frame = frame;
         }
-        if layout.stamped {
+        let stamp = layout.stamped.then(|| {
             let pair = [rest.next(), rest.next()].map(Option::unwrap_or_default);
-            let stamp = stamp_ns(pair).map_err(|error| error.at(place("header.stamp")))?;
-            self.stamps.push(stamp);
-        }
-        self.logged.push(message.log_time);
+            stamp_ns(pair).map_err(|error| error.at(place("header.stamp")))
+        });
+        let (log, publish) = (message.log_time, message.publish_time);
+        self.times.push(stamp.transpose()?, log, publish);
         for (column, value) in self.columns.iter_mut().zip(&self.slots) {
             if column.error.is_some() {
                 continue;
@@ -281,9 +282,12 @@ impl TopicSeries {
                     self.slots[place] = value;
                     continue;
                 }
-                Some(Leaf::Text(fingerprint)) if path == FRAME => {
-                    self.slots[place] = fingerprint;
+                Some(Leaf::Text(text)) if path == FRAME => {
+                    self.slots[place] = text.fingerprint;
                     continue;
+                }
+                Some(Leaf::Text(text)) if text.is_number => {
+                    non_finite("a number written as a text")
                 }
                 Some(Leaf::Text(_)) => non_finite("a text"),
                 Some(Leaf::Null) => non_finite("null"),
@@ -336,30 +340,25 @@ impl TopicSeries {
         Ok(())
     }
 
-    /// Returns the name of the first field.
-    fn name(&self) -> String {
-        let path = self.columns.first().map_or("", |column| &column.path);
-        name_of(&self.topic, path)
-    }
-
     /// Brings the fields to a uniform time base; `known` is the path of the lateral acceleration in a
-    /// message type that is known to have one.
+    /// message type that is known to have one, `mark` stands behind each name.
     pub(super) fn finish(
         mut self,
         known: Option<&str>,
+        mark: &str,
         options: &ReadOptions,
         limits: &Limits,
     ) -> Finished {
         let base = match self.error.take() {
             Some(error) => Err(error),
-            None => self.base(options, limits),
+            None => self.times.base(&self.topic, options, limits),
         };
         let layout = self.layout.take();
         let is_read = layout.is_some();
         let asked = self.wanted.path.as_deref().zip(layout);
         let missing = asked.and_then(|(path, layout)| {
             let there = self.columns.iter().any(|column| column.path == path);
-            (!there).then(|| layout::no_field(&self.topic, path, &layout.known))
+            (!there).then(|| layout::no_field(&self.topic, path, &layout.contents))
         });
         if !is_read && !self.is_other {
             // Of what cannot be read at all one field is told.
@@ -371,7 +370,8 @@ impl TopicSeries {
         let (topic, remarks) = (self.topic, self.remarks);
         let field = |column: FieldColumn| {
             let path = column.path.clone();
-            let words = layout::words_of(&topic, &path);
+            let mut words = layout::words_of(&topic, &path);
+            words.name.push_str(mark);
             let may_be_lateral = match known {
                 Some(known) => path == known,
                 None => layout::names_lateral(&path) || !is_read,
@@ -379,9 +379,7 @@ impl TopicSeries {
             let channel = match (column.error.clone(), &base) {
                 (Some(error), _) => Err(error),
                 (None, Err(error)) => Err(error.clone()),
-                (None, Ok((base, stamps, findings))) => {
-                    column.into_channel((&words, &remarks), base, stamps, findings, options)
-                }
+                (None, Ok(base)) => column.into_channel((&words, &remarks), base, options),
             };
             let place = Place::default().channel(&words.name);
             let channel = channel.map_err(|error| error.at(place));
@@ -395,104 +393,24 @@ impl TopicSeries {
         Finished {
             fields: self.columns.into_iter().map(field).collect(),
             is_other: self.is_other,
+            contents: self.contents,
             missing,
             further: self.further,
         }
     }
-
-    /// Finds the uniform time base, with the stamps and what is odd about them.
-    fn base(
-        &self,
-        options: &ReadOptions,
-        limits: &Limits,
-    ) -> Result<(TimeBase, Vec<f64>, Vec<Finding>), Error> {
-        let mut findings = Vec::new();
-        let stamps = self.stamps_s(options, &mut findings)?;
-        let base = TimeBase::fit(&stamps, 1e-9, limits)?;
-        findings.extend(base.findings.iter().cloned());
-        let by = ("the times of the messages", false);
-        findings.extend(options.check_rate(base.rate.hertz(), by, MEND)?);
-        Ok((base, stamps, findings))
-    }
-
-    /// Returns the instants of the messages after time zero [s].
-    fn stamps_s(
-        &self,
-        options: &ReadOptions,
-        findings: &mut Vec<Finding>,
-    ) -> Result<Vec<f64>, Error> {
-        let stamped = self.layout.as_ref().is_some_and(|layout| layout.stamped);
-        let use_stamps = stamped && self.stamps.iter().any(|stamp| *stamp != 0);
-        let time = |index: usize| match use_stamps {
-            true => i128::from(self.stamps[index]),
-            false => i128::from(self.logged[index]),
-        };
-        if !use_stamps {
-            let (code, seen) = match stamped {
-                true => ("stamp-zero", "header.stamp is 0 in every message"),
-                false => ("log-time", "the messages have no header.stamp"),
-            };
-            let used = "the time of logging is used, which carries the delays of transport";
-            findings.push(Finding::warning(code, format!("{seen}; {used}")));
-        }
-        let Some(end) = self.logged.len().checked_sub(1) else {
-            return Ok(Vec::new());
-        };
-        let (first, last) = (time(0), time(end));
-        for index in 1..=end {
-            let (previous, found) = (time(index - 1), time(index));
-            if found <= previous {
-                let (name, number) = (self.name(), index + 1);
-                let text = format!("{name}, message {number} (seconds after the first)");
-                let error = Error::from(ErrorKind::TimeNotIncreasing {
-                    previous: seconds(previous - first),
-                    found: seconds(found - first),
-                });
-                return Err(error.at(Place::default().channel(text)));
-            }
-        }
-        if use_stamps {
-            let logged = i128::from(self.logged[end]) - i128::from(self.logged[0]);
-            let stamped = last - first;
-            // Transport comes late now and then; a clock that runs slow is late all the time.
-            if logged > stamped + stamped / 2 + LATE_NS {
-                let text = format!(
-                    "the messages' own stamps span {} s, the times at which they were logged {} s: \
-                     one of the two clocks is wrong, or what was measured before was sent slowly; \
-                     the stamps are used",
-                    seconds_text(stamped),
-                    seconds_text(logged)
-                );
-                findings.push(Finding::warning("log-time-differs", text));
-            }
-        }
-        let zero = match options.time_zero_s {
-            Some(instant_s) => nanoseconds(instant_s)?,
-            None => first,
-        };
-        if !(first..=last).contains(&zero) {
-            let said = format!(
-                "time zero is not between the first and the last message; on the file's clock \
-                 these are at {} s and {} s",
-                seconds_text(first),
-                seconds_text(last)
-            );
-            findings.push(Finding::warning("time-zero-outside", said));
-        }
-        Ok((0..=end).map(|index| seconds(time(index) - zero)).collect())
-    }
 }
 
 /// Values kept in all, times and all topics included, per sample that is allowed.
-const KEPT_PER_SAMPLE: u64 = 4;
+const KEPT_PER_SAMPLE: u64 = 5;
+
+/// Times that are kept of each message: one of each clock.
+const CLOCKS: u64 = 3;
 
 impl FieldColumn {
     fn into_channel(
         self,
         (words, remarks): (&Named, &[Remark]),
-        base: &TimeBase,
-        stamps: &[f64],
-        findings: &[Finding],
+        clock: &MessageBase,
         options: &ReadOptions,
     ) -> Result<Channel, Error> {
         let mut told = Vec::new();
@@ -506,12 +424,12 @@ impl FieldColumn {
                 "the message type prescribes {own}; {used} was stated and is used"
             ))
         });
-        let clock = UniformSamples {
-            start_s: base.start_s,
-            rate: base.rate,
-            values: base.apply(stamps, self.values)?,
+        let samples = UniformSamples {
+            start_s: clock.base.start_s,
+            rate: clock.base.rate,
+            values: clock.base.apply(&clock.times_s, self.values)?,
         };
-        let mut draft = Draft::of_words(words, unit, clock, findings.to_vec());
+        let mut draft = Draft::of_words(words, unit, samples, clock.findings.clone());
         draft.findings.append(&mut told);
         draft.remarks = remarks.to_vec();
         // The stamps count from time zero already, which in nanoseconds loses no digit.
@@ -547,34 +465,4 @@ fn stamp_ns([sec, nanosec]: [f64; 2]) -> Result<i64, Error> {
         return Err(damaged_message(expected, &found));
     }
     Ok(sec as i64 * 1_000_000_000 + nanosec as i64)
-}
-
-/// Returns an instant in whole nanoseconds.
-fn nanoseconds(instant_s: f64) -> Result<i128, Error> {
-    if !instant_s.is_finite() || instant_s.abs() > 1e11 {
-        return Err(ErrorKind::OutOfRange {
-            what: "time zero [s]".into(),
-            expected: "an instant on the file's clock".into(),
-            found: format!("{instant_s}"),
-        }
-        .into());
-    }
-    // Taken as it was written: the nearest double to an instant of today is off by up to 0.1 µs,
-    // its shortest decimal is not.
-    let text = instant_s.abs().to_string();
-    let (whole, rest) = text.split_once('.').unwrap_or((&text, ""));
-    let digits = format!("{whole}{rest:0<9.9}");
-    let time: i128 = digits.parse().unwrap_or_default();
-    Ok(if instant_s < 0.0 { -time } else { time })
-}
-
-fn seconds(span_ns: i128) -> f64 {
-    let span = span_ns as f64;
-    span / 1e9
-}
-
-fn seconds_text(time_ns: i128) -> String {
-    let sign = if time_ns < 0 { "-" } else { "" };
-    let (time, second) = (time_ns.unsigned_abs(), 1_000_000_000);
-    format!("{sign}{}.{:09}", time / second, time % second)
 }

@@ -198,8 +198,8 @@ pub(super) struct MessageTypes {
 pub(super) enum Leaf {
     /// A number.
     Number(f64),
-    /// A text: its [`fingerprint`].
-    Text(f64),
+    /// A text.
+    Text(TextMark),
     /// Nothing.
     Null,
     /// Yes or no.
@@ -222,9 +222,23 @@ pub(super) fn leads_on(path: &str, wanted: &[String]) -> bool {
     wanted.iter().any(|one| one.starts_with(path))
 }
 
-/// Returns a number that two texts share only by a chance of one in 2⁵³.
-pub(super) fn fingerprint(text: &[u8]) -> f64 {
-    (hash(text) >> 11) as f64
+/// What is kept of a text.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct TextMark {
+    /// A number that two texts share only by a chance of one in 2⁵³.
+    pub(super) fingerprint: f64,
+    /// Whether it is a number in quotes.
+    pub(super) is_number: bool,
+}
+
+impl TextMark {
+    pub(super) fn new(text: &[u8]) -> Self {
+        let number = std::str::from_utf8(text).ok().map(str::trim);
+        Self {
+            fingerprint: (hash(text) >> 11) as f64,
+            is_number: number.is_some_and(|text| text.parse::<f64>().is_ok()),
+        }
+    }
 }
 
 /// Returns the hash of a text (FNV-1a).

@@ -2,8 +2,8 @@
 
 use super::{Case, FROM, TO, good, push, refused, to_and_fro};
 use crate::mcap::{
-    ACCEL_SCHEMA, Cdr, MAGIC, channel, chunk, crc32, file, imu, imu_schema, lz4, message, packed,
-    schema, statistics,
+    ACCEL_SCHEMA, Cdr, MAGIC, channel, chunk, crc32, file, imu, imu_schema, lz4, message,
+    message_at, packed, schema, statistics,
 };
 use crate::mcap_encodings::{block, described, double, message_type, schema_of_bytes, whole};
 
@@ -71,8 +71,294 @@ pub(super) fn cases() -> Vec<Case> {
     let mut cases = encodings();
     cases.extend(packing());
     cases.extend(clocks());
+    cases.extend(whose_clock());
+    cases.extend(time_zeros());
     cases.extend(broken());
     cases
+}
+
+/// The three times of sample `k` of a log [ns], of which cases change one or two.
+#[derive(Clone, Copy)]
+struct Clocks {
+    header: fn(i64) -> u64,
+    log: fn(i64) -> u64,
+    publish: fn(i64) -> u64,
+}
+
+/// As a sound log has them: published after 0.2 ms, logged after 1 ms.
+const SOUND: Clocks = Clocks {
+    header: stamp,
+    log: |k| stamp(k) + 1_000_000,
+    publish: |k| stamp(k) + 200_000,
+};
+
+impl Clocks {
+    /// Messages of the type `sensor_msgs/Imu`.
+    fn of_imu(self) -> Vec<u8> {
+        let one = |k| {
+            let body = imu::imu_message_cdr((self.header)(k), "imu", [0.0, value(k), 9.8]);
+            message_at(1, ((self.log)(k), (self.publish)(k)), &body)
+        };
+        log(&[topic(), (FROM..TO).map(one).collect()].concat())
+    }
+
+    /// Messages without a stamp, in g.
+    fn of_float(self) -> Vec<u8> {
+        let topic = vec![
+            schema(1, "std_msgs/msg/Float64", "ros2msg", "float64 data\n"),
+            channel(1, 1, "/door/ay_g", "cdr"),
+        ];
+        let one = |k| {
+            let body = Cdr::new(true).f64(push(k)).finish();
+            message_at(1, ((self.log)(k), (self.publish)(k)), &body)
+        };
+        log(&[topic, (FROM..TO).map(one).collect()].concat())
+    }
+}
+
+/// The instant of sample `k` on a clock that runs `percent` as fast [ns].
+fn scaled(k: i64, percent: u64) -> u64 {
+    stamp(FROM) + (stamp(k) - stamp(FROM)) * percent / 100
+}
+
+/// Every other stamp twice, as some drivers write them.
+fn doubled(k: i64) -> u64 {
+    stamp(k - k.rem_euclid(2))
+}
+
+/// The stamp's nanoseconds where its seconds should be, and the reverse: it stands still.
+fn still(_: i64) -> u64 {
+    CONTACT as u64
+}
+
+fn whose_clock() -> Vec<Case> {
+    let by = |name: &str, clocks: Clocks, source: &str| {
+        imu_log(name, clocks.of_imu())
+            .options(&["--time-source", source])
+            .finds(&["info time-source"])
+    };
+    let plain = |name: &str, clocks: Clocks| {
+        good(name, clocks.of_float())
+            .options(&["--channel", "/door/ay_g:data", "--unit", "g"])
+            .options(&["--time-zero", "1700000000.0002"])
+            .channel("/door/ay_g:data")
+            .values((FROM..TO).map(push).collect())
+            .finds(&["warning channel-not-lateral"])
+    };
+    let refused = |name: &str, bytes: Vec<u8>, says: &[&str]| {
+        refused(name, bytes, &[&["time must increase"], says].concat())
+    };
+    let twice = Clocks {
+        header: doubled,
+        ..SOUND
+    };
+    let frozen = Clocks {
+        header: still,
+        ..SOUND
+    };
+    let unlogged = Clocks {
+        log: |_| 0,
+        ..SOUND
+    };
+    let mut cases = vec![
+        by("header.mcap", SOUND, "header"),
+        by("log.mcap", SOUND, "log").clock(10_000.0, -0.019),
+        by("publish.mcap", SOUND, "publish").clock(10_000.0, -0.0198),
+        by("capitals.mcap", SOUND, "LOG").clock(10_000.0, -0.019),
+        refused(
+            "doubled.mcap",
+            twice.of_imu(),
+            &[
+                "channel /imu, message 2",
+                "the time of logging is sound: state --time-source log",
+                "the time of publishing is sound: state --time-source publish",
+            ],
+        ),
+        by("doubled-by-log.mcap", twice, "log").clock(10_000.0, -0.019),
+        refused("still.mcap", frozen.of_imu(), &["--time-source log"]),
+        by("still-by-publish.mcap", frozen, "publish").clock(10_000.0, -0.0198),
+        // Of a log that has no clock, the sender's.
+        refused(
+            "unlogged.mcap",
+            unlogged.of_float(),
+            &["the time of publishing is sound: state --time-source publish"],
+        )
+        .options(&["--channel", "/door/ay_g:data", "--unit", "g"]),
+        plain("unlogged-by-publish.mcap", unlogged)
+            .options(&["--time-source", "publish"])
+            .finds(&["info time-source"]),
+        super::refused(
+            "no-stamp.mcap",
+            SOUND.of_float(),
+            &["a stamp of their own", "state --time-source log or publish"],
+        )
+        .options(&["--channel", "/door/ay_g:data", "--time-source", "header"]),
+        refused(
+            "all-broken.mcap",
+            Clocks {
+                header: still,
+                log: doubled,
+                publish: still,
+            }
+            .of_imu(),
+            &["no clock of the log is sound"],
+        ),
+        super::refused("table.csv", "time_s,acc_y_g\n0,1\n", &["--time-source"])
+            .options(&["--time-source", "log"]),
+    ];
+    cases.push(
+        imu_log("card.mcap", SOUND.of_imu())
+            .beside("card.mcap.toml", "time_source = \"publish\"\n")
+            .clock(10_000.0, -0.0198)
+            .finds(&["info time-source"]),
+    );
+    cases.extend(disagreeing());
+    cases
+}
+
+/// Clocks that run differently: none is believed, whichever is asked for.
+fn disagreeing() -> Vec<Case> {
+    let blocked = |name: &str, clocks: Clocks| {
+        imu_log(name, clocks.of_imu())
+            .unusable(&["blocking time-contradicted"], &["one of the two clocks"])
+    };
+    vec![
+        blocked(
+            "log-slow.mcap",
+            Clocks {
+                log: |k| scaled(k, 1000),
+                ..SOUND
+            },
+        ),
+        blocked(
+            "log-fast.mcap",
+            Clocks {
+                log: |k| scaled(k, 10),
+                ..SOUND
+            },
+        ),
+        blocked(
+            "log-160.mcap",
+            Clocks {
+                log: |k| scaled(k, 160),
+                ..SOUND
+            },
+        ),
+        blocked(
+            "publish-half.mcap",
+            Clocks {
+                publish: |k| scaled(k, 50),
+                ..SOUND
+            },
+        ),
+        blocked(
+            "asked-for.mcap",
+            Clocks {
+                log: |k| scaled(k, 1000),
+                ..SOUND
+            },
+        )
+        .options(&["--time-source", "header"])
+        .finds(&["info time-source"]),
+        // These do not run differently: a little, a clock that stands still, one late message, and
+        // messages that come in bundles.
+        imu_log(
+            "log-140.mcap",
+            Clocks {
+                log: |k| scaled(k, 140),
+                ..SOUND
+            }
+            .of_imu(),
+        ),
+        imu_log(
+            "log-zero.mcap",
+            Clocks {
+                log: |_| 0,
+                ..SOUND
+            }
+            .of_imu(),
+        ),
+        imu_log(
+            "late.mcap",
+            Clocks {
+                log: |k| stamp(k) + if k == TO - 1 { 70_000_000 } else { 0 },
+                ..SOUND
+            }
+            .of_imu(),
+        ),
+        imu_log(
+            "bundles.mcap",
+            Clocks {
+                log: |k| stamp(k - k.rem_euclid(250) + 250),
+                ..SOUND
+            }
+            .of_imu(),
+        ),
+        // The stamps jump where the log does not: messages may be missing.
+        imu_log(
+            "jump.mcap",
+            Clocks {
+                header: |k| stamp(k) + if k < 100 { 0 } else { 30_000_000 },
+                ..SOUND
+            }
+            .of_imu(),
+        )
+        .samples(1100)
+        .unusable(
+            &["blocking gap", "blocking straight-line"],
+            &["the time of logging has no gap: state --time-source log"],
+        ),
+        imu_log(
+            "jump-by-log.mcap",
+            Clocks {
+                header: |k| stamp(k) + if k < 100 { 0 } else { 30_000_000 },
+                ..SOUND
+            }
+            .of_imu(),
+        )
+        .options(&["--time-source", "log"])
+        .clock(10_000.0, -0.019)
+        .finds(&["info time-source", "warning log-time-differs"]),
+    ]
+}
+
+/// The instant of first contact on the log's clock, and as times are shown.
+fn time_zeros() -> Vec<Case> {
+    let at = |name: &str, zero: &str| {
+        good(name, log(&imu_records()))
+            .options(&["--time-zero", zero])
+            .channel("/imu:linear_acceleration.y")
+            .unit("m/s2", |_| "0".into())
+            .values((FROM..TO).map(value).collect())
+            .finds(&["info channel-chosen"])
+    };
+    let outside = |zero: &str| {
+        refused(
+            "zero-outside.mcap",
+            log(&imu_records()),
+            &[
+                "--time-zero",
+                "1699999999.98 and 1700000000.0599 s",
+                "0 and 0.0799 s",
+            ],
+        )
+        .options(&["--time-zero", zero])
+        .named(&format!("time zero at {zero}"))
+    };
+    vec![
+        at("zero-absolute.mcap", "1700000000"),
+        at("zero-shown.mcap", "0.02").finds(&["info time-zero-outside"]),
+        at("zero-early.mcap", "0.01")
+            .clock(10_000.0, -0.01)
+            .finds(&["info time-zero-outside"]),
+        at("zero-before.mcap", "1699999999.97")
+            .clock(10_000.0, 0.01)
+            .finds(&["warning time-zero-outside", "warning no-pre-event-data"]),
+        outside("5"),
+        outside("-0.01"),
+        outside("1600000000"),
+        outside("1700000060"),
+    ]
 }
 
 fn encodings() -> Vec<Case> {
@@ -354,7 +640,11 @@ fn clocks() -> Vec<Case> {
             .unit("m/s2", |_| "0".into())
             .values((FROM..TO).map(value).collect())
             .clock(10_000.0, 0.0)
-            .finds(&["info channel-chosen", "warning no-pre-event-data"]),
+            .finds(&[
+                "info channel-chosen",
+                "info time-zero-first",
+                "warning no-pre-event-data",
+            ]),
         imu_log("no-frame.mcap", all(&|k| stamped(k, stamp(k)))),
         // Nothing was stamped, so the time of logging is all there is.
         imu_log("stamps-zero.mcap", all(&|k| stamped(k, 0)))

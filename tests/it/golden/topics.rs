@@ -2,7 +2,7 @@
 
 use super::logs::{log, messages, of, read, stamp, stamped_header, value};
 use super::{Case, FROM, TO, good, push, refused};
-use crate::mcap::{Cdr, channel, file, imu_schema, message, schema, statistics};
+use crate::mcap::{Cdr, channel, file, imu, imu_schema, message, schema, statistics};
 use crate::mcap_encodings::{block, described, double, message_type, schema_of_bytes};
 
 /// A log of JSON messages on the topic `/door`.
@@ -63,7 +63,153 @@ fn imu_log(body: impl Fn(i64) -> Vec<u8>) -> Vec<u8> {
 pub(super) fn cases() -> Vec<Case> {
     let mut cases = choices();
     cases.extend(doubts());
+    cases.extend(twins());
+    cases.extend(nothing_to_choose());
     cases
+}
+
+/// One topic recorded twice, by two senders: the door and one that shakes less.
+fn twins() -> Vec<Case> {
+    let bytes = || {
+        let weak = |k: i64| {
+            let weak = imu::imu_message_cdr(stamp(k), "door", [0.0, 0.1 * value(k), 9.8]);
+            message(4, stamp(k) + 1_000_000, &weak)
+        };
+        let topics = vec![
+            imu_schema(1),
+            channel(1, 1, "/imu", "cdr"),
+            channel(4, 1, "/imu", "cdr"),
+        ];
+        let count = (TO - FROM) as u64;
+        let weak: Vec<Vec<u8>> = (FROM..TO).map(weak).collect();
+        file(
+            &[topics, messages(stamped_imu), weak].concat(),
+            &[statistics(&[(1, count), (4, count)])],
+        )
+    };
+    let named = |name: &'static str, asked: &'static str| {
+        read(name, bytes(), "/imu:linear_acceleration.y (channel id 1)")
+            .options(&["--channel", asked])
+            .finds(&["warning neighbours-disagree"])
+    };
+    let all = [
+        "/imu:linear_acceleration.y (channel id 1)",
+        "/imu:linear_acceleration.y (channel id 4)",
+        "--channel '/imu:linear_acceleration.y (channel id 4)'",
+    ];
+    vec![
+        refused("twins.mcap", bytes(), &all),
+        refused("twins-by-field.mcap", bytes(), &all)
+            .options(&["--channel", "/imu:linear_acceleration.y"]),
+        refused("twins-by-topic.mcap", bytes(), &["/imu (channel id 4)"])
+            .options(&["--channel", "/imu"]),
+        refused(
+            "no-such-twin.mcap",
+            bytes(),
+            &["no channel `/imu (channel id 2)`"],
+        )
+        .options(&["--channel", "/imu (channel id 2)"]),
+        named("one.mcap", "/imu:linear_acceleration.y (channel id 1)"),
+        named("one-by-topic.mcap", "/imu (channel id 1)"),
+        read(
+            "other.mcap",
+            bytes(),
+            "/imu:linear_acceleration.y (channel id 4)",
+        )
+        .options(&["--channel", "/imu:linear_acceleration.y (channel id 4)"])
+        .values((FROM..TO).map(|k| 0.1 * value(k)).collect())
+        .finds(&[
+            "warning implausible-peak",
+            "warning implausible-velocity",
+            "warning neighbours-disagree",
+        ]),
+    ]
+}
+
+/// Logs of which no field can be taken: the message names what there is, or says why there is none.
+fn nothing_to_choose() -> Vec<Case> {
+    let of_type = |definition: &str, body: &dyn Fn(i64) -> Vec<u8>| {
+        of(
+            schema(1, "lab/msg/Door", "ros2msg", definition),
+            "cdr",
+            body,
+        )
+    };
+    let plain = |encoding: &str| of(schema(1, "Door", encoding, ""), encoding, |_| vec![1, 2, 3]);
+    let batch = |text: &'static str| json(move |k| text.replace("Y", &push(k).to_string()));
+    let one = "one sample in each message is read";
+    vec![
+        refused(
+            "float.mcap",
+            of_type("float64 data\n", &|k| Cdr::new(true).f64(push(k)).finish()),
+            &[
+                "/door (lab/msg/Door, cdr): 800 messages with /door:data",
+                "--channel",
+            ],
+        ),
+        refused(
+            "vector.mcap",
+            of_type("float32 x\nfloat32 y\nfloat32 z\nfloat32 t\n", &|k| {
+                let y = push(k) as f32;
+                Cdr::new(true).f32(0.0).f32(y).f32(0.0).f32(20.0).finish()
+            }),
+            &["with /door:x, /door:y, /door:z and 1 more"],
+        ),
+        refused(
+            "sequence.mcap",
+            of_type("float64[] ay_g\n", &|k| {
+                Cdr::new(true).u32(2).f64s(&[push(k), push(k)]).finish()
+            }),
+            &[
+                "arrays of numbers, ay_g[0..]",
+                one,
+                "export the topic as CSV",
+            ],
+        ),
+        refused(
+            "batch.mcap",
+            batch("{\"samples\": [{\"ay_g\": Y}, {\"ay_g\": Y}]}"),
+            &["arrays of numbers, samples[0..].ay_g", one],
+        ),
+        refused(
+            "bare-batch.mcap",
+            batch("[Y, Y, Y]"),
+            &["arrays of numbers, [0..]", one],
+        ),
+        refused(
+            "stamped-batch.mcap",
+            batch("{\"count\": 2, \"accel\": {\"y\": [Y, Y]}}"),
+            &[
+                "with /door:count (arrays of numbers, accel.y[0..]",
+                one,
+                "export the topic",
+            ],
+        ),
+        refused(
+            "quoted.mcap",
+            batch("{\"ay_g\": \"Y\"}"),
+            &[
+                "numbers in quotes, ay_g, are not read",
+                "export the topic as CSV",
+            ],
+        ),
+        refused(
+            "quoted-by-name.mcap",
+            batch("{\"ay_g\": \"Y\", \"n\": 1}"),
+            &["no channel `/door:ay_g`", "numbers in quotes, ay_g,"],
+        )
+        .options(&["--channel", "/door:ay_g"]),
+        refused(
+            "cbor.mcap",
+            plain("cbor"),
+            &["messages in `cbor` are not read"],
+        ),
+        refused(
+            "flat.mcap",
+            plain("flatbuffer"),
+            &["messages in `flatbuffer` are not read"],
+        ),
+    ]
 }
 
 /// The door beside a cabin of a type of its own; one without a name is JSON.
@@ -322,7 +468,10 @@ fn doubts() -> Vec<Case> {
             let topic = vec![imu_schema(1), channel(1, 1, "/door", "cdr")];
             log(&[topic, (FROM..TO).map(slow).collect()].concat())
         })
-        .finds(&["warning log-time-differs"]),
+        .unusable(
+            &["blocking time-contradicted"],
+            &["stamp in the messages spans 0.0799 s, the time of logging 0.799 s"],
+        ),
         refused(
             "many-fields.mcap",
             imu_log(|k| imu(k, "door", 0.0)),
