@@ -334,6 +334,34 @@ pub fn filtered(conditioned: &Conditioned, filter: Option<Cfc>) -> Result<Signal
     for sample in &mut signal.samples {
         *sample -= conditioned.bias_m_s2;
     }
+    resampled_and_filtered(signal, conditioned, filter)
+}
+
+/// Returns what betrays corners and jumps between the samples as recorded, as it would come through
+/// resampling and `filter` [m/s²]: the magnitudes of what lies above 0.8 of the Nyquist frequency.
+///
+/// A filter takes away what betrays a jump, not what its unknown place does: so this is taken
+/// before it. Both steps are linear: samples moved by a multiple of the magnitudes come out
+/// moved by that multiple of this.
+///
+/// # Errors
+///
+/// As [`condition`] for resampling and filter.
+pub fn corner_trace(conditioned: &Conditioned, filter: Option<Cfc>) -> Result<Signal, Error> {
+    let mut trace = resample::near_nyquist(&conditioned.raw);
+    trace.iter_mut().for_each(|a| *a = a.abs());
+    let trace = Signal {
+        samples: trace,
+        ..conditioned.raw
+    };
+    resampled_and_filtered(trace, conditioned, filter)
+}
+
+fn resampled_and_filtered(
+    mut signal: Signal,
+    conditioned: &Conditioned,
+    filter: Option<Cfc>,
+) -> Result<Signal, Error> {
     if let Some(hertz) = conditioned.resample_hz {
         signal = resample::resample(&signal, SampleRate::from_hertz(hertz)?)?;
     }

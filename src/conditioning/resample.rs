@@ -231,24 +231,24 @@ fn fourfold_weights<const TAPS: usize>(fraction: f64) -> [f64; TAPS] {
     let mut weights = [0.0; TAPS];
     for (tap, weight) in weights.iter_mut().enumerate() {
         let distance = tap as f64 - (half - 1.0) - fraction;
-        *weight = sinc(distance) * kaiser(distance / half);
+        *weight = sinc(distance) * kaiser(distance / half, KAISER_BETA);
     }
     let sum: f64 = weights.iter().sum();
     weights.map(|weight| weight / sum)
 }
 
-/// Returns what of the samples lies above half of the Nyquist frequency: a smooth motion of six
-/// samples a period or more leaves less than two thousandths of itself, a corner or jump a part of
-/// its size. A sinc of 33 samples under Hann's window is taken away.
+/// Returns what of the samples lies above 0.8 of the Nyquist frequency: a motion of six samples a period
+/// or more leaves 2e-5 of itself, a corner or jump a part of its size. A sinc of 65 samples under
+/// Kaiser's window is taken away.
 #[must_use]
-pub fn above_half_nyquist(signal: &Signal) -> Vec<f64> {
-    const HALF: usize = 16;
+pub fn near_nyquist(signal: &Signal) -> Vec<f64> {
+    const HALF: usize = 32;
     const TAPS: usize = 2 * HALF + 4;
+    const BETA: f64 = 10.0;
     let mut weights = [0.0; TAPS];
     for (tap, weight) in weights.iter_mut().enumerate().take(2 * HALF + 1) {
         let distance = tap as f64 - HALF as f64;
-        let window = 1.0 + libm::cos(PI * distance / (HALF + 1) as f64);
-        *weight = sinc(0.5 * distance) * window;
+        *weight = sinc(0.8 * distance) * kaiser(distance / HALF as f64, BETA);
     }
     let sum: f64 = weights.iter().sum();
     let weights = weights.map(|weight| weight / sum);
@@ -284,11 +284,12 @@ impl SincKernel {
     /// Builds a kernel whose cut-off is `cutoff` times the Nyquist frequency of the lower rate.
     fn new(cutoff: f64) -> Self {
         // One entry before zero and two after the end serve the four-point interpolation.
-        let peak = kaiser(0.0);
+        let peak = kaiser(0.0, KAISER_BETA);
         let table = (0..HALF_LENGTH * TABLE_DENSITY + 4)
             .map(|entry| {
                 let distance = (entry as f64 - 1.0) / TABLE_DENSITY as f64;
-                sinc(cutoff * distance) * (kaiser(distance / HALF_LENGTH as f64) / peak)
+                sinc(cutoff * distance)
+                    * (kaiser(distance / HALF_LENGTH as f64, KAISER_BETA) / peak)
             })
             .collect();
         Self { table }
@@ -339,12 +340,12 @@ fn sinc(x: f64) -> f64 {
 
 /// Kaiser's window at `x` half-lengths from its middle, times I0(β), which the division of
 /// the weights by their sum takes out again.
-fn kaiser(x: f64) -> f64 {
+fn kaiser(x: f64, beta: f64) -> f64 {
     let inside = 1.0 - x * x;
     if inside < 0.0 {
         return 0.0;
     }
-    bessel_i0(KAISER_BETA * inside.sqrt())
+    bessel_i0(beta * inside.sqrt())
 }
 
 /// Modified Bessel function of the first kind and order zero, by its power series.

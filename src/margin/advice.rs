@@ -15,7 +15,7 @@ use crate::error::Error;
 use crate::units::{plain, shortest};
 use crate::verdict::assess::NominalPass;
 use crate::verdict::early::MemberCache;
-use crate::verdict::interpolation::{Course, doubt_part};
+use crate::verdict::interpolation::{Course, DIFFERING_TIMES, doubt_part};
 use serde::{Deserialize, Serialize};
 
 /// From where on every value searched passes by the whole rule.
@@ -244,7 +244,7 @@ impl AdviceSearch<'_> {
 
     /// Tells whether a peak would be no pass where readings of the samples disagree.
     fn is_in_danger(&self, peak_rad: f64) -> bool {
-        let reach = 1.0 + doubt_part(self.probe.with_members);
+        let reach = 1.0 + doubt_part(self.probe.with_members).max(DIFFERING_TIMES);
         reach * peak_rad > ROOM * self.probe.threshold_rad
     }
 

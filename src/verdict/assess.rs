@@ -132,7 +132,7 @@ pub(crate) fn assess_again(
             detail: extras.detail,
             control,
             signal,
-            readings: Readings::of(signal, cache),
+            readings: Readings::of(conditioned, cache),
             window,
             work: &work,
         },
@@ -610,7 +610,7 @@ impl PassQuestion<'_> {
             detail: AssessDetail::Decision,
             control: self.control,
             signal,
-            readings: Readings::of(signal, self.readings),
+            readings: Readings::of(conditioned, self.readings),
             window,
             work: self.work,
         }))

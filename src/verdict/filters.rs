@@ -10,7 +10,7 @@ use super::runs::{RunDetail, RunSetup};
 use super::usable_span::UsableSpan;
 use super::variant::VariantResult;
 use super::wording::filter_name;
-use crate::conditioning::{self, Cfc, Conditioned, Signal};
+use crate::conditioning::{self, Cfc, Conditioned};
 use crate::error::Error;
 use crate::recording::Finding;
 use serde::{Deserialize, Serialize};
@@ -69,7 +69,16 @@ pub(super) fn table(
             return Ok(filtered);
         }
         match conditioning::filtered(conditioned, filter) {
-            Ok(signal) => after(setup, filter, span, &signal, results),
+            Ok(used) => {
+                let refiltered = Conditioned {
+                    raw: conditioned.raw.clone(),
+                    used,
+                    filter,
+                    findings: Vec::new(),
+                    ..*conditioned
+                };
+                after(setup, span, &refiltered, results)
+            }
             Err(error) => Ok(FilteredRow {
                 row: FilterRow {
                     filter: filter_name(filter).into(),
@@ -87,19 +96,18 @@ pub(super) fn table(
     filters.into_iter().map(of_filter).collect()
 }
 
-/// Judges `signal`, the recording after `filter`.
+/// Judges the recording after another filter.
 fn after(
     setup: &RunSetup<'_>,
-    filter: Option<Cfc>,
     span: UsableSpan,
-    signal: &Signal,
+    refiltered: &Conditioned,
     results: &[VariantResult],
 ) -> Result<FilteredRow, Error> {
     let variants: Vec<Variant> = results.iter().map(|result| result.variant).collect();
     let cache = ReadingCache::default();
     let setup = RunSetup {
-        signal,
-        readings: Readings::of(signal, &cache),
+        signal: &refiltered.used,
+        readings: Readings::of(refiltered, &cache),
         ..*setup
     };
     let runs = setup.nominal_runs(&variants, RunDetail::ErrorBound)?;
@@ -119,7 +127,13 @@ fn after(
         .full_runs(&variants, RunDetail::ErrorBound)?,
         UsableSpan::Whole | UsableSpan::Nothing => Vec::new(),
     };
-    Ok(judged(&setup, filter, span, &of_all, good.iter()))
+    Ok(judged(
+        &setup,
+        refiltered.filter,
+        span,
+        &of_all,
+        good.iter(),
+    ))
 }
 
 /// Joins what the nominal runs say after one filter, each with its peak [rad], and those before a

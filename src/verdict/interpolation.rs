@@ -5,13 +5,15 @@
 //! limit follows. Where it does not, or where impacts come in another order, the samples are
 //! refined sixteenfold and the largest change counts twice; where they differ even then, the
 //! peak may be off by several times the largest angle seen. What no refinement can see, corners and
-//! jumps between two samples, is added, and counts twice where it changes the order of impacts.
+//! jumps between two samples, is added: the largest change by their trace, once and twice, to either
+//! side; it counts twice where it changes the order of impacts. Where that differs on any reading, the
+//! error is at least three times the range of all peaks.
 
 use super::Answer;
 use super::decision::VariantRun;
 use super::policy::Variant;
 use super::proof;
-use super::readings::SampleReading;
+use super::readings::{CORNERS, FINE_FACTOR, SampleReading};
 use super::runs::{RunDetail, RunSetup};
 use super::screen::{self, Decided, Subject};
 use crate::conditioning::Signal;
@@ -36,8 +38,12 @@ pub(crate) fn doubt_part(with_members: bool) -> f64 {
 /// The same where refinement ends and corners alone change the order of impacts; twice it was needed.
 const CORNER_DOUBT_PART: f64 = 1.5;
 
+/// Times the range of the peaks on all readings by which a peak is in doubt where the course of impacts
+/// differs between two of them.
+pub(crate) const DIFFERING_TIMES: f64 = 3.0;
+
 /// Times that the samples are run, counted as such, for the bound of one run.
-const RUNS_OF_A_BOUND: usize = 8;
+const RUNS_OF_A_BOUND: usize = 10;
 
 /// What one reading of the samples leads to.
 #[derive(Debug, Clone, Copy)]
@@ -98,8 +104,10 @@ impl ReadPeak {
 /// The peaks of one variant on the readings that every bound needs.
 struct ReadPeaks {
     own: ReadPeak,
-    /// Twofold, fourfold, with what corners could add, and with what they could take away.
-    first: [ReadPeak; 4],
+    twofold: ReadPeak,
+    fourfold: ReadPeak,
+    /// With each multiple of [`CORNERS`].
+    corners: [ReadPeak; CORNERS.len()],
     /// A coast was followed on the samples themselves.
     coasts: bool,
     numerical_error_rad: f64,
@@ -120,57 +128,63 @@ impl ReadPeaks {
 
     /// Tells whether refinement shows a change of second order and the same impacts throughout.
     fn regular(&self) -> bool {
-        let [twofold, fourfold, ..] = &self.first;
+        let Self {
+            own,
+            twofold,
+            fourfold,
+            ..
+        } = self;
         let quarters = |which: usize| {
-            let before = (twofold.angles[which] - self.own.angles[which]).abs();
+            let before = (twofold.angles[which] - own.angles[which]).abs();
             let after = (fourfold.angles[which] - twofold.angles[which]).abs();
             after <= (REGULAR_PART * before).max(self.numerical_error_rad)
         };
         self.counted().all(quarters)
-            && self.same_course(&self.own, twofold)
-            && self.same_course(&self.own, fourfold)
+            && self.same_course(own, twofold)
+            && self.same_course(own, fourfold)
     }
 
     /// Returns the bound [rad]; `sixteenfold` is the peak of that refinement, if it was made,
     /// `doubt_part` the times by which a peak is in doubt where refinement does not end.
     fn bound(&self, sixteenfold: Option<&ReadPeak>, doubt_part: f64) -> f64 {
-        let all = self.first.iter().chain(sixteenfold);
+        let refined = [Some(&self.twofold), Some(&self.fourfold), sixteenfold];
+        let refined = refined.into_iter().flatten();
+        let all = refined.clone().chain(&self.corners);
         if all.clone().any(|read| !read.followed) {
             // A rerun that could not be followed bounds nothing.
             return f64::MAX;
         }
-        let [twofold, fourfold, more, less] = &self.first;
         let regular = self.regular();
-        let ends = sixteenfold.is_some_and(|finest| self.same_course(fourfold, finest));
+        let ends = sixteenfold.is_some_and(|finest| self.same_course(&self.fourfold, finest));
         // Where corners change the order of impacts they may do so to more effect than was tried.
-        let unmoved = self.same_course(&self.own, more) && self.same_course(&self.own, less);
+        let unmoved = |read: &ReadPeak| self.same_course(&self.own, read);
+        let by_corners = !self.corners.iter().all(unmoved);
+        let by_any = !all.clone().all(unmoved);
         let of_one = |which: usize| {
             let angle = |read: &ReadPeak| read.angles[which];
             let own = angle(&self.own);
             let change = |read: &ReadPeak| (angle(read) - own).abs();
-            let times = if unmoved { 1.0 } else { 2.0 };
-            let corners = times * change(more).max(change(less));
-            if regular {
+            let times = if by_corners { 2.0 } else { 1.0 };
+            let corners = times * self.corners.iter().map(change).fold(0.0, f64::max);
+            let highest = all.clone().map(angle).fold(own, f64::max);
+            let lowest = all.clone().map(angle).fold(own, f64::min);
+            let refinement = if regular {
                 // A sixteenth of the whole is missing, a third of the second change; the whole of it
                 // leaves room for an order below the second.
-                return change(fourfold) + (angle(fourfold) - angle(twofold)).abs() + corners;
-            }
-            let refined = [Some(twofold), Some(fourfold), sixteenfold];
-            let mut largest = refined
-                .into_iter()
-                .flatten()
-                .map(change)
-                .fold(0.0, f64::max);
-            if let Some(finest) = sixteenfold {
-                largest = largest.max((angle(finest) - angle(fourfold)).abs());
-            }
-            let part = match (ends, unmoved) {
-                (true, true) => 0.0,
-                (true, false) => CORNER_DOUBT_PART,
-                (false, _) => doubt_part,
+                let second = (angle(&self.fourfold) - angle(&self.twofold)).abs();
+                change(&self.fourfold) + second
+            } else {
+                let last = |finest| (angle(finest) - angle(&self.fourfold)).abs();
+                let changes = refined.clone().map(change).chain(sixteenfold.map(last));
+                let part = match (ends, by_corners) {
+                    (true, false) => 0.0,
+                    (true, true) => CORNER_DOUBT_PART,
+                    (false, _) => doubt_part,
+                };
+                (2.0 * LIMIT * changes.fold(0.0, f64::max)).max(part * highest)
             };
-            let seen = all.clone().map(angle).fold(own, f64::max);
-            (2.0 * LIMIT * largest).max(part * seen) + corners
+            let differing = if by_any { DIFFERING_TIMES } else { 0.0 };
+            (refinement + corners).max(differing * (highest - lowest))
         };
         self.counted().map(of_one).fold(0.0, f64::max)
     }
@@ -199,8 +213,8 @@ impl RunSetup<'_> {
         let window = self
             .window
             .map(|(first, last)| (factor * first, factor * last));
-        let signal = self.readings.signal(reading);
-        self.run(signal, variant, window, RunDetail::PeakOnly)
+        let signal = self.readings.signal(reading)?;
+        self.run(&signal, variant, window, RunDetail::PeakOnly)
     }
 
     /// Sets each run beside the same on other readings of its samples; one with a `stand_in`, which
@@ -231,7 +245,7 @@ impl RunSetup<'_> {
     }
 
     /// Returns what each run says alone, as [`Self::refined`] would have it, with no more further
-    /// runs than that takes: the fourfold shows most answers beyond doubt.
+    /// runs than that takes: three readings show most answers beyond doubt.
     pub(super) fn answers(
         &self,
         runs: &[RunOutcome],
@@ -240,7 +254,7 @@ impl RunSetup<'_> {
         let threshold = self.threshold_rad();
         let stand_ins: Vec<(&RunOutcome, Option<VariantRun>)> =
             runs.iter().zip(stand_ins).collect();
-        let rough = self.share(4, &stand_ins, |(outcome, stand_in)| match stand_in {
+        let rough = self.share(6, &stand_ins, |(outcome, stand_in)| match stand_in {
             Some(stand_in) => Ok(Some(stand_in.nominal_answer(threshold))),
             None => self.clear_answer(outcome),
         })?;
@@ -257,24 +271,35 @@ impl RunSetup<'_> {
             .collect())
     }
 
-    /// Returns what a run says alone where its fourfold puts that beyond doubt: no answer, which a
-    /// larger error could only confirm; or a peak below a third or above three times the
-    /// threshold that lies eight times further away than the fourfold moves it.
+    /// Returns what a run says alone where its fourfold and twice the trace of corners put that beyond
+    /// doubt: no answer, which a larger error could only confirm; or a peak below a third or above three
+    /// times the threshold that lies eight times further away than any of them moves it.
     fn clear_answer(&self, outcome: &RunOutcome) -> Result<Option<Answer>, Error> {
         const TIMES: f64 = 3.0;
         const ROOM: f64 = 8.0;
         let threshold = self.threshold_rad();
         let own = ReadPeak::of(outcome);
-        let fourfold = ReadPeak::of(&self.read(SampleReading::Fourfold, variant_of(outcome))?);
-        let change = |which: usize| (fourfold.angles[which] - own.angles[which]).abs();
-        let change = change(0).max(change(1));
         let answer_with = |interpolation_error_rad: f64| {
             with_error(outcome.clone(), interpolation_error_rad).nominal_answer(threshold)
         };
-        let answer = answer_with(if fourfold.followed { change } else { f64::MAX });
+        let mut change = 0.0_f64;
+        let corners = CORNERS.into_iter().take(2).map(SampleReading::Corners);
+        for reading in std::iter::once(SampleReading::Fourfold).chain(corners) {
+            let read = ReadPeak::of(&self.read(reading, variant_of(outcome))?);
+            for which in [0, 1] {
+                change = change.max((read.angles[which] - own.angles[which]).abs());
+            }
+            if !read.followed {
+                change = f64::MAX;
+            }
+            if answer_with(change) == Answer::Undecided {
+                return Ok(Some(Answer::Undecided));
+            }
+        }
         let far = own.angles[1] < threshold / TIMES || own.angles[0] > threshold * TIMES;
+        let answer = answer_with(change);
         let clear = far && answer_with(ROOM * change) == answer;
-        Ok((clear || answer == Answer::Undecided).then_some(answer))
+        Ok(clear.then_some(answer))
     }
 
     /// Bounds the interpolation error of each run [rad].
@@ -303,11 +328,14 @@ impl RunSetup<'_> {
         let least = |measured: f64| proven.map_or(measured, |proven| measured.min(proven));
         let change = |of: &ReadPeak| (of.angles[0] - own.angles[0]).abs();
         // The cheap ones first: what corners and the fourfold change is part of every bound.
-        let more = read(SampleReading::More)?;
-        let less = read(SampleReading::Less)?;
-        let mut seen = change(&more).max(change(&less));
-        if enough(least(seen)) {
-            return Ok(least(seen));
+        let mut corners = [own; CORNERS.len()];
+        let mut seen = 0.0_f64;
+        for (peak, times) in corners.iter_mut().zip(CORNERS) {
+            *peak = read(SampleReading::Corners(times))?;
+            seen = seen.max(change(peak));
+            if enough(least(seen)) {
+                return Ok(least(seen));
+            }
         }
         let fourfold = read(SampleReading::Fourfold)?;
         seen += change(&fourfold);
@@ -316,7 +344,9 @@ impl RunSetup<'_> {
         }
         let peaks = ReadPeaks {
             own,
-            first: [read(SampleReading::Twofold)?, fourfold, more, less],
+            twofold: read(SampleReading::Twofold)?,
+            fourfold,
+            corners,
             coasts: run.run.coast_peak_angle_rad.is_some(),
             numerical_error_rad: run.run.numerical_error_rad,
             apart_s: apart_s(self.signal),
@@ -434,20 +464,19 @@ impl RunSetup<'_> {
         {
             return None;
         }
+        let subject = Subject {
+            lever: self.design.lever,
+            stop: self.design.stop,
+            model,
+            threshold_rad: self.threshold_rad(),
+            initial: None,
+            window: self
+                .window
+                .map(|(first, last)| (FINE_FACTOR * first, FINE_FACTOR * last)),
+        };
         let mut most = 0.0_f64;
-        for (reading, seen) in self.readings.fine(opens_when) {
-            let factor = reading.factor();
-            let subject = Subject {
-                lever: self.design.lever,
-                stop: self.design.stop,
-                model,
-                threshold_rad: self.threshold_rad(),
-                initial: None,
-                window: self
-                    .window
-                    .map(|(first, last)| (factor * first, factor * last)),
-            };
-            most = most.max(screen::peak_at_most(&subject, &seen)?);
+        for seen in self.readings.fine(opens_when) {
+            most = most.max(screen::peak_at_most(&subject, &seen.ok()?)?);
         }
         let [peak, highest] = ReadPeak::of(outcome).angles;
         Some((most - peak).max(highest + rest).max(0.0))

@@ -2,7 +2,7 @@
 
 use crate::support::Random;
 use latchgate::conditioning::Signal;
-use latchgate::conditioning::resample::{resample, upsample_fourfold};
+use latchgate::conditioning::resample::{near_nyquist, resample, upsample_fourfold};
 use latchgate::error::ErrorKind;
 use latchgate::units::SampleRate;
 use std::f64::consts::PI;
@@ -204,5 +204,44 @@ fn prop_every_fourth_sample_is_the_original() {
             assert_eq!(made.samples[4 * index].to_bits(), value.to_bits());
         }
         assert!((made.end_s() - signal.end_s()).abs() < 1e-12);
+    }
+}
+
+/// Smooth motion leaves next to nothing near the Nyquist frequency; a jump at least the half of itself
+/// that its unknown place within an interval may add, a corner at least half of its twelfth: twice the trace covers it.
+#[test]
+fn verif_corners_and_jumps_show_near_the_nyquist_frequency() {
+    let magnitudes = |samples: Vec<f64>| -> f64 {
+        let signal = Signal {
+            start_s: 0.0,
+            rate: rate(10_000.0),
+            samples,
+        };
+        near_nyquist(&signal).iter().map(|a| a.abs()).sum()
+    };
+    for (frequency_hz, low, high) in [
+        (500.0, 0.0, 2e-5),
+        (2_000.0, 0.0, 2e-5),
+        (3_500.0, 0.0, 2e-5),
+        (4_600.0, 0.99, 1.01),
+    ] {
+        let left = near_nyquist(&tone(10_000.0, frequency_hz, 1_000));
+        let largest = |most: f64, a: &f64| most.max(a.abs());
+        let middle = left[100..900].iter().fold(0.0, largest) / 100.0;
+        assert!(
+            (low..=high).contains(&middle),
+            "{frequency_hz} Hz leaves {middle}"
+        );
+    }
+    for part in [0.0, 0.25, 0.5, 0.75] {
+        let after = |index: i32| (f64::from(index) - 200.0 - part).max(0.0);
+        let jump = magnitudes((0..400).map(|k| after(k).min(1.0).ceil()).collect());
+        assert!((0.5..2.0).contains(&jump), "a jump leaves {jump}");
+        let corner = magnitudes((0..400).map(|k| after(k).min(100.0)).collect());
+        // Two of them.
+        assert!(
+            (1.0 / 12.0..2.0).contains(&corner),
+            "corners leave {corner}"
+        );
     }
 }

@@ -139,6 +139,7 @@ fn suspicions() -> Vec<Case> {
             let ringing = if (20..180).contains(&k) { 25.0 } else { 0.0 };
             push(k) + if k % 2 == 0 { ringing } else { -ringing }
         })
+        .exit(3)
         .finds(&["warning aliasing-suspected", "warning spike"]),
         // Declared the other way round, the same push opens the lever.
         case("opens.csv", "", |k| -push(k)).exit(1),

@@ -139,9 +139,9 @@ fn regress_the_advice_lies_beyond_sensitive_levers() {
         Sensitive {
             channel: "148",
             set: preload,
-            undecided: &[2.50889375, 2.54220625, 2.61446875, 2.63650625],
+            undecided: &[2.37594, 2.45365, 2.53981, 2.57459],
             advised: advised_preload,
-            between: (2.64, 4.0),
+            between: (2.575, 4.0),
             until: 2.0,
             missed: 0,
         },

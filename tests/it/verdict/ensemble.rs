@@ -417,7 +417,7 @@ fn verif_the_filter_table_is_what_each_filter_gives() {
         let finding = own.findings.iter().find(|f| f.code == "filter-decides");
         let text = &finding.expect("the filter decides").text;
         assert!(
-            text.contains("fail with none") && text.contains("pass with"),
+            text.contains("fail with cfc1000") && text.contains("pass with"),
             "{text}"
         );
         assert!(
