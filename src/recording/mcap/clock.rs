@@ -4,7 +4,6 @@
 //! published and when it was logged. A clock that is wrong makes the pulse longer or shorter, so
 //! the clock that is used is held against the others.
 
-use super::layout::name_of;
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::time_base::{MEND, TimeBase};
 use crate::recording::{Finding, Limits, ReadOptions};
@@ -19,6 +18,8 @@ const SPANS_DIFFER: f64 = 1.5;
 pub(super) struct MessageTimes {
     /// Stamps in the messages; empty where these have none.
     header: Vec<i64>,
+    /// The first of them that is none: its message, counted from 0, and what it says [s, ns].
+    bad_stamp: Option<(usize, [f64; 2])>,
     log: Vec<u64>,
     publish: Vec<u64>,
 }
@@ -34,9 +35,15 @@ pub(super) struct MessageBase {
 }
 
 impl MessageTimes {
-    /// Takes in the times of one message [ns].
-    pub(super) fn push(&mut self, header: Option<i64>, log: u64, publish: u64) {
-        self.header.extend(header);
+    /// Takes in the times of one message: of its stamp the two numbers [s, ns], else whole [ns].
+    pub(super) fn push(&mut self, header: Option<[f64; 2]>, log: u64, publish: u64) {
+        if let Some(pair) = header {
+            let stamp = stamp_ns(pair);
+            if stamp.is_none() {
+                self.bad_stamp.get_or_insert((self.log.len(), pair));
+            }
+            self.header.push(stamp.unwrap_or_default());
+        }
         self.log.push(log);
         self.publish.push(publish);
     }
@@ -60,7 +67,8 @@ impl MessageTimes {
 
     /// Returns the clocks other than one that the messages have.
     fn others(&self, used: MessageClock) -> impl Iterator<Item = MessageClock> {
-        let has = |clock: &MessageClock| *clock != MessageClock::Header || !self.header.is_empty();
+        let has_stamps = !self.header.is_empty() && self.bad_stamp.is_none();
+        let has = move |clock: &MessageClock| *clock != MessageClock::Header || has_stamps;
         let others = MessageClock::ALL.into_iter().filter(has);
         others.filter(move |clock| *clock != used)
     }
@@ -117,7 +125,7 @@ impl MessageTimes {
             let text = format!("{} is used, as option or card say", words(clock));
             return Ok((clock, vec![Finding::info("time-source", text)]));
         }
-        if self.header.iter().any(|stamp| *stamp != 0) {
+        if self.bad_stamp.is_some() || self.header.iter().any(|stamp| *stamp != 0) {
             return Ok((MessageClock::Header, Vec::new()));
         }
         let (code, seen) = match stamped {
@@ -136,26 +144,31 @@ impl MessageTimes {
 
     /// Refuses a clock that stands still or goes back; a sound one is named.
     fn check_rising(&self, clock: MessageClock, topic: &str, limits: &Limits) -> Result<(), Error> {
+        let refused = |index: usize, expected: String, found: String, why: &str| {
+            let way_out = self.way_out(clock, limits, "is sound");
+            let way_out = match way_out.is_empty() {
+                true => "; no clock of the log is sound: record it again",
+                false => &way_out,
+            };
+            let place = format!("{topic}, message {}", index + 1);
+            let error = Error::malformed(expected, found, format!("{why}{way_out}"));
+            Err(error.at(Place::default().channel(place)))
+        };
+        if let (MessageClock::Header, Some((index, [sec, nanosec]))) = (clock, self.bad_stamp) {
+            let expected = "a stamp of whole seconds, and nanoseconds below 10^9".to_string();
+            let found = format!("{sec} s and {nanosec} ns");
+            return refused(index, expected, found, "the stamp is none");
+        }
         let Some(index) = self.fault(clock) else {
             return Ok(());
         };
         let after_first = |index| seconds(self.time(clock, index) - self.time(clock, 0));
         let (previous, found) = (after_first(index - 1), after_first(index));
-        let way_out = self.way_out(clock, limits, "is sound");
-        let way_out = match way_out.is_empty() {
-            true => "; no clock of the log is sound: record it again",
-            false => &way_out,
-        };
-        let place = format!("{}, message {}", name_of(topic, ""), index + 1);
-        Err(Error::malformed(
-            format!(
-                "{} later than {previous} s after the first message",
-                words(clock)
-            ),
-            format!("{found} s"),
-            format!("time must increase{way_out}"),
-        )
-        .at(Place::default().channel(place)))
+        let expected = format!(
+            "{} later than {previous} s after the first message",
+            words(clock)
+        );
+        refused(index, expected, format!("{found} s"), "time must increase")
     }
 
     /// Names the clocks that increase without a gap, where this one does not.
@@ -211,7 +224,8 @@ impl MessageTimes {
     /// Tells of a gap that the stamps in the messages show and the clock that is used does not.
     fn unseen_gap(&self, used: MessageClock, limits: &Limits) -> Option<Finding> {
         let header = MessageClock::Header;
-        if used == header || self.header.is_empty() || self.fault(header).is_some() {
+        let has_stamps = self.others(used).any(|clock| clock == header);
+        if !has_stamps || self.fault(header).is_some() {
             return None;
         }
         let first = self.time(header, 0);
@@ -296,6 +310,14 @@ fn words(clock: MessageClock) -> &'static str {
         MessageClock::Log => "the time of logging",
         MessageClock::Publish => "the time of publishing",
     }
+}
+
+/// Returns a stamp in whole nanoseconds; `None` for one that no clock gives.
+fn stamp_ns([sec, nanosec]: [f64; 2]) -> Option<i64> {
+    // 9.2e9 s in nanoseconds still fit 64 bits.
+    let whole = |value: f64| value.trunc().total_cmp(&value).is_eq();
+    let fits = whole(sec) && sec.abs() <= 9.2e9 && whole(nanosec) && (0.0..1e9).contains(&nanosec);
+    fits.then(|| sec as i64 * 1_000_000_000 + nanosec as i64)
 }
 
 /// Returns an instant in whole nanoseconds.

@@ -229,12 +229,10 @@ impl TopicSeries {
             }
             self.frame = frame;
         }
-        let stamp = layout.stamped.then(|| {
-            let pair = [rest.next(), rest.next()].map(Option::unwrap_or_default);
-            stamp_ns(pair).map_err(|error| error.at(place("header.stamp")))
-        });
+        let pair = || [rest.next(), rest.next()].map(Option::unwrap_or_default);
+        let stamp = layout.stamped.then(pair);
         let (log, publish) = (message.log_time, message.publish_time);
-        self.times.push(stamp.transpose()?, log, publish);
+        self.times.push(stamp, log, publish);
         for (column, value) in self.columns.iter_mut().zip(&self.slots) {
             if column.error.is_some() {
                 continue;
@@ -453,16 +451,4 @@ fn put(leaves: &mut [Option<Leaf>], paths: &[String], path: &str, leaf: Leaf) ->
         }
     }
     twice
-}
-
-/// Returns a stamp in whole nanoseconds.
-fn stamp_ns([sec, nanosec]: [f64; 2]) -> Result<i64, Error> {
-    // 9.2e9 s in nanoseconds still fit 64 bits.
-    let whole = |value: f64| value.trunc().total_cmp(&value).is_eq();
-    if !(whole(sec) && sec.abs() <= 9.2e9 && whole(nanosec) && (0.0..1e9).contains(&nanosec)) {
-        let expected = "a stamp of whole seconds, and nanoseconds below 10^9";
-        let found = format!("{sec} s and {nanosec} ns");
-        return Err(damaged_message(expected, &found));
-    }
-    Ok(sec as i64 * 1_000_000_000 + nanosec as i64)
 }

@@ -212,6 +212,29 @@ fn whose_clock() -> Vec<Case> {
             .clock(10_000.0, -0.0198)
             .finds(&["info time-source"]),
     );
+    // Some drivers write the seconds in place of the nanoseconds.
+    let seconds_twice = || {
+        let one = |k| {
+            let mut body = imu::imu_message_cdr(stamp(k), "imu", [0.0, value(k), 9.8]);
+            body.copy_within(4..8, 8);
+            message(1, stamp(k) + 1_000_000, &body)
+        };
+        log(&[topic(), (FROM..TO).map(one).collect()].concat())
+    };
+    cases.push(super::refused(
+        "seconds-twice.mcap",
+        seconds_twice(),
+        &[
+            "nanoseconds below 10^9, found 1699999999 s and 1699999999 ns",
+            "the time of logging is sound: state --time-source log",
+        ],
+    ));
+    cases.push(
+        imu_log("seconds-twice-by-log.mcap", seconds_twice())
+            .options(&["--time-source", "log"])
+            .clock(10_000.0, -0.019)
+            .finds(&["info time-source"]),
+    );
     cases.extend(disagreeing());
     cases
 }
